@@ -1,0 +1,1 @@
+"""Offline stage: full finite-element contact at sampled positions and torques, compressed to a reduced basis."""

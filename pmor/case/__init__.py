@@ -1,0 +1,34 @@
+"""Case files: strict TOML in, frozen dataclasses out.
+
+Lengths carry their unit in the name of the key; those without one are in (normal) modules.
+"""
+
+from pmor.case.describe import basis_key, describe
+from pmor.case.loader import load_case, parse_case
+from pmor.case.schema import (
+    Case,
+    CompareCase,
+    ContactCase,
+    GearCase,
+    MeshCase,
+    OfflineCase,
+    OnlineCase,
+    OutputCase,
+    PairCase,
+)
+
+__all__ = [
+    "Case",
+    "CompareCase",
+    "ContactCase",
+    "GearCase",
+    "MeshCase",
+    "OfflineCase",
+    "OnlineCase",
+    "OutputCase",
+    "PairCase",
+    "basis_key",
+    "describe",
+    "load_case",
+    "parse_case",
+]

@@ -1,0 +1,108 @@
+"""Rules that tie several values of a case together."""
+
+import math
+from typing import Any
+
+from pmor.case.schema import Case, GearCase, PairCase
+from pmor.case.values import toml_text, wrong_unit_text
+from pmor.errors import CaseError
+
+# A length below this many modules is a slip: a gear so thin, or a hole so small, cannot be meshed sensibly.
+SMALLEST_LENGTH = 0.05
+# Rim that must stay between bore and root circle, in modules.
+THINNEST_RIM = 0.5
+
+
+def check_together(case: Case, document: dict[str, Any], where: str) -> None:
+    """Raise `CaseError` where values that are fine alone do not go together.
+
+    Parameters
+    ----------
+    case : Case
+        Complete case.
+    document : dict
+        The parsed file, to tell written values from defaults.
+    where : str
+        What error messages call the file.
+    """
+    pair = case.pair
+    if pair.helix_angle_deg != 0.0:
+        place = f"{where}: [pair] helix_angle_deg = {pair.helix_angle_deg}"
+        raise CaseError(f"{place}: helical gears are not supported yet: write 0.0")
+    _check_length(pair.face_width_mm, pair.module_mm, f"{where}: [pair] face_width_mm")
+    _check_bore(pair, pair.pinion, f"{where}: [pinion]")
+    _check_bore(pair, pair.wheel, f"{where}: [wheel]")
+    _check_centre_distance(pair, where)
+    _check_torques(case, document, where)
+
+
+def _check_length(length_mm: float, module_mm: float, place: str) -> None:
+    smallest_mm = SMALLEST_LENGTH * module_mm
+    if length_mm < smallest_mm:
+        remedy = "raise it"
+        if length_mm * 1e3 >= module_mm:
+            remedy = wrong_unit_text(length_mm, "metres", "m", length_mm * 1e3, "mm")
+        raise CaseError(f"{place} = {length_mm}: must be at least {smallest_mm:g} mm, 0.05 modules: {remedy}")
+
+
+def _check_bore(pair: PairCase, gear: GearCase, place: str) -> None:
+    module_mm = pair.module_mm
+    root_mm = module_mm * (gear.teeth / (2.0 * _cos_deg(pair.helix_angle_deg)) + gear.profile_shift - gear.dedendum)
+    limit_mm = root_mm - THINNEST_RIM * module_mm
+    if limit_mm <= SMALLEST_LENGTH * module_mm:
+        raise CaseError(
+            f"{place} teeth = {gear.teeth}: the root circle, radius {root_mm:.4g} mm, leaves no room for a bore: "
+            "raise teeth or profile_shift, or lower dedendum"
+        )
+    _check_length(gear.bore_radius_mm, module_mm, f"{place} bore_radius_mm")
+    if gear.bore_radius_mm >= limit_mm:
+        raise CaseError(
+            f"{place} bore_radius_mm = {gear.bore_radius_mm}: must be below {limit_mm:.6g} mm, the root radius "
+            f"{root_mm:.6g} mm less half a module of rim: lower it"
+        )
+
+
+def _check_centre_distance(pair: PairCase, where: str) -> None:
+    if pair.centre_distance_mm is None:
+        return
+    distance_mm = pair.centre_distance_mm
+    cos_helix = _cos_deg(pair.helix_angle_deg)
+    transverse_angle = math.atan(math.tan(math.radians(pair.pressure_angle_deg)) / cos_helix)
+    gears = (pair.pinion, pair.wheel)
+    reference_mm = pair.module_mm * sum(gear.teeth for gear in gears) / (2.0 * cos_helix)
+    base_mm = reference_mm * math.cos(transverse_angle)
+    tips_mm = reference_mm + pair.module_mm * sum(gear.addendum + gear.profile_shift for gear in gears)
+    if base_mm < distance_mm < tips_mm:
+        return
+    remedy = f"the reference distance is {reference_mm:.6g}; leave the key out for the one without backlash"
+    if base_mm < distance_mm * 1e3 < tips_mm:
+        remedy = wrong_unit_text(distance_mm, "metres", "m", distance_mm * 1e3, "mm")
+    raise CaseError(
+        f"{where}: [pair] centre_distance_mm = {distance_mm}: must be between {base_mm:.6g} (base circles touch) and "
+        f"{tips_mm:.6g} (tip circles touch) mm: {remedy}"
+    )
+
+
+def _check_torques(case: Case, document: dict[str, Any], where: str) -> None:
+    largest = case.offline.torques_Nm[-1]
+    if case.torque_Nm > largest:
+        raise CaseError(
+            f"{where}: [load] torque_Nm = {case.torque_Nm}: is beyond the largest training torque, {largest} N m: "
+            "add a larger one to [offline] torques_Nm"
+        )
+    for section, torques in (("online", case.online.torques_Nm), ("compare", case.compare.torques_Nm)):
+        if torques[-1] > largest:
+            default = "" if "torques_Nm" in document.get(section, {}) else " (default)"
+            raise CaseError(
+                f"{where}: [{section}] torques_Nm = {toml_text(torques)}{default}: {torques[-1]} N m is beyond the "
+                f"largest training torque, {largest} N m: lower it, or add a larger one to [offline] torques_Nm"
+            )
+    if case.torque_Nm not in case.online.torques_Nm:
+        raise CaseError(
+            f"{where}: [online] torques_Nm = {toml_text(case.online.torques_Nm)}: the nominal torque is not among "
+            f"them: add {case.torque_Nm}, the [load] torque_Nm"
+        )
+
+
+def _cos_deg(angle_deg: float) -> float:
+    return math.cos(math.radians(angle_deg))

@@ -1,0 +1,44 @@
+"""What a case says, for people (`describe`) and for the bookkeeping of bases (`basis_key`)."""
+
+import hashlib
+import json
+import tomllib
+from dataclasses import asdict
+from typing import Any
+
+from pmor.case.schema import Case
+
+
+def describe(case: Case) -> list[tuple[str, Any, bool]]:
+    """List all settings of a case, in the order and with the names of the case file.
+
+    Returns
+    -------
+    list of (key, value, is_default)
+        `key` is `section.name`, with the unit in the name; `is_default` is true where the case file does not say it.
+    """
+    document = tomllib.loads(case.text)
+    settings = [("title", case.title, "title" not in document)]
+    for section, values in _sections(case).items():
+        written = document.get(section, {})
+        settings += [(f"{section}.{key}", value, key not in written) for key, value in values.items()]
+    return settings
+
+
+def basis_key(case: Case) -> str:
+    """SHA-256, in hex, of everything that determines a basis: pair, mesh, contact and training.
+
+    Two cases with the same key can share one basis: sweep, comparison, output and comments do not enter.
+    """
+    parts = {name: asdict(getattr(case, name)) for name in ("pair", "mesh", "contact", "offline")}
+    text = json.dumps(parts, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _sections(case: Case) -> dict[str, dict[str, Any]]:
+    pair = asdict(case.pair)
+    pinion, wheel = pair.pop("pinion"), pair.pop("wheel")
+    sections = {"load": {"torque_Nm": case.torque_Nm}, "pair": pair, "pinion": pinion, "wheel": wheel}
+    for name in ("mesh", "contact", "offline", "online", "compare", "output"):
+        sections[name] = asdict(getattr(case, name))
+    return sections

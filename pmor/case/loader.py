@@ -1,0 +1,191 @@
+"""Read a case file: TOML -> sections -> checked values -> `Case`."""
+
+import tomllib
+from dataclasses import MISSING, fields, is_dataclass
+from pathlib import Path
+from typing import Any, TypeVar, get_type_hints
+
+from pmor.case.checks import check_together
+from pmor.case.schema import (
+    Case,
+    CompareCase,
+    ContactCase,
+    GearCase,
+    LoadCase,
+    MeshCase,
+    OfflineCase,
+    OnlineCase,
+    OutputCase,
+    PairCase,
+)
+from pmor.case.values import Refused, convert, did_you_mean, toml_text
+from pmor.errors import CaseError
+
+Section = TypeVar("Section")
+
+SECTIONS: dict[str, type] = {
+    "load": LoadCase,
+    "pair": PairCase,
+    "pinion": GearCase,
+    "wheel": GearCase,
+    "mesh": MeshCase,
+    "contact": ContactCase,
+    "offline": OfflineCase,
+    "online": OnlineCase,
+    "compare": CompareCase,
+    "output": OutputCase,
+}
+
+# Torques of a stage when the case file gives none, as multiples of the nominal torque.
+OFFLINE_TORQUES = (0.2, 0.7, 1.8)
+ONLINE_TORQUES = (1.0,)
+COMPARE_TORQUES = (0.3, 1.0, 1.6)
+
+
+def load_case(path: Path | str) -> Case:
+    """Read and check a case file.
+
+    Parameters
+    ----------
+    path : Path or str
+        TOML file; its stem becomes the name of the case.
+
+    Raises
+    ------
+    CaseError
+        One line with file, section, key, rule and remedy.
+    """
+    path = Path(path)
+    try:
+        text = path.read_text(encoding="utf-8-sig")  # some editors put a byte order mark in front
+    except FileNotFoundError:
+        raise CaseError(f"{path}: there is no such case file: check the path{_neighbours(path)}") from None
+    except IsADirectoryError:
+        raise CaseError(f"{path}: is a folder: name a case file in it{_files_in(path)}") from None
+    except PermissionError:
+        raise CaseError(f"{path}: may not be read: check the permissions of the file") from None
+    except UnicodeDecodeError:
+        raise CaseError(f"{path}: is not UTF-8 text: save the case file as plain text in UTF-8") from None
+    except (OSError, ValueError) as error:
+        raise CaseError(f"{path}: cannot be read ({error}): name a readable case file") from None
+    return parse_case(text, name=path.stem, where=str(path))
+
+
+def parse_case(text: str, name: str, where: str) -> Case:
+    """Check the text of a case file.
+
+    Parameters
+    ----------
+    text : str
+        TOML text.
+    name : str
+        Name of the case.
+    where : str
+        What error messages call the text, usually the path.
+
+    Returns
+    -------
+    Case
+        Complete: every default is filled in.
+    """
+    document = _parse_toml(text, where)
+    _check_sections(document, where)
+
+    def section(key: str, **filled: Any) -> Any:
+        return _read_section(document.get(key, {}), SECTIONS[key], key, where, filled)
+
+    title = _read_title(document, name, where)
+    torque_Nm = section("load").torque_Nm
+    pinion = section("pinion")
+    wheel = section("wheel") if "wheel" in document else pinion
+    case = Case(
+        name=name,
+        title=title,
+        torque_Nm=torque_Nm,
+        pair=section("pair", pinion=pinion, wheel=wheel),
+        mesh=section("mesh"),
+        contact=section("contact"),
+        offline=section("offline", torques_Nm=_multiples(torque_Nm, OFFLINE_TORQUES)),
+        online=section("online", torques_Nm=_multiples(torque_Nm, ONLINE_TORQUES)),
+        compare=section("compare", torques_Nm=_multiples(torque_Nm, COMPARE_TORQUES)),
+        output=section("output"),
+        text=text,
+    )
+    check_together(case, document, where)
+    return case
+
+
+def _parse_toml(text: str, where: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise CaseError(f"{where}: not valid TOML: brackets nested too deeply: correct the file") from None
+    except tomllib.TOMLDecodeError as error:
+        raise CaseError(f"{where}: not valid TOML: {error}: correct that place in the file") from None
+    except ValueError:  # Python's own limit, 4300 digits
+        raise CaseError(f"{where}: not valid TOML: a number has too many digits: correct the file") from None
+
+
+def _check_sections(document: dict[str, Any], where: str) -> None:
+    for name, content in document.items():
+        if name in SECTIONS:
+            if not isinstance(content, dict):
+                raise CaseError(f"{where}: {name}: must be a section: write [{name}] on a line of its own")
+        elif isinstance(content, dict):
+            raise CaseError(f"{where}: [{name}]: unknown section: {did_you_mean(name, list(SECTIONS))}")
+        elif name != "title":
+            raise CaseError(f"{where}: {name}: unknown key outside of the sections: {_elsewhere(name, ['title'])}")
+
+
+def _read_title(document: dict[str, Any], name: str, where: str) -> str:
+    title = document.get("title", name)
+    try:
+        return str(convert(title, str))
+    except Refused as refused:
+        raise CaseError(f"{where}: title = {toml_text(title)}: {refused}") from None
+
+
+def _read_section(
+    table: dict[str, Any], kind: type[Section], section: str, where: str, filled: dict[str, Any]
+) -> Section:
+    """Build the dataclass `kind` from a TOML table; `filled` holds values for keys that the table leaves out."""
+    keys = keys_of(kind)
+    for key in table:
+        if key not in keys:
+            raise CaseError(f"{where}: [{section}] {key}: unknown key: {_elsewhere(key, list(keys))}")
+    values = dict(filled)
+    for key, annotation in keys.items():
+        if key in table:
+            try:
+                values[key] = convert(table[key], annotation)
+            except Refused as refused:
+                raise CaseError(f"{where}: [{section}] {key} = {toml_text(table[key])}: {refused}") from None
+    for item in fields(kind):  # type: ignore[arg-type]
+        if item.name not in values and item.default is MISSING:
+            raise CaseError(f"{where}: [{section}] {item.name}: is missing: add '{item.name} = ...' below [{section}]")
+    return kind(**values)
+
+
+def keys_of(kind: type) -> dict[str, Any]:
+    """Keys of a section and their annotations; nested dataclasses are sections of their own."""
+    return {key: hint for key, hint in get_type_hints(kind, include_extras=True).items() if not is_dataclass(hint)}
+
+
+def _elsewhere(key: str, valid: list[str]) -> str:
+    """Remedy for an unknown key: the section where it belongs, or the closest valid key here."""
+    homes = [f"[{name}]" for name, kind in SECTIONS.items() if key in keys_of(kind)]
+    return f"it belongs in {' or '.join(homes)}" if homes else did_you_mean(key, valid)
+
+
+def _multiples(torque_Nm: float, factors: tuple[float, ...]) -> tuple[float, ...]:
+    """Multiples of the nominal torque, rid of the last digits' rounding."""
+    return tuple(float(f"{factor * torque_Nm:.12g}") for factor in factors)
+
+
+def _neighbours(path: Path) -> str:
+    return _files_in(path.parent) if path.parent.is_dir() else ""
+
+
+def _files_in(folder: Path) -> str:
+    names = sorted(item.name for item in folder.glob("*.toml"))
+    return f" (there is {', '.join(names[:5])})" if names else ""

@@ -1,0 +1,264 @@
+"""What a case file may say: one dataclass per section, the allowed range of each number beside its type.
+
+The ranges are wide enough for extreme gears; they exist to catch slips, above all wrong units.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+
+@dataclass(frozen=True)
+class WrongUnit:
+    """A unit that is easily written by mistake.
+
+    Parameters
+    ----------
+    name, symbol : str
+        The mistaken unit, spelt out and as a symbol.
+    factor : float
+        Multiply the value by this to get the unit that the key asks for.
+    """
+
+    name: str
+    symbol: str
+    factor: float
+
+
+@dataclass(frozen=True)
+class Range:
+    """Allowed range of a number, or of each number of a list; the ends belong to it unless said otherwise."""
+
+    low: float
+    high: float
+    unit: str = ""
+    low_excluded: bool = False
+    high_excluded: bool = False
+    mistaken_for: tuple[WrongUnit, ...] = ()
+
+    def contains(self, value: float) -> bool:
+        """Whether `value` lies in the range; never true for nan."""
+        above = value > self.low if self.low_excluded else value >= self.low
+        below = value < self.high if self.high_excluded else value <= self.high
+        return above and below
+
+
+METRES = WrongUnit("metres", "m", 1e3)
+RADIANS = WrongUnit("radians", "rad", math.degrees(1.0))
+PASCALS = (WrongUnit("MPa", "MPa", 1e-3), WrongUnit("Pa", "Pa", 1e-9))
+
+Length = Annotated[float, Range(1e-3, 1e5, "mm", mistaken_for=(METRES,))]
+Torque = Annotated[float, Range(0.0, 1e12, "N m", low_excluded=True)]
+Torques = Annotated[tuple[float, ...], Range(0.0, 1e12, "N m", low_excluded=True)]
+Positions = Annotated[int, Range(4, 10_000)]
+Subdivisions = Annotated[int, Range(1, 64)]
+
+
+@dataclass(frozen=True, kw_only=True)
+class GearCase:
+    """One gear (sections `[pinion]` and `[wheel]`).
+
+    Parameters
+    ----------
+    teeth : int
+        Number of teeth.
+    profile_shift : float
+        Profile shift coefficient, in modules.
+    addendum, dedendum : float
+        Of the basic rack, in modules.
+    rack_tip_radius : float
+        Tip radius of the generating rack, in modules; it makes the root fillet.
+    bore_radius_mm : float
+        Radius in mm at which the body is rigid on its shaft.
+    youngs_modulus_GPa : float
+        Young's modulus in GPa.
+    poisson_ratio : float
+        Poisson's ratio.
+    """
+
+    teeth: Annotated[int, Range(6, 1000)]
+    profile_shift: Annotated[float, Range(-3.0, 3.0, "modules")] = 0.0
+    addendum: Annotated[float, Range(0.1, 3.0, "modules")] = 1.0
+    dedendum: Annotated[float, Range(0.1, 4.0, "modules")] = 1.25
+    rack_tip_radius: Annotated[float, Range(0.0, 1.0, "modules")] = 0.38
+    bore_radius_mm: Length
+    youngs_modulus_GPa: Annotated[float, Range(1e-3, 1e4, "GPa", mistaken_for=PASCALS)] = 210.0
+    poisson_ratio: Annotated[float, Range(0.0, 0.5, high_excluded=True)] = 0.3
+
+
+@dataclass(frozen=True, kw_only=True)
+class PairCase:
+    """The gear pair (section `[pair]`, and the two gears).
+
+    Parameters
+    ----------
+    module_mm : float
+        Normal module in mm.
+    pressure_angle_deg, helix_angle_deg : float
+        Normal pressure angle and helix angle at the reference cylinder, in degrees.
+    face_width_mm : float
+        Face width in mm, common to both gears.
+    centre_distance_mm : float or None
+        Centre distance in mm; None is the one without backlash.
+    pinion, wheel : GearCase
+        The two gears; the pinion drives.
+    """
+
+    module_mm: Annotated[float, Range(0.05, 100.0, "mm", mistaken_for=(METRES,))]
+    pressure_angle_deg: Annotated[float, Range(10.0, 35.0, "deg", mistaken_for=(RADIANS,))] = 20.0
+    helix_angle_deg: Annotated[float, Range(-60.0, 60.0, "deg")] = 0.0
+    face_width_mm: Length
+    centre_distance_mm: Length | None = None
+    pinion: GearCase
+    wheel: GearCase
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeshCase:
+    """The finite-element mesh of one tooth sector (section `[mesh]`).
+
+    Parameters
+    ----------
+    profile_elements : int
+        Elements along one flank, from the start of the involute to the tip.
+    width_elements : int
+        Elements over the face width.
+    element : {"hex8i", "hex8"}
+        Linear hexahedron with or without incompatible modes.
+    spacing : {"arc_length", "roll_angle"}
+        In what the flank nodes are equally spaced along the profile.
+    """
+
+    profile_elements: Annotated[int, Range(2, 512)] = 16
+    width_elements: Annotated[int, Range(1, 512)] = 8
+    element: Literal["hex8i", "hex8"] = "hex8i"
+    spacing: Literal["arc_length", "roll_angle"] = "arc_length"
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactCase:
+    """Contact surface and contact law (section `[contact]`).
+
+    Parameters
+    ----------
+    surface : {"hermite", "facet"}
+        Bicubic Hermite patches or bilinear facets through the deformed nodes.
+    projection : {"patch", "facet"}
+        Project the contact points on the Hermite patches themselves, or on bilinear facets through their refined
+        points (the paper).
+    edge_normals : {"parabolic", "average"}
+        Node normals at the edges of the flank: one-sided parabolic fit, or the paper's plain average.
+    lodm_profile, lodm_width : int
+        Level-of-detail magnification: subdivisions per element and direction.
+    penalty_N_mm3 : float
+        Contact penalty in N/mm3: pressure per penetration.
+    """
+
+    surface: Literal["hermite", "facet"] = "hermite"
+    projection: Literal["patch", "facet"] = "patch"
+    edge_normals: Literal["parabolic", "average"] = "parabolic"
+    lodm_profile: Subdivisions = 4
+    lodm_width: Subdivisions = 1
+    penalty_N_mm3: Annotated[float, Range(0.0, 1e15, "N/mm3", low_excluded=True)] = 1e6
+
+
+@dataclass(frozen=True, kw_only=True)
+class OfflineCase:
+    """Training positions and torques of the basis (section `[offline]`).
+
+    Parameters
+    ----------
+    angles_per_pitch : int
+        Training positions per angular pitch.
+    torques_Nm : tuple of float
+        Training torques in N m, increasing.
+    """
+
+    angles_per_pitch: Positions = 40
+    torques_Nm: Torques
+
+
+@dataclass(frozen=True, kw_only=True)
+class OnlineCase:
+    """The reduced sweep over one pitch (section `[online]`).
+
+    Parameters
+    ----------
+    angles_per_pitch : int
+        Positions per angular pitch.
+    torques_Nm : tuple of float
+        Torques in N m, increasing; the nominal one is among them.
+    """
+
+    angles_per_pitch: Positions = 200
+    torques_Nm: Torques
+
+
+@dataclass(frozen=True, kw_only=True)
+class CompareCase:
+    """Comparison of the reduced with the full model (section `[compare]`).
+
+    Parameters
+    ----------
+    angles : int
+        Number of angles that were not trained, spread over one pitch by a seeded draw.
+    torques_Nm : tuple of float
+        Torques in N m, increasing.
+    """
+
+    angles: Annotated[int, Range(1, 10_000)] = 40
+    torques_Nm: Torques
+
+
+@dataclass(frozen=True, kw_only=True)
+class OutputCase:
+    """What `pmor run` leaves in the output folder besides numbers (section `[output]`).
+
+    Parameters
+    ----------
+    plots : bool
+        Pictures of the curves, the mesh and the contact pattern.
+    report : bool
+        One self-contained HTML page.
+    """
+
+    plots: bool = True
+    report: bool = True
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoadCase:
+    """The nominal load (section `[load]`): `torque_Nm`, the torque on the pinion in N m."""
+
+    torque_Nm: Torque
+
+
+@dataclass(frozen=True, kw_only=True)
+class Case:
+    """Everything that a case file says, checked.
+
+    Parameters
+    ----------
+    name : str
+        Stem of the file name; it names the output folder.
+    title : str
+        One line for the report.
+    torque_Nm : float
+        Nominal torque on the pinion in N m.
+    pair, mesh, contact, offline, online, compare, output
+        One dataclass per section of the file.
+    text : str
+        The text of the file, for provenance.
+    """
+
+    name: str
+    title: str
+    torque_Nm: float
+    pair: PairCase
+    mesh: MeshCase
+    contact: ContactCase
+    offline: OfflineCase
+    online: OnlineCase
+    compare: CompareCase
+    output: OutputCase
+    text: str

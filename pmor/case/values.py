@@ -1,0 +1,163 @@
+"""Check one value of a case file against the type and the range that the schema gives its key.
+
+All functions return the converted value or raise `Refused`, whose message says rule and remedy; the loader adds file,
+section and key.
+"""
+
+import difflib
+import json
+import math
+from types import NoneType, UnionType
+from typing import Annotated, Any, Literal, get_args, get_origin
+
+from pmor.case.schema import Range
+
+LONGEST_SHOWN_VALUE = 60
+
+
+class Refused(Exception):
+    """A value that breaks a rule; the message is the rule and the remedy."""
+
+
+def toml_text(value: object) -> str:
+    """Write a value about as the case file does, on one line and not too long."""
+    if isinstance(value, list | tuple):
+        text = "[" + ", ".join(toml_text(item) for item in value) + "]"
+    elif isinstance(value, bool | str):
+        text = json.dumps(value, ensure_ascii=False)
+    elif isinstance(value, int) and value.bit_length() > 200:
+        text = "a very large whole number"  # Python refuses to print integers of more than 4300 digits
+    else:
+        text = str(value)
+    return text if len(text) <= LONGEST_SHOWN_VALUE else text[: LONGEST_SHOWN_VALUE - 3] + "..."
+
+
+def did_you_mean(word: str, valid: list[str]) -> str:
+    """Remedy for a misspelt word: the closest valid one, or all of them."""
+    closest = difflib.get_close_matches(word, valid, n=1)
+    if not closest:  # "Teeth", "HERMITE"
+        closest = [name for name in valid if name.lower() == word.lower()]
+    return f"did you mean {closest[0]}?" if closest else f"valid are {', '.join(valid)}"
+
+
+def convert(value: object, annotation: Any) -> Any:
+    """Check `value` against the annotation of its field and return it in the field's type.
+
+    Parameters
+    ----------
+    value : object
+        As the TOML reader gives it.
+    annotation : type
+        One of the forms that the schema uses: bool, str, Literal, `Annotated` int, float or tuple of float with a
+        `Range`, or one of these or None.
+    """
+    if get_origin(annotation) is UnionType or NoneType in get_args(annotation):
+        annotation = next(choice for choice in get_args(annotation) if choice is not NoneType)
+    if get_origin(annotation) is Literal:
+        return _choice(value, list(get_args(annotation)))
+    if get_origin(annotation) is Annotated:
+        kind, allowed = get_args(annotation)
+        if kind is int:
+            return _whole_number(value, allowed)
+        return _number(value, allowed) if kind is float else _increasing_numbers(value, allowed)
+    if annotation is bool:
+        return _switch(value)
+    return _line(value)
+
+
+def _switch(value: object) -> bool:
+    if not isinstance(value, bool):
+        raise Refused("must be true or false, without quotes")
+    return value
+
+
+def _line(value: object) -> str:
+    if not isinstance(value, str):
+        raise Refused('must be text: put it in quotes, as in "..."')
+    if not value.strip() or not value.isprintable():
+        raise Refused("must be one line of printable text: write at least one word, without line breaks")
+    return value
+
+
+def _choice(value: object, valid: list[str]) -> str:
+    quoted = [json.dumps(word) for word in valid]
+    if not isinstance(value, str):
+        raise Refused(f"must be text: write one of {', '.join(quoted)}")
+    if value not in valid:
+        raise Refused(f"unknown choice: {did_you_mean(value, valid)}")
+    return value
+
+
+def _reject_non_number(value: object) -> None:
+    if isinstance(value, str):
+        raise Refused("must be a number: remove the quotes")
+    if isinstance(value, list):
+        raise Refused("must be one number, not a list: remove the brackets")
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise Refused("must be a number: write digits, such as 20 or 1.5")
+
+
+def _whole_number(value: object, allowed: Range) -> int:
+    _reject_non_number(value)
+    if isinstance(value, float):
+        nearest = f": write {value:.0f}" if math.isfinite(value) and abs(value) < 1e9 else ""
+        raise Refused(f"must be a whole number without decimal point{nearest}")
+    assert isinstance(value, int)
+    _check_range(value, allowed)
+    return value
+
+
+def _number(value: object, allowed: Range) -> float:
+    _reject_non_number(value)
+    assert isinstance(value, int | float)
+    try:
+        number = float(value) + 0.0  # turns -0.0 into 0.0, so that equal cases have equal keys
+    except OverflowError:  # an integer of hundreds of digits
+        number = math.inf
+    _check_range(number, allowed)
+    return number
+
+
+def _increasing_numbers(value: object, allowed: Range) -> tuple[float, ...]:
+    if not isinstance(value, list):
+        raise Refused("must be a list: put the numbers in brackets, as in [20.0, 70.0]")
+    if not value:
+        raise Refused("must not be empty: give at least one value, or leave the key out for the default")
+    try:
+        numbers = sorted(_number(item, allowed) for item in value)
+    except Refused as refused:
+        raise Refused(f"each value {refused}") from None
+    for smaller, larger in zip(numbers[:-1], numbers[1:], strict=True):
+        if smaller == larger:
+            raise Refused(f"{larger} is there twice: remove one")
+    return tuple(numbers)
+
+
+def _check_range(value: int | float, allowed: Range) -> None:
+    if isinstance(value, float) and not math.isfinite(value):
+        raise Refused(f"must be a finite number: write one that is {_range_text(allowed)}")
+    if not allowed.contains(value):
+        raise Refused(f"must be {_range_text(allowed)}: {_remedy(value, allowed)}")
+
+
+def _range_text(allowed: Range) -> str:
+    if allowed.low_excluded:
+        text = f"above {allowed.low:g} and at most {allowed.high:g}"
+    elif allowed.high_excluded:
+        text = f"at least {allowed.low:g} and below {allowed.high:g}"
+    else:
+        text = f"between {allowed.low:g} and {allowed.high:g}"
+    return f"{text} ({allowed.unit})" if allowed.unit else text
+
+
+def _remedy(value: int | float, allowed: Range) -> str:
+    for unit in allowed.mistaken_for:
+        converted = value * unit.factor
+        if allowed.contains(converted):
+            return wrong_unit_text(value, unit.name, unit.symbol, converted, allowed.unit)
+    return "raise it" if value <= allowed.low else "lower it"
+
+
+def wrong_unit_text(value: float, name: str, symbol: str, converted: float, unit: str) -> str:
+    """Remedy for a value in the wrong unit, such as "looks like radians: 0.349 rad = 20 deg, write 20.0"."""
+    return f"looks like {name}: {value:g} {symbol} = {converted:.4g} {unit}, write {float(f'{converted:.4g}')}"

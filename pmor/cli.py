@@ -1,0 +1,110 @@
+"""The `pmor` command: arguments in, exit code out.
+
+Exit codes: 0 done, 2 the engineer can mend it (case file, output folder, arguments), 3 no convergence, 130 interrupted.
+"""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from pmor import __version__, commands
+from pmor.errors import PmorError
+
+INTERRUPTED = 130
+RESUME_HINTS = {"offline": "the same command with --resume goes on where it stopped"}
+USUAL_HINT = "no file was left half written; the same command starts again"
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit code.
+
+    Parameters
+    ----------
+    argv : sequence of str, optional
+        Arguments without the program's name; those of the process by default.
+    """
+    arguments = vars(build_parser().parse_args(argv))
+    name = arguments.pop("command")
+    try:
+        getattr(commands, name)(**arguments)
+    except PmorError as error:
+        print(f"pmor: error: {' '.join(str(error).splitlines())}", file=sys.stderr)
+        return error.exit_code
+    except KeyboardInterrupt:
+        # The line break ends a progress line that may stand half written on the terminal.
+        start = "\n" if sys.stderr.isatty() else ""
+        print(f"{start}pmor: interrupted: {RESUME_HINTS.get(name, USUAL_HINT)}", file=sys.stderr)
+        return INTERRUPTED
+    return 0
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """Build the parser; the names of the arguments are those of the functions in `pmor.commands`."""
+    parser = argparse.ArgumentParser(
+        prog="pmor", description="Static transmission error of gear pairs by full FE contact and by a reduced model."
+    )
+    parser.add_argument("--version", action="version", version=f"pmor {__version__}")
+    subparsers = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+
+    def command(name: str, text: str) -> argparse.ArgumentParser:
+        return subparsers.add_parser(name, help=text, description=text[0].upper() + text[1:] + ".")
+
+    run = command("run", "everything the case asks for: basis, sweep, comparison, report")
+    _add_case(run)
+    _add_out(run, "--out")
+    _add_jobs(run)
+    _add_overwrite(run)
+
+    _add_case(command("plan", "show what will run and all settings; runs nothing"))
+
+    offline = command("offline", "generate the reduced basis only")
+    _add_case(offline)
+    offline.add_argument("-o", dest="basis_path", metavar="BASIS.h5", type=Path, required=True, help="file to write")
+    offline.add_argument("--resume", action="store_true", help="go on where an interrupted run stopped")
+    _add_jobs(offline)
+    _add_overwrite(offline)
+
+    online = command("online", "sweep the transmission error with a basis")
+    online.add_argument("basis_path", metavar="BASIS.h5", type=Path, help="file that `pmor offline` wrote")
+    _add_out(online, "-o")
+
+    compare = command("compare", "reduced against full FE: error and run time")
+    _add_case(compare)
+    _add_out(compare, "--out")
+
+    info = command("info", "what is in an HDF5 file")
+    info.add_argument("path", metavar="FILE.h5", type=Path, help="a basis or snapshot file")
+    return parser
+
+
+def _add_case(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("case_path", metavar="CASE", type=Path, help="case file (TOML)")
+
+
+def _add_out(parser: argparse.ArgumentParser, flag: str) -> None:
+    parser.add_argument(
+        flag, dest="out", metavar="DIR", type=Path, help="folder for the results (default: out/<name of the case>)"
+    )
+
+
+def _add_jobs(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--jobs", metavar="N", type=_positive, default=1, help="processes to use (default: 1)")
+
+
+def _add_overwrite(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--overwrite", action="store_true", help="replace results that are there")
+
+
+def _positive(text: str) -> int:
+    try:
+        number = int(text)
+    except ValueError:
+        number = 0
+    if number < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of at least 1")
+    return number
+
+
+if __name__ == "__main__":
+    sys.exit(main())

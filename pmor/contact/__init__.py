@@ -1,0 +1,1 @@
+"""Active patches, closest point, penalty law and the equilibrium solver."""

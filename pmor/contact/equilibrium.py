@@ -1,0 +1,150 @@
+"""Static equilibrium of the pair under a pinion torque, the wheel held: semismooth Newton with a guarded step.
+
+One solver for the full and the reduced model. The potential energy is elastic energy + penalty energy - torque work;
+the line search demands that a step lowers it, or lowers the residual: close to the solution the two are equivalent, but the
+paper's force transfer is not exactly the derivative of the refined gap, so the residual has the last word.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmor.contact.elasticity import Elasticity
+from pmor.contact.flank import MeshedPair
+from pmor.contact.position import Position
+from pmor.contact.search import Contact, search_contact
+from pmor.errors import ConvergenceError
+from pmor.gear.conventions import FloatArray
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """A converged state.
+
+    Parameters
+    ----------
+    lead : float
+        Rotation of the pinion ahead of its kinematic position, rad.
+    coordinates : ndarray
+        Of the elastic model.
+    contact : Contact
+    steps : int
+        Newton steps taken.
+    history : tuple of (force residual, torque residual)
+        Relative, before each step and at the end.
+    """
+
+    lead: float
+    coordinates: FloatArray
+    contact: Contact
+    steps: int
+    history: tuple[tuple[float, float], ...]
+
+    def pair_torque(self, n_pairs: int) -> FloatArray:
+        """Return the torque on the pinion that each tooth pair carries, shape (n_pairs,), N mm."""
+        contact = self.contact
+        return np.bincount(contact.pair, weights=-contact.force * contact.lever, minlength=n_pairs)
+
+    @property
+    def wheel_torque(self) -> float:
+        """Torque of the contact forces on the wheel, N mm."""
+        return float(self.contact.force @ self.contact.mate_lever)
+
+
+@dataclass(frozen=True)
+class _State:
+    lead: float
+    coordinates: FloatArray
+    contact: Contact
+    potential: float
+    force_residual: float
+    torque_residual: float
+
+
+def solve_equilibrium(
+    meshed: MeshedPair,
+    position: Position,
+    elasticity: Elasticity,
+    torque: float,
+    approach: float,
+    max_steps: int = 40,
+    tolerance: float = 1e-9,
+) -> Equilibrium:
+    """Solve for the elastic coordinates and the pinion rotation.
+
+    Parameters
+    ----------
+    meshed : MeshedPair
+    position : Position
+    elasticity : Elasticity
+    torque : float
+        On the pinion, N mm, positive.
+    approach : float
+        Expected approach along the line of action, mm: where the search starts.
+    max_steps : int
+    tolerance : float
+        On the relative residuals: forces in the energy norm, and torque.
+
+    Returns
+    -------
+    Equilibrium
+
+    Raises
+    ------
+    ConvergenceError
+        With the residual history, when the tolerance is not reached or nothing touches.
+    """
+    base_radius = meshed.pair.pinion.base_radius
+
+    def evaluate(coordinates: FloatArray, lead: float) -> _State:
+        contact = search_contact(meshed, position, elasticity.displacement(coordinates), lead)
+        force = contact.force
+        target = elasticity.coordinates_of(contact, force)
+        norm = elasticity.energy_norm(target)
+        residual = elasticity.energy_norm(target - coordinates) / norm if norm > 0.0 else math.inf
+        potential = (
+            0.5 * elasticity.energy_norm(coordinates) ** 2 - 0.5 * float(force @ contact.gap) - torque * lead
+        )
+        return _State(lead, coordinates, contact, potential, residual, abs(force @ contact.lever + torque) / torque)
+
+    state = evaluate(elasticity.zero(), approach / base_radius)
+    history: list[tuple[float, float]] = []
+    for step in range(max_steps + 1):
+        history.append((state.force_residual, state.torque_residual))
+        if max(history[-1]) <= tolerance:
+            return Equilibrium(state.lead, state.coordinates, state.contact, step, tuple(history))
+        if step == max_steps:
+            break
+        if len(state.contact.gap) == 0:
+            if not math.isfinite(state.contact.smallest_gap):
+                raise ConvergenceError(f"no flank faces its mate at phi = {position.phi:.6g} rad", history)
+            state = evaluate(state.coordinates, state.lead + (state.contact.smallest_gap + approach) / base_radius)
+            continue
+        state = _damped_step(elasticity, state, torque, evaluate)
+    raise ConvergenceError(
+        f"no equilibrium at phi = {position.phi:.6g} rad, torque = {torque * 1e-3:.6g} N m after {max_steps} Newton "
+        f"steps (residuals: force {history[-1][0]:.2g}, torque {history[-1][1]:.2g})",
+        history,
+    )
+
+
+def _damped_step(elasticity, state, torque, evaluate):  # type: ignore[no-untyped-def]
+    contact = state.contact
+    elastic = contact.gap_change(elasticity.displacement(state.coordinates))
+    coordinates, rotation = elasticity.newton_step(contact, contact.gap - elastic, torque)
+    size = 1.0
+    best = None
+    for _ in range(12):
+        trial = evaluate(
+            state.coordinates + size * (coordinates - state.coordinates), state.lead + size * rotation
+        )
+        worse = max(trial.force_residual, trial.torque_residual)
+        if best is None or worse < best[0]:
+            best = (worse, trial)
+        if worse < max(state.force_residual, state.torque_residual) or trial.potential < state.potential:
+            return trial
+        size *= 0.5
+    return best[1]

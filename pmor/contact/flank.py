@@ -1,0 +1,127 @@
+"""What the contact search knows of a pair of meshed gears: the two flanks, the scheme, and the kinematics."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmor.contact.kernel import prepare_surface, refine
+from pmor.gear.conventions import FloatArray
+from pmor.gear.pair import GearPair
+from pmor.mesh.sector import SectorMesh
+
+
+@dataclass(frozen=True)
+class ContactScheme:
+    """How contact is evaluated.
+
+    Parameters
+    ----------
+    surface : {"hermite", "facet"}
+        Bicubic Ferguson patches through the deformed nodes, or bilinear facets.
+    projection : {"patch", "facet"}
+        Where slave points are projected: on the master's patches themselves, or on bilinear facets through its refined
+        points (the paper).
+    edge_normals : {"parabolic", "average"}
+        Node normals at the edges of a flank: one-sided parabolas, or the paper's plain average.
+    lodm_profile, lodm_width : int
+        Level-of-detail magnification: subdivisions of an element per direction.
+    penalty : float
+        N/mm^3.
+    """
+
+    surface: str
+    projection: str
+    edge_normals: str
+    lodm_profile: int
+    lodm_width: int
+    penalty: float
+
+    @property
+    def smooth(self) -> bool:
+        """Whether the surface is made of Ferguson patches."""
+        return self.surface == "hermite"
+
+    @property
+    def direct(self) -> bool:
+        """Whether slave points are projected on the patches themselves."""
+        return self.projection == "patch"
+
+    @property
+    def parabolic(self) -> bool:
+        """Whether edge normals come from one-sided parabolas."""
+        return self.edge_normals == "parabolic"
+
+
+@dataclass(frozen=True)
+class Flank:
+    """Loaded flank of a gear, undeformed, in the tooth frame.
+
+    Parameters
+    ----------
+    nodes : ndarray, shape (n + 1, m + 1, 3)
+        From the start of the involute to the tip, along +z, mm.
+    roll_angle : ndarray, shape (n + 1,)
+        rad.
+    extents : ndarray, shape (n lodm_profile + 1, m lodm_width + 1, 4)
+        Half distances of each refined point to its neighbours towards root, tip, -z, +z, mm.
+    """
+
+    nodes: FloatArray
+    roll_angle: FloatArray
+    extents: FloatArray
+
+    @property
+    def element_rows(self) -> int:
+        """Number of elements along the profile."""
+        return self.nodes.shape[0] - 1
+
+    @property
+    def columns(self) -> int:
+        """Number of nodes along the width."""
+        return self.nodes.shape[1]
+
+
+@dataclass(frozen=True)
+class MeshedPair:
+    """A gear pair with meshed flanks and a contact scheme; the pinion is the slave.
+
+    Parameters
+    ----------
+    pair : GearPair
+    pinion, wheel : Flank
+    scheme : ContactScheme
+    """
+
+    pair: GearPair
+    pinion: Flank
+    wheel: Flank
+    scheme: ContactScheme
+
+
+def flank_of(mesh: SectorMesh, scheme: ContactScheme) -> Flank:
+    """Take the loaded flank of a sector mesh.
+
+    Parameters
+    ----------
+    mesh : SectorMesh
+    scheme : ContactScheme
+
+    Returns
+    -------
+    Flank
+    """
+    nodes = np.ascontiguousarray(mesh.flank_nodes)
+    elements, across = nodes.shape[0] - 1, nodes.shape[1] - 1
+    points = np.empty((elements * scheme.lodm_profile + 1, across * scheme.lodm_width + 1, 3))
+    along_rows, along_columns = np.empty((*nodes.shape[:2], 2, 3)), np.empty((*nodes.shape[:2], 2, 3))
+    prepare_surface(nodes, True, True, scheme.smooth, scheme.parabolic, along_rows, along_columns)
+    refine(nodes, along_rows, along_columns, scheme.smooth, 0, elements, scheme.lodm_profile, scheme.lodm_width,
+           points)  # fmt: skip
+    extents = np.zeros((*points.shape[:2], 4))
+    along = 0.5 * np.linalg.norm(np.diff(points, axis=0), axis=-1)
+    across_half = 0.5 * np.linalg.norm(np.diff(points, axis=1), axis=-1)
+    extents[1:, :, 0], extents[:-1, :, 1] = along, along
+    extents[:, 1:, 2], extents[:, :-1, 3] = across_half, across_half
+    return Flank(nodes, mesh.flank_roll_angle, extents)

@@ -1,0 +1,169 @@
+"""Exact static condensation of one sector onto its loaded flank and its two side faces.
+
+The structured sector is eliminated row by row: from the tip down to the handover line, and from the bore up to it.
+Each row connects only to the next one and to retained unknowns already met, so every step is a dense Cholesky
+factorisation with LAPACK and the last Schur complement *is* the condensed matrix: nobody solves thousands of
+right-hand sides. Measured on two cores against ``scipy.sparse.linalg.splu`` (minimum degree on A + A^T, symmetric
+mode, one right-hand side per retained unknown), 8 elements over the width: see ``pmor bench``; the row elimination
+is about {ratio} times faster on the paper's gear with 16 elements over the profile.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg as la
+import scipy.sparse as sp
+
+from pmor.fe.assembly import assemble, degrees_of_freedom
+from pmor.gear.conventions import FloatArray, IntArray
+from pmor.mesh.sector import SectorMesh
+
+
+@dataclass(frozen=True)
+class EliminatedRow:
+    """Factor of one eliminated row: its unknowns follow from `rest` by back-substitution.
+
+    Parameters
+    ----------
+    dofs, rest : ndarray of int
+        Unknowns of the row, and the not yet eliminated unknowns that it is coupled to.
+    factor : ndarray
+        Lower Cholesky factor of the row's block.
+    coupling : ndarray
+        ``factor^-1 K[dofs, rest]``.
+    """
+
+    dofs: IntArray
+    rest: IntArray
+    factor: FloatArray
+    coupling: FloatArray
+
+
+@dataclass(frozen=True)
+class CondensedSector:
+    """A sector's stiffness condensed onto flank, left and right side face.
+
+    Parameters
+    ----------
+    flank, left, right : ndarray of int
+        Retained degrees of freedom of the sector mesh.
+    stiffness : ndarray, shape (n, n)
+        Condensed stiffness in the order flank, left, right, N/mm; the bore is fixed.
+    rows : tuple of EliminatedRow
+        In the order of elimination; empty unless they were asked for.
+    """
+
+    flank: IntArray
+    left: IntArray
+    right: IntArray
+    stiffness: FloatArray
+    rows: tuple[EliminatedRow, ...]
+
+
+def condense_sector(
+    mesh: SectorMesh, youngs_modulus: float, poisson_ratio: float, element: str, keep_rows: bool = False
+) -> CondensedSector:
+    """Condense a sector onto its loaded flank and its side faces.
+
+    Parameters
+    ----------
+    mesh : SectorMesh
+    youngs_modulus : float
+        MPa.
+    poisson_ratio : float
+    element : {"hex8", "hex8i"}
+    keep_rows : bool
+        Keep the factors, for back-substitution to the volume (memory grows with the mesh).
+
+    Returns
+    -------
+    CondensedSector
+    """
+    stiffness = assemble(mesh.nodes, mesh.elements, youngs_modulus, poisson_ratio, element)
+    flank, left, right = (degrees_of_freedom(ids) for ids in (mesh.flank, mesh.left, mesh.right))
+    retained = np.concatenate([flank, left, right])
+    status = np.zeros(stiffness.shape[0], dtype=bool)
+    status[retained] = status[degrees_of_freedom(mesh.bore)] = True
+
+    def free(row: IntArray) -> IntArray:
+        dofs = degrees_of_freedom(row)
+        return dofs[~status[dofs]]
+
+    junction = free(np.union1d(mesh.tooth_rows[0], mesh.ring_rows[0]))
+    from_tip = [free(row) for row in mesh.tooth_rows[:0:-1]]
+    from_bore = [free(row) for row in mesh.ring_rows[-2:0:-1]]
+    last = np.concatenate([junction, retained])
+    total = _submatrix(stiffness, last, last)
+    position = np.full(stiffness.shape[0], -1)
+    position[last] = np.arange(len(last))
+    kept: list[EliminatedRow] = []
+    for chain in (from_tip, from_bore):
+        rest, update = _eliminate_chain(stiffness, [*chain, junction], retained, kept if keep_rows else None)
+        total[np.ix_(position[rest], position[rest])] += update
+    rest, schur = _eliminate(junction, retained, total, kept if keep_rows else None)
+    return CondensedSector(flank, left, right, schur, tuple(kept))
+
+
+def back_substitute(sector: CondensedSector, retained_displacement: FloatArray, size: int) -> FloatArray:
+    """Recover the displacement of the whole sector from that of its retained unknowns.
+
+    Parameters
+    ----------
+    sector : CondensedSector
+        Condensed with ``keep_rows=True``.
+    retained_displacement : ndarray, shape (n, m)
+        Displacements of flank, left and right unknowns for m load cases, mm.
+    size : int
+        Number of degrees of freedom of the sector mesh.
+
+    Returns
+    -------
+    ndarray, shape (size, m)
+        mm; zero on the bore.
+    """
+    displacement = np.zeros((size, retained_displacement.shape[1]))
+    displacement[np.concatenate([sector.flank, sector.left, sector.right])] = retained_displacement
+    for row in reversed(sector.rows):
+        rhs = row.coupling @ displacement[row.rest]
+        displacement[row.dofs] = -la.solve_triangular(row.factor, rhs, lower=True, trans="T", check_finite=False)
+    return displacement
+
+
+def _eliminate_chain(
+    stiffness: sp.csr_array, chain: list[IntArray], retained: IntArray, kept: list[EliminatedRow] | None
+) -> tuple[IntArray, FloatArray]:
+    """Eliminate all but the last row of a chain; return the coupled unknowns and what they receive."""
+    is_retained = np.zeros(stiffness.shape[0], dtype=bool)
+    is_retained[retained] = True
+    border = np.empty(0, dtype=np.int64)
+    carried = np.zeros((len(chain[0]), len(chain[0])))
+    for row, following in zip(chain[:-1], chain[1:], strict=True):
+        touched = np.unique(stiffness[row].indices)
+        fresh = np.setdiff1d(touched[is_retained[touched]], border, assume_unique=True)
+        rest = np.concatenate([following, border, fresh])
+        both = np.concatenate([row, rest])
+        front = np.zeros((len(both), len(both)))
+        old = np.concatenate([np.arange(len(row)), len(row) + len(following) + np.arange(len(border))])
+        front[np.ix_(old, old)] = carried
+        front[: len(row)] += _submatrix(stiffness, row, both)
+        rest, update = _eliminate(row, rest, front, kept)
+        border, carried = rest[len(following) :], update
+    return rest, carried
+
+
+def _eliminate(
+    row: IntArray, rest: IntArray, front: FloatArray, kept: list[EliminatedRow] | None
+) -> tuple[IntArray, FloatArray]:
+    """Eliminate the leading block of a front; return `rest` and the Schur complement on it."""
+    size = len(row)
+    factor = la.cholesky(front[:size, :size], lower=True, check_finite=False)
+    coupling = la.solve_triangular(factor, front[:size, size:], lower=True, check_finite=False)
+    if kept is not None:
+        kept.append(EliminatedRow(row, rest, factor, coupling))
+    return rest, front[size:, size:] - coupling.T @ coupling
+
+
+def _submatrix(stiffness: sp.csr_array, rows: IntArray, columns: IntArray) -> FloatArray:
+    return np.asarray(stiffness[rows][:, columns].toarray())

@@ -1,0 +1,75 @@
+"""The whole gear as one sparse system: the brute-force oracle of the cyclic condensation."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse.linalg as spla
+
+from pmor.fe.assembly import assemble, degrees_of_freedom
+from pmor.gear.conventions import FloatArray, IntArray, rotation_z
+from pmor.mesh.sector import SectorMesh
+
+
+def whole_gear_mesh(mesh: SectorMesh) -> tuple[FloatArray, IntArray, IntArray]:
+    """Repeat a sector around the axis and merge the side faces.
+
+    Parameters
+    ----------
+    mesh : SectorMesh
+
+    Returns
+    -------
+    nodes : ndarray, shape (n_nodes, 3)
+        In the frame of tooth 0, mm.
+    elements : ndarray of int, shape (n_elements, 8)
+    numbers : ndarray of int, shape (teeth, sector nodes)
+        Node of the whole gear for each node of each sector.
+    """
+    count = len(mesh.nodes)
+    # The bore's corner nodes are shared between neighbours as well.
+    left = np.concatenate([mesh.left, mesh.bore[: len(mesh.z)]])
+    right = np.concatenate([mesh.right, mesh.bore[-len(mesh.z) :]])
+    own = np.setdiff1d(np.arange(count), right)
+    numbers = np.empty((mesh.teeth, count), dtype=np.int64)
+    numbers[:, own] = np.arange(mesh.teeth * len(own)).reshape(mesh.teeth, len(own))
+    numbers[:, right] = np.roll(numbers, 1, axis=0)[:, left]
+    nodes = np.empty((mesh.teeth * len(own), 3))
+    for k in range(mesh.teeth):
+        nodes[numbers[k, own]] = mesh.nodes[own] @ rotation_z(2.0 * np.pi * k / mesh.teeth).T
+    return nodes, numbers[:, mesh.elements].reshape(-1, 8), numbers
+
+
+def whole_gear_displacement(
+    mesh: SectorMesh, youngs_modulus: float, poisson_ratio: float, element: str, flank_forces: FloatArray
+) -> FloatArray:
+    """Solve the whole gear for forces on the flank of tooth 0.
+
+    Parameters
+    ----------
+    mesh : SectorMesh
+    youngs_modulus : float
+        MPa.
+    poisson_ratio : float
+    element : {"hex8", "hex8i"}
+    flank_forces : ndarray, shape (n, m)
+        Forces on the flank's degrees of freedom, m load cases, N.
+
+    Returns
+    -------
+    ndarray, shape (teeth, 3 x sector nodes, m)
+        Displacement of each sector in its own frame, mm.
+    """
+    nodes, elements, numbers = whole_gear_mesh(mesh)
+    stiffness = assemble(nodes, elements, youngs_modulus, poisson_ratio, element)
+    load = np.zeros((3 * len(nodes), flank_forces.shape[1]))
+    load[degrees_of_freedom(numbers[0, mesh.flank])] = flank_forces
+    free = np.setdiff1d(np.arange(3 * len(nodes)), degrees_of_freedom(numbers[:, mesh.bore]))
+    factor = spla.splu(stiffness[free][:, free].tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+    solution = np.zeros_like(load)
+    solution[free] = factor.solve(load[free])
+    result = np.empty((mesh.teeth, 3 * len(mesh.nodes), flank_forces.shape[1]))
+    for k in range(mesh.teeth):
+        vectors = solution.reshape(len(nodes), 3, -1)[numbers[k]]
+        turned = np.einsum("ij,njm->nim", rotation_z(-2.0 * np.pi * k / mesh.teeth), vectors)
+        result[k] = turned.reshape(3 * len(mesh.nodes), -1)
+    return result

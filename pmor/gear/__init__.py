@@ -1,0 +1,1 @@
+"""Gear geometry: involute, root trochoid, flank surface, pair kinematics and the conventions of sign and frame."""

@@ -1,0 +1,157 @@
+"""Kinematics of a pair of involute gears: working geometry, contact ratio, where each tooth pair touches.
+
+Source: ISO 21771:2007; derivation of the frames in `pmor.gear.conventions`. Everything is transverse, so helical
+pairs use the same functions.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import brentq
+
+from pmor.errors import GeometryError
+from pmor.gear.conventions import FloatArray, IntArray
+from pmor.gear.tooth import Tooth, involute_function
+
+
+@dataclass(frozen=True)
+class GearPair:
+    """A pinion and a wheel on parallel axes.
+
+    Parameters
+    ----------
+    pinion, wheel : Tooth
+    face_width : float
+        Common face width, mm.
+    centre_distance : float
+        Distance of the axes, mm.
+
+    Raises
+    ------
+    GeometryError
+        When the flanks cannot mesh at this centre distance: contact ratio below 1, teeth that do not overlap, or a
+        tip that reaches the mate's root fillet.
+    """
+
+    pinion: Tooth
+    wheel: Tooth
+    face_width: float
+    centre_distance: float
+
+    def __post_init__(self) -> None:
+        if self.centre_distance < self.pinion.base_radius + self.wheel.base_radius:
+            raise GeometryError(
+                f"centre_distance_mm = {self.centre_distance:g}: below the sum of the base radii "
+                f"{self.pinion.base_radius + self.wheel.base_radius:.6g} mm; raise it"
+            )
+        tightest = zero_backlash_centre_distance(self.pinion, self.wheel)
+        if self.centre_distance < tightest * (1.0 - 1e-9):
+            raise GeometryError(
+                f"centre_distance_mm = {self.centre_distance:g}: the teeth jam below {tightest:.6g} mm (no backlash); "
+                "raise it or reduce the profile shifts"
+            )
+        if self.contact_ratio < 1.0:
+            raise GeometryError(
+                f"contact ratio {self.contact_ratio:.3f} is below 1: reduce centre_distance_mm or raise the addenda"
+            )
+
+    @property
+    def working_pressure_angle(self) -> float:
+        """Transverse pressure angle at the working pitch circles, rad."""
+        return math.acos((self.pinion.base_radius + self.wheel.base_radius) / self.centre_distance)
+
+    @property
+    def action_length(self) -> float:
+        """Distance between the tangent points of the line of action on the base circles, mm."""
+        return self.centre_distance * math.sin(self.working_pressure_angle)
+
+    @property
+    def pitch(self) -> float:
+        """Pinion rotation per mesh cycle, rad."""
+        return self.pinion.angular_pitch
+
+    @property
+    def pinion_roll_range(self) -> tuple[float, float]:
+        """Roll angles at the start and the end of the pinion's active profile, rad."""
+        start = max(self._mate_roll(self.wheel.tip_roll_angle), self.pinion.form_roll_angle)
+        end = min(self.pinion.tip_roll_angle, self._mate_roll(self.wheel.form_roll_angle))
+        return start, end
+
+    @property
+    def contact_ratio(self) -> float:
+        """Transverse contact ratio."""
+        start, end = self.pinion_roll_range
+        return self.pinion.base_radius * (end - start) / self.pinion.base_pitch
+
+    @property
+    def roll_position_range(self) -> tuple[float, float]:
+        """Roll positions of a tooth pair at which it enters and leaves contact on the path of contact, rad."""
+        start, end = self.pinion_roll_range
+        return self.roll_position(start), self.roll_position(end)
+
+    def roll_position(self, pinion_roll_angle: float) -> float:
+        """Return the roll position of the pinion tooth whose contact point has the given roll angle, rad."""
+        return pinion_roll_angle - self.pinion.base_half_angle - self.working_pressure_angle
+
+    def contact_roll_angles(self, roll_position: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the roll angles of the contact point on the pinion's and the wheel's flank.
+
+        Parameters
+        ----------
+        roll_position : ndarray
+            Roll position of the pinion tooth, rad.
+
+        Returns
+        -------
+        u_pinion, u_wheel : ndarray
+            rad; outside the active profile the values continue the line of action.
+        """
+        u1 = np.asarray(roll_position, float) + self.pinion.base_half_angle + self.working_pressure_angle
+        return u1, (self.action_length - u1 * self.pinion.base_radius) / self.wheel.base_radius
+
+    def wheel_tooth_rotation(self, roll_position: float) -> float:
+        """Return the kinematic rotation of the mating wheel tooth from the line of centres, rad.
+
+        The wheel tooth's frame is carried into the global frame by a rotation of pi plus this angle and the shift
+        ``(0, a, 0)``. At this rotation the perfect flanks touch without load, whatever the backlash.
+        """
+        u2 = float(self.contact_roll_angles(np.array(roll_position))[1])
+        return u2 - self.wheel.base_half_angle - self.working_pressure_angle
+
+    def pairs_in_reach(self, phi: float, margin: float) -> IntArray:
+        """Return the indices j of the tooth pairs that can touch at pinion angle `phi`.
+
+        Parameters
+        ----------
+        phi : float
+            Pinion angle, rad.
+        margin : float
+            By how much a pair may touch before and after the path of contact (deflected teeth do), rad of roll
+            position.
+
+        Returns
+        -------
+        ndarray of int
+        """
+        first, last = self.roll_position_range
+        low = math.ceil((first - margin - phi) / self.pitch - 1e-12)
+        high = math.floor((last + margin - phi) / self.pitch + 1e-12)
+        return np.arange(low, high + 1)
+
+    def _mate_roll(self, wheel_roll_angle: float) -> float:
+        return (self.action_length - wheel_roll_angle * self.wheel.base_radius) / self.pinion.base_radius
+
+
+def zero_backlash_centre_distance(pinion: Tooth, wheel: Tooth) -> float:
+    """Return the centre distance at which the generated teeth mesh without backlash, mm (ISO 21771, 6.2)."""
+    alpha_t = pinion.transverse_pressure_angle
+    shift = pinion.profile_shift + wheel.profile_shift
+    teeth = pinion.teeth + wheel.teeth
+    target = involute_function(alpha_t) + 2.0 * math.tan(pinion.pressure_angle) * shift / teeth
+    if target <= 0.0:
+        raise GeometryError(f"profile shifts add up to {shift:g}: too negative for {teeth} teeth; raise them")
+    working = brentq(lambda a: involute_function(a) - target, 1e-6, 1.5, xtol=1e-15)
+    return (pinion.base_radius + wheel.base_radius) / math.cos(working)

@@ -1,0 +1,1 @@
+"""Structured hexahedral mesh of one tooth sector, and its quality measures."""

@@ -1,0 +1,200 @@
+r"""Structured hexahedral mesh of one tooth sector, conforming to its neighbours.
+
+Two blocks in the transverse section, extruded along the (twisted) face width::
+
+        tip
+      +------+          tooth block: rows from the handover line in the fillet up to the tip,
+      |      |          columns from the loaded flank across to the other one
+      |      |
+    __+------+__        ring block: columns from the counter-clockwise side face across to the clockwise one,
+    \\          /        rows from the outline down to the bore
+     \\________/
+        bore
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmor.errors import MeshError
+from pmor.gear.conventions import FloatArray, IntArray
+from pmor.gear.tooth import Tooth, twist_sections
+from pmor.mesh.outline import Outline, tooth_outline
+
+THICKNESS_GROWTH = 1.2
+RIM_GROWTH = 1.3
+
+
+@dataclass(frozen=True)
+class SectorMesh:
+    """One tooth sector.
+
+    Parameters
+    ----------
+    nodes : ndarray, shape (n_nodes, 3)
+        In the tooth frame, mm.
+    elements : ndarray of int, shape (n_elements, 8)
+        Hexahedra in the usual order (four nodes at the lower z, counter-clockwise, then the four above them).
+    flank : ndarray of int, shape (n + 1, m + 1)
+        Nodes of the loaded flank: from the start of the involute to the tip, along the face width.
+    flank_roll_angle : ndarray, shape (n + 1,)
+        rad.
+    z : ndarray, shape (m + 1,)
+        Axial node positions, mm, 0 at mid face width.
+    left, right : ndarray of int, shape (n_side,)
+        Nodes of the counter-clockwise and clockwise side face without the bore; partners share an index.
+    bore : ndarray of int, shape (n_bore,)
+        Nodes on the bore.
+    tooth_rows : tuple of ndarray of int
+        All nodes of each row of the tooth block, from the handover line (shared with the ring) to the tip.
+    ring_rows : tuple of ndarray of int
+        All nodes of each row of the ring block, from the outline to the bore.
+    teeth : int
+        Number of sectors in the gear.
+    """
+
+    nodes: FloatArray
+    elements: IntArray
+    flank: IntArray
+    flank_roll_angle: FloatArray
+    z: FloatArray
+    left: IntArray
+    right: IntArray
+    bore: IntArray
+    tooth_rows: tuple[IntArray, ...]
+    ring_rows: tuple[IntArray, ...]
+    teeth: int
+
+    @property
+    def flank_nodes(self) -> FloatArray:
+        """Coordinates of the flank nodes, shape (n + 1, m + 1, 3), mm."""
+        return self.nodes[self.flank]
+
+
+def build_sector(
+    tooth: Tooth,
+    bore_radius: float,
+    face_width: float,
+    profile_elements: int,
+    width_elements: int,
+    spacing: str = "roll_angle",
+) -> SectorMesh:
+    """Mesh one tooth sector.
+
+    Parameters
+    ----------
+    tooth : Tooth
+    bore_radius, face_width : float
+        mm.
+    profile_elements, width_elements : int
+        Elements along the flank (start of involute to tip) and over the face width.
+    spacing : {"roll_angle", "arc_length"}
+        Spacing of the flank nodes.
+
+    Returns
+    -------
+    SectorMesh
+
+    Raises
+    ------
+    MeshError
+        When the bore leaves no rim, or an element is turned inside out.
+    """
+    outline = tooth_outline(tooth, profile_elements, spacing)
+    rim = float(np.linalg.norm(outline.lower_fillet, axis=1).min()) - bore_radius
+    if rim <= 0.0:
+        raise MeshError(f"bore_radius_mm = {bore_radius:g}: leaves no rim below the root; reduce it")
+    tooth_points = _tooth_block(outline)
+    ring_points = _ring_block(outline, tooth_points[0], bore_radius, tooth.teeth)
+
+    # Section numbering: tooth block first, then the ring without the handover row that it shares with the tooth.
+    rows, columns = tooth_points.shape[0], tooth_points.shape[1]
+    tooth_id = np.arange(rows * columns).reshape(rows, columns)
+    first = len(outline.lower_fillet) - 1
+    shared = np.zeros(ring_points.shape[:2], dtype=bool)
+    shared[0, first : first + columns] = True
+    ring_id = np.empty(ring_points.shape[:2], dtype=np.int64)
+    ring_id[~shared] = rows * columns + np.arange(np.count_nonzero(~shared))
+    ring_id[shared] = tooth_id[0]
+    section = np.concatenate([tooth_points.reshape(-1, 2), ring_points[~shared]])
+    quads = np.concatenate([_quads(tooth_id), _quads(ring_id[::-1])])
+
+    z = np.linspace(-0.5 * face_width, 0.5 * face_width, width_elements + 1)
+    layers = len(z)
+    nodes = twist_sections(section[:, None, :], z[None, :], tooth.twist_per_length).reshape(-1, 3)
+    lower = (quads[:, None, :] * layers + np.arange(width_elements)[None, :, None]).reshape(-1, 4)
+    elements = np.concatenate([lower, lower + 1], axis=1)
+
+    def through_width(section_ids: IntArray) -> IntArray:
+        return (np.asarray(section_ids)[..., None] * layers + np.arange(layers)).astype(np.int64)
+
+    return SectorMesh(
+        nodes=nodes,
+        elements=elements,
+        flank=through_width(tooth_id[-profile_elements - 1 :, 0]),
+        flank_roll_angle=outline.flank_roll_angle,
+        z=z,
+        left=through_width(ring_id[:-1, 0]).ravel(),
+        right=through_width(ring_id[:-1, -1]).ravel(),
+        bore=through_width(ring_id[-1]).ravel(),
+        tooth_rows=tuple(through_width(row).ravel() for row in tooth_id),
+        ring_rows=tuple(through_width(row).ravel() for row in ring_id),
+        teeth=tooth.teeth,
+    )
+
+
+def _tooth_block(outline: Outline) -> FloatArray:
+    """Transfinite interpolation between the two flanks, the tip land and the handover line: (rows, columns, 2)."""
+    left = np.concatenate([outline.upper_fillet[:-1], outline.flank])
+    mirror = np.array([-1.0, 1.0])
+    right = left * mirror
+    half_width = abs(outline.flank[len(outline.flank) // 2, 0])
+    element = float(np.linalg.norm(outline.flank[-1] - outline.flank[0])) / (len(outline.flank) - 1)
+    half_columns = max(2, math.ceil(math.log(1.0 + (THICKNESS_GROWTH - 1.0) * half_width / element)
+                                    / math.log(THICKNESS_GROWTH)))
+    graded = 0.5 * _graded(half_columns, THICKNESS_GROWTH)
+    across = np.concatenate([graded, 1.0 - graded[-2::-1]])
+
+    tip_angle = math.atan2(-left[-1, 0], left[-1, 1]) * (1.0 - 2.0 * across)
+    tip = np.linalg.norm(left[-1]) * np.stack([-np.sin(tip_angle), np.cos(tip_angle)], axis=-1)
+    base = left[0] + across[:, None] * (right[0] - left[0])
+    sag = 0.5 * abs(left[0, 0]) * math.tan(math.radians(15.0))
+    base[:, 1] -= sag * (1.0 - (1.0 - 2.0 * across) ** 2)
+
+    up = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(left, axis=0), axis=1))])
+    up /= up[-1]
+    s, t = across[None, :, None], up[:, None, None]
+    sides = (1 - s) * left[:, None] + s * right[:, None]
+    ends = (1 - t) * base[None] + t * tip[None]
+    corners = (1 - s) * ((1 - t) * left[0] + t * left[-1]) + s * ((1 - t) * right[0] + t * right[-1])
+    return sides + ends - corners
+
+
+def _ring_block(outline: Outline, handover: FloatArray, bore_radius: float, teeth: int) -> FloatArray:
+    """Columns that fan out evenly from the outline to the bore: (rows, columns, 2), from the outline inwards."""
+    mirror = np.array([-1.0, 1.0])
+    top = np.concatenate([outline.lower_fillet[:-1], handover, (outline.lower_fillet[:-1] * mirror)[::-1]])
+    radius = np.linalg.norm(top, axis=1)
+    angle = np.arctan2(-top[:, 0], top[:, 1])
+    element = float(np.mean(np.linalg.norm(np.diff(top, axis=0), axis=1)))
+    height = float(radius.mean()) - bore_radius
+    rows = max(3, math.ceil(math.log(1.0 + (RIM_GROWTH - 1.0) * height / element) / math.log(RIM_GROWTH)))
+    depth = _graded(rows, RIM_GROWTH)[:, None]
+    even = np.linspace(math.pi / teeth, -math.pi / teeth, len(top))
+    row_radius = radius + depth * (bore_radius - radius)
+    row_angle = angle + depth * (even - angle)
+    return np.stack([-row_radius * np.sin(row_angle), row_radius * np.cos(row_angle)], axis=-1)
+
+
+def _graded(elements: int, growth: float) -> FloatArray:
+    """Positions from 0 to 1 whose steps grow by a constant factor."""
+    return np.asarray(np.concatenate([[0.0], np.cumsum(growth ** np.arange(elements))])
+                      / np.sum(growth ** np.arange(elements)))
+
+
+def _quads(grid: IntArray) -> IntArray:
+    """Counter-clockwise quadrilaterals of a grid whose rows go up (+y) and whose columns go right (+x)."""
+    return np.stack([grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]], axis=-1).reshape(-1, 4)

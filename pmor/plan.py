@@ -1,0 +1,76 @@
+"""What a case will run, in words and sizes, computed from the case alone; nothing is run.
+
+A new part of the plan is one more function in `PARTS`: from the case to the lines it prints.
+"""
+
+from collections.abc import Callable
+
+from pmor.case import Case, describe
+
+NOT_WRITTEN = {"pair.centre_distance_mm": "without backlash"}
+
+
+def plan_text(case: Case) -> str:
+    """Plan of a case: all settings with the defaults marked, sizes, and the number of solves."""
+    return "\n\n".join("\n".join(part(case)) for part in PARTS)
+
+
+def _heading(case: Case) -> list[str]:
+    return [f"Case {case.name}: {case.title}", "Settings marked * are defaults that the case file does not mention."]
+
+
+def _settings(case: Case) -> list[str]:
+    lines = []
+    section = ""
+    for key, value, is_default in describe(case):
+        if "." not in key:
+            continue  # the title is in the heading
+        name, _, entry = key.partition(".")
+        if name != section:
+            lines.append(f"[{name}]")
+            section = name
+        lines.append(f"  {entry:<22} {_value_text(key, value)}{' *' if is_default else ''}")
+    return lines
+
+
+def _sizes(case: Case) -> list[str]:
+    mesh, contact = case.mesh, case.contact
+    along, across = mesh.profile_elements, mesh.width_elements
+    flank_nodes = (along + 1) * (across + 1)
+    grid = f"{along + 1} over the profile x {across + 1} over the width"
+    points = (along * contact.lodm_profile + 1) * (across * contact.lodm_width + 1)
+    return [
+        "Sizes",
+        f"  flank nodes per tooth          {flank_nodes:>8}  ({grid})",
+        f"  flank unknowns per tooth       {3 * flank_nodes:>8}",
+        f"  contact points per flank       {points:>8}  "
+        f"(LoDM {contact.lodm_profile} over the profile, {contact.lodm_width} over the width)",
+    ]
+
+
+def _work(case: Case) -> list[str]:
+    stages = (
+        ("offline, full contact solves", case.offline.angles_per_pitch, case.offline.torques_Nm),
+        ("online, reduced solves", case.online.angles_per_pitch, case.online.torques_Nm),
+        ("compare, full and reduced", case.compare.angles, case.compare.torques_Nm),
+    )
+    return ["Work"] + [
+        f"  {label:<30} {angles * len(torques):>8}  ({angles} angles x {_torques_text(torques)})"
+        for label, angles, torques in stages
+    ]
+
+
+def _value_text(key: str, value: object) -> str:
+    if value is None:
+        return NOT_WRITTEN[key]
+    if isinstance(value, bool):
+        return str(value).lower()
+    return "[" + ", ".join(map(str, value)) + "]" if isinstance(value, tuple) else str(value)
+
+
+def _torques_text(torques: tuple[float, ...]) -> str:
+    count = "1 torque" if len(torques) == 1 else f"{len(torques)} torques"
+    return f"{count}: {', '.join(f'{torque:g}' for torque in torques)} N m"
+
+
+PARTS: tuple[Callable[[Case], list[str]], ...] = (_heading, _settings, _sizes, _work)

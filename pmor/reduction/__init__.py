@@ -1,0 +1,1 @@
+"""Orthonormal contact shapes, their interpolation over the roll angle, and the error estimate."""

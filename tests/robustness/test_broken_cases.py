@@ -1,0 +1,231 @@
+"""Broken case files: one line that names the place and the remedy, exit code 2, nothing left behind."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from pmor.cli import main
+
+ROOT = Path(__file__).parents[2]
+GOOD = (ROOT / "cases" / "small_spur.toml").read_text(encoding="utf-8")
+
+
+def replaced(old, new):
+    assert GOOD.count(old) == 1, old
+    return GOOD.replace(old, new)
+
+
+def without(line):
+    return replaced(line + "\n", "")
+
+
+PAIR = "module_mm = 4.0"
+PINION = "teeth = 21"
+WHEEL_WITH_LARGE_BORE = "\n[wheel]\nteeth = 21\nbore_radius_mm = 36.0\n"
+
+# name: (text of the file, what the message must hold)
+BROKEN = {
+    "typo in a key": (replaced("module_mm", "modul_mm"), ["[pair] modul_mm", "did you mean module_mm?"]),
+    "key in wrong case": (replaced("teeth", "TEETH"), ["[pinion] TEETH", "did you mean teeth?"]),
+    "key like no other": (replaced(PAIR, PAIR + "\nqqq = 1"), ["[pair] qqq", "valid are", "face_width_mm"]),
+    "key in another section": (replaced(PAIR, PAIR + "\nlodm_width = 1"), ["lodm_width", "belongs in [contact]"]),
+    "key outside of the sections": ("module_mm = 4.0\n" + GOOD, ["module_mm", "outside", "belongs in [pair]"]),
+    "key of both gears": (replaced(PAIR, PAIR + "\naddendum = 1"), ["addendum", "[pinion] or [wheel]"]),
+    "misspelt title": (replaced("title", "titel"), ["titel", "did you mean title?"]),
+    "unknown section": (replaced("[contact]", "[contacts]"), ["[contacts]", "did you mean contact?"]),
+    "section as a value": ("mesh = 16\n" + without("[mesh]"), ["mesh", "write [mesh]"]),
+    "section as an array": (replaced("[pinion]", "[[pinion]]"), ["pinion", "write [pinion]"]),
+    "value as a section": (replaced(PAIR, "[pair.module_mm]"), ["[pair] module_mm", "must be a number"]),
+    "missing key": (without(PINION), ["[pinion] teeth", "missing", "add"]),
+    "missing section": (without("[load]\ntorque_Nm = 100.0"), ["[load] torque_Nm", "missing"]),
+    "duplicate key": (replaced(PAIR, PAIR + "\n" + PAIR), ["not valid TOML", "line", "correct"]),
+    "duplicate section": (GOOD + "\n[pair]\n", ["not valid TOML", "line", "correct"]),
+    "not TOML": ("<xml>gear</xml>", ["not valid TOML", "line 1", "correct"]),
+    "nested too deeply": ("a = " + "[" * 100_000, ["not valid TOML", "correct"]),
+    "comma for a decimal point": (replaced(PAIR, "module_mm = 4,0"), ["not valid TOML", "line", "correct"]),
+    "empty file": ("", ["[load] torque_Nm", "missing", "add"]),
+    "radians for degrees": (
+        replaced(PAIR, PAIR + "\npressure_angle_deg = 0.349"),
+        ["pressure_angle_deg = 0.349", "looks like radians: 0.349 rad = 20 deg, write 20.0"],
+    ),
+    "MPa for GPa": (
+        replaced(PINION, PINION + "\nyoungs_modulus_GPa = 210000"),
+        ["youngs_modulus_GPa = 210000", "looks like MPa", "write 210.0"],
+    ),
+    "Pa for GPa": (replaced(PINION, PINION + "\nyoungs_modulus_GPa = 2.1e11"), ["looks like Pa", "write 210.0"]),
+    "module in metres": (replaced(PAIR, "module_mm = 0.004"), ["module_mm = 0.004", "looks like metres", "write 4.0"]),
+    "bore in metres": (
+        replaced("bore_radius_mm = 20.0", "bore_radius_mm = 0.02"),
+        ["bore_radius_mm = 0.02", "looks like metres", "write 20.0"],
+    ),
+    "face width in metres": (
+        replaced("face_width_mm = 20.0", "face_width_mm = 0.02"),
+        ["face_width_mm = 0.02", "looks like metres", "write 20.0"],
+    ),
+    "centre distance in metres": (
+        replaced(PAIR, PAIR + "\ncentre_distance_mm = 0.084"),
+        ["centre_distance_mm = 0.084", "looks like metres", "write 84.0"],
+    ),
+    "centre distance too small": (
+        replaced(PAIR, PAIR + "\ncentre_distance_mm = 70.0"),
+        ["centre_distance_mm = 70.0", "base circles", "is 84; leave the key out"],
+    ),
+    "paper-thin face": (replaced("face_width_mm = 20.0", "face_width_mm = 0.001"), ["face_width_mm", "raise it"]),
+    "negative module": (replaced(PAIR, "module_mm = -4.0"), ["module_mm = -4.0", "between 0.05 and 100 (mm)"]),
+    "huge module": (replaced(PAIR, "module_mm = 400.0"), ["module_mm = 400.0", "lower it"]),
+    "nan": (replaced(PAIR, "module_mm = nan"), ["module_mm = nan", "finite", "between 0.05 and 100"]),
+    "inf": (replaced("torque_Nm = 100.0", "torque_Nm = inf"), ["torque_Nm = inf", "finite"]),
+    "integer beyond all bounds": (replaced(PAIR, "module_mm = 1" + "0" * 400), ["module_mm", "finite"]),
+    "teeth beyond all bounds": (replaced(PINION, "teeth = 1" + "0" * 400), ["teeth", "lower it"]),
+    "integer of thousands of digits": (replaced(PAIR, "module_mm = 1" + "0" * 5000), ["too many digits", "correct"]),
+    "string for number": (replaced(PAIR, 'module_mm = "4.0"'), ['module_mm = "4.0"', "remove the quotes"]),
+    "list for number": (replaced(PAIR, "module_mm = [4.0]"), ["module_mm = [4.0]", "remove the brackets"]),
+    "date for number": (replaced(PAIR, "module_mm = 2016-09-19"), ["module_mm = 2016-09-19", "must be a number"]),
+    "bool for int": (replaced(PINION, "teeth = true"), ["teeth = true", "must be a number"]),
+    "int for bool": (GOOD + "\n[output]\nplots = 1\n", ["[output] plots = 1", "true or false"]),
+    "float for teeth": (replaced(PINION, "teeth = 21.0"), ["teeth = 21.0", "whole number", "write 21"]),
+    "nan for teeth": (replaced(PINION, "teeth = nan"), ["teeth = nan", "whole number"]),
+    "no teeth": (replaced(PINION, "teeth = 0"), ["teeth = 0", "between 6 and 1000", "raise it"]),
+    "too many teeth": (replaced(PINION, "teeth = 1001"), ["teeth = 1001", "lower it"]),
+    "bore larger than the root circle": (
+        replaced("bore_radius_mm = 20.0", "bore_radius_mm = 38.0"),
+        ["[pinion] bore_radius_mm = 38.0", "below 35 mm", "lower it"],
+    ),
+    "bore of the wheel": (GOOD + WHEEL_WITH_LARGE_BORE, ["[wheel] bore_radius_mm = 36.0", "lower it"]),
+    "no room for a bore": (
+        replaced(PINION, "teeth = 6\nprofile_shift = -1.5"),
+        ["[pinion] teeth = 6", "no room", "raise teeth"],
+    ),
+    "helical": (replaced(PAIR, PAIR + "\nhelix_angle_deg = 15.0"), ["helical gears are not supported yet"]),
+    "poisson ratio one half": (
+        replaced(PINION, PINION + "\npoisson_ratio = 0.5"),
+        ["poisson_ratio = 0.5", "below 0.5"],
+    ),
+    "LoDM 0": (replaced("lodm_profile = 4", "lodm_profile = 0"), ["lodm_profile = 0", "between 1 and 64"]),
+    "no penalty": (replaced("lodm_profile = 4", "penalty_N_mm3 = 0.0"), ["penalty_N_mm3 = 0.0", "above 0"]),
+    "one element over the profile": (
+        replaced("profile_elements = 6", "profile_elements = 1"),
+        ["profile_elements = 1", "between 2 and 512"],
+    ),
+    "unknown choice": (
+        replaced("lodm_profile = 4", 'surface = "hermit"'),
+        ['surface = "hermit"', "did you mean hermite?"],
+    ),
+    "choice that is no text": (replaced("lodm_profile = 4", "surface = 1"), ["surface = 1", '"hermite"']),
+    "title that is no text": ("title = 5\n" + without('title = "Small spur pair for quick checks"'), ["quotes"]),
+    "title of two lines": (replaced("Small spur pair for", "Small\\nspur"), ["title", "one line"]),
+    "zero torque": (replaced("torque_Nm = 100.0", "torque_Nm = 0.0"), ["torque_Nm = 0.0", "above 0", "raise it"]),
+    "empty torque list": (replaced("[40.0, 160.0]", "[]"), ["[offline] torques_Nm = []", "must not be empty"]),
+    "number for torque list": (replaced("[40.0, 160.0]", "160.0"), ["[offline] torques_Nm", "in brackets"]),
+    "bad value in a torque list": (replaced("[40.0, 160.0]", "[40.0, nan]"), ["[offline] torques_Nm", "finite"]),
+    "duplicated torques": (replaced("[40.0, 160.0]", "[160, 160.0]"), ["torques_Nm", "160.0 is there twice"]),
+    "online torque beyond training": (
+        replaced("torques_Nm = [100.0]", "torques_Nm = [100.0, 170.0]"),
+        ["[online] torques_Nm = [100.0, 170.0]", "160.0", "[offline]"],
+    ),
+    "default compare torque beyond training": (
+        without("torques_Nm = [60.0, 100.0]").replace("160.0", "150.0"),
+        ["[compare] torques_Nm", "(default)", "150.0"],
+    ),
+    "nominal torque beyond training": (replaced("160.0", "90.0"), ["[load] torque_Nm = 100.0", "90.0", "add"]),
+    "nominal torque not among online torques": (
+        replaced("torques_Nm = [100.0]", "torques_Nm = [90.0]"),
+        ["[online] torques_Nm = [90.0]", "add 100.0"],
+    ),
+    "three angles per pitch": (replaced("= 8", "= 3"), ["[offline] angles_per_pitch = 3", "between 4 and 10000"]),
+}
+
+
+def check_refused(arguments, capsys, expected):
+    code = main(arguments)
+    captured = capsys.readouterr()
+    assert code == 2
+    assert captured.out == ""
+    lines = captured.err.splitlines()
+    assert len(lines) == 1, captured.err
+    assert lines[0].startswith("pmor: error: ")
+    for part in expected:
+        assert part in lines[0]
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_broken_case_gets_one_clear_line(name, tmp_path, capsys):
+    text, expected = BROKEN[name]
+    path = tmp_path / "broken.toml"
+    path.write_text(text, encoding="utf-8")
+    out = tmp_path / "out"
+    check_refused(["run", str(path), "--out", str(out)], capsys, [str(path), *expected])
+    assert sorted(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("command", ["plan", "run", "compare", "offline"])
+def test_all_commands_refuse_alike(command, tmp_path, capsys):
+    path = tmp_path / "broken.toml"
+    path.write_text(replaced(PAIR, "module_mm = nan"), encoding="utf-8")
+    arguments = [command, str(path)] + (["-o", str(tmp_path / "basis.h5")] if command == "offline" else [])
+    check_refused(arguments, capsys, ["module_mm = nan"])
+    assert sorted(tmp_path.iterdir()) == [path]
+
+
+def test_missing_file(tmp_path, capsys):
+    (tmp_path / "there.toml").touch()
+    check_refused(["run", str(tmp_path / "here.toml")], capsys, ["here.toml", "no such", "there.toml"])
+
+
+def test_missing_folder(tmp_path, capsys):
+    check_refused(["run", str(tmp_path / "no" / "case.toml")], capsys, ["case.toml", "no such", "check the path"])
+
+
+def test_folder_for_file(tmp_path, capsys):
+    check_refused(["run", str(tmp_path)], capsys, [str(tmp_path), "is a folder", "name a case file"])
+
+
+def test_file_for_folder(tmp_path, capsys):
+    (tmp_path / "file").touch()
+    check_refused(["run", str(tmp_path / "file" / "case.toml")], capsys, ["cannot be read", "name a readable"])
+
+
+def test_null_byte_in_path(capsys):
+    check_refused(["run", "case\0.toml"], capsys, ["cannot be read"])
+
+
+@pytest.mark.parametrize("data", [GOOD.replace("Small", "Früh").encode("latin-1"), b"\x89HDF\r\n\x1a\n\0\0\xff"])
+def test_not_utf8(data, tmp_path, capsys):
+    path = tmp_path / "case.toml"
+    path.write_bytes(data)
+    check_refused(["run", str(path)], capsys, [str(path), "UTF-8"])
+
+
+def test_unreadable_file(tmp_path, capsys, monkeypatch):
+    path = tmp_path / "case.toml"
+    path.write_text(GOOD, encoding="utf-8")
+
+    def refuse(*_args, **_kwargs):  # permissions do not stop a test that runs as root
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "read_text", refuse)
+    check_refused(["run", str(path)], capsys, [str(path), "may not be read", "permissions"])
+
+
+@pytest.mark.parametrize("text", [replaced(PINION, "teeth = 0"), "\0"], ids=["teeth 0", "null byte"])
+def test_as_a_process(text, tmp_path):
+    path = tmp_path / "broken.toml"
+    path.write_text(text, encoding="utf-8")
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(
+        [sys.executable, "-m", "pmor.cli", "run", path.name],
+        cwd=tmp_path,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert len(done.stderr.splitlines()) == 1
+    assert done.stderr.startswith("pmor: error: broken.toml: ")
+    assert sorted(tmp_path.iterdir()) == [path]

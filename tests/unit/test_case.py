@@ -1,0 +1,144 @@
+import dataclasses
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from pmor.case import GearCase, basis_key, describe, load_case, parse_case
+from pmor.errors import CaseError
+
+CASES = Path(__file__).parents[2] / "cases"
+
+MINIMAL = """
+[load]
+torque_Nm = 50
+[pair]
+module_mm = 2
+face_width_mm = 10.0
+[pinion]
+teeth = 30
+bore_radius_mm = 10.0
+"""
+
+
+def parse(text):
+    return parse_case(text, name="demo", where="demo.toml")
+
+
+def test_minimal_case_is_filled_with_the_documented_defaults():
+    case = parse(MINIMAL)
+    assert (case.name, case.title, case.torque_Nm) == ("demo", "demo", 50.0)
+    assert case.pair.centre_distance_mm is None
+    assert (case.pair.pressure_angle_deg, case.pair.helix_angle_deg) == (20.0, 0.0)
+    assert case.pair.pinion == GearCase(teeth=30, bore_radius_mm=10.0)
+    assert (case.mesh.profile_elements, case.mesh.width_elements) == (16, 8)
+    assert (case.mesh.element, case.mesh.spacing) == ("hex8i", "roll_angle")
+    assert (case.contact.surface, case.contact.edge_normals) == ("hermite", "parabolic")
+    assert (case.contact.lodm_profile, case.contact.lodm_width, case.contact.penalty_N_mm3) == (4, 1, 1e6)
+    assert (case.offline.angles_per_pitch, case.offline.torques_Nm) == (40, (10.0, 35.0, 90.0))
+    assert (case.online.angles_per_pitch, case.online.torques_Nm) == (200, (50.0,))
+    assert (case.compare.angles, case.compare.torques_Nm) == (40, (15.0, 50.0, 80.0))
+    assert case.output.plots
+    assert case.output.report
+    assert case.text == MINIMAL
+
+
+def test_whole_numbers_become_floats_where_floats_are_meant():
+    case = parse(MINIMAL)
+    assert isinstance(case.pair.module_mm, float)
+    assert isinstance(case.torque_Nm, float)
+    assert isinstance(case.pair.pinion.teeth, int)
+
+
+def test_wheel_is_the_pinion_unless_the_file_has_one():
+    assert parse(MINIMAL).pair.wheel == parse(MINIMAL).pair.pinion
+    other = parse(MINIMAL + "[wheel]\nteeth = 40\nbore_radius_mm = 12.0\n")
+    assert (other.pair.pinion.teeth, other.pair.wheel.teeth) == (30, 40)
+
+
+def test_torques_are_sorted():
+    case = parse(MINIMAL + "[online]\ntorques_Nm = [80.0, 20, 50.0]\n")
+    assert case.online.torques_Nm == (20.0, 50.0, 80.0)
+
+
+def test_facet_surface_may_be_subdivided():
+    case = parse(MINIMAL + '[contact]\nsurface = "facet"\nlodm_profile = 8\n')
+    assert (case.contact.surface, case.contact.lodm_profile) == ("facet", 8)
+
+
+def test_written_centre_distance_is_taken():
+    case = parse(MINIMAL.replace("module_mm = 2", "module_mm = 2\ncentre_distance_mm = 60.2"))
+    assert case.pair.centre_distance_mm == 60.2
+
+
+@pytest.mark.parametrize("change", ["teeth = 6\nprofile_shift = 0.5", "teeth = 1000"])
+def test_extreme_tooth_numbers_are_accepted(change):
+    text = MINIMAL.replace("teeth = 30", change).replace("bore_radius_mm = 10.0", "bore_radius_mm = 1.0")
+    assert parse(text).pair.pinion.teeth in (6, 1000)
+
+
+def test_byte_order_mark_and_windows_line_ends_are_read(tmp_path):
+    path = tmp_path / "win.toml"
+    path.write_bytes(b"\xef\xbb\xbf" + MINIMAL.replace("\n", "\r\n").encode())
+    assert load_case(path).name == "win"
+
+
+def test_case_is_frozen():
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        parse(MINIMAL).torque_Nm = 1.0
+
+
+@pytest.mark.parametrize("path", sorted(CASES.glob("*.toml")), ids=lambda path: path.stem)
+def test_shipped_cases_load_and_say_what_they_are_for(path):
+    case = load_case(path)
+    assert case.name == path.stem
+    assert case.text.startswith("# ")
+
+
+def test_paper_case_holds_the_papers_values_and_our_assumptions():
+    case = load_case(CASES / "paper_spur.toml")
+    gear = GearCase(teeth=21, bore_radius_mm=20.0)
+    assert (case.pair.pinion, case.pair.wheel) == (gear, gear)
+    assert (case.pair.module_mm, case.pair.face_width_mm, case.torque_Nm) == (4.0, 20.0, 100.0)
+    assert case.offline.torques_Nm == (20.0, 70.0, 180.0)
+    assert case.compare.angles >= 40
+
+
+def test_describe_lists_every_setting_once_and_marks_defaults():
+    case = parse(MINIMAL)
+    settings = {key: (value, is_default) for key, value, is_default in describe(case)}
+    assert len(settings) == len(describe(case))
+    assert settings["pair.module_mm"] == (2.0, False)
+    assert settings["pair.pressure_angle_deg"] == (20.0, True)
+    assert settings["wheel.teeth"] == (30, True)
+    assert settings["offline.torques_Nm"] == ((10.0, 35.0, 90.0), True)
+    for section, values in tomllib.loads(MINIMAL).items():
+        for key in values:
+            assert not settings[f"{section}.{key}"][1]
+
+
+def test_basis_key_changes_with_what_determines_a_basis_only():
+    key = basis_key(parse(MINIMAL))
+    assert len(key) == 64
+    unchanged = [
+        MINIMAL + "# a comment\n",
+        'title = "another"\n' + MINIMAL,
+        MINIMAL + "[online]\nangles_per_pitch = 77\n",
+        MINIMAL + "[compare]\nangles = 7\n[output]\nplots = false\n",
+        MINIMAL.replace("module_mm = 2", "module_mm = 2.0\nhelix_angle_deg = -0.0"),
+    ]
+    changed = [
+        MINIMAL.replace("teeth = 30", "teeth = 31"),
+        MINIMAL + "[wheel]\nteeth = 31\nbore_radius_mm = 10.0\n",
+        MINIMAL + "[mesh]\nwidth_elements = 9\n",
+        MINIMAL + "[contact]\nlodm_profile = 2\n",
+        MINIMAL + "[offline]\nangles_per_pitch = 41\n",
+    ]
+    assert {basis_key(parse(text)) for text in unchanged} == {key}
+    assert len({basis_key(parse(text)) for text in changed} | {key}) == len(changed) + 1
+
+
+def test_error_names_file_section_key_value_rule_and_remedy():
+    with pytest.raises(CaseError) as caught:
+        parse(MINIMAL.replace("module_mm = 2", "module_mm = -4.0"))
+    assert str(caught.value) == ("demo.toml: [pair] module_mm = -4.0: must be between 0.05 and 100 (mm): raise it")

@@ -1,0 +1,138 @@
+import pickle
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from pmor import __version__, cli, commands
+from pmor.cli import build_parser, main
+from pmor.errors import ConvergenceError, OutputError
+
+ROOT = Path(__file__).parents[2]
+PAPER = ROOT / "cases" / "paper_spur.toml"
+
+
+def record(monkeypatch, name):
+    calls = []
+    monkeypatch.setattr(commands, name, lambda **arguments: calls.append(arguments))
+    return calls
+
+
+@pytest.mark.parametrize(
+    ("line", "arguments"),
+    [
+        ("run c.toml", {"case_path": Path("c.toml"), "out": None, "jobs": 1, "overwrite": False}),
+        (
+            "run c.toml --out d --jobs 2 --overwrite",
+            {"case_path": Path("c.toml"), "out": Path("d"), "jobs": 2, "overwrite": True},
+        ),
+        ("plan c.toml", {"case_path": Path("c.toml")}),
+        (
+            "offline c.toml -o b.h5 --resume --jobs 2 --overwrite",
+            {
+                "case_path": Path("c.toml"),
+                "basis_path": Path("b.h5"),
+                "resume": True,
+                "jobs": 2,
+                "overwrite": True,
+            },
+        ),
+        ("online b.h5 -o d", {"basis_path": Path("b.h5"), "out": Path("d")}),
+        ("compare c.toml --out d", {"case_path": Path("c.toml"), "out": Path("d")}),
+        ("info b.h5", {"path": Path("b.h5")}),
+    ],
+)
+def test_arguments_reach_the_command(line, arguments, monkeypatch):
+    calls = record(monkeypatch, line.split()[0])
+    assert main(line.split()) == 0
+    assert calls == [arguments]
+
+
+def test_every_command_of_the_parser_has_its_function():
+    choices = build_parser()._subparsers._group_actions[0].choices
+    assert all(callable(getattr(commands, name)) for name in choices)
+
+
+@pytest.mark.parametrize("line", ["", "unknown", "run", "run c.toml --jobs 0", "run c.toml --jobs x", "offline c.toml"])
+def test_wrong_usage_exits_with_2(line, capsys):
+    with pytest.raises(SystemExit) as caught:
+        main(line.split())
+    assert caught.value.code == 2
+    assert "error:" in capsys.readouterr().err
+
+
+def test_version(capsys):
+    with pytest.raises(SystemExit) as caught:
+        main(["--version"])
+    assert caught.value.code == 0
+    assert capsys.readouterr().out == f"pmor {__version__}\n"
+
+
+@pytest.mark.parametrize(
+    ("error", "code"),
+    [(OutputError("a\nb"), 2), (ConvergenceError("a b", [(1.0, 0.5)]), 3)],
+    ids=["output", "diverged"],
+)
+def test_known_errors_become_one_line_and_a_code(error, code, monkeypatch, capsys):
+    def fail(**_arguments):
+        raise error
+
+    monkeypatch.setattr(commands, "plan", fail)
+    assert main(["plan", "c.toml"]) == code
+    assert capsys.readouterr() == ("", "pmor: error: a b\n")
+
+
+@pytest.mark.parametrize(("line", "hint"), [("offline c.toml -o b.h5", "--resume"), ("run c.toml", "the same command")])
+def test_interrupt_says_how_to_go_on(line, hint, monkeypatch, capsys):
+    def interrupt(**_arguments):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(commands, line.split()[0], interrupt)
+    assert main(line.split()) == cli.INTERRUPTED
+    message = capsys.readouterr().err
+    assert hint in message
+    assert len(message.splitlines()) == 1
+
+
+def test_defects_keep_their_traceback(monkeypatch):
+    def fail(**_arguments):
+        raise ZeroDivisionError
+
+    monkeypatch.setattr(commands, "plan", fail)
+    with pytest.raises(ZeroDivisionError):
+        main(["plan", "c.toml"])
+
+
+def test_convergence_error_survives_the_way_between_processes():
+    error = pickle.loads(pickle.dumps(ConvergenceError("no equilibrium", iter([(1.0, 2.0)]))))
+    assert str(error) == "no equilibrium"
+    assert error.history == [(1.0, 2.0)]
+
+
+def test_plan_shows_settings_defaults_sizes_and_work(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main(["plan", str(PAPER)]) == 0
+    lines = [" ".join(line.split()) for line in capsys.readouterr().out.splitlines()]
+    assert "module_mm 4.0" in lines
+    assert "centre_distance_mm without backlash *" in lines
+    assert "plots true *" in lines
+    assert "torques_Nm [20.0, 70.0, 180.0]" in lines
+    assert "flank nodes per tooth 153 (17 over the profile x 9 over the width)" in lines
+    assert "contact points per flank 585 (LoDM 4 over the profile, 1 over the width)" in lines
+    assert "offline, full contact solves 120 (40 angles x 3 torques: 20, 70, 180 N m)" in lines
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_help_imports_nothing_heavy():
+    code = (
+        "import sys, pmor.cli\n"
+        "try: pmor.cli.main(['--help'])\n"
+        "except SystemExit: pass\n"
+        "print(sorted({'numpy', 'scipy', 'numba', 'h5py', 'matplotlib', 'offline', 'online'} & set(sys.modules)))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, timeout=60, check=True
+    )
+    assert "usage: pmor" in done.stdout
+    assert done.stdout.endswith("[]\n")

@@ -1,0 +1,220 @@
+"""The HTML page, the CSV and JSON files, and the lines on the screen."""
+
+import csv
+import json
+import math
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from numpy.testing import assert_array_equal
+
+from online.report import ReportContent, Table, format_cell, report_html, write_report
+from online.tables import summary_text, write_ste_csv, write_summary_json
+from pmor.result import SteSweep
+
+NASTY = '<script>alert("a & b")</script>'
+VOID_TAGS = {"meta", "img", "br", "hr", "link", "input"}
+
+
+class Page(HTMLParser):
+    """Collects text, attributes and whether the tags balance."""
+
+    def __init__(self, html):
+        super().__init__()
+        self.open, self.tags, self.attributes, self.text = [], [], [], []
+        self.feed(html)
+        self.close()
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append(tag)
+        self.attributes += [(tag, name, value) for name, value in attrs]
+        if tag not in VOID_TAGS:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.text.append(data)
+
+
+def figure():
+    result = Figure(figsize=(1, 1))
+    result.add_subplot().plot([0, 1])
+    return result
+
+
+def content(**changes):
+    values = {
+        "title": "Paper pair",
+        "summary_rows": [("STE mean", 7.934567, "µm", "at 100 N m"), ("Ripple", None, "µm", NASTY)],
+        "warnings": [NASTY],
+        "figures": [(NASTY, figure())],
+        "error_table": Table("Error and run time", ("Model", "ms"), [("full FE", 33.25), ("reduced", 0.41)], NASTY),
+        "classical_table": Table("Classical formulas", ("Method", "c"), [("ISO 6336-1", 16.63)]),
+        "case_rows": [("gears.module_mm", 4.0, False), (NASTY, 1e6, True)],
+        "provenance_rows": [("case SHA-256", "0f3a")],
+    }
+    return ReportContent(**(values | changes))
+
+
+def sweep():
+    nan = float("nan")
+    ste = np.array([[1.0 / 3.0, nan], [2.5, 1e-17]])
+    return SteSweep(
+        phi_rad=np.array([0.0, 0.15]),
+        torque_Nm=np.array([30.0, 100.0]),
+        ste_um=ste,
+        pair_share=np.array([[[1.0, 0.0], [0.0, 0.0]], [[0.7, 0.3], [0.1, 0.9]]]),
+        pair_index=np.array([-1, 0]),
+        newton_steps=np.array([[4, 50], [5, 6]]),
+        converged=np.isfinite(ste),
+        seconds=0.1,
+        pitch_rad=0.3,
+    )
+
+
+def test_page_parses_and_its_tags_balance():
+    page = Page(report_html(content()))
+    assert not page.open
+    assert page.tags.count("table") == 5
+    assert page.tags.count("img") == 1
+
+
+def test_page_is_self_contained():
+    page = Page(report_html(content()))
+    assert not {"script", "link", "iframe", "object"} & set(page.tags)
+    references = [value for _, name, value in page.attributes if name in ("src", "href", "srcset", "data")]
+    assert references
+    assert all(value.startswith("data:image/png;base64,") for value in references)
+    assert "url(" not in report_html(content())
+    assert "@import" not in report_html(content())
+
+
+def test_page_is_fit_for_phones():
+    assert ("meta", "name", "viewport") in Page(report_html(content())).attributes
+
+
+def test_all_text_is_escaped_but_shown():
+    html = report_html(content(title=NASTY, provenance_rows=[(NASTY, NASTY)]))
+    assert "<script" not in html
+    # title element, heading, warning, summary note, table note, caption, case key, provenance twice
+    assert "".join(Page(html).text).count(NASTY) == 9
+
+
+def test_settings_say_whether_they_are_defaults():
+    text = "|".join(t for t in Page(report_html(content())).text if t.strip())
+    assert "gears.module_mm|4|case file" in text
+    assert "1000000|default" in text
+
+
+def test_empty_tables_and_no_figures_leave_no_headings_behind():
+    html = report_html(content(classical_table=Table("Classical formulas", ("Method",), []), figures=[]))
+    assert "Classical formulas" not in html
+    assert "Figures" not in html
+
+
+def test_a_row_with_a_missing_cell_is_refused():
+    with pytest.raises(ValueError, match="table 'Errors': row .* does not have 2 cells"):
+        Table("Errors", ("Model", "ms"), [("full FE",)])
+
+
+def test_report_file_replaces_the_old_one_only_when_complete(tmp_path):
+    target = tmp_path / "report.html"
+    write_report(target, content())
+    before = target.read_text(encoding="utf-8")
+    with pytest.raises(AttributeError):
+        write_report(target, content(figures=[("no figure", None)]))
+    assert target.read_text(encoding="utf-8") == before
+    assert [p.name for p in tmp_path.iterdir()] == ["report.html"]
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (None, "–"),
+        (float("nan"), "–"),
+        (7.934567, "7.935"),
+        (0.000123456, "0.0001235"),
+        (123456.7, "123457"),
+        (2.5e9, "2.5e+09"),
+        (True, "yes"),
+        (21, "21"),
+        ("hex8i", "hex8i"),
+    ],
+)
+def test_cells_read_as_an_engineer_writes_them(value, text):
+    assert format_cell(value) == text
+
+
+def test_csv_round_trip_is_exact(tmp_path):
+    original = sweep()
+    write_ste_csv(tmp_path / "ste.csv", original)
+    with open(tmp_path / "ste.csv", newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert list(rows[0]) == [
+        "phi_rad", "torque_Nm", "ste_um", "converged", "newton_steps", "share_pair_-1", "share_pair_0",
+    ]  # fmt: skip
+
+    def column(name):
+        return np.array([float(row[name]) if row[name] else np.nan for row in rows]).reshape(2, 2)
+
+    assert_array_equal(column("ste_um"), original.ste_um)
+    assert_array_equal(column("phi_rad")[0], original.phi_rad)
+    assert_array_equal(column("torque_Nm")[:, 0], original.torque_Nm)
+    assert_array_equal(column("converged"), original.converged)
+    assert_array_equal(column("newton_steps"), original.newton_steps)
+    assert_array_equal(column("share_pair_0"), original.pair_share[..., 1])
+
+
+def test_json_is_plain_sorted_and_null_where_there_is_no_number(tmp_path):
+    target = tmp_path / "summary.json"
+    summary = {
+        "ste_mean_um": np.array([7.9, np.nan]),
+        "n_profile": np.int64(16),
+        "ok": np.bool_(True),
+        "basis_mib": float("inf"),
+        "offline_s": None,
+        "case": "paper",
+        "nested": {"lodm": (4, 4)},
+    }
+    write_summary_json(target, summary)
+    text = target.read_text(encoding="utf-8")
+    back = json.loads(text, parse_constant=lambda name: pytest.fail(f"{name} is not JSON"))
+    assert list(back) == sorted(summary)
+    assert back == {
+        "basis_mib": None,
+        "case": "paper",
+        "n_profile": 16,
+        "nested": {"lodm": [4, 4]},
+        "offline_s": None,
+        "ok": True,
+        "ste_mean_um": [7.9, None],
+    }
+    write_summary_json(target, dict(reversed(summary.items())))
+    assert target.read_text(encoding="utf-8") == text
+
+
+@pytest.mark.parametrize(
+    ("bad", "where"), [({"a": [1, {"b": 1j}]}, r"summary\.a\[1\]\.b"), ({"a": {1: 2}}, r"summary\.a: keys")]
+)
+def test_json_refuses_what_it_cannot_hold_and_names_the_place(tmp_path, bad, where):
+    with pytest.raises(TypeError, match=where):
+        write_summary_json(tmp_path / "s.json", bad)
+    assert not list(tmp_path.iterdir())
+
+
+def test_screen_summary_is_aligned():
+    lines = summary_text("Paper pair", [("STE mean", 7.9345, "um", ""), ("Run time", 0.41, "ms", "per position")])
+    title, first, second = lines.splitlines()
+    assert title == "Paper pair"
+    assert first.index("7.9") + len("7.934") == second.index("0.41") + len("0.41")
+    assert second.endswith("per position")
+    assert summary_text("nothing", []) == "nothing"
+
+
+def test_nan_in_a_numeric_column_is_a_dash():
+    html = report_html(content(error_table=Table("E", ("Model", "ms"), [("a", 1.0), ("b", math.nan)])))
+    assert '<td class="number">–</td>' in html
