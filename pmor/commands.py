@@ -3,15 +3,29 @@
 Imports of what is heavy or belongs to a stage stand inside the functions, so that `pmor --help` stays instant.
 """
 
+from __future__ import annotations
+
+import time
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from online.run import OnlineResult
+    from pmor.case import Case
+    from pmor.model import ElasticModel, MeshModel
 
 
 def run(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False) -> None:
-    """Do everything that the case asks for: plan, offline if there is no valid basis, sweep, comparison, report."""
-    from pmor.case import load_case
+    """Do everything that the case asks for: offline if there is no valid basis, sweep, comparison, report."""
+    result, mesh, out = _reduced_and_full(case_path, out, jobs, overwrite)
+    from online.pages import write_pages
+    from online.run import result_text, write_results
 
-    load_case(case_path)
-    raise NotImplementedError
+    write_results(result, out)
+    write_pages(result, mesh.pinion, out)
+    print(result_text(result))
+    print(f"  results in {out}")
+    _require_convergence(result)
 
 
 def plan(case_path: Path) -> None:
@@ -25,24 +39,104 @@ def plan(case_path: Path) -> None:
 def offline(case_path: Path, basis_path: Path, resume: bool = False, jobs: int = 1, overwrite: bool = False) -> None:
     """Generate the reduced basis of a case and write it to `basis_path`."""
     from pmor.case import load_case
+    from pmor.errors import ConvergenceError, OutputError
 
-    load_case(case_path)
-    raise NotImplementedError
+    case = load_case(case_path)
+    if basis_path.exists() and not overwrite:
+        raise OutputError(f"{basis_path}: exists already; choose another name or add --overwrite")
+    started = time.perf_counter()
+    model = _elastic_model(case)
+    from offline.jobs import run_offline
+
+    done = run_offline(case, model, basis_path, jobs, resume, overwrite, started)
+    print(f"{basis_path}: {done.solved} angles solved, {done.resumed} taken over, {done.seconds:.3g} s")
+    if done.failed:
+        raise ConvergenceError(f"{len(done.failed)} full solves did not converge: {'; '.join(done.failed)}", [])
 
 
 def online(basis_path: Path, out: Path | None = None) -> None:
     """Sweep the static transmission error with the reduced model of a basis file."""
-    raise NotImplementedError
+    from online.model import reduced_pair
+    from online.pages import write_pages
+    from online.run import result_text, run_online, write_results
+    from pmor.storage.atomic import ensure_folder
+    from pmor.storage.basis_file import read_basis
+
+    basis = read_basis(basis_path)
+    folder = out or Path("out") / basis.case.name
+    ensure_folder(folder)
+    result = run_online(reduced_pair(basis), basis_path)
+    write_results(result, folder)
+    write_pages(result, None, folder)
+    print(result_text(result))
+    print(f"  results in {folder}")
+    _require_convergence(result)
 
 
 def compare(case_path: Path, out: Path | None = None) -> None:
     """Compare the reduced with the full model: error and run time."""
-    from pmor.case import load_case
+    result, _, folder = _reduced_and_full(case_path, out, jobs=1, overwrite=False)
+    from online.run import result_text, write_results
 
-    load_case(case_path)
-    raise NotImplementedError
+    write_results(result, folder)
+    print(result_text(result))
+    _require_convergence(result)
 
 
 def info(path: Path) -> None:
     """Print what is in an HDF5 file."""
-    raise NotImplementedError
+    from pmor.storage.describe import file_text
+
+    print(file_text(path))
+
+
+def _reduced_and_full(
+    case_path: Path, out: Path | None, jobs: int, overwrite: bool
+) -> tuple[OnlineResult, MeshModel, Path]:
+    """Build or reuse the basis, sweep, and compare with full FE."""
+    from pmor.case import basis_key, load_case
+
+    case = load_case(case_path)
+    from pmor.model import mesh_model
+
+    started = time.perf_counter()
+    mesh = mesh_model(case)  # refuses what cannot be meshed before any folder is made
+    from offline.jobs import run_offline
+    from online.model import reduced_pair
+    from online.run import run_online
+    from pmor.errors import FileFormatError
+    from pmor.storage.atomic import ensure_folder
+    from pmor.storage.basis_file import read_basis, stored_basis_key
+
+    folder = out or Path("out") / case.name
+    ensure_folder(folder)
+    basis_path = folder / "basis.h5"
+    model = _elastic_model(case, mesh)
+    try:
+        valid = not overwrite and basis_path.exists() and stored_basis_key(basis_path) == basis_key(case)
+    except FileFormatError:
+        valid = False  # an old or damaged basis in the results folder is simply made anew
+    if not valid:
+        run_offline(case, model, basis_path, jobs, resume=not overwrite, overwrite=True, started=started)
+    basis = _with_case(read_basis(basis_path), case)
+    return run_online(reduced_pair(basis), basis_path, model.elasticity_at), mesh, folder
+
+
+def _with_case(basis, case):  # type: ignore[no-untyped-def]
+    """The stored basis with the case as it is now: sweep and outputs may have changed since."""
+    from dataclasses import replace
+
+    return replace(basis, case=case)
+
+
+def _elastic_model(case: Case, mesh: MeshModel | None = None) -> ElasticModel:
+    from pmor.model import elastic_model, mesh_model
+
+    return elastic_model(case, mesh or mesh_model(case))
+
+
+def _require_convergence(result: OnlineResult) -> None:
+    from pmor.errors import ConvergenceError
+
+    if result.failures:
+        raise ConvergenceError(f"{len(result.failures)} positions did not converge, first: {result.failures[0]}", [])

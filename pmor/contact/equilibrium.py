@@ -1,13 +1,14 @@
 """Static equilibrium of the pair under a pinion torque, the wheel held: semismooth Newton with a guarded step.
 
 One solver for the full and the reduced model. The potential energy is elastic energy + penalty energy - torque work;
-the line search demands that a step lowers it, or lowers the residual: close to the solution the two are equivalent, but the
-paper's force transfer is not exactly the derivative of the refined gap, so the residual has the last word.
+the line search demands that a step lowers it or lowers the residual. Close to the solution the two are equivalent, but
+the paper's force transfer is not exactly the derivative of the refined gap, so the residual has the last word.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,6 +44,10 @@ class Equilibrium:
     steps: int
     history: tuple[tuple[float, float], ...]
 
+    def scaled_start(self, factor: float) -> tuple[FloatArray, float]:
+        """Return coordinates and lead to start from at `factor` times the torque."""
+        return self.coordinates * factor, self.lead * factor
+
     def pair_torque(self, n_pairs: int) -> FloatArray:
         """Return the torque on the pinion that each tooth pair carries, shape (n_pairs,), N mm."""
         contact = self.contact
@@ -69,7 +74,7 @@ def solve_equilibrium(
     position: Position,
     elasticity: Elasticity,
     torque: float,
-    approach: float,
+    start: tuple[FloatArray, float] | None = None,
     max_steps: int = 40,
     tolerance: float = 1e-9,
 ) -> Equilibrium:
@@ -82,8 +87,8 @@ def solve_equilibrium(
     elasticity : Elasticity
     torque : float
         On the pinion, N mm, positive.
-    approach : float
-        Expected approach along the line of action, mm: where the search starts.
+    start : (ndarray, float), optional
+        Elastic coordinates and lead (rad) to start from; by default the undeformed pair at the expected approach.
     max_steps : int
     tolerance : float
         On the relative residuals: forces in the energy norm, and torque.
@@ -98,32 +103,23 @@ def solve_equilibrium(
         With the residual history, when the tolerance is not reached or nothing touches.
     """
     base_radius = meshed.pair.pinion.base_radius
+    approach = meshed.expected_approach(torque)
 
     def evaluate(coordinates: FloatArray, lead: float) -> _State:
-        contact = search_contact(meshed, position, elasticity.displacement(coordinates), lead)
-        force = contact.force
-        target = elasticity.coordinates_of(contact, force)
-        norm = elasticity.energy_norm(target)
-        residual = elasticity.energy_norm(target - coordinates) / norm if norm > 0.0 else math.inf
-        potential = (
-            0.5 * elasticity.energy_norm(coordinates) ** 2 - 0.5 * float(force @ contact.gap) - torque * lead
-        )
-        return _State(lead, coordinates, contact, potential, residual, abs(force @ contact.lever + torque) / torque)
+        return _evaluate(meshed, position, elasticity, torque, coordinates, lead)
 
-    state = evaluate(elasticity.zero(), approach / base_radius)
+    state = evaluate(*(start or (elasticity.zero(), approach / base_radius)))
     history: list[tuple[float, float]] = []
     for step in range(max_steps + 1):
         history.append((state.force_residual, state.torque_residual))
         if max(history[-1]) <= tolerance:
             return Equilibrium(state.lead, state.coordinates, state.contact, step, tuple(history))
-        if step == max_steps:
-            break
-        if len(state.contact.gap) == 0:
-            if not math.isfinite(state.contact.smallest_gap):
-                raise ConvergenceError(f"no flank faces its mate at phi = {position.phi:.6g} rad", history)
-            state = evaluate(state.coordinates, state.lead + (state.contact.smallest_gap + approach) / base_radius)
+        if len(state.contact.gap) > 0:
+            state = _damped_step(elasticity, state, torque, evaluate)
             continue
-        state = _damped_step(elasticity, state, torque, evaluate)
+        if not math.isfinite(state.contact.smallest_gap):
+            raise ConvergenceError(f"no flank faces its mate at phi = {position.phi:.6g} rad", history)
+        state = evaluate(state.coordinates, state.lead + (state.contact.smallest_gap + approach) / base_radius)
     raise ConvergenceError(
         f"no equilibrium at phi = {position.phi:.6g} rad, torque = {torque * 1e-3:.6g} N m after {max_steps} Newton "
         f"steps (residuals: force {history[-1][0]:.2g}, torque {history[-1][1]:.2g})",
@@ -131,20 +127,42 @@ def solve_equilibrium(
     )
 
 
-def _damped_step(elasticity, state, torque, evaluate):  # type: ignore[no-untyped-def]
+def _evaluate(
+    meshed: MeshedPair,
+    position: Position,
+    elasticity: Elasticity,
+    torque: float,
+    coordinates: FloatArray,
+    lead: float,
+) -> _State:
+    contact = search_contact(meshed, position, elasticity.displacement(coordinates), lead)
+    force = contact.force
+    target = elasticity.coordinates_of(contact, force)
+    norm = elasticity.energy_norm(target)
+    # A basis without shapes, or with none on the loaded patches, has nothing to balance: penalty alone.
+    scale = max(norm, elasticity.energy_norm(coordinates))
+    residual = elasticity.energy_norm(target - coordinates) / scale if scale > 0.0 else 0.0
+    potential = 0.5 * elasticity.energy_norm(coordinates) ** 2 - 0.5 * float(force @ contact.gap) - torque * lead
+    return _State(lead, coordinates, contact, potential, residual, abs(float(force @ contact.lever) + torque) / torque)
+
+
+def _damped_step(
+    elasticity: Elasticity, state: _State, torque: float, evaluate: Callable[[FloatArray, float], _State]
+) -> _State:
     contact = state.contact
     elastic = contact.gap_change(elasticity.displacement(state.coordinates))
     coordinates, rotation = elasticity.newton_step(contact, contact.gap - elastic, torque)
-    size = 1.0
-    best = None
+    best, size = None, 1.0
     for _ in range(12):
-        trial = evaluate(
-            state.coordinates + size * (coordinates - state.coordinates), state.lead + size * rotation
-        )
-        worse = max(trial.force_residual, trial.torque_residual)
-        if best is None or worse < best[0]:
-            best = (worse, trial)
-        if worse < max(state.force_residual, state.torque_residual) or trial.potential < state.potential:
+        trial = evaluate(state.coordinates + size * (coordinates - state.coordinates), state.lead + size * rotation)
+        if _worst(trial) < _worst(state) or trial.potential < state.potential:
             return trial
+        if best is None or _worst(trial) < _worst(best):
+            best = trial
         size *= 0.5
-    return best[1]
+    assert best is not None
+    return best
+
+
+def _worst(state: _State) -> float:
+    return max(state.force_residual, state.torque_residual)

@@ -9,7 +9,6 @@ import numpy as np
 from pmor.contact.kernel import prepare_surface, refine
 from pmor.gear.conventions import FloatArray
 from pmor.gear.pair import GearPair
-from pmor.mesh.sector import SectorMesh
 
 
 @dataclass(frozen=True)
@@ -92,27 +91,37 @@ class MeshedPair:
     pair : GearPair
     pinion, wheel : Flank
     scheme : ContactScheme
+    stiffness_estimate : float
+        Rough stiffness of one tooth pair along the line of action, N/mm: where searches start, how large windows are.
     """
 
     pair: GearPair
     pinion: Flank
     wheel: Flank
     scheme: ContactScheme
+    stiffness_estimate: float
+
+    def expected_approach(self, torque: float) -> float:
+        """Return the approach of the flanks to expect under a pinion torque (N mm), mm."""
+        return torque / self.pair.pinion.base_radius / self.stiffness_estimate
 
 
-def flank_of(mesh: SectorMesh, scheme: ContactScheme) -> Flank:
-    """Take the loaded flank of a sector mesh.
+def make_flank(nodes: FloatArray, roll_angle: FloatArray, scheme: ContactScheme) -> Flank:
+    """Prepare a flank for the contact search.
 
     Parameters
     ----------
-    mesh : SectorMesh
+    nodes : ndarray, shape (n + 1, m + 1, 3)
+        From the start of the involute to the tip, along +z, in the tooth frame, mm.
+    roll_angle : ndarray, shape (n + 1,)
+        rad.
     scheme : ContactScheme
 
     Returns
     -------
     Flank
     """
-    nodes = np.ascontiguousarray(mesh.flank_nodes)
+    nodes = np.ascontiguousarray(nodes)
     elements, across = nodes.shape[0] - 1, nodes.shape[1] - 1
     points = np.empty((elements * scheme.lodm_profile + 1, across * scheme.lodm_width + 1, 3))
     along_rows, along_columns = np.empty((*nodes.shape[:2], 2, 3)), np.empty((*nodes.shape[:2], 2, 3))
@@ -124,4 +133,4 @@ def flank_of(mesh: SectorMesh, scheme: ContactScheme) -> Flank:
     across_half = 0.5 * np.linalg.norm(np.diff(points, axis=1), axis=-1)
     extents[1:, :, 0], extents[:-1, :, 1] = along, along
     extents[:, 1:, 2], extents[:, :-1, 3] = across_half, across_half
-    return Flank(nodes, mesh.flank_roll_angle, extents)
+    return Flank(nodes, roll_angle, extents)

@@ -1,7 +1,7 @@
 """Active patches: which tooth pairs can touch at a pinion angle, and which rows of their flanks.
 
-Everything follows from the kinematics. Near the contact point two conjugate flanks separate by ``s^2 / (2 rho)``, with s
-the distance along the flank and rho the relative radius of curvature, so an approach `depth` is confined to
+Everything follows from the kinematics. Near the contact point two conjugate flanks separate by ``s^2 / (2 rho)``, with
+s the distance along the flank and rho the relative radius of curvature, so an approach `depth` is confined to
 ``s <= sqrt(2 rho depth)``. Nothing outside is deformed or evaluated.
 """
 
@@ -90,7 +90,7 @@ def active_patches(meshed: MeshedPair, phi: float, depth: float) -> Position:
 
 
 def overshoot(meshed: MeshedPair, depth: float) -> float:
-    """Return how far beyond the path of contact an approach `depth` (mm) can make a pair touch, rad of roll position."""
+    """Return how far beyond the path of contact an approach `depth` (mm) makes a pair touch, rad of roll position."""
     pair = meshed.pair
     radius = max(
         _relative_radius(meshed, pair.contact_roll_angles(np.array(end))) for end in pair.roll_position_range

@@ -1,0 +1,97 @@
+"""Equilibrium at one pinion angle for several torques, with windows that grow when contact reaches their border."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmor.contact.elasticity import Elasticity
+from pmor.contact.equilibrium import Equilibrium, solve_equilibrium
+from pmor.contact.flank import MeshedPair
+from pmor.contact.position import Position, active_patches
+from pmor.errors import ConvergenceError
+
+ElasticityAt = Callable[[Position], Elasticity]
+
+# The approach of the flanks at which the windows are cut, over the expected one: the tooth pairs share the load
+# unevenly and tip corners dig in. Too small costs a repetition, never accuracy.
+WINDOW_MARGIN = 5.0
+
+
+@dataclass(frozen=True)
+class SolvedPosition:
+    """Equilibria at one pinion angle.
+
+    Parameters
+    ----------
+    position : Position
+    equilibria : tuple of Equilibrium or None
+        One for each torque; None where Newton did not converge.
+    failures : tuple of str
+        What went wrong, for the torques that failed.
+    """
+
+    position: Position
+    equilibria: tuple[Equilibrium | None, ...]
+    failures: tuple[str, ...]
+
+
+def solve_position(
+    meshed: MeshedPair, phi: float, torques: Sequence[float], elasticity_at: ElasticityAt
+) -> SolvedPosition:
+    """Solve for the equilibria at one pinion angle.
+
+    Parameters
+    ----------
+    meshed : MeshedPair
+    phi : float
+        Pinion angle, rad.
+    torques : sequence of float
+        N mm; each solution starts from the one before.
+    elasticity_at : callable
+        Gives the elastic model of a position's windows.
+
+    Returns
+    -------
+    SolvedPosition
+    """
+    depth = WINDOW_MARGIN * meshed.expected_approach(max(torques)) + _surface_error(meshed)
+    while True:
+        solved = _solve_within(active_patches(meshed, phi, depth), meshed, torques, elasticity_at)
+        if not any(e is not None and e.contact.touches_border for e in solved.equilibria):
+            return solved
+        depth *= 3.0  # ends at the latest when the windows hold the whole flanks, which have no inner border
+
+
+def _solve_within(
+    position: Position, meshed: MeshedPair, torques: Sequence[float], elasticity_at: ElasticityAt
+) -> SolvedPosition:
+    elasticity = elasticity_at(position)
+    equilibria: list[Equilibrium | None] = []
+    failures: list[str] = []
+    previous: tuple[Equilibrium, float] | None = None
+    for torque in torques:
+        start = previous[0].scaled_start(torque / previous[1]) if previous else None
+        try:
+            equilibrium = solve_equilibrium(meshed, position, elasticity, torque, start)
+            previous = equilibrium, torque
+            equilibria.append(equilibrium)
+        except ConvergenceError as error:
+            equilibria.append(None)
+            failures.append(str(error))
+    return SolvedPosition(position, tuple(equilibria), tuple(failures))
+
+
+def _surface_error(meshed: MeshedPair) -> float:
+    """Sagitta of a bilinear facet: by so much an unrefined flank misses the involute, mm."""
+    if meshed.scheme.smooth:
+        return 0.0
+    sagittas = []
+    for flank, tooth in ((meshed.pinion, meshed.pair.pinion), (meshed.wheel, meshed.pair.wheel)):
+        roll = flank.roll_angle
+        chord = 0.5 * tooth.base_radius * np.diff(roll**2)
+        radius = 0.5 * tooth.base_radius * (roll[1:] + roll[:-1])
+        sagittas.append(float(np.max(chord**2 / (8.0 * radius))))
+    return sum(sagittas)

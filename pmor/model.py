@@ -1,0 +1,184 @@
+"""From a case to the mechanical model: geometry, meshes, elastic gears, contact."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from pmor.case import Case, GearCase
+from pmor.contact.flank import ContactScheme, MeshedPair, make_flank
+from pmor.contact.solve import ElasticityAt
+from pmor.errors import MeshError
+from pmor.fe.cyclic import ElasticGear, elastic_gear
+from pmor.gear.conventions import FloatArray
+from pmor.gear.pair import GearPair, zero_backlash_centre_distance
+from pmor.gear.tooth import Tooth
+from pmor.mesh.quality import MeshQuality, mesh_quality
+from pmor.mesh.sector import SectorMesh, build_sector
+
+# Stiffness of one tooth pair per face width over Young's modulus: ISO 6336 gives 14 N/(mm um) for steel.
+PAIR_STIFFNESS_OVER_MODULUS = 0.067
+
+
+@dataclass(frozen=True)
+class MeshModel:
+    """The meshed pair before any finite-element solution.
+
+    Parameters
+    ----------
+    pinion, wheel : SectorMesh
+        The same object when the gears are identical.
+    quality : MeshQuality
+        Of the worse of the two meshes.
+    meshed : MeshedPair
+    """
+
+    pinion: SectorMesh
+    wheel: SectorMesh
+    quality: MeshQuality
+    meshed: MeshedPair
+
+
+@dataclass(frozen=True)
+class ElasticModel:
+    """The full finite-element model of the pair.
+
+    Parameters
+    ----------
+    mesh : MeshModel
+    pinion, wheel : ElasticGear
+        The same object when the gears are identical.
+    """
+
+    mesh: MeshModel
+    pinion: ElasticGear
+    wheel: ElasticGear
+
+    @property
+    def elasticity_at(self) -> ElasticityAt:
+        """Full compliance of the windows of a position."""
+        from pmor.contact.elasticity import full_elasticity
+
+        return lambda position: full_elasticity(self.pinion, self.wheel, position)
+
+
+def gear_pair(case: Case) -> GearPair:
+    """Return the geometry of a case's gear pair.
+
+    Raises
+    ------
+    GeometryError
+    """
+    pair = case.pair
+    pinion, wheel = _tooth(case, pair.pinion, 1.0), _tooth(case, pair.wheel, -1.0)
+    distance = pair.centre_distance_mm or zero_backlash_centre_distance(pinion, wheel)
+    return GearPair(pinion, wheel, pair.face_width_mm, distance)
+
+
+def contact_scheme(case: Case) -> ContactScheme:
+    """Return the contact scheme of a case."""
+    c = case.contact
+    return ContactScheme(c.surface, c.projection, c.edge_normals, c.lodm_profile, c.lodm_width, c.penalty_N_mm3)
+
+
+def stiffness_estimate(case: Case) -> float:
+    """Return a rough stiffness of one tooth pair, N/mm."""
+    moduli = [gear.youngs_modulus_GPa * 1e3 for gear in (case.pair.pinion, case.pair.wheel)]
+    return PAIR_STIFFNESS_OVER_MODULUS * 2.0 / sum(1.0 / e for e in moduli) * case.pair.face_width_mm
+
+
+def mesh_model(case: Case) -> MeshModel:
+    """Mesh both gears of a case.
+
+    Raises
+    ------
+    GeometryError, MeshError
+    """
+    pair = gear_pair(case)
+    pinion = _sector(case, case.pair.pinion, pair.pinion)
+    wheel = pinion if pair.pinion == pair.wheel and _same_blank(case) else _sector(case, case.pair.wheel, pair.wheel)
+    qualities = [mesh_quality(mesh.nodes, mesh.elements) for mesh in (pinion, wheel)]
+    meshed = assemble_pair(case, pair, (pinion.flank_nodes, wheel.flank_nodes),
+                           (pinion.flank_roll_angle, wheel.flank_roll_angle))  # fmt: skip
+    return MeshModel(pinion, wheel, min(qualities, key=lambda q: q.min_scaled_jacobian), meshed)
+
+
+def assemble_pair(
+    case: Case, pair: GearPair, nodes: tuple[FloatArray, FloatArray], roll_angles: tuple[FloatArray, FloatArray]
+) -> MeshedPair:
+    """Put two meshed flanks (pinion first) and the case's contact scheme together.
+
+    Parameters
+    ----------
+    case : Case
+    pair : GearPair
+    nodes : two ndarrays, shape (n + 1, m + 1, 3)
+        mm.
+    roll_angles : two ndarrays, shape (n + 1,)
+        rad.
+
+    Returns
+    -------
+    MeshedPair
+    """
+    scheme = contact_scheme(case)
+    flanks = [make_flank(n, u, scheme) for n, u in zip(nodes, roll_angles, strict=True)]
+    return MeshedPair(pair, flanks[0], flanks[1], scheme, stiffness_estimate(case))
+
+
+def elastic_model(case: Case, mesh: MeshModel, keep_volume: bool = False) -> ElasticModel:
+    """Solve for the flank compliance of both gears; identical gears share one.
+
+    Parameters
+    ----------
+    case : Case
+    mesh : MeshModel
+    keep_volume : bool
+        Keep what back-substitution to the volume needs.
+
+    Returns
+    -------
+    ElasticModel
+    """
+    reach = neighbour_reach(mesh.meshed.pair)
+    gears = case.pair.pinion, case.pair.wheel
+
+    def build(sector: SectorMesh, gear: GearCase) -> ElasticGear:
+        return elastic_gear(
+            sector, gear.youngs_modulus_GPa * 1e3, gear.poisson_ratio, case.mesh.element, reach, keep_volume
+        )
+
+    pinion = build(mesh.pinion, gears[0])
+    same = mesh.wheel is mesh.pinion and gears[0] == gears[1]
+    return ElasticModel(mesh, pinion, pinion if same else build(mesh.wheel, gears[1]))
+
+
+def neighbour_reach(pair: GearPair) -> int:
+    """Return how many neighbouring teeth can be loaded together with a tooth, counting contact beyond the path."""
+    return max(1, math.ceil(pair.contact_ratio + 1.0) - 1)
+
+
+def _same_blank(case: Case) -> bool:
+    return case.pair.pinion.bore_radius_mm == case.pair.wheel.bore_radius_mm
+
+
+def _tooth(case: Case, gear: GearCase, hand: float) -> Tooth:
+    return Tooth(
+        teeth=gear.teeth,
+        module=case.pair.module_mm,
+        pressure_angle=math.radians(case.pair.pressure_angle_deg),
+        helix_angle=hand * math.radians(case.pair.helix_angle_deg),
+        profile_shift=gear.profile_shift,
+        addendum=gear.addendum,
+        dedendum=gear.dedendum,
+        rack_tip_radius=gear.rack_tip_radius,
+    )
+
+
+def _sector(case: Case, gear: GearCase, tooth: Tooth) -> SectorMesh:
+    mesh = case.mesh
+    try:
+        return build_sector(tooth, gear.bore_radius_mm, case.pair.face_width_mm, mesh.profile_elements,
+                            mesh.width_elements, mesh.spacing)  # fmt: skip
+    except MeshError as error:
+        raise MeshError(f"gear with {gear.teeth} teeth: {error}") from error

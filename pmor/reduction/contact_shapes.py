@@ -1,0 +1,166 @@
+"""Static contact shapes of a tooth pair over its roll position, and the reduced elasticity interpolated from them.
+
+One family of shapes *per tooth pair*: the force field that the flanks exchange at a roll position under a training
+torque, on pinion and wheel together, and the displacements it causes on the loaded and the neighbouring teeth. By
+cyclic symmetry the family serves every tooth pair; online each pair in mesh takes the members at its own roll position,
+so that load sharing comes out of the solution. Force and displacement are interpolated with the same weights and
+therefore stay consistent (Blockmans, Tamarozzi, Naets & Desmet, IJNME 102 (2015) 1162).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmor.contact.elasticity import ReducedElasticity
+from pmor.contact.position import Position
+from pmor.fe.cyclic import ElasticGear
+from pmor.gear.conventions import FloatArray
+
+# Directions of the Gram matrix below this fraction of the largest are dependent to working precision.
+DEPENDENCE_TOLERANCE = 1e-10
+
+
+@dataclass(frozen=True)
+class ContactShapes:
+    """Family of contact shapes of one tooth pair: M roll positions, T training torques, f flank unknowns per tooth.
+
+    Parameters
+    ----------
+    roll_position : ndarray, shape (M,)
+        Uniform grid, rad; its first and last positions are idle, so that nothing is extrapolated.
+    angles_per_pitch : int
+        Grid steps per pitch: pairs a whole number of pitches apart have the same interpolation weights.
+    loaded : ndarray of bool, shape (M, T)
+        Whether the pair carries load there; the shapes of the others are zero.
+    displacement : ndarray, shape (M, T, 2, 2 reach + 1, f)
+        Displacement of pinion and wheel (second but last axis: tooth, counted counter-clockwise from the loaded one),
+        mm per unit coordinate.
+    gram : ndarray, shape (reach + 1, M, 2, 2, T, T)
+        ``gram[d, k, a, b]`` holds the products of the force fields at grid position k + a with the displacements that
+        the shapes at k + b, acting on the pair d pitches ahead, cause there.
+    """
+
+    roll_position: FloatArray
+    angles_per_pitch: int
+    loaded: np.ndarray
+    displacement: FloatArray
+    gram: FloatArray
+
+    @property
+    def reach(self) -> int:
+        """Neighbouring teeth covered on either side."""
+        return (self.displacement.shape[3] - 1) // 2
+
+    def weights(self, roll_position: float) -> tuple[int, FloatArray]:
+        """Return the grid position below and the interpolation weights of the members, shape (2, T).
+
+        Linear; where a pair carries no load at one of the two neighbours, the other is used alone. Outside the trained
+        range, and where neither neighbour is loaded, the weights are zero.
+        """
+        step = self.roll_position[1] - self.roll_position[0]
+        place = (roll_position - self.roll_position[0]) / step
+        # A position on the grid, to round-off, is that training position and nothing else.
+        nearest = round(place)
+        place = float(nearest) if abs(place - nearest) < 1e-9 else place
+        k = min(max(int(np.floor(place)), 0), len(self.roll_position) - 2)
+        fraction = place - k
+        weights = np.zeros((2, self.loaded.shape[1]))
+        if not 0.0 <= fraction <= 1.0:
+            return k, weights
+        weights[0], weights[1] = 1.0 - fraction, fraction
+        weights *= self.loaded[k : k + 2]
+        total = weights.sum(axis=0)
+        weights[:, total > 0.0] /= total[total > 0.0]
+        return k, weights
+
+
+def contact_shapes(
+    pinion: ElasticGear, wheel: ElasticGear, roll_position: FloatArray, angles_per_pitch: int, force: FloatArray
+) -> ContactShapes:
+    """Build the family from force fields.
+
+    Parameters
+    ----------
+    pinion, wheel : ElasticGear
+    roll_position : ndarray, shape (M,)
+        Uniform grid, rad.
+    angles_per_pitch : int
+        Grid steps per pitch.
+    force : ndarray, shape (M, T, 2, f)
+        Nodal forces on the pinion's and the wheel's flank, each in its tooth's frame, N; zero where the pair is idle.
+
+    Returns
+    -------
+    ContactShapes
+    """
+    norm = np.linalg.norm(force, axis=(2, 3))
+    loaded = norm > 0.0
+    unit = force / np.where(loaded, norm, 1.0)[:, :, None, None]
+    positions, torques, _, size = unit.shape
+    reach = pinion.reach
+    displacement = np.empty((positions, torques, 2, 2 * reach + 1, size))
+    for gear, body in enumerate((pinion, wheel)):
+        fields = unit[:, :, gear].reshape(-1, size)
+        for k in range(-reach, reach + 1):
+            moved = fields @ body.tooth_compliance(k).T
+            displacement[:, :, gear, reach + k] = moved.reshape(positions, torques, size)
+    return ContactShapes(roll_position, angles_per_pitch, loaded, displacement,
+                         _gram(unit, displacement, angles_per_pitch, reach))  # fmt: skip
+
+
+def reduced_elasticity(shapes: ContactShapes, position: Position, pitch: float) -> ReducedElasticity:
+    """Interpolate the shapes of all pairs in reach and make them orthonormal in energy.
+
+    Parameters
+    ----------
+    shapes : ContactShapes
+    position : Position
+    pitch : float
+        rad.
+
+    Returns
+    -------
+    ReducedElasticity
+    """
+    members = [shapes.weights(position.phi + index * pitch) for index in position.pair_index]
+    torques = shapes.loaded.shape[1]
+    present = [np.flatnonzero(weights.sum(axis=0) > 0.0) for _, weights in members]
+    columns = np.concatenate([p * torques + which for p, which in enumerate(present)]).astype(int)
+    raw = np.zeros((len(position.nodes), 3, len(members) * torques))
+    gram = np.zeros((len(members) * torques,) * 2)
+    for q, (k, weights) in enumerate(members):
+        block_q = slice(q * torques, (q + 1) * torques)
+        for p, index in enumerate(position.pair_index):
+            offset = int(index - position.pair_index[q])
+            for gear, tooth in ((0, offset), (1, -offset)):
+                nodes = position.flank_nodes[p][gear]
+                dofs = (3 * nodes[:, None] + np.arange(3)).ravel()
+                fields = shapes.displacement[k : k + 2, :, gear, shapes.reach + tooth][:, :, dofs]
+                moved = np.einsum("at,atf->ft", weights, fields)
+                raw[position.window_slice(p, gear), :, block_q] = moved.reshape(len(nodes), 3, torques)
+            if offset <= 0:
+                block_p = slice(p * torques, (p + 1) * torques)
+                k_p, weights_p = members[p]
+                block = np.einsum("at,bu,abtu->tu", weights_p, weights, shapes.gram[-offset, k_p])
+                gram[block_p, block_q], gram[block_q, block_p] = block, block.T
+    values, vectors = np.linalg.eigh(gram[np.ix_(columns, columns)])
+    keep = values > DEPENDENCE_TOLERANCE * values.max(initial=0.0)
+    transform = vectors[:, keep] / np.sqrt(values[keep])
+    return ReducedElasticity(raw[:, :, columns] @ transform)
+
+
+def _gram(force: FloatArray, displacement: FloatArray, angles_per_pitch: int, reach: int) -> FloatArray:
+    positions, torques = force.shape[:2]
+    gram = np.zeros((reach + 1, positions, 2, 2, torques, torques))
+    for d in range(reach + 1):
+        shift = d * angles_per_pitch
+        for a in range(2):
+            for b in range(2):
+                # Only where both members exist.
+                rows = np.arange(max(positions - max(a, shift + b), 0))
+                for gear, tooth in ((0, -d), (1, d)):
+                    moved = displacement[rows + shift + b, :, gear, reach + tooth]
+                    gram[d, rows, a, b] += np.einsum("ktf,kuf->ktu", force[rows + a, :, gear], moved)
+    return gram

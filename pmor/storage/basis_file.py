@@ -1,0 +1,145 @@
+"""The basis file: what the offline stage hands to the online stage."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+
+from pmor.case import Case, basis_key, parse_case
+from pmor.gear.conventions import FloatArray
+from pmor.reduction.contact_shapes import ContactShapes
+from pmor.result import BoolArray
+from pmor.storage.hdf5 import Field, Schema, create, open_checked, read, write
+
+BASIS_SCHEMA = Schema("pmor-basis", 1, "make it anew with 'pmor offline'")
+GEARS = ("pinion", "wheel")
+
+
+@dataclass(frozen=True)
+class Training:
+    """The full-FE solutions that a basis was made from: n angles, T torques.
+
+    Parameters
+    ----------
+    phi : ndarray, shape (n,)
+        Pinion angles, rad.
+    torque : ndarray, shape (T,)
+        N mm.
+    ste_um : ndarray, shape (T, n)
+        Static transmission error of full FE, um; NaN where it did not converge.
+    converged : ndarray of bool, shape (T, n)
+    seconds : float
+        Wall time of the offline stage.
+    """
+
+    phi: FloatArray
+    torque: FloatArray
+    ste_um: FloatArray
+    converged: BoolArray
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Basis:
+    """A reduced basis with all that the online stage needs.
+
+    Parameters
+    ----------
+    case : Case
+    flank_nodes : two ndarrays, shape (n + 1, m + 1, 3)
+        Pinion and wheel, mm.
+    flank_roll_angle : two ndarrays, shape (n + 1,)
+        rad.
+    shapes : ContactShapes
+    training : Training
+    """
+
+    case: Case
+    flank_nodes: tuple[FloatArray, FloatArray]
+    flank_roll_angle: tuple[FloatArray, FloatArray]
+    shapes: ContactShapes
+    training: Training
+
+
+def write_basis(path: Path, basis: Basis, force: FloatArray, overwrite: bool = False) -> None:
+    """Write a basis file.
+
+    Parameters
+    ----------
+    path : Path
+    basis : Basis
+    force : ndarray, shape (M, T, 2, f)
+        Force fields of the shapes, N: not needed online, kept for checks and for later enrichment.
+    overwrite : bool
+
+    Raises
+    ------
+    OutputError
+    """
+    case, shapes, training = basis.case, basis.shapes, basis.training
+    attributes = {
+        "case_name": case.name,
+        "case_text": case.text,
+        "case_sha256": hashlib.sha256(case.text.encode()).hexdigest(),
+        "basis_key": basis_key(case),
+        "offline_s": training.seconds,
+        "angles_per_pitch": shapes.angles_per_pitch,
+    }
+    with create(path, BASIS_SCHEMA, attributes, overwrite) as file:
+        for gear, nodes, roll in zip(GEARS, basis.flank_nodes, basis.flank_roll_angle, strict=True):
+            group = file.create_group(f"flank/{gear}")
+            write(group, "nodes", nodes, Field("mm", "profile, width, xyz", "undeformed flank nodes, tooth frame"))
+            write(group, "roll_angle", roll, Field("rad", "profile", "roll angle of the flank nodes"))
+        group = file.create_group("shapes")
+        write(group, "roll_position", shapes.roll_position, Field("rad", "position", "roll position of the tooth pair"))
+        write(group, "loaded", shapes.loaded, Field("1", "position, torque", "whether the pair carries load"))
+        write(group, "displacement", shapes.displacement,
+              Field("mm", "position, torque, gear, tooth offset, flank unknown", "displacement of each shape"))  # fmt: skip
+        write(group, "gram", shapes.gram,
+              Field("N mm", "pitch offset, position, a, b, torque, torque", "energy products of the shapes"))  # fmt: skip
+        write(group, "force", force, Field("N", "position, torque, gear, flank unknown", "nodal forces of full FE"))
+        group = file.create_group("training")
+        write(group, "phi", training.phi, Field("rad", "angle", "pinion angle"))
+        write(group, "torque", training.torque, Field("N mm", "torque", "pinion torque"))
+        write(group, "ste", training.ste_um, Field("um", "torque, angle", "static transmission error of full FE"))
+        write(group, "converged", training.converged, Field("1", "torque, angle", "whether full FE converged"))
+
+
+def read_basis(path: Path) -> Basis:
+    """Read a basis file; the force fields stay on disk.
+
+    Raises
+    ------
+    FileFormatError
+        When the file is not a valid basis file of this version.
+    """
+    with open_checked(path, BASIS_SCHEMA) as file:
+        case = parse_case(str(file.attrs["case_text"]), str(file.attrs["case_name"]), f"{path} (case text)")
+        shapes = ContactShapes(
+            roll_position=read(file["shapes"], "roll_position"),
+            angles_per_pitch=int(file.attrs["angles_per_pitch"]),
+            loaded=read(file["shapes"], "loaded"),
+            displacement=read(file["shapes"], "displacement"),
+            gram=read(file["shapes"], "gram"),
+        )
+        training = Training(
+            phi=read(file["training"], "phi"),
+            torque=read(file["training"], "torque"),
+            ste_um=read(file["training"], "ste"),
+            converged=read(file["training"], "converged"),
+            seconds=float(file.attrs["offline_s"]),
+        )
+        nodes, roll = ([read(file[f"flank/{gear}"], name) for gear in GEARS] for name in ("nodes", "roll_angle"))
+        return Basis(case, (nodes[0], nodes[1]), (roll[0], roll[1]), shapes, training)
+
+
+def stored_basis_key(path: Path) -> str:
+    """Return the key of the case settings that a basis file was made from.
+
+    Raises
+    ------
+    FileFormatError
+    """
+    with open_checked(path, BASIS_SCHEMA) as file:
+        return str(file.attrs["basis_key"])

@@ -1,0 +1,48 @@
+"""What is in one of our HDF5 files, as text."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import h5py
+
+from pmor.errors import FileFormatError
+from pmor.storage.basis_file import BASIS_SCHEMA
+from pmor.storage.hdf5 import open_checked, read
+from pmor.storage.snapshot_file import SNAPSHOT_SCHEMA
+
+
+def file_text(path: Path) -> str:
+    """Describe a file: attributes, and each dataset with shape, unit and meaning; checksums are verified.
+
+    Raises
+    ------
+    FileFormatError
+        When it is not one of our files, or its data are damaged.
+    """
+    errors = []
+    for schema in (BASIS_SCHEMA, SNAPSHOT_SCHEMA):
+        try:
+            with open_checked(path, schema) as file:
+                return "\n".join([f"{path}: {schema.name}", *_attributes(file), *_datasets(file)])
+        except FileFormatError as error:
+            errors.append(error)
+    raise errors[0]
+
+
+def _attributes(file: h5py.File) -> list[str]:
+    return [f"  {name:<18} {file.attrs[name]}" for name in sorted(file.attrs) if name not in ("case_text", "schema")]
+
+
+def _datasets(file: h5py.File) -> list[str]:
+    lines: list[str] = []
+
+    def visit(name: str, item: object) -> None:
+        if isinstance(item, h5py.Dataset):
+            read(file, name)
+            shape = " x ".join(map(str, item.shape)) or "scalar"
+            a = item.attrs
+            lines.append(f"  {name:<28} {shape:<26} {a['unit']:<6} {a['description']} ({a['dims']})")
+
+    file.visititems(visit)
+    return lines
