@@ -18,7 +18,7 @@ def training_angles(pair: GearPair, angles_per_pitch: int) -> FloatArray:
 
     They begin where a pair enters the path of contact, so that its first and last positions are sampled closely.
     """
-    return pair.roll_position_range[0] + pair.pitch * np.arange(angles_per_pitch) / angles_per_pitch
+    return np.asarray(pair.roll_position_range[0] + pair.pitch * np.arange(angles_per_pitch) / angles_per_pitch)
 
 
 def roll_position_grid(meshed: MeshedPair, angles_per_pitch: int, largest_torque: float) -> FloatArray:
@@ -42,4 +42,4 @@ def roll_position_grid(meshed: MeshedPair, angles_per_pitch: int, largest_torque
     margin = overshoot(meshed, WINDOW_MARGIN * meshed.expected_approach(largest_torque))
     before = math.ceil(margin / step) + 1
     after = math.ceil((last - first + margin) / step) + 1
-    return first + step * np.arange(-before, after + 1)
+    return np.asarray(first + step * np.arange(-before, after + 1))

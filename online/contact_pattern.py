@@ -1,8 +1,6 @@
-"""Contact pressure on the unrolled pinion flank at one position."""
+"""Contact pressure on unrolled flanks at one position."""
 
 from __future__ import annotations
-
-import math
 
 import numpy as np
 
@@ -14,7 +12,7 @@ Pattern = tuple[str, FloatArray, FloatArray, FloatArray]
 
 
 def contact_patterns(reduced: ReducedPair, phi: float, torque: float) -> list[Pattern]:
-    """Return the pressure of each loaded tooth pair on the pinion's active patches.
+    """Return the pressure of each loaded tooth pair on the active patches of the gear whose points carry it.
 
     Parameters
     ----------
@@ -35,20 +33,20 @@ def contact_patterns(reduced: ReducedPair, phi: float, torque: float) -> list[Pa
     if equilibrium is None:
         return []
     contact, patterns = equilibrium.contact, []
-    roll, z = _points(meshed.pinion.roll_angle, scheme.lodm_profile), _points(
-        meshed.pinion.nodes[0, :, 2], scheme.lodm_width
-    )
-    for p, index in enumerate(position.pair_index):
-        mine = contact.pair == p
+    torques = equilibrium.pair_torque(len(position.pair_index))
+    for p in range(len(position.pair_index)):
+        pinion_points = np.count_nonzero((contact.pair == p) & (contact.slave == 0))
+        slave = 0 if pinion_points >= np.count_nonzero((contact.pair == p) & (contact.slave == 1)) else 1
+        mine = (contact.pair == p) & (contact.slave == slave)
         if not mine.any():
             continue
-        first = position.first_row[p, 0] * scheme.lodm_profile
-        rows = first + np.arange(position.windows[p, 0, 3] * scheme.lodm_profile + 1)
+        flank = (meshed.pinion, meshed.wheel)[slave]
+        roll, z = _points(flank.roll_angle, scheme.lodm_profile), _points(flank.nodes[0, :, 2], scheme.lodm_width)
+        first = position.first_row[p, slave] * scheme.lodm_profile
+        rows = first + np.arange(position.windows[p, slave, 3] * scheme.lodm_profile + 1)
         pressure = np.zeros((len(rows), len(z)))
         pressure[contact.place[mine, 0], contact.place[mine, 1]] = -scheme.penalty * contact.gap[mine]
-        share = equilibrium.pair_torque(len(position.pair_index))[p] / torque
-        place = math.degrees(phi + index * meshed.pair.pitch)
-        title = f"Tooth pair at roll position {place:.1f}°, {100 * share:.0f} % of the torque"
+        title = f"{('Pinion', 'Wheel')[slave]} flank, {100 * torques[p] / torque:.0f} % of torque"
         patterns.append((title, np.degrees(roll[rows]), z, pressure))
     return patterns
 

@@ -56,31 +56,32 @@ def reduced_pair(basis: Basis) -> ReducedPair:
     return ReducedPair(basis, assemble_pair(basis.case, pair, basis.flank_nodes, basis.flank_roll_angle))
 
 
-def online_angles(pair_start: float, pitch: float, count: int) -> FloatArray:
-    """Return `count` pinion angles over one pitch, end point excluded, rad.
+def online_angles(pitch: float, count: int) -> FloatArray:
+    """Return `count` pinion angles over one pitch from 0, end point excluded, rad."""
+    return np.asarray(pitch * np.arange(count) / count)
+
+
+def unseen_angles(pair_start: float, pitch: float, count: int, trained: int) -> FloatArray:
+    """Return `count` pinion angles over one pitch from 0, none of them trained, rad.
+
+    One angle is drawn at random in each of `count` equal parts of the pitch (fixed seed), and again while it is closer
+    than a twentieth of a training step to a training angle.
 
     Parameters
     ----------
     pair_start : float
-        Angle at which a pair enters the path of contact, rad: where the pitch is taken to begin.
+        A training angle, rad.
     pitch : float
         rad.
-    count : int
-    """
-    return pair_start + pitch * np.arange(count) / count
-
-
-def unseen_angles(pair_start: float, pitch: float, count: int, trained: int) -> FloatArray:
-    """Return `count` pinion angles over one pitch, none of them trained, rad.
-
-    One angle is drawn at random in each of `count` equal parts of the pitch (fixed seed), and again while it is closer
-    than a twentieth of a training step to a training angle.
+    count, trained : int
+        Angles to draw, training angles per pitch.
     """
     rng = np.random.default_rng(20160919)
-    fractions = np.empty(count)
+    angles = np.empty(count)
     for i in range(count):
         while True:
-            fractions[i] = (i + rng.random()) / count
-            if abs(fractions[i] * trained - round(fractions[i] * trained)) > 0.05:
+            angles[i] = (i + rng.random()) / count * pitch
+            steps = (angles[i] - pair_start) / pitch * trained
+            if abs(steps - round(steps)) > 0.05:
                 break
-    return pair_start + pitch * fractions
+    return angles

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -53,13 +53,14 @@ def run_figures(result: OnlineResult, mesh: SectorMesh | None) -> list[tuple[str
         ("load_sharing.png", "Share of the pinion torque that each tooth pair carries.", load_sharing_figure(sweep)),
     ]
     if sweep.converged.all():
-        figures.append(("spectrum.png", "Transmission error over orders of the mesh frequency.", spectrum_figure(sweep)))
+        caption = "Transmission error over orders of the mesh frequency."
+        figures.append(("spectrum.png", caption, spectrum_figure(sweep)))
     if comparison is not None:
         figure = error_figure(comparison.full.phi_rad, comparison.full.torque_Nm, comparison.relative_error)
         figures.append(("error.png", "Reduced against full FE at unseen angles.", figure))
     patterns = _patterns(result)
     if patterns:
-        caption = "Contact pressure on the unrolled pinion flank, nominal torque, two pairs and one pair in mesh."
+        caption = "Contact pressure on the unrolled flanks at nominal torque, with two pairs and with one pair in mesh."
         figures.append(("contact_pattern.png", caption, contact_pattern_figure(patterns)))
     if mesh is not None:
         figures.append(("mesh.png", "Section of the pinion's sector mesh, loaded flank marked.", _mesh_figure(mesh)))
@@ -114,18 +115,18 @@ def _error_table(result: OnlineResult) -> Table:
     columns = ["torque, N m", "STE mean, um", "STE peak-to-peak, um", "error max, %", "error rms, %"]
     comparison, sweep = result.comparison, result.sweep
     if comparison is None:
-        rows = zip(sweep.torque_Nm, ste_mean_um(sweep), peak_to_peak_um(sweep), strict=True)
-        return Table("Reduced model", columns[:3], [tuple(map(float, row)) for row in rows])
+        reduced = np.stack([sweep.torque_Nm, ste_mean_um(sweep), peak_to_peak_um(sweep)], axis=1)
+        return Table("Reduced model", columns[:3], reduced.tolist())
     full = comparison.full
     error = 100 * np.abs(comparison.relative_error)
-    rows = zip(full.torque_Nm, ste_mean_um(full), peak_to_peak_um(full), np.nanmax(error, axis=1),
-               np.sqrt(np.nanmean(error**2, axis=1)), strict=True)  # fmt: skip
+    columns_full = [full.torque_Nm, ste_mean_um(full), peak_to_peak_um(full), np.nanmax(error, axis=1)]
+    rows = np.stack([*columns_full, np.sqrt(np.nanmean(error**2, axis=1))], axis=1).tolist()
     reduced_ms, full_ms = (1e3 * s.seconds / s.ste_um.size for s in (comparison.reduced, full))
     note = (
         f"{full.ste_um.shape[1]} unseen angles. Reduced model {reduced_ms:.3g} ms, full FE {full_ms:.3g} ms per "
         f"position (condensed compliance, same solver); offline {result.reduced.basis.training.seconds:.3g} s."
     )
-    return Table("Reduced against full FE, and run time", columns, [tuple(map(float, row)) for row in rows], note)
+    return Table("Reduced against full FE, and run time", columns, rows, note)
 
 
 def _classical_table(result: OnlineResult) -> Table:
@@ -146,11 +147,11 @@ def _classical_table(result: OnlineResult) -> Table:
     return Table("Classical formulas for the same pair", columns, rows, note)
 
 
-def _classical_arguments(case: Case) -> dict[str, object]:
+def _classical_arguments(case: Case) -> dict[str, Any]:
     pair = case.pair
     gears = pair.pinion, pair.wheel
 
-    def both(name: str) -> tuple[object, object]:
+    def both(name: str) -> tuple[Any, Any]:
         return getattr(gears[0], name), getattr(gears[1], name)
 
     return {

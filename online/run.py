@@ -8,7 +8,7 @@ import platform
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import datetime, timezone
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -72,7 +72,7 @@ def run_online(
     OnlineResult
     """
     case, pair = reduced.basis.case, reduced.meshed.pair
-    phi = online_angles(pair.roll_position_range[0], pair.pitch, case.online.angles_per_pitch)
+    phi = online_angles(pair.pitch, case.online.angles_per_pitch)
     torques = [1e3 * t for t in case.online.torques_Nm]
     sweep_ste(reduced.meshed, reduced.elasticity_at, phi[:1], torques)  # compiles: run times are those of warm code
     with Progress(len(phi), "reduced model") as progress:
@@ -129,8 +129,11 @@ def summary_rows(result: OnlineResult) -> list[tuple[str, float | int | None, st
             ("reduced vs full, rms", 100 * s["rom_vs_full_ste_rms_rel"], "%", ""),
             ("full FE time", s["full_ms_per_position"], "ms", "per position, compliance condensed beforehand"),
         ]
-    rows += [("offline time", s["offline_s"], "s", "finite elements and training"), ("basis", s["basis_mib"], "MiB", "")]
-    return rows
+    return [
+        *rows,
+        ("offline time", s["offline_s"], "s", "finite elements and training"),
+        ("basis", s["basis_mib"], "MiB", ""),
+    ]
 
 
 def write_results(result: OnlineResult, out: Path) -> None:
@@ -157,7 +160,7 @@ def provenance(case: Case) -> list[tuple[str, str]]:
     import scipy
 
     return [
-        ("date", datetime.now(timezone.utc).isoformat(timespec="seconds")),
+        ("date", datetime.now(UTC).isoformat(timespec="seconds")),
         ("pmor", pmor.__version__),
         ("Python", sys.version.split()[0]),
         ("numpy, scipy, numba, h5py", ", ".join(m.__version__ for m in (np, scipy, numba, h5py))),

@@ -6,6 +6,7 @@ Imports of what is heavy or belongs to a stage stand inside the functions, so th
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -118,15 +119,9 @@ def _reduced_and_full(
         valid = False  # an old or damaged basis in the results folder is simply made anew
     if not valid:
         run_offline(case, model, basis_path, jobs, resume=not overwrite, overwrite=True, started=started)
-    basis = _with_case(read_basis(basis_path), case)
+    # The basis is valid, but sweep and outputs of the case may have changed since.
+    basis = replace(read_basis(basis_path), case=case)
     return run_online(reduced_pair(basis), basis_path, model.elasticity_at), mesh, folder
-
-
-def _with_case(basis, case):  # type: ignore[no-untyped-def]
-    """The stored basis with the case as it is now: sweep and outputs may have changed since."""
-    from dataclasses import replace
-
-    return replace(basis, case=case)
 
 
 def _elastic_model(case: Case, mesh: MeshModel | None = None) -> ElasticModel:

@@ -78,7 +78,9 @@ def gear_pair(case: Case) -> GearPair:
 def contact_scheme(case: Case) -> ContactScheme:
     """Return the contact scheme of a case."""
     c = case.contact
-    return ContactScheme(c.surface, c.projection, c.edge_normals, c.lodm_profile, c.lodm_width, c.penalty_N_mm3)
+    return ContactScheme(
+        c.surface, c.projection, c.slave, c.edge_normals, c.lodm_profile, c.lodm_width, c.penalty_N_mm3
+    )
 
 
 def stiffness_estimate(case: Case) -> float:

@@ -146,6 +146,9 @@ class ContactCase:
     projection : {"patch", "facet"}
         Project the contact points on the Hermite patches themselves, or on bilinear facets through their refined
         points (the paper).
+    slave : {"tip", "pinion", "wheel", "both"}
+        Gear whose points are projected on its mate: the one whose tip is nearer, a fixed one, or both with half the
+        penalty each.
     edge_normals : {"parabolic", "average"}
         Node normals at the edges of the flank: one-sided parabolic fit, or the paper's plain average.
     lodm_profile, lodm_width : int
@@ -156,6 +159,7 @@ class ContactCase:
 
     surface: Literal["hermite", "facet"] = "hermite"
     projection: Literal["patch", "facet"] = "patch"
+    slave: Literal["tip", "pinion", "wheel", "both"] = "tip"
     edge_normals: Literal["parabolic", "average"] = "parabolic"
     lodm_profile: Subdivisions = 4
     lodm_width: Subdivisions = 1

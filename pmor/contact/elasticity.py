@@ -61,7 +61,7 @@ class FullElasticity:
         return np.asarray(self.compliance @ coordinates).reshape(-1, 3)
 
     def energy_norm(self, coordinates: FloatArray) -> float:
-        return float(np.sqrt(max(coordinates @ self.compliance @ coordinates, 0.0)))
+        return float(np.sqrt(max(float(coordinates @ self.compliance @ coordinates), 0.0)))
 
     def coordinates_of(self, contact: Contact, force: FloatArray) -> FloatArray:
         return contact.nodal_forces(force, len(self.compliance) // 3).ravel()
@@ -70,9 +70,9 @@ class FullElasticity:
         nodes, inverse = np.unique(contact.index, return_inverse=True)
         dofs = (3 * nodes[:, None] + np.arange(3)).ravel()
         n = len(free_gap)
-        gradient = np.zeros((n, len(nodes), 3))
-        np.add.at(gradient, (np.arange(n)[:, None], inverse.reshape(n, 8)), contact.weight)
-        gradient = gradient.reshape(n, -1)
+        by_node = np.zeros((n, len(nodes), 3))
+        np.add.at(by_node, (np.arange(n)[:, None], inverse.reshape(n, 8)), contact.weight)
+        gradient = by_node.reshape(n, -1)
         flexibility = gradient @ self.compliance[np.ix_(dofs, dofs)] @ gradient.T
         flexibility[np.diag_indices(n)] += 1.0 / contact.stiffness
         solution = la.cho_solve(la.cho_factor(flexibility), np.stack([-free_gap, contact.lever], axis=1))

@@ -51,7 +51,8 @@ class Equilibrium:
     def pair_torque(self, n_pairs: int) -> FloatArray:
         """Return the torque on the pinion that each tooth pair carries, shape (n_pairs,), N mm."""
         contact = self.contact
-        return np.bincount(contact.pair, weights=-contact.force * contact.lever, minlength=n_pairs)
+        torque = np.bincount(contact.pair, weights=-contact.force * contact.lever, minlength=n_pairs)
+        return np.asarray(torque, dtype=float)
 
     @property
     def wheel_torque(self) -> float:

@@ -22,6 +22,9 @@ class ContactScheme:
     projection : {"patch", "facet"}
         Where slave points are projected: on the master's patches themselves, or on bilinear facets through its refined
         points (the paper).
+    slave : {"tip", "pinion", "wheel", "both"}
+        Gear whose points are projected on its mate: the one whose tip is nearer, one of them, or both with half the
+        penalty each (two-pass).
     edge_normals : {"parabolic", "average"}
         Node normals at the edges of a flank: one-sided parabolas, or the paper's plain average.
     lodm_profile, lodm_width : int
@@ -32,6 +35,7 @@ class ContactScheme:
 
     surface: str
     projection: str
+    slave: str
     edge_normals: str
     lodm_profile: int
     lodm_width: int
@@ -84,7 +88,7 @@ class Flank:
 
 @dataclass(frozen=True)
 class MeshedPair:
-    """A gear pair with meshed flanks and a contact scheme; the pinion is the slave.
+    """A gear pair with meshed flanks and a contact scheme.
 
     Parameters
     ----------

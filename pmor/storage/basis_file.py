@@ -94,10 +94,10 @@ def write_basis(path: Path, basis: Basis, force: FloatArray, overwrite: bool = F
         group = file.create_group("shapes")
         write(group, "roll_position", shapes.roll_position, Field("rad", "position", "roll position of the tooth pair"))
         write(group, "loaded", shapes.loaded, Field("1", "position, torque", "whether the pair carries load"))
-        write(group, "displacement", shapes.displacement,
-              Field("mm", "position, torque, gear, tooth offset, flank unknown", "displacement of each shape"))  # fmt: skip
-        write(group, "gram", shapes.gram,
-              Field("N mm", "pitch offset, position, a, b, torque, torque", "energy products of the shapes"))  # fmt: skip
+        dims = "position, torque, gear, tooth offset, flank unknown"
+        write(group, "displacement", shapes.displacement, Field("mm", dims, "displacement of each shape"))
+        dims = "pitch offset, position, a, b, torque, torque"
+        write(group, "gram", shapes.gram, Field("N mm", dims, "energy products of the shapes"))
         write(group, "force", force, Field("N", "position, torque, gear, flank unknown", "nodal forces of full FE"))
         group = file.create_group("training")
         write(group, "phi", training.phi, Field("rad", "angle", "pinion angle"))

@@ -11,7 +11,7 @@ import platform
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from datetime import datetime, timezone
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -81,7 +81,7 @@ def create(path: Path, schema: Schema, attributes: dict[str, Any], overwrite: bo
         file.attrs.update(
             schema=schema.name,
             schema_version=schema.version,
-            created=datetime.now(timezone.utc).isoformat(timespec="seconds"),
+            created=datetime.now(UTC).isoformat(timespec="seconds"),
             pmor_version=pmor.__version__,
             numpy_version=np.__version__,
             h5py_version=h5py.__version__,
@@ -95,9 +95,8 @@ def write(group: h5py.Group, name: str, data: Any, field: Field) -> None:
     """Write a dataset with its description and checksum."""
     array = np.ascontiguousarray(data)
     dataset = group.create_dataset(name, data=array)
-    dataset.attrs.update(
-        unit=field.unit, dims=field.dims, description=field.description, sha256=hashlib.sha256(array.tobytes()).hexdigest()
-    )
+    checksum = hashlib.sha256(array.tobytes()).hexdigest()
+    dataset.attrs.update(unit=field.unit, dims=field.dims, description=field.description, sha256=checksum)
 
 
 @contextmanager
