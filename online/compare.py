@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from online.model import ReducedPair, unseen_angles
+from online.sweep import sweep_reduced_pair
 from pmor.contact.solve import ElasticityAt
 from pmor.gear.conventions import FloatArray
 from pmor.result import SteSweep
@@ -68,7 +69,7 @@ def compare_models(
     )
     torques = [1e3 * t for t in case.compare.torques_Nm]
     return Comparison(
-        reduced=sweep_ste(reduced.meshed, reduced.elasticity_at, phi, torques),
+        reduced=sweep_reduced_pair(reduced, phi, torques),
         full=sweep_ste(reduced.meshed, full_elasticity_at, phi, torques, advance),
     )
 

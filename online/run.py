@@ -17,12 +17,12 @@ import numpy as np
 import pmor
 from online.compare import Comparison, compare_models, failed_positions
 from online.model import ReducedPair, online_angles
+from online.sweep import sweep_reduced_pair
 from online.tables import summary_text, write_ste_csv, write_summary_json
 from pmor.case import Case
 from pmor.contact.solve import ElasticityAt
 from pmor.progress import Progress
 from pmor.result import SteSweep, peak_to_peak_um, ripple_um, ste_mean_um
-from pmor.sweep import sweep_ste
 
 
 @dataclass(frozen=True)
@@ -74,9 +74,9 @@ def run_online(
     case, pair = reduced.basis.case, reduced.meshed.pair
     phi = online_angles(pair.pitch, case.online.angles_per_pitch)
     torques = [1e3 * t for t in case.online.torques_Nm]
-    sweep_ste(reduced.meshed, reduced.elasticity_at, phi[:1], torques)  # compiles: run times are those of warm code
+    sweep_reduced_pair(reduced, phi[:1], torques)  # compiles: run times are those of warm code
     with Progress(len(phi), "reduced model") as progress:
-        sweep = sweep_ste(reduced.meshed, reduced.elasticity_at, phi, torques, progress.advance)
+        sweep = sweep_reduced_pair(reduced, phi, torques, advance=progress.advance)
     failures = failed_positions(sweep, "reduced model")
     comparison = None
     if full_elasticity_at is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -105,6 +106,30 @@ class MeshedPair:
     scheme: ContactScheme
     stiffness_estimate: float
 
+    @cached_property
+    def geometry(self) -> FloatArray:
+        """Kinematics for the kernel (`pmor.contact.kernel`, windows)."""
+        pair = self.pair
+        smallest_radius = 0.1 * pair.pinion.module
+        return np.array([pair.action_length, pair.working_pressure_angle, pair.centre_distance, pair.pitch,
+                         *pair.roll_position_range, smallest_radius])  # fmt: skip
+
+    @cached_property
+    def gears(self) -> tuple[tuple[FloatArray, ...], ...]:
+        """Flanks for the kernel: nodes, roll angles, extents and circles of pinion and wheel."""
+        return tuple(
+            (flank.nodes, flank.roll_angle, flank.extents,
+             np.array([tooth.base_radius, tooth.form_roll_angle, tooth.tip_roll_angle, tooth.base_half_angle]))
+            for flank, tooth in ((self.pinion, self.pair.pinion), (self.wheel, self.pair.wheel))
+        )  # fmt: skip
+
+    @cached_property
+    def kernel_scheme(self) -> tuple[int, int, bool, bool, bool, float, float]:
+        """Contact scheme for the kernel; a negative slave mode lets the gear whose tip is nearer be the slave."""
+        s = self.scheme
+        mode = {"pinion": 1.0, "wheel": 0.0, "both": 0.5, "tip": -1.0}[s.slave]
+        return s.lodm_profile, s.lodm_width, s.smooth, s.direct, s.parabolic, s.penalty, mode
+
     def expected_approach(self, torque: float) -> float:
         """Return the approach of the flanks to expect under a pinion torque (N mm), mm."""
         return torque / self.pair.pinion.base_radius / self.stiffness_estimate
@@ -137,4 +162,4 @@ def make_flank(nodes: FloatArray, roll_angle: FloatArray, scheme: ContactScheme)
     across_half = 0.5 * np.linalg.norm(np.diff(points, axis=1), axis=-1)
     extents[1:, :, 0], extents[:-1, :, 1] = along, along
     extents[:, 1:, 2], extents[:, :-1, 3] = across_half, across_half
-    return Flank(nodes, roll_angle, extents)
+    return Flank(nodes, np.ascontiguousarray(roll_angle), extents)

@@ -24,9 +24,9 @@ def _unit_cross(a, b, out):
     out[0] = a[1] * b[2] - a[2] * b[1]
     out[1] = a[2] * b[0] - a[0] * b[2]
     out[2] = a[0] * b[1] - a[1] * b[0]
-    length = np.sqrt(out[0] ** 2 + out[1] ** 2 + out[2] ** 2)
+    inverse = 1.0 / np.sqrt(out[0] ** 2 + out[1] ** 2 + out[2] ** 2)
     for d in range(3):
-        out[d] /= length
+        out[d] *= inverse
 
 
 @njit(cache=True)
@@ -73,6 +73,14 @@ def _tangent(nodes, i, k, along_rows, out):
 
 
 @njit(cache=True)
+def _facet_normal(nodes, i, k, a, b, out):
+    for d in range(3):
+        a[d] = nodes[i + 1, k + 1, d] - nodes[i, k, d]
+        b[d] = nodes[i, k + 1, d] - nodes[i + 1, k, d]
+    _unit_cross(b, a, out)
+
+
+@njit(cache=True)
 def node_normals(nodes, low_edge, high_edge, parabolic, out):
     """Outward normals at the nodes of a window.
 
@@ -89,6 +97,14 @@ def node_normals(nodes, low_edge, high_edge, parabolic, out):
     """
     rows, columns = nodes.shape[0], nodes.shape[1]
     a, b, normal = np.empty(3), np.empty(3), np.empty(3)
+    out[:] = 0.0
+    for i in range(rows - 1):
+        for k in range(columns - 1):
+            _facet_normal(nodes, i, k, a, b, normal)
+            for di in range(2):
+                for dk in range(2):
+                    for d in range(3):
+                        out[i + di, k + dk, d] += normal[d]
     for i in range(rows):
         for k in range(columns):
             on_edge = (i == 0 and low_edge) or (i == rows - 1 and high_edge) or k == 0 or k == columns - 1
@@ -97,19 +113,9 @@ def node_normals(nodes, low_edge, high_edge, parabolic, out):
                 _tangent(nodes, i, k, False, b)
                 _unit_cross(b, a, out[i, k])
                 continue
+            inverse = 1.0 / np.sqrt(out[i, k, 0] ** 2 + out[i, k, 1] ** 2 + out[i, k, 2] ** 2)
             for d in range(3):
-                out[i, k, d] = 0.0
-            for ei in range(max(i - 1, 0), min(i + 1, rows - 1)):
-                for ek in range(max(k - 1, 0), min(k + 1, columns - 1)):
-                    for d in range(3):
-                        a[d] = nodes[ei + 1, ek + 1, d] - nodes[ei, ek, d]
-                        b[d] = nodes[ei, ek + 1, d] - nodes[ei + 1, ek, d]
-                    _unit_cross(b, a, normal)
-                    for d in range(3):
-                        out[i, k, d] += normal[d]
-            length = np.sqrt(out[i, k, 0] ** 2 + out[i, k, 1] ** 2 + out[i, k, 2] ** 2)
-            for d in range(3):
-                out[i, k, d] /= length
+                out[i, k, d] *= inverse
 
 
 @njit(cache=True)
@@ -187,6 +193,40 @@ def prepare_surface(nodes, low_edge, high_edge, smooth, parabolic, along_rows, a
 
 
 @njit(cache=True)
+def row_points(nodes, along_rows, along_columns, smooth, i, s, lodm_width, out):
+    """Points of a surface along the width at parameter s of element row i; the same points as `surface_point` gives.
+
+    One direction of the patch is done once for the whole row, which is what makes a row of slave points cheap.
+    """
+    columns = nodes.shape[1]
+    if smooth:
+        h0, h1 = (1.0 + 2.0 * s) * (1.0 - s) ** 2, s * s * (3.0 - 2.0 * s)
+        g0, g1 = s * (1.0 - s) ** 2, s * s * (s - 1.0)
+    else:
+        h0, h1, g0, g1 = 1.0 - s, s, 0.0, 0.0
+    for k in range(columns):
+        for d in range(3):
+            value = h0 * nodes[i, k, d] + h1 * nodes[i + 1, k, d]
+            if smooth:
+                value += g0 * along_rows[i, k, 0, d] + g1 * along_rows[i, k, 1, d]
+            out[k * lodm_width, d] = value
+    for k in range(columns - 1):
+        for part in range(1, lodm_width):
+            t = part / lodm_width
+            for d in range(3):
+                first, last = out[k * lodm_width, d], out[(k + 1) * lodm_width, d]
+                if smooth:
+                    tangent_0 = h0 * along_columns[i, k, 0, d] + h1 * along_columns[i + 1, k, 0, d]
+                    tangent_1 = h0 * along_columns[i, k, 1, d] + h1 * along_columns[i + 1, k, 1, d]
+                    out[k * lodm_width + part, d] = (
+                        (1.0 + 2.0 * t) * (1.0 - t) ** 2 * first + t * t * (3.0 - 2.0 * t) * last
+                        + t * (1.0 - t) ** 2 * tangent_0 + t * t * (t - 1.0) * tangent_1
+                    )  # fmt: skip
+                else:
+                    out[k * lodm_width + part, d] = (1.0 - t) * first + t * last
+
+
+@njit(cache=True)
 def refine(nodes, along_rows, along_columns, smooth, first, count, lodm_profile, lodm_width, out):
     """Points of the refined surface over the element rows of a window.
 
@@ -204,23 +244,18 @@ def refine(nodes, along_rows, along_columns, smooth, first, count, lodm_profile,
         Subdivisions of an element along the profile and the width.
     out : ndarray, shape (count lodm_profile + 1, (columns - 1) lodm_width + 1, 3)
     """
-    elements_across = nodes.shape[1] - 1
-    tangent_s, tangent_t = np.empty(3), np.empty(3)
     for row in range(count * lodm_profile + 1):
         i = min(row // lodm_profile, count - 1)
         s = (row - i * lodm_profile) / lodm_profile
-        for column in range(elements_across * lodm_width + 1):
-            k = min(column // lodm_width, elements_across - 1)
-            t = (column - k * lodm_width) / lodm_width
-            surface_point(nodes, along_rows, along_columns, smooth, first + i, k, s, t, out[row, column],
-                          tangent_s, tangent_t)  # fmt: skip
+        row_points(nodes, along_rows, along_columns, smooth, first + i, s, lodm_width, out[row])
 
 
 @njit(cache=True)
 def _foot_on_patch(nodes, along_rows, along_columns, smooth, i, k, x, guess, tangent_s, tangent_t, foot):
     """Foot of the perpendicular on one (continued) patch by Gauss-Newton; updates `guess` = (s, t).
 
-    The neglected curvature term is the gap over the radius of curvature: each step gains that factor.
+    The neglected curvature term is the gap over the radius of curvature: each step gains that factor. A remaining
+    step of 1e-6 elements changes the gap by its square times the element's sagitta: nothing.
     """
     for _ in range(20):
         surface_point(nodes, along_rows, along_columns, smooth, i, k, guess[0], guess[1], foot, tangent_s, tangent_t)
@@ -234,7 +269,7 @@ def _foot_on_patch(nodes, along_rows, along_columns, smooth, i, k, x, guess, tan
             st += tangent_s[d] * tangent_t[d]
         det = ss * tt - st * st
         ds, dt = (rs * tt - rt * st) / det, (rt * ss - rs * st) / det
-        if abs(ds) + abs(dt) < 1e-12:
+        if abs(ds) + abs(dt) < 1e-6:
             return
         # A cubic continued far outside its patch turns back: stay near, the caller walks on to the neighbour.
         s, t = min(max(guess[0] + ds, -0.75), 1.75), min(max(guess[1] + dt, -0.75), 1.75)
@@ -327,12 +362,93 @@ def _share_on_master(master, nodes, first, count, element, guess, width, extents
 
 
 @njit(cache=True)
+def _search_row(
+    row, surfaces, slave, master, extents, smooth, direct, detail, rotation, shift, slave_is_pinion, penalty,
+    count, start_element, start_guess, memory_element, memory_guess, work, lists,
+):  # fmt: skip
+    """Project one row of slave points; return (count, smallest gap of the row, border touched).
+
+    `surfaces` holds the slave's nodes and tangents and the master's grid with its tangents, first row and row count;
+    `detail` the subdivisions (profile, width) of the slave's and of the master's elements.
+    """
+    slave_nodes, slave_rows, slave_across, surface, along_rows, along_columns, first, patches = surfaces
+    x, foot, normal, tangent_s, tangent_t, points = work
+    index, weight, gap, stiffness, lever, mate_lever, place = lists
+    slave_columns, points_across = slave_nodes.shape[1], (slave_nodes.shape[1] - 1) * detail[1] + 1
+    ei = min(row // detail[0], slave[3] - 1)
+    s = row / detail[0] - ei
+    smallest, touches_border = np.inf, False
+    element, guess = start_element, start_guess
+    row_points(slave_nodes, slave_rows, slave_across, smooth, slave[2] + ei, s, detail[1], points)
+    for column in range(points_across):
+        ek = min(column // detail[1], slave_columns - 2)
+        t = column / detail[1] - ek
+        point = points[column]
+        for d in range(3):
+            x[d] = shift[d] + rotation[d, 0] * point[0] + rotation[d, 1] * point[1] + rotation[d, 2] * point[2]
+        # Where a point was projected in the last iteration is the best guess; else where its neighbour went.
+        if memory_element[row, column, 0] >= 0:
+            element[0], element[1] = memory_element[row, column, 0], memory_element[row, column, 1]
+            guess[0], guess[1] = memory_guess[row, column, 0], memory_guess[row, column, 1]
+        project(surface, along_rows, along_columns, smooth and direct, first, patches, x, element, guess,
+                tangent_s, tangent_t, foot)  # fmt: skip
+        memory_element[row, column, 0], memory_element[row, column, 1] = element[0], element[1]
+        memory_guess[row, column, 0], memory_guess[row, column, 1] = guess[0], guess[1]
+        width = np.sqrt(tangent_t[0] ** 2 + tangent_t[1] ** 2 + tangent_t[2] ** 2)
+        extent = extents[row, column]
+        share = _share_on_master(master, surface, first, patches, element, guess, width, extent, foot)
+        if share == 0.0:
+            continue
+        _unit_cross(tangent_t, tangent_s, normal)
+        g = 0.0
+        for d in range(3):
+            g += normal[d] * (x[d] - foot[d])
+        smallest = min(smallest, g)
+        if g >= 0.0:
+            continue
+        gap[count] = g
+        stiffness[count] = penalty * share * (extent[0] + extent[1]) * (extent[2] + extent[3])
+        # Each point turns about its own gear's axis.
+        slave_arm = (x[0] - shift[0]) * normal[1] - (x[1] - shift[1]) * normal[0]
+        master_arm = foot[0] * normal[1] - foot[1] * normal[0]
+        lever[count] = slave_arm if slave_is_pinion else -master_arm
+        mate_lever[count] = master_arm if slave_is_pinion else -slave_arm
+        _bilinear(slave, slave_columns, ei, ek, s, t, index[count, :4], weight[count, :4, 0])
+        mi, mk = (element[0] - first) // detail[2], element[1] // detail[3]
+        s_master = (element[0] - first + guess[0]) / detail[2] - mi
+        t_master = (element[1] + guess[1]) / detail[3] - mk
+        master_columns = (surface.shape[1] - 1) // detail[3] + 1
+        _bilinear(master, master_columns, mi, mk, s_master, t_master, index[count, 4:], weight[count, 4:, 0])
+        for a in range(4):
+            slave_weight, master_weight = weight[count, a, 0], weight[count, 4 + a, 0]
+            for d in range(3):
+                turned = rotation[0, d] * normal[0] + rotation[1, d] * normal[1] + rotation[2, d] * normal[2]
+                weight[count, a, d] = slave_weight * turned
+                weight[count, 4 + a, d] = -master_weight * normal[d]
+        place[count, 0], place[count, 1], place[count, 2], place[count, 3] = row, column, mi, mk
+        if (ei == 0 and slave[4] == 0) or (ei == slave[3] - 1 and slave[5] == 0):
+            touches_border = True
+        if (mi == 0 and master[4] == 0) or (mi == master[3] - 1 and master[5] == 0):
+            touches_border = True
+        count += 1
+    return count, smallest, touches_border
+
+
+@njit(cache=True)
+def _window_nodes(nodes, window, columns):
+    return nodes[window[0] : window[0] + window[1] * columns].reshape(window[1], columns, 3)
+
+
+@njit(cache=True)
 def search_pair(
     nodes, slave, slave_columns, master, master_columns, extents, lodm_profile, lodm_width, smooth, direct, parabolic,
-    rotation, shift, slave_is_pinion, penalty, count,
-    index, weight, gap, stiffness, lever, mate_lever, place,
+    rotation, shift, slave_is_pinion, penalty, count, slave_centre, master_centre, clearance,
+    memory_element, memory_guess, lists,
 ):  # fmt: skip
     """List the penetrating slave points of one tooth pair.
+
+    The rows of slave points are visited outwards from the kinematic contact; flanks separate quadratically from there,
+    so a direction ends at the first row that is clear of the master.
 
     Parameters
     ----------
@@ -356,7 +472,13 @@ def search_pair(
         N/mm^3.
     count : int
         How many active points there are already; new ones are written behind them.
-    index, weight, gap, stiffness, lever, mate_lever, place : ndarray
+    slave_centre, master_centre : float
+        Kinematic contact in element rows of the two windows, from the first element row of each.
+    clearance : float
+        Gap beyond which a row and those behind it cannot touch, mm.
+    memory_element, memory_guess : ndarray, shape (slave rows, points along the width, 2)
+        Where each slave point was projected the last time (element -1: not yet); updated.
+    lists : tuple of ndarrays (index, weight, gap, stiffness, lever, mate_lever, place)
         Filled for each active point: node numbers (8), gradient of the gap by the nodes' displacements (8, 3), gap
         (mm), penalty stiffness (N/mm), derivative of the gap by the pinion's rotation and lever arm of the force on
         the wheel (mm), and (slave row, slave column, master element row, master element column) of the point.
@@ -370,76 +492,39 @@ def search_pair(
     touches_border : bool
         An active point lies in an outermost element row that is not the edge of its flank: the window is too small.
     """
-    slave_nodes = nodes[slave[0] : slave[0] + slave[1] * slave_columns].reshape(slave[1], slave_columns, 3)
-    surface = nodes[master[0] : master[0] + master[1] * master_columns].reshape(master[1], master_columns, 3)
+    slave_nodes, surface = _window_nodes(nodes, slave, slave_columns), _window_nodes(nodes, master, master_columns)
     slave_rows, slave_across = np.empty((slave[1], slave_columns, 2, 3)), np.empty((slave[1], slave_columns, 2, 3))
     along_rows, along_columns = np.empty((master[1], master_columns, 2, 3)), np.empty((master[1], master_columns, 2, 3))
-    points = np.empty((slave[3] * lodm_profile + 1, (slave_columns - 1) * lodm_width + 1, 3))
     prepare_surface(slave_nodes, slave[4] == 1, slave[5] == 1, smooth, parabolic, slave_rows, slave_across)
-    refine(slave_nodes, slave_rows, slave_across, smooth, slave[2], slave[3], lodm_profile, lodm_width, points)
     prepare_surface(surface, master[4] == 1, master[5] == 1, smooth, parabolic, along_rows, along_columns)
-    first, patches, detail_profile, detail_width = master[2], master[3], 1, 1
+    first, patches = master[2], master[3]
+    detail = (lodm_profile, lodm_width, 1, 1)
     if not direct:
         refined = np.empty((master[3] * lodm_profile + 1, (master_columns - 1) * lodm_width + 1, 3))
         refine(surface, along_rows, along_columns, smooth, master[2], master[3], lodm_profile, lodm_width, refined)
         surface, first, patches = refined, 0, master[3] * lodm_profile
-        detail_profile, detail_width = lodm_profile, lodm_width
-    on_patches = smooth and direct
-
-    x, foot, normal, tangent_s, tangent_t = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-    element, guess = np.zeros(2, dtype=np.int64), np.full(2, 0.5)
-    row_element, row_guess = np.zeros(2, dtype=np.int64), np.full(2, 0.5)
-    row_element[0] = first + patches - 1
+        detail = (lodm_profile, lodm_width, lodm_profile, lodm_width)
+    surfaces = (slave_nodes, slave_rows, slave_across, surface, along_rows, along_columns, first, patches)
+    points = np.empty(((slave_columns - 1) * lodm_width + 1, 3))
+    work = (np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3), points)
+    element, guess = np.empty(2, dtype=np.int64), np.empty(2)
+    rows = slave[3] * lodm_profile + 1
+    centre = min(max(int(round(slave_centre * lodm_profile)), 0), rows - 1)
     smallest, touches_border = np.inf, False
-    for row in range(points.shape[0]):
-        element[0], element[1], guess[0], guess[1] = row_element[0], row_element[1], row_guess[0], row_guess[1]
-        for column in range(points.shape[1]):
-            for d in range(3):
-                x[d] = shift[d]
-                for e in range(3):
-                    x[d] += rotation[d, e] * points[row, column, e]
-            project(surface, along_rows, along_columns, on_patches, first, patches, x, element, guess,
-                    tangent_s, tangent_t, foot)  # fmt: skip
-            if column == 0:
-                row_element[0], row_element[1] = element[0], element[1]
-                row_guess[0], row_guess[1] = guess[0], guess[1]
-            width = np.sqrt(tangent_t[0] ** 2 + tangent_t[1] ** 2 + tangent_t[2] ** 2)
-            extent = extents[row, column]
-            share = _share_on_master(master, surface, first, patches, element, guess, width, extent, foot)
-            if share == 0.0:
-                continue
-            _unit_cross(tangent_t, tangent_s, normal)
-            g = 0.0
-            for d in range(3):
-                g += normal[d] * (x[d] - foot[d])
-            smallest = min(smallest, g)
-            if g >= 0.0:
-                continue
-            gap[count] = g
-            stiffness[count] = penalty * share * (extent[0] + extent[1]) * (extent[2] + extent[3])
-            # Each point turns about its own gear's axis.
-            slave_arm = (x[0] - shift[0]) * normal[1] - (x[1] - shift[1]) * normal[0]
-            master_arm = foot[0] * normal[1] - foot[1] * normal[0]
-            lever[count] = slave_arm if slave_is_pinion else -master_arm
-            mate_lever[count] = master_arm if slave_is_pinion else -slave_arm
-            ei, ek = min(row // lodm_profile, slave[3] - 1), min(column // lodm_width, slave_columns - 2)
-            _bilinear(slave, slave_columns, ei, ek, row / lodm_profile - ei, column / lodm_width - ek,
-                      index[count, :4], weight[count, :4, 0])  # fmt: skip
-            mi, mk = (element[0] - first) // detail_profile, element[1] // detail_width
-            s, t = (element[0] - first + guess[0]) / detail_profile - mi, (element[1] + guess[1]) / detail_width - mk
-            _bilinear(master, master_columns, mi, mk, s, t, index[count, 4:], weight[count, 4:, 0])
-            for a in range(4):
-                slave_weight, master_weight = weight[count, a, 0], weight[count, 4 + a, 0]
-                for d in range(3):
-                    turned = rotation[0, d] * normal[0] + rotation[1, d] * normal[1] + rotation[2, d] * normal[2]
-                    weight[count, a, d] = slave_weight * turned
-                    weight[count, 4 + a, d] = -master_weight * normal[d]
-            place[count, 0], place[count, 1], place[count, 2], place[count, 3] = row, column, mi, mk
-            if (ei == 0 and slave[4] == 0) or (ei == slave[3] - 1 and slave[5] == 0):
-                touches_border = True
-            if (mi == 0 and master[4] == 0) or (mi == master[3] - 1 and master[5] == 0):
-                touches_border = True
-            count += 1
+    for direction in (1, -1):
+        element[0] = first + min(max(int(master_centre * detail[2]), 0), patches - 1)
+        element[1], guess[0], guess[1] = 0, 0.5, 0.5
+        row, met_master = (centre, False) if direction == 1 else (centre - 1, smallest < np.inf)
+        while 0 <= row < rows:
+            count, row_smallest, at_border = _search_row(
+                row, surfaces, slave, master, extents, smooth, direct, detail, rotation, shift, slave_is_pinion,
+                penalty, count, element, guess, memory_element, memory_guess, work, lists,
+            )  # fmt: skip
+            smallest, touches_border = min(smallest, row_smallest), touches_border or at_border
+            if row_smallest > clearance and (met_master or row_smallest < np.inf):
+                break
+            met_master = met_master or row_smallest < np.inf
+            row += direction
     return count, smallest, touches_border
 
 
@@ -450,3 +535,568 @@ def _bilinear(window, columns, ei, ek, s, t, index, weight):
     index[0], index[1], index[2], index[3] = node, node + 1, node + columns, node + columns + 1
     weight[0], weight[1] = (1.0 - s) * (1.0 - t), (1.0 - s) * t
     weight[2], weight[3] = s * (1.0 - t), s * t
+
+
+# Windows: which tooth pairs can touch, and which element rows of their flanks. `geometry` holds the length of the
+# line of action (mm), the working pressure angle, the centre distance (mm), the angular pitch of the pinion, the first
+# and last roll position of the path of contact, and the bottom of the radii of curvature (mm). Each of the two `gears`
+# is a tuple: nodes, roll angles of the node rows, extents of the refined points, and (base radius, roll angle at the
+# form circle and at the tip circle, half the tooth's angle on the base circle).
+
+
+@njit(cache=True)
+def _roll_angle(geometry, gears, gear, roll_position):
+    """Roll angle of the kinematic contact point, continued beyond the path of contact."""
+    pinion = roll_position + gears[0][3][3] + geometry[1]
+    return pinion if gear == 0 else (geometry[0] - pinion * gears[0][3][0]) / gears[1][3][0]
+
+
+@njit(cache=True)
+def _on_flank(gears, gear, roll):
+    return min(max(roll, gears[gear][3][1]), gears[gear][3][2])
+
+
+@njit(cache=True)
+def _relative_radius(geometry, gears, roll_position):
+    curvature = 0.0
+    for gear in range(2):
+        roll = _on_flank(gears, gear, _roll_angle(geometry, gears, gear, roll_position))
+        curvature += 1.0 / max(roll * gears[gear][3][0], geometry[6])
+    return 1.0 / curvature
+
+
+@njit(cache=True)
+def overshoot(geometry, gears, depth):
+    """How far beyond the path of contact an approach `depth` (mm) makes a pair touch, rad of roll position."""
+    radius = max(_relative_radius(geometry, gears, geometry[4]), _relative_radius(geometry, gears, geometry[5]))
+    return min(np.sqrt(2.0 * depth * radius) / gears[0][3][0], 0.5 * geometry[3])
+
+
+@njit(cache=True)
+def _place_window(flank_roll, base_radius, roll, half, window, columns, offset):
+    """Cut the element rows within the arc length `half` of a roll angle; return the first row and its centre."""
+    rows = len(flank_roll) - 1
+    reach = 2.0 * half / base_radius  # arc length s = r_b u^2 / 2
+    low = np.searchsorted(flank_roll, np.sqrt(max(roll**2 - reach, 0.0)), side="right") - 1
+    high = np.searchsorted(flank_roll, np.sqrt(roll**2 + reach), side="left")
+    low = min(max(low, 0), rows - 1)
+    high = min(max(high, low + 1), rows)
+    node_low, node_high = max(low - 1, 0), min(high + 1, rows)
+    window[0], window[1], window[2], window[3] = offset, node_high - node_low + 1, low - node_low, high - low
+    window[4], window[5] = 1 if low == 0 else 0, 1 if high == rows else 0
+    row = min(max(np.searchsorted(flank_roll, roll, side="right") - 1, 0), rows - 1)
+    return low, row + (roll - flank_roll[row]) / (flank_roll[row + 1] - flank_roll[row])
+
+
+@njit(cache=True)
+def place_windows(phi, depth, geometry, gears, indices, windows, first_row, centre):
+    """Find the tooth pairs and windows that can touch at pinion angle `phi` (rad) for an approach `depth` (mm).
+
+    Parameters
+    ----------
+    geometry, gears
+        See above.
+    indices : ndarray of int, shape (P,)
+        Filled with the tooth pairs.
+    windows : ndarray of int, shape (P, 2, 6)
+        Filled with the windows of pinion and wheel.
+    first_row : ndarray of int, shape (P, 2)
+        Filled with the element row of the flank with which each window's elements begin.
+    centre : ndarray, shape (P, 2)
+        Filled with the kinematic contact in element rows of the flank.
+
+    Returns
+    -------
+    pairs, nodes : int
+        Number of pairs and of window nodes.
+    """
+    pitch, margin = geometry[3], overshoot(geometry, gears, depth)
+    low = int(np.ceil((geometry[4] - margin - phi) / pitch - 1e-12))
+    high = int(np.floor((geometry[5] + margin - phi) / pitch + 1e-12))
+    count, offset = 0, 0
+    for index in range(low, high + 1):
+        roll_position = phi + index * pitch
+        half = np.sqrt(2.0 * depth * _relative_radius(geometry, gears, roll_position))
+        for gear in range(2):
+            roll = _on_flank(gears, gear, _roll_angle(geometry, gears, gear, roll_position))
+            first_row[count, gear], centre[count, gear] = _place_window(
+                gears[gear][1], gears[gear][3][0], roll, half, windows[count, gear], gears[gear][0].shape[1], offset
+            )
+            offset += windows[count, gear, 1] * gears[gear][0].shape[1]
+        indices[count] = index
+        count += 1
+    return count, offset
+
+
+@njit(cache=True)
+def relative_motion(geometry, gears, roll_position, lead, rotation, shift):
+    """Rigid motion from the pinion tooth's frame into the mating wheel tooth's frame; fills `rotation` and `shift`."""
+    wheel_roll = _roll_angle(geometry, gears, 1, roll_position)
+    wheel_rotation = np.pi + wheel_roll - gears[1][3][3] - geometry[1]
+    angle = roll_position + lead - wheel_rotation
+    c, s = np.cos(angle), np.sin(angle)
+    rotation[:] = 0.0
+    rotation[0, 0] = rotation[1, 1] = c
+    rotation[1, 0], rotation[0, 1], rotation[2, 2] = s, -s, 1.0
+    shift[0], shift[1], shift[2] = (
+        -np.sin(wheel_rotation) * geometry[2], -np.cos(wheel_rotation) * geometry[2], 0.0
+    )  # fmt: skip
+
+
+@njit(cache=True)
+def pinion_slave_share(geometry, slave_mode, roll_position):
+    """Share of the penalty with which the pinion is the slave.
+
+    A negative mode makes the gear whose tip is nearer the slave, so that a tip corner always meets the smooth flank of
+    its mate, on either gear alike; the two hand over smoothly in the middle fifth of the path of contact.
+    """
+    if slave_mode >= 0.0:
+        return slave_mode
+    x = min(max(5.0 * (roll_position - geometry[4]) / (geometry[5] - geometry[4]) - 2.0, 0.0), 1.0)
+    return x * x * (3.0 - 2.0 * x)
+
+
+@njit(cache=True)
+def search_all(
+    phi, lead, nodes, pairs, indices, windows, first_row, centre, geometry, gears, scheme, clearance,
+    memory_element, memory_guess, point_pair, point_slave, lists,
+):  # fmt: skip
+    """List the penetrating points of all tooth pairs in reach.
+
+    Parameters
+    ----------
+    phi, lead : float
+        Kinematic pinion angle and rotation ahead of it, rad.
+    nodes : ndarray, shape (n, 3)
+        Deformed nodes of all windows, mm.
+    pairs, indices, windows, first_row, centre
+        As `place_windows` gives them.
+    geometry, gears
+        See above.
+    scheme : tuple
+        (lodm_profile, lodm_width, smooth, direct, parabolic, penalty, slave mode).
+    clearance : float
+        mm, see `search_pair`.
+    memory_element, memory_guess : ndarray, shape (P, 2, points along the profile, points along the width, 2)
+    point_pair, point_slave : ndarray of int
+        Filled with the pair and the slave gear of each active point.
+    lists : tuple
+        See `search_pair`.
+
+    Returns
+    -------
+    count, smallest, touches_border
+    """
+    lodm_profile, lodm_width, smooth, direct, parabolic, penalty, slave_mode = scheme
+    forward, back, shift, back_shift = np.empty((3, 3)), np.empty((3, 3)), np.empty(3), np.empty(3)
+    count, smallest, touches_border = 0, np.inf, False
+    for p in range(pairs):
+        roll_position = phi + indices[p] * geometry[3]
+        relative_motion(geometry, gears, roll_position, lead, forward, shift)
+        for d in range(3):
+            turned = 0.0
+            for e in range(3):
+                back[d, e] = forward[e, d]
+                turned += forward[e, d] * shift[e]
+            back_shift[d] = -turned
+        share = pinion_slave_share(geometry, slave_mode, roll_position)
+        for slave in range(2):
+            portion = share if slave == 0 else 1.0 - share
+            if portion == 0.0:
+                continue
+            master, before = 1 - slave, count
+            first = first_row[p, slave] * lodm_profile
+            extents = gears[slave][2][first : first + windows[p, slave, 3] * lodm_profile + 1]
+            count, nearest, at_border = search_pair(
+                nodes, windows[p, slave], gears[slave][0].shape[1], windows[p, master], gears[master][0].shape[1],
+                extents, lodm_profile, lodm_width, smooth, direct, parabolic,
+                forward if slave == 0 else back, shift if slave == 0 else back_shift, slave == 0, portion * penalty,
+                count, centre[p, slave] - first_row[p, slave], centre[p, master] - first_row[p, master], clearance,
+                memory_element[p, slave], memory_guess[p, slave], lists,
+            )  # fmt: skip
+            smallest, touches_border = min(smallest, nearest), touches_border or at_border
+            point_pair[before:count], point_slave[before:count] = p, slave
+    return count, smallest, touches_border
+
+
+# The reduced pair. `shapes` is the tuple (first roll position, step, loaded, displacement, gram) of
+# `pmor.reduction.contact_shapes.ContactShapes`.
+
+
+@njit(cache=True)
+def _member_weights(shapes, roll_position, weights):
+    """Grid position below and linear weights of the members (idle ones have none); see `ContactShapes.weights`."""
+    first, step, loaded = shapes[0], shapes[1], shapes[2]
+    place = (roll_position - first) / step
+    nearest = np.rint(place)
+    if abs(place - nearest) < 1e-9:
+        place = nearest
+    k = min(max(int(np.floor(place)), 0), loaded.shape[0] - 2)
+    fraction = place - k
+    for t in range(loaded.shape[1]):
+        low = 1.0 - fraction if loaded[k, t] else 0.0
+        high = fraction if loaded[k + 1, t] else 0.0
+        if fraction < 0.0 or fraction > 1.0 or low + high <= 0.0:
+            weights[0, t] = weights[1, t] = 0.0
+        else:
+            weights[0, t], weights[1, t] = low / (low + high), high / (low + high)
+    return k
+
+
+@njit(cache=True)
+def _independent_members(gram, members, factor, kept):
+    """Cholesky factor of the Gram matrix of the members that are independent to working precision; their number."""
+    count = 0
+    for j in range(members):
+        if gram[j, j] <= 0.0:
+            continue
+        pivot = gram[j, j]
+        for i in range(count):
+            value = gram[j, kept[i]]
+            for e in range(i):
+                value -= factor[count, e] * factor[i, e]
+            factor[count, i] = value / factor[i, i]
+            pivot -= factor[count, i] ** 2
+        if pivot > 1e-10 * gram[j, j]:
+            factor[count, count] = np.sqrt(pivot)
+            kept[count] = j
+            count += 1
+    return count
+
+
+@njit(cache=True)
+def interpolate_basis(phi, pairs, indices, windows, first_row, geometry, gears, shapes, factor, kept, basis):
+    """Interpolate the contact shapes of all pairs in reach over their roll positions.
+
+    Parameters
+    ----------
+    phi, pairs, indices, windows, first_row, geometry, gears
+        As in `search_all`.
+    shapes : tuple
+        See above; T training torques.
+    factor : ndarray, shape (P T, P T)
+        Filled with the lower Cholesky factor of the members' energy products.
+    kept : ndarray of int, shape (P T,)
+        Filled with the members (pair T + torque) that are present and independent.
+    basis : ndarray, shape (n, 3, P T)
+        Filled with their displacements of the window nodes.
+
+    Returns
+    -------
+    size : int
+        Number of members kept.
+    """
+    displacement, products = shapes[3], shapes[4]
+    torques, reach = displacement.shape[1], (displacement.shape[3] - 1) // 2
+    weights, places = np.empty((pairs, 2, torques)), np.empty(pairs, dtype=np.int64)
+    for p in range(pairs):
+        places[p] = _member_weights(shapes, phi + indices[p] * geometry[3], weights[p])
+    gram = np.zeros((pairs * torques, pairs * torques))
+    for p in range(pairs):
+        for q in range(p, pairs):
+            for t in range(torques):
+                for u in range(torques):
+                    value = 0.0
+                    for a in range(2):
+                        for b in range(2):
+                            product = products[indices[q] - indices[p], places[p], a, b, t, u]
+                            value += weights[p, a, t] * weights[q, b, u] * product
+                    gram[p * torques + t, q * torques + u] = gram[q * torques + u, p * torques + t] = value
+    size = _independent_members(gram, pairs * torques, factor, kept)
+    for p in range(pairs):
+        for gear in range(2):
+            columns = gears[gear][0].shape[1]
+            start = 3 * (first_row[p, gear] - windows[p, gear, 2]) * columns
+            nodes, offset = windows[p, gear, 1] * columns, windows[p, gear, 0]
+            for j in range(size):
+                q, t = kept[j] // torques, kept[j] % torques
+                ahead = indices[p] - indices[q]
+                tooth = reach + (ahead if gear == 0 else -ahead)
+                low, high = weights[q, 0, t], weights[q, 1, t]
+                below = displacement[places[q], t, gear, tooth]
+                above = displacement[places[q] + 1, t, gear, tooth]
+                for node in range(nodes):
+                    for d in range(3):
+                        dof = start + 3 * node + d
+                        basis[offset + node, d, j] = low * below[dof] + high * above[dof]
+    return size
+
+
+@njit(cache=True)
+def _solve_lower(factor, size, vector):
+    for i in range(size):
+        for e in range(i):
+            vector[i] -= factor[i, e] * vector[e]
+        vector[i] /= factor[i, i]
+
+
+@njit(cache=True)
+def _solve_upper(factor, size, vector):
+    """Solve with the transpose of a lower factor."""
+    for i in range(size - 1, -1, -1):
+        for e in range(i + 1, size):
+            vector[i] -= factor[e, i] * vector[e]
+        vector[i] /= factor[i, i]
+
+
+@njit(cache=True)
+def _project_points(count, size, basis, factor, index, weight, columns):
+    """Derivatives of the gaps by the orthonormal coordinates, shape (count, size)."""
+    for n in range(count):
+        row = columns[n]
+        for j in range(size):
+            row[j] = 0.0
+        for a in range(8):
+            node = index[n, a]
+            for d in range(3):
+                w = weight[n, a, d]
+                for j in range(size):
+                    row[j] += w * basis[node, d, j]
+        _solve_lower(factor, size, row)
+
+
+@njit(cache=True)
+def _newton_step(count, size, columns, coordinates, gap, stiffness, lever, torque, matrix, solution):
+    """Primal Newton step (see `pmor.contact.elasticity`): new coordinates and additional rotation in `solution`."""
+    last = size
+    for i in range(size + 1):
+        solution[i] = 0.0
+        for j in range(i + 1):
+            matrix[i, j] = 0.0
+        if i < size:
+            matrix[i, i] = 1.0
+    solution[last] = torque
+    for n in range(count):
+        row, k = columns[n], stiffness[n]
+        free_gap = gap[n]
+        for j in range(size):
+            free_gap -= row[j] * coordinates[j]
+        for i in range(size):
+            scaled = k * row[i]
+            solution[i] -= scaled * free_gap
+            for j in range(i + 1):
+                matrix[i, j] += scaled * row[j]
+            matrix[last, i] += scaled * lever[n]
+        matrix[last, last] += k * lever[n] ** 2
+        solution[last] -= k * lever[n] * free_gap
+    for i in range(size + 1):
+        for j in range(i + 1):
+            value = matrix[i, j]
+            for e in range(j):
+                value -= matrix[i, e] * matrix[j, e]
+            matrix[i, j] = np.sqrt(value) if i == j else value / matrix[j, j]
+    _solve_lower(matrix, size + 1, solution)
+    _solve_upper(matrix, size + 1, solution)
+
+
+@njit(cache=True)
+def _residuals(count, size, columns, coordinates, lists, torque, lead, target):
+    """Force residual (energy norm), torque residual, potential energy."""
+    gap, stiffness, lever = lists[2], lists[3], lists[4]
+    for j in range(size):
+        target[j] = 0.0
+    moment, potential = 0.0, -torque * lead
+    for n in range(count):
+        force = -stiffness[n] * gap[n]
+        for j in range(size):
+            target[j] += force * columns[n, j]
+        moment += force * lever[n]
+        potential -= 0.5 * force * gap[n]
+    difference = target_norm = norm = 0.0
+    for j in range(size):
+        difference += (target[j] - coordinates[j]) ** 2
+        target_norm += target[j] ** 2
+        norm += coordinates[j] ** 2
+    scale = max(target_norm, norm)
+    force_residual = np.sqrt(difference / scale) if scale > 0.0 else 0.0
+    return force_residual, abs(moment + torque) / torque, potential + 0.5 * norm
+
+
+@njit(cache=True)
+def _deform(undeformed, basis, factor, size, coordinates, amplitude, nodes):
+    for j in range(size):
+        amplitude[j] = coordinates[j]
+    _solve_upper(factor, size, amplitude)
+    for node in range(nodes.shape[0]):
+        for d in range(3):
+            value = undeformed[node, d]
+            for j in range(size):
+                value += basis[node, d, j] * amplitude[j]
+            nodes[node, d] = value
+
+
+@njit(cache=True)
+def _search_state(state, position, problem, coordinates, lead):
+    """Deform, search, project; return (count, smallest, border, force residual, torque residual, potential)."""
+    undeformed, nodes, basis, factor, columns, target, amplitude, memory, points, lists = state
+    phi, pairs, indices, windows, first_row, centre, clearance, size = position
+    geometry, gears, scheme, torque = problem
+    _deform(undeformed, basis, factor, size, coordinates, amplitude, nodes)
+    count, smallest, border = search_all(
+        phi, lead, nodes, pairs, indices, windows, first_row, centre, geometry, gears, scheme, clearance,
+        memory[0], memory[1], points[0], points[1], lists,
+    )  # fmt: skip
+    _project_points(count, size, basis, factor, lists[0], lists[1], columns)
+    force_residual, torque_residual, potential = _residuals(
+        count, size, columns, coordinates, lists, torque, lead, target
+    )
+    return count, smallest, border, force_residual, torque_residual, potential
+
+
+@njit(cache=True)
+def _solve_state(state, position, problem, approach, coordinates, lead, max_steps, tolerance):
+    """Damped Newton; `coordinates` is updated. Return (lead, steps, converged, active points, border touched)."""
+    columns, lists, size = state[4], state[9], position[7]
+    base_radius, torque = problem[1][0][3][0], problem[3]
+    solution, matrix, trial = np.empty(size + 1), np.empty((size + 1, size + 1)), np.empty(size)
+    count, smallest, border, force, moment, potential = _search_state(state, position, problem, coordinates, lead)
+    for step in range(max_steps + 1):
+        if max(force, moment) <= tolerance:
+            return lead, step, True, count, border
+        if count == 0:
+            if not np.isfinite(smallest):
+                return lead, step, False, count, border
+            lead += (smallest + approach) / base_radius
+            count, smallest, border, force, moment, potential = _search_state(
+                state, position, problem, coordinates, lead
+            )
+            continue
+        _newton_step(count, size, columns, coordinates, lists[2], lists[3], lists[4], torque, matrix, solution)
+        fraction, worst, energy, rotation = 1.0, max(force, moment), potential, solution[size]
+        for _ in range(12):
+            for j in range(size):
+                trial[j] = coordinates[j] + fraction * (solution[j] - coordinates[j])
+            count, smallest, border, force, moment, potential = _search_state(
+                state, position, problem, trial, lead + fraction * rotation
+            )
+            if max(force, moment) < worst or potential < energy:
+                break
+            fraction *= 0.5
+        lead += fraction * rotation
+        coordinates[:] = trial
+    return lead, max_steps, False, count, border
+
+
+@njit(cache=True)
+def _load_windows(pairs, windows, first_row, gears, undeformed):
+    for p in range(pairs):
+        for gear in range(2):
+            nodes, offset = gears[gear][0], windows[p, gear, 0]
+            low = first_row[p, gear] - windows[p, gear, 2]
+            for i in range(windows[p, gear, 1]):
+                for k in range(nodes.shape[1]):
+                    for d in range(3):
+                        undeformed[offset + i * nodes.shape[1] + k, d] = nodes[low + i, k, d]
+
+
+@njit(cache=True)
+def _warm_start(indices, torques_trained, size, kept, factor, amplitude, base, coordinates):
+    """Coordinates with the shape amplitudes of the neighbouring position, per tooth pair and member."""
+    for j in range(size):
+        pair, member = indices[kept[j] // torques_trained], kept[j] % torques_trained
+        slot = pair - base
+        coordinates[j] = amplitude[slot, member] if 0 <= slot < amplitude.shape[0] else 0.0
+    for i in range(size):  # q = L^T a; row i needs only the entries from i on, which are still amplitudes
+        value = 0.0
+        for e in range(i, size):
+            value += factor[e, i] * coordinates[e]
+        coordinates[i] = value
+
+
+@njit(cache=True, nogil=True)
+def sweep_reduced(
+    phi, torques, approach_per_torque, geometry, gears, scheme, shapes, margin, surface_error, clearance,
+    max_steps, tolerance, lead_out, steps_out, converged_out, pair_out, pair_torque_out,
+):  # fmt: skip
+    """Reduced equilibria over angles and torques, each started from its neighbour.
+
+    Parameters
+    ----------
+    phi, torques : ndarray
+        Pinion angles (rad) and torques (N mm).
+    approach_per_torque : float
+        Expected approach of the flanks per torque, mm / (N mm).
+    geometry, gears, scheme, shapes
+        See above.
+    margin, surface_error, clearance : float
+        Windows are cut for the depth margin x approach at the largest torque + surface error (mm); share of the depth
+        that counts as clear.
+    max_steps, tolerance
+        Of Newton.
+    lead_out, steps_out, converged_out : ndarray, shape (torques, angles)
+    pair_out : ndarray of int, shape (angles, P)
+        Tooth pairs in reach.
+    pair_torque_out : ndarray, shape (torques, angles, P)
+        Torque on the pinion that each of them carries, N mm; 0 beyond their number.
+    """
+    reachable, trained = pair_out.shape[1], shapes[2].shape[1]
+    indices, windows = np.zeros(reachable, dtype=np.int64), np.zeros((reachable, 2, 6), dtype=np.int64)
+    first_row, centre = np.zeros((reachable, 2), dtype=np.int64), np.zeros((reachable, 2))
+    members = reachable * trained
+    factor, kept = np.zeros((members, members)), np.zeros(members, dtype=np.int64)
+    amplitudes, known = np.zeros((len(torques), reachable, trained)), np.zeros(len(torques), dtype=np.bool_)
+    leads, base = np.zeros(len(torques)), 0
+    for i in range(len(phi)):
+        depth = margin * approach_per_torque * torques.max() + surface_error
+        while True:
+            pairs, nodes = place_windows(phi[i], depth, geometry, gears, indices, windows, first_row, centre)
+            basis = np.empty((nodes, 3, members))
+            size = interpolate_basis(
+                phi[i], pairs, indices, windows, first_row, geometry, gears, shapes, factor, kept, basis
+            )
+            undeformed = np.empty((nodes, 3))
+            _load_windows(pairs, windows, first_row, gears, undeformed)
+            profile_points = windows[:pairs, :, 3].max() * scheme[0] + 1
+            width_points = (max(gears[0][0].shape[1], gears[1][0].shape[1]) - 1) * scheme[1] + 1
+            room = 2 * pairs * profile_points * width_points
+            lists = (
+                np.empty((room, 8), dtype=np.int64), np.empty((room, 8, 3)), np.empty(room), np.empty(room),
+                np.empty(room), np.empty(room), np.empty((room, 4), dtype=np.int64),
+            )  # fmt: skip
+            memory = (
+                np.full((pairs, 2, profile_points, width_points, 2), -1),
+                np.empty((pairs, 2, profile_points, width_points, 2)),
+            )
+            points = (np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int64))
+            state = (
+                undeformed, np.empty((nodes, 3)), basis, factor, np.empty((room, size)), np.empty(size),
+                np.empty(size), memory, points, lists,
+            )  # fmt: skip
+            position = (phi[i], pairs, indices, windows, first_row, centre, clearance * depth, size)
+            any_border = False
+            coordinates = np.zeros(size)
+            for t in range(len(torques)):
+                torque, approach = torques[t], approach_per_torque * torques[t]
+                if known[t]:
+                    lead = leads[t]
+                    _warm_start(indices, trained, size, kept, factor, amplitudes[t], base, coordinates)
+                elif t > 0 and converged_out[t - 1, i]:
+                    lead = lead_out[t - 1, i] * torque / torques[t - 1]
+                    coordinates *= torque / torques[t - 1]
+                else:
+                    lead = approach / gears[0][3][0]
+                    coordinates[:] = 0.0
+                problem = (geometry, gears, scheme, torque)
+                lead, steps, converged, count, border = _solve_state(
+                    state, position, problem, approach, coordinates, lead, max_steps, tolerance
+                )
+                any_border = any_border or border
+                lead_out[t, i], steps_out[t, i], converged_out[t, i] = lead, steps, converged
+                pair_torque_out[t, i] = 0.0
+                if converged:
+                    for n in range(count):
+                        pair_torque_out[t, i, points[0][n]] += lists[3][n] * lists[2][n] * lists[4][n]
+                    # The amplitudes of the last evaluation, which is the solution.
+                    amplitudes[t] = 0.0
+                    for j in range(size):
+                        amplitudes[t, kept[j] // trained, kept[j] % trained] = state[6][j]
+                    leads[t] = lead
+            if not any_border:
+                break
+            depth *= 3.0
+            known[:] = False
+        for t in range(len(torques)):
+            known[t] = converged_out[t, i]
+        base = indices[0] if pairs > 0 else 0
+        pair_out[i, :pairs] = indices[:pairs]
+        pair_out[i, pairs:] = base - 1

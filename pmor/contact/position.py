@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.contact.flank import Flank, MeshedPair
-from pmor.gear.conventions import FloatArray, IntArray, rotation_z
-from pmor.gear.tooth import Tooth
+from pmor.contact import kernel
+from pmor.contact.flank import MeshedPair
+from pmor.gear.conventions import FloatArray, IntArray
 
 
 @dataclass(frozen=True)
@@ -35,6 +35,10 @@ class Position:
         For each pair the flank-grid numbers (row-major) of the pinion window's and the wheel window's nodes.
     nodes : ndarray, shape (n, 3)
         Undeformed nodes of all windows, each in its tooth's frame, mm.
+    centre : ndarray, shape (p, 2)
+        Kinematic contact of each pair on pinion and wheel, in element rows of the flank.
+    depth : float
+        Approach of the flanks for which the windows are cut, mm.
     """
 
     phi: float
@@ -43,6 +47,8 @@ class Position:
     first_row: IntArray
     flank_nodes: tuple[tuple[IntArray, IntArray], ...]
     nodes: FloatArray
+    centre: FloatArray
+    depth: float
 
     def window_slice(self, pair: int, gear: int) -> slice:
         """Return the nodes of a window (gear 0: pinion, 1: wheel) in `nodes`."""
@@ -65,37 +71,33 @@ def active_patches(meshed: MeshedPair, phi: float, depth: float) -> Position:
     -------
     Position
     """
-    pair = meshed.pair
-    indices = pair.pairs_in_reach(phi, overshoot(meshed, depth))
-    windows = np.zeros((len(indices), 2, 6), dtype=np.int64)
-    first_row = np.zeros((len(indices), 2), dtype=np.int64)
-    flank_nodes, coordinates, offset = [], [], 0
-    for p, index in enumerate(indices):
-        rolls = pair.contact_roll_angles(np.array(phi + index * pair.pitch))
-        half = math.sqrt(2.0 * depth * _relative_radius(meshed, rolls))
+    reachable = pairs_in_reach(meshed)
+    indices, windows = np.zeros(reachable, dtype=np.int64), np.zeros((reachable, 2, 6), dtype=np.int64)
+    first_row, centre = np.zeros((reachable, 2), dtype=np.int64), np.zeros((reachable, 2))
+    pairs, _ = kernel.place_windows(phi, depth, meshed.geometry, meshed.gears, indices, windows, first_row, centre)
+    flank_nodes, coordinates = [], []
+    for p in range(pairs):
         numbers = []
-        for gear, (flank, tooth) in enumerate(((meshed.pinion, pair.pinion), (meshed.wheel, pair.wheel))):
-            low, high = _element_rows(flank, tooth, float(rolls[gear]), half)
-            node_low, node_high = max(low - 1, 0), min(high + 1, flank.element_rows)
-            windows[p, gear] = (offset, node_high - node_low + 1, low - node_low, high - low,
-                                low == 0, high == flank.element_rows)  # fmt: skip
-            first_row[p, gear] = low
-            grid = np.arange(node_low, node_high + 1)[:, None] * flank.columns + np.arange(flank.columns)
-            numbers.append(grid.ravel())
-            coordinates.append(flank.nodes[node_low : node_high + 1].reshape(-1, 3))
-            offset += grid.size
+        for gear, flank in enumerate((meshed.pinion, meshed.wheel)):
+            low = first_row[p, gear] - windows[p, gear, 2]
+            rows = np.arange(low, low + windows[p, gear, 1])
+            numbers.append((rows[:, None] * flank.columns + np.arange(flank.columns)).ravel())
+            coordinates.append(flank.nodes[rows].reshape(-1, 3))
         flank_nodes.append((numbers[0], numbers[1]))
     nodes = np.concatenate(coordinates) if coordinates else np.empty((0, 3))
-    return Position(phi, indices, windows, first_row, tuple(flank_nodes), nodes)
+    return Position(phi, indices[:pairs], windows[:pairs], first_row[:pairs], tuple(flank_nodes), nodes,
+                    centre[:pairs], depth)  # fmt: skip
+
+
+def pairs_in_reach(meshed: MeshedPair) -> int:
+    """Return the largest number of tooth pairs that can be in reach together."""
+    # The overshoot on either side of the path of contact is at most half a pitch (`kernel.overshoot`).
+    return math.floor(meshed.pair.contact_ratio + 1.0) + 1
 
 
 def overshoot(meshed: MeshedPair, depth: float) -> float:
     """Return how far beyond the path of contact an approach `depth` (mm) makes a pair touch, rad of roll position."""
-    pair = meshed.pair
-    radius = max(
-        _relative_radius(meshed, pair.contact_roll_angles(np.array(end))) for end in pair.roll_position_range
-    )
-    return min(math.sqrt(2.0 * depth * radius) / pair.pinion.base_radius, 0.5 * pair.pitch)
+    return float(kernel.overshoot(meshed.geometry, meshed.gears, depth))
 
 
 def relative_motion(meshed: MeshedPair, roll_position: float, lead: float) -> tuple[FloatArray, FloatArray]:
@@ -115,27 +117,6 @@ def relative_motion(meshed: MeshedPair, roll_position: float, lead: float) -> tu
     shift : ndarray, shape (3,)
         ``x_wheel = rotation x_pinion + shift``; `shift` is also where the pinion's axis is, mm.
     """
-    wheel_rotation = math.pi + meshed.pair.wheel_tooth_rotation(roll_position)
-    rotation = rotation_z(roll_position + lead - wheel_rotation)
-    shift = rotation_z(-wheel_rotation) @ np.array([0.0, -meshed.pair.centre_distance, 0.0])
+    rotation, shift = np.empty((3, 3)), np.empty(3)
+    kernel.relative_motion(meshed.geometry, meshed.gears, roll_position, lead, rotation, shift)
     return rotation, shift
-
-
-def _relative_radius(meshed: MeshedPair, rolls: tuple[FloatArray, FloatArray]) -> float:
-    pair = meshed.pair
-    radii = []
-    for roll, tooth in zip(rolls, (pair.pinion, pair.wheel), strict=True):
-        clipped = min(max(float(roll), tooth.form_roll_angle), tooth.tip_roll_angle)
-        radii.append(max(clipped * tooth.base_radius, 0.1 * tooth.module))
-    return 1.0 / (1.0 / radii[0] + 1.0 / radii[1])
-
-
-def _element_rows(flank: Flank, tooth: Tooth, roll: float, half: float) -> tuple[int, int]:
-    """Element rows [low, high) of a flank within the arc length `half` of a roll angle."""
-    roll = min(max(roll, tooth.form_roll_angle), tooth.tip_roll_angle)
-    reach = 2.0 * half / tooth.base_radius  # s = r_b u^2 / 2
-    lowest, highest = math.sqrt(max(roll**2 - reach, 0.0)), math.sqrt(roll**2 + reach)
-    low = int(np.searchsorted(flank.roll_angle, lowest, side="right")) - 1
-    high = int(np.searchsorted(flank.roll_angle, highest, side="left"))
-    low = min(max(low, 0), flank.element_rows - 1)
-    return low, min(max(high, low + 1), flank.element_rows)

@@ -6,10 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.contact.flank import ContactScheme, Flank, MeshedPair
-from pmor.contact.kernel import search_pair
-from pmor.contact.position import Position, relative_motion
+from pmor.contact.flank import MeshedPair
+from pmor.contact.kernel import search_all
+from pmor.contact.position import Position
 from pmor.gear.conventions import FloatArray, IntArray
+
+# The search goes outwards from the kinematic contact and ends at the first row of points that is clear of the mate by
+# this share of the depth for which the windows were cut: flanks separate quadratically, so all rows behind are clear.
+CLEARANCE = 0.04
 
 
 @dataclass(frozen=True)
@@ -84,58 +88,17 @@ def search_contact(meshed: MeshedPair, position: Position, displacement: FloatAr
     -------
     Contact
     """
-    scheme, windows = meshed.scheme, position.windows
-    flanks = meshed.pinion, meshed.wheel
-    passes = [(p, slave, weight) for p in range(len(windows)) for slave, weight in _passes(meshed, position, p)]
-    room = sum(_points(scheme, windows[p, slave], flanks[slave]) for p, slave, _ in passes)
-    index, place = np.empty((room, 8), dtype=np.int64), np.empty((room, 4), dtype=np.int64)
-    weight = np.empty((room, 8, 3))
-    gap, stiffness, lever, mate_lever = (np.empty(room) for _ in range(4))
-    nodes = position.nodes + displacement
-    count, smallest, touches_border, counts = 0, np.inf, False, []
-    for p, slave, share in passes:
-        roll_position = position.phi + position.pair_index[p] * meshed.pair.pitch
-        rotation, shift = relative_motion(meshed, roll_position, lead)
-        if slave == 1:
-            rotation, shift = np.ascontiguousarray(rotation.T), -rotation.T @ shift
-        master = 1 - slave
-        first = position.first_row[p, slave] * scheme.lodm_profile
-        extents = flanks[slave].extents[first : first + windows[p, slave, 3] * scheme.lodm_profile + 1]
-        before = count
-        count, nearest, at_border = search_pair(
-            nodes, windows[p, slave], flanks[slave].columns, windows[p, master], flanks[master].columns, extents,
-            scheme.lodm_profile, scheme.lodm_width, scheme.smooth, scheme.direct, scheme.parabolic,
-            rotation, shift, slave == 0, share * scheme.penalty, count,
-            index, weight, gap, stiffness, lever, mate_lever, place,
-        )  # fmt: skip
-        counts.append(count - before)
-        smallest, touches_border = min(smallest, nearest), touches_border or at_border
-    pair, slave_gear = (np.repeat(np.array([q[i] for q in passes], dtype=np.int64), counts) for i in (0, 1))
-    return Contact(pair, slave_gear, index[:count], weight[:count], gap[:count], stiffness[:count], lever[:count],
-                   mate_lever[:count], place[:count], smallest, touches_border)  # fmt: skip
-
-
-def _passes(meshed: MeshedPair, position: Position, pair: int) -> list[tuple[int, float]]:
-    """Slave gear (0: pinion, 1: wheel) and share of the penalty of each pass over a tooth pair."""
-    roll_position = position.phi + position.pair_index[pair] * meshed.pair.pitch
-    share = pinion_slave_share(meshed, roll_position)
-    return [(slave, weight) for slave, weight in ((0, share), (1, 1.0 - share)) if weight > 0.0]
-
-
-def pinion_slave_share(meshed: MeshedPair, roll_position: float) -> float:
-    """Return the share of the penalty with which the pinion is the slave; the wheel has the rest.
-
-    Slave ``tip``: the gear whose tip is nearer to the contact is the slave, so that a tip corner always meets the
-    smooth flank of its mate, on either gear alike. The two hand over smoothly in the middle third of the path of
-    contact.
-    """
-    fixed = {"pinion": 1.0, "wheel": 0.0, "both": 0.5}
-    if meshed.scheme.slave in fixed:
-        return fixed[meshed.scheme.slave]
-    first, last = meshed.pair.roll_position_range
-    x = min(max(3.0 * (roll_position - first) / (last - first) - 1.0, 0.0), 1.0)
-    return x * x * (3.0 - 2.0 * x)
-
-
-def _points(scheme: ContactScheme, window: IntArray, flank: Flank) -> int:
-    return int(window[3] * scheme.lodm_profile + 1) * ((flank.columns - 1) * scheme.lodm_width + 1)
+    pairs = len(position.pair_index)
+    scheme = meshed.kernel_scheme
+    profile_points = int(position.windows[:, :, 3].max(initial=0)) * scheme[0] + 1
+    width_points = (max(meshed.pinion.columns, meshed.wheel.columns) - 1) * scheme[1] + 1
+    room, memory = 2 * pairs * profile_points * width_points, (pairs, 2, profile_points, width_points, 2)
+    lists = (np.empty((room, 8), dtype=np.int64), np.empty((room, 8, 3)), *(np.empty(room) for _ in range(4)),
+             np.empty((room, 4), dtype=np.int64))  # fmt: skip
+    pair, slave = np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int64)
+    count, smallest, touches_border = search_all(
+        position.phi, lead, position.nodes + displacement, pairs, position.pair_index, position.windows,
+        position.first_row, position.centre, meshed.geometry, meshed.gears, scheme, CLEARANCE * position.depth,
+        np.full(memory, -1), np.empty(memory), pair, slave, lists,
+    )  # fmt: skip
+    return Contact(pair[:count], slave[:count], *(values[:count] for values in lists), smallest, touches_border)

@@ -17,7 +17,7 @@ ElasticityAt = Callable[[Position], Elasticity]
 
 # The approach of the flanks at which the windows are cut, over the expected one: the tooth pairs share the load
 # unevenly and tip corners dig in. Too small costs a repetition, never accuracy.
-WINDOW_MARGIN = 5.0
+WINDOW_MARGIN = 3.0
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ def solve_position(
     -------
     SolvedPosition
     """
-    depth = WINDOW_MARGIN * meshed.expected_approach(max(torques)) + _surface_error(meshed)
+    depth = WINDOW_MARGIN * meshed.expected_approach(max(torques)) + surface_error(meshed)
     while True:
         solved = _solve_within(active_patches(meshed, phi, depth), meshed, torques, elasticity_at)
         if not any(e is not None and e.contact.touches_border for e in solved.equilibria):
@@ -84,8 +84,8 @@ def _solve_within(
     return SolvedPosition(position, tuple(equilibria), tuple(failures))
 
 
-def _surface_error(meshed: MeshedPair) -> float:
-    """Sagitta of a bilinear facet: by so much an unrefined flank misses the involute, mm."""
+def surface_error(meshed: MeshedPair) -> float:
+    """Return the sagitta of the largest bilinear facets, by which an unrefined flank misses the involute, mm."""
     if meshed.scheme.smooth:
         return 0.0
     sagittas = []

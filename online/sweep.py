@@ -1,0 +1,114 @@
+"""The reduced sweep: one compiled call per block of angles, blocks in parallel.
+
+The same mechanics as `pmor.sweep.sweep_ste` with a reduced elasticity, which is its slow and obvious twin in the tests.
+Blocks have a fixed size, so that the result does not depend on the number of threads, to the last bit.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from online.model import ReducedPair
+from pmor.contact.kernel import sweep_reduced
+from pmor.contact.position import pairs_in_reach
+from pmor.contact.search import CLEARANCE
+from pmor.contact.solve import WINDOW_MARGIN, surface_error
+from pmor.gear.conventions import FloatArray
+from pmor.result import SteSweep
+
+# A block starts cold: long enough that this does not count, short enough to share out between threads.
+ANGLES_PER_BLOCK = 25
+MAX_STEPS = 40
+# On the residuals; the STE is stationary in the forces, so that its own error is smaller still.
+TOLERANCE = 1e-7
+
+
+def sweep_reduced_pair(
+    reduced: ReducedPair,
+    phi: FloatArray,
+    torques: Sequence[float],
+    jobs: int = 1,
+    advance: Callable[[int], None] = lambda n: None,
+) -> SteSweep:
+    """Solve all angles and torques with the reduced model.
+
+    Parameters
+    ----------
+    reduced : ReducedPair
+    phi : ndarray, shape (n,)
+        Pinion angles, rad; neighbours should be close, each starts from the one before.
+    torques : sequence of float
+        N mm.
+    jobs : int
+        Threads.
+    advance : callable
+        Called with the number of angles done, for progress.
+
+    Returns
+    -------
+    SteSweep
+    """
+    start = time.perf_counter()
+    angles, loads = np.ascontiguousarray(phi, dtype=float), np.asarray(torques, dtype=float)
+    reach = pairs_in_reach(reduced.meshed)
+    grid = len(loads), len(angles)
+    lead, steps, converged = np.zeros(grid), np.zeros(grid, dtype=np.int64), np.zeros(grid, dtype=bool)
+    pairs, pair_torque = np.zeros((len(angles), reach), dtype=np.int64), np.zeros((*grid, reach))
+
+    def solve(block: slice) -> int:
+        outputs = tuple(np.ascontiguousarray(a[:, block]) for a in (lead, steps, converged))
+        block_pairs, block_torque = pairs[block], np.ascontiguousarray(pair_torque[:, block])
+        _solve_block(reduced, angles[block], loads, outputs, block_pairs, block_torque)
+        lead[:, block], steps[:, block], converged[:, block] = outputs
+        pair_torque[:, block] = block_torque
+        return len(block_pairs)
+
+    blocks = [slice(i, i + ANGLES_PER_BLOCK) for i in range(0, len(angles), ANGLES_PER_BLOCK)]
+    with ThreadPoolExecutor(max_workers=jobs) as pool:
+        for done in pool.map(solve, blocks):
+            advance(done)
+    ste = np.where(converged, lead, np.nan) * reduced.meshed.pair.pinion.base_radius * 1e3
+    share, pair_index = _shares(pairs, pair_torque)
+    return SteSweep(
+        phi_rad=angles,
+        torque_Nm=loads * 1e-3,
+        ste_um=ste,
+        pair_share=share,
+        pair_index=pair_index,
+        newton_steps=steps,
+        converged=converged,
+        seconds=time.perf_counter() - start,
+        pitch_rad=reduced.meshed.pair.pitch,
+    )
+
+
+def _solve_block(
+    reduced: ReducedPair,
+    phi: FloatArray,
+    torques: FloatArray,
+    outputs: tuple[np.ndarray, ...],
+    pairs: np.ndarray,
+    pair_torque: np.ndarray,
+) -> None:
+    meshed, shapes = reduced.meshed, reduced.basis.shapes
+    step = shapes.roll_position[1] - shapes.roll_position[0]
+    arrays = (shapes.roll_position[0], step, shapes.loaded, shapes.displacement, shapes.gram)
+    sweep_reduced(
+        phi, torques, meshed.expected_approach(1.0), meshed.geometry, meshed.gears, meshed.kernel_scheme, arrays,
+        WINDOW_MARGIN, surface_error(meshed), CLEARANCE, MAX_STEPS, TOLERANCE, *outputs, pairs, pair_torque,
+    )  # fmt: skip
+
+
+def _shares(pairs: np.ndarray, pair_torque: np.ndarray) -> tuple[FloatArray, np.ndarray]:
+    """Carry the torques of the pairs in reach at each angle to a common list of pairs, as fractions."""
+    total = pair_torque.sum(axis=2, keepdims=True)
+    fractions = np.divide(pair_torque, total, out=np.zeros_like(pair_torque), where=total > 0.0)
+    used = np.unique(pairs[(fractions > 0.0).any(axis=0)])
+    share = np.zeros((*fractions.shape[:2], len(used)))
+    for column, index in enumerate(used):
+        share[:, :, column] = np.where(pairs == index, fractions, 0.0).sum(axis=2)
+    return share, used

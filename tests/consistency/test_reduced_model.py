@@ -1,0 +1,303 @@
+"""The reduced model against the full one that it was made from: what must be equal, and how the rest converges."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from offline.jobs import run_offline
+from online.compare import compare_models
+from online.model import reduced_pair
+from pmor.case import parse_case
+from pmor.contact.elasticity import ReducedElasticity, full_elasticity
+from pmor.contact.position import active_patches
+from pmor.contact.solve import solve_position
+from pmor.model import elastic_model, mesh_model
+from pmor.reduction.contact_shapes import ContactShapes, contact_shapes, reduced_elasticity
+from pmor.storage.basis_file import read_basis
+from pmor.sweep import sweep_ste
+from tests.small_case import case_text
+
+CASES = Path(__file__).parents[2] / "cases"
+
+ROUND_OFF = 1e-10  # products of a few hundred terms, and an eigenvalue decomposition in between
+NEWTON = 1e-8  # the equilibrium is solved to a relative residual of 1e-9; a different path may leave some of it
+TRAINED = 1e-6  # DESIGN.md, section 6: a trained state lies in the basis, what is left is interpolation round-off
+WHOLE_FLANK = 10.0  # mm: an approach so large that the windows hold the whole flanks
+
+
+def lead_um(meshed, solved):
+    """STE of each torque at a solved position, um."""
+    return np.array([e.lead * meshed.pair.pinion.base_radius * 1e3 for e in solved.equilibria])
+
+
+@pytest.fixture(scope="module")
+def reduced(small_basis):
+    return reduced_pair(small_basis)
+
+
+# --- equal by construction -------------------------------------------------------------------------------------------
+
+
+def test_training_positions_are_reproduced(small_basis, reduced):
+    training = small_basis.training
+    sweep = sweep_ste(reduced.meshed, reduced.elasticity_at, training.phi, training.torque)
+    assert sweep.converged.all()
+    assert_allclose(sweep.ste_um, training.ste_um, rtol=TRAINED)
+
+
+def test_a_complete_basis_is_the_full_model(small_model):
+    _, model = small_model
+    meshed = model.mesh.meshed
+
+    def complete(position):
+        # C = L L^T: the force fields L^-T are orthonormal in energy, and L holds their displacements.
+        compliance = full_elasticity(model.pinion, model.wheel, position).compliance
+        return ReducedElasticity(np.linalg.cholesky(compliance).reshape(len(position.nodes), 3, -1))
+
+    for phi in (0.02, 0.11):
+        full = solve_position(meshed, phi, [40e3, 120e3], model.elasticity_at)
+        identity = solve_position(meshed, phi, [40e3, 120e3], complete)
+        assert_allclose(lead_um(meshed, identity), lead_um(meshed, full), rtol=NEWTON)
+
+
+@pytest.mark.parametrize("kind", ["full", "reduced"])
+def test_one_pitch_on_the_same_happens_to_the_next_pair(kind, small_model, reduced):
+    elasticity_at = small_model[1].elasticity_at if kind == "full" else reduced.elasticity_at
+    meshed, torques = reduced.meshed, [60e3, 100e3]
+    for phi in (0.013, 0.21):
+        here, there = (solve_position(meshed, p, torques, elasticity_at) for p in (phi, phi + meshed.pair.pitch))
+        assert_allclose(lead_um(meshed, there), lead_um(meshed, here), rtol=NEWTON)
+        assert_allclose(there.position.pair_index, here.position.pair_index - 1)
+        for a, b in zip(here.equilibria, there.equilibria, strict=True):
+            n = len(here.position.pair_index)
+            assert_allclose(b.pair_torque(n), a.pair_torque(n), rtol=0.0, atol=1e-7 * max(torques))
+
+
+@pytest.mark.parametrize("fraction", [0.0, 0.3, 0.75], ids=["on the grid", "between", "nearer to the next"])
+def test_basis_is_orthonormal_and_made_of_force_fields_with_their_displacements(
+    fraction, small_model, small_basis, small_forces, reduced
+):
+    _, model = small_model
+    shapes, meshed = small_basis.shapes, reduced.meshed
+    step = shapes.roll_position[1] - shapes.roll_position[0]
+    phi = float(small_basis.training.phi[2] + fraction * step)
+    position = active_patches(meshed, phi, WHOLE_FLANK)
+    # Rebuilt from the stored forces alone: the members of each pair, interpolated by hand.
+    members = []
+    for p, index in enumerate(position.pair_index):
+        place = (phi + index * meshed.pair.pitch - shapes.roll_position[0]) / step
+        below = int(np.floor(place + 1e-6))
+        for t in range(shapes.loaded.shape[1]):
+            weights = {below: 1.0 - fraction, below + 1: fraction}
+            weights = {k: w for k, w in weights.items() if w > 0.0 and small_forces[k, t].any()}
+            if not weights:
+                continue
+            force = np.zeros((len(position.nodes), 3))
+            for k, w in weights.items():
+                for gear in range(2):
+                    nodes = position.flank_nodes[p][gear]
+                    share = w / sum(weights.values())
+                    force[position.window_slice(p, gear)] += share * small_forces[k, t, gear].reshape(-1, 3)[nodes]
+            members.append(force.ravel())
+    fields = np.array(members).T
+    moved = full_elasticity(model.pinion, model.wheel, position).compliance @ fields
+    basis = reduced_elasticity(shapes, position, meshed.pair.pitch).basis.reshape(len(moved), -1)
+    assert basis.shape == fields.shape, "none of the members depends on the others here"
+    combination, *_ = np.linalg.lstsq(moved, basis, rcond=None)
+    assert_allclose(moved @ combination, basis, rtol=0.0, atol=1e-9 * np.abs(basis).max())
+    energy = (fields @ combination).T @ basis
+    assert_allclose(energy, np.eye(len(energy)), rtol=0.0, atol=1e-8)  # members are nearly parallel: two digits lost
+
+
+def test_energy_products_equal_the_work_of_forces_on_displacements(small_model, small_basis, small_forces):
+    """gram[d, k, a, b]: force field at k + a on one pair, displacement by the shape at k + b on the pair d ahead."""
+    _, model = small_model
+    shapes, meshed = small_basis.shapes, model.mesh.meshed
+    app = shapes.angles_per_pitch
+    checked = np.zeros(shapes.gram.shape[0], dtype=int)
+    for k in range(len(shapes.roll_position)):
+        position = active_patches(meshed, float(shapes.roll_position[k]), WHOLE_FLANK)
+        compliance = full_elasticity(model.pinion, model.wheel, position).compliance
+        pairs = list(position.pair_index)
+
+        def embed(pair, member, position=position, pairs=pairs):
+            force = np.zeros((len(position.nodes), 3))
+            for gear in range(2):
+                force[position.window_slice(pairs.index(pair), gear)] = member[gear].reshape(-1, 3)
+            return force.ravel()
+
+        for d in range(shapes.gram.shape[0]):
+            for a in range(2):
+                for b in range(2):
+                    ahead = k + d * app + b
+                    if k + a >= len(small_forces) or ahead >= len(small_forces) or d not in pairs or 0 not in pairs:
+                        continue
+                    for t in range(shapes.loaded.shape[1]):
+                        for u in range(shapes.loaded.shape[1]):
+                            first, second = small_forces[k + a, t], small_forces[ahead, u]
+                            expected = embed(0, first) @ compliance @ embed(d, second)
+                            scale = np.abs(shapes.gram).max()
+                            assert_allclose(shapes.gram[d, k, a, b, t, u], expected, rtol=0.0, atol=ROUND_OFF * scale)
+                            checked[d] += expected != 0.0
+    assert (checked[:2] > 0).all(), "the pair itself and its neighbour were both under load somewhere"
+
+
+def test_shapes_end_idle(small_basis):
+    loaded = small_basis.shapes.loaded
+    assert not loaded[[0, -1]].any()
+    assert loaded.any(axis=0).all()
+
+
+def test_size_is_the_largest_number_of_unknowns(small_basis, reduced):
+    pair = reduced.meshed.pair
+    depth = 0.01
+    sizes = [
+        reduced.elasticity_at(active_patches(reduced.meshed, phi, depth)).basis.shape[2] + 1
+        for phi in pair.pitch * np.arange(40) / 40
+    ]
+    assert reduced.size == max(sizes)
+
+
+# --- weights ---------------------------------------------------------------------------------------------------------
+
+
+def shapes_for_weights():
+    loaded = np.array([[0, 0], [0, 1], [1, 1], [1, 1], [1, 0], [0, 0]], dtype=bool)
+    grid = 0.1 + 0.05 * np.arange(6)
+    return ContactShapes(grid, 3, loaded, np.zeros((6, 2, 2, 3, 1)), np.zeros((2, 6, 2, 2, 2, 2)))
+
+
+@pytest.mark.parametrize(
+    ("place", "below", "expected"),
+    [
+        (2.25, 2, [[0.75, 0.75], [0.25, 0.25]]),  # linear between two loaded positions
+        (1.25, 1, [[0.0, 0.75], [1.0, 0.25]]),  # idle below at the first torque: the position above alone
+        (3.75, 3, [[0.25, 1.0], [0.75, 0.0]]),  # idle above at the second torque: the position below alone
+        (0.5, 0, [[0.0, 0.0], [0.0, 1.0]]),  # idle on both sides: nothing
+        (-0.5, 0, [[0.0, 0.0], [0.0, 0.0]]),  # outside of what was trained: nothing
+        (5.5, 4, [[0.0, 0.0], [0.0, 0.0]]),
+    ],
+)
+def test_weights_are_linear_and_skip_idle_positions(place, below, expected):
+    shapes = shapes_for_weights()
+    k, weights = shapes.weights(0.1 + 0.05 * place)
+    assert k == below
+    assert_allclose(weights, expected, rtol=0.0, atol=1e-12)  # round-off of the division by the step
+
+
+@pytest.mark.parametrize("k", range(6))
+@pytest.mark.parametrize("round_off", [-1e-15, 0.0, 1e-15])
+def test_on_the_grid_a_training_position_stands_alone(k, round_off):
+    shapes = shapes_for_weights()
+    below, weights = shapes.weights(float(shapes.roll_position[k]) + round_off)
+    found = np.zeros((6, 2))
+    found[below : below + 2] = weights
+    expected = np.zeros((6, 2))
+    expected[k] = shapes.loaded[k]
+    # Exactly: a trace of an idle or of a foreign position would not reproduce the training.
+    assert np.array_equal(found, expected)
+
+
+# --- smaller and redundant bases -------------------------------------------------------------------------------------
+
+
+def rebuilt(small_model, small_basis, small_forces, torques):
+    _, model = small_model
+    shapes = small_basis.shapes
+    return contact_shapes(
+        model.pinion, model.wheel, shapes.roll_position, shapes.angles_per_pitch, small_forces[:, torques]
+    )
+
+
+def sweep_with(shapes, meshed, phi, torques):
+    return sweep_ste(meshed, lambda position: reduced_elasticity(shapes, position, meshed.pair.pitch), phi, torques)
+
+
+def test_dependent_training_torques_are_dropped_without_harm(small_model, small_basis, small_forces, reduced):
+    phi, torques = np.array([0.05, 0.2]), [90e3]
+    twice = rebuilt(small_model, small_basis, small_forces, [0, 1, 1])
+    position = active_patches(reduced.meshed, 0.05, 0.05)
+    n = reduced.elasticity_at(position).basis.shape[2]
+    assert reduced_elasticity(twice, position, reduced.meshed.pair.pitch).basis.shape[2] == n
+    once = sweep_ste(reduced.meshed, reduced.elasticity_at, phi, torques)
+    redundant = sweep_with(twice, reduced.meshed, phi, torques)
+    # What is dropped is 1e-10 of the energy, its square root of the displacement.
+    assert_allclose(redundant.ste_um, once.ste_um, rtol=1e-6)
+
+
+def test_one_training_torque_is_a_basis(small_model, small_basis, small_forces, reduced):
+    one = rebuilt(small_model, small_basis, small_forces, [1])
+    training = small_basis.training
+    sweep = sweep_with(one, reduced.meshed, training.phi[:3], training.torque)
+    assert_allclose(sweep.ste_um[1], training.ste_um[1, :3], rtol=TRAINED)
+    # The other torque was not trained: close, as load moves little along the flank, but not the same.
+    assert_allclose(sweep.ste_um[0], training.ste_um[0, :3], rtol=0.05)
+    assert np.abs(sweep.ste_um[0] / training.ste_um[0, :3] - 1.0).max() > TRAINED
+
+
+def test_without_shapes_only_the_penalty_yields(small_model, small_basis, small_forces, reduced):
+    nothing = rebuilt(small_model, small_basis, 0.0 * small_forces, [0])
+    stiff = sweep_with(nothing, reduced.meshed, np.array([0.05]), [90e3])
+    soft = sweep_ste(reduced.meshed, reduced.elasticity_at, np.array([0.05]), [90e3])
+    assert stiff.converged.all()
+    assert stiff.ste_um[0, 0] < soft.ste_um[0, 0]
+
+
+# --- an unlike pair --------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def unlike_pair(tmp_path_factory):
+    text = case_text(
+        pinion={"teeth": 17, "bore_radius_mm": 15.0},
+        wheel={"teeth": 31, "bore_radius_mm": 35.0, "youngs_modulus_GPa": 120.0},
+        offline={"angles_per_pitch": 6},
+        compare={"angles": 2},
+    )
+    case = parse_case(text, "unlike", "unlike")
+    model = elastic_model(case, mesh_model(case))
+    path = tmp_path_factory.mktemp("unlike") / "basis.h5"
+    assert run_offline(case, model, path).failed == ()
+    return model, reduced_pair(read_basis(path))
+
+
+def test_unlike_gears_reproduce_their_training(unlike_pair):
+    _, reduced = unlike_pair
+    training = reduced.basis.training
+    sweep = sweep_ste(reduced.meshed, reduced.elasticity_at, training.phi[:4], training.torque)
+    assert_allclose(sweep.ste_um, training.ste_um[:, :4], rtol=TRAINED)
+
+
+def test_unlike_gears_agree_with_full_fe_between_the_training_angles(unlike_pair):
+    model, reduced = unlike_pair
+    comparison = compare_models(reduced, model.elasticity_at)
+    assert comparison.full.converged.all()
+    assert comparison.reduced.converged.all()
+    assert comparison.max_relative_error < 0.06  # six angles per pitch on a coarse mesh; a wrong tooth or gear: 30 %
+    for equilibrium in solve_position(reduced.meshed, 0.03, [100e3], reduced.elasticity_at).equilibria:
+        assert_allclose(equilibrium.pair_torque(4).sum(), 100e3, rtol=NEWTON)
+
+
+# --- convergence and the paper's case --------------------------------------------------------------------------------
+
+
+@pytest.mark.jit
+def test_error_falls_with_the_number_of_training_angles(tmp_path):
+    """At least of first order; linear interpolation gives second order away from the ends of the path."""
+    errors = []
+    for angles in (8, 16, 32):
+        text = case_text(
+            mesh={"profile_elements": 6, "width_elements": 2},
+            contact={"lodm_profile": 4},
+            offline={"angles_per_pitch": angles},
+            compare={"angles": 24},
+        )
+        case = parse_case(text, "convergence", "convergence")
+        model = elastic_model(case, mesh_model(case))
+        run_offline(case, model, tmp_path / f"{angles}.h5")
+        comparison = compare_models(reduced_pair(read_basis(tmp_path / f"{angles}.h5")), model.elasticity_at)
+        errors.append(comparison.rms_relative_error)
+    orders = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
+    assert (orders > 0.9).all(), f"rms errors {errors}, orders {orders}"

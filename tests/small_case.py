@@ -1,0 +1,32 @@
+"""The paper's gear on a mesh so coarse that a whole run takes seconds, also with interpreted kernels."""
+
+SECTIONS = {
+    "load": {"torque_Nm": 100.0},
+    "pair": {"module_mm": 4.0, "face_width_mm": 20.0},
+    "pinion": {"teeth": 21, "bore_radius_mm": 20.0},
+    "mesh": {"profile_elements": 4, "width_elements": 1},
+    "contact": {"lodm_profile": 2},
+    "offline": {"angles_per_pitch": 4, "torques_Nm": [40.0, 160.0]},
+    "online": {"angles_per_pitch": 4, "torques_Nm": [100.0]},
+    "compare": {"angles": 2, "torques_Nm": [60.0, 100.0]},
+}
+
+
+def case_text(**changes):
+    """TOML text of the small case; each argument is a section with the keys that differ, or None to leave it out."""
+    sections = {name: dict(keys) for name, keys in SECTIONS.items()}
+    for name, keys in changes.items():
+        if keys is None:
+            sections.pop(name)
+        else:
+            sections.setdefault(name, {}).update(keys)
+    lines = []
+    for name, keys in sections.items():
+        lines += [f"[{name}]", *(f"{key} = {_toml(value)}" for key, value in keys.items()), ""]
+    return "\n".join(lines)
+
+
+def _toml(value):
+    if isinstance(value, bool):
+        return str(value).lower()
+    return f'"{value}"' if isinstance(value, str) else repr(value)

@@ -1,0 +1,227 @@
+"""Kinematics of involute pairs: where flanks touch, contact ratio, backlash, which pairs are in reach."""
+
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from pmor.contact.position import relative_motion
+from pmor.errors import GeometryError
+from pmor.gear.conventions import rotation_z
+from pmor.gear.pair import GearPair, zero_backlash_centre_distance
+from pmor.gear.tooth import involute_function
+from tests.gear_models import ALPHA, MODULE, WIDTH, gear_pair, meshed_pair
+from tests.gear_models import tooth as gear
+
+EXACT = 1e-12  # relative; closed forms differ by round-off only
+PLACE = 1e-10  # mm, at distances of up to 200 mm: round-off
+ROOT = 1e-10  # the working pressure angle comes out of a root finder
+
+
+PAIRS = {
+    "paper": gear_pair(gear(21), gear(21)),
+    "unequal": gear_pair(gear(17), gear(31)),
+    "speeding up": gear_pair(gear(31), gear(17)),
+    "shifted": gear_pair(gear(17, 0.4), gear(31, 0.1)),
+    "shifts cancel": gear_pair(gear(17, 0.3), gear(31, -0.3)),
+    "backlash": gear_pair(gear(21), gear(33), extra_distance=0.5),
+    "shifted with backlash": gear_pair(gear(17, 0.4), gear(31, 0.1), extra_distance=0.3),
+    "undercut": gear_pair(gear(10), gear(30)),
+    "helical": gear_pair(gear(21, 0.0, 15.0), gear(31, 0.2, -15.0), extra_distance=0.1),
+}
+every_pair = pytest.mark.parametrize("pair", PAIRS.values(), ids=PAIRS.keys())
+
+
+def in_global_frame(pair, roll_position, gear_number, vectors, shift):
+    """Carry vectors of a pinion (0) or wheel (1) tooth's frame into the global one, by the words of `conventions`."""
+    if gear_number == 0:
+        return vectors @ rotation_z(roll_position).T
+    turned = vectors @ rotation_z(math.pi + pair.wheel_tooth_rotation(roll_position)).T
+    return turned + np.array([0.0, pair.centre_distance, 0.0]) * shift
+
+
+def contact_points(pair, roll_position):
+    u1, u2 = pair.contact_roll_angles(np.array(roll_position))
+    for number, (tooth, u) in enumerate(((pair.pinion, u1), (pair.wheel, u2))):
+        yield (
+            in_global_frame(pair, roll_position, number, tooth.flank_point(u, 0.0), True),
+            in_global_frame(pair, roll_position, number, tooth.flank_normal(u, 0.0), False),
+        )
+
+
+def roll_positions(pair, count=7):
+    return np.linspace(*pair.roll_position_range, count)
+
+
+# --- where the flanks touch ----------------------------------------------------------------------------------------
+
+
+@every_pair
+def test_flanks_touch_with_opposite_normals_at_every_roll_position(pair):
+    for roll_position in roll_positions(pair):
+        (point_1, normal_1), (point_2, normal_2) = contact_points(pair, roll_position)
+        assert_allclose(point_1, point_2, atol=PLACE, rtol=0)
+        assert_allclose(normal_1, -normal_2, atol=EXACT, rtol=0)
+
+
+@every_pair
+def test_contact_lies_on_the_line_of_action_through_the_pitch_point(pair):
+    pitch_point = pair.centre_distance * pair.pinion.teeth / (pair.pinion.teeth + pair.wheel.teeth)
+    for roll_position in roll_positions(pair):
+        (point, normal), _ = contact_points(pair, roll_position)
+        # In the transverse plane the common normal at the contact passes through (0, pitch_point).
+        assert_allclose(point[0] * normal[1] - (point[1] - pitch_point) * normal[0], 0.0, atol=PLACE)
+        assert normal[0] < 0.0  # the pinion drives counter-clockwise and pushes its mate away at its ccw flank
+
+
+@every_pair
+def test_relative_motion_agrees_with_the_two_global_frames(pair):
+    meshed = meshed_pair(pair, 2, 1)
+    points = np.array([[1.0, 40.0, -3.0], [-2.0, 45.0, 7.0], [0.0, 0.0, 0.0]])
+    for roll_position in roll_positions(pair, 3):
+        for lead in (0.0, 0.02):
+            rotation, shift = relative_motion(meshed, roll_position, lead)
+            from_pinion = points @ rotation_z(roll_position + lead).T
+            from_wheel = in_global_frame(pair, roll_position, 1, points @ rotation.T + shift, True)
+            assert_allclose(from_wheel, from_pinion, atol=PLACE, rtol=0)
+
+
+@every_pair
+def test_ratio_of_rotations_is_that_of_the_teeth(pair):
+    first, last = pair.roll_position_range
+    turn = pair.wheel_tooth_rotation(last) - pair.wheel_tooth_rotation(first)
+    assert_allclose(turn, -(last - first) * pair.pinion.teeth / pair.wheel.teeth, rtol=EXACT)
+
+
+@every_pair
+def test_path_of_contact_ends_at_the_tips_or_the_form_points(pair):
+    u1, u2 = pair.contact_roll_angles(roll_positions(pair, 2))
+    pinion, wheel = pair.pinion, pair.wheel
+    for u, tooth in ((u1, pinion), (u2, wheel)):
+        assert u.min() >= tooth.form_roll_angle - EXACT
+        assert u.max() <= tooth.tip_roll_angle + EXACT
+    start = min(abs(u2[0] - wheel.tip_roll_angle), abs(u1[0] - pinion.form_roll_angle))
+    end = min(abs(u1[1] - pinion.tip_roll_angle), abs(u2[1] - wheel.form_roll_angle))
+    assert_allclose([start, end], 0.0, atol=EXACT)
+
+
+@every_pair
+def test_flanks_do_not_overlap_beside_the_contact(pair):
+    """With the contact in the middle of the path, all other flank points of the pinion are outside the wheel tooth."""
+    roll_position = 0.5 * sum(pair.roll_position_range)
+    rotation, shift = relative_motion(meshed_pair(pair, 2, 1), roll_position, 0.0)
+    u = np.linspace(*pair.pinion_roll_range, 41)
+    points = pair.pinion.flank_point(u, 0.0) @ rotation.T + shift
+    radius = np.linalg.norm(points[:, :2], axis=1)
+    wheel_half = np.array([pair.wheel.half_thickness_angle(pair.wheel.roll_angle_at(r)) for r in radius])
+    gap = (np.arctan2(-points[:, 0], points[:, 1]) - wheel_half) * radius
+    inside = radius > pair.wheel.base_radius
+    assert gap[inside].min() > -PLACE
+    assert gap[inside].max() > 1e-2  # the flanks do separate
+
+
+# --- contact ratio -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["paper", "unequal", "shifted", "backlash"])
+def test_contact_ratio_by_the_textbook_formula(name):
+    pair = PAIRS[name]
+    (ra1, rb1), (ra2, rb2) = ((t.tip_radius, t.base_radius) for t in (pair.pinion, pair.wheel))
+    a = pair.centre_distance
+    action = math.sqrt(ra1**2 - rb1**2) + math.sqrt(ra2**2 - rb2**2) - math.sqrt(a**2 - (rb1 + rb2) ** 2)
+    assert_allclose(pair.contact_ratio, action / (math.pi * MODULE * math.cos(ALPHA)), rtol=EXACT)
+
+
+def test_undercut_shortens_the_path():
+    pair = PAIRS["undercut"]
+    assert pair.pinion.is_undercut
+    assert_allclose(pair.pinion_roll_range[0], pair.pinion.form_roll_angle, rtol=EXACT)
+
+
+# --- centre distance -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", [n for n in PAIRS if "backlash" not in n and n != "helical"])
+def test_both_flanks_touch_at_the_zero_backlash_distance(name):
+    pair = PAIRS[name]
+    # Seen in a mirror, the wheel tooth that touches the pinion tooth's other flank at roll position p stands at the
+    # mirrored angle of the one that touches at -p: without backlash they are neighbours, exactly one pitch apart.
+    for p in roll_positions(pair, 3):
+        apart = -pair.wheel_tooth_rotation(-p) - pair.wheel_tooth_rotation(p)
+        assert_allclose(apart, pair.wheel.angular_pitch, rtol=ROOT)
+
+
+@pytest.mark.parametrize("name", [n for n in PAIRS if "backlash" in n])
+def test_backlash_follows_the_textbook_formula(name):
+    pair = PAIRS[name]
+    apart = -pair.wheel_tooth_rotation(0.0) - pair.wheel_tooth_rotation(0.0)
+    tight = zero_backlash_centre_distance(pair.pinion, pair.wheel)
+    base = pair.pinion.base_radius + pair.wheel.base_radius
+    # ISO 21771: normal backlash 2 (r_b1 + r_b2) (inv alpha_w - inv alpha_tight)
+    expected = 2.0 * base * (involute_function(math.acos(base / pair.centre_distance))
+                             - involute_function(math.acos(base / tight)))  # fmt: skip
+    assert_allclose((pair.wheel.angular_pitch - apart) * pair.wheel.base_radius, expected, rtol=1e-9)
+    assert expected > 0.0
+
+
+def test_tooth_thicknesses_fill_the_working_pitch_circle():
+    pair = PAIRS["shifted"]
+    thickness = 0.0
+    for tooth in (pair.pinion, pair.wheel):
+        radius = tooth.base_radius / math.cos(pair.working_pressure_angle)
+        thickness += 2.0 * radius * tooth.half_thickness_angle(tooth.roll_angle_at(radius))
+    radius = pair.pinion.base_radius / math.cos(pair.working_pressure_angle)
+    assert_allclose(thickness, 2.0 * math.pi * radius / pair.pinion.teeth, rtol=ROOT)
+
+
+def test_standard_gears_mesh_at_the_standard_distance():
+    assert_allclose(PAIRS["paper"].centre_distance, 84.0, rtol=ROOT)
+    assert_allclose(PAIRS["shifts cancel"].centre_distance, 96.0, rtol=ROOT)
+    assert_allclose(PAIRS["paper"].working_pressure_angle, ALPHA, rtol=1e-9)
+
+
+# --- tooth pairs in reach ------------------------------------------------------------------------------------------
+
+
+@every_pair
+@pytest.mark.parametrize("margin", [0.0, 0.02])
+def test_pairs_in_reach_are_those_on_the_path(pair, margin):
+    first, last = pair.roll_position_range
+    for phi in np.linspace(-3.0 * pair.pitch, 3.0 * pair.pitch, 25):
+        candidates = np.arange(-12, 13)
+        own = phi + candidates * pair.pitch
+        expected = candidates[(own >= first - margin - 1e-12) & (own <= last + margin + 1e-12)]
+        assert pair.pairs_in_reach(phi, margin).tolist() == expected.tolist()
+        assert len(expected) >= 1
+
+
+def test_pairs_at_the_very_ends_of_the_path_are_in_reach():
+    pair = PAIRS["paper"]
+    for end in pair.roll_position_range:
+        assert 0 in pair.pairs_in_reach(end, 0.0)
+
+
+def test_pairs_in_reach_move_on_by_one_per_pitch():
+    pair = PAIRS["unequal"]
+    phi = 0.013
+    assert (pair.pairs_in_reach(phi + pair.pitch, 0.0) + 1).tolist() == pair.pairs_in_reach(phi, 0.0).tolist()
+
+
+# --- pairs that cannot mesh ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("pinion", "wheel", "distance", "message"),
+    [
+        (gear(21), gear(21), 78.0, "below the sum of the base radii"),
+        (gear(21), gear(21), 83.9, "jam below 84 mm"),
+        (gear(21, 0.3), gear(21), 84.0, "jam below"),
+        (gear(21), gear(21), 87.0, "contact ratio 0.6"),
+        (gear(21, addendum=0.4), gear(21, addendum=0.4), 84.0, "contact ratio"),
+        (gear(21, -0.5), gear(21, -0.6), 84.0, "too negative"),
+    ],
+)
+def test_pairs_that_cannot_mesh_are_refused(pinion, wheel, distance, message):
+    with pytest.raises(GeometryError, match=message):
+        GearPair(pinion, wheel, WIDTH, distance)

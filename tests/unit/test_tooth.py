@@ -1,0 +1,267 @@
+"""Involute, trochoid and circles of a generated tooth, against identities and against a rack moved by brute force."""
+
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from pmor.errors import GeometryError
+from pmor.gear.tooth import Tooth, involute_function
+
+MODULE, ALPHA = 4.0, math.radians(20.0)
+EXACT = 1e-12  # relative; closed forms differ by round-off only
+DIFFERENCES = 1e-7  # central differences with a step of 1e-5 lose half of the digits
+# The rack moves in steps of 5 um: its rounding of radius 1.5 mm leaves scallops of (5 um)^2 / (8 x 1.5 mm) = 2e-6 mm.
+ENVELOPE = 3e-6  # mm
+
+GEARS = {
+    "paper": Tooth(21, MODULE, ALPHA),
+    "shifted": Tooth(17, MODULE, ALPHA, profile_shift=0.4),
+    "negative shift": Tooth(31, MODULE, ALPHA, profile_shift=-0.3),
+    "large": Tooth(120, MODULE, ALPHA),
+    "helical": Tooth(21, MODULE, ALPHA, helix_angle=math.radians(15.0)),
+    "helical shifted": Tooth(17, MODULE, ALPHA, helix_angle=math.radians(-25.0), profile_shift=0.2),
+    "undercut 10": Tooth(10, MODULE, ALPHA),
+    "undercut 8": Tooth(8, MODULE, ALPHA),
+    "undercut 8 helical": Tooth(8, MODULE, ALPHA, helix_angle=math.radians(15.0)),
+}
+SOUND = [name for name in GEARS if not name.startswith("undercut")]
+every_gear = pytest.mark.parametrize("tooth", GEARS.values(), ids=GEARS.keys())
+sound_gears = pytest.mark.parametrize("tooth", [GEARS[n] for n in SOUND], ids=SOUND)
+undercut_gears = pytest.mark.parametrize(
+    "tooth", [GEARS[n] for n in GEARS if n not in SOUND], ids=[n for n in GEARS if n not in SOUND]
+)
+
+
+def rolls(tooth, count=9):
+    return np.linspace(tooth.form_roll_angle, tooth.tip_roll_angle, count)
+
+
+def half_angle(points):
+    """Angle of points of the loaded flank from the tooth's centre line."""
+    return np.arctan2(-points[..., 0], points[..., 1])
+
+
+# --- circles and involute ------------------------------------------------------------------------------------------
+
+
+def test_circles_of_the_paper_gear():
+    tooth = GEARS["paper"]
+    assert_allclose(
+        [tooth.reference_radius, tooth.tip_radius, tooth.root_radius, tooth.base_radius],
+        [42.0, 46.0, 37.0, 42.0 * math.cos(ALPHA)],
+        rtol=EXACT,
+    )
+    assert_allclose(tooth.base_pitch, math.pi * MODULE * math.cos(ALPHA), rtol=EXACT)
+
+
+def test_helical_circles_use_the_transverse_module():
+    tooth, beta = GEARS["helical"], math.radians(15.0)
+    assert_allclose(tooth.reference_radius, 0.5 * 21 * MODULE / math.cos(beta), rtol=EXACT)
+    assert_allclose(math.tan(tooth.transverse_pressure_angle), math.tan(ALPHA) / math.cos(beta), rtol=EXACT)
+    # ISO 21771: sin beta_b = sin beta cos alpha_n
+    base_helix = math.atan(tooth.base_radius * tooth.twist_per_length)
+    assert_allclose(math.sin(base_helix), math.sin(beta) * math.cos(ALPHA), rtol=EXACT)
+
+
+@every_gear
+def test_tooth_thickness_on_the_reference_circle(tooth):
+    roll = tooth.roll_angle_at(tooth.reference_radius)
+    thickness = 2.0 * tooth.reference_radius * tooth.half_thickness_angle(roll)
+    normal = MODULE * (0.5 * math.pi + 2.0 * tooth.profile_shift * math.tan(ALPHA))
+    assert_allclose(thickness * math.cos(tooth.helix_angle), normal, rtol=EXACT)
+
+
+@every_gear
+def test_roll_angle_is_unwound_length_over_base_radius(tooth):
+    u = rolls(tooth)
+    points = tooth.flank_section(u)
+    radius = np.linalg.norm(points, axis=1)
+    assert_allclose(np.sqrt(radius**2 - tooth.base_radius**2), tooth.base_radius * u, rtol=EXACT)
+    assert_allclose([tooth.roll_angle_at(r) for r in radius], u, rtol=EXACT)
+    assert_allclose(half_angle(points), [tooth.half_thickness_angle(x) for x in u], rtol=EXACT)
+    assert_allclose(radius[-1], tooth.tip_radius, rtol=EXACT)
+
+
+@every_gear
+def test_flank_normal_is_tangent_to_the_base_circle(tooth):
+    u, z = np.meshgrid(rolls(tooth), np.linspace(-8.0, 8.0, 4))
+    points, normals = tooth.flank_point(u, z), tooth.flank_normal(u, z)
+    assert_allclose(np.linalg.norm(normals, axis=-1), 1.0, rtol=EXACT)
+    in_section = normals[..., :2] / np.linalg.norm(normals[..., :2], axis=-1, keepdims=True)
+    lever = points[..., 0] * in_section[..., 1] - points[..., 1] * in_section[..., 0]
+    assert_allclose(lever, tooth.base_radius, rtol=EXACT)
+    along = np.einsum("...d,...d->...", points[..., :2], in_section)
+    assert_allclose(along, tooth.base_radius * u, rtol=EXACT)
+
+
+@every_gear
+def test_flank_normal_equals_the_numerical_one_and_points_out_of_the_tooth(tooth):
+    u, z = np.meshgrid(rolls(tooth, 5)[1:], np.linspace(-8.0, 8.0, 3))
+    step = 1e-5
+    along_u = tooth.flank_point(u + step, z) - tooth.flank_point(u - step, z)
+    along_z = tooth.flank_point(u, z + step) - tooth.flank_point(u, z - step)
+    numerical = np.cross(along_z, along_u)
+    numerical /= np.linalg.norm(numerical, axis=-1, keepdims=True)
+    normals = tooth.flank_normal(u, z)
+    assert_allclose(normals, numerical, atol=DIFFERENCES, rtol=0)
+    outside = half_angle(tooth.flank_point(u, 0 * z) + 1e-3 * tooth.flank_normal(u, 0 * z))
+    assert np.all(outside > half_angle(tooth.flank_point(u, 0 * z)))
+
+
+@every_gear
+def test_base_pitch_is_the_distance_of_neighbouring_flanks_along_a_normal(tooth):
+    u = rolls(tooth)
+    section_normal = tooth.flank_normal(u, 0.0)[:, :2] / math.cos(
+        math.atan(tooth.base_radius * tooth.twist_per_length)
+    )
+    reached = tooth.flank_section(u) + tooth.base_pitch * section_normal
+    c, s = math.cos(tooth.angular_pitch), math.sin(tooth.angular_pitch)
+    neighbour = tooth.flank_section(u + tooth.angular_pitch) @ np.array([[c, s], [-s, c]])
+    assert_allclose(reached, neighbour, rtol=EXACT)
+
+
+def test_flank_of_a_helical_tooth_turns_with_z():
+    tooth = GEARS["helical"]
+    z = 6.0
+    turn = z * math.tan(math.radians(15.0)) / tooth.reference_radius
+    u = rolls(tooth)
+    assert_allclose(half_angle(tooth.flank_point(u, z)), half_angle(tooth.flank_section(u)) + turn, rtol=EXACT)
+    assert_allclose(tooth.flank_point(u, z)[:, 2], z, rtol=EXACT)
+
+
+def test_involute_function():
+    assert_allclose(involute_function(ALPHA), 0.014904384, atol=5e-10, rtol=0)  # printed in every gear handbook
+
+
+# --- root fillet ---------------------------------------------------------------------------------------------------
+
+
+@every_gear
+def test_fillet_starts_where_the_involute_does(tooth):
+    assert_allclose(tooth.root_section(np.array([0.0]))[0], tooth.flank_section(tooth.form_roll_angle), rtol=1e-9)
+
+
+@sound_gears
+def test_fillet_continues_the_tangent_of_the_involute(tooth):
+    assert not tooth.is_undercut
+    step = 1e-5
+    first, second, third = tooth.root_section(np.array([0.0, step, 2 * step]))
+    fillet = -(-3 * first + 4 * second - third)  # one-sided, second order, turned towards the tip
+    involute = tooth.flank_normal(tooth.form_roll_angle, 0.0)[:2] @ np.array([[0.0, -1.0], [1.0, 0.0]])
+    fillet /= np.linalg.norm(fillet)
+    involute /= np.linalg.norm(involute)
+    assert_allclose(abs(fillet @ involute), 1.0, atol=1e-9, rtol=0)
+    assert fillet @ first > 0  # outwards
+
+
+@every_gear
+def test_fillet_reaches_the_root_circle_tangentially(tooth):
+    step = 1e-4
+    before, end = tooth.root_section(np.array([1.0 - step, 1.0]))
+    assert_allclose(np.linalg.norm(end), tooth.root_radius, rtol=EXACT)
+    drop = np.linalg.norm(before) - np.linalg.norm(end)
+    along = np.linalg.norm(before - end)
+    # Tangential: the drop is quadratic in the step, with a radius of curvature not below the rack's rounding.
+    assert 0.0 <= drop <= along**2 / (0.3 * MODULE)
+
+
+@every_gear
+def test_fillet_falls_steadily_and_stays_inside_its_half_pitch(tooth):
+    fillet = tooth.root_section(np.linspace(0.0, 1.0, 200))
+    assert np.all(np.diff(np.linalg.norm(fillet, axis=1)) < 0.0)
+    assert half_angle(fillet).max() <= math.pi / tooth.teeth + 1e-12
+
+
+def rack_cuts(tooth, radius, angle):
+    """Whether the rolling rack removes points (radius, angle from the tooth's centre), by trying all its positions."""
+    beta, rho = tooth.helix_angle, tooth.rack_tip_radius * MODULE
+    bottom = (tooth.profile_shift - tooth.dedendum) * MODULE + rho  # centre line of the tip rounding
+    half = 0.25 * math.pi * MODULE + (rho - tooth.dedendum * MODULE) * math.tan(ALPHA) - rho / math.cos(ALPHA)
+    shift = np.linspace(-25.0, 25.0, 10001)
+    polar = np.asarray(angle)[..., None] + shift / tooth.reference_radius
+    along = np.asarray(radius)[..., None] * np.sin(polar) - shift  # the gear turns clockwise, the rack moves along
+    # Distance from the middle of a rack tooth in the normal section, height above the centre line of its rounding.
+    s = np.abs(along * math.cos(beta) % (math.pi * MODULE) - 0.5 * math.pi * MODULE)
+    h = np.asarray(radius)[..., None] * np.cos(polar) - tooth.reference_radius - bottom
+    # Distance to the rack tooth less its rounding, a trapezium: its bottom, its corner, its flank.
+    flank = (s - half) * math.cos(ALPHA) - h * math.sin(ALPHA)
+    foot = (s - half) * math.sin(ALPHA) + h * math.cos(ALPHA)
+    distance = np.where(foot > 0.0, flank, np.where(s < half, -h, np.hypot(s - half, h)))
+    inside = (h > 0.0) & (flank <= 0.0)
+    return np.any(inside | (distance < rho), axis=-1)
+
+
+def generated_half_angle(tooth, radius):
+    """Largest angle from the tooth's centre that the rack leaves standing, by bisection."""
+    low, high = np.zeros_like(radius), np.full_like(radius, math.pi / tooth.teeth)
+    for _ in range(30):
+        middle = 0.5 * (low + high)
+        cut = rack_cuts(tooth, radius, middle)
+        low, high = np.where(cut, low, middle), np.where(cut, middle, high)
+    return low
+
+
+@every_gear
+def test_profile_is_the_envelope_of_the_rolling_rack(tooth):
+    if tooth.teeth > 40:
+        pytest.skip("its fillet needs a longer roll than the brute force tries")
+    form = np.linalg.norm(tooth.flank_section(tooth.form_roll_angle))
+    on_flank = np.linspace(form + 0.02, tooth.tip_radius, 6)
+    involute = [tooth.half_thickness_angle(tooth.roll_angle_at(r)) for r in on_flank]
+    assert_allclose(generated_half_angle(tooth, on_flank) * on_flank, involute * on_flank, atol=ENVELOPE, rtol=0)
+    fillet = tooth.root_section(np.linspace(0.02, 0.9, 6))
+    radius = np.linalg.norm(fillet, axis=1)
+    assert_allclose(generated_half_angle(tooth, radius) * radius, half_angle(fillet) * radius, atol=ENVELOPE, rtol=0)
+
+
+@undercut_gears
+def test_undercut_is_found_where_brute_force_finds_it(tooth):
+    assert tooth.is_undercut
+    low, high = max(tooth.base_radius, tooth.root_radius), tooth.tip_radius
+    for _ in range(25):  # the lowest radius at which the rack still leaves the involute
+        middle = 0.5 * (low + high)
+        involute = tooth.half_thickness_angle(tooth.roll_angle_at(middle))
+        intact = generated_half_angle(tooth, np.array([middle]))[0] > involute - 1e-7
+        low, high = (low, middle) if intact else (middle, high)
+    form = np.linalg.norm(tooth.flank_section(tooth.form_roll_angle))
+    assert form > tooth.base_radius
+    assert_allclose(form, high, atol=1e-4, rtol=0)  # where a cut of 1e-7 rad becomes visible
+
+
+@pytest.mark.parametrize("teeth", [8, 10, 14, 17, 18, 21, 40])
+def test_undercut_follows_the_textbook_limit(teeth):
+    # Without rounding the rack's last straight point is at addendum height 1.25 - 0.38 (1 - sin alpha): z_min from it.
+    limit = 2.0 * (1.25 - 0.38 * (1.0 - math.sin(ALPHA))) / math.sin(ALPHA) ** 2
+    assert Tooth(teeth, MODULE, ALPHA).is_undercut == (teeth < limit)
+
+
+def test_profile_shift_avoids_undercut():
+    assert Tooth(10, MODULE, ALPHA).is_undercut
+    assert not Tooth(10, MODULE, ALPHA, profile_shift=0.5).is_undercut
+
+
+# --- what cannot be made -------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"teeth": 8, "profile_shift": 0.8}, "pointed"),
+        ({"teeth": 21, "addendum": 2.2}, "pointed"),
+        ({"teeth": 21, "rack_tip_radius": 0.6}, "too large for the rack tooth"),
+        ({"teeth": 5, "addendum": 0.4, "profile_shift": -0.4}, "undercut leaves"),
+        ({"teeth": 2, "pressure_angle": 0.17, "profile_shift": -3.0, "dedendum": 2.0}, "leaves no involute"),
+    ],
+)
+def test_impossible_teeth_are_refused(arguments, message):
+    with pytest.raises(GeometryError, match=message):
+        Tooth(**{"module": MODULE, "pressure_angle": ALPHA} | arguments)
+
+
+def test_largest_rack_rounding_is_the_full_fillet():
+    full = (0.25 * math.pi - 1.25 * math.tan(ALPHA)) * math.cos(ALPHA) / (1.0 - math.sin(ALPHA))
+    Tooth(21, MODULE, ALPHA, rack_tip_radius=full - 1e-6)
+    with pytest.raises(GeometryError, match="too large"):
+        Tooth(21, MODULE, ALPHA, rack_tip_radius=full + 1e-6)
