@@ -1,7 +1,10 @@
-"""Compiled contact search of the nodal scheme: refine both flanks, project the slave's points, list what penetrates.
+"""Compiled contact of the nodal scheme: refine both flanks, project the slave's points, list what penetrates; sweeps.
 
-Everything here is one call tree in one file (numba's cache does not notice an edit in another one) and sees arrays and
-scalars only. The scheme is the paper's: node to surface, penalty (Cosco et al. 2016, eq. 1-4), on flanks refined by
+Everything here is one call tree, and therefore one file: numba's cache does not notice an edit in another one, so a
+split would serve stale code to whoever edits it. In the order of the file: surfaces, projection, search of one pair,
+windows from the kinematics, search of all pairs, the reduced pair and its sweep. Arrays and scalars only.
+
+The scheme is the paper's: node to surface, penalty (Cosco et al. 2016, eq. 1-4), on flanks refined by
 bicubic Ferguson patches through the *deformed* nodes (eq. 5-21) or by bilinear facets.
 
 Layout of a *window*, the part of a flank that can touch: a grid of nodes ``(rows, columns)``, rows from the root
@@ -18,8 +21,11 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+# Divisions follow IEEE 754 instead of raising, which spares a branch at each; results are checked where they are used.
+compiled = njit(cache=True, nogil=True, error_model="numpy")
 
-@njit(cache=True)
+
+@compiled
 def _unit_cross(a, b, out):
     out[0] = a[1] * b[2] - a[2] * b[1]
     out[1] = a[2] * b[0] - a[0] * b[2]
@@ -29,7 +35,7 @@ def _unit_cross(a, b, out):
         out[d] *= inverse
 
 
-@njit(cache=True)
+@compiled
 def _parabola_tangent(p0, p1, p2, out):
     """Tangent at p0 of the parabola through three points, parametrised by chord length."""
     h1 = h2 = 0.0
@@ -42,7 +48,7 @@ def _parabola_tangent(p0, p1, p2, out):
         out[d] = (p1[d] - p0[d]) / h1 * (1.0 + share) - (p2[d] - p1[d]) / h2 * share
 
 
-@njit(cache=True)
+@compiled
 def _edge_tangent(nodes, i, k, step_i, step_k, out):
     """Tangent along (step_i, step_k) at an edge node, pointing into the grid; a chord where three nodes are missing."""
     rows, columns = nodes.shape[0], nodes.shape[1]
@@ -55,7 +61,7 @@ def _edge_tangent(nodes, i, k, step_i, step_k, out):
             out[d] = nodes[i + step_i, k + step_k, d] - nodes[i, k, d]
 
 
-@njit(cache=True)
+@compiled
 def _tangent(nodes, i, k, along_rows, out):
     """Tangent at a node along the rows or the columns: parabolic at the grid's edges, central inside."""
     count = nodes.shape[0] if along_rows else nodes.shape[1]
@@ -72,7 +78,7 @@ def _tangent(nodes, i, k, along_rows, out):
             out[d] = nodes[i + di, k + dk, d] - nodes[i - di, k - dk, d]
 
 
-@njit(cache=True)
+@compiled
 def _facet_normal(nodes, i, k, a, b, out):
     for d in range(3):
         a[d] = nodes[i + 1, k + 1, d] - nodes[i, k, d]
@@ -80,7 +86,7 @@ def _facet_normal(nodes, i, k, a, b, out):
     _unit_cross(b, a, out)
 
 
-@njit(cache=True)
+@compiled
 def node_normals(nodes, low_edge, high_edge, parabolic, out):
     """Outward normals at the nodes of a window.
 
@@ -118,7 +124,7 @@ def node_normals(nodes, low_edge, high_edge, parabolic, out):
                 out[i, k, d] *= inverse
 
 
-@njit(cache=True)
+@compiled
 def edge_tangents(nodes, normals, along_rows, along_columns):
     """Tangents N x S x N of all element edges at both their ends (eq. 11 of the paper).
 
@@ -145,7 +151,7 @@ def edge_tangents(nodes, normals, along_rows, along_columns):
                         along_columns[i, k, end, d] = chord - along * normals[i, k + end, d]
 
 
-@njit(cache=True)
+@compiled
 def surface_point(nodes, along_rows, along_columns, smooth, i, k, s, t, point, tangent_s, tangent_t):
     """Point and tangents of the surface over element (i, k) at (s, t): one object gives all three.
 
@@ -183,7 +189,7 @@ def surface_point(nodes, along_rows, along_columns, smooth, i, k, s, t, point, t
                 tangent_t[d] += hs * dht * node + gs * dht * row + hs * dgt * column
 
 
-@njit(cache=True)
+@compiled
 def prepare_surface(nodes, low_edge, high_edge, smooth, parabolic, along_rows, along_columns):
     """Edge tangents of a window of deformed nodes, when its surface is smooth; arguments as in `refine`."""
     if smooth:
@@ -192,7 +198,7 @@ def prepare_surface(nodes, low_edge, high_edge, smooth, parabolic, along_rows, a
         edge_tangents(nodes, normals, along_rows, along_columns)
 
 
-@njit(cache=True)
+@compiled
 def row_points(nodes, along_rows, along_columns, smooth, i, s, lodm_width, out):
     """Points of a surface along the width at parameter s of element row i; the same points as `surface_point` gives.
 
@@ -226,7 +232,7 @@ def row_points(nodes, along_rows, along_columns, smooth, i, s, lodm_width, out):
                     out[k * lodm_width + part, d] = (1.0 - t) * first + t * last
 
 
-@njit(cache=True)
+@compiled
 def refine(nodes, along_rows, along_columns, smooth, first, count, lodm_profile, lodm_width, out):
     """Points of the refined surface over the element rows of a window.
 
@@ -250,7 +256,7 @@ def refine(nodes, along_rows, along_columns, smooth, first, count, lodm_profile,
         row_points(nodes, along_rows, along_columns, smooth, first + i, s, lodm_width, out[row])
 
 
-@njit(cache=True)
+@compiled
 def _foot_on_patch(nodes, along_rows, along_columns, smooth, i, k, x, guess, tangent_s, tangent_t, foot):
     """Foot of the perpendicular on one (continued) patch by Gauss-Newton; updates `guess` = (s, t).
 
@@ -278,7 +284,7 @@ def _foot_on_patch(nodes, along_rows, along_columns, smooth, i, k, x, guess, tan
         guess[0], guess[1] = s, t
 
 
-@njit(cache=True)
+@compiled
 def project(nodes, along_rows, along_columns, smooth, first, count, x, element, guess, tangent_s, tangent_t, foot):
     """Closest point on a grid of patches, walking from patch to patch; updates `element` = (i, k) and `guess` = (s, t).
 
@@ -320,14 +326,14 @@ def project(nodes, along_rows, along_columns, smooth, first, count, x, element, 
         element[0], element[1] = next_i, next_k
 
 
-@njit(cache=True)
+@compiled
 def _inside_share(overshoot, extent_out, extent_in):
     """Share of a slave point's interval that lies on the master, when the point is `overshoot` beyond its edge."""
     total = extent_out + extent_in
     return min(max((extent_in - overshoot) / total, 0.0), 1.0)
 
 
-@njit(cache=True)
+@compiled
 def _edge_overshoot(nodes, edge_row, inner_row, k, t, foot):
     """Distance of a foot beyond an edge row of the master (negative inside), along the outward chord there."""
     overshoot = length = 0.0
@@ -339,29 +345,31 @@ def _edge_overshoot(nodes, edge_row, inner_row, k, t, foot):
     return overshoot / np.sqrt(length)
 
 
-@njit(cache=True)
+@compiled
 def _share_on_master(master, nodes, first, count, element, guess, width, extents, foot):
     """Share of a slave point's area that faces the master's patches; 0 outside the window or beyond its edges.
 
     Flanks face each other: towards the slave's root is towards the master's tip.
     """
     share = 1.0
-    beyond_tip = _edge_overshoot(nodes, first + count, first + count - 1, element[1], guess[1], foot)
-    if master[5] == 1:
-        share *= _inside_share(beyond_tip, extents[0], extents[1])
-    elif beyond_tip > 0.0:
-        return 0.0
-    beyond_root = _edge_overshoot(nodes, first, first + 1, element[1], guess[1], foot)
-    if master[4] == 1:
-        share *= _inside_share(beyond_root, extents[1], extents[0])
-    elif beyond_root > 0.0:
-        return 0.0
+    if master[5] == 1 or element[0] == first + count - 1:
+        beyond_tip = _edge_overshoot(nodes, first + count, first + count - 1, element[1], guess[1], foot)
+        if master[5] == 0 and beyond_tip > 0.0:
+            return 0.0
+        if master[5] == 1:
+            share *= _inside_share(beyond_tip, extents[0], extents[1])
+    if master[4] == 1 or element[0] == first:
+        beyond_root = _edge_overshoot(nodes, first, first + 1, element[1], guess[1], foot)
+        if master[4] == 0 and beyond_root > 0.0:
+            return 0.0
+        if master[4] == 1:
+            share *= _inside_share(beyond_root, extents[1], extents[0])
     across = element[1] + guess[1]
     share *= _inside_share((across - (nodes.shape[1] - 1)) * width, extents[3], extents[2])
     return share * _inside_share(-across * width, extents[2], extents[3])
 
 
-@njit(cache=True)
+@compiled
 def _search_row(
     row, surfaces, slave, master, extents, smooth, direct, detail, rotation, shift, slave_is_pinion, penalty,
     count, start_element, start_guess, memory_element, memory_guess, work, lists,
@@ -386,7 +394,10 @@ def _search_row(
         point = points[column]
         for d in range(3):
             x[d] = shift[d] + rotation[d, 0] * point[0] + rotation[d, 1] * point[1] + rotation[d, 2] * point[2]
-        # Where a point was projected in the last iteration is the best guess; else where its neighbour went.
+        # Where a point was projected in the last iteration is the best guess; else beside its neighbour.
+        across = column / (points_across - 1) * (surface.shape[1] - 1)
+        element[1] = min(int(across), surface.shape[1] - 2)
+        guess[1] = across - element[1]
         if memory_element[row, column, 0] >= 0:
             element[0], element[1] = memory_element[row, column, 0], memory_element[row, column, 1]
             guess[0], guess[1] = memory_guess[row, column, 0], memory_guess[row, column, 1]
@@ -434,12 +445,12 @@ def _search_row(
     return count, smallest, touches_border
 
 
-@njit(cache=True)
+@compiled
 def _window_nodes(nodes, window, columns):
     return nodes[window[0] : window[0] + window[1] * columns].reshape(window[1], columns, 3)
 
 
-@njit(cache=True)
+@compiled
 def search_pair(
     nodes, slave, slave_columns, master, master_columns, extents, lodm_profile, lodm_width, smooth, direct, parabolic,
     rotation, shift, slave_is_pinion, penalty, count, slave_centre, master_centre, clearance,
@@ -528,7 +539,7 @@ def search_pair(
     return count, smallest, touches_border
 
 
-@njit(cache=True)
+@compiled
 def _bilinear(window, columns, ei, ek, s, t, index, weight):
     """Nodes of an element and the bilinear weights of a point in it (the paper's force transfer)."""
     node = window[0] + (window[2] + ei) * columns + ek
@@ -544,19 +555,19 @@ def _bilinear(window, columns, ei, ek, s, t, index, weight):
 # form circle and at the tip circle, half the tooth's angle on the base circle).
 
 
-@njit(cache=True)
+@compiled
 def _roll_angle(geometry, gears, gear, roll_position):
     """Roll angle of the kinematic contact point, continued beyond the path of contact."""
     pinion = roll_position + gears[0][3][3] + geometry[1]
     return pinion if gear == 0 else (geometry[0] - pinion * gears[0][3][0]) / gears[1][3][0]
 
 
-@njit(cache=True)
+@compiled
 def _on_flank(gears, gear, roll):
     return min(max(roll, gears[gear][3][1]), gears[gear][3][2])
 
 
-@njit(cache=True)
+@compiled
 def _relative_radius(geometry, gears, roll_position):
     curvature = 0.0
     for gear in range(2):
@@ -565,14 +576,14 @@ def _relative_radius(geometry, gears, roll_position):
     return 1.0 / curvature
 
 
-@njit(cache=True)
+@compiled
 def overshoot(geometry, gears, depth):
     """How far beyond the path of contact an approach `depth` (mm) makes a pair touch, rad of roll position."""
     radius = max(_relative_radius(geometry, gears, geometry[4]), _relative_radius(geometry, gears, geometry[5]))
     return min(np.sqrt(2.0 * depth * radius) / gears[0][3][0], 0.5 * geometry[3])
 
 
-@njit(cache=True)
+@compiled
 def _place_window(flank_roll, base_radius, roll, half, window, columns, offset):
     """Cut the element rows within the arc length `half` of a roll angle; return the first row and its centre."""
     rows = len(flank_roll) - 1
@@ -588,7 +599,7 @@ def _place_window(flank_roll, base_radius, roll, half, window, columns, offset):
     return low, row + (roll - flank_roll[row]) / (flank_roll[row + 1] - flank_roll[row])
 
 
-@njit(cache=True)
+@compiled
 def place_windows(phi, depth, geometry, gears, indices, windows, first_row, centre):
     """Find the tooth pairs and windows that can touch at pinion angle `phi` (rad) for an approach `depth` (mm).
 
@@ -628,7 +639,7 @@ def place_windows(phi, depth, geometry, gears, indices, windows, first_row, cent
     return count, offset
 
 
-@njit(cache=True)
+@compiled
 def relative_motion(geometry, gears, roll_position, lead, rotation, shift):
     """Rigid motion from the pinion tooth's frame into the mating wheel tooth's frame; fills `rotation` and `shift`."""
     wheel_roll = _roll_angle(geometry, gears, 1, roll_position)
@@ -643,7 +654,7 @@ def relative_motion(geometry, gears, roll_position, lead, rotation, shift):
     )  # fmt: skip
 
 
-@njit(cache=True)
+@compiled
 def pinion_slave_share(geometry, slave_mode, roll_position):
     """Share of the penalty with which the pinion is the slave.
 
@@ -656,7 +667,7 @@ def pinion_slave_share(geometry, slave_mode, roll_position):
     return x * x * (3.0 - 2.0 * x)
 
 
-@njit(cache=True)
+@compiled
 def search_all(
     phi, lead, nodes, pairs, indices, windows, first_row, centre, geometry, gears, scheme, clearance,
     memory_element, memory_guess, point_pair, point_slave, lists,
@@ -723,7 +734,7 @@ def search_all(
 # `pmor.reduction.contact_shapes.ContactShapes`.
 
 
-@njit(cache=True)
+@compiled
 def _member_weights(shapes, roll_position, weights):
     """Grid position below and linear weights of the members (idle ones have none); see `ContactShapes.weights`."""
     first, step, loaded = shapes[0], shapes[1], shapes[2]
@@ -743,7 +754,7 @@ def _member_weights(shapes, roll_position, weights):
     return k
 
 
-@njit(cache=True)
+@compiled
 def _independent_members(gram, members, factor, kept):
     """Cholesky factor of the Gram matrix of the members that are independent to working precision; their number."""
     count = 0
@@ -764,7 +775,7 @@ def _independent_members(gram, members, factor, kept):
     return count
 
 
-@njit(cache=True)
+@compiled
 def interpolate_basis(phi, pairs, indices, windows, first_row, geometry, gears, shapes, factor, kept, basis):
     """Interpolate the contact shapes of all pairs in reach over their roll positions.
 
@@ -822,7 +833,7 @@ def interpolate_basis(phi, pairs, indices, windows, first_row, geometry, gears, 
     return size
 
 
-@njit(cache=True)
+@compiled
 def _solve_lower(factor, size, vector):
     for i in range(size):
         for e in range(i):
@@ -830,7 +841,7 @@ def _solve_lower(factor, size, vector):
         vector[i] /= factor[i, i]
 
 
-@njit(cache=True)
+@compiled
 def _solve_upper(factor, size, vector):
     """Solve with the transpose of a lower factor."""
     for i in range(size - 1, -1, -1):
@@ -839,7 +850,7 @@ def _solve_upper(factor, size, vector):
         vector[i] /= factor[i, i]
 
 
-@njit(cache=True)
+@compiled
 def _project_points(count, size, basis, factor, index, weight, columns):
     """Derivatives of the gaps by the orthonormal coordinates, shape (count, size)."""
     for n in range(count):
@@ -855,7 +866,7 @@ def _project_points(count, size, basis, factor, index, weight, columns):
         _solve_lower(factor, size, row)
 
 
-@njit(cache=True)
+@compiled
 def _newton_step(count, size, columns, coordinates, gap, stiffness, lever, torque, matrix, solution):
     """Primal Newton step (see `pmor.contact.elasticity`): new coordinates and additional rotation in `solution`."""
     last = size
@@ -889,7 +900,7 @@ def _newton_step(count, size, columns, coordinates, gap, stiffness, lever, torqu
     _solve_upper(matrix, size + 1, solution)
 
 
-@njit(cache=True)
+@compiled
 def _residuals(count, size, columns, coordinates, lists, torque, lead, target):
     """Force residual (energy norm), torque residual, potential energy."""
     gap, stiffness, lever = lists[2], lists[3], lists[4]
@@ -912,7 +923,7 @@ def _residuals(count, size, columns, coordinates, lists, torque, lead, target):
     return force_residual, abs(moment + torque) / torque, potential + 0.5 * norm
 
 
-@njit(cache=True)
+@compiled
 def _deform(undeformed, basis, factor, size, coordinates, amplitude, nodes):
     for j in range(size):
         amplitude[j] = coordinates[j]
@@ -925,7 +936,7 @@ def _deform(undeformed, basis, factor, size, coordinates, amplitude, nodes):
             nodes[node, d] = value
 
 
-@njit(cache=True)
+@compiled
 def _search_state(state, position, problem, coordinates, lead):
     """Deform, search, project; return (count, smallest, border, force residual, torque residual, potential)."""
     undeformed, nodes, basis, factor, columns, target, amplitude, memory, points, lists = state
@@ -943,7 +954,7 @@ def _search_state(state, position, problem, coordinates, lead):
     return count, smallest, border, force_residual, torque_residual, potential
 
 
-@njit(cache=True)
+@compiled
 def _solve_state(state, position, problem, approach, coordinates, lead, max_steps, tolerance):
     """Damped Newton; `coordinates` is updated. Return (lead, steps, converged, active points, border touched)."""
     columns, lists, size = state[4], state[9], position[7]
@@ -977,7 +988,7 @@ def _solve_state(state, position, problem, approach, coordinates, lead, max_step
     return lead, max_steps, False, count, border
 
 
-@njit(cache=True)
+@compiled
 def _load_windows(pairs, windows, first_row, gears, undeformed):
     for p in range(pairs):
         for gear in range(2):
@@ -989,7 +1000,7 @@ def _load_windows(pairs, windows, first_row, gears, undeformed):
                         undeformed[offset + i * nodes.shape[1] + k, d] = nodes[low + i, k, d]
 
 
-@njit(cache=True)
+@compiled
 def _warm_start(indices, torques_trained, size, kept, factor, amplitude, base, coordinates):
     """Coordinates with the shape amplitudes of the neighbouring position, per tooth pair and member."""
     for j in range(size):
@@ -1003,7 +1014,7 @@ def _warm_start(indices, torques_trained, size, kept, factor, amplitude, base, c
         coordinates[i] = value
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def sweep_reduced(
     phi, torques, approach_per_torque, geometry, gears, scheme, shapes, margin, surface_error, clearance,
     max_steps, tolerance, lead_out, steps_out, converged_out, pair_out, pair_torque_out,

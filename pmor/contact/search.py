@@ -93,12 +93,17 @@ def search_contact(meshed: MeshedPair, position: Position, displacement: FloatAr
     profile_points = int(position.windows[:, :, 3].max(initial=0)) * scheme[0] + 1
     width_points = (max(meshed.pinion.columns, meshed.wheel.columns) - 1) * scheme[1] + 1
     room, memory = 2 * pairs * profile_points * width_points, (pairs, 2, profile_points, width_points, 2)
-    lists = (np.empty((room, 8), dtype=np.int64), np.empty((room, 8, 3)), *(np.empty(room) for _ in range(4)),
-             np.empty((room, 4), dtype=np.int64))  # fmt: skip
+    index, place = np.empty((room, 8), dtype=np.int64), np.empty((room, 4), dtype=np.int64)
+    weight, gap, stiffness = np.empty((room, 8, 3)), np.empty(room), np.empty(room)
+    lever, mate_lever = np.empty(room), np.empty(room)
     pair, slave = np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int64)
     count, smallest, touches_border = search_all(
         position.phi, lead, position.nodes + displacement, pairs, position.pair_index, position.windows,
         position.first_row, position.centre, meshed.geometry, meshed.gears, scheme, CLEARANCE * position.depth,
-        np.full(memory, -1), np.empty(memory), pair, slave, lists,
+        np.full(memory, -1), np.empty(memory), pair, slave,
+        (index, weight, gap, stiffness, lever, mate_lever, place),
     )  # fmt: skip
-    return Contact(pair[:count], slave[:count], *(values[:count] for values in lists), smallest, touches_border)
+    return Contact(
+        pair[:count], slave[:count], index[:count], weight[:count], gap[:count], stiffness[:count], lever[:count],
+        mate_lever[:count], place[:count], smallest, touches_border,
+    )  # fmt: skip

