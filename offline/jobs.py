@@ -88,7 +88,9 @@ def run_offline(
     angles = training_angles(model.mesh.meshed.pair, case.offline.angles_per_pitch)
     torques = tuple(1e3 * t for t in case.offline.torques_Nm)
     files = [parts / f"angle_{i:05d}.h5" for i in range(len(angles))]
-    found = {i: s for i, file in enumerate(files) if (s := read_snapshots(file, key)) is not None}
+    # A solve that failed is tried again: the program may have learnt to do it.
+    kept = ((i, read_snapshots(file, key)) for i, file in enumerate(files))
+    found = {i: s for i, s in kept if s is not None and s.converged.all()}
     resumed = len(found)
     with Progress(len(angles), "full FE") as progress:
         progress.advance(resumed)

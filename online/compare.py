@@ -12,6 +12,7 @@ from online.sweep import sweep_reduced_pair
 from pmor.contact.solve import ElasticityAt
 from pmor.gear.conventions import FloatArray
 from pmor.result import SteSweep
+from pmor.storage.basis_file import Training
 from pmor.sweep import sweep_ste
 
 
@@ -72,6 +73,14 @@ def compare_models(
         reduced=sweep_reduced_pair(reduced, phi, torques),
         full=sweep_ste(reduced.meshed, full_elasticity_at, phi, torques, advance),
     )
+
+
+def training_failures(training: Training) -> list[str]:
+    """Name the full-FE solutions that are missing from a basis: it answers there too, but worse."""
+    return [
+        f"training, full FE: phi = {training.phi[i]:.6g} rad, torque = {1e-3 * training.torque[t]:g} N m did not converge"
+        for t, i in np.argwhere(~training.converged)
+    ]
 
 
 def failed_positions(sweep: SteSweep, label: str) -> list[str]:

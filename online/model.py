@@ -64,8 +64,8 @@ def online_angles(pitch: float, count: int) -> FloatArray:
 def unseen_angles(pair_start: float, pitch: float, count: int, trained: int) -> FloatArray:
     """Return `count` pinion angles over one pitch from 0, none of them trained, rad.
 
-    One angle is drawn at random in each of `count` equal parts of the pitch (fixed seed), and again while it is closer
-    than a twentieth of a training step to a training angle.
+    One angle is drawn at random in each of `count` equal parts of the pitch (fixed seed), and again while it is close to
+    a training angle: within a twentieth of a training step, or a quarter of its part where that is less.
 
     Parameters
     ----------
@@ -78,10 +78,11 @@ def unseen_angles(pair_start: float, pitch: float, count: int, trained: int) -> 
     """
     rng = np.random.default_rng(20160919)
     angles = np.empty(count)
+    clear = min(0.05, 0.25 * trained / count)
     for i in range(count):
         while True:
             angles[i] = (i + rng.random()) / count * pitch
             steps = (angles[i] - pair_start) / pitch * trained
-            if abs(steps - round(steps)) > 0.05:
+            if abs(steps - round(steps)) > clear:
                 break
     return angles

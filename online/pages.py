@@ -118,15 +118,25 @@ def _error_table(result: OnlineResult) -> Table:
         reduced = np.stack([sweep.torque_Nm, ste_mean_um(sweep), peak_to_peak_um(sweep)], axis=1)
         return Table("Reduced model", columns[:3], reduced.tolist())
     full = comparison.full
-    error = 100 * np.abs(comparison.relative_error)
-    columns_full = [full.torque_Nm, ste_mean_um(full), peak_to_peak_um(full), np.nanmax(error, axis=1)]
-    rows = np.stack([*columns_full, np.sqrt(np.nanmean(error**2, axis=1))], axis=1).tolist()
+    rows = [
+        (torque, mean, span, *_error_in_percent(error))
+        for torque, mean, span, error in zip(
+            full.torque_Nm.tolist(), ste_mean_um(full).tolist(), peak_to_peak_um(full).tolist(),
+            comparison.relative_error, strict=True,
+        )
+    ]  # fmt: skip
     reduced_ms, full_ms = (1e3 * s.seconds / s.ste_um.size for s in (comparison.reduced, full))
     note = (
         f"{full.ste_um.shape[1]} unseen angles. Reduced model {reduced_ms:.3g} ms, full FE {full_ms:.3g} ms per "
         f"position (condensed compliance, same solver); offline {result.reduced.basis.training.seconds:.3g} s."
     )
     return Table("Reduced against full FE, and run time", columns, rows, note)
+
+
+def _error_in_percent(error: np.ndarray) -> tuple[float | None, float | None]:
+    """Largest and root-mean-square relative error in per cent; None where nothing could be compared."""
+    known = 100.0 * error[np.isfinite(error)]
+    return (float(np.abs(known).max()), float(np.sqrt(np.mean(known**2)))) if len(known) else (None, None)
 
 
 def _classical_table(result: OnlineResult) -> Table:

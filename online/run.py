@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 import pmor
-from online.compare import Comparison, compare_models, failed_positions
+from online.compare import Comparison, compare_models, failed_positions, training_failures
 from online.model import ReducedPair, online_angles
 from online.sweep import sweep_reduced_pair
 from online.tables import summary_text, write_ste_csv, write_summary_json
@@ -77,7 +77,7 @@ def run_online(
     sweep_reduced_pair(reduced, phi[:1], torques)  # compiles: run times are those of warm code
     with Progress(len(phi), "reduced model") as progress:
         sweep = sweep_reduced_pair(reduced, phi, torques, advance=progress.advance)
-    failures = failed_positions(sweep, "reduced model")
+    failures = training_failures(reduced.basis.training) + failed_positions(sweep, "reduced model")
     comparison = None
     if full_elasticity_at is not None:
         with Progress(case.compare.angles, "full FE, unseen angles") as progress:

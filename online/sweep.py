@@ -13,9 +13,10 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from online.model import ReducedPair
+from pmor.contact.equilibrium import round_off_residual
 from pmor.contact.kernel import sweep_reduced
 from pmor.contact.position import pairs_in_reach
-from pmor.contact.search import CLEARANCE
+from pmor.contact.search import clearance
 from pmor.contact.solve import WINDOW_MARGIN, surface_error
 from pmor.gear.conventions import FloatArray
 from pmor.result import SteSweep
@@ -99,10 +100,11 @@ def _solve_block(
     step = shapes.roll_position[1] - shapes.roll_position[0]
     arrays = (shapes.roll_position[0], step, shapes.loaded, shapes.displacement, shapes.gram)
     lead, steps, converged = outputs
+    tolerance = max(TOLERANCE, round_off_residual(meshed, float(torques.min())))
     sweep_reduced(
         phi, torques, meshed.expected_approach(1.0), meshed.geometry, meshed.gears, meshed.kernel_scheme, arrays,
-        WINDOW_MARGIN, surface_error(meshed), CLEARANCE, MAX_STEPS, TOLERANCE, lead, steps, converged, pairs,
-        pair_torque,
+        WINDOW_MARGIN, surface_error(meshed), clearance(meshed.scheme), MAX_STEPS, tolerance, lead, steps, converged,
+        pairs, pair_torque,
     )  # fmt: skip
 
 

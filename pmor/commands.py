@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from online.run import OnlineResult
     from pmor.case import Case
     from pmor.model import ElasticModel, MeshModel
+    from pmor.storage.basis_file import Basis
 
 
 def run(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False) -> None:
@@ -95,7 +96,7 @@ def _reduced_and_full(
     case_path: Path, out: Path | None, jobs: int, overwrite: bool
 ) -> tuple[OnlineResult, MeshModel, Path]:
     """Build or reuse the basis, sweep, and compare with full FE."""
-    from pmor.case import basis_key, load_case
+    from pmor.case import load_case
 
     case = load_case(case_path)
     from pmor.model import mesh_model
@@ -105,23 +106,33 @@ def _reduced_and_full(
     from offline.jobs import run_offline
     from online.model import reduced_pair
     from online.run import run_online
-    from pmor.errors import FileFormatError
     from pmor.storage.atomic import ensure_folder
-    from pmor.storage.basis_file import read_basis, stored_basis_key
+    from pmor.storage.basis_file import read_basis
 
     folder = out or Path("out") / case.name
     ensure_folder(folder)
     basis_path = folder / "basis.h5"
     model = _elastic_model(case, mesh)
-    try:
-        valid = not overwrite and basis_path.exists() and stored_basis_key(basis_path) == basis_key(case)
-    except FileFormatError:
-        valid = False  # an old or damaged basis in the results folder is simply made anew
-    if not valid:
+    basis = None if overwrite else _valid_basis(basis_path, case)
+    if basis is None:
         run_offline(case, model, basis_path, jobs, resume=not overwrite, overwrite=True, started=started)
+        basis = read_basis(basis_path)
     # The basis is valid, but sweep and outputs of the case may have changed since.
-    basis = replace(read_basis(basis_path), case=case)
+    basis = replace(basis, case=case)
     return run_online(reduced_pair(basis), basis_path, model.elasticity_at), mesh, folder
+
+
+def _valid_basis(path: Path, case: Case) -> Basis | None:
+    """Return the basis in a results folder, if there is one made from these very settings."""
+    from pmor.case import basis_key
+    from pmor.errors import FileFormatError
+    from pmor.storage.basis_file import read_basis
+
+    try:
+        basis = read_basis(path) if path.exists() else None
+    except FileFormatError:
+        return None  # an old or damaged one is simply made anew
+    return basis if basis is not None and basis_key(basis.case) == basis_key(case) else None
 
 
 def _elastic_model(case: Case, mesh: MeshModel | None = None) -> ElasticModel:

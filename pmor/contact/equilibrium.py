@@ -20,6 +20,9 @@ from pmor.contact.search import Contact, search_contact
 from pmor.errors import ConvergenceError
 from pmor.gear.conventions import FloatArray
 
+# Gaps are differences of coordinates, some hundred operations behind the nodes, and a hundredth of the approach.
+ROUND_OFF_FACTOR = 200.0
+
 
 @dataclass(frozen=True)
 class Equilibrium:
@@ -109,6 +112,7 @@ def solve_equilibrium(
     def evaluate(coordinates: FloatArray, lead: float) -> _State:
         return _evaluate(meshed, position, elasticity, torque, coordinates, lead)
 
+    tolerance = max(tolerance, round_off_residual(meshed, torque))
     state = evaluate(*(start or (elasticity.zero(), approach / base_radius)))
     history: list[tuple[float, float]] = []
     for step in range(max_steps + 1):
@@ -126,6 +130,12 @@ def solve_equilibrium(
         f"steps (residuals: force {history[-1][0]:.2g}, torque {history[-1][1]:.2g})",
         history,
     )
+
+
+def round_off_residual(meshed: MeshedPair, torque: float) -> float:
+    """Return the relative residual below which forces under a torque (N mm) are round-off of the coordinates."""
+    coordinate_error = np.finfo(float).eps * meshed.pair.centre_distance
+    return float(ROUND_OFF_FACTOR * coordinate_error / meshed.expected_approach(torque))
 
 
 def _evaluate(
@@ -156,7 +166,9 @@ def _damped_step(
     best, size = None, 1.0
     for _ in range(12):
         trial = evaluate(state.coordinates + size * (coordinates - state.coordinates), state.lead + size * rotation)
-        if _worst(trial) < _worst(state) or trial.potential < state.potential:
+        # A step that loses contact altogether is no progress, however low its potential.
+        touching = len(trial.contact.gap) > 0
+        if touching and (_worst(trial) < _worst(state) or trial.potential < state.potential):
             return trial
         if best is None or _worst(trial) < _worst(best):
             best = trial

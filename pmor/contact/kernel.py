@@ -980,7 +980,8 @@ def _solve_state(state, position, problem, approach, coordinates, lead, max_step
             count, smallest, border, force, moment, potential = _search_state(
                 state, position, problem, trial, lead + fraction * rotation
             )
-            if max(force, moment) < worst or potential < energy:
+            # A step that loses contact altogether is no progress, however low its potential.
+            if count > 0 and (max(force, moment) < worst or potential < energy):
                 break
             fraction *= 0.5
         lead += fraction * rotation

@@ -6,14 +6,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.contact.flank import MeshedPair
+from pmor.contact.flank import ContactScheme, MeshedPair
 from pmor.contact.kernel import search_all
 from pmor.contact.position import Position
 from pmor.gear.conventions import FloatArray, IntArray
 
 # The search goes outwards from the kinematic contact and ends at the first row of points that is clear of the mate by
 # this share of the depth for which the windows were cut: flanks separate quadratically, so all rows behind are clear.
-CLEARANCE = 0.04
+SMOOTH_CLEARANCE = 0.04
+# Facets stand off the involute between their edges, by at most the surface error that the depth contains.
+FACET_CLEARANCE = 1.0
 
 
 @dataclass(frozen=True)
@@ -72,6 +74,11 @@ class Contact:
         return np.einsum("nad,nad...->n...", self.weight, displacement[self.index])
 
 
+def clearance(scheme: ContactScheme) -> float:
+    """Return the share of the windows' depth at which a row of points counts as clear of the mate."""
+    return SMOOTH_CLEARANCE if scheme.smooth else FACET_CLEARANCE
+
+
 def search_contact(meshed: MeshedPair, position: Position, displacement: FloatArray, lead: float) -> Contact:
     """Find all penetrating points.
 
@@ -99,8 +106,8 @@ def search_contact(meshed: MeshedPair, position: Position, displacement: FloatAr
     pair, slave = np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int64)
     count, smallest, touches_border = search_all(
         position.phi, lead, position.nodes + displacement, pairs, position.pair_index, position.windows,
-        position.first_row, position.centre, meshed.geometry, meshed.gears, scheme, CLEARANCE * position.depth,
-        np.full(memory, -1), np.empty(memory), pair, slave,
+        position.first_row, position.centre, meshed.geometry, meshed.gears, scheme,
+        clearance(meshed.scheme) * position.depth, np.full(memory, -1), np.empty(memory), pair, slave,
         (index, weight, gap, stiffness, lever, mate_lever, place),
     )  # fmt: skip
     return Contact(

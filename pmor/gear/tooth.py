@@ -64,7 +64,8 @@ class Tooth:
                 f"teeth = {self.teeth}: the tooth is pointed below its tip circle (radius {self.tip_radius:.4g} mm); "
                 "reduce addendum or profile_shift"
             )
-        if self.form_roll_angle >= 0.9 * self.tip_roll_angle:
+        form_radius = self.base_radius * math.hypot(1.0, self.form_roll_angle)
+        if self.tip_radius - form_radius < 0.2 * self.module:
             raise GeometryError(
                 f"teeth = {self.teeth}: undercut leaves (almost) no involute flank; raise teeth or profile_shift"
             )

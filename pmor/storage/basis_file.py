@@ -116,6 +116,8 @@ def read_basis(path: Path) -> Basis:
     """
     with open_checked(path, BASIS_SCHEMA) as file:
         case = parse_case(str(file.attrs["case_text"]), str(file.attrs["case_name"]), f"{path} (case text)")
+        if file.attrs["basis_key"] != basis_key(case):
+            raise ValueError("its case text is not the one that it was made from")
         shapes = ContactShapes(
             roll_position=read(file["shapes"], "roll_position"),
             angles_per_pitch=int(file.attrs["angles_per_pitch"]),
@@ -133,13 +135,3 @@ def read_basis(path: Path) -> Basis:
         nodes, roll = ([read(file[f"flank/{gear}"], name) for gear in GEARS] for name in ("nodes", "roll_angle"))
         return Basis(case, (nodes[0], nodes[1]), (roll[0], roll[1]), shapes, training)
 
-
-def stored_basis_key(path: Path) -> str:
-    """Return the key of the case settings that a basis file was made from.
-
-    Raises
-    ------
-    FileFormatError
-    """
-    with open_checked(path, BASIS_SCHEMA) as file:
-        return str(file.attrs["basis_key"])

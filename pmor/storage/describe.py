@@ -6,9 +6,8 @@ from pathlib import Path
 
 import h5py
 
-from pmor.errors import FileFormatError
 from pmor.storage.basis_file import BASIS_SCHEMA
-from pmor.storage.hdf5 import open_checked, read
+from pmor.storage.hdf5 import open_checked, read, schema_name
 from pmor.storage.snapshot_file import SNAPSHOT_SCHEMA
 
 
@@ -20,14 +19,9 @@ def file_text(path: Path) -> str:
     FileFormatError
         When it is not one of our files, or its data are damaged.
     """
-    errors = []
-    for schema in (BASIS_SCHEMA, SNAPSHOT_SCHEMA):
-        try:
-            with open_checked(path, schema) as file:
-                return "\n".join([f"{path}: {schema.name}", *_attributes(file), *_datasets(file)])
-        except FileFormatError as error:
-            errors.append(error)
-    raise errors[0]
+    schema = SNAPSHOT_SCHEMA if schema_name(path) == SNAPSHOT_SCHEMA.name else BASIS_SCHEMA
+    with open_checked(path, schema) as file:
+        return "\n".join([f"{path}: {schema.name}", *_attributes(file), *_datasets(file)])
 
 
 def _attributes(file: h5py.File) -> list[str]:

@@ -109,7 +109,7 @@ def open_checked(path: Path, schema: Schema) -> Iterator[h5py.File]:
         When the file is missing, is no HDF5 file, has another schema or version, or lacks something.
     """
     if not path.is_file():
-        raise FileFormatError(f"{path}: no such file")
+        raise FileFormatError(f"{path}: no such file; {schema.remedy}")
     try:
         file = h5py.File(path, "r")
     except OSError as error:
@@ -130,16 +130,25 @@ def open_checked(path: Path, schema: Schema) -> Iterator[h5py.File]:
             raise FileFormatError(f"{path}: damaged or incomplete ({error}); {schema.remedy}") from error
 
 
+def schema_name(path: Path) -> str | None:
+    """Return the schema that a file claims to have; None when it claims none or cannot be read."""
+    try:
+        with h5py.File(path, "r") as file:
+            return str(file.attrs["schema"])
+    except (OSError, KeyError):
+        return None
+
+
 def read(group: h5py.Group, name: str) -> np.ndarray:
-    """Read a dataset and verify its checksum.
+    """Read a dataset and verify its checksum, within `open_checked`.
 
     Raises
     ------
-    FileFormatError
-        When the bytes are not those that were written.
+    ValueError
+        When the bytes are not those that were written; `open_checked` says which file and what to do.
     """
     dataset = group[name]
     array = np.asarray(dataset[()])
     if hashlib.sha256(array.tobytes()).hexdigest() != dataset.attrs["sha256"]:
-        raise FileFormatError(f"{group.file.filename}: data of {dataset.name} are damaged (checksum differs)")
+        raise ValueError(f"checksum of {dataset.name} differs")
     return array

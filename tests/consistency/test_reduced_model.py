@@ -9,7 +9,8 @@ from numpy.testing import assert_allclose
 from offline.jobs import run_offline
 from online.compare import compare_models
 from online.model import reduced_pair
-from pmor.case import parse_case
+from online.sweep import sweep_reduced_pair
+from pmor.case import load_case, parse_case
 from pmor.contact.elasticity import ReducedElasticity, full_elasticity
 from pmor.contact.position import active_patches
 from pmor.contact.solve import solve_position
@@ -23,6 +24,7 @@ CASES = Path(__file__).parents[2] / "cases"
 
 ROUND_OFF = 1e-10  # products of a few hundred terms, and an eigenvalue decomposition in between
 NEWTON = 1e-8  # the equilibrium is solved to a relative residual of 1e-9; a different path may leave some of it
+SWEEP = 1e-6  # the compiled sweep stops at a relative residual of 1e-7
 TRAINED = 1e-6  # DESIGN.md, section 6: a trained state lies in the basis, what is left is interpolation round-off
 WHOLE_FLANK = 10.0  # mm: an approach so large that the windows hold the whole flanks
 
@@ -45,6 +47,32 @@ def test_training_positions_are_reproduced(small_basis, reduced):
     sweep = sweep_ste(reduced.meshed, reduced.elasticity_at, training.phi, training.torque)
     assert sweep.converged.all()
     assert_allclose(sweep.ste_um, training.ste_um, rtol=TRAINED)
+    assert_allclose(sweep_reduced_pair(reduced, training.phi, training.torque).ste_um, training.ste_um, rtol=TRAINED)
+
+
+def test_compiled_sweep_is_its_slow_twin(reduced):
+    phi = reduced.meshed.pair.pitch * np.arange(5) / 5
+    torques = [60e3, 100e3]
+    slow = sweep_ste(reduced.meshed, reduced.elasticity_at, phi, torques)
+    fast = sweep_reduced_pair(reduced, phi, torques)
+    assert slow.converged.all()
+    assert fast.converged.all()
+    assert_allclose(fast.ste_um, slow.ste_um, rtol=SWEEP)
+    assert_allclose(fast.torque_Nm, [60.0, 100.0])
+    # Fractions of the torque, pair by pair; the twins may list idle pairs differently.
+    for index in set(fast.pair_index) | set(slow.pair_index):
+        shares = [s.pair_share[..., s.pair_index == index].sum(axis=2) for s in (fast, slow)]
+        assert_allclose(*shares, rtol=0.0, atol=1e-5)
+
+
+def test_threads_do_not_change_the_sweep(reduced):
+    phi = reduced.meshed.pair.pitch * np.arange(6) / 6
+    advanced = []
+    one = sweep_reduced_pair(reduced, phi, [100e3], jobs=1, advance=advanced.append)
+    two = sweep_reduced_pair(reduced, phi, [100e3], jobs=2)
+    assert sum(advanced) == len(phi)
+    assert np.array_equal(one.ste_um, two.ste_um)
+    assert np.array_equal(one.pair_share, two.pair_share)
 
 
 def test_a_complete_basis_is_the_full_model(small_model):
@@ -56,10 +84,11 @@ def test_a_complete_basis_is_the_full_model(small_model):
         compliance = full_elasticity(model.pinion, model.wheel, position).compliance
         return ReducedElasticity(np.linalg.cholesky(compliance).reshape(len(position.nodes), 3, -1))
 
-    for phi in (0.02, 0.11):
-        full = solve_position(meshed, phi, [40e3, 120e3], model.elasticity_at)
-        identity = solve_position(meshed, phi, [40e3, 120e3], complete)
-        assert_allclose(lead_um(meshed, identity), lead_um(meshed, full), rtol=NEWTON)
+    phi = 0.075  # two pairs share the load
+    full = solve_position(meshed, phi, [40e3, 120e3], model.elasticity_at)
+    identity = solve_position(meshed, phi, [40e3, 120e3], complete)
+    assert (identity.equilibria[1].pair_torque(len(full.position.pair_index)) > 0.0).sum() == 2
+    assert_allclose(lead_um(meshed, identity), lead_um(meshed, full), rtol=NEWTON)
 
 
 @pytest.mark.parametrize("kind", ["full", "reduced"])
@@ -253,7 +282,6 @@ def unlike_pair(tmp_path_factory):
     text = case_text(
         pinion={"teeth": 17, "bore_radius_mm": 15.0},
         wheel={"teeth": 31, "bore_radius_mm": 35.0, "youngs_modulus_GPa": 120.0},
-        offline={"angles_per_pitch": 6},
         compare={"angles": 2},
     )
     case = parse_case(text, "unlike", "unlike")
@@ -275,7 +303,7 @@ def test_unlike_gears_agree_with_full_fe_between_the_training_angles(unlike_pair
     comparison = compare_models(reduced, model.elasticity_at)
     assert comparison.full.converged.all()
     assert comparison.reduced.converged.all()
-    assert comparison.max_relative_error < 0.06  # six angles per pitch on a coarse mesh; a wrong tooth or gear: 30 %
+    assert comparison.max_relative_error < 0.06  # four angles per pitch on a coarse mesh; a wrong tooth or gear: 30 %
     for equilibrium in solve_position(reduced.meshed, 0.03, [100e3], reduced.elasticity_at).equilibria:
         assert_allclose(equilibrium.pair_torque(4).sum(), 100e3, rtol=NEWTON)
 
@@ -285,19 +313,107 @@ def test_unlike_gears_agree_with_full_fe_between_the_training_angles(unlike_pair
 
 @pytest.mark.jit
 def test_error_falls_with_the_number_of_training_angles(tmp_path):
-    """At least of first order; linear interpolation gives second order away from the ends of the path."""
-    errors = []
+    """The median over the pitch: linear interpolation is of second order inside, where most positions are.
+
+    Where a pair enters or leaves contact the load it carries has a kink, and the largest errors sit there: they fall
+    more slowly and less evenly, so the root mean square only has to fall.
+    """
+    changes = {"mesh": {"profile_elements": 6, "width_elements": 2}, "contact": {"lodm_profile": 4}}
+    median, rms = [], []
     for angles in (8, 16, 32):
-        text = case_text(
-            mesh={"profile_elements": 6, "width_elements": 2},
-            contact={"lodm_profile": 4},
-            offline={"angles_per_pitch": angles},
-            compare={"angles": 24},
-        )
-        case = parse_case(text, "convergence", "convergence")
-        model = elastic_model(case, mesh_model(case))
+        case = parse_case(case_text(**changes, offline={"angles_per_pitch": angles}), "convergence", "convergence")
+        if angles == 8:
+            model = elastic_model(case, mesh_model(case))
+            meshed = model.mesh.meshed
+            # Midpoints of a sixtieth of the pitch are never on the three grids.
+            phi = meshed.pair.roll_position_range[0] + meshed.pair.pitch * (np.arange(60) + 0.5) / 60
+            full = sweep_ste(meshed, model.elasticity_at, phi, [60e3, 100e3])
+            assert full.converged.all()
         run_offline(case, model, tmp_path / f"{angles}.h5")
-        comparison = compare_models(reduced_pair(read_basis(tmp_path / f"{angles}.h5")), model.elasticity_at)
-        errors.append(comparison.rms_relative_error)
-    orders = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
-    assert (orders > 0.9).all(), f"rms errors {errors}, orders {orders}"
+        reduced = reduced_pair(read_basis(tmp_path / f"{angles}.h5"))
+        error = np.abs(sweep_ste(meshed, reduced.elasticity_at, phi, [60e3, 100e3]).ste_um / full.ste_um - 1.0)
+        median.append(np.median(error))
+        rms.append(np.sqrt(np.mean(error**2)))
+    orders = -np.diff(np.log2(median))
+    assert (orders > 1.0).all(), f"median errors {median}, orders {orders}"
+    assert (np.diff(rms) < 0.0).all(), f"rms errors {rms}"
+
+
+@pytest.fixture(scope="module")
+def paper():
+    case = load_case(CASES / "paper_spur.toml")
+    return case, elastic_model(case, mesh_model(case))
+
+
+@pytest.mark.jit
+def test_paper_case_reduced_against_full_at_unseen_positions(paper, tmp_path):
+    case, model = paper
+    assert case.compare.angles >= 40
+    assert case.compare.torques_Nm == (30.0, 100.0, 160.0)
+    assert run_offline(case, model, tmp_path / "basis.h5").failed == ()
+    comparison = compare_models(reduced_pair(read_basis(tmp_path / "basis.h5")), model.elasticity_at)
+    assert comparison.full.converged.all()
+    assert comparison.reduced.converged.all()
+    assert comparison.max_relative_error <= 3e-3
+    assert comparison.rms_relative_error <= 1e-3
+
+
+def solved_about_the_middle(model, offset, torque):
+    """Full-FE equilibria at roll positions `offset` (rad) from the middle of the path of contact."""
+    meshed = model.mesh.meshed
+    middle = 0.5 * sum(meshed.pair.roll_position_range)
+    states = []
+    for x in offset:
+        solved = solve_position(meshed, middle + float(x), [torque], model.elasticity_at)
+        assert solved.failures == ()
+        states.append((solved.position, solved.equilibria[0]))
+    return states
+
+
+def torque_ratio(model, states, torque):
+    """|T2 / T1| z1 / z2 - 1."""
+    pair = model.mesh.meshed.pair
+    teeth = pair.pinion.teeth / pair.wheel.teeth
+    return np.array([e.wheel_torque / torque * teeth - 1.0 for _, e in states])
+
+
+@pytest.mark.jit
+def test_paper_case_carries_the_torque_over_in_the_ratio_of_the_teeth(paper):
+    """|T2 / T1| = z2 / z1, exactly up to the energy that the teeth store.
+
+    Per radian the pinion puts in T1 (1 + d lead / d phi), the wheel takes T2 z1 / z2 and the teeth store dE / d phi.
+    That is most on the ramps, where a pair takes up or gives off its load (4.4e-3 measured over 400 angles); between
+    them the nodal scheme leaves 2.3e-3.
+    """
+    _, model = paper
+    meshed, torque = model.mesh.meshed, 100e3
+    pitch = meshed.pair.pitch
+    centres, half = pitch * (np.arange(40) + 0.5) / 40, pitch / 800
+    offset = (centres[:, None] + half * np.array([-1.0, 0.0, 1.0])).ravel()
+    states = solved_about_the_middle(model, offset, torque)
+    ratio = torque_ratio(model, states, torque).reshape(-1, 3)
+    lead = np.array([e.lead for _, e in states]).reshape(-1, 3)
+    energy = np.array([stored_energy(model, *state) for state in states]).reshape(-1, 3)
+    running_ahead = (lead[:, 2] - lead[:, 0]) / (2.0 * half)
+    storing = (energy[:, 2] - energy[:, 0]) / (2.0 * half) / torque
+    ramp = np.abs(running_ahead) > 2.5e-3
+    assert ramp.sum() <= 8, "the ramps take less than a fifth of the pitch"
+    assert np.abs(ratio[~ramp, 1]).max() < 2.5e-3
+    assert np.abs(ratio[:, 1]).max() < 6e-3
+    # Measured 2.6e-4: finite differences, and the paper's force transfer, which is not quite the gap's derivative.
+    assert_allclose(ratio[:, 1], running_ahead - storing, rtol=0.0, atol=6e-4)
+
+
+def stored_energy(model, position, equilibrium):
+    contact = equilibrium.contact
+    elastic = full_elasticity(model.pinion, model.wheel, position).energy_norm(equilibrium.coordinates)
+    return 0.5 * elastic**2 - 0.5 * float(contact.force @ contact.gap)
+
+
+@pytest.mark.jit
+def test_paper_case_is_symmetric_about_the_middle_of_the_path(paper):
+    _, model = paper
+    meshed = model.mesh.meshed
+    offset = meshed.pair.pitch * np.arange(-30, 31) / 60
+    ste = np.array([e.lead for _, e in solved_about_the_middle(model, offset, 100e3)])
+    assert np.abs(ste - ste[::-1]).max() < 0.05 * np.ptp(ste)

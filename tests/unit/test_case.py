@@ -32,7 +32,7 @@ def test_minimal_case_is_filled_with_the_documented_defaults():
     assert (case.pair.pressure_angle_deg, case.pair.helix_angle_deg) == (20.0, 0.0)
     assert case.pair.pinion == GearCase(teeth=30, bore_radius_mm=10.0)
     assert (case.mesh.profile_elements, case.mesh.width_elements) == (16, 8)
-    assert (case.mesh.element, case.mesh.spacing) == ("hex8i", "roll_angle")
+    assert (case.mesh.element, case.mesh.spacing) == ("hex8i", "arc_length")
     assert (case.contact.surface, case.contact.edge_normals) == ("hermite", "parabolic")
     assert (case.contact.lodm_profile, case.contact.lodm_width, case.contact.penalty_N_mm3) == (4, 1, 1e6)
     assert (case.offline.angles_per_pitch, case.offline.torques_Nm) == (40, (10.0, 35.0, 90.0))

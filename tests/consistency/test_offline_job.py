@@ -1,0 +1,199 @@
+"""The offline stage as a job: interrupted, resumed, in threads, and with solves that fail."""
+
+import time
+
+import h5py
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import offline.jobs
+import pmor.contact.solve
+from offline.jobs import run_offline
+from pmor.case import basis_key, parse_case
+from pmor.cli import main
+from pmor.errors import ConvergenceError, OutputError
+from pmor.storage.basis_file import read_basis
+from pmor.storage.snapshot_file import read_snapshots, write_snapshots
+from tests.small_case import case_text
+
+SAME = 1e-12  # the same arithmetic in another order of the angles: equal but for threads of the linear algebra library
+
+
+@pytest.fixture(scope="module")
+def tiny():
+    """Four angles and one element over the width: the job is what is tested."""
+    from pmor.model import elastic_model, mesh_model
+
+    case = parse_case(case_text(), "tiny", "tiny")
+    return case, elastic_model(case, mesh_model(case))
+
+
+@pytest.fixture(scope="module")
+def whole(tiny, tmp_path_factory):
+    path = tmp_path_factory.mktemp("whole") / "basis.h5"
+    done = run_offline(*tiny, path)
+    assert (done.solved, done.resumed, done.failed) == (4, 0, ())
+    assert done.seconds > 0.0
+    return path
+
+
+class Interruption(Exception):
+    pass
+
+
+def names(folder):
+    return {path.name for path in folder.iterdir()}
+
+
+def interrupt_after(count, monkeypatch, parts=None):
+    """Let the solve after `count` others fail, once `count` files are in the folder `parts`."""
+    solve, calls = offline.jobs.solve_snapshots, []
+
+    def interrupted(*arguments):
+        if len(calls) < count:
+            calls.append(arguments)
+            return solve(*arguments)
+        # Solves run in another thread than the writing: an interruption that comes first would take results along.
+        for _ in range(6000):
+            if parts is None or len(list(parts.glob("angle*.h5"))) >= count:
+                break
+            time.sleep(0.01)
+        raise Interruption
+
+    monkeypatch.setattr(offline.jobs, "solve_snapshots", interrupted)
+    return calls
+
+
+def fail_where(condition, monkeypatch):
+    """Let the equilibrium fail at the positions (phi, torque in N mm) that `condition` picks."""
+    solve = pmor.contact.solve.solve_equilibrium
+
+    def failing(meshed, position, elasticity, torque, *rest, **more):
+        if condition(position.phi, torque):
+            raise ConvergenceError("made to fail", [(1.0, 1.0)])
+        return solve(meshed, position, elasticity, torque, *rest, **more)
+
+    monkeypatch.setattr(pmor.contact.solve, "solve_equilibrium", failing)
+
+
+def assert_same_basis(path, expected):
+    with h5py.File(path) as found, h5py.File(expected) as file:
+
+        def compare(name, item):
+            if isinstance(item, h5py.Dataset):
+                array = item[()]
+                scale = np.nanmax(np.abs(array.astype(float)), initial=0.0)
+                assert_allclose(found[name][()], array, rtol=0.0, atol=SAME * scale, err_msg=name)
+
+        file.visititems(compare)
+        assert found.attrs["basis_key"] == file.attrs["basis_key"]
+
+
+def test_an_interrupted_run_keeps_its_angles_and_writes_no_basis(tiny, whole, tmp_path, monkeypatch):
+    case, model = tiny
+    path, parts = tmp_path / "basis.h5", tmp_path / "basis.h5.parts"
+    interrupt_after(3, monkeypatch, parts)
+    with pytest.raises(Interruption):
+        run_offline(case, model, path)
+    assert not path.exists()
+    assert len(names(parts)) == 3
+    assert all(read_snapshots(part, basis_key(case)) is not None for part in parts.iterdir())
+
+    # Without the first angle, what is taken over and what is solved now come in another order than the angles.
+    (parts / "angle_00000.h5").unlink()
+    monkeypatch.undo()
+    calls = interrupt_after(2, monkeypatch)  # two are left; a third would raise
+    done = run_offline(case, model, path, resume=True)
+    assert (done.solved, done.resumed) == (2, 2)
+    assert len(calls) == 2
+    assert_same_basis(path, whole)
+    assert names(tmp_path) == {"basis.h5"}, "the parts are gone when the basis is there"
+
+
+def test_without_resume_old_parts_are_discarded(tiny, tmp_path, monkeypatch):
+    path = tmp_path / "basis.h5"
+    interrupt_after(1, monkeypatch, tmp_path / "basis.h5.parts")
+    with pytest.raises(Interruption):
+        run_offline(*tiny, path)
+    monkeypatch.undo()
+    done = run_offline(*tiny, path)
+    assert (done.solved, done.resumed) == (4, 0)
+
+
+def test_parts_of_another_case_and_damaged_parts_are_solved_again(tiny, whole, tmp_path):
+    case, model = tiny
+    path = tmp_path / "basis.h5"
+    parts = tmp_path / "basis.h5.parts"
+    parts.mkdir()
+    other = offline.jobs.solve_snapshots(model, 0.0, (1e3, 2e3))
+    write_snapshots(parts / "angle_00000.h5", other, "key of another case")
+    (parts / "angle_00001.h5").write_bytes(b"half a file")
+    done = run_offline(case, model, path, resume=True)
+    assert (done.solved, done.resumed) == (4, 0)
+    assert_same_basis(path, whole)
+
+
+def test_two_at_a_time_give_the_same_basis(tiny, whole, tmp_path):
+    path = tmp_path / "basis.h5"
+    assert run_offline(*tiny, path, jobs=2).solved == 4
+    assert_same_basis(path, whole)
+
+
+def test_an_existing_basis_is_refused_before_any_work(tiny, tmp_path, monkeypatch):
+    path = tmp_path / "basis.h5"
+    path.write_text("precious")
+    interrupt_after(0, monkeypatch)
+    with pytest.raises(OutputError, match="exists already; .*--overwrite"):
+        run_offline(*tiny, path)
+    assert path.read_text() == "precious"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_an_existing_basis_is_replaced_on_demand(tiny, whole, tmp_path):
+    path = tmp_path / "basis.h5"
+    path.write_text("old")
+    run_offline(*tiny, path, overwrite=True)
+    assert_same_basis(path, whole)
+
+
+def test_a_solve_that_fails_is_flagged_and_named(tiny, whole, tmp_path, monkeypatch):
+    complete = read_basis(whole).training
+    phi = complete.phi[1]
+    fail_where(lambda p, torque: p == phi and torque == 160e3, monkeypatch)
+    done = run_offline(*tiny, tmp_path / "basis.h5")
+    assert done.failed == (f"phi = {phi:.6g} rad, torque = 160 N m",)
+    training = read_basis(tmp_path / "basis.h5").training
+    expected = np.ones((2, 4), dtype=bool)
+    expected[1, 1] = False
+    assert np.array_equal(training.converged, expected)
+    assert np.isnan(training.ste_um[1, 1])
+    assert_allclose(training.ste_um[expected], complete.ste_um[expected], rtol=SAME)
+
+
+def test_the_command_ends_with_3_and_names_the_solve_that_failed(whole, tmp_path, monkeypatch, capsys):
+    phi = read_basis(whole).training.phi[3]
+    fail_where(lambda p, torque: p == phi and torque == 40e3, monkeypatch)
+    (tmp_path / "tiny.toml").write_text(case_text())
+    assert main(["offline", str(tmp_path / "tiny.toml"), "-o", str(tmp_path / "basis.h5")]) == 3
+    message = capsys.readouterr().err
+    assert f"1 full solves did not converge: phi = {phi:.6g} rad, torque = 40 N m" in message
+    assert len(message.splitlines()) == 1
+    assert read_basis(tmp_path / "basis.h5").training.converged.sum() == 7, "what did converge is kept"
+
+
+def test_nothing_converges(tiny, tmp_path, monkeypatch):
+    fail_where(lambda p, torque: True, monkeypatch)
+    with pytest.raises(ConvergenceError, match=r"no full solve converged, first: phi = .* rad, torque = 40 N m"):
+        run_offline(*tiny, tmp_path / "basis.h5")
+    assert not (tmp_path / "basis.h5").exists()
+
+
+def test_a_failed_solve_is_tried_again_on_resume(tiny, whole, tmp_path, monkeypatch):
+    """The parts of a run in which nothing converged must not stop a later one that could."""
+    fail_where(lambda p, torque: True, monkeypatch)
+    with pytest.raises(ConvergenceError):
+        run_offline(*tiny, tmp_path / "basis.h5")
+    monkeypatch.undo()
+    assert run_offline(*tiny, tmp_path / "basis.h5", resume=True).failed == ()
+    assert_same_basis(tmp_path / "basis.h5", whole)

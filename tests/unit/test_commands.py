@@ -1,0 +1,361 @@
+"""The commands as an engineer types them, on a case of seconds."""
+
+import csv
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import h5py
+import pytest
+
+import offline.jobs
+import pmor.contact.solve
+import pmor.model
+from pmor.cli import main
+from pmor.errors import ConvergenceError, MeshError
+from pmor.storage.basis_file import read_basis
+from tests.small_case import case_text
+
+ROOT = Path(__file__).parents[2]
+QUIET = {"plots": False, "report": False}
+PICTURES = {"ste.png", "load_sharing.png", "spectrum.png", "error.png", "contact_pattern.png", "mesh.png"}
+# DESIGN.md, section 5: scripts rely on these.
+SUMMARY_KEYS = {
+    "case", "n_profile", "lodm", "n_angles", "torque_Nm", "ste_mean_um", "ste_peak_to_peak_um", "ste_ripple_um",
+    "rom_size", "rom_vs_full_ste_max_rel", "rom_vs_full_ste_rms_rel", "online_ms_per_position",
+    "full_ms_per_position", "offline_s", "basis_mib",
+}  # fmt: skip
+
+
+def write_case(folder, **changes):
+    path = folder / "tiny.toml"
+    path.write_text(case_text(**changes))
+    return str(path)
+
+
+def names(folder):
+    return {path.name for path in folder.iterdir()}
+
+
+def summary_of(folder):
+    return json.loads((folder / "summary.json").read_text())
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """The folder of one whole run, pictures and all; what it printed."""
+    folder = tmp_path_factory.mktemp("finished")
+    done = subprocess.run(
+        [sys.executable, "-m", "pmor.cli", "run", write_case(folder), "--out", str(folder / "out")],
+        cwd=ROOT, capture_output=True, text=True, timeout=600, check=False,
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (0, "")
+    return folder / "out", done.stdout
+
+
+@pytest.fixture
+def out(finished, tmp_path):
+    """A copy of the basis of the finished run, to run again."""
+    (tmp_path / "out").mkdir()
+    shutil.copy(finished[0] / "basis.h5", tmp_path / "out")
+    return tmp_path / "out"
+
+
+def forbid_offline(monkeypatch):
+    def never(*_arguments, **_more):
+        pytest.fail("the basis was there: no full solve is needed")
+
+    monkeypatch.setattr(offline.jobs, "run_offline", never)
+
+
+def count_offline(monkeypatch):
+    calls, run_offline = [], offline.jobs.run_offline
+
+    def counted(*arguments, **more):
+        calls.append(arguments)
+        return run_offline(*arguments, **more)
+
+    monkeypatch.setattr(offline.jobs, "run_offline", counted)
+    return calls
+
+
+def fail_where(condition, monkeypatch):
+    """Let the full model's equilibrium fail at the positions (phi, torque in N mm) that `condition` picks."""
+    solve = pmor.contact.solve.solve_equilibrium
+
+    def failing(meshed, position, elasticity, torque, *rest, **more):
+        if condition(position.phi, torque):
+            raise ConvergenceError("made to fail", [(1.0, 1.0)])
+        return solve(meshed, position, elasticity, torque, *rest, **more)
+
+    monkeypatch.setattr(pmor.contact.solve, "solve_equilibrium", failing)
+
+
+# --- run -------------------------------------------------------------------------------------------------------------
+
+
+def test_run_leaves_tables_pictures_page_and_basis(finished):
+    folder, _ = finished
+    assert names(folder) == PICTURES | {"summary.json", "ste.csv", "report.html", "basis.h5"}
+
+
+def test_run_writes_the_promised_summary(finished):
+    found = summary_of(finished[0])
+    assert set(found) >= SUMMARY_KEYS
+    assert (found["case"], found["n_profile"], found["lodm"], found["n_angles"]) == ("tiny", 4, 2, 4)
+    assert found["n_positions_failed"] == 0
+    # Too few angles for a ripple; everything else is there.
+    assert [key for key in sorted(SUMMARY_KEYS) if found[key] is None] == ["ste_ripple_um"]
+    assert 0.0 < found["rom_vs_full_ste_rms_rel"] <= found["rom_vs_full_ste_max_rel"] < 0.2
+
+
+def test_run_ends_with_a_short_summary(finished):
+    folder, text = finished
+    for words in ("tiny", "STE mean", "STE peak-to-peak", "reduced vs full, max", "online time", "offline time"):
+        assert words in text
+    assert str(folder) in text
+    assert len(text.splitlines()) < 20
+
+
+def test_a_second_run_takes_the_basis_that_is_there(out, tmp_path, monkeypatch, finished):
+    forbid_offline(monkeypatch)
+    assert main(["run", write_case(tmp_path, output=QUIET), "--out", str(out)]) == 0
+    again, before = summary_of(out), summary_of(finished[0])
+    assert again["offline_s"] == before["offline_s"]
+    # The same basis, the same arithmetic: equal up to the threads of the linear algebra library.
+    assert again["ste_mean_um"] == pytest.approx(before["ste_mean_um"], rel=1e-9)
+
+
+def test_another_sweep_takes_the_basis_that_is_there(out, tmp_path, monkeypatch):
+    forbid_offline(monkeypatch)
+    changed = write_case(
+        tmp_path,
+        load={"torque_Nm": 80.0},
+        online={"angles_per_pitch": 5, "torques_Nm": [80.0]},
+        compare={"angles": 1, "torques_Nm": [70.0]},
+        output=QUIET,
+    )
+    assert main(["run", changed, "--out", str(out)]) == 0
+    found = summary_of(out)
+    assert (found["n_angles"], found["torque_Nm"]) == (5, 80.0)
+    assert names(out) == {"basis.h5", "ste.csv", "summary.json"}, "no pictures, no page"
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"offline": {"torques_Nm": [50.0, 160.0]}},
+        {"pair": {"face_width_mm": 19.0}},
+        {"contact": {"penalty_N_mm3": 5e5}},
+    ],
+    ids=["training", "gear", "contact"],
+)
+def test_a_change_of_what_the_basis_rests_on_makes_a_new_one(change, out, tmp_path, monkeypatch):
+    calls = count_offline(monkeypatch)
+    assert main(["run", write_case(tmp_path, output=QUIET, **change), "--out", str(out)]) == 0
+    assert len(calls) == 1
+    assert read_basis(out / "basis.h5").case.text == case_text(output=QUIET, **change)
+
+
+def test_overwrite_makes_a_new_basis(out, tmp_path, monkeypatch):
+    calls = count_offline(monkeypatch)
+    assert main(["run", write_case(tmp_path, output=QUIET), "--out", str(out), "--overwrite", "--jobs", "2"]) == 0
+    assert len(calls) == 1
+
+
+def cut(path):
+    path.write_bytes(path.read_bytes()[:-300])
+
+
+def age(path):
+    with h5py.File(path, "r+") as file:
+        file.attrs["schema_version"] = 0
+
+
+def flip(path):
+    with h5py.File(path) as file:
+        offset = file["shapes/gram"].id.get_offset()
+    content = bytearray(path.read_bytes())
+    content[offset] ^= 1
+    path.write_bytes(content)
+
+
+def outdate(path):
+    """As if the case file had once had a key that it has no longer."""
+    with h5py.File(path, "r+") as file:
+        file.attrs["case_text"] = file.attrs["case_text"] + "\n[friction]\ncoefficient = 0.1\n"
+
+
+@pytest.mark.parametrize("damage", [cut, age, flip, outdate])
+def test_a_damaged_basis_is_made_anew_by_run_and_refused_by_online(damage, out, tmp_path, monkeypatch, capsys):
+    damage(out / "basis.h5")
+    assert main(["online", str(out / "basis.h5"), "-o", str(tmp_path / "results")]) == 2
+    message = capsys.readouterr().err
+    assert str(out / "basis.h5") in message
+    assert len(message.splitlines()) == 1
+    assert not (tmp_path / "results").exists()
+
+    calls = count_offline(monkeypatch)
+    assert main(["run", write_case(tmp_path, output=QUIET), "--out", str(out)]) == 0
+    assert len(calls) == 1
+    read_basis(out / "basis.h5")
+
+
+def test_results_go_to_a_folder_named_after_the_case(out, tmp_path, monkeypatch):
+    (tmp_path / "out").rename(tmp_path / "kept")
+    (tmp_path / "out").mkdir()
+    (tmp_path / "kept").rename(tmp_path / "out" / "tiny")
+    monkeypatch.chdir(tmp_path)
+    forbid_offline(monkeypatch)
+    assert main(["compare", write_case(tmp_path)]) == 0
+    assert names(tmp_path / "out" / "tiny") == {"basis.h5", "ste.csv", "summary.json"}
+
+
+# --- what did not converge -------------------------------------------------------------------------------------------
+
+
+def test_a_failed_position_ends_with_3_and_is_named(out, tmp_path, monkeypatch, capsys):
+    seen = []
+
+    def first_angle(phi, torque):
+        seen.append(phi)
+        return phi == seen[0] and torque == 60e3
+
+    fail_where(first_angle, monkeypatch)
+    assert main(["run", write_case(tmp_path), "--out", str(out)]) == 3
+    text, error = capsys.readouterr()
+    message = f"full FE: phi = {seen[0]:.6g} rad, torque = 60 N m did not converge"
+    assert f"  ! {message}" in text.splitlines()
+    assert error == f"pmor: error: 1 positions did not converge, first: {message}\n"
+    assert summary_of(out)["n_positions_failed"] == 1
+    assert message in (out / "report.html").read_text()
+
+
+def test_a_reduced_position_that_fails_is_an_empty_field(out, tmp_path, monkeypatch, capsys):
+    import online.run
+    from online.sweep import sweep_reduced_pair
+
+    def with_a_gap(reduced, phi, torques, *rest, **more):
+        sweep = sweep_reduced_pair(reduced, phi, torques, *rest, **more)
+        sweep.ste_um[0, -1], sweep.converged[0, -1] = float("nan"), False
+        return sweep
+
+    monkeypatch.setattr(online.run, "sweep_reduced_pair", with_a_gap)
+    assert main(["online", str(out / "basis.h5"), "-o", str(tmp_path / "results")]) == 3
+    assert "did not converge" in capsys.readouterr().out
+    with (tmp_path / "results" / "ste.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [(row["ste_um"] == "", row["converged"]) for row in rows] == [(False, "1")] * 3 + [(True, "0")]
+
+
+def test_training_that_fails_is_not_passed_over_in_silence(tmp_path, monkeypatch, capsys):
+    """A basis with a hole answers everywhere, but worse: whoever runs the case must be told, also the next time."""
+    trained = []
+
+    def first_trained(phi, torque):
+        trained.append(phi)
+        return phi == trained[0] and torque == 40e3
+
+    fail_where(first_trained, monkeypatch)
+    arguments = ["run", write_case(tmp_path, output=QUIET), "--out", str(tmp_path / "out")]
+    assert main(arguments) == 3
+    text, error = capsys.readouterr()
+    assert f"phi = {trained[0]:.6g} rad, torque = 40 N m" in text + error
+    monkeypatch.undo()
+    assert main(arguments) in (0, 3)
+    if not read_basis(tmp_path / "out" / "basis.h5").training.converged.all():
+        assert f"phi = {trained[0]:.6g} rad, torque = 40 N m" in "".join(capsys.readouterr())
+
+
+# --- offline, online, compare, info ----------------------------------------------------------------------------------
+
+
+def test_offline_then_online(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    basis = tmp_path / "new" / "basis.h5"
+    assert main(["offline", write_case(tmp_path), "-o", str(basis)]) == 0
+    assert f"{basis}: 4 angles solved, 0 taken over" in capsys.readouterr().out
+    assert names(basis.parent) == {"basis.h5"}
+    assert main(["online", str(basis)]) == 0
+    results = tmp_path / "out" / "tiny"  # the default
+    pictures = PICTURES - {"error.png", "mesh.png"}  # no full FE, no mesh
+    assert names(results) == pictures | {"summary.json", "ste.csv", "report.html"}
+    found = summary_of(results)
+    assert set(found) >= SUMMARY_KEYS
+    for key in ("rom_vs_full_ste_max_rel", "rom_vs_full_ste_rms_rel", "full_ms_per_position"):
+        assert found[key] is None
+
+
+def test_offline_refuses_an_existing_file_before_any_work(tmp_path, monkeypatch, capsys):
+    basis = tmp_path / "basis.h5"
+    basis.write_text("precious")
+    monkeypatch.setattr("pmor.model.mesh_model", lambda *_a: pytest.fail("nothing may be meshed"))
+    case = write_case(tmp_path)
+    assert main(["offline", case, "-o", str(basis)]) == 2
+    assert "exists already; choose another name or add --overwrite" in capsys.readouterr().err
+    assert basis.read_text() == "precious"
+    assert names(tmp_path) == {"basis.h5", "tiny.toml"}
+
+
+def test_compare_leaves_numbers_only(out, tmp_path, monkeypatch, capsys):
+    forbid_offline(monkeypatch)
+    assert main(["compare", write_case(tmp_path), "--out", str(out)]) == 0
+    assert names(out) == {"basis.h5", "summary.json", "ste.csv"}
+    assert summary_of(out)["full_ms_per_position"] > 0.0
+    assert "reduced vs full, max" in capsys.readouterr().out
+
+
+def test_info_shows_what_is_in_a_basis(out, capsys):
+    assert main(["info", str(out / "basis.h5")]) == 0
+    text = capsys.readouterr().out
+    assert "pmor-basis" in text
+    assert "shapes/displacement" in text
+
+
+def test_info_refuses_other_files(tmp_path, capsys):
+    case = write_case(tmp_path)
+    assert main(["info", case]) == 2
+    assert "not a readable HDF5 file" in capsys.readouterr().err
+
+
+# --- gears that cannot be ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"pinion": {"addendum": 1.9}}, "pointed"),
+        ({"pinion": {"addendum": 0.4}}, "contact ratio"),
+        ({"pair": {"centre_distance_mm": 83.0}}, "jam"),
+        ({"pinion": {"rack_tip_radius": 0.9}}, "rack_tip_radius"),
+    ],
+    ids=["pointed tooth", "contact ratio", "jammed", "rack tip too round"],
+)
+@pytest.mark.parametrize("command", ["run", "compare", "offline"])
+def test_gears_that_cannot_be_made_leave_nothing_behind(command, change, words, tmp_path, capsys):
+    case = write_case(tmp_path, **change)
+    target = ["-o", str(tmp_path / "out" / "basis.h5")] if command == "offline" else ["--out", str(tmp_path / "out")]
+    assert main([command, case, *target]) == 2
+    text, error = capsys.readouterr()
+    assert text == ""
+    assert words in error
+    assert len(error.splitlines()) == 1
+    assert names(tmp_path) == {"tiny.toml"}
+
+
+def test_a_mesh_that_cannot_be_used_names_the_gear(tmp_path, monkeypatch, capsys):
+    def refuse(*_arguments):
+        raise MeshError("an element is inside out")
+
+    monkeypatch.setattr(pmor.model, "build_sector", refuse)
+    assert main(["run", write_case(tmp_path), "--out", str(tmp_path / "out")]) == 2
+    assert capsys.readouterr().err == "pmor: error: gear with 21 teeth: an element is inside out\n"
+    assert names(tmp_path) == {"tiny.toml"}
+
+
+def test_an_output_folder_that_cannot_be_made(tmp_path, capsys):
+    (tmp_path / "file").touch()
+    assert main(["run", write_case(tmp_path), "--out", str(tmp_path / "file" / "out")]) == 2
+    assert "is a file, not a folder" in capsys.readouterr().err

@@ -1,0 +1,267 @@
+import csv
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.integrate import trapezoid
+
+import online.run
+import pmor.contact.solve
+from online.compare import Comparison
+from online.contact_pattern import contact_patterns
+from online.model import online_angles, reduced_pair, unseen_angles
+from online.pages import run_figures, write_pages
+from online.run import provenance, result_text, run_online, summary, summary_rows, write_results
+from pmor.errors import ConvergenceError
+from pmor.result import peak_to_peak_um, ste_mean_um
+
+# DESIGN.md, section 5: scripts rely on these.
+SUMMARY_KEYS = {
+    "case", "n_profile", "lodm", "n_angles", "torque_Nm", "ste_mean_um", "ste_peak_to_peak_um", "ste_ripple_um",
+    "rom_size", "rom_vs_full_ste_max_rel", "rom_vs_full_ste_rms_rel", "online_ms_per_position",
+    "full_ms_per_position", "offline_s", "basis_mib",
+}  # fmt: skip
+FULL_FE_KEYS = ("rom_vs_full_ste_max_rel", "rom_vs_full_ste_rms_rel", "full_ms_per_position")
+
+
+@pytest.fixture(scope="module")
+def compared(small_model, small_basis, small_basis_path):
+    """Reduced sweep at two torques, compared with full FE."""
+    case = small_model[0]
+    case = replace(
+        case,
+        online=replace(case.online, torques_Nm=(60.0, 100.0), angles_per_pitch=8),
+        compare=replace(case.compare, angles=2),
+    )
+    pair = reduced_pair(replace(small_basis, case=case))
+    return run_online(pair, small_basis_path, small_model[1].elasticity_at)
+
+
+@pytest.fixture(scope="module")
+def alone(compared):
+    """The same without full FE."""
+    return replace(compared, comparison=None)
+
+
+def with_failures(result, where):
+    """The result with positions of the reduced sweep that did not converge."""
+    sweep = result.sweep
+    ste, converged = sweep.ste_um.copy(), sweep.converged.copy()
+    ste[where], converged[where] = np.nan, False
+    sweep = replace(sweep, ste_um=ste, converged=converged)
+    failures = tuple(online.run.failed_positions(sweep, "reduced model"))
+    return replace(result, sweep=sweep, failures=failures)
+
+
+# --- the sweep and its summary ---------------------------------------------------------------------------------------
+
+
+def test_sweep_covers_the_angles_and_torques_of_the_case(compared):
+    sweep = compared.sweep
+    assert compared.failures == ()
+    assert sweep.converged.all()
+    assert_allclose(sweep.phi_rad, 2.0 * np.pi / 21 * np.arange(8) / 8, rtol=0.0, atol=1e-15)  # a few ulp
+    assert_allclose(sweep.torque_Nm, [60.0, 100.0])
+    assert_allclose(sweep.pair_share.sum(axis=2), 1.0, rtol=1e-6)  # torque residual of the solver
+    assert (sweep.ste_um[1] > sweep.ste_um[0]).all(), "more torque, more deflection"
+    assert compared.nominal == 1
+
+
+def test_summary_holds_the_promised_keys(compared):
+    s, sweep = summary(compared), compared.sweep
+    assert set(s) >= SUMMARY_KEYS
+    assert (s["case"], s["n_profile"], s["lodm"], s["n_angles"], s["torque_Nm"]) == ("small", 5, 2, 8, 100.0)
+    assert s["ste_mean_um"] == ste_mean_um(sweep)[1]
+    assert s["ste_peak_to_peak_um"] == peak_to_peak_um(sweep)[1]
+    assert s["rom_vs_full_ste_max_rel"] == np.abs(compared.comparison.relative_error).max()
+    assert 0.0 < s["rom_vs_full_ste_rms_rel"] <= s["rom_vs_full_ste_max_rel"] < 0.1
+    assert s["basis_mib"] > 0.0
+    assert s["offline_s"] > 0.0
+    assert s["n_positions_failed"] == 0
+    assert s["full_ms_per_position"] == 1e3 * compared.comparison.full.seconds / 4
+
+
+def test_without_full_fe_its_keys_are_null(alone, tmp_path):
+    write_results(alone, tmp_path)
+    found = json.loads((tmp_path / "summary.json").read_text())
+    assert set(found) >= SUMMARY_KEYS
+    assert all(found[key] is None for key in FULL_FE_KEYS)
+    assert not any("full" in label for label, *_ in summary_rows(alone))
+
+
+def test_table_reads_back_as_the_sweep(compared, tmp_path):
+    write_results(compared, tmp_path)
+    with (tmp_path / "ste.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    sweep = compared.sweep
+    assert len(rows) == sweep.ste_um.size
+    assert list(rows[0])[:4] == ["phi_rad", "torque_Nm", "ste_um", "converged"]
+    assert np.array_equal(np.array([float(r["ste_um"]) for r in rows]), sweep.ste_um.ravel())
+    assert np.array_equal(np.array([float(r["phi_rad"]) for r in rows]), np.tile(sweep.phi_rad, 2))
+    assert all(r["converged"] == "1" for r in rows)
+
+
+def test_provenance_names_versions_and_the_case(compared):
+    rows = dict(provenance(compared.reduced.basis.case))
+    assert {"date", "pmor", "Python", "machine"} <= set(rows)
+    assert len(rows["case file, SHA-256"]) == 64
+
+
+# --- positions that failed -------------------------------------------------------------------------------------------
+
+
+def test_a_failed_position_is_named_and_stays_empty(compared, tmp_path):
+    failed = with_failures(compared, (1, 3))
+    phi = failed.sweep.phi_rad[3]
+    line = f"reduced model: phi = {phi:.6g} rad, torque = 100 N m did not converge"
+    assert failed.failures == (line,)
+    assert f"  ! {line}" in result_text(failed).splitlines()
+    write_results(failed, tmp_path)
+    with (tmp_path / "ste.csv").open() as file:
+        rows = [r for r in csv.DictReader(file) if r["converged"] == "0"]
+    assert [(r["ste_um"], float(r["phi_rad"]), float(r["torque_Nm"])) for r in rows] == [("", phi, 100.0)]
+    found = json.loads((tmp_path / "summary.json").read_text())
+    assert found["n_positions_failed"] == 1
+    assert math.isfinite(found["ste_mean_um"])
+
+
+def test_a_torque_at_which_nothing_converges_gives_nulls_not_numbers(compared, tmp_path):
+    failed = with_failures(compared, np.s_[1, :])
+    write_results(failed, tmp_path)
+    found = json.loads((tmp_path / "summary.json").read_text())
+    assert found["ste_mean_um"] is None
+    assert found["ste_peak_to_peak_um"] is None
+    assert found["ste_ripple_um"] is None
+    write_pages(failed, None, tmp_path)
+    assert "did not converge" in (tmp_path / "report.html").read_text()
+
+
+def test_full_fe_that_fails_leaves_gaps_in_the_comparison(compared, tmp_path):
+    full = compared.comparison.full
+    ste, converged = full.ste_um.copy(), full.converged.copy()
+    ste[0, 1], converged[0, 1] = np.nan, False
+    gap = replace(compared, comparison=Comparison(compared.comparison.reduced,
+                                                  replace(full, ste_um=ste, converged=converged)))  # fmt: skip
+    error = compared.comparison.relative_error
+    assert gap.comparison.max_relative_error == np.abs(np.delete(error.ravel(), 1)).max()
+    write_pages(gap, None, tmp_path)
+
+
+def test_full_fe_that_fails_throughout_a_torque_is_reported_all_the_same(compared, tmp_path):
+    full = compared.comparison.full
+    for rows in ([0], [0, 1]):
+        ste, converged = full.ste_um.copy(), full.converged.copy()
+        ste[rows], converged[rows] = np.nan, False
+        gone = replace(compared, comparison=Comparison(compared.comparison.reduced,
+                                                       replace(full, ste_um=ste, converged=converged)))  # fmt: skip
+        write_results(gone, tmp_path)
+        write_pages(gone, None, tmp_path)
+    found = json.loads((tmp_path / "summary.json").read_text())
+    assert found["rom_vs_full_ste_max_rel"] is None
+    assert found["rom_vs_full_ste_rms_rel"] is None
+
+
+# --- angles ----------------------------------------------------------------------------------------------------------
+
+
+def test_online_angles_divide_the_pitch():
+    assert_allclose(online_angles(0.3, 4), [0.0, 0.075, 0.15, 0.225], rtol=1e-15)
+
+
+class FewDraws:
+    """A generator that fails the test instead of running for ever."""
+
+    def __init__(self, seed):
+        self._rng = np.random.Generator(np.random.PCG64(seed))
+        self._left = 10_000
+
+    def random(self, *arguments):
+        self._left -= 1
+        assert self._left > 0, "no end in sight"
+        return self._rng.random(*arguments)
+
+
+@pytest.mark.parametrize(("count", "trained"), [(48, 40), (5, 8), (40, 8)])
+def test_unseen_angles_spread_over_the_pitch_and_avoid_the_trained_ones(count, trained):
+    pitch, start = 0.3, -0.123
+    angles = unseen_angles(start, pitch, count, trained)
+    assert np.array_equal(np.floor(angles / pitch * count).astype(int), np.arange(count)), "one in each part"
+    steps = (angles - start) / pitch * trained
+    assert np.abs(steps - np.round(steps)).min() > 0.05
+    assert np.array_equal(angles, unseen_angles(start, pitch, count, trained)), "the draw is the same every time"
+
+
+@pytest.mark.parametrize(("count", "trained"), [(100, 7), (40, 4), (2000, 4)])
+def test_more_comparisons_than_the_training_leaves_room_for_end_all_the_same(count, trained, monkeypatch):
+    """Parts of the pitch that are narrower than what is kept clear around a training angle."""
+    monkeypatch.setattr(np.random, "default_rng", FewDraws)
+    pitch = 0.3
+    for start in (0.0, -0.123):
+        angles = unseen_angles(start, pitch, count, trained)
+        assert len(angles) == count
+        steps = (angles - start) / pitch * trained
+        assert np.abs(steps - np.round(steps)).min() > 1e-6, "never a training angle itself"
+        assert ((angles >= 0.0) & (angles < pitch)).all()
+
+
+# --- pictures and pages ----------------------------------------------------------------------------------------------
+
+
+def test_contact_pattern_carries_the_load(compared):
+    """Pressure times area over the patches is the normal force of the torque."""
+    reduced = compared.reduced
+    torque = 100e3
+    patterns = contact_patterns(reduced, 0.0, torque)
+    assert patterns
+    force = 0.0
+    tooth = reduced.meshed.pair.pinion
+    for title, roll_deg, z, pressure in patterns:
+        assert "% of torque" in title
+        assert pressure.shape == (len(roll_deg), len(z))
+        assert (pressure >= 0.0).all()
+        arc = 0.5 * tooth.base_radius * np.radians(roll_deg) ** 2
+        force += trapezoid(trapezoid(pressure, z, axis=1), arc)
+    # Penalty points carry their whole share of area, also at the rim of the contact: an estimate to some per cent.
+    assert_allclose(force, torque / tooth.base_radius, rtol=0.1)
+
+
+def test_no_contact_pattern_where_nothing_converges(compared, monkeypatch):
+    def fail(*_arguments, **_more):
+        raise ConvergenceError("made to fail", [(1.0, 1.0)])
+
+    monkeypatch.setattr(pmor.contact.solve, "solve_equilibrium", fail)
+    assert contact_patterns(compared.reduced, 0.0, 100e3) == []
+    assert "contact_pattern.png" not in [name for name, _, _ in run_figures(compared, None)]
+
+
+def test_pictures_show_what_there_is(compared, alone, small_model):
+    names = [name for name, _, _ in run_figures(compared, small_model[1].mesh.pinion)]
+    assert names == ["ste.png", "load_sharing.png", "spectrum.png", "error.png", "contact_pattern.png", "mesh.png"]
+    assert [name for name, _, _ in run_figures(alone, None)] == [n for n in names if n not in ("error.png", "mesh.png")]
+    assert "spectrum.png" not in [n for n, _, _ in run_figures(with_failures(alone, (0, 0)), None)]
+
+
+@pytest.mark.parametrize(("plots", "report"), [(False, False), (True, False), (False, True)])
+def test_switches_leave_out_what_is_not_wanted(plots, report, alone, tmp_path):
+    basis = alone.reduced.basis
+    output = replace(basis.case.output, plots=plots, report=report)
+    case = replace(basis.case, output=output)
+    result = replace(alone, reduced=replace(alone.reduced, basis=replace(basis, case=case)))
+    write_pages(result, None, tmp_path)
+    found = {path.suffix for path in tmp_path.iterdir()}
+    assert found == ({".png"} if plots else set()) | ({".html"} if report else set())
+
+
+def test_report_is_one_file_with_the_figures_of_the_trade(compared, small_model, tmp_path):
+    case = compared.reduced.basis.case
+    only_page = replace(case, output=replace(case.output, plots=False))
+    basis = replace(compared.reduced.basis, case=only_page)
+    write_pages(replace(compared, reduced=replace(compared.reduced, basis=basis)), small_model[1].mesh.pinion, tmp_path)
+    page = (tmp_path / "report.html").read_text()
+    assert page.count("data:image/png;base64,") == 6
+    assert "ISO 6336" in page
+    assert "Reduced against full FE" in page
+    assert 'src="http' not in page

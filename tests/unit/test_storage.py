@@ -1,0 +1,362 @@
+import os
+from contextlib import contextmanager
+from dataclasses import replace
+
+import h5py
+import numpy as np
+import pytest
+
+from pmor.case import basis_key, parse_case
+from pmor.errors import FileFormatError, OutputError, PmorError
+from pmor.reduction.contact_shapes import ContactShapes
+from pmor.storage.basis_file import Basis, Training, read_basis, write_basis
+from pmor.storage.describe import file_text
+from pmor.storage.hdf5 import Field, Schema, create, write
+from pmor.storage.snapshot_file import Snapshots, read_snapshots, write_snapshots
+from tests.small_case import case_text
+
+POSITIONS, TORQUES, UNKNOWNS = 7, 2, 6
+
+
+@pytest.fixture
+def case():
+    return parse_case(case_text(), "small", "small case")
+
+
+@pytest.fixture
+def basis(case, rng):
+    shapes = ContactShapes(
+        roll_position=np.linspace(-0.2, 0.3, POSITIONS),
+        angles_per_pitch=4,
+        loaded=rng.random((POSITIONS, TORQUES)) < 0.5,
+        displacement=rng.normal(size=(POSITIONS, TORQUES, 2, 3, UNKNOWNS)),
+        gram=rng.normal(size=(2, POSITIONS, 2, 2, TORQUES, TORQUES)),
+    )
+    ste_um = rng.normal(size=(TORQUES, 4))
+    ste_um[1, 2] = np.nan
+    training = Training(rng.normal(size=4), np.array([40e3, 160e3]), ste_um, np.isfinite(ste_um), 1.5)
+    nodes = rng.normal(size=(2, 3, 2, 3))
+    roll = np.sort(rng.random((2, 3)))
+    return Basis(case, (nodes[0], nodes[1]), (roll[0], roll[1]), shapes, training)
+
+
+@pytest.fixture
+def force(rng):
+    return rng.normal(size=(POSITIONS, TORQUES, 2, UNKNOWNS))
+
+
+@pytest.fixture
+def path(tmp_path, basis, force):
+    target = tmp_path / "basis.h5"
+    write_basis(target, basis, force)
+    return target
+
+
+@pytest.fixture
+def snapshots(rng):
+    ste_um = np.array([2.5, np.nan])
+    return Snapshots(0.25, np.array([-1, 0]), rng.normal(size=(2, 2, 2, UNKNOWNS)), ste_um, np.isfinite(ste_um))
+
+
+def assert_same(found, expected):
+    assert found.dtype == expected.dtype
+    np.testing.assert_array_equal(found, expected)
+
+
+def flip_a_byte(path, dataset):
+    """Change one bit of a dataset's stored numbers, as a failing disk would."""
+    with h5py.File(path) as file:
+        offset = file[dataset].id.get_offset()
+    content = bytearray(path.read_bytes())
+    content[offset] ^= 1
+    path.write_bytes(content)
+
+
+# --- round trips -----------------------------------------------------------------------------------------------------
+
+
+def test_basis_comes_back_bit_for_bit(path, basis, force):
+    found = read_basis(path)
+    assert found.case == basis.case
+    for gear in range(2):
+        assert_same(found.flank_nodes[gear], basis.flank_nodes[gear])
+        assert_same(found.flank_roll_angle[gear], basis.flank_roll_angle[gear])
+    for name in ("roll_position", "loaded", "displacement", "gram"):
+        assert_same(getattr(found.shapes, name), getattr(basis.shapes, name))
+    assert found.shapes.angles_per_pitch == basis.shapes.angles_per_pitch
+    assert found.shapes.reach == 1
+    for name in ("phi", "torque", "ste_um", "converged"):
+        assert_same(getattr(found.training, name), getattr(basis.training, name))
+    assert found.training.seconds == basis.training.seconds
+    with h5py.File(path) as file:
+        assert_same(file["shapes/force"][()], force)
+        assert file.attrs["basis_key"] == basis_key(basis.case)
+
+
+def test_every_dataset_says_unit_axes_and_meaning(path):
+    with h5py.File(path) as file:
+        found = []
+
+        def visit(_name, item):
+            if isinstance(item, h5py.Dataset):
+                assert all(item.attrs[key] for key in ("unit", "dims", "description", "sha256"))
+                # One name for each axis.
+                assert len(item.attrs["dims"].split(", ")) == item.ndim, item.name
+                found.append(item.name)
+
+        file.visititems(visit)
+        assert len(found) == 13
+        provenance = {"schema", "schema_version", "created", "pmor_version", "numpy_version", "h5py_version"}
+        assert provenance | {"case_text", "case_sha256", "basis_key"} <= set(file.attrs)
+
+
+def test_a_case_file_with_long_comments_fits(tmp_path, basis, force):
+    text = case_text() + "# a comment\n" * 10_000  # beyond the 64 KiB that HDF5 gives to a plain attribute
+    write_basis(tmp_path / "long.h5", replace(basis, case=parse_case(text, "small", "small case")), force)
+    assert read_basis(tmp_path / "long.h5").case.text == text
+
+
+def test_snapshots_come_back_bit_for_bit(tmp_path, snapshots):
+    path = tmp_path / "angle.h5"
+    write_snapshots(path, snapshots, "key")
+    found = read_snapshots(path, "key")
+    assert found.phi == snapshots.phi
+    for name in ("pair_index", "force", "ste_um", "converged"):
+        assert_same(getattr(found, name), getattr(snapshots, name))
+
+
+def test_snapshots_are_replaced(tmp_path, snapshots):
+    path = tmp_path / "angle.h5"
+    write_snapshots(path, snapshots, "key")
+    write_snapshots(path, replace(snapshots, phi=0.5), "key")
+    assert read_snapshots(path, "key").phi == 0.5
+
+
+# --- what is refused -------------------------------------------------------------------------------------------------
+
+
+def is_missing(path):
+    path.unlink()
+
+
+def is_truncated(path):
+    path.write_bytes(path.read_bytes()[:-200])
+
+
+def is_half(path):
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+
+
+def is_empty(path):
+    path.write_bytes(b"")
+
+
+def is_text(path):
+    path.write_text("phi_rad, ste_um\n")
+
+
+def is_a_folder(path):
+    path.unlink()
+    path.mkdir()
+
+
+def set_attribute(name, value):
+    def damage(path):
+        with h5py.File(path, "r+") as file:
+            file.attrs[name] = value
+
+    return damage
+
+
+def lacks(name):
+    def damage(path):
+        with h5py.File(path, "r+") as file:
+            del (file.attrs if name in file.attrs else file)[name]
+
+    return damage
+
+
+def lacks_checksum(path):
+    with h5py.File(path, "r+") as file:
+        del file["shapes/gram"].attrs["sha256"]
+
+
+def is_flipped(path):
+    flip_a_byte(path, "shapes/gram")
+
+
+DAMAGES = [
+    is_missing,
+    is_truncated,
+    is_half,
+    is_empty,
+    is_text,
+    is_a_folder,
+    set_attribute("schema", "somebody-elses"),
+    lacks("schema"),
+    set_attribute("schema_version", np.int64(99)),
+    set_attribute("schema_version", np.int64(0)),
+    set_attribute("schema_version", "1.x"),
+    lacks("schema_version"),
+    lacks("case_text"),
+    lacks("shapes/gram"),
+    lacks("training"),
+    lacks("flank/wheel/nodes"),
+    lacks_checksum,
+    is_flipped,
+]
+NAMES = [
+    "missing", "truncated", "half", "empty", "text", "folder", "foreign", "no schema", "newer", "older", "odd version",
+    "no version", "no case", "no dataset", "no group", "no wheel", "no checksum", "flipped bit",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("damage", DAMAGES, ids=NAMES)
+def test_a_basis_that_cannot_be_trusted_is_refused(damage, path):
+    damage(path)
+    with pytest.raises(FileFormatError) as caught:
+        read_basis(path)
+    message = str(caught.value)
+    assert str(path) in message
+    assert "'pmor offline'" in message, "says what to do"
+    assert len(message.splitlines()) == 1
+    assert caught.value.exit_code == 2
+
+
+@pytest.mark.parametrize(("version", "word"), [(99, "newer"), (0, "older")])
+def test_another_version_is_named(version, word, path):
+    set_attribute("schema_version", np.int64(version))(path)
+    with pytest.raises(FileFormatError, match=f"version {version}, written by an? {word} pmor; this one reads version"):
+        read_basis(path)
+
+
+def test_a_file_that_is_not_ours_is_named(tmp_path, snapshots):
+    path = tmp_path / "angle.h5"
+    write_snapshots(path, snapshots, "key")
+    with pytest.raises(FileFormatError, match="not a pmor-basis file .*pmor-snapshots"):
+        read_basis(path)
+
+
+def test_a_case_text_that_this_version_refuses_names_the_basis_file(path):
+    set_attribute("case_text", case_text(load={"torque_Nm": -1.0}))(path)
+    with pytest.raises(PmorError) as caught:
+        read_basis(path)
+    assert str(path) in str(caught.value)
+
+
+# --- writing ---------------------------------------------------------------------------------------------------------
+
+
+def test_an_existing_file_stays_unless_told_otherwise(path, basis, force):
+    before = path.read_bytes()
+    with pytest.raises(OutputError, match=r"basis\.h5: exists already; .*--overwrite"):
+        write_basis(path, basis, force)
+    assert path.read_bytes() == before
+    other = replace(basis, training=replace(basis.training, seconds=7.0))
+    write_basis(path, other, force, overwrite=True)
+    assert read_basis(path).training.seconds == 7.0
+
+
+def test_a_failed_write_leaves_nothing_beside_the_target(tmp_path, basis, force):
+    class Full(Exception):
+        pass
+
+    class Failing:
+        def __array__(self, *_args, **_kwargs):
+            raise Full
+
+    with pytest.raises(Full):
+        write_basis(tmp_path / "basis.h5", replace(basis, training=replace(basis.training, phi=Failing())), force)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_failed_replacement_keeps_the_old_file(path, tmp_path):
+    before = path.read_bytes()
+    with pytest.raises(RuntimeError), create(path, Schema("s", 1, "r"), {}, overwrite=True) as file:
+        write(file, "x", np.zeros(3), Field("1", "i", "zeros"))
+        raise RuntimeError
+    assert path.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_missing_folder_and_full_disk_are_output_errors(tmp_path, basis, force, monkeypatch):
+    with pytest.raises(OutputError, match="folder does not exist"):
+        write_basis(tmp_path / "no" / "basis.h5", basis, force)
+
+    @contextmanager
+    def full(*_args, **_kwargs):
+        raise OSError(28, os.strerror(28))
+        yield
+
+    monkeypatch.setattr(h5py, "File", full)
+    with pytest.raises(OutputError, match="no space is left"):
+        write_basis(tmp_path / "basis.h5", basis, force)
+    assert list(tmp_path.iterdir()) == []
+
+
+# --- snapshots that do not count -------------------------------------------------------------------------------------
+
+
+def test_no_snapshots_yet(tmp_path):
+    assert read_snapshots(tmp_path / "angle.h5", "key") is None
+
+
+def test_snapshots_of_another_case_do_not_count(tmp_path, snapshots):
+    path = tmp_path / "angle.h5"
+    write_snapshots(path, snapshots, "key of another case")
+    assert read_snapshots(path, "key") is None
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [is_truncated, is_empty, is_text, set_attribute("schema_version", np.int64(99)), lacks("phi"), lacks("force")],
+    ids=["truncated", "empty", "text", "newer", "no angle", "no dataset"],
+)
+def test_damaged_snapshots_count_as_absent(damage, tmp_path, snapshots):
+    path = tmp_path / "angle.h5"
+    write_snapshots(path, snapshots, "key")
+    damage(path)
+    assert read_snapshots(path, "key") is None
+
+
+def test_snapshots_with_a_flipped_bit_count_as_absent(tmp_path, snapshots):
+    path = tmp_path / "angle.h5"
+    write_snapshots(path, snapshots, "key")
+    flip_a_byte(path, "force")
+    assert read_snapshots(path, "key") is None
+
+
+# --- what is in a file -----------------------------------------------------------------------------------------------
+
+
+def test_file_text_lists_attributes_and_datasets(path, case):
+    lines = [" ".join(line.split()) for line in file_text(path).splitlines()]
+    assert lines[0] == f"{path}: pmor-basis"
+    assert "case_name small" in lines
+    assert f"basis_key {basis_key(case)}" in lines
+    assert any(line.startswith("shapes/loaded 7 x 2 1 whether the pair carries load") for line in lines)
+    assert any(line.startswith("training/torque 2 N mm pinion torque") for line in lines)
+    assert not any("[load]" in line for line in lines), "the case text would swamp the rest"
+
+
+def test_file_text_knows_snapshots(tmp_path, snapshots):
+    path = tmp_path / "angle.h5"
+    write_snapshots(path, snapshots, "key")
+    text = file_text(path)
+    assert text.startswith(f"{path}: pmor-snapshots")
+    assert "2 x 2 x 2 x 6" in text
+
+
+@pytest.mark.parametrize("damage", [is_missing, is_truncated, is_text, lacks("schema"), is_flipped])
+def test_file_text_refuses_what_cannot_be_trusted(damage, path):
+    damage(path)
+    with pytest.raises(FileFormatError, match=r"basis\.h5"):
+        file_text(path)
+
+
+def test_file_text_says_that_snapshots_are_damaged(tmp_path, snapshots):
+    path = tmp_path / "angle.h5"
+    write_snapshots(path, snapshots, "key")
+    flip_a_byte(path, "force")
+    with pytest.raises(FileFormatError, match="damaged"):
+        file_text(path)
