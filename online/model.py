@@ -64,8 +64,8 @@ def online_angles(pitch: float, count: int) -> FloatArray:
 def unseen_angles(pair_start: float, pitch: float, count: int, trained: int) -> FloatArray:
     """Return `count` pinion angles over one pitch from 0, none of them trained, rad.
 
-    One angle is drawn at random in each of `count` equal parts of the pitch (fixed seed), and again while it is close to
-    a training angle: within a twentieth of a training step, or a quarter of its part where that is less.
+    One angle is drawn at random in each of `count` equal parts of the pitch (fixed seed), and again while it is close
+    to a training angle: within a twentieth of a training step, or a quarter of its part where that is less.
 
     Parameters
     ----------

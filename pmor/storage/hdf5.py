@@ -19,7 +19,7 @@ import h5py
 import numpy as np
 
 import pmor
-from pmor.errors import FileFormatError, OutputError
+from pmor.errors import CaseError, FileFormatError, OutputError
 from pmor.storage.atomic import atomic_path
 
 
@@ -126,8 +126,8 @@ def open_checked(path: Path, schema: Schema) -> Iterator[h5py.File]:
             )
         try:
             yield file
-        except (KeyError, OSError, ValueError) as error:
-            raise FileFormatError(f"{path}: damaged or incomplete ({error}); {schema.remedy}") from error
+        except (KeyError, OSError, ValueError, CaseError) as error:
+            raise FileFormatError(f"{path}: damaged, incomplete or outdated ({error}); {schema.remedy}") from error
 
 
 def schema_name(path: Path) -> str | None:

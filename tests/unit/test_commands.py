@@ -104,7 +104,7 @@ def test_run_leaves_tables_pictures_page_and_basis(finished):
 def test_run_writes_the_promised_summary(finished):
     found = summary_of(finished[0])
     assert set(found) >= SUMMARY_KEYS
-    assert (found["case"], found["n_profile"], found["lodm"], found["n_angles"]) == ("tiny", 4, 2, 4)
+    assert (found["case"], found["n_profile"], found["lodm"], found["n_angles"]) == ("tiny", 6, 2, 4)
     assert found["n_positions_failed"] == 0
     # Too few angles for a ripple; everything else is there.
     assert [key for key in sorted(SUMMARY_KEYS) if found[key] is None] == ["ste_ripple_um"]

@@ -8,12 +8,14 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.integrate import trapezoid
 
+import online.pages
 import online.run
 import pmor.contact.solve
 from online.compare import Comparison
 from online.contact_pattern import contact_patterns
 from online.model import online_angles, reduced_pair, unseen_angles
 from online.pages import run_figures, write_pages
+from online.plots import error_figure
 from online.run import provenance, result_text, run_online, summary, summary_rows, write_results
 from pmor.errors import ConvergenceError
 from pmor.result import peak_to_peak_um, ste_mean_um
@@ -150,18 +152,25 @@ def test_full_fe_that_fails_leaves_gaps_in_the_comparison(compared, tmp_path):
     write_pages(gap, None, tmp_path)
 
 
-def test_full_fe_that_fails_throughout_a_torque_is_reported_all_the_same(compared, tmp_path):
+@pytest.mark.parametrize("rows", [[0], [0, 1]], ids=["one torque", "all"])
+def test_full_fe_that_fails_throughout_is_reported_all_the_same(rows, compared, tmp_path, monkeypatch):
     full = compared.comparison.full
-    for rows in ([0], [0, 1]):
-        ste, converged = full.ste_um.copy(), full.converged.copy()
-        ste[rows], converged[rows] = np.nan, False
-        gone = replace(compared, comparison=Comparison(compared.comparison.reduced,
-                                                       replace(full, ste_um=ste, converged=converged)))  # fmt: skip
-        write_results(gone, tmp_path)
-        write_pages(gone, None, tmp_path)
+    ste, converged = full.ste_um.copy(), full.converged.copy()
+    ste[rows], converged[rows] = np.nan, False
+    gone = replace(full, ste_um=ste, converged=converged)
+    result = replace(compared, comparison=Comparison(compared.comparison.reduced, gone))
+    write_results(result, tmp_path)
     found = json.loads((tmp_path / "summary.json").read_text())
-    assert found["rom_vs_full_ste_max_rel"] is None
-    assert found["rom_vs_full_ste_rms_rel"] is None
+    nothing = len(rows) == 2
+    assert (found["rom_vs_full_ste_max_rel"] is None) == nothing
+    assert (found["rom_vs_full_ste_rms_rel"] is None) == nothing
+    assert result_text(result)
+    pictures = [error_figure(full.phi_rad, full.torque_Nm, result.comparison.relative_error)]
+    monkeypatch.setattr(online.pages, "run_figures", lambda *_: [("error.png", "Error.", f) for f in pictures])
+    write_pages(result, None, tmp_path)
+    page = (tmp_path / "report.html").read_text()
+    assert "Reduced against full FE" in page
+    assert "nan" not in page.split("<h2>Figures")[0]
 
 
 # --- angles ----------------------------------------------------------------------------------------------------------
