@@ -40,8 +40,8 @@ def sector(gear, elements, across, spacing="roll_angle"):
 
 @cache
 def body(gear, elements, across, element="hex8i"):
-    """Elastic gear that covers one neighbouring tooth on either side."""
-    return elastic_gear(sector(gear, elements, across), YOUNG, POISSON, element, reach=1)
+    """Elastic gear that covers all the teeth that windows grown to the whole flank can load together."""
+    return elastic_gear(sector(gear, elements, across), YOUNG, POISSON, element, reach=2)
 
 
 def meshed_pair(pair, elements, across, **scheme):

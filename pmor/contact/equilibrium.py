@@ -163,18 +163,15 @@ def _damped_step(
     contact = state.contact
     elastic = contact.gap_change(elasticity.displacement(state.coordinates))
     coordinates, rotation = elasticity.newton_step(contact, contact.gap - elastic, torque)
-    best, size = None, 1.0
+    size = 1.0
     for _ in range(12):
         trial = evaluate(state.coordinates + size * (coordinates - state.coordinates), state.lead + size * rotation)
         # A step that loses contact altogether is no progress, however low its potential.
         touching = len(trial.contact.gap) > 0
         if touching and (_worst(trial) < _worst(state) or trial.potential < state.potential):
-            return trial
-        if best is None or _worst(trial) < _worst(best):
-            best = trial
+            break
         size *= 0.5
-    assert best is not None
-    return best
+    return trial
 
 
 def _worst(state: _State) -> float:

@@ -40,7 +40,15 @@ class ElasticGear:
     side_displacement: FloatArray
 
     def tooth_compliance(self, offset: int) -> FloatArray:
-        """Return the displacement of tooth `offset` under unit forces on tooth 0, shape (n, n), mm/N."""
+        """Return the displacement of tooth `offset` under unit forces on tooth 0, shape (n, n), mm/N.
+
+        Raises
+        ------
+        IndexError
+            When the tooth is beyond the gear's reach.
+        """
+        if abs(offset) > self.reach:
+            raise IndexError(f"tooth {offset} is beyond the {self.reach} neighbours that the compliance covers")
         return np.asarray(self.compliance[self.reach + offset])
 
 

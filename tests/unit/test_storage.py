@@ -198,6 +198,8 @@ DAMAGES = [
     set_attribute("schema_version", np.int64(0)),
     set_attribute("schema_version", "1.x"),
     lacks("schema_version"),
+    lacks("basis_key"),
+    set_attribute("basis_key", 64 * "0"),
     lacks("case_text"),
     lacks("shapes/gram"),
     lacks("training"),
@@ -207,7 +209,7 @@ DAMAGES = [
 ]
 NAMES = [
     "missing", "truncated", "half", "empty", "text", "folder", "foreign", "no schema", "newer", "older", "odd version",
-    "no version", "no case", "no dataset", "no group", "no wheel", "no checksum", "flipped bit",
+    "no version", "no key", "other key", "no case", "no dataset", "no group", "no wheel", "no checksum", "flipped bit",
 ]  # fmt: skip
 
 
