@@ -89,7 +89,7 @@ def _add_out(parser: argparse.ArgumentParser, flag: str) -> None:
 
 
 def _add_jobs(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--jobs", metavar="N", type=_positive, default=1, help="processes to use (default: 1)")
+    parser.add_argument("--jobs", metavar="N", type=_positive, default=1, help="angles solved at a time (default: 1)")
 
 
 def _add_overwrite(parser: argparse.ArgumentParser) -> None:
