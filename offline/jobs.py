@@ -14,12 +14,12 @@ import numpy as np
 from offline.sampling import roll_position_grid, training_angles
 from offline.snapshots import solve_snapshots
 from pmor.case import Case, basis_key
-from pmor.errors import ConvergenceError, OutputError
+from pmor.errors import ConvergenceError
 from pmor.gear.conventions import FloatArray
 from pmor.model import ElasticModel
 from pmor.progress import Progress
 from pmor.reduction.contact_shapes import contact_shapes
-from pmor.storage.atomic import ensure_folder
+from pmor.storage.atomic import ensure_folder, refuse_existing
 from pmor.storage.basis_file import Basis, Training, write_basis
 from pmor.storage.snapshot_file import Snapshots, read_snapshots, write_snapshots
 
@@ -78,8 +78,7 @@ def run_offline(
         When no full solve converged at all.
     """
     started = time.perf_counter() if started is None else started
-    if path.exists() and not overwrite:
-        raise OutputError(f"{path}: exists already; choose another name or add --overwrite")
+    refuse_existing(path, overwrite)
     parts = path.with_name(path.name + ".parts")
     if parts.exists() and not resume:
         shutil.rmtree(parts)

@@ -19,7 +19,7 @@ from online.plots import (
     ste_figure,
 )
 from online.report import ReportContent, Table, write_report
-from online.run import OnlineResult, provenance, sequence_text, summary_rows
+from online.run import OnlineResult, ms_per_position, provenance, summary_rows
 from pmor.case import Case, describe
 from pmor.gear.formulas import classical_results
 from pmor.mesh.sector import SectorMesh
@@ -107,7 +107,7 @@ def _content(result: OnlineResult, figures: list[tuple[str, Figure]]) -> ReportC
 
 def _cell(value: object) -> str | float | int | bool | None:
     if isinstance(value, tuple):
-        return sequence_text(value)
+        return ", ".join(f"{number:g}" for number in value)
     return value if isinstance(value, (str, float, int, bool)) else None
 
 
@@ -125,7 +125,7 @@ def _error_table(result: OnlineResult) -> Table:
             comparison.relative_error, strict=True,
         )
     ]  # fmt: skip
-    reduced_ms, full_ms = (1e3 * s.seconds / s.ste_um.size for s in (comparison.reduced, full))
+    reduced_ms, full_ms = ms_per_position(comparison.reduced), ms_per_position(full)
     note = (
         f"{full.ste_um.shape[1]} unseen angles. Reduced model {reduced_ms:.3g} ms, full FE {full_ms:.3g} ms per "
         f"position (condensed compliance, same solver); offline {result.reduced.basis.training.seconds:.3g} s."

@@ -6,7 +6,6 @@ import hashlib
 import os
 import platform
 import sys
-from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -103,8 +102,8 @@ def summary(result: OnlineResult) -> dict[str, Any]:
         "rom_size": result.reduced.size,
         "rom_vs_full_ste_max_rel": comparison.max_relative_error if comparison else None,
         "rom_vs_full_ste_rms_rel": comparison.rms_relative_error if comparison else None,
-        "online_ms_per_position": _ms_per_position(sweep),
-        "full_ms_per_position": _ms_per_position(comparison.full) if comparison else None,
+        "online_ms_per_position": ms_per_position(sweep),
+        "full_ms_per_position": ms_per_position(comparison.full) if comparison else None,
         "offline_s": result.reduced.basis.training.seconds,
         "basis_mib": result.basis_mib,
         "n_positions_failed": len(result.failures),
@@ -169,10 +168,6 @@ def provenance(case: Case) -> list[tuple[str, str]]:
     ]
 
 
-def _ms_per_position(sweep: SteSweep) -> float:
+def ms_per_position(sweep: SteSweep) -> float:
+    """Return the wall time of a sweep per angle and torque, ms."""
     return 1e3 * sweep.seconds / sweep.ste_um.size
-
-
-def sequence_text(values: Sequence[float]) -> str:
-    """Return numbers separated by commas."""
-    return ", ".join(f"{value:g}" for value in values)

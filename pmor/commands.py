@@ -41,11 +41,11 @@ def plan(case_path: Path) -> None:
 def offline(case_path: Path, basis_path: Path, resume: bool = False, jobs: int = 1, overwrite: bool = False) -> None:
     """Generate the reduced basis of a case and write it to `basis_path`."""
     from pmor.case import load_case
-    from pmor.errors import ConvergenceError, OutputError
+    from pmor.errors import ConvergenceError
+    from pmor.storage.atomic import refuse_existing
 
     case = load_case(case_path)
-    if basis_path.exists() and not overwrite:
-        raise OutputError(f"{basis_path}: exists already; choose another name or add --overwrite")
+    refuse_existing(basis_path, overwrite)  # before the work, not after it
     started = time.perf_counter()
     model = _elastic_model(case)
     from offline.jobs import run_offline

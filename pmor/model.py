@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from pmor.case import Case, GearCase
+from pmor.contact.elasticity import full_elasticity
 from pmor.contact.flank import ContactScheme, MeshedPair, make_flank
 from pmor.contact.solve import ElasticityAt
 from pmor.errors import MeshError
@@ -57,8 +58,6 @@ class ElasticModel:
     @property
     def elasticity_at(self) -> ElasticityAt:
         """Full compliance of the windows of a position."""
-        from pmor.contact.elasticity import full_elasticity
-
         return lambda position: full_elasticity(self.pinion, self.wheel, position)
 
 

@@ -1,5 +1,8 @@
 """The paper's gear on a mesh so coarse that a whole run takes seconds, also with interpreted kernels."""
 
+import pmor.contact.solve
+from pmor.errors import ConvergenceError
+
 SECTIONS = {
     "load": {"torque_Nm": 100.0},
     "pair": {"module_mm": 4.0, "face_width_mm": 20.0},
@@ -30,3 +33,15 @@ def _toml(value):
     if isinstance(value, bool):
         return str(value).lower()
     return f'"{value}"' if isinstance(value, str) else repr(value)
+
+
+def fail_where(condition, monkeypatch):
+    """Let the equilibrium fail at the positions (phi, torque in N mm) that `condition` picks."""
+    solve = pmor.contact.solve.solve_equilibrium
+
+    def failing(meshed, position, elasticity, torque, *rest, **more):
+        if condition(position.phi, torque):
+            raise ConvergenceError("made to fail", [(1.0, 1.0)])
+        return solve(meshed, position, elasticity, torque, *rest, **more)
+
+    monkeypatch.setattr(pmor.contact.solve, "solve_equilibrium", failing)

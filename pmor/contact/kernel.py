@@ -372,7 +372,7 @@ def _share_on_master(master, nodes, first, count, element, guess, width, extents
 @compiled
 def _search_row(
     row, surfaces, slave, master, extents, smooth, direct, detail, rotation, shift, slave_is_pinion, penalty,
-    count, start_element, start_guess, memory_element, memory_guess, work, lists,
+    count, element, guess, memory_element, memory_guess, work, lists,
 ):  # fmt: skip
     """Project one row of slave points; return (count, smallest gap of the row, border touched).
 
@@ -386,7 +386,6 @@ def _search_row(
     ei = min(row // detail[0], slave[3] - 1)
     s = row / detail[0] - ei
     smallest, touches_border = np.inf, False
-    element, guess = start_element, start_guess
     row_points(slave_nodes, slave_rows, slave_across, smooth, slave[2] + ei, s, detail[1], points)
     for column in range(points_across):
         ek = min(column // detail[1], slave_columns - 2)

@@ -60,6 +60,12 @@ def atomic_path(target: Path) -> Iterator[Path]:
         raise OutputError(f"cannot write {target}: {_reason(error, temporary)}") from error
 
 
+def refuse_existing(path: Path, overwrite: bool) -> None:
+    """Raise OutputError when there is something at `path` that may not be replaced."""
+    if path.exists() and not overwrite:
+        raise OutputError(f"{path}: exists already; choose another name or add --overwrite")
+
+
 def ensure_folder(path: Path) -> Path:
     """Create a folder, with those above it, unless it is there, and return it.
 

@@ -19,8 +19,8 @@ import h5py
 import numpy as np
 
 import pmor
-from pmor.errors import CaseError, FileFormatError, OutputError
-from pmor.storage.atomic import atomic_path
+from pmor.errors import CaseError, FileFormatError
+from pmor.storage.atomic import atomic_path, refuse_existing
 
 
 @dataclass(frozen=True)
@@ -75,8 +75,7 @@ def create(path: Path, schema: Schema, attributes: dict[str, Any], overwrite: bo
     OutputError
         When the file exists and `overwrite` is false, or cannot be written.
     """
-    if path.exists() and not overwrite:
-        raise OutputError(f"{path}: exists already; choose another name or add --overwrite")
+    refuse_existing(path, overwrite)
     with atomic_path(path) as temporary, h5py.File(temporary, "w") as file:
         file.attrs.update(
             schema=schema.name,

@@ -8,14 +8,13 @@ import pytest
 from numpy.testing import assert_allclose
 
 import offline.jobs
-import pmor.contact.solve
 from offline.jobs import run_offline
 from pmor.case import basis_key, parse_case
 from pmor.cli import main
 from pmor.errors import ConvergenceError, OutputError
 from pmor.storage.basis_file import read_basis
 from pmor.storage.snapshot_file import read_snapshots, write_snapshots
-from tests.small_case import case_text
+from tests.small_case import case_text, fail_where
 
 SAME = 1e-12  # the same arithmetic in another order of the angles: equal but for threads of the linear algebra library
 
@@ -63,18 +62,6 @@ def interrupt_after(count, monkeypatch, parts=None):
 
     monkeypatch.setattr(offline.jobs, "solve_snapshots", interrupted)
     return calls
-
-
-def fail_where(condition, monkeypatch):
-    """Let the equilibrium fail at the positions (phi, torque in N mm) that `condition` picks."""
-    solve = pmor.contact.solve.solve_equilibrium
-
-    def failing(meshed, position, elasticity, torque, *rest, **more):
-        if condition(position.phi, torque):
-            raise ConvergenceError("made to fail", [(1.0, 1.0)])
-        return solve(meshed, position, elasticity, torque, *rest, **more)
-
-    monkeypatch.setattr(pmor.contact.solve, "solve_equilibrium", failing)
 
 
 def assert_same_basis(path, expected):

@@ -11,12 +11,11 @@ import h5py
 import pytest
 
 import offline.jobs
-import pmor.contact.solve
 import pmor.model
 from pmor.cli import main
-from pmor.errors import ConvergenceError, MeshError
+from pmor.errors import MeshError
 from pmor.storage.basis_file import read_basis
-from tests.small_case import case_text
+from tests.small_case import case_text, fail_where
 
 ROOT = Path(__file__).parents[2]
 QUIET = {"plots": False, "report": False}
@@ -79,18 +78,6 @@ def count_offline(monkeypatch):
 
     monkeypatch.setattr(offline.jobs, "run_offline", counted)
     return calls
-
-
-def fail_where(condition, monkeypatch):
-    """Let the full model's equilibrium fail at the positions (phi, torque in N mm) that `condition` picks."""
-    solve = pmor.contact.solve.solve_equilibrium
-
-    def failing(meshed, position, elasticity, torque, *rest, **more):
-        if condition(position.phi, torque):
-            raise ConvergenceError("made to fail", [(1.0, 1.0)])
-        return solve(meshed, position, elasticity, torque, *rest, **more)
-
-    monkeypatch.setattr(pmor.contact.solve, "solve_equilibrium", failing)
 
 
 # --- run -------------------------------------------------------------------------------------------------------------
