@@ -18,7 +18,8 @@ from pmor.errors import ConvergenceError
 from pmor.gear.conventions import FloatArray
 from pmor.model import ElasticModel
 from pmor.progress import Progress
-from pmor.reduction.contact_shapes import contact_shapes
+from pmor.reduction.contact_shapes import ContactShapes, contact_shapes
+from pmor.reduction.flank_lines import FlankLineShapes, flank_line_shapes
 from pmor.storage.atomic import ensure_folder, refuse_existing
 from pmor.storage.basis_file import Basis, Training, write_basis
 from pmor.storage.snapshot_file import Snapshots, read_snapshots, write_snapshots
@@ -142,7 +143,13 @@ def _gather(
             place = round((s.phi + index * meshed.pair.pitch - grid[0]) / step)
             if 0 <= place < len(grid):
                 force[place] = s.force[:, p]
-    shapes = contact_shapes(model.pinion, model.wheel, grid, case.offline.angles_per_pitch, force)
+    mesh = model.mesh
+    flanks = mesh.pinion.flank_nodes, mesh.wheel.flank_nodes
+    shapes: FlankLineShapes | ContactShapes
+    if case.reduction.shapes == "positions":
+        shapes = contact_shapes(model.pinion, model.wheel, grid, case.offline.angles_per_pitch, force)
+    else:
+        shapes = flank_line_shapes((model.pinion, model.wheel), force, flanks)
     training = Training(
         phi=angles,
         torque=np.array(torques),
@@ -150,10 +157,9 @@ def _gather(
         converged=np.stack([s.converged for s in snapshots], axis=1),
         seconds=time.perf_counter() - started,
     )
-    mesh = model.mesh
     basis = Basis(
         case=case,
-        flank_nodes=(mesh.pinion.flank_nodes, mesh.wheel.flank_nodes),
+        flank_nodes=flanks,
         flank_roll_angle=(mesh.pinion.flank_roll_angle, mesh.wheel.flank_roll_angle),
         shapes=shapes,
         training=training,

@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from pmor.contact.flank import MeshedPair
-from pmor.contact.solve import ElasticityAt
-from pmor.gear.conventions import FloatArray
+from pmor.contact.position import active_patches
+from pmor.contact.solve import ElasticityAt, window_depth
+from pmor.gear.conventions import FloatArray, IntArray
 from pmor.model import assemble_pair, gear_pair
-from pmor.reduction.contact_shapes import reduced_elasticity
+from pmor.reduction.contact_shapes import ContactShapes, reduced_elasticity
+from pmor.reduction.flank_lines import line_elasticity
 from pmor.storage.basis_file import Basis
+
+
+LineArrays = tuple[IntArray, FloatArray, FloatArray]
+PositionArrays = tuple[float, float, np.ndarray, FloatArray, FloatArray]
+KernelFamily = tuple[bool, tuple[LineArrays, LineArrays], PositionArrays]
 
 
 @dataclass(frozen=True)
@@ -29,16 +37,39 @@ class ReducedPair:
 
     @property
     def elasticity_at(self) -> ElasticityAt:
-        """Reduced elasticity of the windows of a position, interpolated over the roll position."""
+        """Reduced elasticity of the windows of a position."""
         shapes, pitch = self.basis.shapes, self.meshed.pair.pitch
-        return lambda position: reduced_elasticity(shapes, position, pitch)
+        if isinstance(shapes, ContactShapes):
+            return lambda position: reduced_elasticity(shapes, position, pitch)
+        return lambda position: line_elasticity(shapes, position)
 
-    @property
-    def size(self) -> int:
-        """Largest number of unknowns at a position: shapes of the pairs in mesh, and the rotation."""
+    @cached_property
+    def family(self) -> KernelFamily:
+        """Shapes for the kernel (`pmor.contact.kernel`, the reduced pair)."""
         shapes = self.basis.shapes
-        together = int(np.ceil(self.meshed.pair.contact_ratio))
-        return together * shapes.loaded.shape[1] + 1
+        if isinstance(shapes, ContactShapes):
+            step = shapes.roll_position[1] - shapes.roll_position[0]
+            positions = (shapes.roll_position[0], step, shapes.loaded, shapes.displacement, shapes.gram)
+            none = (np.zeros(1, dtype=np.int64), np.empty((1, 0, 0)), np.empty((1, 0, 0)))
+            return False, (none, none), positions
+        lines = tuple(
+            (gear.start, np.ascontiguousarray(gear.displacement.transpose(0, 2, 1)), gear.gram) for gear in shapes.gears
+        )
+        nowhere = (0.0, 1.0, np.zeros((0, 0), dtype=bool), np.empty((0, 0, 2, 1, 0)), np.empty((0, 0, 2, 2, 0, 0)))
+        return True, (lines[0], lines[1]), nowhere
+
+    @cached_property
+    def size(self) -> int:
+        """Largest number of unknowns over a pitch under the nominal torque: amplitudes of shapes, and the rotation."""
+        shapes, meshed = self.basis.shapes, self.meshed
+        if isinstance(shapes, ContactShapes):
+            return int(np.ceil(meshed.pair.contact_ratio)) * shapes.loaded.shape[1] + 1
+        depth = window_depth(meshed, 1e3 * self.basis.case.torque_Nm)
+        sizes = (
+            line_elasticity(shapes, active_patches(meshed, float(phi), depth)).basis.shape[2]
+            for phi in online_angles(meshed.pair.pitch, 50)
+        )
+        return max(sizes) + 1
 
 
 def reduced_pair(basis: Basis) -> ReducedPair:

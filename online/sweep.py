@@ -96,13 +96,11 @@ def _solve_block(
     pairs: np.ndarray,
     pair_torque: np.ndarray,
 ) -> None:
-    meshed, shapes = reduced.meshed, reduced.basis.shapes
-    step = shapes.roll_position[1] - shapes.roll_position[0]
-    arrays = (shapes.roll_position[0], step, shapes.loaded, shapes.displacement, shapes.gram)
+    meshed = reduced.meshed
     lead, steps, converged = outputs
     tolerance = max(TOLERANCE, round_off_residual(meshed, float(torques.min())))
     sweep_reduced(
-        phi, torques, meshed.expected_approach(1.0), meshed.geometry, meshed.gears, meshed.kernel_scheme, arrays,
+        phi, torques, meshed.expected_approach(1.0), meshed.geometry, meshed.gears, meshed.kernel_scheme, reduced.family,
         WINDOW_MARGIN, surface_error(meshed), clearance(meshed.scheme), MAX_STEPS, tolerance, lead, steps, converged,
         pairs, pair_torque,
     )  # fmt: skip

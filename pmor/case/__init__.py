@@ -15,6 +15,7 @@ from pmor.case.schema import (
     OnlineCase,
     OutputCase,
     PairCase,
+    ReductionCase,
 )
 
 __all__ = [
@@ -27,6 +28,7 @@ __all__ = [
     "OnlineCase",
     "OutputCase",
     "PairCase",
+    "ReductionCase",
     "basis_key",
     "describe",
     "load_case",

@@ -26,11 +26,11 @@ def describe(case: Case) -> list[tuple[str, Any, bool]]:
 
 
 def basis_key(case: Case) -> str:
-    """SHA-256, in hex, of everything that determines a basis: pair, mesh, contact and training.
+    """SHA-256, in hex, of everything that determines a basis: pair, mesh, contact, reduction and training.
 
     Two cases with the same key can share one basis: sweep, comparison, output and comments do not enter.
     """
-    parts = {name: asdict(getattr(case, name)) for name in ("pair", "mesh", "contact", "offline")}
+    parts = {name: asdict(getattr(case, name)) for name in ("pair", "mesh", "contact", "reduction", "offline")}
     text = json.dumps(parts, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()
 
@@ -39,6 +39,6 @@ def _sections(case: Case) -> dict[str, dict[str, Any]]:
     pair = asdict(case.pair)
     pinion, wheel = pair.pop("pinion"), pair.pop("wheel")
     sections = {"load": {"torque_Nm": case.torque_Nm}, "pair": pair, "pinion": pinion, "wheel": wheel}
-    for name in ("mesh", "contact", "offline", "online", "compare", "output"):
+    for name in ("mesh", "contact", "reduction", "offline", "online", "compare", "output"):
         sections[name] = asdict(getattr(case, name))
     return sections

@@ -17,6 +17,7 @@ from pmor.case.schema import (
     OnlineCase,
     OutputCase,
     PairCase,
+    ReductionCase,
 )
 from pmor.case.values import Refused, convert, did_you_mean, toml_text
 from pmor.errors import CaseError
@@ -30,6 +31,7 @@ SECTIONS: dict[str, type] = {
     "wheel": GearCase,
     "mesh": MeshCase,
     "contact": ContactCase,
+    "reduction": ReductionCase,
     "offline": OfflineCase,
     "online": OnlineCase,
     "compare": CompareCase,
@@ -105,6 +107,7 @@ def parse_case(text: str, name: str, where: str) -> Case:
         pair=section("pair", pinion=pinion, wheel=wheel),
         mesh=section("mesh"),
         contact=section("contact"),
+        reduction=section("reduction"),
         offline=section("offline", torques_Nm=_multiples(torque_Nm, OFFLINE_TORQUES)),
         online=section("online", torques_Nm=_multiples(torque_Nm, ONLINE_TORQUES)),
         compare=section("compare", torques_Nm=_multiples(torque_Nm, COMPARE_TORQUES)),

@@ -167,6 +167,20 @@ class ContactCase:
 
 
 @dataclass(frozen=True, kw_only=True)
+class ReductionCase:
+    """What the reduced basis consists of (section `[reduction]`).
+
+    Parameters
+    ----------
+    shapes : {"flank_lines", "positions"}
+        One shape for each line of flank nodes, its load distribution over the width taken from the training; or one
+        for each trained roll position and torque, interpolated over the roll position (the paper).
+    """
+
+    shapes: Literal["flank_lines", "positions"] = "flank_lines"
+
+
+@dataclass(frozen=True, kw_only=True)
 class OfflineCase:
     """Training positions and torques of the basis (section `[offline]`).
 
@@ -249,7 +263,7 @@ class Case:
         One line for the report.
     torque_Nm : float
         Nominal torque on the pinion in N m.
-    pair, mesh, contact, offline, online, compare, output
+    pair, mesh, contact, reduction, offline, online, compare, output
         One dataclass per section of the file.
     text : str
         The text of the file, for provenance.
@@ -261,6 +275,7 @@ class Case:
     pair: PairCase
     mesh: MeshCase
     contact: ContactCase
+    reduction: ReductionCase
     offline: OfflineCase
     online: OnlineCase
     compare: CompareCase

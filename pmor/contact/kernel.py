@@ -372,7 +372,7 @@ def _share_on_master(master, nodes, first, count, element, guess, width, extents
 @compiled
 def _search_row(
     row, surfaces, slave, master, extents, smooth, direct, detail, rotation, shift, slave_is_pinion, penalty,
-    count, element, guess, memory_element, memory_guess, work, lists,
+    largest_gap, count, element, guess, memory_element, memory_guess, work, lists,
 ):  # fmt: skip
     """Project one row of slave points; return (count, smallest gap of the row, border touched).
 
@@ -381,7 +381,7 @@ def _search_row(
     """
     slave_nodes, slave_rows, slave_across, surface, along_rows, along_columns, first, patches = surfaces
     x, foot, normal, tangent_s, tangent_t, points = work
-    index, weight, gap, stiffness, lever, mate_lever, place = lists
+    index, weight, gap, stiffness, lever, mate_lever, place = lists[:7]
     slave_columns, points_across = slave_nodes.shape[1], (slave_nodes.shape[1] - 1) * detail[1] + 1
     ei = min(row // detail[0], slave[3] - 1)
     s = row / detail[0] - ei
@@ -414,7 +414,7 @@ def _search_row(
         for d in range(3):
             g += normal[d] * (x[d] - foot[d])
         smallest = min(smallest, g)
-        if g >= 0.0:
+        if g >= largest_gap:
             continue
         gap[count] = g
         stiffness[count] = penalty * share * (extent[0] + extent[1]) * (extent[2] + extent[3])
@@ -436,9 +436,9 @@ def _search_row(
                 weight[count, a, d] = slave_weight * turned
                 weight[count, 4 + a, d] = -master_weight * normal[d]
         place[count, 0], place[count, 1], place[count, 2], place[count, 3] = row, column, mi, mk
-        if (ei == 0 and slave[4] == 0) or (ei == slave[3] - 1 and slave[5] == 0):
+        if g < 0.0 and ((ei == 0 and slave[4] == 0) or (ei == slave[3] - 1 and slave[5] == 0)):
             touches_border = True
-        if (mi == 0 and master[4] == 0) or (mi == master[3] - 1 and master[5] == 0):
+        if g < 0.0 and ((mi == 0 and master[4] == 0) or (mi == master[3] - 1 and master[5] == 0)):
             touches_border = True
         count += 1
     return count, smallest, touches_border
@@ -452,10 +452,10 @@ def _window_nodes(nodes, window, columns):
 @compiled
 def search_pair(
     nodes, slave, slave_columns, master, master_columns, extents, lodm_profile, lodm_width, smooth, direct, parabolic,
-    rotation, shift, slave_is_pinion, penalty, count, slave_centre, master_centre, clearance,
+    rotation, shift, slave_is_pinion, penalty, count, slave_centre, master_centre, clearance, largest_gap,
     memory_element, memory_guess, lists,
 ):  # fmt: skip
-    """List the penetrating slave points of one tooth pair.
+    """List the slave points of one tooth pair that penetrate, or nearly do.
 
     The rows of slave points are visited outwards from the kinematic contact; flanks separate quadratically from there,
     so a direction ends at the first row that is clear of the master.
@@ -486,6 +486,8 @@ def search_pair(
         Kinematic contact in element rows of the two windows, from the first element row of each.
     clearance : float
         Gap beyond which a row and those behind it cannot touch, mm.
+    largest_gap : float
+        Points with a gap below it are listed: 0 for those that penetrate, mm.
     memory_element, memory_guess : ndarray, shape (slave rows, points along the width, 2)
         Where each slave point was projected the last time (element -1: not yet); updated.
     lists : tuple of ndarrays (index, weight, gap, stiffness, lever, mate_lever, place)
@@ -528,7 +530,7 @@ def search_pair(
         while 0 <= row < rows:
             count, row_smallest, at_border = _search_row(
                 row, surfaces, slave, master, extents, smooth, direct, detail, rotation, shift, slave_is_pinion,
-                penalty, count, element, guess, memory_element, memory_guess, work, lists,
+                penalty, largest_gap, count, element, guess, memory_element, memory_guess, work, lists,
             )  # fmt: skip
             smallest, touches_border = min(smallest, row_smallest), touches_border or at_border
             if row_smallest > clearance and (met_master or row_smallest < np.inf):
@@ -668,10 +670,10 @@ def pinion_slave_share(geometry, slave_mode, roll_position):
 
 @compiled
 def search_all(
-    phi, lead, nodes, pairs, indices, windows, first_row, centre, geometry, gears, scheme, clearance,
+    phi, lead, nodes, pairs, indices, windows, first_row, centre, geometry, gears, scheme, clearance, largest_gap,
     memory_element, memory_guess, point_pair, point_slave, lists,
 ):  # fmt: skip
-    """List the penetrating points of all tooth pairs in reach.
+    """List the points of all tooth pairs in reach that penetrate, or nearly do.
 
     Parameters
     ----------
@@ -685,7 +687,7 @@ def search_all(
         See above.
     scheme : tuple
         (lodm_profile, lodm_width, smooth, direct, parabolic, penalty, slave mode).
-    clearance : float
+    clearance, largest_gap : float
         mm, see `search_pair`.
     memory_element, memory_guess : ndarray, shape (P, 2, points along the profile, points along the width, 2)
     point_pair, point_slave : ndarray of int
@@ -722,21 +724,115 @@ def search_all(
                 extents, lodm_profile, lodm_width, smooth, direct, parabolic,
                 forward if slave == 0 else back, shift if slave == 0 else back_shift, slave == 0, portion * penalty,
                 count, centre[p, slave] - first_row[p, slave], centre[p, master] - first_row[p, master], clearance,
-                memory_element[p, slave], memory_guess[p, slave], lists,
+                largest_gap, memory_element[p, slave], memory_guess[p, slave], lists,
             )  # fmt: skip
             smallest, touches_border = min(smallest, nearest), touches_border or at_border
             point_pair[before:count], point_slave[before:count] = p, slave
     return count, smallest, touches_border
 
 
-# The reduced pair. `shapes` is the tuple (first roll position, step, loaded, displacement, gram) of
-# `pmor.reduction.contact_shapes.ContactShapes`.
+# The reduced pair. Its unknowns are the amplitudes of *members*: the shapes in reach at a position, in one of two
+# families, and the pinion's rotation. `family` is the tuple (by_line, lines, positions):
+#
+# * by_line: which of the two; the arrays of the other one are empty;
+# * lines: for pinion and wheel (start, displacement (2 reach + 1, f, m), gram) of
+#   `pmor.reduction.flank_lines.GearLines`, displacements with the shapes last. A member belongs to one gear;
+# * positions: (first roll position, step, loaded, displacement, gram) of `pmor.reduction.contact_shapes.ContactShapes`.
+#   A member belongs to both gears.
+#
+# `members` describes those of a position: (kept, ranges, gram, factor, basis). kept[j] = pair x slots + slot numbers
+# member j, with `slots` shapes that a pair can have at all; ranges[gear] are the first and the last but one member
+# that move the gear; gram and its lower Cholesky factor; basis[node, d, j - ranges[gear, 0]] the displacement.
 
 
 @compiled
-def _member_weights(shapes, roll_position, weights):
+def member_slots(family):
+    """Return how many shapes a tooth pair can have at all."""
+    by_line, lines, positions = family
+    return lines[0][1].shape[2] + lines[1][1].shape[2] if by_line else positions[2].shape[1]
+
+
+@compiled
+def most_members(family, pairs, windows):
+    """Return how many members a position can have at most."""
+    by_line, lines, positions = family
+    if not by_line:
+        return pairs * positions[2].shape[1]
+    total = 0
+    for gear in range(2):
+        start, widest = lines[gear][0], 0
+        for i in range(len(start) - 1):
+            widest = max(widest, start[i + 1] - start[i])
+        for p in range(pairs):
+            total += widest * (windows[p, gear, 3] + 1)
+    return total
+
+
+@compiled
+def _cholesky(matrix, low, high, factor):
+    """Lower Cholesky factor of the block [low, high) of a symmetric matrix."""
+    for i in range(low, high):
+        for j in range(low, i + 1):
+            value = matrix[i, j]
+            for e in range(low, j):
+                value -= factor[i, e] * factor[j, e]
+            factor[i, j] = np.sqrt(value) if i == j else value / factor[j, j]
+
+
+@compiled
+def gather_lines(pairs, indices, windows, first_row, gears, lines, members):
+    """Collect the shapes of the lines in reach; return the number of members.
+
+    Parameters
+    ----------
+    pairs, indices, windows, first_row
+        As `place_windows` gives them.
+    gears, lines, members
+        See above; `members` is filled.
+    """
+    kept, ranges, gram, factor, basis = members
+    slots = lines[0][1].shape[2] + lines[1][1].shape[2]
+    size = 0
+    first_member = np.empty((pairs + 1,), dtype=np.int64)
+    for gear in range(2):
+        start, displacement, products = lines[gear]
+        reach, columns = (displacement.shape[0] - 1) // 2, gears[gear][0].shape[1]
+        low, before = size, 0 if gear == 0 else lines[0][1].shape[2]
+        for p in range(pairs):
+            first_member[p] = size
+            row = first_row[p, gear]
+            for m in range(start[row], start[row + windows[p, gear, 3] + 1]):
+                kept[size] = p * slots + before + m
+                size += 1
+        first_member[pairs] = size
+        ranges[gear, 0], ranges[gear, 1] = low, size
+        for q in range(pairs):
+            from_q, to_q = first_member[q], first_member[q + 1]
+            shape_q = start[first_row[q, gear]]
+            for p in range(pairs):
+                ahead = indices[p] - indices[q] if gear == 0 else indices[q] - indices[p]
+                shape_p = start[first_row[p, gear]] - first_member[p]
+                for i in range(first_member[p], first_member[p + 1]):
+                    for j in range(from_q, to_q):
+                        gram[i, j] = products[reach + ahead, shape_p + i, shape_q + j - from_q]
+                moved, first = displacement[reach + ahead], (first_row[p, gear] - windows[p, gear, 2]) * columns
+                for node in range(windows[p, gear, 1] * columns):
+                    for d in range(3):
+                        source, target = moved[3 * (first + node) + d], basis[windows[p, gear, 0] + node, d]
+                        for j in range(to_q - from_q):
+                            target[from_q - low + j] = source[shape_q + j]
+    for i in range(ranges[1, 0], size):
+        for j in range(ranges[1, 0]):
+            gram[i, j] = gram[j, i] = factor[i, j] = 0.0
+    for gear in range(2):
+        _cholesky(gram, ranges[gear, 0], ranges[gear, 1], factor)
+    return size
+
+
+@compiled
+def _member_weights(positions, roll_position, weights):
     """Grid position below and linear weights of the members (idle ones have none); see `ContactShapes.weights`."""
-    first, step, loaded = shapes[0], shapes[1], shapes[2]
+    first, step, loaded = positions[0], positions[1], positions[2]
     place = (roll_position - first) / step
     nearest = np.rint(place)
     if abs(place - nearest) < 1e-9:
@@ -754,54 +850,47 @@ def _member_weights(shapes, roll_position, weights):
 
 
 @compiled
-def _independent_members(gram, members, factor, kept):
-    """Cholesky factor of the Gram matrix of the members that are independent to working precision; their number."""
-    count = 0
-    for j in range(members):
-        if gram[j, j] <= 0.0:
+def _independent_members(products, count, kept, gram, factor):
+    """Keep the members that are independent to working precision, with their Gram matrix and its factor."""
+    size = 0
+    for j in range(count):
+        if products[j, j] <= 0.0:
             continue
-        pivot = gram[j, j]
-        for i in range(count):
-            value = gram[j, kept[i]]
+        pivot = products[j, j]
+        for i in range(size):
+            value = products[j, kept[i]]
             for e in range(i):
-                value -= factor[count, e] * factor[i, e]
-            factor[count, i] = value / factor[i, i]
-            pivot -= factor[count, i] ** 2
-        if pivot > 1e-10 * gram[j, j]:
-            factor[count, count] = np.sqrt(pivot)
-            kept[count] = j
-            count += 1
-    return count
+                value -= factor[size, e] * factor[i, e]
+            factor[size, i] = value / factor[i, i]
+            pivot -= factor[size, i] ** 2
+        if pivot > 1e-10 * products[j, j]:
+            factor[size, size] = np.sqrt(pivot)
+            kept[size] = j
+            size += 1
+    for i in range(size):
+        for j in range(size):
+            gram[i, j] = products[kept[i], kept[j]]
+    return size
 
 
 @compiled
-def interpolate_basis(phi, pairs, indices, windows, first_row, geometry, gears, shapes, factor, kept, basis):
-    """Interpolate the contact shapes of all pairs in reach over their roll positions.
+def interpolate_positions(phi, pairs, indices, windows, first_row, geometry, gears, positions, members):
+    """Interpolate the shapes of all pairs in reach over their roll positions; return the number of members.
 
     Parameters
     ----------
     phi, pairs, indices, windows, first_row, geometry, gears
         As in `search_all`.
-    shapes : tuple
-        See above; T training torques.
-    factor : ndarray, shape (P T, P T)
-        Filled with the lower Cholesky factor of the members' energy products.
-    kept : ndarray of int, shape (P T,)
-        Filled with the members (pair T + torque) that are present and independent.
-    basis : ndarray, shape (n, 3, P T)
-        Filled with their displacements of the window nodes.
-
-    Returns
-    -------
-    size : int
-        Number of members kept.
+    positions, members
+        See above; `members` is filled.
     """
-    displacement, products = shapes[3], shapes[4]
+    kept, ranges, gram, factor, basis = members
+    displacement, products = positions[3], positions[4]
     torques, reach = displacement.shape[1], (displacement.shape[3] - 1) // 2
     weights, places = np.empty((pairs, 2, torques)), np.empty(pairs, dtype=np.int64)
     for p in range(pairs):
-        places[p] = _member_weights(shapes, phi + indices[p] * geometry[3], weights[p])
-    gram = np.zeros((pairs * torques, pairs * torques))
+        places[p] = _member_weights(positions, phi + indices[p] * geometry[3], weights[p])
+    work = np.zeros((pairs * torques, pairs * torques))
     for p in range(pairs):
         for q in range(p, pairs):
             for t in range(torques):
@@ -811,8 +900,10 @@ def interpolate_basis(phi, pairs, indices, windows, first_row, geometry, gears, 
                         for b in range(2):
                             product = products[indices[q] - indices[p], places[p], a, b, t, u]
                             value += weights[p, a, t] * weights[q, b, u] * product
-                    gram[p * torques + t, q * torques + u] = gram[q * torques + u, p * torques + t] = value
-    size = _independent_members(gram, pairs * torques, factor, kept)
+                    work[p * torques + t, q * torques + u] = work[q * torques + u, p * torques + t] = value
+    size = _independent_members(work, pairs * torques, kept, gram, factor)
+    for gear in range(2):
+        ranges[gear, 0], ranges[gear, 1] = 0, size
     for p in range(pairs):
         for gear in range(2):
             columns = gears[gear][0].shape[1]
@@ -850,141 +941,181 @@ def _solve_upper(factor, size, vector):
 
 
 @compiled
-def _project_points(count, size, basis, factor, index, weight, columns):
-    """Derivatives of the gaps by the orthonormal coordinates, shape (count, size)."""
+def _deform(undeformed, position, members, coordinates, nodes):
+    pairs, windows, gears = position[1], position[3], position[8]
+    ranges, basis = members[1], members[4]
+    for p in range(pairs):
+        for gear in range(2):
+            low, high = ranges[gear, 0], ranges[gear, 1]
+            first = windows[p, gear, 0]
+            for node in range(first, first + windows[p, gear, 1] * gears[gear][0].shape[1]):
+                for d in range(3):
+                    row, value = basis[node, d], 0.0
+                    for j in range(high - low):
+                        value += row[j] * coordinates[low + j]
+                    nodes[node, d] = undeformed[node, d] + value
+
+
+@compiled
+def _project_points(count, size, members, slave, lists, columns):
+    """Derivatives of the gaps by the members' amplitudes, shape (count, size)."""
+    ranges, basis, index, weight = members[1], members[4], lists[0], lists[1]
     for n in range(count):
         row = columns[n]
         for j in range(size):
             row[j] = 0.0
         for a in range(8):
-            node = index[n, a]
-            for d in range(3):
-                w = weight[n, a, d]
-                for j in range(size):
-                    row[j] += w * basis[node, d, j]
-        _solve_lower(factor, size, row)
+            gear = slave[n] if a < 4 else 1 - slave[n]
+            low, high = ranges[gear, 0], ranges[gear, 1]
+            shapes = basis[index[n, a]]
+            wx, wy, wz = weight[n, a, 0], weight[n, a, 1], weight[n, a, 2]
+            for j in range(high - low):
+                row[low + j] += wx * shapes[0, j] + wy * shapes[1, j] + wz * shapes[2, j]
 
 
 @compiled
-def _newton_step(count, size, columns, coordinates, gap, stiffness, lever, torque, matrix, solution):
-    """Primal Newton step (see `pmor.contact.elasticity`): new coordinates and additional rotation in `solution`."""
-    last = size
-    for i in range(size + 1):
-        solution[i] = 0.0
-        for j in range(i + 1):
-            matrix[i, j] = 0.0
-        if i < size:
-            matrix[i, i] = 1.0
-    solution[last] = torque
-    for n in range(count):
-        row, k = columns[n], stiffness[n]
-        free_gap = gap[n]
-        for j in range(size):
-            free_gap -= row[j] * coordinates[j]
-        for i in range(size):
-            scaled = k * row[i]
-            solution[i] -= scaled * free_gap
-            for j in range(i + 1):
-                matrix[i, j] += scaled * row[j]
-            matrix[last, i] += scaled * lever[n]
-        matrix[last, last] += k * lever[n] ** 2
-        solution[last] -= k * lever[n] * free_gap
-    for i in range(size + 1):
-        for j in range(i + 1):
-            value = matrix[i, j]
-            for e in range(j):
-                value -= matrix[i, e] * matrix[j, e]
-            matrix[i, j] = np.sqrt(value) if i == j else value / matrix[j, j]
-    _solve_lower(matrix, size + 1, solution)
-    _solve_upper(matrix, size + 1, solution)
-
-
-@compiled
-def _residuals(count, size, columns, coordinates, lists, torque, lead, target):
-    """Force residual (energy norm), torque residual, potential energy."""
+def _residuals(count, size, members, columns, coordinates, lists, torque, lead, target, difference):
+    """Penetrating points, force residual (energy norm), torque residual, potential energy."""
+    gram, factor = members[2], members[3]
     gap, stiffness, lever = lists[2], lists[3], lists[4]
-    for j in range(size):
-        target[j] = 0.0
-    moment, potential = 0.0, -torque * lead
+    target[:size] = 0.0
+    touching, moment, potential = 0, 0.0, -torque * lead
     for n in range(count):
+        if gap[n] >= 0.0:
+            continue
+        touching += 1
         force = -stiffness[n] * gap[n]
         for j in range(size):
             target[j] += force * columns[n, j]
         moment += force * lever[n]
         potential -= 0.5 * force * gap[n]
-    difference = target_norm = norm = 0.0
-    for j in range(size):
-        difference += (target[j] - coordinates[j]) ** 2
-        target_norm += target[j] ** 2
-        norm += coordinates[j] ** 2
+    norm = 0.0
+    for i in range(size):
+        value = 0.0
+        for j in range(size):
+            value += gram[i, j] * coordinates[j]
+        difference[i] = target[i] - value
+        norm += value * coordinates[i]
+    _solve_lower(factor, size, target)
+    _solve_lower(factor, size, difference)
+    unbalanced = target_norm = 0.0
+    for i in range(size):
+        unbalanced += difference[i] ** 2
+        target_norm += target[i] ** 2
     scale = max(target_norm, norm)
-    force_residual = np.sqrt(difference / scale) if scale > 0.0 else 0.0
-    return force_residual, abs(moment + torque) / torque, potential + 0.5 * norm
+    force_residual = np.sqrt(unbalanced / scale) if scale > 0.0 else 0.0
+    return touching, force_residual, abs(moment + torque) / torque, potential + 0.5 * norm
 
 
 @compiled
-def _deform(undeformed, basis, factor, size, coordinates, amplitude, nodes):
-    for j in range(size):
-        amplitude[j] = coordinates[j]
-    _solve_upper(factor, size, amplitude)
-    for node in range(nodes.shape[0]):
-        for d in range(3):
-            value = undeformed[node, d]
+def _newton_matrix(count, size, members, columns, free_gap, lists, active, torque, matrix, solution):
+    """Assemble and factor the tangent with the active points; `solution` becomes amplitudes and rotation."""
+    gram, stiffness, lever = members[2], lists[3], lists[4]
+    for i in range(size):
+        solution[i] = 0.0
+        for j in range(i + 1):
+            matrix[i, j] = gram[i, j]
+    solution[size] = torque
+    for j in range(size + 1):
+        matrix[size, j] = 0.0
+    for n in range(count):
+        if not active[n]:
+            continue
+        row, k = columns[n], stiffness[n]
+        for i in range(size):
+            scaled = k * row[i]
+            solution[i] -= scaled * free_gap[n]
+            for j in range(i + 1):
+                matrix[i, j] += scaled * row[j]
+            matrix[size, i] += scaled * lever[n]
+        matrix[size, size] += k * lever[n] ** 2
+        solution[size] -= k * lever[n] * free_gap[n]
+    _cholesky(matrix, 0, size + 1, matrix)
+    _solve_lower(matrix, size + 1, solution)
+    _solve_upper(matrix, size + 1, solution)
+
+
+@compiled
+def _newton_step(count, size, members, columns, coordinates, lists, active, free_gap, torque, matrix, solution):
+    """New amplitudes and additional rotation in `solution`: the linearised contact problem, active points and all.
+
+    The geometry is the expensive part of a step, so which points are active is settled on the linearised gaps; points
+    that stand off a little are in the lists for that.
+    """
+    gap, lever = lists[2], lists[4]
+    for n in range(count):
+        active[n] = gap[n] < 0.0
+        free_gap[n] = gap[n]
+        for j in range(size):
+            free_gap[n] -= columns[n, j] * coordinates[j]
+    for _ in range(8):
+        _newton_matrix(count, size, members, columns, free_gap, lists, active, torque, matrix, solution)
+        changed, left = False, False
+        for n in range(count):
+            predicted = free_gap[n] + lever[n] * solution[size]
             for j in range(size):
-                value += basis[node, d, j] * amplitude[j]
-            nodes[node, d] = value
+                predicted += columns[n, j] * solution[j]
+            changed = changed or active[n] != (predicted < 0.0)
+            active[n] = predicted < 0.0
+            left = left or active[n]
+        if not changed or not left:
+            return
 
 
 @compiled
-def _search_state(state, position, problem, coordinates, lead):
-    """Deform, search, project; return (count, smallest, border, force residual, torque residual, potential)."""
-    undeformed, nodes, basis, factor, columns, target, amplitude, memory, points, lists = state
-    phi, pairs, indices, windows, first_row, centre, clearance, size = position
-    geometry, gears, scheme, torque = problem
-    _deform(undeformed, basis, factor, size, coordinates, amplitude, nodes)
+def _search_state(state, position, problem, members, coordinates, lead):
+    """Deform, search, project; return (count, touching, smallest, border, force and torque residual, potential)."""
+    undeformed, nodes, columns, work, memory, points, lists = state
+    phi, pairs, indices, windows, first_row, centre, clear, size, gears = position
+    geometry, scheme, torque = problem
+    _deform(undeformed, position, members, coordinates, nodes)
     count, smallest, border = search_all(
-        phi, lead, nodes, pairs, indices, windows, first_row, centre, geometry, gears, scheme, clearance,
+        phi, lead, nodes, pairs, indices, windows, first_row, centre, geometry, gears, scheme, clear, clear,
         memory[0], memory[1], points[0], points[1], lists,
     )  # fmt: skip
-    _project_points(count, size, basis, factor, lists[0], lists[1], columns)
-    force_residual, torque_residual, potential = _residuals(
-        count, size, columns, coordinates, lists, torque, lead, target
+    _project_points(count, size, members, points[1], lists, columns)
+    touching, force_residual, torque_residual, potential = _residuals(
+        count, size, members, columns, coordinates, lists, torque, lead, work[0], work[1]
     )
-    return count, smallest, border, force_residual, torque_residual, potential
+    return count, touching, smallest, border, force_residual, torque_residual, potential
 
 
 @compiled
-def _solve_state(state, position, problem, approach, coordinates, lead, max_steps, tolerance):
-    """Damped Newton; `coordinates` is updated. Return (lead, steps, converged, active points, border touched)."""
-    columns, lists, size = state[4], state[9], position[7]
-    base_radius, torque = problem[1][0][3][0], problem[3]
-    solution, matrix, trial = np.empty(size + 1), np.empty((size + 1, size + 1)), np.empty(size)
-    count, smallest, border, force, moment, potential = _search_state(state, position, problem, coordinates, lead)
+def _solve_state(state, position, problem, members, approach, coordinates, lead, max_steps, tolerance):
+    """Damped Newton; `coordinates` is updated. Return (lead, steps, converged, points listed, border touched)."""
+    columns, work, points, lists, size = state[2], state[3], state[5], state[6], position[7]
+    base_radius, torque = position[8][0][3][0], problem[2]
+    solution, trial, matrix = work[2], work[3], work[4:]
+    count, touching, smallest, border, force, moment, potential = _search_state(
+        state, position, problem, members, coordinates, lead
+    )
     for step in range(max_steps + 1):
         if max(force, moment) <= tolerance:
             return lead, step, True, count, border
-        if count == 0:
+        if touching == 0:
             if not np.isfinite(smallest):
                 return lead, step, False, count, border
             lead += (smallest + approach) / base_radius
-            count, smallest, border, force, moment, potential = _search_state(
-                state, position, problem, coordinates, lead
+            count, touching, smallest, border, force, moment, potential = _search_state(
+                state, position, problem, members, coordinates, lead
             )
             continue
-        _newton_step(count, size, columns, coordinates, lists[2], lists[3], lists[4], torque, matrix, solution)
+        _newton_step(
+            count, size, members, columns, coordinates, lists, points[2], lists[7], torque, matrix, solution
+        )
         fraction, worst, energy, rotation = 1.0, max(force, moment), potential, solution[size]
         for _ in range(12):
             for j in range(size):
                 trial[j] = coordinates[j] + fraction * (solution[j] - coordinates[j])
-            count, smallest, border, force, moment, potential = _search_state(
-                state, position, problem, trial, lead + fraction * rotation
+            count, touching, smallest, border, force, moment, potential = _search_state(
+                state, position, problem, members, trial, lead + fraction * rotation
             )
             # A step that loses contact altogether is no progress, however low its potential.
-            if count > 0 and (max(force, moment) < worst or potential < energy):
+            if touching > 0 and (max(force, moment) < worst or potential < energy):
                 break
             fraction *= 0.5
         lead += fraction * rotation
-        coordinates[:] = trial
+        coordinates[:size] = trial[:size]
     return lead, max_steps, False, count, border
 
 
@@ -1001,22 +1132,39 @@ def _load_windows(pairs, windows, first_row, gears, undeformed):
 
 
 @compiled
-def _warm_start(indices, torques_trained, size, kept, factor, amplitude, base, coordinates):
-    """Coordinates with the shape amplitudes of the neighbouring position, per tooth pair and member."""
+def _line_amplitude(start, line, order, before, amplitude):
+    """Amplitude of the shape number `order` of a line; 0 beyond the flank and where the line has no such shape."""
+    if line < 0 or line >= len(start) - 1 or start[line] + order >= start[line + 1]:
+        return 0.0
+    return amplitude[before + start[line] + order]
+
+
+@compiled
+def _warm_start(family, size, kept, indices, centre, amplitude, base, centre_before, coordinates):
+    """Amplitudes of the neighbouring position, carried along with the contact where they belong to lines."""
+    by_line, lines, _ = family
+    slots = amplitude.shape[1]
     for j in range(size):
-        pair, member = indices[kept[j] // torques_trained], kept[j] % torques_trained
-        slot = pair - base
-        coordinates[j] = amplitude[slot, member] if 0 <= slot < amplitude.shape[0] else 0.0
-    for i in range(size):  # q = L^T a; row i needs only the entries from i on, which are still amplitudes
-        value = 0.0
-        for e in range(i, size):
-            value += factor[e, i] * coordinates[e]
-        coordinates[i] = value
+        p, slot = kept[j] // slots, kept[j] % slots
+        pair = indices[p] - base
+        if pair < 0 or pair >= amplitude.shape[0]:
+            coordinates[j] = 0.0
+        elif by_line:
+            gear = 0 if slot < lines[0][1].shape[2] else 1
+            start, before = lines[gear][0], 0 if gear == 0 else lines[0][1].shape[2]
+            line = np.searchsorted(start, slot - before, side="right") - 1
+            order = slot - before - start[line]
+            source = line - (centre[p, gear] - centre_before[pair, gear])
+            below = int(np.floor(source))
+            coordinates[j] = (below + 1 - source) * _line_amplitude(start, below, order, before, amplitude[pair])
+            coordinates[j] += (source - below) * _line_amplitude(start, below + 1, order, before, amplitude[pair])
+        else:
+            coordinates[j] = amplitude[pair, slot]
 
 
 @compiled
 def sweep_reduced(
-    phi, torques, approach_per_torque, geometry, gears, scheme, shapes, margin, surface_error, clearance,
+    phi, torques, approach_per_torque, geometry, gears, scheme, family, margin, surface_error, clearance,
     max_steps, tolerance, lead_out, steps_out, converged_out, pair_out, pair_torque_out,
 ):  # fmt: skip
     """Reduced equilibria over angles and torques, each started from its neighbour.
@@ -1027,7 +1175,7 @@ def sweep_reduced(
         Pinion angles (rad) and torques (N mm).
     approach_per_torque : float
         Expected approach of the flanks per torque, mm / (N mm).
-    geometry, gears, scheme, shapes
+    geometry, gears, scheme, family
         See above.
     margin, surface_error, clearance : float
         Windows are cut for the depth margin x approach at the largest torque + surface error (mm); share of the depth
@@ -1040,21 +1188,26 @@ def sweep_reduced(
     pair_torque_out : ndarray, shape (torques, angles, P)
         Torque on the pinion that each of them carries, N mm; 0 beyond their number.
     """
-    reachable, trained = pair_out.shape[1], shapes[2].shape[1]
+    reachable, slots = pair_out.shape[1], member_slots(family)
     indices, windows = np.zeros(reachable, dtype=np.int64), np.zeros((reachable, 2, 6), dtype=np.int64)
     first_row, centre = np.zeros((reachable, 2), dtype=np.int64), np.zeros((reachable, 2))
-    members = reachable * trained
-    factor, kept = np.zeros((members, members)), np.zeros(members, dtype=np.int64)
-    amplitudes, known = np.zeros((len(torques), reachable, trained)), np.zeros(len(torques), dtype=np.bool_)
-    leads, base = np.zeros(len(torques)), 0
+    amplitudes, known = np.zeros((len(torques), reachable, slots)), np.zeros(len(torques), dtype=np.bool_)
+    leads, base, centre_before = np.zeros(len(torques)), 0, np.zeros((reachable, 2))
     for i in range(len(phi)):
         depth = margin * approach_per_torque * torques.max() + surface_error
         while True:
             pairs, nodes = place_windows(phi[i], depth, geometry, gears, indices, windows, first_row, centre)
-            basis = np.empty((nodes, 3, members))
-            size = interpolate_basis(
-                phi[i], pairs, indices, windows, first_row, geometry, gears, shapes, factor, kept, basis
-            )
+            most = most_members(family, pairs, windows)
+            members = (
+                np.empty(most, dtype=np.int64), np.zeros((2, 2), dtype=np.int64), np.empty((most, most)),
+                np.empty((most, most)), np.empty((nodes, 3, most)),
+            )  # fmt: skip
+            if family[0]:
+                size = gather_lines(pairs, indices, windows, first_row, gears, family[1], members)
+            else:
+                size = interpolate_positions(
+                    phi[i], pairs, indices, windows, first_row, geometry, gears, family[2], members
+                )
             undeformed = np.empty((nodes, 3))
             _load_windows(pairs, windows, first_row, gears, undeformed)
             profile_points = windows[:pairs, :, 3].max() * scheme[0] + 1
@@ -1062,45 +1215,47 @@ def sweep_reduced(
             room = 2 * pairs * profile_points * width_points
             lists = (
                 np.empty((room, 8), dtype=np.int64), np.empty((room, 8, 3)), np.empty(room), np.empty(room),
-                np.empty(room), np.empty(room), np.empty((room, 4), dtype=np.int64),
+                np.empty(room), np.empty(room), np.empty((room, 4), dtype=np.int64), np.empty(room),
             )  # fmt: skip
             memory = (
                 np.full((pairs, 2, profile_points, width_points, 2), -1),
                 np.empty((pairs, 2, profile_points, width_points, 2)),
             )
-            points = (np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int64))
+            points = (np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int64), np.empty(room, dtype=np.bool_))
             state = (
-                undeformed, np.empty((nodes, 3)), basis, factor, np.empty((room, size)), np.empty(size),
-                np.empty(size), memory, points, lists,
+                undeformed, np.empty((nodes, 3)), np.empty((room, size)), np.empty((size + 5, size + 1)), memory,
+                points, lists,
             )  # fmt: skip
-            position = (phi[i], pairs, indices, windows, first_row, centre, clearance * depth, size)
+            position = (phi[i], pairs, indices, windows, first_row, centre, clearance * depth, size, gears)
             any_border = False
             coordinates = np.zeros(size)
             for t in range(len(torques)):
                 torque, approach = torques[t], approach_per_torque * torques[t]
                 if known[t]:
                     lead = leads[t]
-                    _warm_start(indices, trained, size, kept, factor, amplitudes[t], base, coordinates)
+                    _warm_start(
+                        family, size, members[0], indices, centre, amplitudes[t], base, centre_before, coordinates
+                    )
                 elif t > 0 and converged_out[t - 1, i]:
                     lead = lead_out[t - 1, i] * torque / torques[t - 1]
                     coordinates *= torque / torques[t - 1]
                 else:
                     lead = approach / gears[0][3][0]
                     coordinates[:] = 0.0
-                problem = (geometry, gears, scheme, torque)
                 lead, steps, converged, count, border = _solve_state(
-                    state, position, problem, approach, coordinates, lead, max_steps, tolerance
-                )
+                    state, position, (geometry, scheme, torque), members, approach, coordinates, lead, max_steps,
+                    tolerance,
+                )  # fmt: skip
                 any_border = any_border or border
                 lead_out[t, i], steps_out[t, i], converged_out[t, i] = lead, steps, converged
                 pair_torque_out[t, i] = 0.0
                 if converged:
                     for n in range(count):
-                        pair_torque_out[t, i, points[0][n]] += lists[3][n] * lists[2][n] * lists[4][n]
-                    # The amplitudes of the last evaluation, which is the solution.
+                        force = lists[3][n] * min(lists[2][n], 0.0)
+                        pair_torque_out[t, i, points[0][n]] += force * lists[4][n]
                     amplitudes[t] = 0.0
                     for j in range(size):
-                        amplitudes[t, kept[j] // trained, kept[j] % trained] = state[6][j]
+                        amplitudes[t, members[0][j] // slots, members[0][j] % slots] = coordinates[j]
                     leads[t] = lead
             if not any_border:
                 break
@@ -1109,5 +1264,6 @@ def sweep_reduced(
         for t in range(len(torques)):
             known[t] = converged_out[t, i]
         base = indices[0] if pairs > 0 else 0
+        centre_before[:pairs] = centre[:pairs]
         pair_out[i, :pairs] = indices[:pairs]
         pair_out[i, pairs:] = base - 1

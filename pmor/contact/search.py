@@ -107,7 +107,7 @@ def search_contact(meshed: MeshedPair, position: Position, displacement: FloatAr
     count, smallest, touches_border = search_all(
         position.phi, lead, position.nodes + displacement, pairs, position.pair_index, position.windows,
         position.first_row, position.centre, meshed.geometry, meshed.gears, scheme,
-        clearance(meshed.scheme) * position.depth, np.full(memory, -1), np.empty(memory), pair, slave,
+        clearance(meshed.scheme) * position.depth, 0.0, np.full(memory, -1), np.empty(memory), pair, slave,
         (index, weight, gap, stiffness, lever, mate_lever, place),
     )  # fmt: skip
     return Contact(

@@ -57,7 +57,7 @@ def solve_position(
     -------
     SolvedPosition
     """
-    depth = WINDOW_MARGIN * meshed.expected_approach(max(torques)) + surface_error(meshed)
+    depth = window_depth(meshed, max(torques))
     while True:
         solved = _solve_within(active_patches(meshed, phi, depth), meshed, torques, elasticity_at)
         if not any(e is not None and e.contact.touches_border for e in solved.equilibria):
@@ -82,6 +82,11 @@ def _solve_within(
             equilibria.append(None)
             failures.append(str(error))
     return SolvedPosition(position, tuple(equilibria), tuple(failures))
+
+
+def window_depth(meshed: MeshedPair, torque: float) -> float:
+    """Return the approach of the flanks for which windows are first cut under a pinion torque (N mm), mm."""
+    return WINDOW_MARGIN * meshed.expected_approach(torque) + surface_error(meshed)
 
 
 def surface_error(meshed: MeshedPair) -> float:

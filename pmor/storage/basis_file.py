@@ -6,13 +6,16 @@ import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 
+import h5py
+
 from pmor.case import Case, basis_key, parse_case
 from pmor.gear.conventions import FloatArray
 from pmor.reduction.contact_shapes import ContactShapes
+from pmor.reduction.flank_lines import FlankLineShapes, GearLines
 from pmor.result import BoolArray
 from pmor.storage.hdf5 import Field, Schema, create, open_checked, read, write
 
-BASIS_SCHEMA = Schema("pmor-basis", 1, "make it anew with 'pmor offline'")
+BASIS_SCHEMA = Schema("pmor-basis", 2, "make it anew with 'pmor offline'")
 GEARS = ("pinion", "wheel")
 
 
@@ -51,14 +54,14 @@ class Basis:
         Pinion and wheel, mm.
     flank_roll_angle : two ndarrays, shape (n + 1,)
         rad.
-    shapes : ContactShapes
+    shapes : FlankLineShapes or ContactShapes
     training : Training
     """
 
     case: Case
     flank_nodes: tuple[FloatArray, FloatArray]
     flank_roll_angle: tuple[FloatArray, FloatArray]
-    shapes: ContactShapes
+    shapes: FlankLineShapes | ContactShapes
     training: Training
 
 
@@ -70,7 +73,8 @@ def write_basis(path: Path, basis: Basis, force: FloatArray, overwrite: bool = F
     path : Path
     basis : Basis
     force : ndarray, shape (M, T, 2, f)
-        Force fields of the shapes, N: not needed online, kept for checks and for later enrichment.
+        Nodal forces of full FE over roll position and torque, N: not needed online, kept for checks and for later
+        enrichment.
     overwrite : bool
 
     Raises
@@ -84,26 +88,23 @@ def write_basis(path: Path, basis: Basis, force: FloatArray, overwrite: bool = F
         "case_sha256": hashlib.sha256(case.text.encode()).hexdigest(),
         "basis_key": basis_key(case),
         "offline_s": training.seconds,
-        "angles_per_pitch": shapes.angles_per_pitch,
     }
     with create(path, BASIS_SCHEMA, attributes, overwrite) as file:
         for gear, nodes, roll in zip(GEARS, basis.flank_nodes, basis.flank_roll_angle, strict=True):
             group = file.create_group(f"flank/{gear}")
             write(group, "nodes", nodes, Field("mm", "profile, width, xyz", "undeformed flank nodes, tooth frame"))
             write(group, "roll_angle", roll, Field("rad", "profile", "roll angle of the flank nodes"))
-        group = file.create_group("shapes")
-        write(group, "roll_position", shapes.roll_position, Field("rad", "position", "roll position of the tooth pair"))
-        write(group, "loaded", shapes.loaded, Field("1", "position, torque", "whether the pair carries load"))
-        dims = "position, torque, gear, tooth offset, flank unknown"
-        write(group, "displacement", shapes.displacement, Field("mm", dims, "displacement of each shape"))
-        dims = "pitch offset, position, a, b, torque, torque"
-        write(group, "gram", shapes.gram, Field("N mm", dims, "energy products of the shapes"))
-        write(group, "force", force, Field("N", "position, torque, gear, flank unknown", "nodal forces of full FE"))
+        if isinstance(shapes, ContactShapes):
+            _write_positions(file.create_group("shapes"), shapes)
+        else:
+            for gear, lines in zip(GEARS, shapes.gears, strict=True):
+                _write_lines(file.create_group(f"shapes/{gear}"), lines)
         group = file.create_group("training")
         write(group, "phi", training.phi, Field("rad", "angle", "pinion angle"))
         write(group, "torque", training.torque, Field("N mm", "torque", "pinion torque"))
         write(group, "ste", training.ste_um, Field("um", "torque, angle", "static transmission error of full FE"))
         write(group, "converged", training.converged, Field("1", "torque, angle", "whether full FE converged"))
+        write(group, "force", force, Field("N", "position, torque, gear, flank unknown", "nodal forces of full FE"))
 
 
 def read_basis(path: Path) -> Basis:
@@ -118,13 +119,12 @@ def read_basis(path: Path) -> Basis:
         case = parse_case(str(file.attrs["case_text"]), str(file.attrs["case_name"]), f"{path} (case text)")
         if file.attrs["basis_key"] != basis_key(case):
             raise ValueError("its case text is not the one that it was made from")
-        shapes = ContactShapes(
-            roll_position=read(file["shapes"], "roll_position"),
-            angles_per_pitch=int(file.attrs["angles_per_pitch"]),
-            loaded=read(file["shapes"], "loaded"),
-            displacement=read(file["shapes"], "displacement"),
-            gram=read(file["shapes"], "gram"),
-        )
+        shapes: FlankLineShapes | ContactShapes
+        if case.reduction.shapes == "positions":
+            shapes = _read_positions(file["shapes"])
+        else:
+            pinion, wheel = (_read_lines(file[f"shapes/{gear}"]) for gear in GEARS)
+            shapes = FlankLineShapes((pinion, wheel))
         training = Training(
             phi=read(file["training"], "phi"),
             torque=read(file["training"], "torque"),
@@ -135,3 +135,34 @@ def read_basis(path: Path) -> Basis:
         nodes, roll = ([read(file[f"flank/{gear}"], name) for gear in GEARS] for name in ("nodes", "roll_angle"))
         return Basis(case, (nodes[0], nodes[1]), (roll[0], roll[1]), shapes, training)
 
+
+def _write_lines(group: h5py.Group, lines: GearLines) -> None:
+    write(group, "start", lines.start, Field("1", "line", "first shape of each flank line"))
+    write(group, "force", lines.force, Field("N", "shape, flank unknown", "unit load of each shape"))
+    dims = "tooth offset, shape, flank unknown"
+    write(group, "displacement", lines.displacement, Field("mm", dims, "displacement of each shape"))
+    write(group, "gram", lines.gram, Field("N mm", "tooth offset, shape, shape", "energy products of the shapes"))
+
+
+def _read_lines(group: h5py.Group) -> GearLines:
+    return GearLines(*(read(group, name) for name in ("start", "force", "displacement", "gram")))
+
+
+def _write_positions(group: h5py.Group, shapes: ContactShapes) -> None:
+    group.attrs["angles_per_pitch"] = shapes.angles_per_pitch
+    write(group, "roll_position", shapes.roll_position, Field("rad", "position", "roll position of the tooth pair"))
+    write(group, "loaded", shapes.loaded, Field("1", "position, torque", "whether the pair carries load"))
+    dims = "position, torque, gear, tooth offset, flank unknown"
+    write(group, "displacement", shapes.displacement, Field("mm", dims, "displacement of each shape"))
+    dims = "pitch offset, position, a, b, torque, torque"
+    write(group, "gram", shapes.gram, Field("N mm", dims, "energy products of the shapes"))
+
+
+def _read_positions(group: h5py.Group) -> ContactShapes:
+    return ContactShapes(
+        roll_position=read(group, "roll_position"),
+        angles_per_pitch=int(group.attrs["angles_per_pitch"]),
+        loaded=read(group, "loaded"),
+        displacement=read(group, "displacement"),
+        gram=read(group, "gram"),
+    )
