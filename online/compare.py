@@ -9,8 +9,8 @@ import numpy as np
 
 from online.model import ReducedPair, unseen_angles
 from online.sweep import sweep_reduced_pair
-from pmor.contact.solve import ElasticityAt
 from pmor.gear.conventions import FloatArray
+from pmor.model import ElasticModel
 from pmor.result import SteSweep
 from pmor.storage.basis_file import Training
 from pmor.sweep import sweep_ste
@@ -48,15 +48,15 @@ class Comparison:
 
 
 def compare_models(
-    reduced: ReducedPair, full_elasticity_at: ElasticityAt, advance: Callable[[], None] = lambda: None
+    reduced: ReducedPair, model: ElasticModel, advance: Callable[[], None] = lambda: None
 ) -> Comparison:
     """Solve the case's comparison positions with the reduced and the full model.
 
     Parameters
     ----------
     reduced : ReducedPair
-    full_elasticity_at : callable
-        Full compliance of the windows of a position.
+    model : ElasticModel
+        Full FE of the same case.
     advance : callable
         Called after each angle of the full model, for progress.
 
@@ -71,7 +71,7 @@ def compare_models(
     torques = [1e3 * t for t in case.compare.torques_Nm]
     return Comparison(
         reduced=sweep_reduced_pair(reduced, phi, torques),
-        full=sweep_ste(reduced.meshed, full_elasticity_at, phi, torques, advance),
+        full=sweep_ste(model.mesh.meshed, model.elasticity_at, phi, torques, advance),
     )
 
 

@@ -46,6 +46,8 @@ def contact_patterns(reduced: ReducedPair, phi: float, torque: float) -> list[Pa
         rows = first + np.arange(position.windows[p, slave, 3] * scheme.lodm_profile + 1)
         pressure = np.zeros((len(rows), len(z)))
         pressure[contact.place[mine, 0], contact.place[mine, 1]] = -scheme.penalty * contact.gap[mine]
+        if meshed.mirrored:
+            z, pressure = np.append(z, -z[-2::-1]), np.append(pressure, pressure[:, -2::-1], axis=1)
         title = f"{('Pinion', 'Wheel')[slave]} flank, {100 * torques[p] / torque:.0f} % of torque"
         patterns.append((title, np.degrees(roll[rows]), z, pressure))
     return patterns

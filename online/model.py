@@ -14,6 +14,7 @@ from pmor.gear.conventions import FloatArray, IntArray
 from pmor.model import assemble_pair, gear_pair
 from pmor.reduction.contact_shapes import ContactShapes, reduced_elasticity
 from pmor.reduction.flank_lines import line_elasticity
+from pmor.reduction.half_width import mirrors_at_mid_width
 from pmor.storage.basis_file import Basis
 
 
@@ -84,7 +85,8 @@ def reduced_pair(basis: Basis) -> ReducedPair:
     ReducedPair
     """
     pair = gear_pair(basis.case)
-    return ReducedPair(basis, assemble_pair(basis.case, pair, basis.flank_nodes, basis.flank_roll_angle))
+    half = mirrors_at_mid_width(basis.case)
+    return ReducedPair(basis, assemble_pair(basis.case, pair, basis.flank_nodes, basis.flank_roll_angle, half))
 
 
 def online_angles(pitch: float, count: int) -> FloatArray:

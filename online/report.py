@@ -56,6 +56,7 @@ _STYLE = """
 body { font: 16px/1.5 system-ui, "Segoe UI", Roboto, sans-serif; color: var(--ink); margin: 0 auto;
        padding: 1rem; max-width: 62rem; }
 h1 { font-size: 1.6rem; line-height: 1.25; } h2 { font-size: 1.2rem; margin-top: 2.2rem; }
+h3 { font-size: 1rem; margin-top: 1.6rem; }
 .scroll { overflow-x: auto; }
 table { border-collapse: collapse; width: 100%; font-size: 0.92rem; }
 th, td { text-align: left; padding: 0.35rem 0.7rem; border-bottom: 1px solid var(--line); vertical-align: top; }
@@ -67,7 +68,7 @@ th.number { text-align: right; }
 figure { margin: 1.2rem 0; break-inside: avoid; } figure img { max-width: 100%; height: auto; }
 figcaption { color: var(--faint); font-size: 0.9rem; }
 @media print { body { font-size: 11px; max-width: none; padding: 0; }
-               h2 { break-after: avoid; } tr { break-inside: avoid; } }
+               h2, h3 { break-after: avoid; } tr { break-inside: avoid; } }
 """
 
 
@@ -90,28 +91,36 @@ def report_html(content: ReportContent) -> str:
     )
     provenance = Table("Provenance", ("Item", "Value"), content.provenance_rows)
     parts = [
+        *(f'<p class="warning"><strong>Warning:</strong> {escape(text)}</p>' for text in content.warnings),
+        table_html(summary),
+        table_html(content.error_table),
+        table_html(content.classical_table),
+        "<h2>Figures</h2>" if content.figures else "",
+        *(figure_html(caption, figure) for caption, figure in content.figures),
+        table_html(case),
+        table_html(provenance),
+    ]
+    return page_html(content.title, parts)
+
+
+def page_html(title: str, parts: Iterable[str]) -> str:
+    """A whole page around its parts, with the styles in it; empty parts are left out."""
+    lines = [
         "<!DOCTYPE html>",
         '<html lang="en">',
         "<head>",
         '<meta charset="utf-8">',
         '<meta name="viewport" content="width=device-width, initial-scale=1">',
-        f"<title>{escape(content.title)}</title>",
+        f"<title>{escape(title)}</title>",
         f"<style>{_STYLE}</style>",
         "</head>",
         "<body>",
-        f"<h1>{escape(content.title)}</h1>",
-        *(f'<p class="warning"><strong>Warning:</strong> {escape(text)}</p>' for text in content.warnings),
-        _table_html(summary),
-        _table_html(content.error_table),
-        _table_html(content.classical_table),
-        "<h2>Figures</h2>" if content.figures else "",
-        *(_figure_html(caption, figure) for caption, figure in content.figures),
-        _table_html(case),
-        _table_html(provenance),
+        f"<h1>{escape(title)}</h1>",
+        *(part for part in parts if part),
         "</body>",
         "</html>",
     ]
-    return "\n".join(part for part in parts if part) + "\n"
+    return "\n".join(lines) + "\n"
 
 
 def format_cell(value: Cell) -> str:
@@ -126,7 +135,8 @@ def format_cell(value: Cell) -> str:
     return str(value)
 
 
-def _table_html(table: Table) -> str:
+def table_html(table: Table, level: int = 2) -> str:
+    """A table with its title as a heading of a level; nothing for a table without rows."""
     if not table.rows:
         return ""
     numeric = [_is_numeric(row[i] for row in table.rows) for i in range(len(table.columns))]
@@ -139,7 +149,7 @@ def _table_html(table: Table) -> str:
     )
     note = f'<p class="faint">{escape(table.note)}</p>' if table.note else ""
     return (
-        f'<h2>{escape(table.title)}</h2>\n<div class="scroll"><table>\n<thead><tr>{head}</tr></thead>\n'
+        f'<h{level}>{escape(table.title)}</h{level}>\n<div class="scroll"><table>\n<thead><tr>{head}</tr></thead>\n'
         f"<tbody>\n{body}\n</tbody>\n</table></div>\n{note}"
     )
 
@@ -154,7 +164,8 @@ def _cell_html(tag: str, text: str, numeric: bool) -> str:
     return f'<{tag} class="number">{escape(text)}</{tag}>' if numeric else f"<{tag}>{escape(text)}</{tag}>"
 
 
-def _figure_html(caption: str, figure: Figure) -> str:
+def figure_html(caption: str, figure: Figure) -> str:
+    """A picture in the page itself, with its caption."""
     return (
         f'<figure><img alt="{escape(caption, quote=True)}" src="data:image/png;base64,{png_base64(figure)}">'
         f"<figcaption>{escape(caption)}</figcaption></figure>"

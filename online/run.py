@@ -19,7 +19,7 @@ from online.model import ReducedPair, online_angles
 from online.sweep import sweep_reduced_pair
 from online.tables import summary_text, write_ste_csv, write_summary_json
 from pmor.case import Case
-from pmor.contact.solve import ElasticityAt
+from pmor.model import ElasticModel
 from pmor.progress import Progress
 from pmor.result import SteSweep, peak_to_peak_um, ripple_um, ste_mean_um
 
@@ -54,7 +54,7 @@ class OnlineResult:
 
 
 def run_online(
-    reduced: ReducedPair, basis_path: Path, full_elasticity_at: ElasticityAt | None = None
+    reduced: ReducedPair, basis_path: Path, model: ElasticModel | None = None
 ) -> OnlineResult:
     """Sweep with the reduced model and, given the full one, compare.
 
@@ -63,8 +63,8 @@ def run_online(
     reduced : ReducedPair
     basis_path : Path
         Where the basis came from.
-    full_elasticity_at : callable, optional
-        Full compliance of the windows of a position.
+    model : ElasticModel, optional
+        Full FE of the same case.
 
     Returns
     -------
@@ -78,9 +78,9 @@ def run_online(
         sweep = sweep_reduced_pair(reduced, phi, torques, advance=progress.advance)
     failures = training_failures(reduced.basis.training) + failed_positions(sweep, "reduced model")
     comparison = None
-    if full_elasticity_at is not None:
+    if model is not None:
         with Progress(case.compare.angles, "full FE, unseen angles") as progress:
-            comparison = compare_models(reduced, full_elasticity_at, progress.advance)
+            comparison = compare_models(reduced, model, progress.advance)
         failures += failed_positions(comparison.full, "full FE")
         failures += failed_positions(comparison.reduced, "reduced model, unseen angle")
     mib = basis_path.stat().st_size / 2**20

@@ -85,6 +85,35 @@ def compare(case_path: Path, out: Path | None = None) -> None:
     _require_convergence(result)
 
 
+def study(
+    study_path: Path, out: Path | None = None, jobs: int = 1, quick: bool = False, overwrite: bool = False
+) -> None:
+    """Run a study: a grid of meshes and refinements, three models, error against run time, one report."""
+    from pmor.study.threads import use_one_thread
+
+    use_one_thread()  # before anything loads numpy
+    from pmor.errors import ConvergenceError
+    from pmor.study.loader import load_study
+    from pmor.study.settings import quick_study
+
+    settings = load_study(study_path)
+    settings = quick_study(settings) if quick else settings
+    from pmor.storage.atomic import ensure_folder
+    from pmor.study.output import study_text, write_study
+    from pmor.study.run import run_parts
+    from pmor.study.table import study_table
+
+    folder = out or Path("out") / (settings.name + "_quick" * quick)
+    ensure_folder(folder)
+    parts = run_parts(settings, folder, jobs, overwrite, announce=lambda text: print(text, flush=True))
+    table = study_table(parts)
+    write_study(parts, table, folder)
+    print(study_text(parts, table))
+    print(f"  results in {folder}")
+    if table.failures:
+        raise ConvergenceError(f"{len(table.failures)} did not converge, first: {table.failures[0]}", [])
+
+
 def info(path: Path) -> None:
     """Print what is in an HDF5 file."""
     from pmor.storage.describe import file_text
@@ -119,7 +148,7 @@ def _reduced_and_full(
         basis = read_basis(basis_path)
     # The basis is valid, but sweep and outputs of the case may have changed since.
     basis = replace(basis, case=case)
-    return run_online(reduced_pair(basis), basis_path, model.elasticity_at), mesh, folder
+    return run_online(reduced_pair(basis), basis_path, model), mesh, folder
 
 
 def _valid_basis(path: Path, case: Case) -> Basis | None:

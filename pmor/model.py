@@ -105,7 +105,11 @@ def mesh_model(case: Case) -> MeshModel:
 
 
 def assemble_pair(
-    case: Case, pair: GearPair, nodes: tuple[FloatArray, FloatArray], roll_angles: tuple[FloatArray, FloatArray]
+    case: Case,
+    pair: GearPair,
+    nodes: tuple[FloatArray, FloatArray],
+    roll_angles: tuple[FloatArray, FloatArray],
+    mirrored: bool = False,
 ) -> MeshedPair:
     """Put two meshed flanks (pinion first) and the case's contact scheme together.
 
@@ -117,14 +121,16 @@ def assemble_pair(
         mm.
     roll_angles : two ndarrays, shape (n + 1,)
         rad.
+    mirrored : bool
+        The flanks are halves up to a plane of symmetry at their last column.
 
     Returns
     -------
     MeshedPair
     """
     scheme = contact_scheme(case)
-    flanks = [make_flank(n, u, scheme) for n, u in zip(nodes, roll_angles, strict=True)]
-    return MeshedPair(pair, flanks[0], flanks[1], scheme, stiffness_estimate(case))
+    flanks = [make_flank(n, u, scheme, mirrored) for n, u in zip(nodes, roll_angles, strict=True)]
+    return MeshedPair(pair, flanks[0], flanks[1], scheme, stiffness_estimate(case), mirrored)
 
 
 def elastic_model(case: Case, mesh: MeshModel, keep_volume: bool = False) -> ElasticModel:

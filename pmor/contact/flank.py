@@ -12,6 +12,14 @@ from pmor.gear.conventions import FloatArray
 from pmor.gear.pair import GearPair
 
 
+# Share of the approach by which flanks interpenetrate where they meet, and which windows must hold: the rest is
+# deflection of the teeth as a whole. Facets also stand off the involute between their edges. Too small costs a
+# repetition with a larger window, never accuracy.
+LOCAL_SHARE = 1.0 / 3.0
+# Last step to a foot, in elements: changes the gap by its square times the element's sagitta, which is nothing.
+FOOT_STEP = 1e-6
+
+
 @dataclass(frozen=True)
 class ContactScheme:
     """How contact is evaluated.
@@ -98,6 +106,8 @@ class MeshedPair:
     scheme : ContactScheme
     stiffness_estimate : float
         Rough stiffness of one tooth pair along the line of action, N/mm: where searches start, how large windows are.
+    mirrored : bool
+        The flanks are halves up to a plane of symmetry at mid width; every contact point counts twice.
     """
 
     pair: GearPair
@@ -105,14 +115,16 @@ class MeshedPair:
     wheel: Flank
     scheme: ContactScheme
     stiffness_estimate: float
+    mirrored: bool = False
 
     @cached_property
     def geometry(self) -> FloatArray:
         """Kinematics for the kernel (`pmor.contact.kernel`, windows)."""
         pair = self.pair
         smallest_radius = 0.1 * pair.pinion.module
+        local = LOCAL_SHARE if self.scheme.smooth else 1.0
         return np.array([pair.action_length, pair.working_pressure_angle, pair.centre_distance, pair.pitch,
-                         *pair.roll_position_range, smallest_radius])  # fmt: skip
+                         *pair.roll_position_range, smallest_radius, local])  # fmt: skip
 
     @cached_property
     def gears(self) -> tuple[tuple[FloatArray, ...], ...]:
@@ -124,18 +136,21 @@ class MeshedPair:
         )  # fmt: skip
 
     @cached_property
-    def kernel_scheme(self) -> tuple[int, int, bool, bool, bool, float, float]:
+    def kernel_scheme(self) -> tuple[int, int, bool, bool, bool, bool, float, float, float]:
         """Contact scheme for the kernel; a negative slave mode lets the gear whose tip is nearer be the slave."""
         s = self.scheme
         mode = {"pinion": 1.0, "wheel": 0.0, "both": 0.5, "tip": -1.0}[s.slave]
-        return s.lodm_profile, s.lodm_width, s.smooth, s.direct, s.parabolic, s.penalty, mode
+        return (s.lodm_profile, s.lodm_width, s.smooth, s.direct, s.parabolic, self.mirrored, s.penalty, FOOT_STEP,
+                mode)  # fmt: skip
 
     def expected_approach(self, torque: float) -> float:
         """Return the approach of the flanks to expect under a pinion torque (N mm), mm."""
         return torque / self.pair.pinion.base_radius / self.stiffness_estimate
 
 
-def make_flank(nodes: FloatArray, roll_angle: FloatArray, scheme: ContactScheme) -> Flank:
+def make_flank(
+    nodes: FloatArray, roll_angle: FloatArray, scheme: ContactScheme, mirrored: bool = False
+) -> Flank:
     """Prepare a flank for the contact search.
 
     Parameters
@@ -145,6 +160,8 @@ def make_flank(nodes: FloatArray, roll_angle: FloatArray, scheme: ContactScheme)
     roll_angle : ndarray, shape (n + 1,)
         rad.
     scheme : ContactScheme
+    mirrored : bool
+        The last column is the plane of symmetry of a half.
 
     Returns
     -------
@@ -154,7 +171,7 @@ def make_flank(nodes: FloatArray, roll_angle: FloatArray, scheme: ContactScheme)
     elements, across = nodes.shape[0] - 1, nodes.shape[1] - 1
     points = np.empty((elements * scheme.lodm_profile + 1, across * scheme.lodm_width + 1, 3))
     along_rows, along_columns = np.empty((*nodes.shape[:2], 2, 3)), np.empty((*nodes.shape[:2], 2, 3))
-    prepare_surface(nodes, True, True, scheme.smooth, scheme.parabolic, along_rows, along_columns)
+    prepare_surface(nodes, True, True, scheme.smooth, scheme.parabolic, mirrored, along_rows, along_columns)
     refine(nodes, along_rows, along_columns, scheme.smooth, 0, elements, scheme.lodm_profile, scheme.lodm_width,
            points)  # fmt: skip
     extents = np.zeros((*points.shape[:2], 4))

@@ -87,7 +87,7 @@ def _facet_normal(nodes, i, k, a, b, out):
 
 
 @compiled
-def node_normals(nodes, low_edge, high_edge, parabolic, out):
+def node_normals(nodes, low_edge, high_edge, parabolic, mirrored, out):
     """Outward normals at the nodes of a window.
 
     Parameters
@@ -99,6 +99,8 @@ def node_normals(nodes, low_edge, high_edge, parabolic, out):
     parabolic : bool
         At the edges of the flank: normals from one-sided parabolas instead of the paper's plain average over the
         concurrent elements, which is one-sided there and wrong by half an element's turn.
+    mirrored : bool
+        The last column lies in a plane of symmetry z = const, behind which the flank goes on.
     out : ndarray, shape (rows, columns, 3)
     """
     rows, columns = nodes.shape[0], nodes.shape[1]
@@ -113,12 +115,18 @@ def node_normals(nodes, low_edge, high_edge, parabolic, out):
                         out[i + di, k + dk, d] += normal[d]
     for i in range(rows):
         for k in range(columns):
+            in_mirror = mirrored and k == columns - 1
             on_edge = (i == 0 and low_edge) or (i == rows - 1 and high_edge) or k == 0 or k == columns - 1
-            if parabolic and on_edge:
+            if parabolic and on_edge and not (in_mirror and 0 < i < rows - 1):
                 _tangent(nodes, i, k, True, a)
-                _tangent(nodes, i, k, False, b)
+                if in_mirror:
+                    b[0], b[1], b[2] = 0.0, 0.0, 1.0
+                else:
+                    _tangent(nodes, i, k, False, b)
                 _unit_cross(b, a, out[i, k])
                 continue
+            if in_mirror:
+                out[i, k, 2] = 0.0  # the elements behind the mirror have the opposite one
             inverse = 1.0 / np.sqrt(out[i, k, 0] ** 2 + out[i, k, 1] ** 2 + out[i, k, 2] ** 2)
             for d in range(3):
                 out[i, k, d] *= inverse
@@ -190,11 +198,11 @@ def surface_point(nodes, along_rows, along_columns, smooth, i, k, s, t, point, t
 
 
 @compiled
-def prepare_surface(nodes, low_edge, high_edge, smooth, parabolic, along_rows, along_columns):
-    """Edge tangents of a window of deformed nodes, when its surface is smooth; arguments as in `refine`."""
+def prepare_surface(nodes, low_edge, high_edge, smooth, parabolic, mirrored, along_rows, along_columns):
+    """Edge tangents of a window of deformed nodes, when its surface is smooth; see `node_normals` and `refine`."""
     if smooth:
         normals = np.empty_like(nodes)
-        node_normals(nodes, low_edge, high_edge, parabolic, normals)
+        node_normals(nodes, low_edge, high_edge, parabolic, mirrored, normals)
         edge_tangents(nodes, normals, along_rows, along_columns)
 
 
@@ -257,11 +265,12 @@ def refine(nodes, along_rows, along_columns, smooth, first, count, lodm_profile,
 
 
 @compiled
-def _foot_on_patch(nodes, along_rows, along_columns, smooth, i, k, x, guess, tangent_s, tangent_t, foot):
+def _foot_on_patch(nodes, along_rows, along_columns, smooth, i, k, x, guess, tangent_s, tangent_t, foot, foot_step):
     """Foot of the perpendicular on one (continued) patch by Gauss-Newton; updates `guess` = (s, t).
 
-    The neglected curvature term is the gap over the radius of curvature: each step gains that factor. A remaining
-    step of 1e-6 elements changes the gap by its square times the element's sagitta: nothing.
+    The neglected curvature term is the gap over the radius of curvature: each step gains that factor. It ends with the
+    first step below `foot_step` elements, which changes the gap by its square times the element's sagitta; the foot
+    and the tangents are those before that step, `guess` has it in.
     """
     for _ in range(20):
         surface_point(nodes, along_rows, along_columns, smooth, i, k, guess[0], guess[1], foot, tangent_s, tangent_t)
@@ -275,7 +284,9 @@ def _foot_on_patch(nodes, along_rows, along_columns, smooth, i, k, x, guess, tan
             st += tangent_s[d] * tangent_t[d]
         det = ss * tt - st * st
         ds, dt = (rs * tt - rt * st) / det, (rt * ss - rs * st) / det
-        if abs(ds) + abs(dt) < 1e-6:
+        if abs(ds) + abs(dt) < foot_step:
+            guess[0] += ds
+            guess[1] += dt
             return
         # A cubic continued far outside its patch turns back: stay near, the caller walks on to the neighbour.
         s, t = min(max(guess[0] + ds, -0.75), 1.75), min(max(guess[1] + dt, -0.75), 1.75)
@@ -285,7 +296,9 @@ def _foot_on_patch(nodes, along_rows, along_columns, smooth, i, k, x, guess, tan
 
 
 @compiled
-def project(nodes, along_rows, along_columns, smooth, first, count, x, element, guess, tangent_s, tangent_t, foot):
+def project(
+    nodes, along_rows, along_columns, smooth, first, count, x, element, guess, tangent_s, tangent_t, foot, foot_step
+):  # fmt: skip
     """Closest point on a grid of patches, walking from patch to patch; updates `element` = (i, k) and `guess` = (s, t).
 
     On the outer patches the parameters may leave [0, 1]: the surface is continued there and the caller decides. At a
@@ -302,12 +315,14 @@ def project(nodes, along_rows, along_columns, smooth, first, count, x, element, 
         Where to start.
     guess, tangent_s, tangent_t, foot : ndarray
         Parameters, tangents and the foot.
+    foot_step : float
+        Of the last step to the foot, in elements.
     """
     last_i, last_k = first + count - 1, nodes.shape[1] - 2
     before_i = before_k = -1
     for _ in range(2 * (count + last_k) + 10):
         _foot_on_patch(nodes, along_rows, along_columns, smooth, element[0], element[1], x, guess,
-                       tangent_s, tangent_t, foot)  # fmt: skip
+                       tangent_s, tangent_t, foot, foot_step)  # fmt: skip
         # The tolerance keeps a foot on a shared edge with the patch that was tried first: neighbouring facets have
         # slightly different normals, and flipping between them by round-off would stop Newton short.
         next_i = element[0] + (1 if guess[0] > 1.0 + 1e-5 else (-1 if guess[0] < -1e-5 else 0))
@@ -347,7 +362,7 @@ def _edge_overshoot(nodes, edge_row, inner_row, k, t, foot):
 
 @compiled
 def _share_on_master(master, nodes, first, count, element, guess, width, extents, foot):
-    """Share of a slave point's area that faces the master's patches; 0 outside the window or beyond its edges.
+    """Share of a slave point's area that faces the master; 0 beyond its edges, -1 on the master but off the window.
 
     Flanks face each other: towards the slave's root is towards the master's tip.
     """
@@ -355,13 +370,13 @@ def _share_on_master(master, nodes, first, count, element, guess, width, extents
     if master[5] == 1 or element[0] == first + count - 1:
         beyond_tip = _edge_overshoot(nodes, first + count, first + count - 1, element[1], guess[1], foot)
         if master[5] == 0 and beyond_tip > 0.0:
-            return 0.0
+            return -1.0
         if master[5] == 1:
             share *= _inside_share(beyond_tip, extents[0], extents[1])
     if master[4] == 1 or element[0] == first:
         beyond_root = _edge_overshoot(nodes, first, first + 1, element[1], guess[1], foot)
         if master[4] == 0 and beyond_root > 0.0:
-            return 0.0
+            return -1.0
         if master[4] == 1:
             share *= _inside_share(beyond_root, extents[1], extents[0])
     across = element[1] + guess[1]
@@ -372,7 +387,7 @@ def _share_on_master(master, nodes, first, count, element, guess, width, extents
 @compiled
 def _search_row(
     row, surfaces, slave, master, extents, smooth, direct, detail, rotation, shift, slave_is_pinion, penalty,
-    largest_gap, count, element, guess, memory_element, memory_guess, work, lists,
+    largest_gap, foot_step, count, element, guess, memory_element, memory_guess, work, lists,
 ):  # fmt: skip
     """Project one row of slave points; return (count, smallest gap of the row, border touched).
 
@@ -401,7 +416,7 @@ def _search_row(
             element[0], element[1] = memory_element[row, column, 0], memory_element[row, column, 1]
             guess[0], guess[1] = memory_guess[row, column, 0], memory_guess[row, column, 1]
         project(surface, along_rows, along_columns, smooth and direct, first, patches, x, element, guess,
-                tangent_s, tangent_t, foot)  # fmt: skip
+                tangent_s, tangent_t, foot, foot_step)  # fmt: skip
         memory_element[row, column, 0], memory_element[row, column, 1] = element[0], element[1]
         memory_guess[row, column, 0], memory_guess[row, column, 1] = guess[0], guess[1]
         width = np.sqrt(tangent_t[0] ** 2 + tangent_t[1] ** 2 + tangent_t[2] ** 2)
@@ -413,6 +428,9 @@ def _search_row(
         g = 0.0
         for d in range(3):
             g += normal[d] * (x[d] - foot[d])
+        if share < 0.0:
+            touches_border = touches_border or g < 0.0
+            continue
         smallest = min(smallest, g)
         if g >= largest_gap:
             continue
@@ -436,9 +454,7 @@ def _search_row(
                 weight[count, a, d] = slave_weight * turned
                 weight[count, 4 + a, d] = -master_weight * normal[d]
         place[count, 0], place[count, 1], place[count, 2], place[count, 3] = row, column, mi, mk
-        if g < 0.0 and ((ei == 0 and slave[4] == 0) or (ei == slave[3] - 1 and slave[5] == 0)):
-            touches_border = True
-        if g < 0.0 and ((mi == 0 and master[4] == 0) or (mi == master[3] - 1 and master[5] == 0)):
+        if g < 0.0 and ((row == 0 and slave[4] == 0) or (row == slave[3] * detail[0] and slave[5] == 0)):
             touches_border = True
         count += 1
     return count, smallest, touches_border
@@ -452,8 +468,8 @@ def _window_nodes(nodes, window, columns):
 @compiled
 def search_pair(
     nodes, slave, slave_columns, master, master_columns, extents, lodm_profile, lodm_width, smooth, direct, parabolic,
-    rotation, shift, slave_is_pinion, penalty, count, slave_centre, master_centre, clearance, largest_gap,
-    memory_element, memory_guess, lists,
+    mirrored, rotation, shift, slave_is_pinion, penalty, count, slave_centre, master_centre, clearance, largest_gap,
+    foot_step, memory_element, memory_guess, lists,
 ):  # fmt: skip
     """List the slave points of one tooth pair that penetrate, or nearly do.
 
@@ -471,7 +487,7 @@ def search_pair(
     extents : ndarray, shape (slave points along the window's rows, points along the width, 4)
         Half distances from each slave point to its neighbours towards root, tip, -z and +z, mm; their products are
         the point's share of area.
-    lodm_profile, lodm_width, smooth, parabolic
+    lodm_profile, lodm_width, smooth, parabolic, mirrored
         As in `refine` and `node_normals`.
     direct : bool
         Project on the master's patches themselves; else on bilinear facets through its refined points (the paper).
@@ -488,6 +504,8 @@ def search_pair(
         Gap beyond which a row and those behind it cannot touch, mm.
     largest_gap : float
         Points with a gap below it are listed: 0 for those that penetrate, mm.
+    foot_step : float
+        See `project`.
     memory_element, memory_guess : ndarray, shape (slave rows, points along the width, 2)
         Where each slave point was projected the last time (element -1: not yet); updated.
     lists : tuple of ndarrays (index, weight, gap, stiffness, lever, mate_lever, place)
@@ -502,13 +520,13 @@ def search_pair(
     smallest : float
         Smallest gap met, mm (infinite if nothing projects).
     touches_border : bool
-        An active point lies in an outermost element row that is not the edge of its flank: the window is too small.
+        Contact reaches the end of a window that is not the edge of its flank: the window is too small.
     """
     slave_nodes, surface = _window_nodes(nodes, slave, slave_columns), _window_nodes(nodes, master, master_columns)
     slave_rows, slave_across = np.empty((slave[1], slave_columns, 2, 3)), np.empty((slave[1], slave_columns, 2, 3))
     along_rows, along_columns = np.empty((master[1], master_columns, 2, 3)), np.empty((master[1], master_columns, 2, 3))
-    prepare_surface(slave_nodes, slave[4] == 1, slave[5] == 1, smooth, parabolic, slave_rows, slave_across)
-    prepare_surface(surface, master[4] == 1, master[5] == 1, smooth, parabolic, along_rows, along_columns)
+    prepare_surface(slave_nodes, slave[4] == 1, slave[5] == 1, smooth, parabolic, mirrored, slave_rows, slave_across)
+    prepare_surface(surface, master[4] == 1, master[5] == 1, smooth, parabolic, mirrored, along_rows, along_columns)
     first, patches = master[2], master[3]
     detail = (lodm_profile, lodm_width, 1, 1)
     if not direct:
@@ -530,7 +548,7 @@ def search_pair(
         while 0 <= row < rows:
             count, row_smallest, at_border = _search_row(
                 row, surfaces, slave, master, extents, smooth, direct, detail, rotation, shift, slave_is_pinion,
-                penalty, largest_gap, count, element, guess, memory_element, memory_guess, work, lists,
+                penalty, largest_gap, foot_step, count, element, guess, memory_element, memory_guess, work, lists,
             )  # fmt: skip
             smallest, touches_border = min(smallest, row_smallest), touches_border or at_border
             if row_smallest > clearance and (met_master or row_smallest < np.inf):
@@ -551,7 +569,8 @@ def _bilinear(window, columns, ei, ek, s, t, index, weight):
 
 # Windows: which tooth pairs can touch, and which element rows of their flanks. `geometry` holds the length of the
 # line of action (mm), the working pressure angle, the centre distance (mm), the angular pitch of the pinion, the first
-# and last roll position of the path of contact, and the bottom of the radii of curvature (mm). Each of the two `gears`
+# and last roll position of the path of contact, the bottom of the radii of curvature (mm), and the local share of the
+# approach. Each of the two `gears`
 # is a tuple: nodes, roll angles of the node rows, extents of the refined points, and (base radius, roll angle at the
 # form circle and at the tip circle, half the tooth's angle on the base circle).
 
@@ -628,7 +647,7 @@ def place_windows(phi, depth, geometry, gears, indices, windows, first_row, cent
     count, offset = 0, 0
     for index in range(low, high + 1):
         roll_position = phi + index * pitch
-        half = np.sqrt(2.0 * depth * _relative_radius(geometry, gears, roll_position))
+        half = np.sqrt(2.0 * geometry[7] * depth * _relative_radius(geometry, gears, roll_position))
         for gear in range(2):
             roll = _on_flank(gears, gear, _roll_angle(geometry, gears, gear, roll_position))
             first_row[count, gear], centre[count, gear] = _place_window(
@@ -686,7 +705,8 @@ def search_all(
     geometry, gears
         See above.
     scheme : tuple
-        (lodm_profile, lodm_width, smooth, direct, parabolic, penalty, slave mode).
+        (lodm_profile, lodm_width, smooth, direct, parabolic, mirrored, penalty, foot step, slave mode); mirrored: the
+        windows hold half the width, and each point stands for its mirror image too.
     clearance, largest_gap : float
         mm, see `search_pair`.
     memory_element, memory_guess : ndarray, shape (P, 2, points along the profile, points along the width, 2)
@@ -699,7 +719,9 @@ def search_all(
     -------
     count, smallest, touches_border
     """
-    lodm_profile, lodm_width, smooth, direct, parabolic, penalty, slave_mode = scheme
+    lodm_profile, lodm_width, smooth, direct, parabolic, mirrored, penalty, foot_step, slave_mode = scheme
+    if mirrored:
+        penalty = 2.0 * penalty
     forward, back, shift, back_shift = np.empty((3, 3)), np.empty((3, 3)), np.empty(3), np.empty(3)
     count, smallest, touches_border = 0, np.inf, False
     for p in range(pairs):
@@ -721,10 +743,10 @@ def search_all(
             extents = gears[slave][2][first : first + windows[p, slave, 3] * lodm_profile + 1]
             count, nearest, at_border = search_pair(
                 nodes, windows[p, slave], gears[slave][0].shape[1], windows[p, master], gears[master][0].shape[1],
-                extents, lodm_profile, lodm_width, smooth, direct, parabolic,
+                extents, lodm_profile, lodm_width, smooth, direct, parabolic, mirrored,
                 forward if slave == 0 else back, shift if slave == 0 else back_shift, slave == 0, portion * penalty,
                 count, centre[p, slave] - first_row[p, slave], centre[p, master] - first_row[p, master], clearance,
-                largest_gap, memory_element[p, slave], memory_guess[p, slave], lists,
+                largest_gap, foot_step, memory_element[p, slave], memory_guess[p, slave], lists,
             )  # fmt: skip
             smallest, touches_border = min(smallest, nearest), touches_border or at_border
             point_pair[before:count], point_slave[before:count] = p, slave
@@ -949,11 +971,15 @@ def _deform(undeformed, position, members, coordinates, nodes):
             low, high = ranges[gear, 0], ranges[gear, 1]
             first = windows[p, gear, 0]
             for node in range(first, first + windows[p, gear, 1] * gears[gear][0].shape[1]):
-                for d in range(3):
-                    row, value = basis[node, d], 0.0
-                    for j in range(high - low):
-                        value += row[j] * coordinates[low + j]
-                    nodes[node, d] = undeformed[node, d] + value
+                shapes, x, y, z = basis[node], 0.0, 0.0, 0.0
+                for j in range(high - low):  # three sums at a time: the processor overlaps them
+                    amplitude = coordinates[low + j]
+                    x += shapes[0, j] * amplitude
+                    y += shapes[1, j] * amplitude
+                    z += shapes[2, j] * amplitude
+                nodes[node, 0] = undeformed[node, 0] + x
+                nodes[node, 1] = undeformed[node, 1] + y
+                nodes[node, 2] = undeformed[node, 2] + z
 
 
 @compiled
@@ -1257,13 +1283,12 @@ def sweep_reduced(
                     for j in range(size):
                         amplitudes[t, members[0][j] // slots, members[0][j] % slots] = coordinates[j]
                     leads[t] = lead
+            for t in range(len(torques)):
+                known[t] = converged_out[t, i]
+            base = indices[0] if pairs > 0 else 0
+            centre_before[:pairs] = centre[:pairs]
             if not any_border:
                 break
             depth *= 3.0
-            known[:] = False
-        for t in range(len(torques)):
-            known[t] = converged_out[t, i]
-        base = indices[0] if pairs > 0 else 0
-        centre_before[:pairs] = centre[:pairs]
         pair_out[i, :pairs] = indices[:pairs]
         pair_out[i, pairs:] = base - 1

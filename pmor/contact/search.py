@@ -43,7 +43,7 @@ class Contact:
     smallest_gap : float
         Over all points, touching or not, mm; infinite when no point projects.
     touches_border : bool
-        Whether contact reaches the border of a window that is not an edge of the flank.
+        Whether contact reaches the end of a window that is not an edge of the flank.
     """
 
     pair: IntArray

@@ -9,7 +9,7 @@ therefore stay consistent (Blockmans, Tamarozzi, Naets & Desmet, IJNME 102 (2015
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from pmor.contact.elasticity import ReducedElasticity
 from pmor.contact.position import Position
 from pmor.fe.cyclic import ElasticGear
 from pmor.gear.conventions import FloatArray
+from pmor.reduction.half_width import lower_half
 
 # Directions of the Gram matrix below this fraction of the largest are dependent to working precision.
 DEPENDENCE_TOLERANCE = 1e-10
@@ -52,6 +53,10 @@ class ContactShapes:
     def reach(self) -> int:
         """Neighbouring teeth covered on either side."""
         return (self.displacement.shape[3] - 1) // 2
+
+    def lower_half(self, columns: int) -> ContactShapes:
+        """Return the same shapes at the node columns up to mid width; their energy stays that of the whole width."""
+        return replace(self, displacement=lower_half(self.displacement, columns))
 
     def weights(self, roll_position: float) -> tuple[int, FloatArray]:
         """Return the grid position below and the interpolation weights of the members, shape (2, T).

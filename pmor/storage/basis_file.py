@@ -51,7 +51,7 @@ class Basis:
     ----------
     case : Case
     flank_nodes : two ndarrays, shape (n + 1, m + 1, 3)
-        Pinion and wheel, mm.
+        Pinion and wheel, mm; half the width where the pair is symmetric (`pmor.reduction.half_width`), like the shapes.
     flank_roll_angle : two ndarrays, shape (n + 1,)
         rad.
     shapes : FlankLineShapes or ContactShapes
