@@ -17,7 +17,6 @@ from pmor.reduction.flank_lines import line_elasticity
 from pmor.reduction.half_width import mirrors_at_mid_width
 from pmor.storage.basis_file import Basis
 
-
 LineArrays = tuple[IntArray, FloatArray, FloatArray]
 PositionArrays = tuple[float, float, np.ndarray, FloatArray, FloatArray]
 KernelFamily = tuple[bool, tuple[LineArrays, LineArrays], PositionArrays]

@@ -166,8 +166,6 @@ def surface_point(nodes, along_rows, along_columns, smooth, i, k, s, t, point, t
     Smooth: the bicubic Ferguson patch with zero twist. Else: the bilinear facet. Parameters a little outside [0, 1]
     continue the surface.
     """
-    for d in range(3):
-        point[d] = tangent_s[d] = tangent_t[d] = 0.0
     if not smooth:
         for d in range(3):
             p00, p01, p10, p11 = nodes[i, k, d], nodes[i, k + 1, d], nodes[i + 1, k, d], nodes[i + 1, k + 1, d]
@@ -175,26 +173,29 @@ def surface_point(nodes, along_rows, along_columns, smooth, i, k, s, t, point, t
             tangent_t[d] = (1.0 - s) * (p01 - p00) + s * (p11 - p10)
             point[d] = (1.0 - t) * p00 + t * p01 + s * tangent_s[d]
         return
-    for di in range(2):
-        if di == 0:
-            hs, dhs = (1.0 + 2.0 * s) * (1.0 - s) ** 2, 6.0 * s * (s - 1.0)
-            gs, dgs = s * (1.0 - s) ** 2, (1.0 - s) * (1.0 - 3.0 * s)
-        else:
-            hs, dhs = s * s * (3.0 - 2.0 * s), 6.0 * s * (1.0 - s)
-            gs, dgs = s * s * (s - 1.0), s * (3.0 * s - 2.0)
-        for dk in range(2):
-            if dk == 0:
-                ht, dht = (1.0 + 2.0 * t) * (1.0 - t) ** 2, 6.0 * t * (t - 1.0)
-                gt, dgt = t * (1.0 - t) ** 2, (1.0 - t) * (1.0 - 3.0 * t)
-            else:
-                ht, dht = t * t * (3.0 - 2.0 * t), 6.0 * t * (1.0 - t)
-                gt, dgt = t * t * (t - 1.0), t * (3.0 * t - 2.0)
-            for d in range(3):
-                node = nodes[i + di, k + dk, d]
-                row, column = along_rows[i, k + dk, di, d], along_columns[i + di, k, dk, d]
-                point[d] += hs * ht * node + gs * ht * row + hs * gt * column
-                tangent_s[d] += dhs * ht * node + dgs * ht * row + dhs * gt * column
-                tangent_t[d] += hs * dht * node + gs * dht * row + hs * dgt * column
+    # Hermite polynomials (h: values, g: slopes) and their derivatives, along s and along t.
+    hs1, ht1 = s * s * (3.0 - 2.0 * s), t * t * (3.0 - 2.0 * t)
+    hs0, ht0 = 1.0 - hs1, 1.0 - ht1
+    gs0, gs1, gt0, gt1 = s * (1.0 - s) ** 2, s * s * (s - 1.0), t * (1.0 - t) ** 2, t * t * (t - 1.0)
+    dhs, dht = 6.0 * s * (1.0 - s), 6.0 * t * (1.0 - t)
+    dgs0, dgs1 = (1.0 - s) * (1.0 - 3.0 * s), s * (3.0 * s - 2.0)
+    dgt0, dgt1 = (1.0 - t) * (1.0 - 3.0 * t), t * (3.0 * t - 2.0)
+    for d in range(3):
+        # Along s first, on the two edges k and k + 1 and for their slopes along t.
+        p00, p01, p10, p11 = nodes[i, k, d], nodes[i, k + 1, d], nodes[i + 1, k, d], nodes[i + 1, k + 1, d]
+        r00, r10 = along_rows[i, k, 0, d], along_rows[i, k, 1, d]
+        r01, r11 = along_rows[i, k + 1, 0, d], along_rows[i, k + 1, 1, d]
+        c00, c01 = along_columns[i, k, 0, d], along_columns[i, k, 1, d]
+        c10, c11 = along_columns[i + 1, k, 0, d], along_columns[i + 1, k, 1, d]
+        edge0 = hs0 * p00 + hs1 * p10 + gs0 * r00 + gs1 * r10
+        edge1 = hs0 * p01 + hs1 * p11 + gs0 * r01 + gs1 * r11
+        slope0, slope1 = hs0 * c00 + hs1 * c10, hs0 * c01 + hs1 * c11
+        edge0_s = dhs * (p10 - p00) + dgs0 * r00 + dgs1 * r10
+        edge1_s = dhs * (p11 - p01) + dgs0 * r01 + dgs1 * r11
+        slope0_s, slope1_s = dhs * (c10 - c00), dhs * (c11 - c01)
+        point[d] = ht0 * edge0 + ht1 * edge1 + gt0 * slope0 + gt1 * slope1
+        tangent_s[d] = ht0 * edge0_s + ht1 * edge1_s + gt0 * slope0_s + gt1 * slope1_s
+        tangent_t[d] = dht * (edge1 - edge0) + dgt0 * slope0 + dgt1 * slope1
 
 
 @compiled
@@ -274,16 +275,13 @@ def _foot_on_patch(nodes, along_rows, along_columns, smooth, i, k, x, guess, tan
     """
     for _ in range(20):
         surface_point(nodes, along_rows, along_columns, smooth, i, k, guess[0], guess[1], foot, tangent_s, tangent_t)
-        ss = tt = st = rs = rt = 0.0
-        for d in range(3):
-            residual = x[d] - foot[d]
-            rs += residual * tangent_s[d]
-            rt += residual * tangent_t[d]
-            ss += tangent_s[d] ** 2
-            tt += tangent_t[d] ** 2
-            st += tangent_s[d] * tangent_t[d]
-        det = ss * tt - st * st
-        ds, dt = (rs * tt - rt * st) / det, (rt * ss - rs * st) / det
+        sx, sy, sz = tangent_s[0], tangent_s[1], tangent_s[2]
+        tx, ty, tz = tangent_t[0], tangent_t[1], tangent_t[2]
+        rx, ry, rz = x[0] - foot[0], x[1] - foot[1], x[2] - foot[2]
+        rs, rt = rx * sx + ry * sy + rz * sz, rx * tx + ry * ty + rz * tz
+        ss, tt, st = sx * sx + sy * sy + sz * sz, tx * tx + ty * ty + tz * tz, sx * tx + sy * ty + sz * tz
+        inverse = 1.0 / (ss * tt - st * st)
+        ds, dt = (rs * tt - rt * st) * inverse, (rt * ss - rs * st) * inverse
         if abs(ds) + abs(dt) < foot_step:
             guess[0] += ds
             guess[1] += dt
@@ -367,21 +365,24 @@ def _share_on_master(master, nodes, first, count, element, guess, width, extents
     Flanks face each other: towards the slave's root is towards the master's tip.
     """
     share = 1.0
-    if master[5] == 1 or element[0] == first + count - 1:
+    if element[0] == first + count - 1:
         beyond_tip = _edge_overshoot(nodes, first + count, first + count - 1, element[1], guess[1], foot)
         if master[5] == 0 and beyond_tip > 0.0:
             return -1.0
         if master[5] == 1:
             share *= _inside_share(beyond_tip, extents[0], extents[1])
-    if master[4] == 1 or element[0] == first:
+    if element[0] == first:
         beyond_root = _edge_overshoot(nodes, first, first + 1, element[1], guess[1], foot)
         if master[4] == 0 and beyond_root > 0.0:
             return -1.0
         if master[4] == 1:
             share *= _inside_share(beyond_root, extents[1], extents[0])
     across = element[1] + guess[1]
-    share *= _inside_share((across - (nodes.shape[1] - 1)) * width, extents[3], extents[2])
-    return share * _inside_share(-across * width, extents[2], extents[3])
+    if element[1] == nodes.shape[1] - 2:
+        share *= _inside_share((across - (nodes.shape[1] - 1)) * width, extents[3], extents[2])
+    if element[1] == 0:
+        share *= _inside_share(-across * width, extents[2], extents[3])
+    return share
 
 
 @compiled
@@ -1107,8 +1108,28 @@ def _search_state(state, position, problem, members, coordinates, lead):
 
 
 @compiled
+def _last_step(count, position, members, state, coordinates, torque):
+    """Take a step without evaluating the geometry again: `coordinates` and the gaps are updated, the lead returned.
+
+    A step costs a fifth of an evaluation and gains a factor of about 40 close to the solution.
+    """
+    columns, work, points, lists, size = state[2], state[3], state[5], state[6], position[7]
+    solution, gap, free_gap, lever = work[2], lists[2], lists[7], lists[4]
+    _newton_step(count, size, members, columns, coordinates, lists, points[2], free_gap, torque, work[4:], solution)
+    for n in range(count):
+        gap[n] = free_gap[n] + lever[n] * solution[size]
+        for j in range(size):
+            gap[n] += columns[n, j] * solution[j]
+    coordinates[:size] = solution[:size]
+    return solution[size]
+
+
+@compiled
 def _solve_state(state, position, problem, members, approach, coordinates, lead, max_steps, tolerance):
-    """Damped Newton; `coordinates` is updated. Return (lead, steps, converged, points listed, border touched)."""
+    """Damped Newton; `coordinates` is updated. Return (lead, steps, converged, points listed, border touched).
+
+    The residuals that are held against the tolerance are evaluated; one more step is taken on top of that state.
+    """
     columns, work, points, lists, size = state[2], state[3], state[5], state[6], position[7]
     base_radius, torque = position[8][0][3][0], problem[2]
     solution, trial, matrix = work[2], work[3], work[4:]
@@ -1117,6 +1138,7 @@ def _solve_state(state, position, problem, members, approach, coordinates, lead,
     )
     for step in range(max_steps + 1):
         if max(force, moment) <= tolerance:
+            lead += _last_step(count, position, members, state, coordinates, torque)
             return lead, step, True, count, border
         if touching == 0:
             if not np.isfinite(smallest):
