@@ -152,7 +152,8 @@ def _gather(
         force = symmetric_part(force, columns)
     shapes: FlankLineShapes | ContactShapes
     if case.reduction.shapes == "positions":
-        shapes = contact_shapes(model.pinion, model.wheel, grid, case.offline.angles_per_pitch, force)
+        shapes = contact_shapes(model.pinion, model.wheel, grid, case.offline.angles_per_pitch, force,
+                                case.reduction.interpolation)  # fmt: skip
     else:
         shapes = flank_line_shapes((model.pinion, model.wheel), force, flanks)
     if half:

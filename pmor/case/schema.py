@@ -175,11 +175,14 @@ class ReductionCase:
     shapes : {"flank_lines", "positions"}
         One shape for each line of flank nodes, its load distribution over the width taken from the training; or one
         for each trained roll position and torque, interpolated over the roll position (the paper).
+    interpolation : {"linear", "cubic"}
+        Of shapes at positions, over the roll position. Flank lines are not interpolated.
     half_width : bool
         Where the pair is symmetric about mid width (spur, an even number of elements over the width), hold only half.
     """
 
     shapes: Literal["flank_lines", "positions"] = "flank_lines"
+    interpolation: Literal["linear", "cubic"] = "linear"
     half_width: bool = True
 
 

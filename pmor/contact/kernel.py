@@ -854,8 +854,9 @@ def gather_lines(pairs, indices, windows, first_row, gears, lines, members):
 
 @compiled
 def _member_weights(positions, roll_position, weights):
-    """Grid position below and linear weights of the members (idle ones have none); see `ContactShapes.weights`."""
+    """First grid position of the stencil and weights of the members (S, T); see `ContactShapes.weights`."""
     first, step, loaded = positions[0], positions[1], positions[2]
+    before = positions[4].shape[2] // 2 - 1
     place = (roll_position - first) / step
     nearest = np.rint(place)
     if abs(place - nearest) < 1e-9:
@@ -865,11 +866,17 @@ def _member_weights(positions, roll_position, weights):
     for t in range(loaded.shape[1]):
         low = 1.0 - fraction if loaded[k, t] else 0.0
         high = fraction if loaded[k + 1, t] else 0.0
+        weights[:, t] = 0.0
         if fraction < 0.0 or fraction > 1.0 or low + high <= 0.0:
-            weights[0, t] = weights[1, t] = 0.0
-        else:
-            weights[0, t], weights[1, t] = low / (low + high), high / (low + high)
-    return k
+            continue
+        weights[before, t], weights[before + 1, t] = low / (low + high), high / (low + high)
+        if before == 1 and 0 < k < loaded.shape[0] - 2 and loaded[k - 1, t] and low * high != 0.0 and loaded[k + 2, t]:
+            x = fraction
+            weights[0, t] = -x * (x - 1.0) * (x - 2.0) / 6.0
+            weights[1, t] = (x + 1.0) * (x - 1.0) * (x - 2.0) / 2.0
+            weights[2, t] = -(x + 1.0) * x * (x - 2.0) / 2.0
+            weights[3, t] = (x + 1.0) * x * (x - 1.0) / 6.0
+    return k - before
 
 
 @compiled
@@ -909,8 +916,9 @@ def interpolate_positions(phi, pairs, indices, windows, first_row, geometry, gea
     """
     kept, ranges, gram, factor, basis = members
     displacement, products = positions[3], positions[4]
-    torques, reach = displacement.shape[1], (displacement.shape[3] - 1) // 2
-    weights, places = np.empty((pairs, 2, torques)), np.empty(pairs, dtype=np.int64)
+    torques, reach, stencil = displacement.shape[1], (displacement.shape[3] - 1) // 2, products.shape[2]
+    before = stencil // 2 - 1
+    weights, places = np.empty((pairs, stencil, torques)), np.empty(pairs, dtype=np.int64)
     for p in range(pairs):
         places[p] = _member_weights(positions, phi + indices[p] * geometry[3], weights[p])
     work = np.zeros((pairs * torques, pairs * torques))
@@ -919,9 +927,9 @@ def interpolate_positions(phi, pairs, indices, windows, first_row, geometry, gea
             for t in range(torques):
                 for u in range(torques):
                     value = 0.0
-                    for a in range(2):
-                        for b in range(2):
-                            product = products[indices[q] - indices[p], places[p], a, b, t, u]
+                    for a in range(stencil):
+                        for b in range(stencil):
+                            product = products[indices[q] - indices[p], places[p] + before, a, b, t, u]
                             value += weights[p, a, t] * weights[q, b, u] * product
                     work[p * torques + t, q * torques + u] = work[q * torques + u, p * torques + t] = value
     size = _independent_members(work, pairs * torques, kept, gram, factor)
@@ -936,13 +944,15 @@ def interpolate_positions(phi, pairs, indices, windows, first_row, geometry, gea
                 q, t = kept[j] // torques, kept[j] % torques
                 ahead = indices[p] - indices[q]
                 tooth = reach + (ahead if gear == 0 else -ahead)
-                low, high = weights[q, 0, t], weights[q, 1, t]
-                below = displacement[places[q], t, gear, tooth]
-                above = displacement[places[q] + 1, t, gear, tooth]
-                for node in range(nodes):
-                    for d in range(3):
-                        dof = start + 3 * node + d
-                        basis[offset + node, d, j] = low * below[dof] + high * above[dof]
+                basis[offset : offset + nodes, :, j] = 0.0
+                for a in range(stencil):
+                    weight = weights[q, a, t]
+                    if weight == 0.0:
+                        continue
+                    field = displacement[places[q] + a, t, gear, tooth]
+                    for node in range(nodes):
+                        for d in range(3):
+                            basis[offset + node, d, j] += weight * field[start + 3 * node + d]
     return size
 
 

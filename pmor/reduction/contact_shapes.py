@@ -21,6 +21,8 @@ from pmor.reduction.half_width import lower_half
 
 # Directions of the Gram matrix below this fraction of the largest are dependent to working precision.
 DEPENDENCE_TOLERANCE = 1e-10
+# Grid positions that an interpolation combines.
+STENCIL = {"linear": 2, "cubic": 4}
 
 
 @dataclass(frozen=True)
@@ -38,9 +40,10 @@ class ContactShapes:
     displacement : ndarray, shape (M, T, 2, 2 reach + 1, f)
         Displacement of pinion and wheel (second but last axis: tooth, counted counter-clockwise from the loaded one),
         mm per unit coordinate.
-    gram : ndarray, shape (reach + 1, M, 2, 2, T, T)
-        ``gram[d, k, a, b]`` holds the products of the force fields at grid position k + a with the displacements that
-        the shapes at k + b, acting on the pair d pitches ahead, cause there.
+    gram : ndarray, shape (reach + 1, M, S, S, T, T)
+        ``gram[d, k, a, b]`` holds the products of the force fields at grid position k + a - before with the
+        displacements that the shapes at k + b - before, acting on the pair d pitches ahead, cause there. S grid
+        positions are combined: 2 for linear interpolation (before = 0), 4 for cubic (before = 1).
     """
 
     roll_position: FloatArray
@@ -58,11 +61,17 @@ class ContactShapes:
         """Return the same shapes at the node columns up to mid width; their energy stays that of the whole width."""
         return replace(self, displacement=lower_half(self.displacement, columns))
 
-    def weights(self, roll_position: float) -> tuple[int, FloatArray]:
-        """Return the grid position below and the interpolation weights of the members, shape (2, T).
+    @property
+    def stencil(self) -> int:
+        """Grid positions that are combined: S."""
+        return int(self.gram.shape[2])
 
-        Linear; where a pair carries no load at one of the two neighbours, the other is used alone. Outside the trained
-        range, and where neither neighbour is loaded, the weights are zero.
+    def weights(self, roll_position: float) -> tuple[int, FloatArray]:
+        """Return the first grid position of the stencil (beyond the grid it has no weight) and the weights, (S, T).
+
+        Cubic (Lagrange) where all four neighbours carry load, else linear; where a pair carries no load at one of the
+        two inner neighbours, the other is used alone. Outside the trained range, and where neither is loaded, the
+        weights are zero.
         """
         step = self.roll_position[1] - self.roll_position[0]
         place = (roll_position - self.roll_position[0]) / step
@@ -71,18 +80,38 @@ class ContactShapes:
         place = float(nearest) if abs(place - nearest) < 1e-9 else place
         k = min(max(int(np.floor(place)), 0), len(self.roll_position) - 2)
         fraction = place - k
-        weights = np.zeros((2, self.loaded.shape[1]))
+        before = self.stencil // 2 - 1
+        weights = np.zeros((self.stencil, self.loaded.shape[1]))
         if not 0.0 <= fraction <= 1.0:
-            return k, weights
-        weights[0], weights[1] = 1.0 - fraction, fraction
-        weights *= self.loaded[k : k + 2]
-        total = weights.sum(axis=0)
-        weights[:, total > 0.0] /= total[total > 0.0]
-        return k, weights
+            return k - before, weights
+        linear = np.array([1.0 - fraction, fraction])[:, None] * self.loaded[k : k + 2]
+        total = linear.sum(axis=0)
+        linear[:, total > 0.0] /= total[total > 0.0]
+        weights[before : before + 2] = linear
+        if before and 0 < k < len(self.roll_position) - 2:
+            whole = self.loaded[k - 1 : k + 3].all(axis=0)
+            weights[:, whole] = cubic_weights(fraction)[:, None]
+        return k - before, weights
+
+
+def cubic_weights(fraction: float) -> FloatArray:
+    """Return the weights of the Lagrange cubic through four grid positions, shape (4,), between the inner two."""
+    x = fraction
+    return np.array([
+        -x * (x - 1.0) * (x - 2.0) / 6.0,
+        (x + 1.0) * (x - 1.0) * (x - 2.0) / 2.0,
+        -(x + 1.0) * x * (x - 2.0) / 2.0,
+        (x + 1.0) * x * (x - 1.0) / 6.0,
+    ])  # fmt: skip
 
 
 def contact_shapes(
-    pinion: ElasticGear, wheel: ElasticGear, roll_position: FloatArray, angles_per_pitch: int, force: FloatArray
+    pinion: ElasticGear,
+    wheel: ElasticGear,
+    roll_position: FloatArray,
+    angles_per_pitch: int,
+    force: FloatArray,
+    interpolation: str = "linear",
 ) -> ContactShapes:
     """Build the family from force fields.
 
@@ -95,6 +124,7 @@ def contact_shapes(
         Grid steps per pitch.
     force : ndarray, shape (M, T, 2, f)
         Nodal forces on the pinion's and the wheel's flank, each in its tooth's frame, N; zero where the pair is idle.
+    interpolation : {"linear", "cubic"}
 
     Returns
     -------
@@ -112,7 +142,7 @@ def contact_shapes(
             moved = fields @ body.tooth_compliance(k).T
             displacement[:, :, gear, reach + k] = moved.reshape(positions, torques, size)
     return ContactShapes(roll_position, angles_per_pitch, loaded, displacement,
-                         _gram(unit, displacement, angles_per_pitch, reach))  # fmt: skip
+                         _gram(unit, displacement, angles_per_pitch, reach, STENCIL[interpolation]))  # fmt: skip
 
 
 def reduced_elasticity(shapes: ContactShapes, position: Position, pitch: float) -> ReducedElasticity:
@@ -129,6 +159,7 @@ def reduced_elasticity(shapes: ContactShapes, position: Position, pitch: float) 
     -------
     ReducedElasticity
     """
+    before = shapes.stencil // 2 - 1
     members = [shapes.weights(position.phi + index * pitch) for index in position.pair_index]
     torques = shapes.loaded.shape[1]
     present = [np.flatnonzero(weights.sum(axis=0) > 0.0) for _, weights in members]
@@ -142,13 +173,14 @@ def reduced_elasticity(shapes: ContactShapes, position: Position, pitch: float) 
             for gear, tooth in ((0, offset), (1, -offset)):
                 nodes = position.flank_nodes[p][gear]
                 dofs = (3 * nodes[:, None] + np.arange(3)).ravel()
-                fields = shapes.displacement[k : k + 2, :, gear, shapes.reach + tooth][:, :, dofs]
-                moved = np.einsum("at,atf->ft", weights, fields)
+                used = np.flatnonzero(weights.any(axis=1))
+                fields = shapes.displacement[k + used, :, gear, shapes.reach + tooth][:, :, dofs]
+                moved = np.einsum("at,atf->ft", weights[used], fields)
                 raw[position.window_slice(p, gear), :, block_q] = moved.reshape(len(nodes), 3, torques)
             if offset <= 0:
                 block_p = slice(p * torques, (p + 1) * torques)
                 k_p, weights_p = members[p]
-                block = np.einsum("at,bu,abtu->tu", weights_p, weights, shapes.gram[-offset, k_p])
+                block = np.einsum("at,bu,abtu->tu", weights_p, weights, shapes.gram[-offset, k_p + before])
                 gram[block_p, block_q], gram[block_q, block_p] = block, block.T
     values, vectors = np.linalg.eigh(gram[np.ix_(columns, columns)])
     keep = values > DEPENDENCE_TOLERANCE * values.max(initial=0.0)
@@ -156,16 +188,19 @@ def reduced_elasticity(shapes: ContactShapes, position: Position, pitch: float) 
     return ReducedElasticity(raw[:, :, columns] @ transform)
 
 
-def _gram(force: FloatArray, displacement: FloatArray, angles_per_pitch: int, reach: int) -> FloatArray:
+def _gram(
+    force: FloatArray, displacement: FloatArray, angles_per_pitch: int, reach: int, stencil: int
+) -> FloatArray:
     positions, torques = force.shape[:2]
-    gram = np.zeros((reach + 1, positions, 2, 2, torques, torques))
+    gram = np.zeros((reach + 1, positions, stencil, stencil, torques, torques))
+    before = stencil // 2 - 1
     for d in range(reach + 1):
-        shift = d * angles_per_pitch
-        for a in range(2):
-            for b in range(2):
+        for a in range(stencil):
+            for b in range(stencil):
+                here, ahead = a - before, d * angles_per_pitch + b - before
                 # Only where both members exist.
-                rows = np.arange(max(positions - max(a, shift + b), 0))
+                rows = np.arange(max(-here, -ahead, 0), max(positions - max(here, ahead, 0), 0))
                 for gear, tooth in ((0, -d), (1, d)):
-                    moved = displacement[rows + shift + b, :, gear, reach + tooth]
-                    gram[d, rows, a, b] += np.einsum("ktf,kuf->ktu", force[rows + a, :, gear], moved)
+                    moved = displacement[rows + ahead, :, gear, reach + tooth]
+                    gram[d, rows, a, b] += np.einsum("ktf,kuf->ktu", force[rows + here, :, gear], moved)
     return gram
