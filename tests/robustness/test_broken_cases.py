@@ -135,6 +135,20 @@ BROKEN = {
         replaced("torques_Nm = [100.0]", "torques_Nm = [90.0]"),
         ["[online] torques_Nm = [90.0]", "add 100.0"],
     ),
+    "unknown family of shapes": (
+        GOOD + '\n[reduction]\nshapes = "flank_line"\n',
+        ['[reduction] shapes = "flank_line"', "did you mean flank_lines?"],
+    ),
+    "number for the family of shapes": (GOOD + "\n[reduction]\nshapes = 1\n", ["shapes = 1", '"flank_lines"']),
+    "width for half the width": (
+        GOOD + "\n[reduction]\nhalf_width = 10.0\n",
+        ["[reduction] half_width = 10.0", "true or false"],
+    ),
+    "typo in the reduction": (GOOD + "\n[reduction]\nhalfwidth = true\n", ["did you mean half_width?"]),
+    "reduction among the training": (
+        replaced("angles_per_pitch = 8", 'angles_per_pitch = 8\nshapes = "positions"'),
+        ["[offline] shapes", "belongs in [reduction]"],
+    ),
     "three angles per pitch": (replaced("= 8", "= 3"), ["[offline] angles_per_pitch = 3", "between 4 and 10000"]),
 }
 

@@ -136,8 +136,9 @@ def test_another_sweep_takes_the_basis_that_is_there(out, tmp_path, monkeypatch)
         {"offline": {"torques_Nm": [50.0, 160.0]}},
         {"pair": {"face_width_mm": 19.0}},
         {"contact": {"penalty_N_mm3": 5e5}},
+        {"reduction": {"shapes": "positions"}},
     ],
-    ids=["training", "gear", "contact"],
+    ids=["training", "gear", "contact", "family"],
 )
 def test_a_change_of_what_the_basis_rests_on_makes_a_new_one(change, out, tmp_path, monkeypatch):
     calls = count_offline(monkeypatch)
@@ -158,12 +159,12 @@ def cut(path):
 
 def age(path):
     with h5py.File(path, "r+") as file:
-        file.attrs["schema_version"] = 0
+        file.attrs["schema_version"] = 1
 
 
 def flip(path):
     with h5py.File(path) as file:
-        offset = file["shapes/gram"].id.get_offset()
+        offset = file["shapes/wheel/gram"].id.get_offset()
     content = bytearray(path.read_bytes())
     content[offset] ^= 1
     path.write_bytes(content)
@@ -298,7 +299,8 @@ def test_info_shows_what_is_in_a_basis(out, capsys):
     assert main(["info", str(out / "basis.h5")]) == 0
     text = capsys.readouterr().out
     assert "pmor-basis" in text
-    assert "shapes/displacement" in text
+    assert "shapes/pinion/displacement" in text
+    assert "training/force" in text
 
 
 def test_info_refuses_other_files(tmp_path, capsys):

@@ -39,7 +39,7 @@ def compared(small_model, small_basis, small_basis_path):
         compare=replace(case.compare, angles=2),
     )
     pair = reduced_pair(replace(small_basis, case=case))
-    return run_online(pair, small_basis_path, small_model[1].elasticity_at)
+    return run_online(pair, small_basis_path, small_model[1])
 
 
 @pytest.fixture(scope="module")

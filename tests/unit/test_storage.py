@@ -9,6 +9,7 @@ import pytest
 from pmor.case import basis_key, parse_case
 from pmor.errors import FileFormatError, OutputError, PmorError
 from pmor.reduction.contact_shapes import ContactShapes
+from pmor.reduction.flank_lines import FlankLineShapes, GearLines
 from pmor.storage.basis_file import Basis, Training, read_basis, write_basis
 from pmor.storage.describe import file_text
 from pmor.storage.hdf5 import Field, Schema, create, write
@@ -16,22 +17,50 @@ from pmor.storage.snapshot_file import Snapshots, read_snapshots, write_snapshot
 from tests.small_case import case_text
 
 POSITIONS, TORQUES, UNKNOWNS = 7, 2, 6
+DATASETS = {"flank_lines": 17, "positions": 13}
+
+
+@pytest.fixture(params=["flank_lines", "positions"])
+def family(request):
+    return request.param
+
+
+def text_of(family, **changes):
+    return case_text(reduction={"shapes": family}, **changes)
 
 
 @pytest.fixture
-def case():
-    return parse_case(case_text(), "small", "small case")
+def case(family):
+    return parse_case(text_of(family), "small", "small case")
 
 
-@pytest.fixture
-def basis(case, rng):
-    shapes = ContactShapes(
+def line_shapes(rng, *counts):
+    """Shapes of a gear that has so many on each of its lines."""
+    size = sum(counts)
+    return GearLines(
+        start=np.cumsum([0, *counts]),
+        force=rng.normal(size=(size, UNKNOWNS)),
+        displacement=rng.normal(size=(3, size, UNKNOWNS)),
+        gram=rng.normal(size=(3, size, size)),
+    )
+
+
+def position_shapes(rng):
+    return ContactShapes(
         roll_position=np.linspace(-0.2, 0.3, POSITIONS),
         angles_per_pitch=4,
         loaded=rng.random((POSITIONS, TORQUES)) < 0.5,
         displacement=rng.normal(size=(POSITIONS, TORQUES, 2, 3, UNKNOWNS)),
         gram=rng.normal(size=(2, POSITIONS, 2, 2, TORQUES, TORQUES)),
     )
+
+
+@pytest.fixture
+def basis(case, rng):
+    if case.reduction.shapes == "positions":
+        shapes = position_shapes(rng)
+    else:
+        shapes = FlankLineShapes((line_shapes(rng, 1, 2, 1), line_shapes(rng, 1, 1, 3)))
     ste_um = rng.normal(size=(TORQUES, 4))
     ste_um[1, 2] = np.nan
     training = Training(rng.normal(size=4), np.array([40e3, 160e3]), ste_um, np.isfinite(ste_um), 1.5)
@@ -81,19 +110,25 @@ def test_basis_comes_back_bit_for_bit(path, basis, force):
     for gear in range(2):
         assert_same(found.flank_nodes[gear], basis.flank_nodes[gear])
         assert_same(found.flank_roll_angle[gear], basis.flank_roll_angle[gear])
-    for name in ("roll_position", "loaded", "displacement", "gram"):
-        assert_same(getattr(found.shapes, name), getattr(basis.shapes, name))
-    assert found.shapes.angles_per_pitch == basis.shapes.angles_per_pitch
+    assert type(found.shapes) is type(basis.shapes)
+    if isinstance(basis.shapes, ContactShapes):
+        for name in ("roll_position", "loaded", "displacement", "gram"):
+            assert_same(getattr(found.shapes, name), getattr(basis.shapes, name))
+        assert found.shapes.angles_per_pitch == basis.shapes.angles_per_pitch
+    else:
+        for lines, expected in zip(found.shapes.gears, basis.shapes.gears, strict=True):
+            for name in ("start", "force", "displacement", "gram"):
+                assert_same(getattr(lines, name), getattr(expected, name))
     assert found.shapes.reach == 1
     for name in ("phi", "torque", "ste_um", "converged"):
         assert_same(getattr(found.training, name), getattr(basis.training, name))
     assert found.training.seconds == basis.training.seconds
     with h5py.File(path) as file:
-        assert_same(file["shapes/force"][()], force)
+        assert_same(file["training/force"][()], force)
         assert file.attrs["basis_key"] == basis_key(basis.case)
 
 
-def test_every_dataset_says_unit_axes_and_meaning(path):
+def test_every_dataset_says_unit_axes_and_meaning(path, family):
     with h5py.File(path) as file:
         found = []
 
@@ -105,13 +140,13 @@ def test_every_dataset_says_unit_axes_and_meaning(path):
                 found.append(item.name)
 
         file.visititems(visit)
-        assert len(found) == 13
+        assert len(found) == DATASETS[family]
         provenance = {"schema", "schema_version", "created", "pmor_version", "numpy_version", "h5py_version"}
         assert provenance | {"case_text", "case_sha256", "basis_key"} <= set(file.attrs)
 
 
-def test_a_case_file_with_long_comments_fits(tmp_path, basis, force):
-    text = case_text() + "# a comment\n" * 10_000  # beyond the 64 KiB that HDF5 gives to a plain attribute
+def test_a_case_file_with_long_comments_fits(tmp_path, basis, force, family):
+    text = text_of(family) + "# a comment\n" * 10_000  # beyond the 64 KiB that HDF5 gives to a plain attribute
     write_basis(tmp_path / "long.h5", replace(basis, case=parse_case(text, "small", "small case")), force)
     assert read_basis(tmp_path / "long.h5").case.text == text
 
@@ -176,13 +211,24 @@ def lacks(name):
     return damage
 
 
+def gram_of(path):
+    """Name of a dataset that either family has."""
+    with h5py.File(path) as file:
+        return "shapes/gram" if "shapes/gram" in file else "shapes/wheel/gram"
+
+
 def lacks_checksum(path):
+    name = gram_of(path)
     with h5py.File(path, "r+") as file:
-        del file["shapes/gram"].attrs["sha256"]
+        del file[name].attrs["sha256"]
+
+
+def lacks_gram(path):
+    lacks(gram_of(path))(path)
 
 
 def is_flipped(path):
-    flip_a_byte(path, "shapes/gram")
+    flip_a_byte(path, gram_of(path))
 
 
 DAMAGES = [
@@ -195,13 +241,13 @@ DAMAGES = [
     set_attribute("schema", "somebody-elses"),
     lacks("schema"),
     set_attribute("schema_version", np.int64(99)),
-    set_attribute("schema_version", np.int64(0)),
+    set_attribute("schema_version", np.int64(1)),
     set_attribute("schema_version", "1.x"),
     lacks("schema_version"),
     lacks("basis_key"),
     set_attribute("basis_key", 64 * "0"),
     lacks("case_text"),
-    lacks("shapes/gram"),
+    lacks_gram,
     lacks("training"),
     lacks("flank/wheel/nodes"),
     lacks_checksum,
@@ -225,7 +271,7 @@ def test_a_basis_that_cannot_be_trusted_is_refused(damage, path):
     assert caught.value.exit_code == 2
 
 
-@pytest.mark.parametrize(("version", "word"), [(99, "newer"), (0, "older")])
+@pytest.mark.parametrize(("version", "word"), [(99, "newer"), (1, "older")])
 def test_another_version_is_named(version, word, path):
     set_attribute("schema_version", np.int64(version))(path)
     with pytest.raises(FileFormatError, match=f"version {version}, written by an? {word} pmor; this one reads version"):
@@ -331,12 +377,18 @@ def test_snapshots_with_a_flipped_bit_count_as_absent(tmp_path, snapshots):
 # --- what is in a file -----------------------------------------------------------------------------------------------
 
 
-def test_file_text_lists_attributes_and_datasets(path, case):
+SHAPES_LINE = {
+    "flank_lines": "shapes/wheel/displacement 3 x 5 x 6 mm displacement of each shape",
+    "positions": "shapes/loaded 7 x 2 1 whether the pair carries load",
+}
+
+
+def test_file_text_lists_attributes_and_datasets(path, case, family):
     lines = [" ".join(line.split()) for line in file_text(path).splitlines()]
     assert lines[0] == f"{path}: pmor-basis"
     assert "case_name small" in lines
     assert f"basis_key {basis_key(case)}" in lines
-    assert any(line.startswith("shapes/loaded 7 x 2 1 whether the pair carries load") for line in lines)
+    assert any(line.startswith(SHAPES_LINE[family]) for line in lines)
     assert any(line.startswith("training/torque 2 N mm pinion torque") for line in lines)
     assert not any("[load]" in line for line in lines), "the case text would swamp the rest"
 

@@ -7,14 +7,15 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.contact import kernel
+from pmor.contact.flank import FOOT_STEP
 from pmor.contact.position import active_patches, relative_motion
 from pmor.contact.search import search_contact
 from pmor.mesh.outline import tooth_outline
 from tests.gear_models import gear_pair, meshed_pair, tooth
 
 ROUND_OFF = 1e-13  # mm or 1, for surfaces of size 1
-# The projection stops when a step is below 1e-6 of an element; the foot is that far off, the gap by its square.
-FOOT = 2e-6
+# The projection stops when a step is below FOOT_STEP of an element; the foot is that far off, the gap by its square.
+FOOT = 2.0 * FOOT_STEP
 GAP = 1e-11
 DIFFERENCES = 1e-8  # central differences of a cubic, step 1e-5
 
@@ -22,13 +23,15 @@ DIFFERENCES = 1e-8  # central differences of a cubic, step 1e-5
 class Surface:
     """A grid of nodes with everything that the kernel prepares for it."""
 
-    def __init__(self, nodes, smooth=True, parabolic=True, edges=(True, True)):
+    def __init__(self, nodes, smooth=True, parabolic=True, edges=(True, True), mirrored=False):
         self.nodes, self.smooth = np.ascontiguousarray(nodes, dtype=float), smooth
         shape = (*self.nodes.shape[:2], 2, 3)
         self.along_rows, self.along_columns = np.zeros(shape), np.zeros(shape)
         self.normals = np.empty_like(self.nodes)
-        kernel.node_normals(self.nodes, *edges, parabolic, self.normals)
-        kernel.prepare_surface(self.nodes, *edges, smooth, parabolic, self.along_rows, self.along_columns)
+        kernel.node_normals(self.nodes, *edges, parabolic, mirrored, self.normals)
+        kernel.prepare_surface(
+            self.nodes, *edges, smooth, parabolic, mirrored, self.along_rows, self.along_columns
+        )
 
     @property
     def parts(self):
@@ -48,13 +51,14 @@ class Surface:
         normal = np.cross(tangent_t, tangent_s)
         return normal / np.linalg.norm(normal)
 
-    def project(self, x, start=(0, 0), guess=(0.5, 0.5)):
+    def project(self, x, start=(0, 0), guess=(0.5, 0.5), foot_step=FOOT_STEP):
         """Element, parameters, foot and signed gap."""
         element, guess = np.array(start, dtype=np.int64), np.array(guess, dtype=float)
         tangent_s, tangent_t, foot = np.empty(3), np.empty(3), np.empty(3)
         kernel.project(
-            *self.parts, 0, self.nodes.shape[0] - 1, np.asarray(x, float), element, guess, tangent_s, tangent_t, foot
-        )
+            *self.parts, 0, self.nodes.shape[0] - 1, np.asarray(x, float), element, guess, tangent_s, tangent_t, foot,
+            foot_step,
+        )  # fmt: skip
         normal = np.cross(tangent_t, tangent_s)
         return element, guess, foot, float((x - foot) @ normal / np.linalg.norm(normal)), (tangent_s, tangent_t)
 
@@ -420,9 +424,9 @@ def all_penetrations(meshed, position, turn):
     memory = (*extents.shape[:2], 2)
     count, smallest, _ = kernel.search_pair(
         position.nodes @ turn.T, windows[0], meshed.pinion.columns, windows[1], meshed.wheel.columns, extents,
-        *scheme[:5], np.ascontiguousarray(turn @ rotation @ turn.T), turn @ shift, True, scheme[5], 0,
+        *scheme[:6], np.ascontiguousarray(turn @ rotation @ turn.T), turn @ shift, True, scheme[6], 0,
         position.centre[0, 0] - position.first_row[0, 0], position.centre[0, 1] - position.first_row[0, 1],
-        1.0, np.full(memory, -1), np.empty(memory), lists,
+        1.0, 0.0, scheme[7], np.full(memory, -1), np.empty(memory), lists,
     )  # fmt: skip
     index, weight, gap, stiffness = (values[:count] for values in lists[:4])
     return index, weight @ turn, gap, stiffness, smallest
