@@ -1102,13 +1102,13 @@ def _newton_step(count, size, members, columns, coordinates, lists, active, free
 @compiled
 def _search_state(state, position, problem, members, coordinates, lead):
     """Deform, search, project; return (count, touching, smallest, border, force and torque residual, potential)."""
-    undeformed, nodes, columns, work, memory, points, lists = state
+    undeformed, nodes, columns, work, feet, points, lists = state
     phi, pairs, indices, windows, first_row, centre, clear, size, gears = position
     geometry, scheme, torque = problem
     _deform(undeformed, position, members, coordinates, nodes)
     count, smallest, border = search_all(
         phi, lead, nodes, pairs, indices, windows, first_row, centre, geometry, gears, scheme, clear, clear,
-        memory[0], memory[1], points[0], points[1], lists,
+        feet[0], feet[1], points[0], points[1], lists,
     )  # fmt: skip
     _project_points(count, size, members, points[1], lists, columns)
     touching, force_residual, torque_residual, potential = _residuals(
@@ -1221,6 +1221,118 @@ def _warm_start(family, size, kept, indices, centre, amplitude, base, centre_bef
 
 
 @compiled
+def gather_members(phi, pairs, indices, windows, first_row, geometry, gears, family, members):
+    """Collect the shapes in reach, of whichever family; return the number of members."""
+    if family[0]:
+        return gather_lines(pairs, indices, windows, first_row, gears, family[1], members)
+    return interpolate_positions(phi, pairs, indices, windows, first_row, geometry, gears, family[2], members)
+
+
+@compiled
+def place_position(phi, depth, reachable, geometry, gears, scheme, family, clearance):
+    """Set up all that one position needs, for any torque.
+
+    Parameters
+    ----------
+    phi, depth : float
+        Pinion angle (rad), and approach for which windows are cut (mm).
+    reachable : int
+        Tooth pairs that can be in reach at most.
+    geometry, gears, scheme, family
+        See above.
+    clearance : float
+        Share of the depth that counts as clear.
+
+    Returns
+    -------
+    state : tuple
+        Work space of a solution: undeformed and deformed nodes, derivatives of the gaps, vectors and matrix, feet,
+        marks of the points, lists of `search_pair` with the gaps free of elastic deformation.
+    position : tuple
+        (phi, pairs, indices, windows, first_row, centre, clear gap, members' number, gears).
+    members : tuple
+        See above.
+    """
+    indices, windows = np.zeros(reachable, dtype=np.int64), np.zeros((reachable, 2, 6), dtype=np.int64)
+    first_row, centre = np.zeros((reachable, 2), dtype=np.int64), np.zeros((reachable, 2))
+    pairs, nodes = place_windows(phi, depth, geometry, gears, indices, windows, first_row, centre)
+    most = most_members(family, pairs, windows)
+    members = (
+        np.empty(most, dtype=np.int64), np.zeros((2, 2), dtype=np.int64), np.empty((most, most)),
+        np.empty((most, most)), np.empty((nodes, 3, most)),
+    )  # fmt: skip
+    size = gather_members(phi, pairs, indices, windows, first_row, geometry, gears, family, members)
+    undeformed = np.empty((nodes, 3))
+    _load_windows(pairs, windows, first_row, gears, undeformed)
+    profile_points = windows[:pairs, :, 3].max() * scheme[0] + 1 if pairs > 0 else 0
+    width_points = (max(gears[0][0].shape[1], gears[1][0].shape[1]) - 1) * scheme[1] + 1
+    room = 2 * pairs * profile_points * width_points
+    lists = (
+        np.empty((room, 8), dtype=np.int64), np.empty((room, 8, 3)), np.empty(room), np.empty(room),
+        np.empty(room), np.empty(room), np.empty((room, 4), dtype=np.int64), np.empty(room),
+    )  # fmt: skip
+    feet = (
+        np.full((pairs, 2, profile_points, width_points, 2), -1),
+        np.empty((pairs, 2, profile_points, width_points, 2)),
+    )
+    points = (np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int64), np.empty(room, dtype=np.bool_))
+    state = (
+        undeformed, np.empty((nodes, 3)), np.empty((room, size)), np.empty((size + 5, size + 1)), feet, points, lists
+    )  # fmt: skip
+    position = (phi, pairs, indices, windows, first_row, centre, clearance * depth, size, gears)
+    return state, position, members
+
+
+@compiled
+def solve_cold(state, position, problem, members, approach, coordinates, max_steps, tolerance):
+    """Solve from the undeformed pair at the expected approach; see `_solve_state`."""
+    coordinates[:] = 0.0
+    lead = approach / position[8][0][3][0]
+    return _solve_state(state, position, problem, members, approach, coordinates, lead, max_steps, tolerance)
+
+
+@compiled
+def repeat_phase(phase, repeats, state, position, problem, members, family, coordinates, lead):
+    """Repeat one phase of a solution, for benchmarks; returns the points listed.
+
+    Phases: 0 shapes in reach, 1 deformed surfaces, 2 surfaces and search, 3 deformation and derivatives of the gaps,
+    4 residuals, 5 Newton step.
+    """
+    undeformed, nodes, columns, work, feet, points, lists = state
+    phi, pairs, indices, windows, first_row, centre, clear, size, gears = position
+    geometry, scheme, torque = problem
+    count = _search_state(state, position, problem, members, coordinates, lead)[0]
+    for _ in range(repeats):
+        if phase == 0:
+            gather_members(phi, pairs, indices, windows, first_row, geometry, gears, family, members)
+        elif phase == 1:
+            for p in range(pairs):
+                for gear in range(2):
+                    across = gears[gear][0].shape[1]
+                    grid = _window_nodes(nodes, windows[p, gear], across)
+                    rows, columns_ = np.empty((*grid.shape[:2], 2, 3)), np.empty((*grid.shape[:2], 2, 3))
+                    prepare_surface(
+                        grid, windows[p, gear, 4] == 1, windows[p, gear, 5] == 1, scheme[2], scheme[4], scheme[5],
+                        rows, columns_,
+                    )  # fmt: skip
+        elif phase == 2:
+            search_all(
+                phi, lead, nodes, pairs, indices, windows, first_row, centre, geometry, gears, scheme, clear, clear,
+                feet[0], feet[1], points[0], points[1], lists,
+            )  # fmt: skip
+        elif phase == 3:
+            _deform(undeformed, position, members, coordinates, nodes)
+            _project_points(count, size, members, points[1], lists, columns)
+        elif phase == 4:
+            _residuals(count, size, members, columns, coordinates, lists, torque, lead, work[0], work[1])
+        else:
+            _newton_step(
+                count, size, members, columns, coordinates, lists, points[2], lists[7], torque, work[4:], work[2]
+            )
+    return count
+
+
+@compiled
 def sweep_reduced(
     phi, torques, approach_per_torque, geometry, gears, scheme, family, margin, surface_error, clearance,
     max_steps, tolerance, lead_out, steps_out, converged_out, pair_out, pair_torque_out,
@@ -1247,63 +1359,39 @@ def sweep_reduced(
         Torque on the pinion that each of them carries, N mm; 0 beyond their number.
     """
     reachable, slots = pair_out.shape[1], member_slots(family)
-    indices, windows = np.zeros(reachable, dtype=np.int64), np.zeros((reachable, 2, 6), dtype=np.int64)
-    first_row, centre = np.zeros((reachable, 2), dtype=np.int64), np.zeros((reachable, 2))
     amplitudes, known = np.zeros((len(torques), reachable, slots)), np.zeros(len(torques), dtype=np.bool_)
     leads, base, centre_before = np.zeros(len(torques)), 0, np.zeros((reachable, 2))
     for i in range(len(phi)):
         depth = margin * approach_per_torque * torques.max() + surface_error
         while True:
-            pairs, nodes = place_windows(phi[i], depth, geometry, gears, indices, windows, first_row, centre)
-            most = most_members(family, pairs, windows)
-            members = (
-                np.empty(most, dtype=np.int64), np.zeros((2, 2), dtype=np.int64), np.empty((most, most)),
-                np.empty((most, most)), np.empty((nodes, 3, most)),
-            )  # fmt: skip
-            if family[0]:
-                size = gather_lines(pairs, indices, windows, first_row, gears, family[1], members)
-            else:
-                size = interpolate_positions(
-                    phi[i], pairs, indices, windows, first_row, geometry, gears, family[2], members
-                )
-            undeformed = np.empty((nodes, 3))
-            _load_windows(pairs, windows, first_row, gears, undeformed)
-            profile_points = windows[:pairs, :, 3].max() * scheme[0] + 1
-            width_points = (max(gears[0][0].shape[1], gears[1][0].shape[1]) - 1) * scheme[1] + 1
-            room = 2 * pairs * profile_points * width_points
-            lists = (
-                np.empty((room, 8), dtype=np.int64), np.empty((room, 8, 3)), np.empty(room), np.empty(room),
-                np.empty(room), np.empty(room), np.empty((room, 4), dtype=np.int64), np.empty(room),
-            )  # fmt: skip
-            memory = (
-                np.full((pairs, 2, profile_points, width_points, 2), -1),
-                np.empty((pairs, 2, profile_points, width_points, 2)),
+            state, position, members = place_position(
+                phi[i], depth, reachable, geometry, gears, scheme, family, clearance
             )
-            points = (np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int64), np.empty(room, dtype=np.bool_))
-            state = (
-                undeformed, np.empty((nodes, 3)), np.empty((room, size)), np.empty((size + 5, size + 1)), memory,
-                points, lists,
-            )  # fmt: skip
-            position = (phi[i], pairs, indices, windows, first_row, centre, clearance * depth, size, gears)
+            pairs, indices, centre, size = position[1], position[2], position[5], position[7]
+            points, lists, kept = state[5], state[6], members[0]
             any_border = False
             coordinates = np.zeros(size)
             for t in range(len(torques)):
                 torque, approach = torques[t], approach_per_torque * torques[t]
+                problem, warm = (geometry, scheme, torque), True
                 if known[t]:
                     lead = leads[t]
                     _warm_start(
-                        family, size, members[0], indices, centre, amplitudes[t], base, centre_before, coordinates
+                        family, size, kept, indices, centre, amplitudes[t], base, centre_before, coordinates
                     )
                 elif t > 0 and converged_out[t - 1, i]:
                     lead = lead_out[t - 1, i] * torque / torques[t - 1]
                     coordinates *= torque / torques[t - 1]
                 else:
-                    lead = approach / gears[0][3][0]
-                    coordinates[:] = 0.0
-                lead, steps, converged, count, border = _solve_state(
-                    state, position, (geometry, scheme, torque), members, approach, coordinates, lead, max_steps,
-                    tolerance,
-                )  # fmt: skip
+                    warm, converged = False, False
+                if warm:
+                    lead, steps, converged, count, border = _solve_state(
+                        state, position, problem, members, approach, coordinates, lead, max_steps, tolerance
+                    )
+                if not converged:
+                    lead, steps, converged, count, border = solve_cold(
+                        state, position, problem, members, approach, coordinates, max_steps, tolerance
+                    )
                 any_border = any_border or border
                 lead_out[t, i], steps_out[t, i], converged_out[t, i] = lead, steps, converged
                 pair_torque_out[t, i] = 0.0
@@ -1313,7 +1401,7 @@ def sweep_reduced(
                         pair_torque_out[t, i, points[0][n]] += force * lists[4][n]
                     amplitudes[t] = 0.0
                     for j in range(size):
-                        amplitudes[t, members[0][j] // slots, members[0][j] % slots] = coordinates[j]
+                        amplitudes[t, kept[j] // slots, kept[j] % slots] = coordinates[j]
                     leads[t] = lead
             for t in range(len(torques)):
                 known[t] = converged_out[t, i]
