@@ -3,6 +3,7 @@
 Lengths carry their unit in the name of the key; those without one are in (normal) modules.
 """
 
+from pmor.case.change import changed_text
 from pmor.case.describe import basis_key, describe
 from pmor.case.loader import load_case, parse_case
 from pmor.case.schema import (
@@ -30,6 +31,7 @@ __all__ = [
     "PairCase",
     "ReductionCase",
     "basis_key",
+    "changed_text",
     "describe",
     "load_case",
     "parse_case",

@@ -19,6 +19,8 @@ LOCAL_SHARE = 1.0 / 3.0
 # Last step to a foot, in elements: changes the gap by its square times the element's sagitta, which is nothing.
 FOOT_STEP = 1e-6
 
+KernelScheme = tuple[int, int, bool, bool, bool, bool, float, float, float]
+
 
 @dataclass(frozen=True)
 class ContactScheme:
@@ -136,7 +138,7 @@ class MeshedPair:
         )  # fmt: skip
 
     @cached_property
-    def kernel_scheme(self) -> tuple[int, int, bool, bool, bool, bool, float, float, float]:
+    def kernel_scheme(self) -> KernelScheme:
         """Contact scheme for the kernel; a negative slave mode lets the gear whose tip is nearer be the slave."""
         s = self.scheme
         mode = {"pinion": 1.0, "wheel": 0.0, "both": 0.5, "tip": -1.0}[s.slave]
