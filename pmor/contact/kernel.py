@@ -448,11 +448,12 @@ def _search_row(
         t_master = (element[1] + guess[1]) / detail[3] - mk
         master_columns = (surface.shape[1] - 1) // detail[3] + 1
         _bilinear(master, master_columns, mi, mk, s_master, t_master, index[count, 4:], weight[count, 4:, 0])
+        for d in range(3):  # tangent_s is no longer needed: it takes the normal in the slave's frame
+            tangent_s[d] = rotation[0, d] * normal[0] + rotation[1, d] * normal[1] + rotation[2, d] * normal[2]
         for a in range(4):
             slave_weight, master_weight = weight[count, a, 0], weight[count, 4 + a, 0]
             for d in range(3):
-                turned = rotation[0, d] * normal[0] + rotation[1, d] * normal[1] + rotation[2, d] * normal[2]
-                weight[count, a, d] = slave_weight * turned
+                weight[count, a, d] = slave_weight * tangent_s[d]
                 weight[count, 4 + a, d] = -master_weight * normal[d]
         place[count, 0], place[count, 1], place[count, 2], place[count, 3] = row, column, mi, mk
         if g < 0.0 and ((row == 0 and slave[4] == 0) or (row == slave[3] * detail[0] and slave[5] == 0)):
@@ -763,9 +764,10 @@ def search_all(
 # * positions: (first roll position, step, loaded, displacement, gram) of `pmor.reduction.contact_shapes.ContactShapes`.
 #   A member belongs to both gears.
 #
-# `members` describes those of a position: (kept, ranges, gram, factor, basis). kept[j] = pair x slots + slot numbers
-# member j, with `slots` shapes that a pair can have at all; ranges[gear] are the first and the last but one member
-# that move the gear; gram and its lower Cholesky factor; basis[node, d, j - ranges[gear, 0]] the displacement.
+# `members` describes those of a position: (kept, ranges, gram, factor, basis, fields). kept[j] = pair x slots + slot
+# numbers member j, with `slots` shapes that a pair can have at all; ranges[gear] are the first and the last but one
+# member that move the gear; gram and its upper Cholesky factor; the displacement twice, once for each way it is read:
+# basis[node, d, j - ranges[gear, 0]] and fields[j - ranges[gear, 0], 3 node + d].
 
 
 @compiled
@@ -793,13 +795,22 @@ def most_members(family, pairs, windows):
 
 @compiled
 def _cholesky(matrix, low, high, factor):
-    """Lower Cholesky factor of the block [low, high) of a symmetric matrix."""
+    """Upper Cholesky factor of the block [low, high) of a symmetric matrix, of which the upper half is read.
+
+    All inner loops run along rows, without sums, which is what a compiler can spread over vector registers.
+    """
     for i in range(low, high):
-        for j in range(low, i + 1):
-            value = matrix[i, j]
-            for e in range(low, j):
-                value -= factor[i, e] * factor[j, e]
-            factor[i, j] = np.sqrt(value) if i == j else value / factor[j, j]
+        for k in range(i, high):
+            factor[i, k] = matrix[i, k]
+    for j in range(low, high):
+        pivot = factor[j]
+        inverse = 1.0 / np.sqrt(pivot[j])
+        for k in range(j, high):
+            pivot[k] *= inverse
+        for i in range(j + 1, high):
+            row, value = factor[i], pivot[i]
+            for k in range(i, high):
+                row[k] -= value * pivot[k]
 
 
 @compiled
@@ -813,7 +824,7 @@ def gather_lines(pairs, indices, windows, first_row, gears, lines, members):
     gears, lines, members
         See above; `members` is filled.
     """
-    kept, ranges, gram, factor, basis = members
+    kept, ranges, gram, factor, basis, fields = members
     slots = lines[0][1].shape[2] + lines[1][1].shape[2]
     size = 0
     first_member = np.empty((pairs + 1,), dtype=np.int64)
@@ -844,8 +855,12 @@ def gather_lines(pairs, indices, windows, first_row, gears, lines, members):
                         source, target = moved[3 * (first + node) + d], basis[windows[p, gear, 0] + node, d]
                         for j in range(to_q - from_q):
                             target[from_q - low + j] = source[shape_q + j]
-    for i in range(ranges[1, 0], size):
-        for j in range(ranges[1, 0]):
+                at, count = 3 * windows[p, gear, 0], 3 * windows[p, gear, 1] * columns
+                for j in range(to_q - from_q):
+                    for dof in range(count):
+                        fields[from_q - low + j, at + dof] = moved[3 * first + dof, shape_q + j]
+    for i in range(ranges[1, 0]):
+        for j in range(ranges[1, 0], size):
             gram[i, j] = gram[j, i] = factor[i, j] = 0.0
     for gear in range(2):
         _cholesky(gram, ranges[gear, 0], ranges[gear, 1], factor)
@@ -890,9 +905,9 @@ def _independent_members(products, count, kept, gram, factor):
         for i in range(size):
             value = products[j, kept[i]]
             for e in range(i):
-                value -= factor[size, e] * factor[i, e]
-            factor[size, i] = value / factor[i, i]
-            pivot -= factor[size, i] ** 2
+                value -= factor[e, size] * factor[e, i]
+            factor[i, size] = value / factor[i, i]
+            pivot -= factor[i, size] ** 2
         if pivot > 1e-10 * products[j, j]:
             factor[size, size] = np.sqrt(pivot)
             kept[size] = j
@@ -914,7 +929,7 @@ def interpolate_positions(phi, pairs, indices, windows, first_row, geometry, gea
     positions, members
         See above; `members` is filled.
     """
-    kept, ranges, gram, factor, basis = members
+    kept, ranges, gram, factor, basis, fields = members
     displacement, products = positions[3], positions[4]
     torques, reach, stencil = displacement.shape[1], (displacement.shape[3] - 1) // 2, products.shape[2]
     before = stencil // 2 - 1
@@ -953,44 +968,45 @@ def interpolate_positions(phi, pairs, indices, windows, first_row, geometry, gea
                     for node in range(nodes):
                         for d in range(3):
                             basis[offset + node, d, j] += weight * field[start + 3 * node + d]
+                for node in range(offset, offset + nodes):
+                    for d in range(3):
+                        fields[j, 3 * node + d] = basis[node, d, j]
     return size
 
 
 @compiled
-def _solve_lower(factor, size, vector):
+def _solve_transposed(factor, size, vector):
+    """Solve with the transpose of an upper factor."""
     for i in range(size):
-        for e in range(i):
-            vector[i] -= factor[i, e] * vector[e]
-        vector[i] /= factor[i, i]
+        row = factor[i]
+        vector[i] /= row[i]
+        value = vector[i]
+        for k in range(i + 1, size):
+            vector[k] -= row[k] * value
 
 
 @compiled
 def _solve_upper(factor, size, vector):
-    """Solve with the transpose of a lower factor."""
     for i in range(size - 1, -1, -1):
-        for e in range(i + 1, size):
-            vector[i] -= factor[e, i] * vector[e]
+        for k in range(i + 1, size):
+            vector[i] -= factor[i, k] * vector[k]
         vector[i] /= factor[i, i]
 
 
 @compiled
 def _deform(undeformed, position, members, coordinates, nodes):
     pairs, windows, gears = position[1], position[3], position[8]
-    ranges, basis = members[1], members[4]
+    ranges, fields = members[1], members[5]
+    flat, before = nodes.reshape(nodes.size), undeformed.reshape(undeformed.size)
+    flat[:] = before
     for p in range(pairs):
         for gear in range(2):
-            low, high = ranges[gear, 0], ranges[gear, 1]
-            first = windows[p, gear, 0]
-            for node in range(first, first + windows[p, gear, 1] * gears[gear][0].shape[1]):
-                shapes, x, y, z = basis[node], 0.0, 0.0, 0.0
-                for j in range(high - low):  # three sums at a time: the processor overlaps them
-                    amplitude = coordinates[low + j]
-                    x += shapes[0, j] * amplitude
-                    y += shapes[1, j] * amplitude
-                    z += shapes[2, j] * amplitude
-                nodes[node, 0] = undeformed[node, 0] + x
-                nodes[node, 1] = undeformed[node, 1] + y
-                nodes[node, 2] = undeformed[node, 2] + z
+            low = 3 * windows[p, gear, 0]
+            high = low + 3 * windows[p, gear, 1] * gears[gear][0].shape[1]
+            for j in range(ranges[gear, 1] - ranges[gear, 0]):
+                amplitude, field = coordinates[ranges[gear, 0] + j], fields[j]
+                for dof in range(low, high):
+                    flat[dof] += amplitude * field[dof]
 
 
 @compiled
@@ -1027,14 +1043,15 @@ def _residuals(count, size, members, columns, coordinates, lists, torque, lead, 
         moment += force * lever[n]
         potential -= 0.5 * force * gap[n]
     norm = 0.0
+    difference[:size] = target[:size]
     for i in range(size):
-        value = 0.0
+        row, amplitude = gram[i], coordinates[i]
         for j in range(size):
-            value += gram[i, j] * coordinates[j]
-        difference[i] = target[i] - value
-        norm += value * coordinates[i]
-    _solve_lower(factor, size, target)
-    _solve_lower(factor, size, difference)
+            difference[j] -= amplitude * row[j]
+    for i in range(size):
+        norm += (target[i] - difference[i]) * coordinates[i]
+    _solve_transposed(factor, size, target)
+    _solve_transposed(factor, size, difference)
     unbalanced = target_norm = 0.0
     for i in range(size):
         unbalanced += difference[i] ** 2
@@ -1045,56 +1062,56 @@ def _residuals(count, size, members, columns, coordinates, lists, torque, lead, 
 
 
 @compiled
-def _newton_matrix(count, size, members, columns, free_gap, lists, active, torque, matrix, solution):
-    """Assemble and factor the tangent with the active points; `solution` becomes amplitudes and rotation."""
-    gram, stiffness, lever = members[2], lists[3], lists[4]
+def _add_point(n, sign, size, columns, free_gap, lists, matrix, rhs):
+    """Add a point's tangent and force to the upper half of the Newton matrix and to the right-hand side, or take them."""
+    row, k, lever = columns[n], sign * lists[3][n], lists[4][n]
     for i in range(size):
-        solution[i] = 0.0
-        for j in range(i + 1):
-            matrix[i, j] = gram[i, j]
-    solution[size] = torque
-    for j in range(size + 1):
-        matrix[size, j] = 0.0
-    for n in range(count):
-        if not active[n]:
-            continue
-        row, k = columns[n], stiffness[n]
-        for i in range(size):
-            scaled = k * row[i]
-            solution[i] -= scaled * free_gap[n]
-            for j in range(i + 1):
-                matrix[i, j] += scaled * row[j]
-            matrix[size, i] += scaled * lever[n]
-        matrix[size, size] += k * lever[n] ** 2
-        solution[size] -= k * lever[n] * free_gap[n]
-    _cholesky(matrix, 0, size + 1, matrix)
-    _solve_lower(matrix, size + 1, solution)
-    _solve_upper(matrix, size + 1, solution)
+        scaled, line = k * row[i], matrix[i]
+        for j in range(i, size):
+            line[j] += scaled * row[j]
+        line[size] += scaled * lever
+        rhs[i] -= scaled * free_gap[n]
+    matrix[size, size] += k * lever**2
+    rhs[size] -= k * lever * free_gap[n]
 
 
 @compiled
-def _newton_step(count, size, members, columns, coordinates, lists, active, free_gap, torque, matrix, solution):
-    """New amplitudes and additional rotation in `solution`: the linearised contact problem, active points and all.
+def _newton_step(count, size, members, columns, coordinates, lists, active, free_gap, torque, work):
+    """New amplitudes and additional rotation: the linearised contact problem, active points and all; in `work[2]`.
 
     The geometry is the expensive part of a step, so which points are active is settled on the linearised gaps; points
     that stand off a little are in the lists for that.
     """
-    gap, lever = lists[2], lists[4]
+    gram, gap, lever = members[2], lists[2], lists[4]
+    solution, rhs = work[2], work[4]
+    matrix, factor = work[5 : 6 + size], work[6 + size :]
+    for i in range(size):
+        for j in range(i, size):
+            matrix[i, j] = gram[i, j]
+        matrix[i, size] = rhs[i] = 0.0
+    matrix[size, size], rhs[size] = 0.0, torque
     for n in range(count):
         active[n] = gap[n] < 0.0
         free_gap[n] = gap[n]
         for j in range(size):
             free_gap[n] -= columns[n, j] * coordinates[j]
+        if active[n]:
+            _add_point(n, 1.0, size, columns, free_gap, lists, matrix, rhs)
     for _ in range(8):
-        _newton_matrix(count, size, members, columns, free_gap, lists, active, torque, matrix, solution)
+        _cholesky(matrix, 0, size + 1, factor)
+        for i in range(size + 1):
+            solution[i] = rhs[i]
+        _solve_transposed(factor, size + 1, solution)
+        _solve_upper(factor, size + 1, solution)
         changed, left = False, False
         for n in range(count):
             predicted = free_gap[n] + lever[n] * solution[size]
             for j in range(size):
                 predicted += columns[n, j] * solution[j]
-            changed = changed or active[n] != (predicted < 0.0)
-            active[n] = predicted < 0.0
-            left = left or active[n]
+            left = left or predicted < 0.0
+            if active[n] != (predicted < 0.0):
+                changed, active[n] = True, predicted < 0.0
+                _add_point(n, 1.0 if active[n] else -1.0, size, columns, free_gap, lists, matrix, rhs)
         if not changed or not left:
             return
 
@@ -1125,7 +1142,7 @@ def _last_step(count, position, members, state, coordinates, torque):
     """
     columns, work, points, lists, size = state[2], state[3], state[5], state[6], position[7]
     solution, gap, free_gap, lever = work[2], lists[2], lists[7], lists[4]
-    _newton_step(count, size, members, columns, coordinates, lists, points[2], free_gap, torque, work[4:], solution)
+    _newton_step(count, size, members, columns, coordinates, lists, points[2], free_gap, torque, work)
     for n in range(count):
         gap[n] = free_gap[n] + lever[n] * solution[size]
         for j in range(size):
@@ -1142,7 +1159,7 @@ def _solve_state(state, position, problem, members, approach, coordinates, lead,
     """
     columns, work, points, lists, size = state[2], state[3], state[5], state[6], position[7]
     base_radius, torque = position[8][0][3][0], problem[2]
-    solution, trial, matrix = work[2], work[3], work[4:]
+    solution, trial = work[2], work[3]
     count, touching, smallest, border, force, moment, potential = _search_state(
         state, position, problem, members, coordinates, lead
     )
@@ -1158,9 +1175,7 @@ def _solve_state(state, position, problem, members, approach, coordinates, lead,
                 state, position, problem, members, coordinates, lead
             )
             continue
-        _newton_step(
-            count, size, members, columns, coordinates, lists, points[2], lists[7], torque, matrix, solution
-        )
+        _newton_step(count, size, members, columns, coordinates, lists, points[2], lists[7], torque, work)
         fraction, worst, energy, rotation = 1.0, max(force, moment), potential, solution[size]
         for _ in range(12):
             for j in range(size):
@@ -1259,7 +1274,7 @@ def place_position(phi, depth, reachable, geometry, gears, scheme, family, clear
     most = most_members(family, pairs, windows)
     members = (
         np.empty(most, dtype=np.int64), np.zeros((2, 2), dtype=np.int64), np.empty((most, most)),
-        np.empty((most, most)), np.empty((nodes, 3, most)),
+        np.empty((most, most)), np.empty((nodes, 3, most)), np.empty((most, 3 * nodes)),
     )  # fmt: skip
     size = gather_members(phi, pairs, indices, windows, first_row, geometry, gears, family, members)
     undeformed = np.empty((nodes, 3))
@@ -1277,7 +1292,7 @@ def place_position(phi, depth, reachable, geometry, gears, scheme, family, clear
     )
     points = (np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int64), np.empty(room, dtype=np.bool_))
     state = (
-        undeformed, np.empty((nodes, 3)), np.empty((room, size)), np.empty((size + 5, size + 1)), feet, points, lists
+        undeformed, np.empty((nodes, 3)), np.empty((room, size)), np.empty((2 * size + 7, size + 1)), feet, points, lists
     )  # fmt: skip
     position = (phi, pairs, indices, windows, first_row, centre, clearance * depth, size, gears)
     return state, position, members
@@ -1326,9 +1341,7 @@ def repeat_phase(phase, repeats, state, position, problem, members, family, coor
         elif phase == 4:
             _residuals(count, size, members, columns, coordinates, lists, torque, lead, work[0], work[1])
         else:
-            _newton_step(
-                count, size, members, columns, coordinates, lists, points[2], lists[7], torque, work[4:], work[2]
-            )
+            _newton_step(count, size, members, columns, coordinates, lists, points[2], lists[7], torque, work)
     return count
 
 
