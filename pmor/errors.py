@@ -33,6 +33,10 @@ class OutputError(PmorError):
     """A result cannot be written."""
 
 
+class ExternalProgramError(PmorError):
+    """An independent program that results are compared with is not installed, or failed."""
+
+
 class ConvergenceError(PmorError):
     """The equilibrium was not found; such a state is never reported as a number.
 
