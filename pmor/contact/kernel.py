@@ -347,41 +347,49 @@ def _inside_share(overshoot, extent_out, extent_in):
 
 
 @compiled
-def _edge_overshoot(nodes, edge_row, inner_row, k, t, foot):
-    """Distance of a foot beyond an edge row of the master (negative inside), along the outward chord there."""
+def _edge_overshoot(nodes, edge_row, inner_row, k, t, foot, in_length):
+    """Distance of a foot beyond an edge row of the master (negative inside), along the outward chord there.
+
+    Not `in_length`: times the length of that chord, which is enough for the sign.
+    """
     overshoot = length = 0.0
     for d in range(3):
         at_edge = (1.0 - t) * nodes[edge_row, k, d] + t * nodes[edge_row, k + 1, d]
         outward = at_edge - ((1.0 - t) * nodes[inner_row, k, d] + t * nodes[inner_row, k + 1, d])
         overshoot += (foot[d] - at_edge) * outward
         length += outward**2
-    return overshoot / np.sqrt(length)
+    return overshoot / np.sqrt(length) if in_length else overshoot
 
 
 @compiled
-def _share_on_master(master, nodes, first, count, element, guess, width, extents, foot):
+def _share_on_master(master, nodes, first, count, element, guess, tangent_t, extents, row, column, foot):
     """Share of a slave point's area that faces the master; 0 beyond its edges, -1 on the master but off the window.
 
     Flanks face each other: towards the slave's root is towards the master's tip.
     """
     share = 1.0
     if element[0] == first + count - 1:
-        beyond_tip = _edge_overshoot(nodes, first + count, first + count - 1, element[1], guess[1], foot)
-        if master[5] == 0 and beyond_tip > 0.0:
+        at_edge = master[5] == 1
+        beyond = _edge_overshoot(nodes, first + count, first + count - 1, element[1], guess[1], foot, at_edge)
+        if at_edge:
+            share *= _inside_share(beyond, extents[row, column, 0], extents[row, column, 1])
+        elif beyond > 0.0:
             return -1.0
-        if master[5] == 1:
-            share *= _inside_share(beyond_tip, extents[0], extents[1])
     if element[0] == first:
-        beyond_root = _edge_overshoot(nodes, first, first + 1, element[1], guess[1], foot)
-        if master[4] == 0 and beyond_root > 0.0:
+        at_edge = master[4] == 1
+        beyond = _edge_overshoot(nodes, first, first + 1, element[1], guess[1], foot, at_edge)
+        if at_edge:
+            share *= _inside_share(beyond, extents[row, column, 1], extents[row, column, 0])
+        elif beyond > 0.0:
             return -1.0
-        if master[4] == 1:
-            share *= _inside_share(beyond_root, extents[1], extents[0])
-    across = element[1] + guess[1]
-    if element[1] == nodes.shape[1] - 2:
-        share *= _inside_share((across - (nodes.shape[1] - 1)) * width, extents[3], extents[2])
-    if element[1] == 0:
-        share *= _inside_share(-across * width, extents[2], extents[3])
+    last = nodes.shape[1] - 2
+    if element[1] == 0 or element[1] == last:
+        width = np.sqrt(tangent_t[0] ** 2 + tangent_t[1] ** 2 + tangent_t[2] ** 2)
+        low, high = extents[row, column, 2], extents[row, column, 3]
+        if element[1] == last:
+            share *= _inside_share((guess[1] - 1.0) * width, high, low)
+        if element[1] == 0:
+            share *= _inside_share(-guess[1] * width, low, high)
     return share
 
 
@@ -398,37 +406,40 @@ def _search_row(
     slave_nodes, slave_rows, slave_across, surface, along_rows, along_columns, first, patches = surfaces
     x, foot, normal, tangent_s, tangent_t, points = work
     index, weight, gap, stiffness, lever, mate_lever, place = lists[:7]
-    slave_columns, points_across = slave_nodes.shape[1], (slave_nodes.shape[1] - 1) * detail[1] + 1
+    last_k = slave_nodes.shape[1] - 2
+    per_column = (surface.shape[1] - 1) / ((last_k + 1) * detail[1])
     ei = min(row // detail[0], slave[3] - 1)
     s = row / detail[0] - ei
     smallest, touches_border = np.inf, False
     row_points(slave_nodes, slave_rows, slave_across, smooth, slave[2] + ei, s, detail[1], points)
-    for column in range(points_across):
-        ek = min(column // detail[1], slave_columns - 2)
-        t = column / detail[1] - ek
-        point = points[column]
+    ek, part = 0, -1
+    for column in range((last_k + 1) * detail[1] + 1):
+        part += 1
+        if part == detail[1] and ek < last_k:
+            ek, part = ek + 1, 0
+        px, py, pz = points[column, 0], points[column, 1], points[column, 2]
         for d in range(3):
-            x[d] = shift[d] + rotation[d, 0] * point[0] + rotation[d, 1] * point[1] + rotation[d, 2] * point[2]
+            x[d] = shift[d] + rotation[d, 0] * px + rotation[d, 1] * py + rotation[d, 2] * pz
         # Where a point was projected in the last iteration is the best guess; else beside its neighbour.
-        across = column / (points_across - 1) * (surface.shape[1] - 1)
-        element[1] = min(int(across), surface.shape[1] - 2)
-        guess[1] = across - element[1]
         if memory_element[row, column, 0] >= 0:
             element[0], element[1] = memory_element[row, column, 0], memory_element[row, column, 1]
             guess[0], guess[1] = memory_guess[row, column, 0], memory_guess[row, column, 1]
+        else:
+            across = column * per_column
+            element[1] = min(int(across), surface.shape[1] - 2)
+            guess[1] = across - element[1]
         project(surface, along_rows, along_columns, smooth and direct, first, patches, x, element, guess,
                 tangent_s, tangent_t, foot, foot_step)  # fmt: skip
         memory_element[row, column, 0], memory_element[row, column, 1] = element[0], element[1]
         memory_guess[row, column, 0], memory_guess[row, column, 1] = guess[0], guess[1]
-        width = np.sqrt(tangent_t[0] ** 2 + tangent_t[1] ** 2 + tangent_t[2] ** 2)
-        extent = extents[row, column]
-        share = _share_on_master(master, surface, first, patches, element, guess, width, extent, foot)
+        share = _share_on_master(
+            master, surface, first, patches, element, guess, tangent_t, extents, row, column, foot
+        )
         if share == 0.0:
             continue
         _unit_cross(tangent_t, tangent_s, normal)
-        g = 0.0
-        for d in range(3):
-            g += normal[d] * (x[d] - foot[d])
+        nx, ny, nz = normal[0], normal[1], normal[2]
+        g = nx * (x[0] - foot[0]) + ny * (x[1] - foot[1]) + nz * (x[2] - foot[2])
         if share < 0.0:
             touches_border = touches_border or g < 0.0
             continue
@@ -436,25 +447,24 @@ def _search_row(
         if g >= largest_gap:
             continue
         gap[count] = g
-        stiffness[count] = penalty * share * (extent[0] + extent[1]) * (extent[2] + extent[3])
+        along = extents[row, column, 0] + extents[row, column, 1]
+        stiffness[count] = penalty * share * along * (extents[row, column, 2] + extents[row, column, 3])
         # Each point turns about its own gear's axis.
-        slave_arm = (x[0] - shift[0]) * normal[1] - (x[1] - shift[1]) * normal[0]
-        master_arm = foot[0] * normal[1] - foot[1] * normal[0]
+        slave_arm = (x[0] - shift[0]) * ny - (x[1] - shift[1]) * nx
+        master_arm = foot[0] * ny - foot[1] * nx
         lever[count] = slave_arm if slave_is_pinion else -master_arm
         mate_lever[count] = master_arm if slave_is_pinion else -slave_arm
-        _bilinear(slave, slave_columns, ei, ek, s, t, index[count, :4], weight[count, :4, 0])
-        mi, mk = (element[0] - first) // detail[2], element[1] // detail[3]
-        s_master = (element[0] - first + guess[0]) / detail[2] - mi
-        t_master = (element[1] + guess[1]) / detail[3] - mk
-        master_columns = (surface.shape[1] - 1) // detail[3] + 1
-        _bilinear(master, master_columns, mi, mk, s_master, t_master, index[count, 4:], weight[count, 4:, 0])
-        for d in range(3):  # tangent_s is no longer needed: it takes the normal in the slave's frame
-            tangent_s[d] = rotation[0, d] * normal[0] + rotation[1, d] * normal[1] + rotation[2, d] * normal[2]
-        for a in range(4):
-            slave_weight, master_weight = weight[count, a, 0], weight[count, 4 + a, 0]
-            for d in range(3):
-                weight[count, a, d] = slave_weight * tangent_s[d]
-                weight[count, 4 + a, d] = -master_weight * normal[d]
+        turned_x = rotation[0, 0] * nx + rotation[1, 0] * ny + rotation[2, 0] * nz
+        turned_y = rotation[0, 1] * nx + rotation[1, 1] * ny + rotation[2, 1] * nz
+        turned_z = rotation[0, 2] * nx + rotation[1, 2] * ny + rotation[2, 2] * nz
+        _transfer(slave, last_k + 2, ei, ek, s, part / detail[1], turned_x, turned_y, turned_z, count, 0, index, weight)
+        mi, mk, s_master, t_master = element[0] - first, element[1], guess[0], guess[1]
+        if not direct:  # the grid is finer than the elements that carry it
+            s_master, t_master = (mi + s_master) / detail[2], (mk + t_master) / detail[3]
+            mi, mk = mi // detail[2], mk // detail[3]
+            s_master, t_master = s_master - mi, t_master - mk
+        columns = (surface.shape[1] - 1) // detail[3] + 1
+        _transfer(master, columns, mi, mk, s_master, t_master, -nx, -ny, -nz, count, 4, index, weight)
         place[count, 0], place[count, 1], place[count, 2], place[count, 3] = row, column, mi, mk
         if g < 0.0 and ((row == 0 and slave[4] == 0) or (row == slave[3] * detail[0] and slave[5] == 0)):
             touches_border = True
@@ -561,12 +571,14 @@ def search_pair(
 
 
 @compiled
-def _bilinear(window, columns, ei, ek, s, t, index, weight):
-    """Nodes of an element and the bilinear weights of a point in it (the paper's force transfer)."""
+def _transfer(window, columns, ei, ek, s, t, nx, ny, nz, point, at, index, weight):
+    """Nodes of an element and the bilinear shares of a force n at (s, t) in it (the paper's force transfer)."""
     node = window[0] + (window[2] + ei) * columns + ek
-    index[0], index[1], index[2], index[3] = node, node + 1, node + columns, node + columns + 1
-    weight[0], weight[1] = (1.0 - s) * (1.0 - t), (1.0 - s) * t
-    weight[2], weight[3] = s * (1.0 - t), s * t
+    for a in range(4):
+        share = (s if a >= 2 else 1.0 - s) * (t if a % 2 == 1 else 1.0 - t)
+        index[point, at + a] = node + (columns if a >= 2 else 0) + a % 2
+        weight[point, at + a, 0], weight[point, at + a, 1] = share * nx, share * ny
+        weight[point, at + a, 2] = share * nz
 
 
 # Windows: which tooth pairs can touch, and which element rows of their flanks. `geometry` holds the length of the
