@@ -12,7 +12,10 @@ from pmor import __version__, commands
 from pmor.errors import PmorError
 
 INTERRUPTED = 130
-RESUME_HINTS = {"offline": "the same command with --resume goes on where it stopped"}
+RESUME_HINTS = {
+    "offline": "the same command with --resume goes on where it stopped",
+    "study": "finished pieces are kept; the same command goes on where it stopped",
+}
 USUAL_HINT = "no file was left half written; the same command starts again"
 
 
@@ -72,6 +75,13 @@ def build_parser() -> argparse.ArgumentParser:
     compare = command("compare", "reduced against full FE: error and run time")
     _add_case(compare)
     _add_out(compare, "--out")
+
+    study = command("study", "a grid of meshes, refinements and models: error against run time, in one report")
+    study.add_argument("study_path", metavar="STUDY", type=Path, help="study file (TOML)")
+    _add_out(study, "--out")
+    _add_jobs(study)
+    study.add_argument("--quick", action="store_true", help="the short variant that the study file describes")
+    _add_overwrite(study)
 
     info = command("info", "what is in an HDF5 file")
     info.add_argument("path", metavar="FILE.h5", type=Path, help="a basis or snapshot file")

@@ -1,0 +1,350 @@
+"""What a study file may say: one dataclass per section.
+
+A study names a base case and varies it; what a case may say is checked by `pmor.case`, with its own messages.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pmor.case.schema import Positions, Range
+from pmor.errors import CaseError
+
+Sections = Mapping[str, Mapping[str, Any]]
+Count = Annotated[int, Range(1, 10_000)]
+
+
+@dataclass(frozen=True, order=True)
+class Cell:
+    """A cell of the study's grid.
+
+    Parameters
+    ----------
+    n_profile : int
+        Elements over the profile.
+    lodm : int
+        Level-of-detail magnification over the profile: contact points per element.
+    variant : str
+        Name of what else differs from the base case; empty for the grid itself.
+    """
+
+    n_profile: int
+    lodm: int
+    variant: str = ""
+
+    @property
+    def detail(self) -> int:
+        """Level of detail E: contact points over the profile, elements times LoDM."""
+        return self.n_profile * self.lodm
+
+    @property
+    def label(self) -> str:
+        """Such as ``16@4``, followed by the variant's name."""
+        return f"{self.n_profile}@{self.lodm}{' ' * bool(self.variant)}{self.variant}"
+
+
+@dataclass(frozen=True)
+class Variant:
+    """A cell with other settings (section ``[[variant]]``), solved by condensed full FE alone.
+
+    Parameters
+    ----------
+    cell : Cell
+        Its `variant` is the name.
+    changes : mapping
+        Sections of the case file with the keys that differ.
+    """
+
+    cell: Cell
+    changes: Sections
+
+
+@dataclass(frozen=True, kw_only=True)
+class GridSettings:
+    """Cells and angles (section ``[grid]``).
+
+    Parameters
+    ----------
+    cells : tuple of Cell
+    angles_per_pitch : int
+        Regular grid of pinion angles on which every mesh is compared with the reference.
+    curve_angles : int
+        Angles of the reduced model's curves, per pitch.
+    """
+
+    cells: tuple[Cell, ...]
+    angles_per_pitch: Annotated[int, Range(8, 1000)] = 96
+    curve_angles: Positions = 200
+
+
+@dataclass(frozen=True)
+class Member:
+    """A mesh of the reference's family.
+
+    Parameters
+    ----------
+    n_profile, n_width : int
+        Elements over the profile and over the width.
+    lodm : int
+        Over the profile.
+    """
+
+    n_profile: int
+    n_width: int
+    lodm: int
+
+    @property
+    def label(self) -> str:
+        """Such as ``96 x 12 @ 4``."""
+        return f"{self.n_profile} x {self.n_width} @ {self.lodm}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReferenceSettings:
+    """Family of meshes whose finest is the reference (section ``[reference]``), coarsest first.
+
+    Parameters
+    ----------
+    members : tuple of Member
+        Two or three.
+    """
+
+    members: tuple[Member, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ConventionalSettings:
+    """Where the conventional full FE is run (section ``[conventional]``).
+
+    Parameters
+    ----------
+    solved : tuple of Cell
+        Solved to convergence.
+    stepped : tuple of int
+        Meshes (elements over the profile) of which only a Newton step is timed.
+    angles : int
+        Positions solved per cell.
+    """
+
+    solved: tuple[Cell, ...] = ()
+    stepped: tuple[int, ...] = ()
+    angles: Count = 1
+
+
+@dataclass(frozen=True, kw_only=True)
+class TimingSettings:
+    """The timing phase (section ``[timing]``).
+
+    Parameters
+    ----------
+    repeats : int
+        Rounds over all cells; the median counts.
+    condensed_angles, reduced_angles : int
+        Positions of one measurement, over one pitch.
+    """
+
+    repeats: Annotated[int, Range(1, 100)] = 5
+    condensed_angles: Count = 8
+    reduced_angles: Count = 200
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrainingSettings:
+    """A family of trainings on one cell (section ``[[training]]``).
+
+    Parameters
+    ----------
+    label : str
+    cell : Cell
+    angles : tuple of int
+        Training angles per pitch; each divides the largest.
+    torques_Nm : tuple of tuple of float
+        Sets of training torques.
+    shapes, interpolation : str or None
+        Of the case file's section ``[reduction]``; None is its default.
+    """
+
+    label: str
+    cell: Cell
+    angles: tuple[int, ...]
+    torques_Nm: tuple[tuple[float, ...], ...]
+    shapes: str | None = None
+    interpolation: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class PaperRatio:
+    """A ratio of run times that the paper states (section ``[[paper.ratio]]``).
+
+    Parameters
+    ----------
+    cell, to : Cell
+        Seconds of `cell` over seconds of `to`.
+    value : float
+    kind : {"about", "above"}
+    """
+
+    cell: Cell
+    to: Cell
+    value: Annotated[float, Range(0.0, 1e9, low_excluded=True)]
+    kind: Literal["about", "above"] = "about"
+
+
+@dataclass(frozen=True, kw_only=True)
+class PaperSettings:
+    """What the paper says about run times (section ``[paper]``).
+
+    Parameters
+    ----------
+    seconds : tuple of (Cell, float)
+        Of the cells whose time is known.
+    ratio : tuple of PaperRatio
+    """
+
+    seconds: tuple[tuple[Cell, float], ...] = ()
+    ratio: tuple[PaperRatio, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class PeerSettings:
+    """The independent solver (section ``[peer]``).
+
+    Parameters
+    ----------
+    cell : Cell
+    angles : int
+        Positions over one pitch.
+    changes : mapping
+        Sections of the case file with the keys that differ: the independent solver has its own surface.
+    """
+
+    cell: Cell
+    angles: Annotated[int, Range(1, 100)] = 3
+    changes: Sections = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FigureSettings:
+    """What the pictures show (section ``[figures]``).
+
+    Parameters
+    ----------
+    details : tuple of int
+        Levels of detail E, one panel each.
+    along_angle : tuple of Cell
+        Cells whose errors are drawn over the roll angle.
+    """
+
+    details: tuple[int, ...] = ()
+    along_angle: tuple[Cell, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class QuickSettings:
+    """What ``--quick`` runs instead (section ``[quick]``).
+
+    Parameters
+    ----------
+    cells : tuple of Cell
+    angles_per_pitch, offline_angles, compare_angles, curve_angles, repeats : int
+    members : tuple of Member
+        Of the reference.
+    training_angles : tuple of int
+    """
+
+    cells: tuple[Cell, ...]
+    members: tuple[Member, ...]
+    angles_per_pitch: Annotated[int, Range(8, 1000)] = 16
+    offline_angles: Positions = 20
+    compare_angles: Count = 6
+    curve_angles: Positions = 50
+    repeats: Annotated[int, Range(1, 100)] = 2
+    training_angles: tuple[int, ...] = (5, 10)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Study:
+    """Everything that a study file says, checked.
+
+    Parameters
+    ----------
+    name : str
+        Stem of the file name; it names the output folder.
+    title : str
+    base : Path
+        Case file that the cells vary.
+    grid, variants, reference, conventional, timing, trainings, paper, peer, figures, quick
+        One per section; `peer` and `quick` are None where the file has none.
+    changes : mapping
+        Keys of the base case that differ in every cell: what ``--quick`` shortens.
+    where : str
+        What error messages call the file.
+    """
+
+    name: str
+    title: str
+    base: Path
+    grid: GridSettings
+    variants: tuple[Variant, ...]
+    reference: ReferenceSettings
+    conventional: ConventionalSettings
+    timing: TimingSettings
+    trainings: tuple[TrainingSettings, ...]
+    paper: PaperSettings
+    peer: PeerSettings | None
+    figures: FigureSettings
+    quick: QuickSettings | None
+    changes: Sections = field(default_factory=dict)
+    where: str = ""
+
+    @property
+    def cells(self) -> tuple[Cell, ...]:
+        """Cells of the grid, then those of the variants."""
+        return (*self.grid.cells, *(variant.cell for variant in self.variants))
+
+    def changes_of(self, cell: Cell) -> dict[str, dict[str, Any]]:
+        """Sections and keys in which a cell differs from the base case."""
+        sections: dict[str, dict[str, Any]] = {name: dict(keys) for name, keys in self.changes.items()}
+        for variant in self.variants:
+            if variant.cell == cell:
+                for name, keys in variant.changes.items():
+                    sections.setdefault(name, {}).update(keys)
+        sections.setdefault("mesh", {})["profile_elements"] = cell.n_profile
+        sections.setdefault("contact", {})["lodm_profile"] = cell.lodm
+        return sections
+
+
+def quick_study(study: Study) -> Study:
+    """Return the short variant of a study.
+
+    Raises
+    ------
+    CaseError
+        When its file has no section ``[quick]``.
+    """
+    quick = study.quick
+    if quick is None:
+        raise CaseError(f"{study.where}: [quick]: is missing: add it to say what --quick runs")
+    trainings = tuple(
+        replace(t, cell=quick.cells[0], angles=quick.training_angles) for t in study.trainings
+    )
+    return replace(
+        study,
+        title=f"{study.title} (quick)",
+        grid=replace(study.grid, cells=quick.cells, angles_per_pitch=quick.angles_per_pitch,
+                     curve_angles=quick.curve_angles),
+        variants=(),
+        reference=ReferenceSettings(members=quick.members),
+        conventional=ConventionalSettings(),
+        timing=TimingSettings(repeats=quick.repeats, condensed_angles=2, reduced_angles=quick.curve_angles),
+        trainings=trainings,
+        peer=None,
+        figures=FigureSettings(details=tuple(sorted({c.detail for c in quick.cells})), along_angle=quick.cells),
+        changes={
+            "offline": {"angles_per_pitch": quick.offline_angles},
+            "compare": {"angles": quick.compare_angles},
+        },
+    )  # fmt: skip

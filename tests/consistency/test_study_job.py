@@ -1,0 +1,246 @@
+"""A tiny study from end to end: outputs, resume, repeatability, and positions that fail."""
+
+import json
+import re
+from html.parser import HTMLParser
+
+import pytest
+from numpy.testing import assert_allclose
+
+import pmor.study.rivals
+import pmor.study.run
+from pmor.cli import main
+from pmor.errors import ConvergenceError
+from tests.small_case import case_text, fail_where
+
+STUDY = """
+base = "base.toml"
+[grid]
+cells = ["4@1", "4@2", "8@1"]
+angles_per_pitch = 8
+curve_angles = 4
+[[variant]]
+name = "facets"
+cell = "4@2"
+contact = { surface = "facet" }
+[reference]
+members = [[5, 1, 2], [6, 1, 2], [9, 1, 2]]
+[conventional]
+solved = ["4@2"]
+stepped = [8]
+[timing]
+repeats = 1
+condensed_angles = 1
+reduced_angles = 2
+[[training]]
+label = "lines"
+cell = "4@2"
+shapes = "flank_lines"
+angles = [4]
+torques_Nm = [[160.0], [40.0, 160.0]]
+[peer]
+cell = "4@2"
+angles = 1
+[figures]
+details = [8]
+along_angle = ["4@2"]
+[paper]
+seconds = { "4@2" = 29.0 }
+[[paper.ratio]]
+cell = "8@1"
+to = "4@2"
+value = 3.7
+"""
+PICTURES = {"figure5.png", "error_run_time.png", "cost.png", "training.png", "error_over_angle.png"}
+# DESIGN.md, section 5: scripts rely on these.
+ROW_KEYS = {
+    "model", "surface", "quadrature", "n_profile", "lodm", "ste_mean_um", "ste_peak_to_peak_um", "shape_error_um",
+    "ripple_um", "ms_per_position", "offline_s",
+}  # fmt: skip
+REDUCED_KEYS = {"n_angles_trained", "n_torques_trained", "rom_vs_full_ste_max_rel"}
+# The conventional model solves the same equations in another way, both to a relative residual of 1e-9.
+SAME_EQUATIONS = 1e-6
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("study")
+    (folder / "base.toml").write_text(case_text())
+    (folder / "tiny.toml").write_text(STUDY)
+    return folder
+
+
+def run(folder, out, *more):
+    with pytest.MonkeyPatch.context() as patch:
+        # Whether the independent solver is installed must not change what is tested.
+        patch.setattr(pmor.study.rivals, "peer_installed", lambda: False)
+        return main(["study", str(folder / "tiny.toml"), "--out", str(folder / out), *more])
+
+
+@pytest.fixture(scope="module")
+def finished(folder):
+    assert run(folder, "out") == 0
+    return folder / "out"
+
+
+def table_of(out):
+    return json.loads((out / "study.json").read_text())
+
+
+def without_times(value):
+    """Drop what depends on the clock, by the names of the keys alone."""
+    if isinstance(value, dict):
+        kept = {k: v for k, v in value.items() if not re.match(r"ms_|time_", k) and not k.endswith("_s")}
+        return {k: without_times(v) for k, v in kept.items() if k != "machine"}
+    return [without_times(v) for v in value] if isinstance(value, list) else value
+
+
+def test_everything_is_there(finished):
+    names = {path.name for path in finished.iterdir()}
+    assert {"study.json", "study.md", "report.html", "cells", "parts"} | PICTURES == names
+    table = table_of(finished)
+    assert {(row["cell"], row["model"]) for row in table["rows"]} == {
+        ("4@1", "condensed"), ("4@1", "reduced"),
+        ("4@2", "conventional"), ("4@2", "condensed"), ("4@2", "reduced"),
+        ("8@1", "conventional"), ("8@1", "condensed"), ("8@1", "reduced"),
+        ("4@2 facets", "condensed"),
+    }  # fmt: skip
+    for row in table["rows"]:
+        assert set(row) >= ROW_KEYS | (REDUCED_KEYS if row["model"] == "reduced" else set())
+        timed = row["variant"] is None
+        assert (row["ms_per_position"] is not None) == timed
+        assert row["shape_error_um"] > 0.0
+    assert table["machine"]["cores"] >= 1
+    assert table["peer"] is None
+    assert table["failures"] == []
+    assert [claim["name"] for claim in table["time_claims"]] == [
+        "refinement_is_cheaper_conventional", "refinement_is_cheaper_condensed", "refinement_is_cheaper_reduced",
+    ]  # fmt: skip
+
+
+def test_conventional_and_condensed_agree(finished):
+    row = next(r for r in table_of(finished)["rows"] if r["model"] == "conventional" and r["cell"] == "4@2")
+    assert 0.0 <= row["conventional_vs_condensed_ste_max_rel"] < SAME_EQUATIONS
+    assert row["n_positions_solved"] == 1
+
+
+def test_an_extrapolated_time_is_steps_times_seconds(finished):
+    rows = {(r["cell"], r["model"]): r for r in table_of(finished)["rows"]}
+    row, condensed = rows["8@1", "conventional"], rows["8@1", "condensed"]
+    assert row["n_positions_solved"] == 0
+    assert_allclose(row["ms_per_position"], 1e3 * row["newton_step_s"] * condensed["newton_steps_mean"], rtol=1e-12)
+
+
+def test_break_even_and_ratio_come_from_the_times(finished):
+    rows = {(r["cell"], r["model"]): r for r in table_of(finished)["rows"]}
+    fast, slow = rows["4@2", "reduced"], rows["4@2", "conventional"]
+    assert_allclose(
+        fast["time_ratio_conventional_to_reduced"], slow["ms_per_position"] / fast["ms_per_position"], rtol=1e-12
+    )
+    saved = fast["time_break_even_positions_conventional"] * (slow["ms_per_position"] - fast["ms_per_position"])
+    assert saved >= 1e3 * fast["offline_s"]
+
+
+def test_the_page_is_self_contained(finished):
+    references = []
+
+    class Page(HTMLParser):
+        def handle_starttag(self, tag, attrs):
+            assert tag not in ("script", "link", "iframe", "object")
+            references.extend(value for name, value in attrs if name in ("src", "href", "srcset", "data"))
+
+    html = (finished / "report.html").read_text()
+    Page().feed(html)
+    assert len(references) == len(PICTURES)
+    assert all(value.startswith("data:image/png;base64,") for value in references)
+    assert "url(" not in html
+    assert "CalculiX is not installed here" in html
+
+
+def test_the_markdown_names_pictures_that_are_there(finished):
+    pictures = re.findall(r"\]\((.+?)\)", (finished / "study.md").read_text())
+    assert set(pictures) == PICTURES
+
+
+def test_finished_parts_are_taken_over_and_the_rest_is_done(folder, finished, capsys, monkeypatch):
+    before = table_of(finished)
+    missing = finished / "parts" / "training_lines.json"
+    missing.unlink()
+    monkeypatch.setattr(pmor.study.run.solve, "grid_cell", lambda *a: pytest.fail("a finished cell was solved again"))
+    assert run(folder, "out") == 0
+    assert re.findall(r"^\[\d+/\d+\] (\S+ \S+)", capsys.readouterr().out, re.MULTILINE) == ["training lines"]
+    # What was not done again has kept even its times.
+    assert table_of(finished)["rows"] == before["rows"]
+    assert without_times(table_of(finished)) == without_times(before)
+
+
+def test_a_part_of_other_settings_is_not_taken_over(folder, finished, capsys, monkeypatch):
+    solved = []
+
+    def no_result(case, *rest):
+        solved.append(case.name)
+        return {"no": "curve"}
+
+    monkeypatch.setattr(pmor.study.run.solve, "reference_member", no_result)
+    path = folder / "tiny.toml"
+    path.write_text(STUDY.replace("[9, 1, 2]", "[7, 1, 2]"))
+    try:
+        with pytest.raises(KeyError):  # the stand-in for a result is no result
+            run(folder, "out")
+    finally:
+        path.write_text(STUDY)
+        (finished / "parts" / "reference_7_x_1___2.json").unlink()
+    assert solved == ["7@2"]
+
+
+def test_a_cell_without_its_basis_is_done_again(folder, finished, capsys):
+    (finished / "cells" / "8_1.h5").unlink()
+    assert run(folder, "out") == 0
+    assert "cell 8@1" in capsys.readouterr().out
+    assert (finished / "cells" / "8_1.h5").exists()
+
+
+@pytest.mark.jit
+def test_two_runs_give_the_same_numbers(folder, finished, capsys):
+    before = table_of(finished)
+    assert run(folder, "out", "--jobs", "2", "--overwrite") == 0
+    printed = capsys.readouterr().out
+    assert "taken over" not in printed
+    assert re.search(r"\[1/\d+\] reference 5 x 1 @ 2", printed)
+    after = table_of(finished)
+    assert without_times(after) == without_times(before)
+    assert after != before  # the clock has gone on: something was done
+
+
+@pytest.mark.jit
+def test_failed_positions_are_named_and_empty(folder, tmp_path, monkeypatch, capsys):
+    angle = {}
+
+    def third(phi, torque):
+        angle.setdefault(round(phi, 12), len(angle))
+        return torque == 1e5 and angle[round(phi, 12)] == 2
+
+    fail_where(third, monkeypatch)
+    assert run(folder, str(tmp_path / "failing")) == 3
+    captured = capsys.readouterr()
+    assert re.search(r"pmor: error: \d+ did not converge, first: .*phi = \S+ rad, torque = 100 N m", captured.err)
+    table = table_of(tmp_path / "failing")
+    assert table["failures"]
+    assert all(row["ste_mean_um"] is not None for row in table["rows"])
+
+
+@pytest.mark.jit
+def test_a_piece_that_fails_altogether_does_not_stop_the_others(folder, tmp_path, monkeypatch, capsys):
+    def failing(*arguments):
+        raise ConvergenceError("made to fail", [])
+
+    monkeypatch.setattr(pmor.study.run.rivals, "conventional_cell", failing)
+    assert run(folder, str(tmp_path / "failing")) == 3
+    table = table_of(tmp_path / "failing")
+    assert table["failures"] == ["conventional 4@2: made to fail"]
+    assert {row["model"] for row in table["rows"] if row["cell"] == "4@2"} == {"condensed", "reduced"}
+    # It is tried again next time.
+    monkeypatch.undo()
+    capsys.readouterr()
+    assert run(folder, str(tmp_path / "failing")) == 0
+    assert re.findall(r"^\[\d+/\d+\] (\S+)", capsys.readouterr().out, re.MULTILINE) == ["conventional"]

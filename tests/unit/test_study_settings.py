@@ -1,0 +1,170 @@
+"""What a study file may say, and how it is refused."""
+
+from pathlib import Path
+
+import pytest
+
+from pmor.case import changed_text, parse_case
+from pmor.cli import main
+from pmor.errors import CaseError
+from pmor.study.cells import study_cases
+from pmor.study.loader import load_study, parse_study
+from pmor.study.settings import Cell, Member, quick_study
+from tests.small_case import case_text
+
+SHIPPED = Path(__file__).parents[2] / "cases" / "paper_study.toml"
+
+TEXT = """
+base = "base.toml"
+[grid]
+cells = ["4@2", "6@1"]
+[[variant]]
+name = "facets"
+cell = "6@2"
+contact = { surface = "facet" }
+[reference]
+members = [[6, 1, 2], [8, 1, 2]]
+[[training]]
+label = "lines"
+cell = "4@2"
+shapes = "flank_lines"
+angles = [4, 8]
+torques_Nm = [[180.0], [180.0, 40.0]]
+[paper]
+seconds = { "6@1" = 29.0 }
+[[paper.ratio]]
+cell = "6@1"
+to = "4@2"
+value = 3.7
+[quick]
+cells = ["4@2"]
+members = [[5, 1, 1], [6, 1, 1]]
+offline_angles = 5
+compare_angles = 1
+training_angles = [4]
+"""
+
+
+def parse(text, folder=Path()):
+    return parse_study(text, "small", "small.toml", folder)
+
+
+@pytest.fixture
+def base(tmp_path):
+    (tmp_path / "base.toml").write_text(case_text())
+    return tmp_path
+
+
+def test_cells_know_their_detail_and_name():
+    assert Cell(16, 4).detail == 64
+    assert Cell(16, 4).label == "16@4"
+    assert Cell(8, 8, "as printed").label == "8@8 as printed"
+
+
+def test_a_study_says_what_its_file_says():
+    study = parse(TEXT)
+    assert study.grid.cells == (Cell(4, 2), Cell(6, 1))
+    assert study.cells == (*study.grid.cells, Cell(6, 2, "facets"))
+    assert study.reference.members == (Member(6, 1, 2), Member(8, 1, 2))
+    assert study.trainings[0].torques_Nm == ((180.0,), (40.0, 180.0))
+    assert study.paper.seconds == ((Cell(6, 1), 29.0),)
+    assert (study.paper.ratio[0].value, study.paper.ratio[0].kind) == (3.7, "about")
+    assert study.timing.repeats == 5
+    assert study.peer is None
+    assert study.title == "small"
+
+
+def test_cells_become_cases(base):
+    cases = study_cases(parse(TEXT, base))
+    plain, facets = cases.cells[Cell(4, 2)], cases.cells[Cell(6, 2, "facets")]
+    assert (plain.mesh.profile_elements, plain.contact.lodm_profile, plain.contact.surface) == (4, 2, "hermite")
+    assert (facets.mesh.profile_elements, facets.contact.lodm_profile, facets.contact.surface) == (6, 2, "facet")
+    assert plain.compare.torques_Nm == (60.0, 100.0)  # of the base case
+    assert cases.members[Member(8, 1, 2)].mesh.profile_elements == 8
+    trained = cases.trainings[0][8, (40.0, 180.0)]
+    assert (trained.offline.angles_per_pitch, trained.offline.torques_Nm) == (8, (40.0, 180.0))
+    assert trained.reduction.shapes == "flank_lines"
+    # Keys that make no difference to a cell leave its case as the base case has it.
+    assert plain.pair == facets.pair
+
+
+def test_the_text_of_a_changed_case_reads_back(base):
+    changed = parse_case(changed_text(case_text(), {"mesh": {"profile_elements": 9}}), "x", "x")
+    plain = parse_case(case_text(), "x", "x")
+    assert changed.mesh.profile_elements == 9
+    assert (changed.pair, changed.contact, changed.offline) == (plain.pair, plain.contact, plain.offline)
+
+
+def test_quick_shortens(base):
+    study = quick_study(parse(TEXT, base))
+    assert study.cells == (Cell(4, 2),)
+    assert study.trainings[0].angles == (4,)
+    case = study_cases(study).cells[Cell(4, 2)]
+    assert (case.offline.angles_per_pitch, case.compare.angles) == (5, 1)
+    with pytest.raises(CaseError, match=r"\[quick\]: is missing"):
+        quick_study(parse(TEXT[: TEXT.index("[quick]")]))
+
+
+def test_the_shipped_study_is_the_papers_table():
+    study = load_study(SHIPPED)
+    assert {cell.label for cell in study.grid.cells} == {
+        "8@1", "8@2", "8@4", "8@8", "16@1", "16@2", "16@4", "32@1", "32@2", "64@1",
+    }  # fmt: skip
+    finest = study.reference.members[-1]
+    assert all(finest.n_profile > cell.n_profile for cell in study.cells)
+    cases = study_cases(study)
+    assert all(finest.n_width > case.mesh.width_elements for case in cases.cells.values())
+    assert all(case.offline.angles_per_pitch <= 40 for case in cases.cells.values())
+    assert all(len(case.offline.torques_Nm) <= 3 for case in cases.cells.values())
+    assert len(quick_study(study).cells) == 2
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('base = "base.toml"', "", "base: is missing"),
+        ("[grid]", "[gird]", "gird: unknown key: did you mean grid"),
+        ('cells = ["4@2", "6@1"]', "", r"\[grid\] cells: is missing"),
+        ('"4@2", "6@1"', '"4x2"', r"\[grid\] cells = .*write text such as \"16@4\""),
+        ('"4@2", "6@1"', '"4@2", "4@2"', r"\[grid\] cells = .*has an entry twice"),
+        ("[grid]", "[grid]\nangles_per_pich = 9", "angles_per_pich: unknown key: did you mean angles_per_pitch"),
+        ("[[6, 1, 2], [8, 1, 2]]", "[[6, 1, 2]]", r"\[reference\] members: must be two or three"),
+        ("[[6, 1, 2], [8, 1, 2]]", "[[8, 1, 2], [6, 1, 2]]", r"\[reference\] members: .*coarse to fine"),
+        ("[[6, 1, 2], [8, 1, 2]]", "[[6, 1], [8, 1]]", r"\[reference\] members = .*each member must be"),
+        ("[[6, 1, 2], [8, 1, 2]]", "[[6, 1, 2.5], [8, 1, 2]]", "whole number between"),
+        ("angles = [4, 8]", "angles = [3, 8]", r"\[training\] angles: each must divide the largest"),
+        ("[[180.0], [180.0, 40.0]]", "[180.0]", r"\[training\] torques_Nm = .*each set must be a list"),
+        ('name = "facets"\n', "", r"\[variant\] name: is missing"),
+        ('contact = { surface = "facet" }', 'surface = "facet"', r"\[variant\] surface = .*unknown key"),
+        ('"6@1" = 29.0', '"6@1" = -29.0', r"\[paper\] seconds = .*above 0"),
+        ("value = 3.7", 'value = "3.7"', r"\[paper.ratio\] value = .*must be a number"),
+        ("[grid]", "[conventional]\nsolved = [\"9@9\"]\n[grid]", r"solved: 9@9: is not among the \[grid\] cells"),
+        ("[grid]", "[peer]\nangles = 0\ncell = \"4@2\"\n[grid]", r"\[peer\] angles = 0: must be between"),
+        ("[grid]", "[[grid]]", "grid: must be a section"),
+        ("[[variant]]", "[variant]", "variant: must be a list of sections"),
+    ],
+)  # fmt: skip
+def test_what_is_refused(old, new, message):
+    assert old in TEXT
+    with pytest.raises(CaseError, match=message) as caught:
+        parse(TEXT.replace(old, new))
+    assert str(caught.value).startswith("small.toml: ")
+    assert "\n" not in str(caught.value)
+
+
+def test_what_a_cell_makes_of_the_base_case_is_refused_with_the_cell_named(base):
+    text = TEXT.replace('surface = "facet"', 'surface = "facets"')
+    with pytest.raises(CaseError, match=r"cell 6@2 facets: \[contact\] surface = .*did you mean facet"):
+        study_cases(parse(text, base))
+
+
+def test_a_bad_study_is_one_line_and_exit_code_2(base, capsys):
+    path = base / "study.toml"
+    path.write_text(TEXT.replace("[grid]", "[gird]"))
+    assert main(["study", str(path), "--out", str(base / "out")]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("pmor: error: ")
+    assert error.count("\n") == 1
+    assert not (base / "out").exists()
+    assert main(["study", str(base / "none.toml")]) == 2
+    assert "none.toml: cannot be read" in capsys.readouterr().err
