@@ -52,9 +52,7 @@ class ReducedPair:
             positions = (shapes.roll_position[0], step, shapes.loaded, shapes.displacement, shapes.gram)
             none = (np.zeros(1, dtype=np.int64), np.empty((1, 0, 0)), np.empty((1, 0, 0)))
             return False, (none, none), positions
-        lines = tuple(
-            (gear.start, np.ascontiguousarray(gear.displacement.transpose(0, 2, 1)), gear.gram) for gear in shapes.gears
-        )
+        lines = tuple((gear.start, gear.displacement, gear.gram) for gear in shapes.gears)
         nowhere = (0.0, 1.0, np.zeros((0, 0), dtype=bool), np.empty((0, 0, 2, 1, 0)), np.empty((0, 0, 2, 2, 0, 0)))
         return True, (lines[0], lines[1]), nowhere
 

@@ -771,22 +771,21 @@ def search_all(
 # families, and the pinion's rotation. `family` is the tuple (by_line, lines, positions):
 #
 # * by_line: which of the two; the arrays of the other one are empty;
-# * lines: for pinion and wheel (start, displacement (2 reach + 1, f, m), gram) of
-#   `pmor.reduction.flank_lines.GearLines`, displacements with the shapes last. A member belongs to one gear;
+# * lines: for pinion and wheel (start, displacement, gram) of `pmor.reduction.flank_lines.GearLines`. A member
+#   belongs to one gear;
 # * positions: (first roll position, step, loaded, displacement, gram) of `pmor.reduction.contact_shapes.ContactShapes`.
 #   A member belongs to both gears.
 #
-# `members` describes those of a position: (kept, ranges, gram, factor, basis, fields). kept[j] = pair x slots + slot
-# numbers member j, with `slots` shapes that a pair can have at all; ranges[gear] are the first and the last but one
-# member that move the gear; gram and its upper Cholesky factor; the displacement twice, once for each way it is read:
-# basis[node, d, j - ranges[gear, 0]] and fields[j - ranges[gear, 0], 3 node + d].
+# `members` describes those of a position: (kept, ranges, gram, factor, fields). kept[j] = pair x slots + slot numbers
+# member j, with `slots` shapes that a pair can have at all; ranges[gear] are the first and the last but one member
+# that move the gear; gram and its upper Cholesky factor; fields[j - ranges[gear, 0], 3 node + d] the displacement.
 
 
 @compiled
 def member_slots(family):
     """Return how many shapes a tooth pair can have at all."""
     by_line, lines, positions = family
-    return lines[0][1].shape[2] + lines[1][1].shape[2] if by_line else positions[2].shape[1]
+    return lines[0][1].shape[1] + lines[1][1].shape[1] if by_line else positions[2].shape[1]
 
 
 @compiled
@@ -836,14 +835,14 @@ def gather_lines(pairs, indices, windows, first_row, gears, lines, members):
     gears, lines, members
         See above; `members` is filled.
     """
-    kept, ranges, gram, factor, basis, fields = members
-    slots = lines[0][1].shape[2] + lines[1][1].shape[2]
+    kept, ranges, gram, factor, fields = members
+    slots = lines[0][1].shape[1] + lines[1][1].shape[1]
     size = 0
     first_member = np.empty((pairs + 1,), dtype=np.int64)
     for gear in range(2):
         start, displacement, products = lines[gear]
         reach, columns = (displacement.shape[0] - 1) // 2, gears[gear][0].shape[1]
-        low, before = size, 0 if gear == 0 else lines[0][1].shape[2]
+        low, before = size, 0 if gear == 0 else lines[0][1].shape[1]
         for p in range(pairs):
             first_member[p] = size
             row = first_row[p, gear]
@@ -861,16 +860,11 @@ def gather_lines(pairs, indices, windows, first_row, gears, lines, members):
                 for i in range(first_member[p], first_member[p + 1]):
                     for j in range(from_q, to_q):
                         gram[i, j] = products[reach + ahead, shape_p + i, shape_q + j - from_q]
-                moved, first = displacement[reach + ahead], (first_row[p, gear] - windows[p, gear, 2]) * columns
-                for node in range(windows[p, gear, 1] * columns):
-                    for d in range(3):
-                        source, target = moved[3 * (first + node) + d], basis[windows[p, gear, 0] + node, d]
-                        for j in range(to_q - from_q):
-                            target[from_q - low + j] = source[shape_q + j]
-                at, count = 3 * windows[p, gear, 0], 3 * windows[p, gear, 1] * columns
+                first, at = 3 * (first_row[p, gear] - windows[p, gear, 2]) * columns, 3 * windows[p, gear, 0]
                 for j in range(to_q - from_q):
-                    for dof in range(count):
-                        fields[from_q - low + j, at + dof] = moved[3 * first + dof, shape_q + j]
+                    source, target = displacement[reach + ahead, shape_q + j], fields[from_q - low + j]
+                    for dof in range(3 * windows[p, gear, 1] * columns):
+                        target[at + dof] = source[first + dof]
     for i in range(ranges[1, 0]):
         for j in range(ranges[1, 0], size):
             gram[i, j] = gram[j, i] = factor[i, j] = 0.0
@@ -941,7 +935,7 @@ def interpolate_positions(phi, pairs, indices, windows, first_row, geometry, gea
     positions, members
         See above; `members` is filled.
     """
-    kept, ranges, gram, factor, basis, fields = members
+    kept, ranges, gram, factor, fields = members
     displacement, products = positions[3], positions[4]
     torques, reach, stencil = displacement.shape[1], (displacement.shape[3] - 1) // 2, products.shape[2]
     before = stencil // 2 - 1
@@ -966,23 +960,20 @@ def interpolate_positions(phi, pairs, indices, windows, first_row, geometry, gea
         for gear in range(2):
             columns = gears[gear][0].shape[1]
             start = 3 * (first_row[p, gear] - windows[p, gear, 2]) * columns
-            nodes, offset = windows[p, gear, 1] * columns, windows[p, gear, 0]
+            count, offset = 3 * windows[p, gear, 1] * columns, 3 * windows[p, gear, 0]
             for j in range(size):
                 q, t = kept[j] // torques, kept[j] % torques
                 ahead = indices[p] - indices[q]
                 tooth = reach + (ahead if gear == 0 else -ahead)
-                basis[offset : offset + nodes, :, j] = 0.0
+                target = fields[j]
+                target[offset : offset + count] = 0.0
                 for a in range(stencil):
                     weight = weights[q, a, t]
                     if weight == 0.0:
                         continue
-                    field = displacement[places[q] + a, t, gear, tooth]
-                    for node in range(nodes):
-                        for d in range(3):
-                            basis[offset + node, d, j] += weight * field[start + 3 * node + d]
-                for node in range(offset, offset + nodes):
-                    for d in range(3):
-                        fields[j, 3 * node + d] = basis[node, d, j]
+                    source = displacement[places[q] + a, t, gear, tooth]
+                    for dof in range(count):
+                        target[offset + dof] += weight * source[start + dof]
     return size
 
 
@@ -1008,7 +999,7 @@ def _solve_upper(factor, size, vector):
 @compiled
 def _deform(undeformed, position, members, coordinates, nodes):
     pairs, windows, gears = position[1], position[3], position[8]
-    ranges, fields = members[1], members[5]
+    ranges, fields = members[1], members[4]
     flat, before = nodes.reshape(nodes.size), undeformed.reshape(undeformed.size)
     flat[:] = before
     for p in range(pairs):
@@ -1024,18 +1015,21 @@ def _deform(undeformed, position, members, coordinates, nodes):
 @compiled
 def _project_points(count, size, members, slave, lists, columns):
     """Derivatives of the gaps by the members' amplitudes, shape (count, size)."""
-    ranges, basis, index, weight = members[1], members[4], lists[0], lists[1]
+    ranges, fields, index, weight = members[1], members[4], lists[0], lists[1]
     for n in range(count):
         row = columns[n]
         for j in range(size):
             row[j] = 0.0
-        for a in range(8):
-            gear = slave[n] if a < 4 else 1 - slave[n]
-            low, high = ranges[gear, 0], ranges[gear, 1]
-            shapes = basis[index[n, a]]
-            wx, wy, wz = weight[n, a, 0], weight[n, a, 1], weight[n, a, 2]
+        for side in range(2):
+            low, high = ranges[slave[n] ^ side, 0], ranges[slave[n] ^ side, 1]
+            # The four nodes of an element are two pairs of neighbours in the list of nodes.
+            first, second = 3 * index[n, 4 * side], 3 * index[n, 4 * side + 2]
             for j in range(high - low):
-                row[low + j] += wx * shapes[0, j] + wy * shapes[1, j] + wz * shapes[2, j]
+                field, value = fields[j], 0.0
+                for e in range(6):
+                    a, d = 4 * side + e // 3, e % 3
+                    value += weight[n, a, d] * field[first + e] + weight[n, a + 2, d] * field[second + e]
+                row[low + j] += value
 
 
 @compiled
@@ -1235,8 +1229,8 @@ def _warm_start(family, size, kept, indices, centre, amplitude, base, centre_bef
         if pair < 0 or pair >= amplitude.shape[0]:
             coordinates[j] = 0.0
         elif by_line:
-            gear = 0 if slot < lines[0][1].shape[2] else 1
-            start, before = lines[gear][0], 0 if gear == 0 else lines[0][1].shape[2]
+            gear = 0 if slot < lines[0][1].shape[1] else 1
+            start, before = lines[gear][0], 0 if gear == 0 else lines[0][1].shape[1]
             line = np.searchsorted(start, slot - before, side="right") - 1
             order = slot - before - start[line]
             source = line - (centre[p, gear] - centre_before[pair, gear])
@@ -1286,7 +1280,7 @@ def place_position(phi, depth, reachable, geometry, gears, scheme, family, clear
     most = most_members(family, pairs, windows)
     members = (
         np.empty(most, dtype=np.int64), np.zeros((2, 2), dtype=np.int64), np.empty((most, most)),
-        np.empty((most, most)), np.empty((nodes, 3, most)), np.empty((most, 3 * nodes)),
+        np.empty((most, most)), np.empty((most, 3 * nodes)),
     )  # fmt: skip
     size = gather_members(phi, pairs, indices, windows, first_row, geometry, gears, family, members)
     undeformed = np.empty((nodes, 3))
