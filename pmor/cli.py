@@ -83,6 +83,16 @@ def build_parser() -> argparse.ArgumentParser:
     study.add_argument("--quick", action="store_true", help="the short variant that the study file describes")
     _add_overwrite(study)
 
+    bench = command("bench", "run time by phase and by size")
+    _add_case(bench)
+    bench.add_argument(
+        "--json", dest="json_path", metavar="FILE", type=Path, required=True,
+        help="file to write; one that is there is compared with first",
+    )  # fmt: skip
+    bench.add_argument(
+        "--jobs", metavar="N", type=_positive, default=2, help="threads of the parallel sweep (default: 2)"
+    )
+
     info = command("info", "what is in an HDF5 file")
     info.add_argument("path", metavar="FILE.h5", type=Path, help="a basis or snapshot file")
     return parser

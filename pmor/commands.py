@@ -5,6 +5,7 @@ Imports of what is heavy or belongs to a stage stand inside the functions, so th
 
 from __future__ import annotations
 
+import json
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -89,7 +90,7 @@ def study(
     study_path: Path, out: Path | None = None, jobs: int = 1, quick: bool = False, overwrite: bool = False
 ) -> None:
     """Run a study: a grid of meshes and refinements, three models, error against run time, one report."""
-    from pmor.study.threads import use_one_thread
+    from pmor.threads import use_one_thread
 
     use_one_thread()  # before anything loads numpy
     from pmor.errors import ConvergenceError
@@ -112,6 +113,24 @@ def study(
     print(f"  results in {folder}")
     if table.failures:
         raise ConvergenceError(f"{len(table.failures)} did not converge, first: {table.failures[0]}", [])
+
+
+def bench(case_path: Path, json_path: Path, jobs: int = 2) -> None:
+    """Measure run times by phase and by size, as ratios to an earlier measurement where there is one."""
+    from pmor.threads import use_one_thread
+
+    use_one_thread()  # before anything loads numpy
+    from pmor.bench import bench_text, read_bench, run_bench
+    from pmor.case import load_case
+    from pmor.storage.atomic import atomic_path, ensure_folder
+
+    case = load_case(case_path)
+    ensure_folder(json_path.parent)
+    before = read_bench(json_path)
+    result = run_bench(case, jobs)
+    with atomic_path(json_path) as temporary:
+        temporary.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    print(bench_text(result, before))
 
 
 def info(path: Path) -> None:

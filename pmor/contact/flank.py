@@ -11,11 +11,10 @@ from pmor.contact.kernel import prepare_surface, refine
 from pmor.gear.conventions import FloatArray
 from pmor.gear.pair import GearPair
 
-
 # Share of the approach by which flanks interpenetrate where they meet, and which windows must hold: the rest is
 # deflection of the teeth as a whole. Facets also stand off the involute between their edges. Too small costs a
 # repetition with a larger window, never accuracy.
-LOCAL_SHARE = 1.0 / 8.0
+LOCAL_SHARE = 1.0 / 16.0
 # Last step to a foot, in elements: changes the gap by its square times the element's sagitta, which is nothing.
 FOOT_STEP = 1e-6
 

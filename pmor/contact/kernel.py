@@ -23,9 +23,11 @@ from numba import njit
 
 # Divisions follow IEEE 754 instead of raising, which spares a branch at each; results are checked where they are used.
 compiled = njit(cache=True, nogil=True, error_model="numpy")
+# A call counts references to each of its array arguments: too much for what is called once per contact point.
+inlined = njit(cache=True, nogil=True, error_model="numpy", inline="always")
 
 
-@compiled
+@inlined
 def _unit_cross(a, b, out):
     out[0] = a[1] * b[2] - a[2] * b[1]
     out[1] = a[2] * b[0] - a[0] * b[2]
@@ -159,7 +161,7 @@ def edge_tangents(nodes, normals, along_rows, along_columns):
                         along_columns[i, k, end, d] = chord - along * normals[i, k + end, d]
 
 
-@compiled
+@inlined
 def surface_point(nodes, along_rows, along_columns, smooth, i, k, s, t, point, tangent_s, tangent_t):
     """Point and tangents of the surface over element (i, k) at (s, t): one object gives all three.
 
@@ -207,7 +209,7 @@ def prepare_surface(nodes, low_edge, high_edge, smooth, parabolic, mirrored, alo
         edge_tangents(nodes, normals, along_rows, along_columns)
 
 
-@compiled
+@inlined
 def row_points(nodes, along_rows, along_columns, smooth, i, s, lodm_width, out):
     """Points of a surface along the width at parameter s of element row i; the same points as `surface_point` gives.
 
@@ -265,7 +267,7 @@ def refine(nodes, along_rows, along_columns, smooth, first, count, lodm_profile,
         row_points(nodes, along_rows, along_columns, smooth, first + i, s, lodm_width, out[row])
 
 
-@compiled
+@inlined
 def _foot_on_patch(nodes, along_rows, along_columns, smooth, i, k, x, guess, tangent_s, tangent_t, foot, foot_step):
     """Foot of the perpendicular on one (continued) patch by Gauss-Newton; updates `guess` = (s, t).
 
@@ -293,7 +295,7 @@ def _foot_on_patch(nodes, along_rows, along_columns, smooth, i, k, x, guess, tan
         guess[0], guess[1] = s, t
 
 
-@compiled
+@inlined
 def project(
     nodes, along_rows, along_columns, smooth, first, count, x, element, guess, tangent_s, tangent_t, foot, foot_step
 ):  # fmt: skip
@@ -339,14 +341,14 @@ def project(
         element[0], element[1] = next_i, next_k
 
 
-@compiled
+@inlined
 def _inside_share(overshoot, extent_out, extent_in):
     """Share of a slave point's interval that lies on the master, when the point is `overshoot` beyond its edge."""
     total = extent_out + extent_in
     return min(max((extent_in - overshoot) / total, 0.0), 1.0)
 
 
-@compiled
+@inlined
 def _edge_overshoot(nodes, edge_row, inner_row, k, t, foot, in_length):
     """Distance of a foot beyond an edge row of the master (negative inside), along the outward chord there.
 
@@ -361,7 +363,7 @@ def _edge_overshoot(nodes, edge_row, inner_row, k, t, foot, in_length):
     return overshoot / np.sqrt(length) if in_length else overshoot
 
 
-@compiled
+@inlined
 def _share_on_master(master, nodes, first, count, element, guess, tangent_t, extents, row, column, foot):
     """Share of a slave point's area that faces the master; 0 beyond its edges, -1 on the master but off the window.
 
@@ -393,7 +395,7 @@ def _share_on_master(master, nodes, first, count, element, guess, tangent_t, ext
     return share
 
 
-@compiled
+@inlined
 def _search_row(
     row, surfaces, slave, master, extents, smooth, direct, detail, rotation, shift, slave_is_pinion, penalty,
     largest_gap, foot_step, count, element, guess, memory_element, memory_guess, work, lists,
@@ -477,7 +479,7 @@ def _window_nodes(nodes, window, columns):
     return nodes[window[0] : window[0] + window[1] * columns].reshape(window[1], columns, 3)
 
 
-@compiled
+@inlined
 def search_pair(
     nodes, slave, slave_columns, master, master_columns, extents, lodm_profile, lodm_width, smooth, direct, parabolic,
     mirrored, rotation, shift, slave_is_pinion, penalty, count, slave_centre, master_centre, clearance, largest_gap,
@@ -554,10 +556,12 @@ def search_pair(
     centre = min(max(int(round(slave_centre * lodm_profile)), 0), rows - 1)
     smallest, touches_border = np.inf, False
     for direction in (1, -1):
-        element[0] = first + min(max(int(master_centre * detail[2]), 0), patches - 1)
-        element[1], guess[0], guess[1] = 0, 0.5, 0.5
         row, met_master = (centre, False) if direction == 1 else (centre - 1, smallest < np.inf)
         while 0 <= row < rows:
+            # Towards the tip of the slave is towards the root of the master, by about as many elements.
+            place = (master_centre + slave_centre - row / lodm_profile) * detail[2]
+            element[0] = first + min(max(int(place), 0), patches - 1)
+            guess[0] = min(max(place - element[0] + first, -0.5), 1.5)
             count, row_smallest, at_border = _search_row(
                 row, surfaces, slave, master, extents, smooth, direct, detail, rotation, shift, slave_is_pinion,
                 penalty, largest_gap, foot_step, count, element, guess, memory_element, memory_guess, work, lists,
@@ -570,7 +574,7 @@ def search_pair(
     return count, smallest, touches_border
 
 
-@compiled
+@inlined
 def _transfer(window, columns, ei, ek, s, t, nx, ny, nz, point, at, index, weight):
     """Nodes of an element and the bilinear shares of a force n at (s, t) in it (the paper's force transfer)."""
     node = window[0] + (window[2] + ei) * columns + ek
@@ -1069,7 +1073,7 @@ def _residuals(count, size, members, columns, coordinates, lists, torque, lead, 
 
 @compiled
 def _add_point(n, sign, size, columns, free_gap, lists, matrix, rhs):
-    """Add a point's tangent and force to the upper half of the Newton matrix and to the right-hand side, or take them."""
+    """Add a point's tangent and force to the Newton matrix (upper half) and the right-hand side, or take them off."""
     row, k, lever = columns[n], sign * lists[3][n], lists[4][n]
     for i in range(size):
         scaled, line = k * row[i], matrix[i]
@@ -1130,7 +1134,7 @@ def _search_state(state, position, problem, members, coordinates, lead):
     geometry, scheme, torque = problem
     _deform(undeformed, position, members, coordinates, nodes)
     count, smallest, border = search_all(
-        phi, lead, nodes, pairs, indices, windows, first_row, centre, geometry, gears, scheme, clear, clear,
+        phi, lead, nodes, pairs, indices, windows, first_row, centre, geometry, gears, scheme, clear, 0.4 * clear,
         feet[0], feet[1], points[0], points[1], lists,
     )  # fmt: skip
     _project_points(count, size, members, points[1], lists, columns)
@@ -1298,7 +1302,8 @@ def place_position(phi, depth, reachable, geometry, gears, scheme, family, clear
     )
     points = (np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int64), np.empty(room, dtype=np.bool_))
     state = (
-        undeformed, np.empty((nodes, 3)), np.empty((room, size)), np.empty((2 * size + 7, size + 1)), feet, points, lists
+        undeformed, np.empty((nodes, 3)), np.empty((room, size)), np.empty((2 * size + 7, size + 1)), feet, points,
+        lists,
     )  # fmt: skip
     position = (phi, pairs, indices, windows, first_row, centre, clearance * depth, size, gears)
     return state, position, members
@@ -1338,8 +1343,8 @@ def repeat_phase(phase, repeats, state, position, problem, members, family, coor
                     )  # fmt: skip
         elif phase == 2:
             search_all(
-                phi, lead, nodes, pairs, indices, windows, first_row, centre, geometry, gears, scheme, clear, clear,
-                feet[0], feet[1], points[0], points[1], lists,
+                phi, lead, nodes, pairs, indices, windows, first_row, centre, geometry, gears, scheme, clear,
+                0.4 * clear, feet[0], feet[1], points[0], points[1], lists,
             )  # fmt: skip
         elif phase == 3:
             _deform(undeformed, position, members, coordinates, nodes)
@@ -1392,25 +1397,25 @@ def sweep_reduced(
             coordinates = np.zeros(size)
             for t in range(len(torques)):
                 torque, approach = torques[t], approach_per_torque * torques[t]
-                problem, warm = (geometry, scheme, torque), True
-                if known[t]:
-                    lead = leads[t]
-                    _warm_start(
-                        family, size, kept, indices, centre, amplitudes[t], base, centre_before, coordinates
-                    )
-                elif t > 0 and converged_out[t - 1, i]:
-                    lead = lead_out[t - 1, i] * torque / torques[t - 1]
-                    coordinates *= torque / torques[t - 1]
-                else:
-                    warm, converged = False, False
-                if warm:
+                problem, scaled = (geometry, scheme, torque), t > 0 and converged_out[t - 1, i]
+                lead, steps, converged, count, border = 0.0, 0, False, 0, False
+                for cold in range(0 if known[t] or scaled else 1, 2):
+                    if cold == 1:
+                        lead = approach / gears[0][3][0]
+                        coordinates[:] = 0.0
+                    elif known[t]:
+                        lead = leads[t]
+                        _warm_start(
+                            family, size, kept, indices, centre, amplitudes[t], base, centre_before, coordinates
+                        )
+                    else:
+                        lead = lead_out[t - 1, i] * torque / torques[t - 1]
+                        coordinates *= torque / torques[t - 1]
                     lead, steps, converged, count, border = _solve_state(
                         state, position, problem, members, approach, coordinates, lead, max_steps, tolerance
                     )
-                if not converged:
-                    lead, steps, converged, count, border = solve_cold(
-                        state, position, problem, members, approach, coordinates, max_steps, tolerance
-                    )
+                    if converged:
+                        break
                 any_border = any_border or border
                 lead_out[t, i], steps_out[t, i], converged_out[t, i] = lead, steps, converged
                 pair_torque_out[t, i] = 0.0

@@ -108,7 +108,7 @@ def search_contact(meshed: MeshedPair, position: Position, displacement: FloatAr
         position.phi, lead, position.nodes + displacement, pairs, position.pair_index, position.windows,
         position.first_row, position.centre, meshed.geometry, meshed.gears, scheme,
         clearance(meshed.scheme) * position.depth, 0.0, np.full(memory, -1), np.empty(memory), pair, slave,
-        (index, weight, gap, stiffness, lever, mate_lever, place),
+        (index, weight, gap, stiffness, lever, mate_lever, place, np.empty(room)),
     )  # fmt: skip
     return Contact(
         pair[:count], slave[:count], index[:count], weight[:count], gap[:count], stiffness[:count], lever[:count],

@@ -1,8 +1,8 @@
 """Contact shapes split by flank line: one shape for each line of flank nodes, not for each trained position.
 
-A flank line is a row of flank nodes of equal roll angle. Contact runs over the lines one after the other, and what
-changes quickly with the roll position is *which* lines carry load and how much; how the load of a line spreads over the
-face width hardly changes. So the training gives each line its load distribution (from the singular vectors of its forces
+A flank line is a row of flank nodes of equal roll angle. Contact runs over the lines one after the other. What changes
+quickly with the roll position is *which* lines carry load and how much; how the load of a line spreads over the face
+width hardly changes. So the training gives each line its load distribution (the leading singular vectors of its forces
 over all trained positions and torques), and online each line within reach has its own amplitude. Nothing is
 interpolated over the angle, and the local dent moves with the contact as finely as the mesh allows. Shapes that belong
 to roll positions must instead be interpolated between dents at different places, which fails as soon as the contact
@@ -164,7 +164,7 @@ def _distributions(fields: FloatArray, nodes: FloatArray) -> tuple[IntArray, Flo
     if not len(loaded):
         raise ConvergenceError("no training state loads a flank: there is nothing to make shapes from", [])
     own = {}
-    for line in loaded:
+    for line in map(int, loaded):
         _, values, vectors = np.linalg.svd(by_line[:, line], full_matrices=False)
         kept = vectors[values > DISTRIBUTION_TOLERANCE * values[0]]
         # Along the forces they come from: amplitudes of neighbouring lines can then be compared.
@@ -172,7 +172,7 @@ def _distributions(fields: FloatArray, nodes: FloatArray) -> tuple[IntArray, Flo
     direction = _profile_direction(nodes)
     start, shapes = [0], []
     for line in range(count):
-        nearest = loaded[np.argmin(np.abs(loaded - line))]
+        nearest = int(loaded[np.argmin(np.abs(loaded - line))])
         turned = _turn(own[nearest], direction[line] - direction[nearest])
         field = np.zeros((len(turned), count, 3 * columns))
         field[:, line] = turned
