@@ -24,6 +24,8 @@ from pmor.study.timing import machine, time_cells
 # step: they only serve to weigh the pieces against each other for the time left.
 ELASTIC_S, POSITION_S, STEP_S = 25.0, 0.08, 250.0
 STEPS = 9.0
+# Of any piece: meshing, compiling, files.
+OVERHEAD_S = 2.0
 
 
 @dataclass(frozen=True)
@@ -112,7 +114,7 @@ def run_parts(
         announce(f"{len(results)} of {total} pieces are finished and taken over")
     started, done = time.perf_counter(), 0.0
     for i, item in enumerate(missing):
-        left = sum(other.weight for other in missing[i:])
+        left = sum(other.weight + OVERHEAD_S for other in missing[i:])
         elapsed = time.perf_counter() - started
         rest = f", about {format_time(elapsed / done * left)} left" if done > 0.0 else ""
         announce(f"[{total - len(missing) + i + 1}/{total}] {item.name} ({format_time(elapsed)} so far{rest})")
@@ -120,7 +122,7 @@ def run_parts(
             results[item.name] = write_part(_file(parts, item), item.key, item.run())
         except ConvergenceError as error:
             failures.append(f"{item.name}: {error}")
-        done += item.weight
+        done += item.weight + OVERHEAD_S
     return StudyParts(study, cases, results, tuple(failures))
 
 
@@ -156,7 +158,10 @@ def _work(study: Study, cases: StudyCases, bases: Path, jobs: int) -> list[WorkI
     items += _rival_work(study, cases, store)
     timed = {cell: (case, paths[cell]) for cell, case in cases.cells.items() if cell in study.grid.cells}
     name, labelled = "run times", {cell.label: case for cell, (case, _) in timed.items()}
-    items.append(WorkItem(name, part_key(name, labelled, asdict(study.timing)), 60.0,
+    timing = study.timing
+    positions = (timing.repeats + 1) * timing.condensed_angles
+    weight = sum(_elastic_weight(case) + positions * _position_weight(case) + OVERHEAD_S for case in labelled.values())
+    items.append(WorkItem(name, part_key(name, labelled, asdict(timing)), weight,
                           partial(_run_times, timed, study, store),
                           lambda found: set(found["cells"]) == set(labelled)))  # fmt: skip
     return items

@@ -22,8 +22,8 @@ from pmor.model import ElasticModel
 from pmor.storage.basis_file import read_basis
 from pmor.study.cells import ModelStore
 from pmor.study.settings import Cell, TimingSettings
-from pmor.threads import linear_algebra_threads
 from pmor.sweep import sweep_ste
+from pmor.threads import linear_algebra_threads
 
 
 def time_cells(
