@@ -123,9 +123,10 @@ class MeshedPair:
         """Kinematics for the kernel (`pmor.contact.kernel`, windows)."""
         pair = self.pair
         smallest_radius = 0.1 * pair.pinion.module
+        spacing = 2.0 * max(float(flank.extents[:, :, :2].max()) for flank in (self.pinion, self.wheel))
         local = LOCAL_SHARE if self.scheme.smooth else 1.0
         return np.array([pair.action_length, pair.working_pressure_angle, pair.centre_distance, pair.pitch,
-                         *pair.roll_position_range, smallest_radius, local])  # fmt: skip
+                         *pair.roll_position_range, smallest_radius, local, spacing])  # fmt: skip
 
     @cached_property
     def gears(self) -> tuple[tuple[FloatArray, ...], ...]:

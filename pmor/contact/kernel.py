@@ -587,8 +587,8 @@ def _transfer(window, columns, ei, ek, s, t, nx, ny, nz, point, at, index, weigh
 
 # Windows: which tooth pairs can touch, and which element rows of their flanks. `geometry` holds the length of the
 # line of action (mm), the working pressure angle, the centre distance (mm), the angular pitch of the pinion, the first
-# and last roll position of the path of contact, the bottom of the radii of curvature (mm), and the local share of the
-# approach. Each of the two `gears`
+# and last roll position of the path of contact, the bottom of the radii of curvature (mm), the local share of the
+# approach, and the largest distance between rows of contact points (mm). Each of the two `gears`
 # is a tuple: nodes, roll angles of the node rows, extents of the refined points, and (base radius, roll angle at the
 # form circle and at the tip circle, half the tooth's angle on the base circle).
 
@@ -665,7 +665,9 @@ def place_windows(phi, depth, geometry, gears, indices, windows, first_row, cent
     count, offset = 0, 0
     for index in range(low, high + 1):
         roll_position = phi + index * pitch
+        # Wherever contact lies, a row of points on either side of it is inside, not on the border.
         half = np.sqrt(2.0 * geometry[7] * depth * _relative_radius(geometry, gears, roll_position))
+        half = max(half, 1.5 * geometry[8])
         for gear in range(2):
             roll = _on_flank(gears, gear, _roll_angle(geometry, gears, gear, roll_position))
             first_row[count, gear], centre[count, gear] = _place_window(
@@ -1134,7 +1136,7 @@ def _search_state(state, position, problem, members, coordinates, lead):
     geometry, scheme, torque = problem
     _deform(undeformed, position, members, coordinates, nodes)
     count, smallest, border = search_all(
-        phi, lead, nodes, pairs, indices, windows, first_row, centre, geometry, gears, scheme, clear, 0.4 * clear,
+        phi, lead, nodes, pairs, indices, windows, first_row, centre, geometry, gears, scheme, clear, 0.2 * clear,
         feet[0], feet[1], points[0], points[1], lists,
     )  # fmt: skip
     _project_points(count, size, members, points[1], lists, columns)
@@ -1344,7 +1346,7 @@ def repeat_phase(phase, repeats, state, position, problem, members, family, coor
         elif phase == 2:
             search_all(
                 phi, lead, nodes, pairs, indices, windows, first_row, centre, geometry, gears, scheme, clear,
-                0.4 * clear, feet[0], feet[1], points[0], points[1], lists,
+                0.2 * clear, feet[0], feet[1], points[0], points[1], lists,
             )  # fmt: skip
         elif phase == 3:
             _deform(undeformed, position, members, coordinates, nodes)
