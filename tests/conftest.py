@@ -34,25 +34,35 @@ def rng():
 @pytest.fixture(scope="session")
 def small_model():
     """Full FE of a small spur pair: 5 x 2 elements per flank, so that rows and columns cannot be mixed up."""
-    from pmor.case import parse_case
     from pmor.model import elastic_model, mesh_model
-    from tests.small_case import case_text
+    from tests.small_case import small_case
 
-    text = case_text(
-        mesh={"profile_elements": 5, "width_elements": 2}, offline={"angles_per_pitch": 6}, compare={"angles": 4}
-    )
-    case = parse_case(text, "small", "small case")
+    case = small_case()
     return case, elastic_model(case, mesh_model(case))
 
 
 @pytest.fixture(scope="session")
-def small_basis_path(small_model, tmp_path_factory):
-    """The basis file of `small_model`; copy it before changing it."""
+def small_basis_file(small_model, tmp_path_factory):
+    """Function from the keys of [reduction] to the basis file of `small_model`; copy it before changing it."""
     from offline.jobs import run_offline
+    from tests.small_case import small_case
 
-    path = tmp_path_factory.mktemp("basis") / "small.h5"
-    assert run_offline(*small_model, path).failed == ()
-    return path
+    paths = {}
+
+    def basis_file(**reduction):
+        key = tuple(sorted(reduction.items()))
+        if key not in paths:
+            paths[key] = tmp_path_factory.mktemp("basis") / "small.h5"
+            assert run_offline(small_case(**reduction), small_model[1], paths[key]).failed == ()
+        return paths[key]
+
+    return basis_file
+
+
+@pytest.fixture(scope="session")
+def small_basis_path(small_basis_file):
+    """The basis file of `small_model` with the default shapes."""
+    return small_basis_file()
 
 
 @pytest.fixture(scope="session")
@@ -60,14 +70,3 @@ def small_basis(small_basis_path):
     from pmor.storage.basis_file import read_basis
 
     return read_basis(small_basis_path)
-
-
-@pytest.fixture(scope="session")
-def small_forces(small_basis_path):
-    """Unit force fields of the shapes, shape (M, T, 2, f): what the basis was made from."""
-    import h5py
-
-    with h5py.File(small_basis_path) as file:
-        force = file["shapes/force"][()]
-    norm = np.linalg.norm(force, axis=(2, 3), keepdims=True)
-    return force / np.where(norm > 0.0, norm, 1.0)

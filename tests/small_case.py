@@ -1,6 +1,7 @@
 """The paper's gear on a mesh so coarse that a whole run takes seconds, also with interpreted kernels."""
 
 import pmor.contact.solve
+from pmor.case import parse_case
 from pmor.errors import ConvergenceError
 
 SECTIONS = {
@@ -27,6 +28,13 @@ def case_text(**changes):
     for name, keys in sections.items():
         lines += [f"[{name}]", *(f"{key} = {_toml(value)}" for key, value in keys.items()), ""]
     return "\n".join(lines)
+
+
+def small_case(**reduction):
+    """The case of the fixture `small_model`, with the keys of its section [reduction]."""
+    mesh, offline, compare = {"profile_elements": 5, "width_elements": 2}, {"angles_per_pitch": 6}, {"angles": 4}
+    text = case_text(mesh=mesh, offline=offline, compare=compare, reduction=reduction)
+    return parse_case(text, "small", "small case")
 
 
 def _toml(value):
