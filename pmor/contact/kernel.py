@@ -880,6 +880,13 @@ def gather_lines(pairs, indices, windows, first_row, gears, lines, members):
 
 
 @compiled
+def _cubic_weights(x, weights):
+    """Weights of the Lagrange cubic through four neighbours, x between the inner two (0 to 1)."""
+    weights[0], weights[1] = -x * (x - 1.0) * (x - 2.0) / 6.0, (x + 1.0) * (x - 1.0) * (x - 2.0) / 2.0
+    weights[2], weights[3] = -(x + 1.0) * x * (x - 2.0) / 2.0, (x + 1.0) * x * (x - 1.0) / 6.0
+
+
+@compiled
 def _member_weights(positions, roll_position, weights):
     """First grid position of the stencil and weights of the members (S, T); see `ContactShapes.weights`."""
     first, step, loaded = positions[0], positions[1], positions[2]
@@ -898,11 +905,7 @@ def _member_weights(positions, roll_position, weights):
             continue
         weights[before, t], weights[before + 1, t] = low / (low + high), high / (low + high)
         if before == 1 and 0 < k < loaded.shape[0] - 2 and loaded[k - 1, t] and low * high != 0.0 and loaded[k + 2, t]:
-            x = fraction
-            weights[0, t] = -x * (x - 1.0) * (x - 2.0) / 6.0
-            weights[1, t] = (x + 1.0) * (x - 1.0) * (x - 2.0) / 2.0
-            weights[2, t] = -(x + 1.0) * x * (x - 2.0) / 2.0
-            weights[3, t] = (x + 1.0) * x * (x - 1.0) / 6.0
+            _cubic_weights(fraction, weights[:, t])
     return k - before
 
 
@@ -1228,7 +1231,7 @@ def _line_amplitude(start, line, order, before, amplitude):
 def _warm_start(family, size, kept, indices, centre, amplitude, base, centre_before, coordinates):
     """Amplitudes of the neighbouring position, carried along with the contact where they belong to lines."""
     by_line, lines, _ = family
-    slots = amplitude.shape[1]
+    slots, weights = amplitude.shape[1], np.empty(4)
     for j in range(size):
         p, slot = kept[j] // slots, kept[j] % slots
         pair = indices[p] - base
@@ -1241,8 +1244,10 @@ def _warm_start(family, size, kept, indices, centre, amplitude, base, centre_bef
             order = slot - before - start[line]
             source = line - (centre[p, gear] - centre_before[pair, gear])
             below = int(np.floor(source))
-            coordinates[j] = (below + 1 - source) * _line_amplitude(start, below, order, before, amplitude[pair])
-            coordinates[j] += (source - below) * _line_amplitude(start, below + 1, order, before, amplitude[pair])
+            _cubic_weights(source - below, weights)
+            coordinates[j] = 0.0
+            for a in range(4):
+                coordinates[j] += weights[a] * _line_amplitude(start, below - 1 + a, order, before, amplitude[pair])
         else:
             coordinates[j] = amplitude[pair, slot]
 
