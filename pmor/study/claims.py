@@ -30,7 +30,8 @@ def checked_claims(rows: Sequence[Row], study: Study) -> list[Row]:
     Returns
     -------
     list of dict
-        `name`, `claim`, `criterion`, `confirmed` and the numbers in `measured`.
+        `name`, `claim`, `criterion`, `confirmed`, the cell's numbers in `measured`, and those of the cell that it is
+        held against in `yardstick`.
     """
     by_cell = {row["cell"]: row for row in rows if row["model"] == "condensed"}
     fine = by_cell.get(YARDSTICK.label)
@@ -43,7 +44,7 @@ def checked_claims(rows: Sequence[Row], study: Study) -> list[Row]:
 
 
 def checked_time_claims(rows: Sequence[Row]) -> list[Row]:
-    """Check, for each model, that refinement costs less than remeshing; the same keys as `checked_claims`."""
+    """Check, for each model, that refinement costs less than remeshing; keys as in `checked_claims`, no yardstick."""
     claims = (_refinement_is_cheaper(rows, model) for model in MODELS)
     return [claim for claim in claims if claim is not None]
 
@@ -61,7 +62,8 @@ def _quality(cell: Cell, row: Row, fine: Row, reaches: bool) -> Row:
         "claim": claim,
         "criterion": f"as good as {YARDSTICK.label}: shape error and ripple at most {AS_GOOD:g} times as large",
         "confirmed": as_good == reaches,
-        "measured": {f"{who['cell']} {key}": who[key] for key in SHOWN for who in (row, fine)},
+        "measured": {key: row[key] for key in SHOWN},
+        "yardstick": {key: fine[key] for key in SHOWN},
     }
 
 
@@ -74,8 +76,9 @@ def _refinement_is_cheaper(rows: Sequence[Row], model: str) -> Row | None:
     }
     ratios: dict[str, float] = {}
     for detail in sorted({detail for detail, _ in times}):
-        sizes = sorted(n for d, n in times if d == detail)
-        for few, many in zip(sizes[:-1], sizes[1:], strict=True):
+        sizes = [n for d, n in times if d == detail]
+        few, many = min(sizes), max(sizes)
+        if few < many:
             ratio = times[detail, many] / times[detail, few]
             ratios[f"time_ratio_{many}@{detail // many}_to_{few}@{detail // few}"] = ratio
     if not ratios:
@@ -83,7 +86,7 @@ def _refinement_is_cheaper(rows: Sequence[Row], model: str) -> Row | None:
     return {
         "name": f"refinement_is_cheaper_{model}",
         "claim": f"LoDM costs less than remeshing at equal detail: {model} model",
-        "criterion": "at each level of detail, more elements take longer than more LoDM",
+        "criterion": "at each level of detail the most elements take longer than the fewest",
         "confirmed": all(ratio > 1.0 for ratio in ratios.values()),
         "measured": ratios,
     }

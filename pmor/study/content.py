@@ -85,10 +85,11 @@ def _claims(table: StudyTable) -> Table:
             claim["claim"],
             "confirmed" if claim["confirmed"] else "not confirmed",
             claim["criterion"],
-            "; ".join(f"{key} {value:.3g}" for key, value in claim["measured"].items() if value is not None),
+            "; ".join(f"{_words(key)} {_beside(value, claim.get('yardstick', {}).get(key))}"
+                      for key, value in claim["measured"].items()),
         )
         for claim in (*table.claims, *table.time_claims)
-    ]
+    ]  # fmt: skip
     return Table("Claims", ("claim", "verdict", "criterion", "measured"), rows)
 
 
@@ -242,6 +243,16 @@ def _peer(study: Study, table: StudyTable) -> list[Block]:
     changes = ", ".join(f"{k} = {v}" for keys in study.peer.changes.values() for k, v in keys.items())
     note = f"Both whole gears on the mesh of {study.peer.cell.label} ({changes}); {peer['unknowns']} unknowns."
     return [Heading("An independent solver"), Table(f"{peer['program']} on the same mesh", columns, rows, note)]
+
+
+def _words(key: str) -> str:
+    """A key as the report's reader says it: `shape_error_um` becomes shape error (um)."""
+    name, unit = (key[:-3], " (um)") if key.endswith("_um") else (key.removeprefix("time_ratio_"), "")
+    return name.replace("_", " ") + unit
+
+
+def _beside(value: float, yardstick: float | None) -> str:
+    return f"{value:.3g}" if yardstick is None else f"{value:.3g} against {yardstick:.3g}"
 
 
 def _list(values: Sequence[float]) -> str:

@@ -249,19 +249,28 @@ def _error_over_angle(parts: StudyParts, cells: Sequence[Cell]) -> Figure:
 
 
 def _log_log(axes: Axes, ticks: Sequence[int] = ()) -> None:
-    """Logarithmic axes with plain numbers; `ticks` are the only ones below, if given."""
-    from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullFormatter, NullLocator
+    """Logarithmic axes, with plain numbers while they are few digits; `ticks` are the only ones below, if given."""
+    from matplotlib.ticker import (
+        FixedLocator,
+        FuncFormatter,
+        LogFormatterMathtext,
+        LogLocator,
+        NullFormatter,
+        NullLocator,
+    )
 
     axes.set_xscale("log")
     axes.set_yscale("log")
+    plain = FuncFormatter(lambda value, _: f"{value:g}")
     for axis in (axes.xaxis, axes.yaxis):
         low, high = axis.get_view_interval()
         # Within two decades whole powers of ten are too few to read a number off.
         axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 100.0 * low else (1.0,)))
-        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axis.set_major_formatter(plain if high < 1e4 * low else LogFormatterMathtext())
         axis.set_minor_formatter(NullFormatter())
     if ticks:
         axes.xaxis.set_major_locator(FixedLocator(ticks))
+        axes.xaxis.set_major_formatter(plain)
         axes.xaxis.set_minor_locator(NullLocator())
 
 

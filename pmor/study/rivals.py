@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from offline.calculix import calculix_available, calculix_ste
 from offline.conventional import conventional_pair, solve_conventional
 from offline.conventional_cost import newton_step_seconds
@@ -61,10 +63,13 @@ def peer_installed() -> bool:
 def peer_cell(case: Case, angles: int, store: ModelStore) -> dict[str, Any]:
     """Solve positions over one pitch with CalculiX on the case's mesh, and with our condensed full FE.
 
-    CalculiX knows facets alone, so the case should ask for them: then both solve the same discrete problem.
+    CalculiX knows facets alone, so the case should ask for them: then both solve the same discrete problem. The
+    positions start half a step after a pair comes into mesh: right there a tip corner is at work, which the two codes
+    treat differently.
     """
     model, _ = store.model(case)
-    phi = online_angles(model.mesh.meshed.pair.pitch, angles)
+    pair = model.mesh.meshed.pair
+    phi = pair.roll_position_range[0] + pair.pitch * (np.arange(angles) + 0.5) / angles
     solutions = [calculix_ste(case, model.mesh, float(angle), 1e3 * case.torque_Nm) for angle in phi]
     return {
         "program": "CalculiX",

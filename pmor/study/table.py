@@ -17,6 +17,9 @@ from pmor.study.settings import Cell
 
 Row = dict[str, Any]
 
+# Keys that every row has, and that say something about the reduced model alone.
+REDUCED_ONLY = ("n_angles_trained", "n_torques_trained", "rom_vs_full_ste_max_rel", "rom_vs_full_ste_rms_rel")
+
 
 @dataclass(frozen=True)
 class StudyTable:
@@ -136,6 +139,7 @@ def grid_rows(parts: StudyParts) -> list[Row]:
             "lodm": cell.lodm,
             "detail": cell.detail,
             "fe_unknowns": part["fe_unknowns"],
+            **dict.fromkeys(REDUCED_ONLY),
         }
         times = parts.results.get("run times", {}).get("cells", {}).get(cell.label, {})
         condensed = common | _against_reference(curve_of(part["full"]), fine) | {
