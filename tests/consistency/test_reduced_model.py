@@ -376,10 +376,10 @@ def test_size_is_the_largest_number_of_unknowns(reduced):
 # --- weights ---------------------------------------------------------------------------------------------------------
 
 
-def shapes_for_weights():
-    loaded = np.array([[0, 0], [0, 1], [1, 1], [1, 1], [1, 0], [0, 0]], dtype=bool)
-    grid = 0.1 + 0.05 * np.arange(6)
-    return ContactShapes(grid, 3, loaded, np.zeros((6, 2, 2, 3, 1)), np.zeros((2, 6, 2, 2, 2, 2)))
+def shapes_for_weights(stencil=2, loaded=((0, 0), (0, 1), (1, 1), (1, 1), (1, 0), (0, 0))):
+    count, grid = len(loaded), 0.1 + 0.05 * np.arange(len(loaded))
+    gram = np.zeros((2, count, stencil, stencil, 2, 2))
+    return ContactShapes(grid, 3, np.array(loaded, dtype=bool), np.zeros((count, 2, 2, 3, 1)), gram)
 
 
 @pytest.mark.parametrize(
@@ -400,13 +400,40 @@ def test_weights_are_linear_and_skip_idle_positions(place, below, expected):
     assert_allclose(weights, expected, rtol=0.0, atol=1e-12)  # round-off of the division by the step
 
 
+def on_the_grid(shapes, roll_position):
+    """Weights of all grid positions, shape (M, T)."""
+    below, weights = shapes.weights(roll_position)
+    count = len(shapes.roll_position)
+    found = np.zeros((count, 2))
+    for a, weight in enumerate(weights):
+        if 0 <= below + a < count:
+            found[below + a] = weight
+        else:
+            assert not weight.any(), "beyond the grid"
+    return found
+
+
+@pytest.mark.parametrize("place", [2.0, 2.25, 2.9, 3.5])
+def test_cubic_weights_are_exact_for_cubics(place):
+    weights = on_the_grid(shapes_for_weights(4, [(0, 0), *6 * [(1, 1)], (0, 0)]), 0.1 + 0.05 * place)
+    for power in range(4):
+        assert_allclose(np.arange(8.0) ** power @ weights, place**power, rtol=1e-12)
+
+
+@pytest.mark.parametrize("torque", [0, 1])
+@pytest.mark.parametrize("place", [-0.5, 0.5, 1.25, 3.75, 4.5, 6.5, 7.5])
+def test_cubic_weights_are_linear_where_one_of_the_four_is_idle(place, torque):
+    loaded = [(0, 0), (0, 1), (1, 1), (1, 1), (0, 0), (1, 1), (1, 1), (0, 0)]
+    cubic, linear = (on_the_grid(shapes_for_weights(stencil, loaded), 0.1 + 0.05 * place) for stencil in (4, 2))
+    assert np.array_equal(cubic[:, torque], linear[:, torque])
+
+
+@pytest.mark.parametrize("stencil", [2, 4])
 @pytest.mark.parametrize("k", range(6))
 @pytest.mark.parametrize("round_off", [-1e-15, 0.0, 1e-15])
-def test_on_the_grid_a_training_position_stands_alone(k, round_off):
-    shapes = shapes_for_weights()
-    below, weights = shapes.weights(float(shapes.roll_position[k]) + round_off)
-    found = np.zeros((6, 2))
-    found[below : below + 2] = weights
+def test_on_the_grid_a_training_position_stands_alone(k, round_off, stencil):
+    shapes = shapes_for_weights(stencil)
+    found = on_the_grid(shapes, float(shapes.roll_position[k]) + round_off)
     expected = np.zeros((6, 2))
     expected[k] = shapes.loaded[k]
     # Exactly: a trace of an idle or of a foreign position would not reproduce the training.

@@ -377,6 +377,22 @@ def test_foot_on_a_convex_edge_between_facets_is_on_the_edge(start):
     assert_allclose(foot, [0.0, 0.0, 0.3], atol=FOOT)
 
 
+def test_coarse_looks_from_the_last_foot_come_to_the_same_foot():
+    """The reduced sweep: one step at a time, each from where the last ended; the gap is off by the step's square."""
+    surface, step = Surface(circle(6, 5)), 1e-2
+    x = surface.at(3, 2, 0.4, 0.6)[0] + 0.03 * surface.normal(3, 2, 0.4, 0.6)
+    element, guess = np.array([3, 2]), np.array([0.4, 0.6]) + 0.7 * step * np.array([0.6, -0.4])
+    gaps = []
+    for _ in range(3):
+        element, guess, _, gap, _ = surface.project(x, element, guess, foot_step=step)
+        assert element.tolist() == [3, 2]
+        gaps.append(abs(gap - 0.03))
+    assert gaps[0] < step**2 * (1.0 / 6.0) ** 2, "the step's square times the element's length squared over the radius"
+    assert gaps[0] > GAP
+    assert gaps[-1] < GAP
+    assert_allclose(guess, [0.4, 0.6], atol=FOOT)
+
+
 def test_points_beyond_the_outer_edge_project_on_the_continued_surface():
     surface = Surface(cylinder(lambda x: 0.0 * x, np.linspace(0.0, 1.0, 4)))
     element, guess, foot, gap, _ = surface.project(np.array([1.1, 0.2, 1.1]))
