@@ -1,0 +1,122 @@
+"""The benchmark measures what it says; how long anything takes is not asserted."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from online.model import reduced_pair
+from pmor.bench import (
+    PHASES,
+    bench_text,
+    machine,
+    offline_rows,
+    parallel_rows,
+    phase_rows,
+    read_bench,
+    run_bench,
+    start_rows,
+    sweep_rows,
+    variants,
+)
+from pmor.case import load_case, parse_case
+from tests.small_case import case_text
+
+KEYS = {"phase", "n_profile", "n_width", "lodm_profile", "lodm_width", "median_ms", "repeats"}
+
+
+@pytest.fixture
+def case():
+    return parse_case(case_text(), "small", "small case")
+
+
+@pytest.fixture
+def row():
+    return {
+        "phase": "position: case", "n_profile": 16, "n_width": 8, "lodm_profile": 4, "lodm_width": 1, "median_ms": 0.1,
+        "repeats": 3,
+    }  # fmt: skip
+
+
+def result(*rows):
+    return {"rows": list(rows), "machine": machine()}
+
+
+def test_neighbours_of_the_case_differ_in_one_thing_each():
+    listed = variants(load_case(Path(__file__).parents[2] / "cases" / "paper_spur.toml"))
+    sizes = {(v.case.mesh.profile_elements, v.case.contact.lodm_profile) for v in listed}
+    assert {(8, 8), (16, 4), (32, 2), (64, 1), (16, 1), (16, 2), (16, 8)} == sizes
+    assert {v.case.mesh.width_elements for v in listed} == {4, 8, 16}
+    assert {v.case.contact.lodm_width for v in listed} == {1, 4}
+    assert {v.case.reduction.half_width for v in listed} == {True, False}
+    assert {v.case.reduction.shapes for v in listed} == {"flank_lines", "positions"}
+
+
+def test_a_later_run_is_a_ratio_to_the_earlier_one(row):
+    text = bench_text(result(row | {"median_ms": 0.15}), result(row))
+    assert "ratio" in text
+    assert text.splitlines()[1].endswith("1.50")
+
+
+def test_only_like_is_compared_with_like(row):
+    text = bench_text(result(row | {"lodm_profile": 8}), result(row))
+    assert text.splitlines()[1].endswith("0.1")
+
+
+def test_threads_are_rows_of_their_own(row):
+    before = result(row | {"threads": 1, "median_ms": 0.4}, row | {"threads": 2, "median_ms": 0.2})
+    lines = bench_text(before, before).splitlines()
+    assert "2 threads" in lines[2]
+    assert lines[1].endswith("1.00")
+    assert lines[2].endswith("1.00")
+
+
+def test_what_is_no_earlier_result_is_not_compared_with(tmp_path):
+    assert read_bench(tmp_path / "none.json") is None
+    (tmp_path / "text.json").write_text("no JSON")
+    (tmp_path / "list.json").write_text("[]")
+    assert read_bench(tmp_path / "text.json") is None
+    assert read_bench(tmp_path / "list.json") is None
+    (tmp_path / "good.json").write_text(json.dumps(result()))
+    assert read_bench(tmp_path / "good.json")["rows"] == []
+
+
+def test_offline_stage_is_split_without_overlap(case):
+    rows = offline_rows(case)
+    assert len(rows) == 5
+    for row in rows:
+        assert set(row) >= KEYS
+        assert row["n_profile"] == case.mesh.profile_elements
+
+
+@pytest.mark.jit
+def test_reduced_model_is_timed_by_phase_and_by_threads(small_basis, monkeypatch):
+    monkeypatch.setattr("pmor.bench.PHASE_LOOPS", 2)
+    monkeypatch.setattr("pmor.bench.REPEATS", 2)
+    case, model = small_basis.case, reduced_pair(small_basis)
+    phases = phase_rows(case, model)
+    assert [row["phase"] for row in phases] == [f"phase: {name}" for name in PHASES]
+    assert all(row["points"] > 0 for row in phases)
+    serial, parallel = parallel_rows(case, model, 2)
+    assert (serial["threads"], parallel["threads"]) == (1, 2)
+    assert serial["equal_to_the_bit"]
+    (swept,) = sweep_rows(variants(case)[:1], [model])
+    assert swept["repeats"] == 2
+    assert swept["unknowns"] == model.size
+
+
+def test_the_command_answers_when_it_is_timed(case):
+    assert start_rows(case)[0]["median_ms"] > 0.0
+
+
+@pytest.mark.jit
+def test_all_parts_come_together(case, monkeypatch):
+    monkeypatch.setattr("pmor.bench.variants", lambda case: variants(case)[:1])
+    monkeypatch.setattr("pmor.bench.PHASE_LOOPS", 2)
+    monkeypatch.setattr("pmor.bench.REPEATS", 1)
+    measured = run_bench(case, 2)
+    assert {row["phase"].partition(":")[0] for row in measured["rows"]} == {
+        "offline", "position", "phase", "sweep", "start"
+    }  # fmt: skip
+    assert set(measured["machine"]) == {"cpu", "cores", "system", "python"}
+    assert all(set(row) >= KEYS for row in measured["rows"])
