@@ -200,6 +200,38 @@ def test_where_a_sweep_starts_does_not_change_it(reduced):
     assert_allclose(back[:, ::-1], cold, rtol=NEWTON)
 
 
+def test_amplitudes_of_lines_are_carried_along_with_the_contact(reduced_by):
+    """From the position before: of the same pair, as far back along the flank as the contact has moved on it."""
+    family = reduced_by("lines").family
+    starts = [lines[0] for lines in family[1]]
+    first_lines = [(gear, line) for gear in range(2) for line in range(len(starts[gear]) - 1)]
+    slot = {(gear, line): starts[gear][line] + gear * starts[0][-1] for gear, line in first_lines}
+
+    def amplitude_of(pair, gear, line):  # a cubic, which the interpolation between lines does exactly
+        return (1.0 + pair) * (2.0 - gear) * (line - 1.5) ** 3 + line
+
+    slots = kernel.member_slots(family)
+    assert slots == starts[0][-1] + starts[1][-1]
+    before = np.zeros((3, slots))
+    for pair in range(3):
+        for gear, line in first_lines:
+            before[pair, slot[gear, line]] = amplitude_of(pair, gear, line)
+    # Pair 5 + p was number p then; now 6, 7 and one that was not there are in reach.
+    indices, moved = np.array([6, 7, 8]), np.array([[0.4, -0.3], [0.2, -0.6], [0.1, -0.1]])
+    then = np.array([[1.0, 4.0], [2.0, 3.0], [3.0, 2.0]])
+    now = np.vstack([then[1:], then[:1]]) + moved
+    kept = np.array([p * slots + slot[gear, line] for p in range(3) for gear, line in first_lines])
+    coordinates = np.full(len(kept), np.nan)
+    kernel._warm_start(family, len(kept), kept, indices, now, before, 5, then, coordinates)
+    found = coordinates.reshape(3, len(first_lines))
+    assert not found[2].any(), "a pair that has just come into reach"
+    last = len(starts[0]) - 2
+    for p, pair in ((0, 1), (1, 2)):
+        for value, (gear, line) in zip(found[p], first_lines, strict=True):
+            if 2 <= line <= last - 2:  # four lines to go by
+                assert_allclose(value, amplitude_of(pair, gear, line - moved[p, gear]), rtol=1e-12)
+
+
 @pytest.mark.jit
 def test_a_start_from_the_neighbour_saves_steps(reduced):
     phi = reduced.meshed.pair.pitch * np.arange(200) / 200
