@@ -10,7 +10,7 @@ from pmor.contact.elasticity import ReducedElasticity, full_elasticity
 from pmor.contact.equilibrium import solve_equilibrium
 from pmor.contact.position import active_patches, overshoot, pairs_in_reach
 from pmor.contact.search import search_contact
-from pmor.contact.solve import solve_position, surface_error
+from pmor.contact.solve import solve_position, surface_error, window_depth
 from pmor.errors import ConvergenceError
 from pmor.gear.conventions import rotation_z
 from tests.gear_models import body, gear_pair, meshed_pair, tooth
@@ -428,28 +428,34 @@ def test_without_shapes_only_the_penalty_yields():
     assert equilibrium.lead < model.solve(model.phi(0.8))[2].lead
 
 
-def test_a_window_too_small_is_noticed():
-    model = Model(PAIRS["paper"], (10, 2))
-    phi = model.phi(0.8)
+@pytest.fixture(scope="module")
+def overloaded():
+    """Elements and spacing of points so small, and a torque so large, that contact leaves the smallest window."""
+    model = Model(PAIRS["paper"], (16, 2), lodm_profile=8)
+    return model, model.phi(0.85), 3.0 * TORQUE
+
+
+def test_a_window_too_small_is_noticed(overloaded):
+    model, phi, torque = overloaded
     small, large = (active_patches(model.meshed, phi, depth) for depth in (1e-5, DEPTH))
     assert small.windows[:, :, 3].max() < large.windows[:, :, 3].min()
     touching = [
-        solve_equilibrium(model.meshed, position, model.elasticity(position), TORQUE).contact.touches_border
+        solve_equilibrium(model.meshed, position, model.elasticity(position), torque).contact.touches_border
         for position in (small, large)
     ]
     assert touching == [True, False]
 
 
-def test_solve_position_grows_its_windows_until_they_hold_the_contact(monkeypatch):
+def test_solve_position_grows_its_windows_until_they_hold_the_contact(overloaded, monkeypatch):
     monkeypatch.setattr("pmor.contact.solve.WINDOW_MARGIN", 1e-3)
-    model = Model(PAIRS["paper"], (10, 2))
-    phi = model.phi(0.8)
-    solved = solve_position(model.meshed, phi, [0.5 * TORQUE, TORQUE], model.elasticity)
+    model, phi, torque = overloaded
+    solved = solve_position(model.meshed, phi, [0.5 * torque, torque], model.elasticity)
     assert solved.failures == ()
+    assert solved.position.depth > 2.9 * window_depth(model.meshed, torque), "it was too small at first"
     assert not solved.equilibria[1].contact.touches_border
     assert_allclose(
         [e.lead * model.base_radius * 1e3 for e in solved.equilibria],
-        [model.ste_um(phi, torque) for torque in (0.5 * TORQUE, TORQUE)],
+        [model.ste_um(phi, load) for load in (0.5 * torque, torque)],
         rtol=1e-6,  # windows of another size: rows beyond the strip do not matter
     )
 
