@@ -123,6 +123,10 @@ def node_normals(nodes, low_edge, high_edge, parabolic, mirrored, out):
                 _tangent(nodes, i, k, True, a)
                 if in_mirror:
                     b[0], b[1], b[2] = 0.0, 0.0, 1.0
+                elif mirrored and k == 0 and columns == 2:  # the third node is the mirror image of the first
+                    normal[0], normal[1] = nodes[i, 0, 0], nodes[i, 0, 1]
+                    normal[2] = 2.0 * nodes[i, 1, 2] - nodes[i, 0, 2]
+                    _parabola_tangent(nodes[i, 0], nodes[i, 1], normal, b)
                 else:
                     _tangent(nodes, i, k, False, b)
                 _unit_cross(b, a, out[i, k])
@@ -427,8 +431,10 @@ def _search_row(
             element[0], element[1] = memory_element[row, column, 0], memory_element[row, column, 1]
             guess[0], guess[1] = memory_guess[row, column, 0], memory_guess[row, column, 1]
         else:
+            # On a border between two patches, the inner one: the search then is the same on both sides of mid width.
             across = column * per_column
-            element[1] = min(int(across), surface.shape[1] - 2)
+            inner = int(across) if 2.0 * across <= surface.shape[1] - 1 else int(np.ceil(across)) - 1
+            element[1] = min(inner, surface.shape[1] - 2)
             guess[1] = across - element[1]
         project(surface, along_rows, along_columns, smooth and direct, first, patches, x, element, guess,
                 tangent_s, tangent_t, foot, foot_step)  # fmt: skip
@@ -1139,7 +1145,7 @@ def _search_state(state, position, problem, members, coordinates, lead):
     geometry, scheme, torque = problem
     _deform(undeformed, position, members, coordinates, nodes)
     count, smallest, border = search_all(
-        phi, lead, nodes, pairs, indices, windows, first_row, centre, geometry, gears, scheme, clear, 0.2 * clear,
+        phi, lead, nodes, pairs, indices, windows, first_row, centre, geometry, gears, scheme, clear, 0.4 * clear,
         feet[0], feet[1], points[0], points[1], lists,
     )  # fmt: skip
     _project_points(count, size, members, points[1], lists, columns)
@@ -1351,7 +1357,7 @@ def repeat_phase(phase, repeats, state, position, problem, members, family, coor
         elif phase == 2:
             search_all(
                 phi, lead, nodes, pairs, indices, windows, first_row, centre, geometry, gears, scheme, clear,
-                0.2 * clear, feet[0], feet[1], points[0], points[1], lists,
+                0.4 * clear, feet[0], feet[1], points[0], points[1], lists,
             )  # fmt: skip
         elif phase == 3:
             _deform(undeformed, position, members, coordinates, nodes)

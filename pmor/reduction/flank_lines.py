@@ -29,7 +29,7 @@ from pmor.reduction.half_width import lower_half
 # the paper's pair: the second carries 1-3 %, and without it the STE misses full FE by 0.01 %.
 DISTRIBUTION_TOLERANCE = 0.05
 # Load of a line over that of the most loaded one, below which it takes its distribution from its neighbour.
-LEAST_LOAD = 0.01
+LEAST_LOAD = 0.1
 
 
 @dataclass(frozen=True)
