@@ -17,9 +17,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeVar
 
 import numpy as np
 import scipy.sparse as sp
@@ -34,9 +32,7 @@ from pmor.errors import ConvergenceError
 from pmor.fe.sparse_direct import assemble_arc, factorise
 from pmor.gear.conventions import FloatArray, IntArray, rotation_z
 from pmor.mesh.sector import SectorMesh
-from pmor.model import MeshModel
-
-T = TypeVar("T")
+from pmor.model import MeshModel, per_gear
 
 
 @dataclass(frozen=True)
@@ -212,14 +208,6 @@ def solve_conventional(
         ste / problem.base_radius, ste * 1e3, len(history) - 1, len(factor_seconds), sum(factor_seconds),
         time.perf_counter() - start, tuple(history),
     )  # fmt: skip
-
-
-def per_gear(case: Case, mesh: MeshModel, work: Callable[[SectorMesh, GearCase], T]) -> tuple[T, T]:
-    """Do a piece of work for pinion and wheel, once if they are identical."""
-    gears = case.pair.pinion, case.pair.wheel
-    pinion = work(mesh.pinion, gears[0])
-    same = mesh.wheel is mesh.pinion and gears[0] == gears[1]
-    return pinion, pinion if same else work(mesh.wheel, gears[1])
 
 
 def assemble_gear(case: Case, sector: SectorMesh, gear: GearCase, sectors: int) -> tuple[sp.csc_array, IntArray]:

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from offline.conventional import assemble_gear, per_gear
+from offline.conventional import assemble_gear
 from pmor.case import Case, GearCase
 from pmor.fe.sparse_direct import factorise
 from pmor.mesh.sector import SectorMesh
-from pmor.model import MeshModel
+from pmor.model import MeshModel, per_gear
 
 # Value and index of an entry of the factors, and the room that they need while they grow.
 BYTES_PER_ENTRY = 16.0

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeVar
 
 from pmor.case import Case, GearCase
 from pmor.contact.elasticity import full_elasticity
@@ -16,6 +18,8 @@ from pmor.gear.pair import GearPair, zero_backlash_centre_distance
 from pmor.gear.tooth import Tooth
 from pmor.mesh.quality import MeshQuality, mesh_quality
 from pmor.mesh.sector import SectorMesh, build_sector
+
+T = TypeVar("T")
 
 # Stiffness of one tooth pair per face width over Young's modulus: ISO 6336 gives 14 N/(mm um) for steel.
 PAIR_STIFFNESS_OVER_MODULUS = 0.067
@@ -148,16 +152,21 @@ def elastic_model(case: Case, mesh: MeshModel, keep_volume: bool = False) -> Ela
     ElasticModel
     """
     reach = neighbour_reach(mesh.meshed.pair)
-    gears = case.pair.pinion, case.pair.wheel
 
     def build(sector: SectorMesh, gear: GearCase) -> ElasticGear:
         return elastic_gear(
             sector, gear.youngs_modulus_GPa * 1e3, gear.poisson_ratio, case.mesh.element, reach, keep_volume
         )
 
-    pinion = build(mesh.pinion, gears[0])
+    return ElasticModel(mesh, *per_gear(case, mesh, build))
+
+
+def per_gear(case: Case, mesh: MeshModel, work: Callable[[SectorMesh, GearCase], T]) -> tuple[T, T]:
+    """Do a piece of work for pinion and wheel, once if they are identical."""
+    gears = case.pair.pinion, case.pair.wheel
+    pinion = work(mesh.pinion, gears[0])
     same = mesh.wheel is mesh.pinion and gears[0] == gears[1]
-    return ElasticModel(mesh, pinion, pinion if same else build(mesh.wheel, gears[1]))
+    return pinion, pinion if same else work(mesh.wheel, gears[1])
 
 
 def neighbour_reach(pair: GearPair) -> int:
