@@ -13,6 +13,9 @@ from pmor.gear.tooth import Tooth
 # Share of a full turn that the fillet's tangent has made, from radial to circumferential, where the mesh of the
 # tooth hands over to the mesh of the ring: in the middle neither gets an element angle near 0 or 180 degrees.
 HANDOVER_ANGLE = math.radians(45.0)
+# Elements along fillet and root land of a tooth whose flank is coarse. The tooth bends there: measured on the paper's
+# gear with 8 elements over the profile, 4 elements in the fillet make the mean STE 0.9 % too low, 12 elements 0.1 %.
+FINE_FILLET = 12
 
 
 @dataclass(frozen=True)
@@ -66,7 +69,7 @@ def tooth_outline(tooth: Tooth, profile_elements: int, spacing: str) -> Outline:
     land = tooth.root_radius * np.stack([-np.sin(land_angles), np.cos(land_angles)], axis=-1)
     upper, lower = fillet[: split + 1], np.concatenate([fillet[split:], land[1:]])
 
-    elements = max(4, math.ceil(0.4 * profile_elements))
+    elements = max(min(profile_elements + 4, FINE_FILLET), math.ceil(0.4 * profile_elements))
     lengths = _arc_length(upper)[-1], _arc_length(lower)[-1]
     upper_elements = min(max(2, round(elements * lengths[0] / sum(lengths))), elements - 2)
     return Outline(
