@@ -171,7 +171,7 @@ class _Reader:
         changes = {key: value for key, value in table.items() if key not in known}
         for key, value in changes.items():
             if not isinstance(value, dict):
-                remedy = 'give sections of the case file, as in contact = { surface = "facet" }'
+                remedy = 'give sections of the case file, as in contact = { scheme = "facet" }'
                 raise CaseError(f"{self.where}: [{name}] {key} = {toml_text(value)}: unknown key: {remedy}")
         values = {key: self.value(table[key], hint, f"[{name}] ", key) for key, hint in known.items() if key in table}
         return values, changes
