@@ -89,8 +89,8 @@ def run_bench(case: Case, jobs: int) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``rows``, each with ``phase``, ``scheme``, ``n_profile``, ``n_width``, ``lodm_profile``, ``lodm_width``, ``median_ms`` and
-        ``repeats``; and ``machine``.
+        ``rows``, each with ``phase``, ``scheme``, ``n_profile``, ``n_width``, ``lodm_profile``, ``lodm_width``,
+        ``median_ms`` and ``repeats``; and ``machine``.
     """
     rows = offline_rows(case)
     listed = variants(case)

@@ -1076,7 +1076,8 @@ def search_all(
     -------
     count, smallest, touches_border
     """
-    lodm_profile, lodm_width, smooth, direct, parabolic, mirrored, penalty, foot_step, slave_mode, kind, gauss = scheme
+    lodm_profile, lodm_width, smooth, direct, parabolic, mirrored, penalty, foot_step = scheme[:8]
+    slave_mode, kind, gauss = scheme[8:]
     twice = 2.0 if mirrored else 1.0
     at, rows, weights = np.empty(9), np.empty(2, dtype=np.int64), np.empty((2, 4))
     forward, back, shift, back_shift = np.empty((3, 3)), np.empty((3, 3)), np.empty(3), np.empty(3)

@@ -136,6 +136,7 @@ def relative_radius(meshed: MeshedPair, position: Position, pair: int) -> float:
     gear_pair = meshed.pair
     roll_position = position.phi + position.pair_index[pair] * gear_pair.pitch
     curvature = 0.0
-    for tooth, roll in zip((gear_pair.pinion, gear_pair.wheel), gear_pair.contact_roll_angles(roll_position), strict=True):
+    rolls = gear_pair.contact_roll_angles(np.array(roll_position))
+    for tooth, roll in zip((gear_pair.pinion, gear_pair.wheel), rolls, strict=True):
         curvature += 1.0 / (tooth.base_radius * min(max(float(roll), tooth.form_roll_angle), tooth.tip_roll_angle))
     return 1.0 / curvature

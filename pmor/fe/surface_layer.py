@@ -43,11 +43,13 @@ def layer_compliance(
         dofs = degrees_of_freedom(grid[:, column].ravel())
         block = stiffness[dofs][:, dofs].toarray()
         if len(inner):
+            factor = la.cholesky(schur, lower=True, overwrite_a=True, check_finite=False)
             coupling = stiffness[inner][:, dofs].toarray()
-            block -= coupling.T @ la.cho_solve(la.cho_factor(schur, check_finite=False), coupling, check_finite=False)
+            half = la.solve_triangular(factor, coupling, lower=True, overwrite_b=True, check_finite=False)
+            block -= half.T @ half
         schur, inner = block, dofs
     # The flank's rows are the last ones of the tooth block.
-    flank = np.zeros((len(inner), 3 * mesh.flank.size))
-    flank[-flank.shape[1] :] = np.eye(flank.shape[1])
-    compliance = la.cho_solve(la.cho_factor(schur, check_finite=False), flank, check_finite=False)[-flank.shape[1] :]
-    return np.asarray(0.5 * (compliance + compliance.T))
+    size = 3 * mesh.flank.size
+    unit = np.eye(len(inner))[:, -size:]
+    half = la.solve_triangular(la.cholesky(schur, lower=True, check_finite=False), unit, lower=True, check_finite=False)
+    return np.asarray(half.T @ half)

@@ -154,7 +154,7 @@ def grid_rows(parts: StudyParts) -> list[Row]:
             "offline_s": part["elastic_s"],
         }  # fmt: skip
         rows.append(condensed)
-        if cell.variant:
+        if "reduced" not in part:
             continue
         conventional = _conventional(cell, condensed, parts)
         fast = common | _against_reference(curve_of(part["reduced"]), fine) | {

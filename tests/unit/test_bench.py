@@ -33,8 +33,8 @@ def case():
 @pytest.fixture
 def row():
     return {
-        "phase": "position: case", "scheme": "direct", "n_profile": 16, "n_width": 8, "lodm_profile": 4, "lodm_width": 1, 
-        "median_ms": 0.1, "repeats": 3,
+        "phase": "position: case", "scheme": "direct", "n_profile": 16, "n_width": 8, "lodm_profile": 4,
+        "lodm_width": 1, "median_ms": 0.1, "repeats": 3,
     }  # fmt: skip
 
 
