@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from pmor.case import Case, describe
 
-NOT_WRITTEN = {"pair.centre_distance_mm": "without backlash"}
+NOT_WRITTEN = {"contact.edge_normals": "of the scheme", "pair.centre_distance_mm": "without backlash"}
 
 
 def plan_text(case: Case) -> str:

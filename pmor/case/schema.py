@@ -144,7 +144,7 @@ class ContactCase:
     scheme : {"line", "strip", "direct", "paper", "facet"}
         `line`: exact flanks, one line load per section, closed-form local compliance, no penalty; for transmission
         error on any mesh. `strip`: exact flanks, penalty pressure integrated over the strips of contact; for pressure
-        on meshes with several elements in the contact. `direct`: points of Hermite patches through the deformed
+        on meshes with ten elements in the contact. `direct`: points of Hermite patches through the deformed
         nodes, projected on the mate's patches. `paper`: the same points projected on bilinear facets through the
         mate's (Cosco et al. 2016). `facet`: bilinear facets all through, the conventional scheme.
     slave : {"tip", "pinion", "wheel", "both"}

@@ -714,7 +714,7 @@ def pinion_slave_share(geometry, slave_mode, roll_position):
     return x * x * (3.0 - 2.0 * x)
 
 
-# Transverse sections: the schemes "line" and "strip". Both take the flanks for what they are, involutes, displaced by the
+# Transverse sections: the schemes "line" and "strip". Both take the flanks for the involutes they are, displaced by the
 # nodal displacements that a cubic along the profile interpolates, with slopes of the parabola through each node and its
 # neighbours (C1 in the arc length). A section is one column of nodes. To first order in the displacements: normals,
 # levers and closest points are those of the undeformed involutes, which are parallel curves about their base circles
@@ -773,7 +773,8 @@ def _involute_foot(gears, slave, u, rotation, shift, at):
     offset = np.arctan2(-x, y) - (mate[3] - roll + np.arctan(roll))
     turn = mate[3] - roll + offset
     nx, ny = -np.cos(turn), -np.sin(turn)
-    at[0], at[1 + slave], at[1 + master] = mate[0] * offset, u, roll
+    # The foot is on the mate's flank, not on the parallel involute through the point.
+    at[0], at[1 + slave], at[1 + master] = mate[0] * offset, u, roll - offset
     # Undeformed: the same normal carries the force on both, whether the point is inside a flank or its corner.
     at[3 + 2 * slave] = rotation[0, 0] * nx + rotation[1, 0] * ny
     at[4 + 2 * slave] = rotation[0, 1] * nx + rotation[1, 1] * ny
@@ -786,9 +787,10 @@ def _involute_foot(gears, slave, u, rotation, shift, at):
 def _closest_approach(geometry, gears, roll_position, lead, forward, shift, back, back_shift, at):
     """Closest approach of two undeformed flanks; fills `at` as `_involute_foot` does.
 
-    Between the tips it lies on the line of action, whatever the rotation ahead; beyond, a tip corner meets the mate.
+    Between the tips it lies on the line of action, which each flank meets at its own roll angle; beyond, a tip corner
+    meets the mate.
     """
-    roll = _roll_angle(geometry, gears, 0, roll_position), _roll_angle(geometry, gears, 1, roll_position)
+    roll = _roll_angle(geometry, gears, 0, roll_position) + lead, _roll_angle(geometry, gears, 1, roll_position)
     if roll[0] > gears[0][3][2]:
         _involute_foot(gears, 0, gears[0][3][2], forward, shift, at)
     elif roll[1] > gears[1][3][2]:

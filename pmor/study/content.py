@@ -52,14 +52,16 @@ def study_blocks(
     def picture(name: str) -> list[Block]:
         return [pictures[f"{name}.png"]] if f"{name}.png" in pictures else []
 
+    def section(heading: str, blocks: list[Block]) -> list[Block]:
+        return [Heading(heading), *blocks] if blocks else []
+
     return [
         *(Warning(text) for text in table.failures),
         INTRODUCTION,
-        *([Heading("Transmission error over one pitch")] if picture("figure5") else []),
-        *picture("figure5"),
+        *section("Transmission error over one pitch", picture("figure5")),
         *_ladder(study, table),
         *picture("ladder"),
-        *([Heading("The paper's claims, checked"), _claims(table)] if table.claims or table.time_claims else []),
+        *section("The paper's claims, checked", [_claims(table)] if table.claims or table.time_claims else []),
         Heading("Error against run time"),
         *picture("error_run_time"),
         Heading("Mesh against reference"),

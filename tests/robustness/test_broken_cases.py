@@ -111,10 +111,10 @@ BROKEN = {
         ["profile_elements = 1", "between 2 and 512"],
     ),
     "unknown choice": (
-        replaced("lodm_profile = 4", 'scheme = "lines"'),
+        replaced('scheme = "direct"', 'scheme = "lines"'),
         ['scheme = "lines"', "did you mean line?"],
     ),
-    "choice that is no text": (replaced("lodm_profile = 4", "scheme = 1"), ["scheme = 1", '"line"']),
+    "choice that is no text": (replaced('scheme = "direct"', "scheme = 1"), ["scheme = 1", '"line"']),
     "title that is no text": ("title = 5\n" + without('title = "Small spur pair for quick checks"'), ["quotes"]),
     "title of two lines": (replaced("Small spur pair for", "Small\\nspur"), ["title", "one line"]),
     "zero torque": (replaced("torque_Nm = 100.0", "torque_Nm = 0.0"), ["torque_Nm = 0.0", "above 0", "raise it"]),
