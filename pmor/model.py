@@ -10,7 +10,7 @@ from typing import TypeVar
 from pmor.case import Case, GearCase
 from pmor.contact.elasticity import full_elasticity
 from pmor.contact.flank import ContactScheme, MeshedPair, SurfaceLayer, make_flank
-from pmor.contact.line_contact import approach_constants, line_compliance
+from pmor.contact.line_contact import approach_constants, check_half_width, line_compliance
 from pmor.contact.solve import ElasticityAt
 from pmor.errors import MeshError
 from pmor.fe.cyclic import ElasticGear, elastic_gear
@@ -110,6 +110,8 @@ def mesh_model(case: Case) -> MeshModel:
     qualities = [mesh_quality(mesh.nodes, mesh.elements) for mesh in (pinion, wheel)]
     meshed = assemble_pair(case, pair, (pinion.flank_nodes, wheel.flank_nodes),
                            (pinion.flank_roll_angle, wheel.flank_roll_angle))  # fmt: skip
+    if meshed.scheme.kind == "line":
+        check_half_width(meshed, 1e3 * case.offline.torques_Nm[-1])
     return MeshModel(pinion, wheel, min(qualities, key=lambda q: q.min_scaled_jacobian), meshed)
 
 
