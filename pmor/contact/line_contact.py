@@ -24,8 +24,8 @@ layer's Fourier transform L (ibid.; kappa = 3 - 4 nu):
     L(y) = [2 kappa sinh 2y - 4 y] / [2 kappa cosh 2y + 4 y^2 + 1 + kappa^2].                                       (2)
 
 With a = -1/2 - nu / (2 (1 - nu)) instead, (1) is the approach of the surface and a *point* at depth d in a half-space
-(Johnson, ch. 5; Cappellini et al. 2018), which goes with the displacement at that point; -0.71 against -0.53 for steel. Both gears together,
-with 1/rho the sum of the curvatures and b^2 = 2 (c_1 + c_2) w rho,
+(Johnson, ch. 5; Cappellini et al. 2018), which goes with the displacement at that point; -0.71 against -0.53 for steel.
+Both gears together, with 1/rho the sum of the curvatures and b^2 = 2 (c_1 + c_2) w rho,
 
     delta_1 + delta_2 = C w (A - ln(w) / 2),  C = c_1 + c_2,
     A = sum c_i [ln(2 d_i) + 1/2 + a_i] / C - ln(2 C rho) / 2.                                                      (3)

@@ -337,5 +337,5 @@ def _solved(parts: StudyParts, cells: Sequence[Cell]) -> list[Cell]:
 
 
 def _mesh_colours(parts: StudyParts) -> dict[int, str]:
-    sizes = sorted({cell.n_profile for cell in parts.study.grid.cells})
+    sizes = sorted({cell.n_profile for cell in parts.study.reduced_cells})
     return {n: MESH_COLOURS[i % len(MESH_COLOURS)] for i, n in enumerate(sizes)}
