@@ -10,11 +10,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
 
 from pmor.errors import GeometryError
 from pmor.gear.conventions import FloatArray, IntArray
-from pmor.gear.tooth import Tooth, involute_function
+from pmor.gear.tooth import Tooth, inverse_involute, involute_function
 
 
 @dataclass(frozen=True)
@@ -153,5 +152,5 @@ def zero_backlash_centre_distance(pinion: Tooth, wheel: Tooth) -> float:
     target = involute_function(alpha_t) + 2.0 * math.tan(pinion.pressure_angle) * shift / teeth
     if target <= 0.0:
         raise GeometryError(f"profile shifts add up to {shift:g}: too negative for {teeth} teeth; raise them")
-    working = brentq(lambda a: involute_function(a) - target, 1e-6, 1.5, xtol=1e-15)
+    working = inverse_involute(target)
     return (pinion.base_radius + wheel.base_radius) / math.cos(working)

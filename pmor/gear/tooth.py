@@ -11,7 +11,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
 
 from pmor.errors import GeometryError
 from pmor.gear.conventions import FloatArray
@@ -20,6 +19,17 @@ from pmor.gear.conventions import FloatArray
 def involute_function(alpha: float) -> float:
     """Return ``inv(alpha) = tan(alpha) - alpha`` (rad)."""
     return math.tan(alpha) - alpha
+
+
+def inverse_involute(value: float) -> float:
+    """Return the angle (rad) whose involute function is `value`, for values between 0 and that of 1.5 rad."""
+    angle = min((3.0 * value) ** (1.0 / 3.0), 1.5)  # not below the solution: tan(a) - a > a^3 / 3
+    for _ in range(100):
+        step = (involute_function(angle) - value) / math.tan(angle) ** 2
+        angle -= step
+        if abs(step) <= 1e-16:
+            break
+    return angle
 
 
 @dataclass(frozen=True)
@@ -251,6 +261,8 @@ class Tooth:
         crossing = np.flatnonzero((values[:-1] <= 0) & (values[1:] > 0) & (radii[1:] > self.base_radius))
         if len(crossing) == 0:
             raise GeometryError(f"teeth = {self.teeth}: undercut leaves no involute; raise teeth or profile_shift")
+        from scipy.optimize import brentq  # imports for half a second, and few gears are undercut
+
         tau = brentq(excess_angle, taus[crossing[0] + 1], taus[crossing[0]], xtol=1e-14)
         return self.roll_angle_at(float(np.linalg.norm(self._trochoid(np.array(tau))))), tau
 

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.errors import GeometryError
-from pmor.gear.tooth import Tooth, involute_function
+from pmor.gear.tooth import Tooth, inverse_involute, involute_function
 
 MODULE, ALPHA = 4.0, math.radians(20.0)
 EXACT = 1e-12  # relative; closed forms differ by round-off only
@@ -269,3 +269,10 @@ def test_largest_rack_rounding_is_the_full_fillet():
     Tooth(21, MODULE, ALPHA, rack_tip_radius=full - 1e-6)
     with pytest.raises(GeometryError, match="too large"):
         Tooth(21, MODULE, ALPHA, rack_tip_radius=full + 1e-6)
+
+
+@pytest.mark.parametrize("degrees", [0.01, 1.0, 14.5, 20.0, 45.0, 70.0, 85.0])
+def test_inverse_involute_undoes_the_involute(degrees):
+    angle = math.radians(degrees)
+    # tan(a) - a loses the leading digits of small angles.
+    assert_allclose(inverse_involute(involute_function(angle)), angle, rtol=1e-12 + 1e-16 / angle**3)
