@@ -71,6 +71,10 @@ def build_parser() -> argparse.ArgumentParser:
     online = command("online", "sweep the transmission error with a basis")
     online.add_argument("basis_path", metavar="BASIS.h5", type=Path, help="file that `pmor offline` wrote")
     _add_out(online, "-o")
+    online.add_argument(
+        "--case", dest="case_path", metavar="CASE", type=Path,
+        help="sweep that this case asks for, instead of the one that the basis was made from",
+    )  # fmt: skip
 
     compare = command("compare", "reduced against full FE: error and run time")
     _add_case(compare)

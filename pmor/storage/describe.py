@@ -33,7 +33,7 @@ def _datasets(file: h5py.File) -> list[str]:
 
     def visit(name: str, item: object) -> None:
         if isinstance(item, h5py.Dataset):
-            read(file, name)
+            read(file, name, finite=False)
             shape = " x ".join(map(str, item.shape)) or "scalar"
             a = item.attrs
             lines.append(f"  {name:<28} {shape:<26} {a['unit']:<6} {a['description']} ({a['dims']})")

@@ -1,13 +1,15 @@
 """HDF5 files that say what they are: schema, version, units, provenance, checksums.
 
-A file is written beside its target and renamed when complete. Every dataset carries its unit, the meaning of its axes,
-a description and the SHA-256 of its bytes; reading verifies it.
+A file is made in memory, written beside its target and renamed when complete. Every dataset carries its unit, the
+meaning of its axes, a description and the SHA-256 of its bytes; everything else is covered by the seal
+(`pmor.storage.seal`). Opening verifies the seal, reading a dataset verifies that dataset.
 """
 
 from __future__ import annotations
 
 import hashlib
 import platform
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -21,6 +23,12 @@ import numpy as np
 import pmor
 from pmor.errors import CaseError, FileFormatError
 from pmor.storage.atomic import atomic_path, refuse_existing
+from pmor.storage.seal import SEAL, contents_checksum
+
+SIGNATURE = b"\x89HDF\r\n\x1a\n"
+# The first format whose own structures (headers, tables of contents) carry checksums, so that the HDF5 library notices
+# damage before it acts on it. Readable since HDF5 1.10 (2016).
+FORMAT = ("v110", "v110")
 
 
 @dataclass(frozen=True)
@@ -57,6 +65,10 @@ class Field:
     description: str
 
 
+class Damaged(Exception):
+    """What is wrong with the file that is open; `open_checked` adds its name and what to do."""
+
+
 @contextmanager
 def create(path: Path, schema: Schema, attributes: dict[str, Any], overwrite: bool) -> Iterator[h5py.File]:
     """Write a new file atomically.
@@ -70,32 +82,41 @@ def create(path: Path, schema: Schema, attributes: dict[str, Any], overwrite: bo
     overwrite : bool
         Whether an existing file may be replaced.
 
+    Yields
+    ------
+    h5py.File
+        In memory: the HDF5 library does not survive a disk that fills up, plain writing does.
+
     Raises
     ------
     OutputError
         When the file exists and `overwrite` is false, or cannot be written.
     """
     refuse_existing(path, overwrite)
-    with atomic_path(path) as temporary, h5py.File(temporary, "w") as file:
-        file.attrs.update(
-            schema=schema.name,
-            schema_version=schema.version,
-            created=datetime.now(UTC).isoformat(timespec="seconds"),
-            pmor_version=pmor.__version__,
-            numpy_version=np.__version__,
-            h5py_version=h5py.__version__,
-            python_version=platform.python_version(),
-            **attributes,
-        )
-        yield file
+    with atomic_path(path) as temporary:
+        with h5py.File(temporary.name, "w", driver="core", backing_store=False, libver=FORMAT) as file:
+            file.attrs.update(
+                schema=schema.name,
+                schema_version=schema.version,
+                created=datetime.now(UTC).isoformat(timespec="seconds"),
+                pmor_version=pmor.__version__,
+                numpy_version=np.__version__,
+                h5py_version=h5py.__version__,
+                python_version=platform.python_version(),
+                **attributes,
+            )
+            yield file
+            file.attrs[SEAL] = contents_checksum(file)
+            file.flush()
+            image = file.id.get_file_image()
+        temporary.write_bytes(image)
 
 
 def write(group: h5py.Group, name: str, data: Any, field: Field) -> None:
     """Write a dataset with its description and checksum."""
     array = np.ascontiguousarray(data)
     dataset = group.create_dataset(name, data=array)
-    checksum = hashlib.sha256(array.tobytes()).hexdigest()
-    dataset.attrs.update(unit=field.unit, dims=field.dims, description=field.description, sha256=checksum)
+    dataset.attrs.update(unit=field.unit, dims=field.dims, description=field.description, sha256=_checksum(array))
 
 
 @contextmanager
@@ -105,49 +126,119 @@ def open_checked(path: Path, schema: Schema) -> Iterator[h5py.File]:
     Raises
     ------
     FileFormatError
-        When the file is missing, is no HDF5 file, has another schema or version, or lacks something.
+        When the file is missing, is no HDF5 file, is truncated, damaged or edited, has another schema or version, or
+        lacks something.
     """
-    if not path.is_file():
-        raise FileFormatError(f"{path}: no such file; {schema.remedy}")
-    try:
-        file = h5py.File(path, "r")
-    except OSError as error:
-        raise FileFormatError(f"{path}: not a readable HDF5 file, or a damaged one; {schema.remedy}") from error
-    with file:
-        found, version = file.attrs.get("schema"), file.attrs.get("schema_version")
-        if found != schema.name:
-            raise FileFormatError(f"{path}: not a {schema.name} file (schema {found!r}); {schema.remedy}")
-        if version != schema.version:
-            age = "a newer" if isinstance(version, np.integer) and version > schema.version else "an older"
-            raise FileFormatError(
-                f"{path}: {schema.name} version {version}, written by {age} pmor; this one reads version "
-                f"{schema.version}; {schema.remedy}"
-            )
+    with _open(path, schema) as file:
         try:
+            _check_schema(file, schema)
+            with _library_errors_as_damage():
+                sealed = file.attrs.get(SEAL) == contents_checksum(file)
+            if not sealed:
+                raise Damaged("is damaged, or was edited by hand: names or attributes in it differ from their checksum")
             yield file
-        except (KeyError, OSError, ValueError, CaseError) as error:
-            raise FileFormatError(f"{path}: damaged, incomplete or outdated ({error}); {schema.remedy}") from error
+        except Damaged as damage:
+            raise FileFormatError(f"{path}: {damage}; {schema.remedy}") from damage
+        except (KeyError, ValueError, CaseError) as error:
+            raise FileFormatError(f"{path}: incomplete or outdated ({error}); {schema.remedy}") from error
 
 
 def schema_name(path: Path) -> str | None:
     """Return the schema that a file claims to have; None when it claims none or cannot be read."""
     try:
-        with h5py.File(path, "r") as file:
+        with _library_errors_as_damage(), h5py.File(path, "r") as file:
             return str(file.attrs["schema"])
-    except (OSError, KeyError):
+    except Damaged:
         return None
 
 
-def read(group: h5py.Group, name: str) -> np.ndarray:
-    """Read a dataset and verify its checksum, within `open_checked`.
+def read(group: h5py.Group, name: str, finite: bool = True) -> np.ndarray:
+    """Read a dataset and verify it, within `open_checked`.
+
+    Parameters
+    ----------
+    group : h5py.Group
+    name : str
+    finite : bool
+        Refuse NaN and infinity.
 
     Raises
     ------
-    ValueError
+    Damaged
         When the bytes are not those that were written; `open_checked` says which file and what to do.
+    KeyError
+        When there is no such dataset.
     """
-    dataset = group[name]
-    array = np.asarray(dataset[()])
-    if hashlib.sha256(array.tobytes()).hexdigest() != dataset.attrs["sha256"]:
-        raise ValueError(f"checksum of {dataset.name} differs")
+    with _library_errors_as_damage(KeyError):
+        dataset = group[name]
+    with _library_errors_as_damage():
+        array = np.asarray(dataset[()])
+        intact = dataset.attrs["sha256"] == _checksum(array)
+    if not intact:
+        raise Damaged(f"is damaged, or was edited by hand: the checksum of {dataset.name} differs")
+    if finite and not np.isfinite(array).all():
+        raise Damaged(f"is of no use: {dataset.name} holds values that are not finite")
     return array
+
+
+@contextmanager
+def _open(path: Path, schema: Schema) -> Iterator[h5py.File]:
+    try:
+        size, start = path.stat().st_size, b""
+        if not path.is_dir():
+            with path.open("rb") as stream:
+                start = stream.read(len(SIGNATURE))
+    except OSError as error:
+        absent = isinstance(error, FileNotFoundError | NotADirectoryError)
+        reason = "no such file" if absent else f"cannot be read ({error.strerror})"
+        raise FileFormatError(f"{path}: {reason}; {schema.remedy}") from error
+    try:
+        file = h5py.File(path, "r")
+    except Exception as error:  # see `_library_errors_as_damage`
+        reason = "is a folder, not a file" if path.is_dir() else _why_no_hdf5(size, start, str(error))
+        raise FileFormatError(f"{path}: {reason}; {schema.remedy}") from error
+    with file:
+        yield file
+
+
+def _why_no_hdf5(size: int, start: bytes, said: str) -> str:
+    if size == 0:
+        return "is empty"
+    if not SIGNATURE.startswith(start):
+        return "is not an HDF5 file"
+    if "truncated" in said or start != SIGNATURE or size < 100:
+        whole = re.search(r"stored_eof = (\d+)", said)
+        return f"is truncated: only {size} bytes" + (f" of {whole[1]}" if whole else "") + " are there"
+    return "is a damaged HDF5 file"
+
+
+def _check_schema(file: h5py.File, schema: Schema) -> None:
+    with _library_errors_as_damage():
+        found, version = file.attrs.get("schema"), file.attrs.get("schema_version")
+    if found is None:
+        raise Damaged(f"is an HDF5 file of another program, not a {schema.name} file")
+    if found != schema.name:
+        raise Damaged(f"is not a {schema.name} file but one of the kind {found!r}")
+    if not isinstance(version, np.integer):
+        raise Damaged(f"is damaged, or was edited by hand: {version!r} is no version of a {schema.name} file")
+    if version != schema.version:
+        age = "a newer" if version > schema.version else "an older"
+        raise Damaged(
+            f"is {schema.name} version {version}, written by {age} pmor; this one reads version {schema.version}"
+        )
+
+
+@contextmanager
+def _library_errors_as_damage(*passed: type[Exception]) -> Iterator[None]:
+    """The HDF5 library answers a damaged file with an exception of any type; only `passed` ones go through."""
+    try:
+        yield
+    except passed:
+        raise
+    except Exception as error:
+        raise Damaged(f"is damaged: the HDF5 library says {error}") from error
+
+
+def _checksum(array: np.ndarray) -> str:
+    # Viewed as bytes, without a copy of what may be large; flat, because a view of no numbers has no last axis.
+    return hashlib.sha256(memoryview(array.reshape(-1).view(np.uint8))).hexdigest()

@@ -10,7 +10,7 @@ from pmor.gear.conventions import FloatArray, IntArray
 from pmor.result import BoolArray
 from pmor.storage.hdf5 import Field, Schema, create, open_checked, read, write
 
-SNAPSHOT_SCHEMA = Schema("pmor-snapshots", 1, "delete it; 'pmor offline --resume' makes it anew")
+SNAPSHOT_SCHEMA = Schema("pmor-snapshots", 2, "delete it; 'pmor offline --resume' makes it anew")
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ def read_snapshots(path: Path, basis_key: str) -> Snapshots | None:
                 phi=float(file.attrs["phi"]),
                 pair_index=read(file, "pair_index"),
                 force=read(file, "force"),
-                ste_um=read(file, "ste"),
+                ste_um=read(file, "ste", finite=False),
                 converged=read(file, "converged"),
             )
     except FileFormatError:
