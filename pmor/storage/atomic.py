@@ -19,7 +19,7 @@ REMEDIES = {
     errno.ENOTDIR: "a part of the path is a file, not a folder: choose another path",
     errno.ENOSPC: "no space is left on the disk: free some, or choose another disk",
     errno.EDQUOT: "your disk quota is used up: free some space, or choose another disk",
-    errno.EFBIG: "it would be larger than the disk or your limit (ulimit -f) allows: raise that, or choose another disk",
+    errno.EFBIG: "larger than the disk or your limit (ulimit -f) allows: raise that, or choose another disk",
     errno.EISDIR: "a folder of that name is there: choose another name",
     errno.EEXIST: "a file of that name is there: choose another name",
     errno.ENAMETOOLONG: "the name is too long: choose a shorter one",

@@ -7,7 +7,7 @@ from pathlib import Path
 import h5py
 
 from pmor.storage.basis_file import BASIS_SCHEMA
-from pmor.storage.hdf5 import open_checked, read, schema_name
+from pmor.storage.hdf5 import check_descriptions, open_checked, read, schema_name
 from pmor.storage.snapshot_file import SNAPSHOT_SCHEMA
 
 
@@ -21,6 +21,7 @@ def file_text(path: Path) -> str:
     """
     schema = SNAPSHOT_SCHEMA if schema_name(path) == SNAPSHOT_SCHEMA.name else BASIS_SCHEMA
     with open_checked(path, schema) as file:
+        check_descriptions(file)
         return "\n".join([f"{path}: {schema.name}", *_attributes(file), *_datasets(file)])
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import platform
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -23,7 +23,7 @@ import numpy as np
 import pmor
 from pmor.errors import CaseError, FileFormatError
 from pmor.storage.atomic import atomic_path, refuse_existing
-from pmor.storage.seal import SEAL, contents_checksum
+from pmor.storage.seal import CONTENTS, DESCRIPTIONS, contents_checksum, descriptions_checksum, seal
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 # The first format whose own structures (headers, tables of contents) carry checksums, so that the HDF5 library notices
@@ -106,7 +106,7 @@ def create(path: Path, schema: Schema, attributes: dict[str, Any], overwrite: bo
                 **attributes,
             )
             yield file
-            file.attrs[SEAL] = contents_checksum(file)
+            seal(file)
             file.flush()
             image = file.id.get_file_image()
         temporary.write_bytes(image)
@@ -132,10 +132,7 @@ def open_checked(path: Path, schema: Schema) -> Iterator[h5py.File]:
     with _open(path, schema) as file:
         try:
             _check_schema(file, schema)
-            with _library_errors_as_damage():
-                sealed = file.attrs.get(SEAL) == contents_checksum(file)
-            if not sealed:
-                raise Damaged("is damaged, or was edited by hand: names or attributes in it differ from their checksum")
+            _check_seal(file, CONTENTS, contents_checksum)
             yield file
         except Damaged as damage:
             raise FileFormatError(f"{path}: {damage}; {schema.remedy}") from damage
@@ -179,6 +176,16 @@ def read(group: h5py.Group, name: str, finite: bool = True) -> np.ndarray:
     if finite and not np.isfinite(array).all():
         raise Damaged(f"is of no use: {dataset.name} holds values that are not finite")
     return array
+
+
+def check_descriptions(file: h5py.File) -> None:
+    """Verify units and descriptions of all datasets, within `open_checked`.
+
+    Raises
+    ------
+    Damaged
+    """
+    _check_seal(file, DESCRIPTIONS, descriptions_checksum)
 
 
 @contextmanager
@@ -228,6 +235,13 @@ def _check_schema(file: h5py.File, schema: Schema) -> None:
         )
 
 
+def _check_seal(file: h5py.File, name: str, checksum: Callable[[h5py.File], str]) -> None:
+    with _library_errors_as_damage():
+        intact = file.attrs.get(name) == checksum(file)
+    if not intact:
+        raise Damaged(f"is damaged, or was edited by hand: {name} does not fit the names and attributes in it")
+
+
 @contextmanager
 def _library_errors_as_damage(*passed: type[Exception]) -> Iterator[None]:
     """The HDF5 library answers a damaged file with an exception of any type; only `passed` ones go through."""
@@ -241,4 +255,4 @@ def _library_errors_as_damage(*passed: type[Exception]) -> Iterator[None]:
 
 def _checksum(array: np.ndarray) -> str:
     # Viewed as bytes, without a copy of what may be large; flat, because a view of no numbers has no last axis.
-    return hashlib.sha256(memoryview(array.reshape(-1).view(np.uint8))).hexdigest()
+    return hashlib.sha256(array.reshape(-1).view(np.uint8).data).hexdigest()

@@ -1,24 +1,42 @@
-"""One checksum over everything in an HDF5 file but the bytes of its datasets, which carry their own.
+"""Checksums over everything in an HDF5 file but the bytes of its datasets, which carry their own.
 
-So a file can be trusted after reading only its few kilobytes of attributes, and each dataset when it is read.
+So a file can be trusted after reading only its few kilobytes of attributes, and each dataset when it is read. The words
+that explain a dataset to people have a checksum apart: they are most of the attributes, and no computation needs them.
 """
 
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Callable
 
 import h5py
 import numpy as np
 
-SEAL = "contents_sha256"
+CONTENTS, DESCRIPTIONS = "contents_sha256", "descriptions_sha256"
+EXPLANATIONS = ("unit", "dims", "description")
+
+
+def seal(file: h5py.File) -> None:
+    """Store the checksums of a file that is complete."""
+    checksums = {CONTENTS: contents_checksum(file), DESCRIPTIONS: descriptions_checksum(file)}
+    file.attrs.update(checksums)
 
 
 def contents_checksum(file: h5py.File) -> str:
     """Return the SHA-256, in hex, of names, shapes, types and attributes of all groups and datasets.
 
-    The datasets' own checksums are among their attributes, so no dataset can be exchanged, added or left out. The
-    attribute that holds the seal itself does not count.
+    The datasets' own checksums are among their attributes, so no dataset can be exchanged, added or left out. The seal
+    itself and the explanations do not count.
     """
+    return _checksum(file, lambda key: key not in (CONTENTS, DESCRIPTIONS, *EXPLANATIONS))
+
+
+def descriptions_checksum(file: h5py.File) -> str:
+    """Return the SHA-256, in hex, of the explanations of all datasets."""
+    return _checksum(file, lambda key: key in EXPLANATIONS)
+
+
+def _checksum(file: h5py.File, counts: Callable[[str], bool]) -> str:
     digest = hashlib.sha256()
 
     def add(*words: str | bytes) -> None:
@@ -32,7 +50,7 @@ def contents_checksum(file: h5py.File) -> str:
         if isinstance(item, h5py.Dataset):
             add(item.dtype.str, str(item.shape))
         for key in sorted(item.attrs):
-            if key != SEAL:
+            if counts(key):
                 add(key, *_words(item.attrs[key]))
 
     visit("/", file)
