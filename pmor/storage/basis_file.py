@@ -15,7 +15,7 @@ from pmor.gear.conventions import FloatArray
 from pmor.reduction.contact_shapes import ContactShapes
 from pmor.reduction.flank_lines import FlankLineShapes, GearLines
 from pmor.result import BoolArray
-from pmor.storage.hdf5 import Field, Schema, create, open_checked, read, write
+from pmor.storage.hdf5 import Field, Schema, attribute, create, open_checked, read, set_attributes, write
 
 BASIS_SCHEMA = Schema("pmor-basis", 3, "make it anew with 'pmor offline'")
 GEARS = ("pinion", "wheel")
@@ -118,8 +118,8 @@ def read_basis(path: Path) -> Basis:
         When the file is not a valid basis file of this version.
     """
     with open_checked(path, BASIS_SCHEMA) as file:
-        case = parse_case(str(file.attrs["case_text"]), str(file.attrs["case_name"]), f"{path} (case text)")
-        if file.attrs["basis_key"] != basis_key(case):
+        case = parse_case(attribute(file, "case_text"), attribute(file, "case_name"), f"{path} (case text)")
+        if attribute(file, "basis_key") != basis_key(case):
             raise ValueError("its case text does not say what it was made from")
         shapes: FlankLineShapes | ContactShapes
         if case.reduction.shapes == "positions":
@@ -132,7 +132,7 @@ def read_basis(path: Path) -> Basis:
             torque=read(file["training"], "torque"),
             ste_um=read(file["training"], "ste", finite=False),
             converged=read(file["training"], "converged"),
-            seconds=float(file.attrs["offline_s"]),
+            seconds=float(attribute(file, "offline_s")),
         )
         if not np.array_equal(np.isfinite(training.ste_um), training.converged):
             raise ValueError("its training has numbers where it did not converge, or none where it did")
@@ -177,7 +177,7 @@ def _read_lines(group: h5py.Group) -> GearLines:
 
 
 def _write_positions(group: h5py.Group, shapes: ContactShapes) -> None:
-    group.attrs["angles_per_pitch"] = shapes.angles_per_pitch
+    set_attributes(group, angles_per_pitch=shapes.angles_per_pitch)
     write(group, "roll_position", shapes.roll_position, Field("rad", "position", "roll position of the tooth pair"))
     write(group, "loaded", shapes.loaded, Field("1", "position, torque", "whether the pair carries load"))
     dims = "position, torque, gear, tooth offset, flank unknown"
@@ -189,7 +189,7 @@ def _write_positions(group: h5py.Group, shapes: ContactShapes) -> None:
 def _read_positions(group: h5py.Group) -> ContactShapes:
     return ContactShapes(
         roll_position=read(group, "roll_position"),
-        angles_per_pitch=int(group.attrs["angles_per_pitch"]),
+        angles_per_pitch=int(attribute(group, "angles_per_pitch")),
         loaded=read(group, "loaded"),
         displacement=read(group, "displacement"),
         gram=read(group, "gram"),

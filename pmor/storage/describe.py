@@ -7,7 +7,7 @@ from pathlib import Path
 import h5py
 
 from pmor.storage.basis_file import BASIS_SCHEMA
-from pmor.storage.hdf5 import check_descriptions, open_checked, read, schema_name
+from pmor.storage.hdf5 import attribute, check_descriptions, open_checked, read, schema_name
 from pmor.storage.snapshot_file import SNAPSHOT_SCHEMA
 
 
@@ -26,7 +26,8 @@ def file_text(path: Path) -> str:
 
 
 def _attributes(file: h5py.File) -> list[str]:
-    return [f"  {name:<18} {file.attrs[name]}" for name in sorted(file.attrs) if name not in ("case_text", "schema")]
+    names = sorted(set(file.attrs) - {"case_text", "schema"})
+    return [f"  {name:<18} {attribute(file, name)}" for name in names]
 
 
 def _datasets(file: h5py.File) -> list[str]:
@@ -36,8 +37,8 @@ def _datasets(file: h5py.File) -> list[str]:
         if isinstance(item, h5py.Dataset):
             read(file, name, finite=False)
             shape = " x ".join(map(str, item.shape)) or "scalar"
-            a = item.attrs
-            lines.append(f"  {name:<28} {shape:<26} {a['unit']:<6} {a['description']} ({a['dims']})")
+            unit, description, dims = (attribute(item, key) for key in ("unit", "description", "dims"))
+            lines.append(f"  {name:<28} {shape:<26} {unit:<6} {description} ({dims})")
 
     file.visititems(visit)
     return lines

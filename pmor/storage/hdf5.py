@@ -23,7 +23,7 @@ import numpy as np
 import pmor
 from pmor.errors import CaseError, FileFormatError
 from pmor.storage.atomic import atomic_path, refuse_existing
-from pmor.storage.seal import CONTENTS, DESCRIPTIONS, contents_checksum, descriptions_checksum, seal
+from pmor.storage.seal import CONTENTS, DESCRIPTIONS, checksums, contents_checksum, descriptions_checksum
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 # The first format whose own structures (headers, tables of contents) carry checksums, so that the HDF5 library notices
@@ -95,7 +95,8 @@ def create(path: Path, schema: Schema, attributes: dict[str, Any], overwrite: bo
     refuse_existing(path, overwrite)
     with atomic_path(path) as temporary:
         with h5py.File(temporary.name, "w", driver="core", backing_store=False, libver=FORMAT) as file:
-            file.attrs.update(
+            set_attributes(
+                file,
                 schema=schema.name,
                 schema_version=schema.version,
                 created=datetime.now(UTC).isoformat(timespec="seconds"),
@@ -106,7 +107,7 @@ def create(path: Path, schema: Schema, attributes: dict[str, Any], overwrite: bo
                 **attributes,
             )
             yield file
-            seal(file)
+            set_attributes(file, **checksums(file))
             file.flush()
             image = file.id.get_file_image()
         temporary.write_bytes(image)
@@ -116,7 +117,28 @@ def write(group: h5py.Group, name: str, data: Any, field: Field) -> None:
     """Write a dataset with its description and checksum."""
     array = np.ascontiguousarray(data)
     dataset = group.create_dataset(name, data=array)
-    dataset.attrs.update(unit=field.unit, dims=field.dims, description=field.description, sha256=_checksum(array))
+    words = {"unit": field.unit, "dims": field.dims, "description": field.description, "sha256": _checksum(array)}
+    set_attributes(dataset, **words)
+
+
+def set_attributes(item: h5py.Group | h5py.Dataset, **values: Any) -> None:
+    """Store attributes, text with a fixed length.
+
+    Text of variable length, which h5py makes of a str, lies in a part of the file that has no checksum: the HDF5
+    library then loops forever where one bit of it is wrong.
+    """
+    for name, value in values.items():
+        if isinstance(value, str):
+            data = value.encode()
+            item.attrs.create(name, data, dtype=h5py.string_dtype(length=max(len(data), 1)))
+        else:
+            item.attrs[name] = value
+
+
+def attribute(item: h5py.Group | h5py.Dataset, name: str) -> Any:
+    """Return an attribute, text as str; KeyError when there is none."""
+    value = item.attrs[name]
+    return value.decode(errors="replace") if isinstance(value, bytes) else value
 
 
 @contextmanager
@@ -144,7 +166,7 @@ def schema_name(path: Path) -> str | None:
     """Return the schema that a file claims to have; None when it claims none or cannot be read."""
     try:
         with _library_errors_as_damage(), h5py.File(path, "r") as file:
-            return str(file.attrs["schema"])
+            return str(attribute(file, "schema"))
     except Damaged:
         return None
 
@@ -170,7 +192,7 @@ def read(group: h5py.Group, name: str, finite: bool = True) -> np.ndarray:
         dataset = group[name]
     with _library_errors_as_damage():
         array = np.asarray(dataset[()])
-        intact = dataset.attrs["sha256"] == _checksum(array)
+        intact = attribute(dataset, "sha256") == _checksum(array)
     if not intact:
         raise Damaged(f"is damaged, or was edited by hand: the checksum of {dataset.name} differs")
     if finite and not np.isfinite(array).all():
@@ -221,7 +243,8 @@ def _why_no_hdf5(size: int, start: bytes, said: str) -> str:
 
 def _check_schema(file: h5py.File, schema: Schema) -> None:
     with _library_errors_as_damage():
-        found, version = file.attrs.get("schema"), file.attrs.get("schema_version")
+        names = ("schema", "schema_version")
+        found, version = (attribute(file, name) if name in file.attrs else None for name in names)
     if found is None:
         raise Damaged(f"is an HDF5 file of another program, not a {schema.name} file")
     if found != schema.name:
@@ -237,7 +260,7 @@ def _check_schema(file: h5py.File, schema: Schema) -> None:
 
 def _check_seal(file: h5py.File, name: str, checksum: Callable[[h5py.File], str]) -> None:
     with _library_errors_as_damage():
-        intact = file.attrs.get(name) == checksum(file)
+        intact = name in file.attrs and attribute(file, name) == checksum(file)
     if not intact:
         raise Damaged(f"is damaged, or was edited by hand: {name} does not fit the names and attributes in it")
 

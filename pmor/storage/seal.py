@@ -16,10 +16,9 @@ CONTENTS, DESCRIPTIONS = "contents_sha256", "descriptions_sha256"
 EXPLANATIONS = ("unit", "dims", "description")
 
 
-def seal(file: h5py.File) -> None:
-    """Store the checksums of a file that is complete."""
-    checksums = {CONTENTS: contents_checksum(file), DESCRIPTIONS: descriptions_checksum(file)}
-    file.attrs.update(checksums)
+def checksums(file: h5py.File) -> dict[str, str]:
+    """Return the root attributes that seal a file that is complete."""
+    return {CONTENTS: contents_checksum(file), DESCRIPTIONS: descriptions_checksum(file)}
 
 
 def contents_checksum(file: h5py.File) -> str:

@@ -207,8 +207,8 @@ def _no_toml(draw, document):
     keys[i] = keys[i][0], Raw(draw(st.sampled_from(["4,0", "", "=", '"', "[1", "0x", "1e", "1_", "{", "'''", "\x00"])))
 
 
-MUTATIONS = [_weird_value, _weird_value, _wrong_unit, _missing_key, _double_key, _strange_key, _misspelt_key, _moved_key,
-             _missing_section, _double_section, _strange_section, _no_toml]  # fmt: skip
+MUTATIONS = [_weird_value, _weird_value, _wrong_unit, _missing_key, _double_key, _strange_key, _misspelt_key,
+             _moved_key, _missing_section, _double_section, _strange_section, _no_toml]  # fmt: skip
 
 
 @st.composite

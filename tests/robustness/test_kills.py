@@ -45,7 +45,7 @@ def disk(tmp_path):
     folder = tmp_path / "disk"
     folder.mkdir()
     mount = ["mount", "-t", "tmpfs", "-o", f"size={DISK}", "tmpfs", str(folder)]
-    small = shutil.which("mount") is not None and subprocess.run(mount, capture_output=True, check=False).returncode == 0
+    small = shutil.which("mount") is not None and subprocess.run(mount, capture_output=True).returncode == 0
     yield folder, small
     if small:
         subprocess.run(["umount", str(folder)], check=True)
@@ -69,9 +69,8 @@ def kill(process, number, moment):
 def run_on_full_disk(case_file, basis, small, free):
     """Run with so many bytes left on the disk."""
     if not small:
-        limit = max(free // ANGLES, 1)  # of one file, where it was of all
-        return finish(offline(case_file, basis,
-                              preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))))  # fmt: skip
+        limit = (max(free // ANGLES, 1),) * 2  # of one file, where it was of all
+        return finish(offline(case_file, basis, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, limit)))
     ballast = basis.parent / "ballast"
     room = shutil.disk_usage(basis.parent).free - free
     with ballast.open("wb") as file:
@@ -172,6 +171,6 @@ def test_offline_killed_fifty_times_ends_with_the_same_basis(case_file, disk, tm
     differences.append(difference)
     bitwise.append(equal)
     assert {path.name for path in folder.iterdir()} == {"basis.h5"}, "nothing is left of all those runs"
-    print(f"\nkilled {killed} times ({dict(tally)}, small disk: {small}), after them: {dict(stages)}; {len(differences)} "
-          f"bases, {sum(bitwise)} equal to the last bit, largest difference {max(differences):.1e}")  # fmt: skip
+    print(f"\nkilled {killed} times: {dict(tally)}; small disk: {small}; what was there afterwards: {dict(stages)}")
+    print(f"{len(differences)} bases, {sum(bitwise)} equal to the last bit, largest difference {max(differences):.1e}")
     assert max(differences) <= SAME

@@ -46,6 +46,7 @@ def test_two_offline_runs_of_one_basis(case_file, tmp_path):
     assert list(out.iterdir()) == [basis]
 
 
+@pytest.mark.slow
 def test_two_runs_into_one_folder(case_file, tmp_path):
     out = tmp_path / "out"
     first, second = start_both(out / ".pmor.lock", "run", case_file, "--out", out)
@@ -55,6 +56,7 @@ def test_two_runs_into_one_folder(case_file, tmp_path):
     assert {path.name for path in out.iterdir()} == {"basis.h5", "ste.csv", "summary.json"}
 
 
+@pytest.mark.slow
 def test_a_run_and_an_offline_run_of_its_basis(case_file, tmp_path):
     out = tmp_path / "out"
     first = start("run", case_file, "--out", out)
