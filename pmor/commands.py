@@ -142,10 +142,10 @@ def bench(case_path: Path, json_path: Path, jobs: int = 2) -> None:
     use_one_thread()  # before anything loads numpy
     from pmor.bench import bench_text, read_bench, run_bench
     from pmor.case import load_case
-    from pmor.storage.atomic import atomic_path, ensure_folder
+    from pmor.storage.atomic import atomic_path, ensure_writable
 
     case = load_case(case_path)
-    ensure_folder(json_path.parent)
+    ensure_writable(json_path.parent)
     before = read_bench(json_path)
     result = run_bench(case, jobs)
     with atomic_path(json_path) as temporary:
