@@ -4,6 +4,7 @@ Exit codes: 0 done, 2 the engineer can mend it (case file, output folder, argume
 """
 
 import argparse
+import errno
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,6 +13,8 @@ from pmor import __version__, commands
 from pmor.errors import PmorError
 
 INTERRUPTED = 130
+# Results have messages of their own (pmor.storage.atomic); this is for the files that libraries write.
+OUT_OF_SPACE = (errno.ENOSPC, errno.EDQUOT)
 RESUME_HINTS = {
     "offline": "the same command with --resume goes on where it stopped",
     "study": "finished pieces are kept; the same command goes on where it stopped",
@@ -34,6 +37,17 @@ def main(argv: Sequence[str] | None = None) -> int:
     except PmorError as error:
         print(f"pmor: error: {' '.join(str(error).splitlines())}", file=sys.stderr)
         return error.exit_code
+    except MemoryError as error:
+        remedy = "lower the elements, the angles or the torques of the case"
+        print(f"pmor: error: the memory of this computer does not suffice ({error}): {remedy}", file=sys.stderr)
+        return PmorError.exit_code
+    except OSError as error:
+        if error.errno not in OUT_OF_SPACE:
+            raise
+        place = f" ({error.filename})" if error.filename else ""
+        remedy = "free some; compiled kernels need some as well, beside the program or in NUMBA_CACHE_DIR"
+        print(f"pmor: error: no space is left on a disk{place}: {remedy}", file=sys.stderr)
+        return PmorError.exit_code
     except KeyboardInterrupt:
         # The line break ends a progress line that may stand half written on the terminal.
         start = "\n" if sys.stderr.isatty() else ""
