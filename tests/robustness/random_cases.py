@@ -69,7 +69,7 @@ def sound_gears(draw):
 @st.composite
 def sound_documents(draw):
     """Sections and keys of a case that keeps every rule; geometry and mesh may still refuse it."""
-    module, torque = draw(st.floats(0.1, 20.0)), draw(st.floats(0.1, 1e4))
+    module = draw(st.floats(0.1, 20.0))
     gears = {"pinion": draw(sound_gears())}
     if draw(st.booleans()):
         gears["wheel"] = draw(sound_gears())
@@ -77,6 +77,9 @@ def sound_documents(draw):
         root = module * (0.5 * gear["teeth"] + gear["profile_shift"] - gear["dedendum"])
         gear["bore_radius_mm"] = max(gear.pop("rim") * (root - 0.5 * module), 0.05 * module)
     pair = {"module_mm": module, "face_width_mm": module * draw(st.floats(0.2, 20.0))}
+    softest = min(gear["youngs_modulus_GPa"] for gear in gears.values())
+    stress = 1e3 * softest * draw(st.floats(1e-5, 1e-3))  # tangential force over width and module, MPa
+    torque = 1e-3 * stress * module * pair["face_width_mm"] * 0.5 * module * gears["pinion"]["teeth"]
     if draw(st.booleans()):
         pair["pressure_angle_deg"] = draw(st.sampled_from([14.5, 17.5, 20.0, 22.5, 25.0]))
     if draw(st.integers(0, 3)) == 0:
