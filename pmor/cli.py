@@ -35,7 +35,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         getattr(commands, name)(**arguments)
     except PmorError as error:
-        print(f"pmor: error: {' '.join(str(error).splitlines())}", file=sys.stderr)
+        print(f"pmor: error: {_one_line(str(error))}", file=sys.stderr)
         return error.exit_code
     except MemoryError as error:
         remedy = "lower the elements, the angles or the torques of the case"
@@ -132,6 +132,12 @@ def _add_jobs(parser: argparse.ArgumentParser) -> None:
 
 def _add_overwrite(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--overwrite", action="store_true", help="replace results that are there")
+
+
+def _one_line(text: str) -> str:
+    """Join lines and escape what terminals do not show, or obey: a case file can quote anything."""
+    joined = " ".join(text.splitlines())
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in joined)
 
 
 def _positive(text: str) -> int:

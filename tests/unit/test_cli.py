@@ -97,6 +97,12 @@ def test_interrupt_says_how_to_go_on(line, hint, monkeypatch, capsys):
     assert len(message.splitlines()) == 1
 
 
+def test_what_a_terminal_would_obey_is_escaped(monkeypatch, capsys):
+    fail_with(OutputError("x\x1b[31m\u202ey\udcff ä𝒶"), monkeypatch)
+    assert main(["plan", "c.toml"]) == 2
+    assert capsys.readouterr().err == "pmor: error: x\\x1b[31m\\u202ey\\udcff ä𝒶\n"
+
+
 def fail_with(error, monkeypatch):
     def fail(**_arguments):
         raise error
