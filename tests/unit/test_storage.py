@@ -145,6 +145,23 @@ def test_every_dataset_says_unit_axes_and_meaning(path, family):
         assert provenance | {"case_text", "case_sha256", "basis_key"} <= set(file.attrs)
 
 
+def test_no_text_lies_where_the_format_has_no_checksum(path):
+    """Text of variable length does; one flipped bit in it can make the HDF5 library loop forever."""
+    with h5py.File(path) as file:
+        found = []
+
+        def visit(_name, item):
+            for key in item.attrs:
+                text = h5py.check_string_dtype(item.attrs.get_id(key).dtype)
+                if text is not None:
+                    found.append(text.length)
+
+        visit("/", file)
+        file.visititems(visit)
+    assert len(found) > 50
+    assert None not in found
+
+
 def test_a_case_file_with_long_comments_fits(tmp_path, basis, force, family):
     text = text_of(family) + "# a comment\n" * 10_000  # beyond the 64 KiB that HDF5 gives to a plain attribute
     write_basis(tmp_path / "long.h5", replace(basis, case=parse_case(text, "small", "small case")), force)
