@@ -104,6 +104,7 @@ def test_a_read_only_folder_is_named_before_the_work(
 def test_a_limit_on_the_size_of_files_is_named(tmp_path, small_basis_path):
     code = """
 import resource, sys
+from pathlib import Path
 from pmor.errors import OutputError
 from pmor.storage.basis_file import read_basis, write_basis
 import numpy as np
