@@ -159,7 +159,7 @@ def test_truncated_files_are_refused(basis, original, tally, rng):
 
 @pytest.mark.slow
 def test_thousands_of_random_damages(basis, original, tally, rng):
-    damage_at_random(basis, original, tally, rng, 4000, 1000)
+    damage_at_random(basis, original, tally, rng, 2000, 500)
     truncate_at_random(basis, original, tally, rng, 500)
 
 
