@@ -1,6 +1,6 @@
 """Files that are damaged, foreign, edited, of another version or of another case: refused, each in its own words.
 
-    pytest -s tests/robustness/test_corruption.py          # hundreds of damages, a few seconds
+    pytest -s tests/robustness/test_corruption.py          # hundreds of damages, half a minute
     pytest -s -m slow tests/robustness/test_corruption.py  # thousands of random ones
 """
 
