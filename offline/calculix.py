@@ -7,7 +7,7 @@ u = (s / r_b) e_z x X; the torque T is the force T / r_b on that unknown. Strain
 
 What CalculiX does differently:
 
-* Its surface is always the bilinear facets of the mesh: our ``surface = "facet"``, ``lodm_profile = 1``.
+* Its surface is always the bilinear facets of the mesh: our ``scheme = "facet"``, ``lodm_profile = 1``.
 * ``node_to_surface`` is our nodal scheme: penalty times area at the nodes of one gear, the slave. It counts a node
   wholly or not at all at the tip edge of the mate, where ours weights it by the area that faces the mate.
 * ``surface_to_surface`` integrates the pressure over the facets: what our facets with ever more LoDM converge to.
@@ -176,7 +176,7 @@ def input_deck(
 
 def _first_touch(case: Case, mesh: MeshModel, phi: float, slave: Slave) -> float:
     """Return the lead at which the undeformed facets touch, rad."""
-    contact = replace(case.contact, surface="facet", lodm_profile=1, lodm_width=1, slave=slave)
+    contact = replace(case.contact, scheme="facet", lodm_profile=1, lodm_width=1, slave=slave)
     gears = mesh.pinion, mesh.wheel
     facets = assemble_pair(replace(case, contact=contact), mesh.meshed.pair,
                            (gears[0].flank_nodes, gears[1].flank_nodes),

@@ -93,7 +93,8 @@ def summary(result: OnlineResult) -> dict[str, Any]:
     return {
         "case": case.name,
         "n_profile": case.mesh.profile_elements,
-        "lodm": case.contact.lodm_profile,
+        "scheme": case.contact.scheme,
+        "lodm": case.contact.lodm_profile if result.reduced.meshed.scheme.kind == "nodal" else None,
         "n_angles": len(sweep.phi_rad),
         "torque_Nm": case.torque_Nm,
         "ste_mean_um": ste_mean_um(sweep)[i],

@@ -97,8 +97,8 @@ def sweep_reduced_pair(
 
 def sweep_scheme(meshed: MeshedPair) -> KernelScheme:
     """Return the contact scheme for the kernel with the sweep's own way to the feet of the contact points."""
-    *others, _, slave_mode = meshed.kernel_scheme
-    return (*others, FOOT_STEP, slave_mode)  # type: ignore[return-value]
+    scheme = meshed.kernel_scheme
+    return (*scheme[:7], FOOT_STEP, *scheme[8:])
 
 
 def _solve_block(

@@ -57,14 +57,20 @@ class Variant:
 
 
 def variants(case: Case) -> list[Variant]:
-    """Return the case itself and its neighbours in mesh, refinement and family of shapes."""
+    """Return the case itself and its neighbours in mesh, scheme, refinement and family of shapes."""
     listed = [Variant("case", _changed(case))]
+    for n in (8, 16, 32, 64):
+        changed = _changed(case, mesh={"profile_elements": n}, contact={"scheme": "line"})
+        listed.append(Variant("elements over the profile", changed))
     for n, lodm in ((8, 8), (16, 4), (32, 2), (64, 1)):
-        changed = _changed(case, mesh={"profile_elements": n}, contact={"lodm_profile": lodm})
+        changed = _changed(case, mesh={"profile_elements": n}, contact={"scheme": "direct", "lodm_profile": lodm})
         listed.append(Variant("elements x LoDM = 64", changed))
     for lodm in (1, 2, 4, 8):
-        listed.append(Variant("LoDM over the profile", _changed(case, contact={"lodm_profile": lodm})))
-    listed.append(Variant("LoDM over both", _changed(case, contact={"lodm_profile": 4, "lodm_width": 4})))
+        changed = _changed(case, contact={"scheme": "direct", "lodm_profile": lodm})
+        listed.append(Variant("LoDM over the profile", changed))
+    both = {"scheme": "direct", "lodm_profile": 4, "lodm_width": 4}
+    listed.append(Variant("LoDM over both", _changed(case, contact=both)))
+    listed.append(Variant("strip", _changed(case, contact={"scheme": "strip"})))
     for width in (4, 8, 16):
         listed.append(Variant("elements over the width", _changed(case, mesh={"width_elements": width})))
     listed.append(Variant("whole width", _changed(case, reduction={"half_width": False})))
@@ -83,8 +89,8 @@ def run_bench(case: Case, jobs: int) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``rows``, each with ``phase``, ``n_profile``, ``n_width``, ``lodm_profile``, ``lodm_width``, ``median_ms`` and
-        ``repeats``; and ``machine``.
+        ``rows``, each with ``phase``, ``scheme``, ``n_profile``, ``n_width``, ``lodm_profile``, ``lodm_width``,
+        ``median_ms`` and ``repeats``; and ``machine``.
     """
     rows = offline_rows(case)
     listed = variants(case)
@@ -222,11 +228,12 @@ def machine() -> dict[str, Any]:
 def bench_text(result: dict[str, Any], before: dict[str, Any] | None) -> str:
     """Return the table; with an earlier result, each time as a ratio to the one measured then."""
     old = {_key(row): row["median_ms"] for row in before["rows"]} if before else {}
-    title = f"{'phase':<48} {'mesh':>7} {'LoDM':>6} {'ms':>10}"
+    title = f"{'phase':<48} {'scheme':>7} {'mesh':>7} {'LoDM':>6} {'ms':>10}"
     lines = [title + ("   ratio to the earlier run" if before else "")]
     for row in result["rows"]:
-        mesh, lodm = f"{row['n_profile']} x {row['n_width']}", f"{row['lodm_profile']}, {row['lodm_width']}"
-        line = f"{_name(row):<48} {mesh:>7} {lodm:>6} {row['median_ms']:>10.4g}"
+        mesh = f"{row['n_profile']} x {row['n_width']}"
+        lodm = f"{row['lodm_profile']}, {row['lodm_width']}" if row["lodm_profile"] else "-"
+        line = f"{_name(row):<48} {row['scheme']:>7} {mesh:>7} {lodm:>6} {row['median_ms']:>10.4g}"
         if _key(row) in old:
             line += f"   {row['median_ms'] / old[_key(row)]:.2f}"
         lines.append(line)
@@ -248,16 +255,18 @@ def _name(row: Row) -> str:
 
 
 def _key(row: Row) -> tuple[Any, ...]:
-    return (_name(row), *(row[name] for name in ("n_profile", "n_width", "lodm_profile", "lodm_width")))
+    return (_name(row), *(row.get(name) for name in ("scheme", "n_profile", "n_width", "lodm_profile", "lodm_width")))
 
 
 def _row(phase: str, case: Case, times: list[float], repeats: int | None = None) -> Row:
+    nodal = case.contact.scheme not in ("line", "strip")
     return {
         "phase": phase,
+        "scheme": case.contact.scheme,
         "n_profile": case.mesh.profile_elements,
         "n_width": case.mesh.width_elements,
-        "lodm_profile": case.contact.lodm_profile,
-        "lodm_width": case.contact.lodm_width,
+        "lodm_profile": case.contact.lodm_profile if nodal else None,
+        "lodm_width": case.contact.lodm_width if nodal else None,
         "median_ms": median(times),
         "repeats": repeats or len(times),
     }

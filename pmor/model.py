@@ -9,13 +9,15 @@ from typing import TypeVar
 
 from pmor.case import Case, GearCase
 from pmor.contact.elasticity import full_elasticity
-from pmor.contact.flank import ContactScheme, MeshedPair, make_flank
+from pmor.contact.flank import ContactScheme, MeshedPair, SurfaceLayer, make_flank
+from pmor.contact.line_contact import approach_constants, check_half_width, line_compliance
 from pmor.contact.solve import ElasticityAt
 from pmor.errors import MeshError
 from pmor.fe.cyclic import ElasticGear, elastic_gear
 from pmor.gear.conventions import FloatArray
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance
 from pmor.gear.tooth import Tooth
+from pmor.mesh.layer import surface_layer
 from pmor.mesh.quality import MeshQuality, mesh_quality
 from pmor.mesh.sector import SectorMesh, build_sector
 
@@ -81,9 +83,12 @@ def gear_pair(case: Case) -> GearPair:
 def contact_scheme(case: Case) -> ContactScheme:
     """Return the contact scheme of a case."""
     c = case.contact
-    return ContactScheme(
-        c.surface, c.projection, c.slave, c.edge_normals, c.lodm_profile, c.lodm_width, c.penalty_N_mm3
-    )
+    kind = c.scheme if c.scheme in ("line", "strip") else "nodal"
+    surface = "facet" if c.scheme == "facet" else "hermite"
+    projection = "facet" if c.scheme == "paper" else "patch"
+    edge_normals = c.edge_normals or ("average" if c.scheme == "paper" else "parabolic")
+    lodm = (c.lodm_profile, c.lodm_width) if kind == "nodal" else (1, 1)
+    return ContactScheme(surface, projection, c.slave, edge_normals, *lodm, c.penalty_N_mm3, kind)
 
 
 def stiffness_estimate(case: Case) -> float:
@@ -105,6 +110,8 @@ def mesh_model(case: Case) -> MeshModel:
     qualities = [mesh_quality(mesh.nodes, mesh.elements) for mesh in (pinion, wheel)]
     meshed = assemble_pair(case, pair, (pinion.flank_nodes, wheel.flank_nodes),
                            (pinion.flank_roll_angle, wheel.flank_roll_angle))  # fmt: skip
+    if meshed.scheme.kind == "line":
+        check_half_width(meshed, 1e3 * case.offline.torques_Nm[-1])
     return MeshModel(pinion, wheel, min(qualities, key=lambda q: q.min_scaled_jacobian), meshed)
 
 
@@ -133,8 +140,11 @@ def assemble_pair(
     MeshedPair
     """
     scheme = contact_scheme(case)
+    layers: tuple[SurfaceLayer, ...] = ()
+    if scheme.kind == "line":
+        layers = _layer(case, case.pair.pinion, pair.pinion), _layer(case, case.pair.wheel, pair.wheel)
     flanks = [make_flank(n, u, scheme, mirrored) for n, u in zip(nodes, roll_angles, strict=True)]
-    return MeshedPair(pair, flanks[0], flanks[1], scheme, stiffness_estimate(case), mirrored)
+    return MeshedPair(pair, flanks[0], flanks[1], scheme, stiffness_estimate(case), mirrored, layers)
 
 
 def elastic_model(case: Case, mesh: MeshModel, keep_volume: bool = False) -> ElasticModel:
@@ -154,8 +164,12 @@ def elastic_model(case: Case, mesh: MeshModel, keep_volume: bool = False) -> Ela
     reach = neighbour_reach(mesh.meshed.pair)
 
     def build(sector: SectorMesh, gear: GearCase) -> ElasticGear:
+        columns = 0
+        if mesh.meshed.scheme.kind == "line":
+            tooth = mesh.meshed.pair.pinion if sector is mesh.pinion else mesh.meshed.pair.wheel
+            columns = _layer_mesh(case, tooth)[0]
         return elastic_gear(
-            sector, gear.youngs_modulus_GPa * 1e3, gear.poisson_ratio, case.mesh.element, reach, keep_volume
+            sector, gear.youngs_modulus_GPa * 1e3, gear.poisson_ratio, case.mesh.element, reach, keep_volume, columns
         )
 
     return ElasticModel(mesh, *per_gear(case, mesh, build))
@@ -172,6 +186,17 @@ def per_gear(case: Case, mesh: MeshModel, work: Callable[[SectorMesh, GearCase],
 def neighbour_reach(pair: GearPair) -> int:
     """Return how many neighbouring teeth can be loaded together with a tooth, counting contact beyond the path."""
     return max(1, math.ceil(pair.contact_ratio + 1.0) - 1)
+
+
+def _layer_mesh(case: Case, tooth: Tooth) -> tuple[int, FloatArray]:
+    depth = case.contact.layer_depth * case.pair.module_mm
+    return surface_layer(tooth, case.mesh.profile_elements, case.mesh.spacing, depth)
+
+
+def _layer(case: Case, gear: GearCase, tooth: Tooth) -> SurfaceLayer:
+    depth = _layer_mesh(case, tooth)[1]
+    compliance = line_compliance(gear.youngs_modulus_GPa * 1e3, gear.poisson_ratio)
+    return SurfaceLayer(depth, compliance, approach_constants(depth, gear.poisson_ratio))
 
 
 def _same_blank(case: Case) -> bool:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from pmor.case import Case, describe
 
-NOT_WRITTEN = {"pair.centre_distance_mm": "without backlash"}
+NOT_WRITTEN = {"contact.edge_normals": "of the scheme", "pair.centre_distance_mm": "without backlash"}
 
 
 def plan_text(case: Case) -> str:
@@ -39,12 +39,18 @@ def _sizes(case: Case) -> list[str]:
     flank_nodes = (along + 1) * (across + 1)
     grid = f"{along + 1} over the profile x {across + 1} over the width"
     points = (along * contact.lodm_profile + 1) * (across * contact.lodm_width + 1)
+    contact_points = (
+        f"  contact points per flank       {points:>8}  "
+        f"(LoDM {contact.lodm_profile} over the profile, {contact.lodm_width} over the width)"
+    )
+    if contact.scheme in ("line", "strip"):
+        what = "a line load each" if contact.scheme == "line" else "Gauss points on the strip of contact"
+        contact_points = f"  sections over the width        {across + 1:>8}  ({what}, on exact flanks)"
     return [
         "Sizes",
         f"  flank nodes per tooth          {flank_nodes:>8}  ({grid})",
         f"  flank unknowns per tooth       {3 * flank_nodes:>8}",
-        f"  contact points per flank       {points:>8}  "
-        f"(LoDM {contact.lodm_profile} over the profile, {contact.lodm_width} over the width)",
+        contact_points,
     ]
 
 

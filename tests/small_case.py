@@ -9,7 +9,7 @@ SECTIONS = {
     "pair": {"module_mm": 4.0, "face_width_mm": 20.0},
     "pinion": {"teeth": 21, "bore_radius_mm": 20.0},
     "mesh": {"profile_elements": 6, "width_elements": 1},
-    "contact": {"lodm_profile": 2},
+    "contact": {"scheme": "direct", "lodm_profile": 2},
     "offline": {"angles_per_pitch": 4, "torques_Nm": [40.0, 160.0]},
     "online": {"angles_per_pitch": 4, "torques_Nm": [100.0]},
     "compare": {"angles": 2, "torques_Nm": [60.0, 100.0]},

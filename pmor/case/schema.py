@@ -141,29 +141,33 @@ class ContactCase:
 
     Parameters
     ----------
-    surface : {"hermite", "facet"}
-        Bicubic Hermite patches or bilinear facets through the deformed nodes.
-    projection : {"patch", "facet"}
-        Project the contact points on the Hermite patches themselves, or on bilinear facets through their refined
-        points (the paper).
+    scheme : {"line", "strip", "direct", "paper", "facet"}
+        `line`: exact flanks, one line load per section, closed-form local compliance, no penalty; for transmission
+        error on any mesh. `strip`: exact flanks, penalty pressure integrated over the strips of contact; for pressure
+        on meshes with ten elements in the contact. `direct`: points of Hermite patches through the deformed
+        nodes, projected on the mate's patches. `paper`: the same points projected on bilinear facets through the
+        mate's (Cosco et al. 2016). `facet`: bilinear facets all through, the conventional scheme.
     slave : {"tip", "pinion", "wheel", "both"}
         Gear whose points are projected on its mate: the one whose tip is nearer, a fixed one, or both with half the
-        penalty each.
-    edge_normals : {"parabolic", "average"}
-        Node normals at the edges of the flank: one-sided parabolic fit, or the paper's plain average.
+        penalty each. Lines have no slave.
+    edge_normals : {"parabolic", "average"} or None
+        Node normals at the edges of Hermite patches: one-sided parabolic fit, or the paper's plain average; None is
+        `average` for the scheme `paper`, else `parabolic`.
     lodm_profile, lodm_width : int
-        Level-of-detail magnification: subdivisions per element and direction.
+        Level-of-detail magnification: subdivisions per element and direction of the last three schemes.
     penalty_N_mm3 : float
-        Contact penalty in N/mm3: pressure per penetration.
+        Contact penalty in N/mm3: pressure per penetration. Lines have none.
+    layer_depth : float
+        Depth, in modules, of the layer below the flank that the closed form of `line` stands for.
     """
 
-    surface: Literal["hermite", "facet"] = "hermite"
-    projection: Literal["patch", "facet"] = "patch"
+    scheme: Literal["line", "strip", "direct", "paper", "facet"] = "line"
     slave: Literal["tip", "pinion", "wheel", "both"] = "tip"
-    edge_normals: Literal["parabolic", "average"] = "parabolic"
+    edge_normals: Literal["parabolic", "average"] | None = None
     lodm_profile: Subdivisions = 4
     lodm_width: Subdivisions = 1
     penalty_N_mm3: Annotated[float, Range(0.0, 1e15, "N/mm3", low_excluded=True)] = 1e6
+    layer_depth: Annotated[float, Range(0.05, 1.0, "modules")] = 0.4
 
 
 @dataclass(frozen=True, kw_only=True)

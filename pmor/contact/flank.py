@@ -18,7 +18,11 @@ LOCAL_SHARE = 1.0 / 16.0
 # Last step to a foot, in elements: changes the gap by its square times the element's sagitta, which is nothing.
 FOOT_STEP = 1e-6
 
-KernelScheme = tuple[int, int, bool, bool, bool, bool, float, float, float]
+# Gauss points in each piece of a strip: exact for the pressure of a gap that is a cubic over the arc length.
+STRIP_POINTS = 3
+
+KIND = {"nodal": 0, "strip": 1, "line": 2}
+KernelScheme = tuple[int, int, bool, bool, bool, bool, float, float, float, int, FloatArray]
 
 
 @dataclass(frozen=True)
@@ -41,6 +45,10 @@ class ContactScheme:
         Level-of-detail magnification: subdivisions of an element per direction.
     penalty : float
         N/mm^3.
+    kind : {"nodal", "strip", "line"}
+        Refined surface points under the penalty law; penalty pressure integrated over the strips of contact on
+        exact flanks; or one line load for each section (`pmor.contact.line_contact`). All of the above but `slave` and
+        `penalty` belongs to the nodal scheme; strips use those two, lines none.
     """
 
     surface: str
@@ -50,6 +58,12 @@ class ContactScheme:
     lodm_profile: int
     lodm_width: int
     penalty: float
+    kind: str = "nodal"
+
+    @property
+    def exact(self) -> bool:
+        """Whether the flanks are involutes, not surfaces through nodes."""
+        return self.kind != "nodal"
 
     @property
     def smooth(self) -> bool:
@@ -97,6 +111,25 @@ class Flank:
 
 
 @dataclass(frozen=True)
+class SurfaceLayer:
+    """Layer below a gear's loaded flank that a closed form stands for in the scheme "line".
+
+    Parameters
+    ----------
+    depth : ndarray, shape (n + 1,)
+        Below each row of flank nodes, mm.
+    compliance : float
+        2 (1 - nu^2) / (pi E), mm^2/N.
+    constant : ndarray, shape (n + 1,)
+        ln(2 depth) + 1/2 + a of the approach (`pmor.contact.line_contact`).
+    """
+
+    depth: FloatArray
+    compliance: float
+    constant: FloatArray
+
+
+@dataclass(frozen=True)
 class MeshedPair:
     """A gear pair with meshed flanks and a contact scheme.
 
@@ -109,6 +142,8 @@ class MeshedPair:
         Rough stiffness of one tooth pair along the line of action, N/mm: where searches start, how large windows are.
     mirrored : bool
         The flanks are halves up to a plane of symmetry at mid width; every contact point counts twice.
+    layers : two SurfaceLayer
+        Of pinion and wheel; only the scheme "line" has them.
     """
 
     pair: GearPair
@@ -117,6 +152,13 @@ class MeshedPair:
     scheme: ContactScheme
     stiffness_estimate: float
     mirrored: bool = False
+    layers: tuple[SurfaceLayer, ...] = ()
+
+    @property
+    def section_widths(self) -> FloatArray:
+        """Share of the face width of each column of nodes (the trapezoidal rule), shape (m + 1,), mm."""
+        half = 0.5 * np.diff(self.pinion.nodes[0, :, 2])
+        return np.asarray(np.append(half, 0.0) + np.insert(half, 0, 0.0))
 
     @cached_property
     def geometry(self) -> FloatArray:
@@ -124,17 +166,22 @@ class MeshedPair:
         pair = self.pair
         smallest_radius = 0.1 * pair.pinion.module
         spacing = 2.0 * max(float(flank.extents[:, :, :2].max()) for flank in (self.pinion, self.wheel))
-        local = LOCAL_SHARE if self.scheme.smooth else 1.0
+        local = LOCAL_SHARE if self.scheme.smooth or self.scheme.exact else 1.0
+        if self.scheme.kind == "line":
+            spacing = 0.0  # contact is where the line of action is, not in rows of points around it
         return np.array([pair.action_length, pair.working_pressure_angle, pair.centre_distance, pair.pitch,
                          *pair.roll_position_range, smallest_radius, local, spacing])  # fmt: skip
 
     @cached_property
     def gears(self) -> tuple[tuple[FloatArray, ...], ...]:
-        """Flanks for the kernel: nodes, roll angles, extents and circles of pinion and wheel."""
+        """Flanks for the kernel: nodes, roll angles, extents, circles, layer and widths of sections of both gears."""
+        flanks, teeth = (self.pinion, self.wheel), (self.pair.pinion, self.pair.wheel)
+        none = SurfaceLayer(np.empty(0), 0.0, np.empty(0))
         return tuple(
             (flank.nodes, flank.roll_angle, flank.extents,
-             np.array([tooth.base_radius, tooth.form_roll_angle, tooth.tip_roll_angle, tooth.base_half_angle]))
-            for flank, tooth in ((self.pinion, self.pair.pinion), (self.wheel, self.pair.wheel))
+             np.array([tooth.base_radius, tooth.form_roll_angle, tooth.tip_roll_angle, tooth.base_half_angle,
+                       layer.compliance]), layer.constant, self.section_widths)
+            for flank, tooth, layer in zip(flanks, teeth, self.layers or (none, none), strict=True)
         )  # fmt: skip
 
     @cached_property
@@ -143,7 +190,7 @@ class MeshedPair:
         s = self.scheme
         mode = {"pinion": 1.0, "wheel": 0.0, "both": 0.5, "tip": -1.0}[s.slave]
         return (s.lodm_profile, s.lodm_width, s.smooth, s.direct, s.parabolic, self.mirrored, s.penalty, FOOT_STEP,
-                mode)  # fmt: skip
+                mode, KIND[s.kind], np.stack(np.polynomial.legendre.leggauss(STRIP_POINTS), axis=-1))  # fmt: skip
 
     def expected_approach(self, torque: float) -> float:
         """Return the approach of the flanks to expect under a pinion torque (N mm), mm."""

@@ -595,8 +595,9 @@ def _transfer(window, columns, ei, ek, s, t, nx, ny, nz, point, at, index, weigh
 # line of action (mm), the working pressure angle, the centre distance (mm), the angular pitch of the pinion, the first
 # and last roll position of the path of contact, the bottom of the radii of curvature (mm), the local share of the
 # approach, and the largest distance between rows of contact points (mm). Each of the two `gears`
-# is a tuple: nodes, roll angles of the node rows, extents of the refined points, and (base radius, roll angle at the
-# form circle and at the tip circle, half the tooth's angle on the base circle).
+# is a tuple: nodes, roll angles of the node rows, extents of the refined points, (base radius, roll angle at the form
+# circle and at the tip circle, half the tooth's angle on the base circle, compliance of line contact), and, for contact
+# in sections, the constant of the approach at each row and the width that each column stands for.
 
 
 @compiled
@@ -713,6 +714,337 @@ def pinion_slave_share(geometry, slave_mode, roll_position):
     return x * x * (3.0 - 2.0 * x)
 
 
+# Transverse sections: the schemes "line" and "strip". Both take the flanks for the involutes they are, displaced by the
+# nodal displacements that a cubic along the profile interpolates, with slopes of the parabola through each node and its
+# neighbours (C1 in the arc length). A section is one column of nodes. To first order in the displacements: normals,
+# levers and closest points are those of the undeformed involutes, which are parallel curves about their base circles
+# and therefore need no iteration. In a tooth's frame the involute at roll angle u is at r_b (e + u e'), with e the unit
+# vector at the angle half - u from +y and e' the one at right angles, which is also the outward normal.
+
+
+@compiled
+def cubic_rows(roll, u, low, high, weights):
+    """Row of the first of four nodes, and weights of the cubic along the profile at roll angle u, for value at u.
+
+    Parameters
+    ----------
+    roll : ndarray
+        Roll angles of the node rows.
+    u : float
+        Held inside the element rows `low` to `high` - 1.
+    low, high : int
+    weights : ndarray, shape (4,)
+        Filled; a fourth row that the end of the flank cuts off has weight 0.
+    """
+    last = len(roll) - 1
+    i = min(max(np.searchsorted(roll, u, side="right") - 1, low), high - 1)
+    base, x = max(i - 1, 0), roll[i] ** 2  # the arc length is proportional to the square of the roll angle
+    h = roll[i + 1] ** 2 - x
+    s = min(max((u * u - x) / h, 0.0), 1.0)
+    weights[:] = 0.0
+    weights[i - base] = (1.0 + 2.0 * s) * (1.0 - s) ** 2
+    weights[i + 1 - base] = s * s * (3.0 - 2.0 * s)
+    for end in range(2):
+        slope = h * (s * (1.0 - s) ** 2 if end == 0 else s * s * (s - 1.0))
+        centre = min(max(i + end, 1), last - 1)
+        before = roll[centre] ** 2 - roll[centre - 1] ** 2
+        after = roll[centre + 1] ** 2 - roll[centre] ** 2
+        t = roll[i + end] ** 2 - roll[centre] ** 2
+        weights[centre - 1 - base] += slope * (2.0 * t - after) / (before * (before + after))
+        weights[centre - base] -= slope * (2.0 * t + before - after) / (before * after)
+        weights[centre + 1 - base] += slope * (2.0 * t + before) / (after * (before + after))
+    return base
+
+
+@compiled
+def _involute_foot(gears, slave, u, rotation, shift, at):
+    """Project the point of the slave's involute at roll angle u on the master's involute.
+
+    Fills `at`: gap (mm), roll angles on pinion and wheel, direction in which a displacement of the pinion's and of the
+    wheel's point opens the gap (x, y in its tooth's frame each), derivative of the gap by the pinion's rotation and
+    lever arm of the force on the wheel (mm).
+    """
+    own, mate, master = gears[slave][3], gears[1 - slave][3], 1 - slave
+    angle = own[3] - u
+    px, py = own[0] * (-np.sin(angle) - u * np.cos(angle)), own[0] * (np.cos(angle) - u * np.sin(angle))
+    x = rotation[0, 0] * px + rotation[0, 1] * py + shift[0]
+    y = rotation[1, 0] * px + rotation[1, 1] * py + shift[1]
+    roll = np.sqrt(max((x * x + y * y) / mate[0] ** 2 - 1.0, 0.0))
+    offset = np.arctan2(-x, y) - (mate[3] - roll + np.arctan(roll))
+    turn = mate[3] - roll + offset
+    nx, ny = -np.cos(turn), -np.sin(turn)
+    # The foot is on the mate's flank, not on the parallel involute through the point.
+    at[0], at[1 + slave], at[1 + master] = mate[0] * offset, u, roll - offset
+    # Undeformed: the same normal carries the force on both, whether the point is inside a flank or its corner.
+    at[3 + 2 * slave] = rotation[0, 0] * nx + rotation[1, 0] * ny
+    at[4 + 2 * slave] = rotation[0, 1] * nx + rotation[1, 1] * ny
+    at[3 + 2 * master], at[4 + 2 * master] = -nx, -ny
+    slave_arm = (x - shift[0]) * ny - (y - shift[1]) * nx
+    at[7], at[8] = (slave_arm, mate[0]) if slave == 0 else (-mate[0], -slave_arm)
+
+
+@compiled
+def _closest_approach(geometry, gears, roll_position, lead, forward, shift, back, back_shift, at):
+    """Closest approach of two undeformed flanks; fills `at` as `_involute_foot` does.
+
+    Between the tips it lies on the line of action, which each flank meets at its own roll angle; beyond, a tip corner
+    meets the mate.
+    """
+    roll = _roll_angle(geometry, gears, 0, roll_position) + lead, _roll_angle(geometry, gears, 1, roll_position)
+    if roll[0] > gears[0][3][2]:
+        _involute_foot(gears, 0, gears[0][3][2], forward, shift, at)
+    elif roll[1] > gears[1][3][2]:
+        _involute_foot(gears, 1, gears[1][3][2], back, back_shift, at)
+    else:
+        at[0], at[7], at[8] = -gears[0][3][0] * lead, -gears[0][3][0], gears[1][3][0]
+        for gear in range(2):
+            at[1 + gear] = roll[gear]
+            angle = gears[gear][3][3] - roll[gear]
+            at[3 + 2 * gear], at[4 + 2 * gear] = np.cos(angle), np.sin(angle)
+
+
+@compiled
+def _carriers(gears, windows, first_row, at, rows, weights):
+    """Rows and weights of the nodes that carry a point of both flanks; return whether it is inside both windows."""
+    inside = True
+    for gear in range(2):
+        roll, low = gears[gear][1], first_row[gear]
+        high = low + windows[gear, 3]
+        rows[gear] = cubic_rows(roll, at[1 + gear], low, high, weights[gear])
+        beyond_low = windows[gear, 4] == 0 and at[1 + gear] < roll[low]
+        inside = inside and not beyond_low and not (windows[gear, 5] == 0 and at[1 + gear] > roll[high])
+    return inside
+
+
+@compiled
+def _opening(nodes, gears, windows, first_row, at, rows, weights, column):
+    """Change of the gap by the displacements in one section."""
+    change = 0.0
+    for gear in range(2):
+        undeformed, columns = gears[gear][0], gears[gear][0].shape[1]
+        first = first_row[gear] - windows[gear, 2]
+        for a in range(4):
+            if weights[gear, a] != 0.0:
+                row = rows[gear] + a
+                node = nodes[windows[gear, 0] + (row - first) * columns + column]
+                before = undeformed[row, column]
+                change += weights[gear, a] * (
+                    at[3 + 2 * gear] * (node[0] - before[0]) + at[4 + 2 * gear] * (node[1] - before[1])
+                )
+    return change
+
+
+@compiled
+def _list_section_point(gears, windows, first_row, at, rows, weights, column, slave, gap, stiffness, count, lists):
+    """Write a point of a section into the lists of `search_pair`."""
+    lists[2][count], lists[3][count], lists[4][count], lists[5][count] = gap, stiffness, at[7], at[8]
+    index, weight, place = lists[0], lists[1], lists[6]
+    for side in range(2):
+        gear = slave ^ side
+        columns, first = gears[gear][0].shape[1], first_row[gear] - windows[gear, 2]
+        for a in range(4):
+            row = min(rows[gear] + a - first, windows[gear, 1] - 1)
+            index[count, 4 * side + a] = windows[gear, 0] + row * columns + column
+            weight[count, 4 * side + a, 0] = weights[gear, a] * at[3 + 2 * gear]
+            weight[count, 4 * side + a, 1] = weights[gear, a] * at[4 + 2 * gear]
+            weight[count, 4 * side + a, 2] = 0.0
+        place[count, 2 * side], place[count, 2 * side + 1] = rows[gear] - first_row[gear], column
+
+
+@compiled
+def line_load(penetration, compliance, constant, least):
+    """Line load and its derivative for an approach of the flanks (`pmor.contact.line_contact`).
+
+    Solves penetration = C w (A - ln(w) / 2), C the compliance, A the constant. Below the load `least` the logarithm is
+    held (the contact is then narrower than any roughness); where the half-width comes near the depth of the layer,
+    beyond A - ln(w) / 2 = 1, the law goes on linearly, so that Newton finds its way back from there.
+
+    Returns
+    -------
+    load, slope : float
+        N/mm, N/mm^2.
+    """
+    secant = compliance * (constant - 0.5 * np.log(least))
+    if penetration <= secant * least:
+        return max(penetration, 0.0) / secant, 1.0 / secant
+    widest = np.exp(2.0 * constant - 2.0)
+    if penetration >= compliance * widest:
+        return widest + 2.0 * (penetration / compliance - widest), 2.0 / compliance
+    load = penetration / secant
+    for _ in range(50):
+        shape = constant - 0.5 * np.log(load)
+        step = (penetration - compliance * load * shape) / (compliance * (shape - 0.5))
+        load = min(load + step, widest)
+        if abs(step) <= 1e-15 * load:
+            break
+    return load, 1.0 / (compliance * (constant - 0.5 * np.log(load) - 0.5))
+
+
+@compiled
+def _search_line(nodes, gears, windows, first_row, at, twice, count, largest_gap, rows, weights, lists):
+    """List the sections of a tooth pair, one point each, at the closest approach; see `search_pair`.
+
+    The load is not proportional to the gap. Listed are the tangent stiffness and the gap that, times it, gives the
+    load: a Newton step on these is the exact tangent of the nonlinear law.
+    """
+    inside = _carriers(gears, windows, first_row, at, rows, weights)
+    compliance, constant, curvature = 0.0, 0.0, 0.0
+    for gear in range(2):
+        circles, value = gears[gear][3], 0.0
+        for a in range(4):
+            row = min(rows[gear] + a, len(gears[gear][4]) - 1)
+            value += weights[gear, a] * gears[gear][4][row]
+        compliance += circles[4]
+        constant += circles[4] * value
+        curvature += 1.0 / max(circles[0] * at[1 + gear], 1e-3 * circles[0])
+    constant = constant / compliance - 0.5 * np.log(2.0 * compliance / curvature)
+    least = 1e-9 / (compliance * curvature)
+    smallest, border = np.inf, False
+    for column in range(gears[0][0].shape[1]):
+        gap = at[0] + _opening(nodes, gears, windows, first_row, at, rows, weights, column)
+        smallest = min(smallest, gap)
+        if gap >= largest_gap:
+            continue
+        border = border or (gap < 0.0 and not inside)
+        load, slope = line_load(-gap, compliance, constant, least)
+        stiffness = twice * slope * gears[0][5][column]
+        effective = gap if gap >= 0.0 else -load / slope
+        _list_section_point(
+            gears, windows, first_row, at, rows, weights, column, 0, effective, stiffness, count, lists
+        )
+        count += 1
+    return count, smallest, border
+
+
+@compiled
+def _strip_gap(nodes, gears, windows, first_row, slave, u, rotation, shift, column, at, rows, weights):
+    """Gap of the slave's point at roll angle u in a section; return it and whether both windows hold the point."""
+    _involute_foot(gears, slave, u, rotation, shift, at)
+    inside = _carriers(gears, windows, first_row, at, rows, weights)
+    return at[0] + _opening(nodes, gears, windows, first_row, at, rows, weights, column), inside
+
+
+@compiled
+def _strip_end(nodes, gears, windows, first_row, slave, low, gap_low, high, gap_high, rotation, shift, column, work):
+    """Where the gap changes sign between two roll angles, by false position with halving (Illinois)."""
+    at, rows, weights = work
+    side, u = 0, low
+    for _ in range(60):
+        u = (low * gap_high - high * gap_low) / (gap_high - gap_low)
+        gap, _inside = _strip_gap(
+            nodes, gears, windows, first_row, slave, u, rotation, shift, column, at, rows, weights
+        )
+        if abs(gap) <= 1e-15 or abs(high - low) <= 1e-14:
+            break
+        if (gap < 0.0) == (gap_low < 0.0):
+            low, gap_low = u, gap
+            gap_high = 0.5 * gap_high if side == 1 else gap_high
+            side = 1
+        else:
+            high, gap_high = u, gap
+            gap_low = 0.5 * gap_low if side == -1 else gap_low
+            side = -1
+    return u
+
+
+@compiled
+def _strip_borders(geometry, gears, windows, first_row, slave, roll_position, rotation, shift, at, borders):
+    """Roll angles of the slave between which the gap is smooth, in order; return their number.
+
+    The node rows of the window, the closest approach, and the place that faces the master's tip, where the list ends
+    or begins.
+    """
+    roll, master = gears[slave][1], 1 - slave
+    low, high = roll[first_row[slave]], roll[first_row[slave] + windows[slave, 3]]
+    tip = gears[master][3][2]
+    # Towards the slave's root is towards the master's tip.
+    start = low
+    for _ in range(20):
+        _involute_foot(gears, slave, start, rotation, shift, at)
+        beyond = at[1 + master] - tip
+        if (beyond <= 0.0 and start <= low) or abs(beyond) < 1e-14:
+            break
+        start = max(start + beyond * gears[master][3][0] / gears[slave][3][0], low)
+    centre = _roll_angle(geometry, gears, slave, roll_position)
+    count = 0
+    for i in range(windows[slave, 3] + 1):
+        u = roll[first_row[slave] + i]
+        if count == 0 and u >= start:
+            if u > start:
+                borders[count] = start
+                count += 1
+        if u < start:
+            continue
+        if count > 0 and borders[count - 1] < centre < u:
+            borders[count] = centre
+            count += 1
+        borders[count] = u
+        count += 1
+    return count if start < high else 0
+
+
+@compiled
+def _search_strip(
+    nodes, geometry, gears, windows, first_row, slave, roll_position, rotation, shift, penalty, count, abscissas,
+    at, rows, weights, lists,
+):  # fmt: skip
+    """Integrate the penalty pressure over the strips in which the gap is negative; see `search_pair`.
+
+    In each section the strip is cut at node rows, at the closest approach and at its own ends, and each piece has
+    Gauss points: force is a smooth function of everything, and no refinement enters.
+    """
+    borders, work = np.empty(windows[slave, 3] + 4), (at, rows, weights)
+    borders_count = _strip_borders(
+        geometry, gears, windows, first_row, slave, roll_position, rotation, shift, at, borders
+    )
+    smallest, border = np.inf, False
+    for column in range(gears[slave][0].shape[1]):
+        before = 0.0
+        for i in range(borders_count):
+            gap, inside = _strip_gap(
+                nodes, gears, windows, first_row, slave, borders[i], rotation, shift, column, at, rows, weights
+            )
+            smallest = min(smallest, gap)
+            cut_off = (i == 0 and windows[slave, 4] == 0 and borders[0] <= gears[slave][1][first_row[slave]]) or (
+                i == borders_count - 1 and windows[slave, 5] == 0
+            )
+            border = border or (gap < 0.0 and (cut_off or not inside))
+            if i > 0 and (gap < 0.0 or before < 0.0):
+                low, high = borders[i - 1], borders[i]
+                if before * gap < 0.0:
+                    end = _strip_end(
+                        nodes, gears, windows, first_row, slave, low, before, high, gap, rotation, shift, column, work
+                    )
+                    low, high = (end, high) if gap < 0.0 else (low, end)
+                for a in range(len(abscissas)):
+                    u = 0.5 * (low + high) + 0.5 * (high - low) * abscissas[a, 0]
+                    value, _inside = _strip_gap(
+                        nodes, gears, windows, first_row, slave, u, rotation, shift, column, at, rows, weights
+                    )
+                    # An element of the involute's length is r_b u du.
+                    length = 0.5 * (high - low) * abscissas[a, 1] * gears[slave][3][0] * u
+                    stiffness = penalty * length * gears[slave][5][column]
+                    _list_section_point(
+                        gears, windows, first_row, at, rows, weights, column, slave, value, stiffness, count, lists
+                    )
+                    count += 1
+            before = gap
+    return count, smallest, border
+
+
+@compiled
+def point_room(pairs, windows, gears, scheme):
+    """Return how many points `search_all` can list, and the grid on which it remembers feet (profile, width)."""
+    elements = windows[:pairs, :, 3].max() if pairs > 0 else 0
+    columns = max(gears[0][0].shape[1], gears[1][0].shape[1])
+    if scheme[9] == 2:
+        return pairs * columns, 0, 0
+    if scheme[9] == 1:
+        return 2 * pairs * (elements + 3) * len(scheme[10]) * columns, 0, 0
+    profile_points, width_points = elements * scheme[0] + 1, (columns - 1) * scheme[1] + 1
+    return 2 * pairs * profile_points * width_points, profile_points, width_points
+
+
 @compiled
 def search_all(
     phi, lead, nodes, pairs, indices, windows, first_row, centre, geometry, gears, scheme, clearance, largest_gap,
@@ -731,8 +1063,9 @@ def search_all(
     geometry, gears
         See above.
     scheme : tuple
-        (lodm_profile, lodm_width, smooth, direct, parabolic, mirrored, penalty, foot step, slave mode); mirrored: the
-        windows hold half the width, and each point stands for its mirror image too.
+        (lodm_profile, lodm_width, smooth, direct, parabolic, mirrored, penalty, foot step, slave mode, kind, Gauss
+        points and weights); mirrored: the windows hold half the width, and each point stands for its mirror image too;
+        kind: 0 nodal, 1 strip, 2 line.
     clearance, largest_gap : float
         mm, see `search_pair`.
     memory_element, memory_guess : ndarray, shape (P, 2, points along the profile, points along the width, 2)
@@ -745,9 +1078,10 @@ def search_all(
     -------
     count, smallest, touches_border
     """
-    lodm_profile, lodm_width, smooth, direct, parabolic, mirrored, penalty, foot_step, slave_mode = scheme
-    if mirrored:
-        penalty = 2.0 * penalty
+    lodm_profile, lodm_width, smooth, direct, parabolic, mirrored, penalty, foot_step = scheme[:8]
+    slave_mode, kind, gauss = scheme[8:]
+    twice = 2.0 if mirrored else 1.0
+    at, rows, weights = np.empty(9), np.empty(2, dtype=np.int64), np.empty((2, 4))
     forward, back, shift, back_shift = np.empty((3, 3)), np.empty((3, 3)), np.empty(3), np.empty(3)
     count, smallest, touches_border = 0, np.inf, False
     for p in range(pairs):
@@ -759,12 +1093,30 @@ def search_all(
                 back[d, e] = forward[e, d]
                 turned += forward[e, d] * shift[e]
             back_shift[d] = -turned
+        if kind == 2:
+            before = count
+            _closest_approach(geometry, gears, roll_position, lead, forward, shift, back, back_shift, at)
+            count, nearest, at_border = _search_line(
+                nodes, gears, windows[p], first_row[p], at, twice, count, largest_gap, rows, weights, lists
+            )
+            smallest, touches_border = min(smallest, nearest), touches_border or at_border
+            point_pair[before:count], point_slave[before:count] = p, 0
+            continue
         share = pinion_slave_share(geometry, slave_mode, roll_position)
         for slave in range(2):
-            portion = share if slave == 0 else 1.0 - share
+            portion = twice * (share if slave == 0 else 1.0 - share)
             if portion == 0.0:
                 continue
             master, before = 1 - slave, count
+            if kind == 1:
+                count, nearest, at_border = _search_strip(
+                    nodes, geometry, gears, windows[p], first_row[p], slave, roll_position,
+                    forward if slave == 0 else back, shift if slave == 0 else back_shift, portion * penalty, count,
+                    gauss, at, rows, weights, lists,
+                )  # fmt: skip
+                smallest, touches_border = min(smallest, nearest), touches_border or at_border
+                point_pair[before:count], point_slave[before:count] = p, slave
+                continue
             first = first_row[p, slave] * lodm_profile
             extents = gears[slave][2][first : first + windows[p, slave, 3] * lodm_profile + 1]
             count, nearest, at_border = search_pair(
@@ -837,6 +1189,37 @@ def _cholesky(matrix, low, high, factor):
 
 
 @compiled
+def _drop_dependent(low, high, members):
+    """Keep the members from `low` on that are independent to working precision, and factor their Gram matrix.
+
+    Without the local dent, loads on lines that are close together move the tooth alike. A dropped line's load is
+    carried by the others; what that misses of its energy is below the tolerance.
+    """
+    kept, _, gram, factor, fields = members
+    size = low
+    for j in range(low, high):
+        pivot = gram[j, j]
+        for i in range(low, size):
+            value = gram[i, j]
+            for e in range(low, i):
+                value -= factor[e, size] * factor[e, i]
+            factor[i, size] = value / factor[i, i]
+            pivot -= factor[i, size] ** 2
+        if pivot <= 1e-10 * gram[j, j]:
+            continue
+        if size < j:
+            kept[size] = kept[j]
+            fields[size - low] = fields[j - low]
+            gram[size, low:high] = gram[j, low:high]
+            for i in range(low, size + 1):
+                gram[i, size] = gram[i, j]
+                gram[size, i] = gram[i, size]
+        factor[size, size] = np.sqrt(pivot)
+        size += 1
+    return size
+
+
+@compiled
 def gather_lines(pairs, indices, windows, first_row, gears, lines, members):
     """Collect the shapes of the lines in reach; return the number of members.
 
@@ -862,7 +1245,6 @@ def gather_lines(pairs, indices, windows, first_row, gears, lines, members):
                 kept[size] = p * slots + before + m
                 size += 1
         first_member[pairs] = size
-        ranges[gear, 0], ranges[gear, 1] = low, size
         for q in range(pairs):
             from_q, to_q = first_member[q], first_member[q + 1]
             shape_q = start[first_row[q, gear]]
@@ -877,11 +1259,11 @@ def gather_lines(pairs, indices, windows, first_row, gears, lines, members):
                     source, target = displacement[reach + ahead, shape_q + j], fields[from_q - low + j]
                     for dof in range(3 * windows[p, gear, 1] * columns):
                         target[at + dof] = source[first + dof]
+        size = _drop_dependent(low, size, members)
+        ranges[gear, 0], ranges[gear, 1] = low, size
     for i in range(ranges[1, 0]):
         for j in range(ranges[1, 0], size):
             gram[i, j] = gram[j, i] = factor[i, j] = 0.0
-    for gear in range(2):
-        _cholesky(gram, ranges[gear, 0], ranges[gear, 1], factor)
     return size
 
 
@@ -1037,13 +1419,12 @@ def _project_points(count, size, members, slave, lists, columns):
             row[j] = 0.0
         for side in range(2):
             low, high = ranges[slave[n] ^ side, 0], ranges[slave[n] ^ side, 1]
-            # The four nodes of an element are two pairs of neighbours in the list of nodes.
-            first, second = 3 * index[n, 4 * side], 3 * index[n, 4 * side + 2]
             for j in range(high - low):
                 field, value = fields[j], 0.0
-                for e in range(6):
-                    a, d = 4 * side + e // 3, e % 3
-                    value += weight[n, a, d] * field[first + e] + weight[n, a + 2, d] * field[second + e]
+                for a in range(4 * side, 4 * side + 4):
+                    first = 3 * index[n, a]
+                    for d in range(3):
+                        value += weight[n, a, d] * field[first + d]
                 row[low + j] += value
 
 
@@ -1302,9 +1683,7 @@ def place_position(phi, depth, reachable, geometry, gears, scheme, family, clear
     size = gather_members(phi, pairs, indices, windows, first_row, geometry, gears, family, members)
     undeformed = np.empty((nodes, 3))
     _load_windows(pairs, windows, first_row, gears, undeformed)
-    profile_points = windows[:pairs, :, 3].max() * scheme[0] + 1 if pairs > 0 else 0
-    width_points = (max(gears[0][0].shape[1], gears[1][0].shape[1]) - 1) * scheme[1] + 1
-    room = 2 * pairs * profile_points * width_points
+    room, profile_points, width_points = point_room(pairs, windows, gears, scheme)
     lists = (
         np.empty((room, 8), dtype=np.int64), np.empty((room, 8, 3)), np.empty(room), np.empty(room),
         np.empty(room), np.empty(room), np.empty((room, 4), dtype=np.int64), np.empty(room),

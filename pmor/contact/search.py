@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmor.contact.flank import ContactScheme, MeshedPair
-from pmor.contact.kernel import search_all
+from pmor.contact.kernel import point_room, search_all
 from pmor.contact.position import Position
 from pmor.gear.conventions import FloatArray, IntArray
 
@@ -76,7 +76,7 @@ class Contact:
 
 def clearance(scheme: ContactScheme) -> float:
     """Return the share of the windows' depth at which a row of points counts as clear of the mate."""
-    return SMOOTH_CLEARANCE if scheme.smooth else FACET_CLEARANCE
+    return SMOOTH_CLEARANCE if scheme.smooth or scheme.exact else FACET_CLEARANCE
 
 
 def search_contact(meshed: MeshedPair, position: Position, displacement: FloatArray, lead: float) -> Contact:
@@ -97,9 +97,8 @@ def search_contact(meshed: MeshedPair, position: Position, displacement: FloatAr
     """
     pairs = len(position.pair_index)
     scheme = meshed.kernel_scheme
-    profile_points = int(position.windows[:, :, 3].max(initial=0)) * scheme[0] + 1
-    width_points = (max(meshed.pinion.columns, meshed.wheel.columns) - 1) * scheme[1] + 1
-    room, memory = 2 * pairs * profile_points * width_points, (pairs, 2, profile_points, width_points, 2)
+    room, *grid = point_room(pairs, position.windows, meshed.gears, scheme)
+    memory = (pairs, 2, *grid, 2)
     index, place = np.empty((room, 8), dtype=np.int64), np.empty((room, 4), dtype=np.int64)
     weight, gap, stiffness = np.empty((room, 8, 3)), np.empty(room), np.empty(room)
     lever, mate_lever = np.empty(room), np.empty(room)

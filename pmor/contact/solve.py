@@ -91,7 +91,7 @@ def window_depth(meshed: MeshedPair, torque: float) -> float:
 
 def surface_error(meshed: MeshedPair) -> float:
     """Return the sagitta of the largest bilinear facets, by which an unrefined flank misses the involute, mm."""
-    if meshed.scheme.smooth:
+    if meshed.scheme.smooth or meshed.scheme.exact:
         return 0.0
     sagittas = []
     for flank, tooth in ((meshed.pinion, meshed.pair.pinion), (meshed.wheel, meshed.pair.wheel)):

@@ -12,6 +12,7 @@ import numpy as np
 import scipy.linalg as la
 
 from pmor.fe.condensation import CondensedSector, back_substitute, condense_sector
+from pmor.fe.surface_layer import layer_compliance
 from pmor.gear.conventions import FloatArray, rotation_z
 from pmor.mesh.sector import SectorMesh
 
@@ -27,7 +28,8 @@ class ElasticGear:
         Number of neighbouring teeth on either side that the compliance covers.
     compliance : ndarray, shape (2 reach + 1, n, n)
         ``compliance[reach + k]`` is the displacement of the flank nodes of tooth k under unit forces on the flank
-        nodes of tooth 0, each in its own tooth's frame, mm/N; n = 3 x flank nodes.
+        nodes of tooth 0, each in its own tooth's frame, mm/N; n = 3 x flank nodes. Without the local compliance of
+        the surface layer where that was taken out.
     sector : CondensedSector
     side_displacement : ndarray, shape (2 reach + 2, n_left, n)
         Displacement of the left side face of sectors -reach - 1 ... reach under the same forces, mm/N.
@@ -59,6 +61,7 @@ def elastic_gear(
     element: str,
     reach: int = 1,
     keep_rows: bool = False,
+    layer_columns: int = 0,
 ) -> ElasticGear:
     """Build the elastic model of a gear from one sector.
 
@@ -73,6 +76,8 @@ def elastic_gear(
         Neighbouring teeth to cover, on either side.
     keep_rows : bool
         Keep what `volume_displacement` needs.
+    layer_columns : int
+        Columns of elements below the flank whose local compliance is taken out (`pmor.contact.line_contact`).
 
     Returns
     -------
@@ -105,6 +110,8 @@ def elastic_gear(
         [load_left.T @ displacement[k + 1] + load_right.T @ (turn @ displacement[k]) for k in range(2 * reach + 1)]
     )
     compliance[reach] += own
+    if layer_columns:
+        compliance[reach] -= layer_compliance(mesh, layer_columns, youngs_modulus, poisson_ratio, element)
     # Reciprocity holds to round-off; make it hold exactly, the solvers count on it.
     compliance = 0.5 * (compliance + compliance[::-1].transpose(0, 2, 1))
     return ElasticGear(mesh, reach, compliance, sector, displacement)

@@ -16,6 +16,9 @@ from pmor.gear.tooth import Tooth
 HANDOVER_ANGLE = math.radians(45.0)
 # Arc length of a fillet, in modules, below which there is none.
 SHORTEST_FILLET = 1e-6
+# Elements along fillet and root land of a tooth whose flank is coarse. The tooth bends there: measured on the paper's
+# gear with 8 elements over the profile, 4 elements in the fillet make the mean STE 0.9 % too low, 12 elements 0.1 %.
+FINE_FILLET = 12
 
 
 @dataclass(frozen=True)
@@ -79,7 +82,7 @@ def tooth_outline(tooth: Tooth, profile_elements: int, spacing: str) -> Outline:
     land = tooth.root_radius * np.stack([-np.sin(land_angles), np.cos(land_angles)], axis=-1)
     upper, lower = fillet[: split + 1], np.concatenate([fillet[split:], land[1:]])
 
-    elements = max(4, math.ceil(0.4 * profile_elements))
+    elements = max(min(profile_elements + 4, FINE_FILLET), math.ceil(0.4 * profile_elements))
     lengths = _arc_length(upper)[-1], _arc_length(lower)[-1]
     upper_elements = min(max(2, round(elements * lengths[0] / sum(lengths))), elements - 2)
     return Outline(

@@ -107,7 +107,7 @@ def build_sector(
     rim = float(np.linalg.norm(outline.lower_fillet, axis=1).min()) - bore_radius
     if rim <= 0.0:
         raise MeshError(f"bore_radius_mm = {bore_radius:g}: leaves no rim below the root; reduce it")
-    tooth_points = _tooth_block(outline)
+    tooth_points = tooth_block(outline)
     ring_points = _ring_block(outline, tooth_points[0], bore_radius, tooth.teeth)
 
     # Section numbering: tooth block first, then the ring without the handover row that it shares with the tooth.
@@ -146,8 +146,18 @@ def build_sector(
     )
 
 
-def _tooth_block(outline: Outline) -> FloatArray:
-    """Transfinite interpolation between the two flanks, the tip land and the handover line: (rows, columns, 2)."""
+def tooth_block(outline: Outline) -> FloatArray:
+    """Fill a tooth's section: transfinite interpolation between the two flanks, the tip land and the handover line.
+
+    Parameters
+    ----------
+    outline : Outline
+
+    Returns
+    -------
+    ndarray, shape (rows, columns, 2)
+        Rows from the handover line to the tip, columns from the loaded flank to the other one, mm.
+    """
     left = np.concatenate([outline.upper_fillet[:-1], outline.flank])
     mirror = np.array([-1.0, 1.0])
     right = left * mirror

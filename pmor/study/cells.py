@@ -87,17 +87,20 @@ def study_cases(study: Study) -> StudyCases:
 class ModelStore:
     """Elastic models of the study's meshes: LoDM changes the contact alone, so its cells share one.
 
+    Line contact takes the surface layer's compliance out of the elastic model, and has its own.
+
     Parameters
     ----------
     models : dict
-        Filled on the way: elastic model and the seconds it took, by gear pair and mesh.
+        Filled on the way: elastic model and the seconds it took, by gear pair, mesh and surface layer.
     """
 
     models: dict[str, tuple[ElasticModel, float]] = field(default_factory=dict)
 
     def model(self, case: Case) -> tuple[ElasticModel, float]:
         """Return the full model of a case and the wall time of its finite elements, meshing included, s."""
-        key = json.dumps([asdict(case.pair), asdict(case.mesh)], sort_keys=True)
+        layer = case.contact.layer_depth if case.contact.scheme == "line" else None
+        key = json.dumps([asdict(case.pair), asdict(case.mesh), layer], sort_keys=True)
         if key not in self.models:
             started = time.perf_counter()
             model = elastic_model(case, mesh_model(case))

@@ -36,7 +36,10 @@ def checked_claims(rows: Sequence[Row], study: Study) -> list[Row]:
     by_cell = {row["cell"]: row for row in rows if row["model"] == "condensed"}
     fine = by_cell.get(YARDSTICK.label)
     claims = []
+    ladder = {cell for rung in study.rungs for cell in rung.cells}
     for cell in study.cells if fine is not None else ():
+        if cell in ladder:
+            continue
         row, place = by_cell.get(cell.label), (cell.n_profile, cell.lodm)
         if row is not None and fine is not None and place in ((8, 8), (16, 4)):
             claims.append(_quality(cell, row, fine, reaches=place == (16, 4)))

@@ -52,13 +52,16 @@ def study_blocks(
     def picture(name: str) -> list[Block]:
         return [pictures[f"{name}.png"]] if f"{name}.png" in pictures else []
 
+    def section(heading: str, blocks: list[Block]) -> list[Block]:
+        return [Heading(heading), *blocks] if blocks else []
+
     return [
         *(Warning(text) for text in table.failures),
         INTRODUCTION,
-        Heading("Transmission error over one pitch"),
-        *picture("figure5"),
-        Heading("The paper's claims, checked"),
-        _claims(table),
+        *section("Transmission error over one pitch", picture("figure5")),
+        *_ladder(study, table),
+        *picture("ladder"),
+        *section("The paper's claims, checked", [_claims(table)] if table.claims or table.time_claims else []),
         Heading("Error against run time"),
         *picture("error_run_time"),
         Heading("Mesh against reference"),
@@ -91,6 +94,25 @@ def _claims(table: StudyTable) -> Table:
         for claim in (*table.claims, *table.time_claims)
     ]  # fmt: skip
     return Table("Claims", ("claim", "verdict", "criterion", "measured"), rows)
+
+
+def _ladder(study: Study, table: StudyTable) -> list[Block]:
+    """The schemes one step at a time, condensed and reduced beside each other."""
+    if not study.rungs:
+        return []
+    rows = []
+    for rung in study.rungs:
+        for cell in rung.cells:
+            full, fast = table.row(cell, "condensed"), table.row(cell, "reduced")
+            if full is not None and fast is not None:
+                rows.append(
+                    (rung.name, cell.n_profile, full["ste_mean_um"], full["mean_error_um"], full["shape_error_um"],
+                     fast["shape_error_um"], full["ripple_um"], fast["ripple_um"],
+                     100.0 * _number(fast["rom_vs_full_ste_max_rel"]), full["ms_per_position"], fast["ms_per_position"])
+                )  # fmt: skip
+    columns = ("scheme", "elements", "mean, um", "mean error, um", "shape error, um", "of (c)", "ripple, um", "of (c)",
+               "(c) vs (b), max %", "(b) ms", "(c) ms")  # fmt: skip
+    return [Heading("The ladder of contact schemes"), Table("One step at a time", columns, rows)]
 
 
 def _mesh_errors(table: StudyTable) -> Table:

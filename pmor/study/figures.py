@@ -59,6 +59,12 @@ def study_figures(parts: StudyParts, table: StudyTable) -> list[tuple[str, str, 
             "number of training angles."
         )
         figures.append(("training.png", caption, _training(table.trainings)))
+    if study.rungs:
+        caption = (
+            "The ladder of contact schemes on coarse meshes: error against the reference, noise where one pair carries "
+            "the load, and run time per position. Filled: condensed full FE; open: reduced model."
+        )
+        figures.append(("ladder.png", caption, _ladder(parts, table)))
     shown = _solved(parts, study.figures.along_angle)
     if shown:
         caption = (
@@ -90,6 +96,35 @@ def _ste_by_detail(parts: StudyParts, details: Sequence[int]) -> Figure:
             panel.set_xlim(0.0, float(phi[-1]))
             panel.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2)
         panels[0].set_ylabel("Static transmission error [µm]")
+    return figure
+
+
+def _ladder(parts: StudyParts, table: StudyTable) -> Figure:
+    study, colours = parts.study, _mesh_colours(parts)
+    names = [rung.name for rung in study.rungs]
+    panels = (
+        ("shape_error_um", "Shape error [µm]"), ("mean_error_um", "Mean error,\nmagnitude [µm]"),
+        ("ripple_um", "Ripple [µm]"), ("ms_per_position", "Run time per\nposition [ms]"),
+    )  # fmt: skip
+    with plot_style():
+        figure = new_figure(8.0, 9.0)
+        for axes, (key, label) in zip(figure.subplots(len(panels), 1, sharex=True), panels, strict=True):
+            for n in sorted({cell.n_profile for rung in study.rungs for cell in rung.cells}):
+                for model, fill in (("condensed", colours[n]), ("reduced", "white")):
+                    found = {
+                        row["variant"]: abs(row[key]) for row in table.rows
+                        if row["model"] == model and row["n_profile"] == n and row["variant"] in names
+                        and row[key] is not None
+                    }  # fmt: skip
+                    places = [i for i, name in enumerate(names) if name in found]
+                    axes.plot(places, [found[names[i]] for i in places], "o-" if model == "condensed" else "s:",
+                              color=colours[n], mfc=fill, ms=6, lw=1.2,
+                              label=f"{n} elements, {model}")  # fmt: skip
+            axes.set_yscale("log")
+            axes.set_ylabel(label)
+            axes.set_xticks(range(len(names)), [name.replace(" ", "\n", 1) for name in names])
+            axes.margins(x=0.06, y=0.15)
+        figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return figure
 
 
@@ -302,5 +337,5 @@ def _solved(parts: StudyParts, cells: Sequence[Cell]) -> list[Cell]:
 
 
 def _mesh_colours(parts: StudyParts) -> dict[int, str]:
-    sizes = sorted({cell.n_profile for cell in parts.study.grid.cells})
+    sizes = sorted({cell.n_profile for cell in parts.study.reduced_cells})
     return {n: MESH_COLOURS[i % len(MESH_COLOURS)] for i, n in enumerate(sizes)}

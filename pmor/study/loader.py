@@ -23,6 +23,7 @@ from pmor.study.settings import (
     PeerSettings,
     QuickSettings,
     ReferenceSettings,
+    Rung,
     Study,
     TimingSettings,
     TrainingSettings,
@@ -39,7 +40,7 @@ SECTIONS: dict[str, type] = {
     "figures": FigureSettings,
     "quick": QuickSettings,
 }
-OTHERS = ("variant", "training", "peer")
+OTHERS = ("variant", "rung", "training", "peer")
 REQUIRED = ("grid", "reference")
 
 CELL = re.compile(r"([1-9]\d{0,2})@([1-9]\d?)")
@@ -105,6 +106,7 @@ def parse_study(text: str, name: str, where: str, folder: Path) -> Study:
         base=folder / reader.value(document["base"], str, "", "base"),
         grid=sections["grid"],
         variants=tuple(map(reader.variant, reader.tables(document, "variant"))),
+        rungs=tuple(map(reader.rung, reader.tables(document, "rung"))),
         reference=sections["reference"],
         conventional=sections.get("conventional", ConventionalSettings()),
         timing=sections.get("timing", TimingSettings()),
@@ -158,6 +160,14 @@ class _Reader:
                 raise CaseError(f"{self.where}: [variant] {key}: is missing: add '{key} = ...' there")
         return Variant(replace(values["cell"], variant=values["name"]), changes)
 
+    def rung(self, table: dict[str, Any]) -> Rung:
+        values, changes = self.with_changes(table, {"name": str, "cells": tuple[Cell, ...]}, "rung")
+        for key in ("name", "cells"):
+            if key not in values:
+                raise CaseError(f"{self.where}: [rung] {key}: is missing: add '{key} = ...' there")
+        cells = tuple(replace(cell, variant=values["name"]) for cell in values["cells"])
+        return Rung(values["name"], cells, changes)
+
     def peer(self, table: Any) -> PeerSettings:
         values, changes = self.with_changes(table, {"cell": Cell, "angles": PEER_ANGLES}, "peer")
         if "cell" not in values:
@@ -171,7 +181,7 @@ class _Reader:
         changes = {key: value for key, value in table.items() if key not in known}
         for key, value in changes.items():
             if not isinstance(value, dict):
-                remedy = 'give sections of the case file, as in contact = { surface = "facet" }'
+                remedy = 'give sections of the case file, as in contact = { scheme = "facet" }'
                 raise CaseError(f"{self.where}: [{name}] {key} = {toml_text(value)}: unknown key: {remedy}")
         values = {key: self.value(table[key], hint, f"[{name}] ", key) for key, hint in known.items() if key in table}
         return values, changes
@@ -260,9 +270,9 @@ def _check_together(study: Study) -> None:
         finer = all(a[0] < b[0] and a[1] <= b[1] for a, b in zip(sizes[:-1], sizes[1:], strict=True))
         if len(sizes) not in (2, 3) or not finer:
             refuse(f"[{section}] members", "must be two or three meshes, from coarse to fine over the profile")
-    varied = [variant.cell for variant in study.variants]
+    varied = [variant.cell for variant in study.variants] + [cell for rung in study.rungs for cell in rung.cells]
     if len(set(varied)) < len(varied):
-        refuse("[variant] name", "two variants of a cell have the same name: rename one")
+        refuse("[variant], [rung] name", "two variants of a cell have the same name: rename one")
     for training in study.trainings:
         if any(max(training.angles) % n for n in training.angles):
             refuse("[training] angles", "each must divide the largest, so that one set of angles is unseen by all")

@@ -138,7 +138,7 @@ def _work(study: Study, cases: StudyCases, bases: Path, jobs: int) -> list[WorkI
     paths = {cell: bases / f"{file_name(cell.label)}.h5" for cell in cases.cells}
     for cell, case in cases.cells.items():
         name, path = f"cell {cell.label}", paths[cell]
-        if cell.variant:
+        if cell not in study.reduced_cells:
             weight = _elastic_weight(case) + study.grid.angles_per_pitch * _position_weight(case)
             items.append(WorkItem(name, part_key(name, {"case": case}, grid), weight,
                                   partial(solve.variant_cell, case, study, store, jobs)))  # fmt: skip
@@ -156,7 +156,7 @@ def _work(study: Study, cases: StudyCases, bases: Path, jobs: int) -> list[WorkI
         items.append(WorkItem(name, part_key(name, labelled, None), weight,
                               partial(solve.trainings, family, store, bases, jobs)))  # fmt: skip
     items += _rival_work(study, cases, store)
-    timed = {cell: (case, paths[cell]) for cell, case in cases.cells.items() if cell in study.grid.cells}
+    timed = {cell: (case, paths[cell]) for cell, case in cases.cells.items() if cell in study.reduced_cells}
     name, labelled = "run times", {cell.label: case for cell, (case, _) in timed.items()}
     timing = study.timing
     positions = (timing.repeats + 1) * timing.condensed_angles

@@ -62,6 +62,24 @@ class Variant:
     changes: Sections
 
 
+@dataclass(frozen=True)
+class Rung:
+    """A step of a ladder of schemes (section ``[[rung]]``), in the order of the file: full and reduced model.
+
+    Parameters
+    ----------
+    name : str
+    cells : tuple of Cell
+        Each with the name as its `variant`.
+    changes : mapping
+        Sections of the case file with the keys that differ.
+    """
+
+    name: str
+    cells: tuple[Cell, ...]
+    changes: Sections
+
+
 @dataclass(frozen=True, kw_only=True)
 class GridSettings:
     """Cells and angles (section ``[grid]``).
@@ -276,7 +294,7 @@ class Study:
     title : str
     base : Path
         Case file that the cells vary.
-    grid, variants, reference, conventional, timing, trainings, paper, peer, figures, quick
+    grid, variants, rungs, reference, conventional, timing, trainings, paper, peer, figures, quick
         One per section; `peer` and `quick` are None where the file has none.
     changes : mapping
         Keys of the base case that differ in every cell: what ``--quick`` shortens.
@@ -289,6 +307,7 @@ class Study:
     base: Path
     grid: GridSettings
     variants: tuple[Variant, ...]
+    rungs: tuple[Rung, ...]
     reference: ReferenceSettings
     conventional: ConventionalSettings
     timing: TimingSettings
@@ -302,16 +321,22 @@ class Study:
 
     @property
     def cells(self) -> tuple[Cell, ...]:
-        """Cells of the grid, then those of the variants."""
-        return (*self.grid.cells, *(variant.cell for variant in self.variants))
+        """Cells of the grid, of the ladder, and of the variants."""
+        return (*self.reduced_cells, *(variant.cell for variant in self.variants))
+
+    @property
+    def reduced_cells(self) -> tuple[Cell, ...]:
+        """Cells with a reduced model: of the grid, then of the ladder."""
+        return (*self.grid.cells, *(cell for rung in self.rungs for cell in rung.cells))
 
     def changes_of(self, cell: Cell) -> dict[str, dict[str, Any]]:
         """Sections and keys in which a cell differs from the base case."""
         sections: dict[str, dict[str, Any]] = {name: dict(keys) for name, keys in self.changes.items()}
-        for variant in self.variants:
-            if variant.cell == cell:
-                for name, keys in variant.changes.items():
-                    sections.setdefault(name, {}).update(keys)
+        varied = [variant.changes for variant in self.variants if variant.cell == cell]
+        varied += [rung.changes for rung in self.rungs if cell in rung.cells]
+        for changes in varied:
+            for name, keys in changes.items():
+                sections.setdefault(name, {}).update(keys)
         sections.setdefault("mesh", {})["profile_elements"] = cell.n_profile
         sections.setdefault("contact", {})["lodm_profile"] = cell.lodm
         return sections
@@ -337,6 +362,7 @@ def quick_study(study: Study) -> Study:
         grid=replace(study.grid, cells=quick.cells, angles_per_pitch=quick.angles_per_pitch,
                      curve_angles=quick.curve_angles),
         variants=(),
+        rungs=tuple(replace(rung, cells=rung.cells[:1]) for rung in study.rungs),
         reference=ReferenceSettings(members=quick.members),
         conventional=ConventionalSettings(),
         timing=TimingSettings(repeats=quick.repeats, condensed_angles=2, reduced_angles=quick.curve_angles),

@@ -17,6 +17,7 @@ from pmor.study.settings import Cell
 
 Row = dict[str, Any]
 
+SURFACES = {"facet": "facet", "paper": "hermite", "direct": "hermite", "strip": "exact", "line": "exact"}
 # Keys that every row has, and that say something about the reduced model alone.
 REDUCED_ONLY = ("n_angles_trained", "n_torques_trained", "rom_vs_full_ste_max_rel", "rom_vs_full_ste_rms_rel")
 
@@ -132,8 +133,9 @@ def grid_rows(parts: StudyParts) -> list[Row]:
         common = {
             "cell": cell.label,
             "variant": cell.variant or None,
-            "surface": contact.surface,
-            "quadrature": "nodal",
+            "scheme": contact.scheme,
+            "surface": SURFACES[contact.scheme],
+            "quadrature": contact.scheme if contact.scheme in ("strip", "line") else "nodal",
             "n_profile": cell.n_profile,
             "n_width": parts.cases.cells[cell].mesh.width_elements,
             "lodm": cell.lodm,
@@ -152,7 +154,7 @@ def grid_rows(parts: StudyParts) -> list[Row]:
             "offline_s": part["elastic_s"],
         }  # fmt: skip
         rows.append(condensed)
-        if cell.variant:
+        if "reduced" not in part:
             continue
         conventional = _conventional(cell, condensed, parts)
         fast = common | _against_reference(curve_of(part["reduced"]), fine) | {

@@ -24,7 +24,7 @@ curve_angles = 4
 [[variant]]
 name = "facets"
 cell = "6@2"
-contact = { surface = "facet" }
+contact = { scheme = "facet" }
 [reference]
 members = [[6, 1, 4], [8, 1, 2], [13, 1, 1]]
 [conventional]

@@ -121,10 +121,10 @@ BROKEN = {
         ["[contact] lodm_profile = 64", "1577345 contact points", "lower one of the two"],
     ),
     "unknown choice": (
-        replaced("lodm_profile = 4", 'surface = "hermit"'),
-        ['surface = "hermit"', "did you mean hermite?"],
+        replaced('scheme = "direct"', 'scheme = "lines"'),
+        ['scheme = "lines"', "did you mean line?"],
     ),
-    "choice that is no text": (replaced("lodm_profile = 4", "surface = 1"), ["surface = 1", '"hermite"']),
+    "choice that is no text": (replaced('scheme = "direct"', "scheme = 1"), ["scheme = 1", '"line"']),
     "title that is no text": ("title = 5\n" + without('title = "Small spur pair for quick checks"'), ["quotes"]),
     "title of two lines": (replaced("Small spur pair for", "Small\\nspur"), ["title", "one line"]),
     "zero torque": (replaced("torque_Nm = 100.0", "torque_Nm = 0.0"), ["torque_Nm = 0.0", "above 0", "raise it"]),

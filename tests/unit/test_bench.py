@@ -33,8 +33,8 @@ def case():
 @pytest.fixture
 def row():
     return {
-        "phase": "position: case", "n_profile": 16, "n_width": 8, "lodm_profile": 4, "lodm_width": 1, "median_ms": 0.1,
-        "repeats": 3,
+        "phase": "position: case", "scheme": "direct", "n_profile": 16, "n_width": 8, "lodm_profile": 4,
+        "lodm_width": 1, "median_ms": 0.1, "repeats": 3,
     }  # fmt: skip
 
 
@@ -44,10 +44,13 @@ def result(*rows):
 
 def test_neighbours_of_the_case_differ_in_one_thing_each():
     listed = variants(load_case(Path(__file__).parents[2] / "cases" / "paper_spur.toml"))
-    sizes = {(v.case.mesh.profile_elements, v.case.contact.lodm_profile) for v in listed}
+    nodal = [v.case for v in listed if v.case.contact.scheme == "direct"]
+    sizes = {(case.mesh.profile_elements, case.contact.lodm_profile) for case in nodal}
     assert {(8, 8), (16, 4), (32, 2), (64, 1), (16, 1), (16, 2), (16, 8)} == sizes
+    lines = {v.case.mesh.profile_elements for v in listed if v.case.contact.scheme == "line"}
+    assert lines == {8, 16, 32, 64}
     assert {v.case.mesh.width_elements for v in listed} == {4, 8, 16}
-    assert {v.case.contact.lodm_width for v in listed} == {1, 4}
+    assert {case.contact.lodm_width for case in nodal} == {1, 4}
     assert {v.case.reduction.half_width for v in listed} == {True, False}
     assert {v.case.reduction.shapes for v in listed} == {"flank_lines", "positions"}
 

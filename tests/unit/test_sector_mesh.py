@@ -237,11 +237,11 @@ def test_volume_of_all_sectors_converges_to_that_of_the_gear():
     area = abs(swept) + gear.root_radius**2 * root_land + 0.5 * gear.tip_radius**2 * tip_land
     area -= (BORE_SHARE * gear.root_radius) ** 2 * math.pi / 21
     errors = []
-    for n in (8, 16, 32):
+    for n in (32, 64, 128):  # the fillet of coarser flanks is no coarser
         mesh = mesh_of(gear, n, 1)
         errors.append(abs(volume(mesh.nodes, mesh.elements) / 10.0 / area - 1.0))
     # Chords of the outline: second order, spoilt a little by the changing split of the fillet.
-    assert errors[2] < 0.5 * errors[1] < 0.25 * errors[0] < 0.25e-3
+    assert errors[2] < 0.5 * errors[1] < 0.25 * errors[0] < 0.25e-4
 
 
 def test_helical_mesh_is_the_spur_section_twisted():

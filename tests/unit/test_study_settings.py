@@ -21,7 +21,7 @@ cells = ["4@2", "6@1"]
 [[variant]]
 name = "facets"
 cell = "6@2"
-contact = { surface = "facet" }
+contact = { scheme = "facet" }
 [reference]
 members = [[6, 1, 2], [8, 1, 2]]
 [[training]]
@@ -77,8 +77,8 @@ def test_a_study_says_what_its_file_says():
 def test_cells_become_cases(base):
     cases = study_cases(parse(TEXT, base))
     plain, facets = cases.cells[Cell(4, 2)], cases.cells[Cell(6, 2, "facets")]
-    assert (plain.mesh.profile_elements, plain.contact.lodm_profile, plain.contact.surface) == (4, 2, "hermite")
-    assert (facets.mesh.profile_elements, facets.contact.lodm_profile, facets.contact.surface) == (6, 2, "facet")
+    assert (plain.mesh.profile_elements, plain.contact.lodm_profile, plain.contact.scheme) == (4, 2, "direct")
+    assert (facets.mesh.profile_elements, facets.contact.lodm_profile, facets.contact.scheme) == (6, 2, "facet")
     assert plain.compare.torques_Nm == (60.0, 100.0)  # of the base case
     assert cases.members[Member(8, 1, 2)].mesh.profile_elements == 8
     trained = cases.trainings[0][8, (40.0, 180.0)]
@@ -135,7 +135,7 @@ def test_the_shipped_study_is_the_papers_table():
         ("angles = [4, 8]", "angles = [3, 8]", r"\[training\] angles: each must divide the largest"),
         ("[[180.0], [180.0, 40.0]]", "[180.0]", r"\[training\] torques_Nm = .*each set must be a list"),
         ('name = "facets"\n', "", r"\[variant\] name: is missing"),
-        ('contact = { surface = "facet" }', 'surface = "facet"', r"\[variant\] surface = .*unknown key"),
+        ('contact = { scheme = "facet" }', 'scheme = "facet"', r"\[variant\] scheme = .*unknown key"),
         ('"6@1" = 29.0', '"6@1" = -29.0', r"\[paper\] seconds = .*above 0"),
         ("value = 3.7", 'value = "3.7"', r"\[paper.ratio\] value = .*must be a number"),
         ("[grid]", "[conventional]\nsolved = [\"9@9\"]\n[grid]", r"solved: 9@9: is not among the \[grid\] cells"),
@@ -153,8 +153,8 @@ def test_what_is_refused(old, new, message):
 
 
 def test_what_a_cell_makes_of_the_base_case_is_refused_with_the_cell_named(base):
-    text = TEXT.replace('surface = "facet"', 'surface = "facets"')
-    with pytest.raises(CaseError, match=r"cell 6@2 facets: \[contact\] surface = .*did you mean facet"):
+    text = TEXT.replace('scheme = "facet"', 'scheme = "facets"')
+    with pytest.raises(CaseError, match=r"cell 6@2 facets: \[contact\] scheme = .*did you mean facet"):
         study_cases(parse(text, base))
 
 

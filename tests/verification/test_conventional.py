@@ -28,7 +28,7 @@ CASES = {
     "unequal, facets": {"pinion": {"teeth": 12, "profile_shift": 0.2, "bore_radius_mm": 10.0},
                         "wheel": {"teeth": 15, "bore_radius_mm": 12.0, "youngs_modulus_GPa": 100.0},
                         "mesh": {"profile_elements": 4, "width_elements": 1, "element": "hex8"},
-                        "contact": {"surface": "facet", "lodm_profile": 2}},
+                        "contact": {"scheme": "facet", "lodm_profile": 2}},
 }  # fmt: skip
 ONE_PAIR, TWO_PAIRS = 0.75, 0.2  # positions as shares of a pitch from where a pair enters
 

@@ -28,7 +28,7 @@ def paper_case(profile_elements, width_elements, element="hex8", **gears):
     """The paper's pair with facets, the surface that CalculiX has."""
     text = case_text(
         mesh={"profile_elements": profile_elements, "width_elements": width_elements, "element": element},
-        contact={"surface": "facet", "lodm_profile": 1, "slave": "pinion"},
+        contact={"scheme": "facet", "lodm_profile": 1, "slave": "pinion"},
         **gears,
     )
     return parse_case(text, "paper", "paper case")
@@ -107,7 +107,7 @@ def test_calculix_approaches_the_hermite_surface_with_the_square_of_the_element(
     finer = Pair(paper_case(32, 1))
     excess = [
         pair.calculix_um(share, contact="surface_to_surface")
-        - pair.ste_um(share, surface="hermite", lodm_profile=4, slave="tip")
+        - pair.ste_um(share, scheme="direct", lodm_profile=4, slave="tip")
         for pair in (fine, finer)
     ]
     assert 2.8 < excess[0] / excess[1] < 5.0  # measured: 3.2 and 4.2, and 3.8 and 4.6 from 32 to 64 elements

@@ -1,0 +1,83 @@
+"""Contact in sections on exact flanks, in the full and in the reduced model: line and strip."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.integrate import trapezoid
+
+from offline.jobs import run_offline
+from online.contact_pattern import contact_patterns
+from online.model import reduced_pair, unseen_angles
+from online.sweep import sweep_reduced_pair
+from pmor.case import parse_case
+from pmor.model import elastic_model, mesh_model
+from pmor.storage.basis_file import read_basis
+from pmor.sweep import sweep_ste
+from tests.small_case import case_text
+
+TORQUES = [60e3, 100e3]
+# The sweep stops at a relative residual of 1e-4 and takes one step more, on a law that is nearly linear.
+LAST_STEP = 5e-5
+SAME_ANSWER = 1e-9  # half the width is the whole, by symmetry
+# One distribution per line of 5 x 2 elements; measured 4e-4 (line) and 6e-4 (strip), 5e-5 on the paper's mesh.
+REDUCED = 2e-3
+
+
+def section_case(scheme, **reduction):
+    mesh, offline = {"profile_elements": 5, "width_elements": 2}, {"angles_per_pitch": 8}
+    contact = None if scheme == "line" else {"scheme": scheme, "lodm_profile": 1}
+    text = case_text(mesh=mesh, offline=offline, contact=contact, reduction=reduction)
+    return parse_case(text, scheme, f"{scheme} case")
+
+
+@pytest.fixture(scope="module", params=["line", "strip"])
+def pair(request, tmp_path_factory):
+    """Full model, and reduced models of half and of the whole width."""
+    case = section_case(request.param)
+    model = elastic_model(case, mesh_model(case))
+    reduced = []
+    for half in (True, False):
+        path = tmp_path_factory.mktemp("basis") / "basis.h5"
+        assert run_offline(section_case(request.param, half_width=half), model, path).failed == ()
+        reduced.append(reduced_pair(read_basis(path)))
+    return model, *reduced
+
+
+@pytest.fixture(scope="module")
+def phi(pair):
+    gears = pair[0].mesh.meshed.pair
+    return unseen_angles(gears.roll_position_range[0], gears.pitch, 6, 8)
+
+
+@pytest.mark.jit
+def test_compiled_sweep_is_its_slow_twin(pair, phi):
+    reduced = pair[1]
+    fast = sweep_reduced_pair(reduced, phi, TORQUES)
+    slow = sweep_ste(reduced.meshed, reduced.elasticity_at, phi, TORQUES)
+    assert fast.converged.all()
+    assert_allclose(fast.ste_um, slow.ste_um, rtol=LAST_STEP)
+    tight = sweep_reduced_pair(reduced, phi, TORQUES, tolerance=1e-10)
+    assert_allclose(tight.ste_um, slow.ste_um, rtol=1e-8)
+
+
+def test_reduced_model_agrees_with_full_fe(pair, phi):
+    model, reduced, _ = pair
+    full = sweep_ste(model.mesh.meshed, model.elasticity_at, phi, TORQUES)
+    fast = sweep_reduced_pair(reduced, phi, TORQUES)
+    assert_allclose(fast.ste_um, full.ste_um, rtol=REDUCED)
+
+
+def test_half_the_width_is_the_whole(pair, phi):
+    half, whole = (sweep_reduced_pair(reduced, phi, TORQUES, tolerance=1e-10) for reduced in pair[1:])
+    assert_allclose(half.ste_um, whole.ste_um, rtol=SAME_ANSWER)
+
+
+def test_drawn_pressure_carries_the_load(pair):
+    for reduced in pair[1:]:
+        tooth, force = reduced.meshed.pair.pinion, 0.0
+        for _, roll_deg, z, pressure in contact_patterns(reduced, 0.1, 100e3):
+            assert (pressure >= 0.0).all()
+            arc = 0.5 * tooth.base_radius * np.radians(roll_deg) ** 2
+            force += trapezoid(trapezoid(pressure, z, axis=1), arc)
+        # Drawn on 61 points: the vertical ends of Hertz's ellipse, and what lies beyond the outer Gauss points.
+        assert_allclose(force, 100e3 / tooth.base_radius, rtol=0.05)
