@@ -4,6 +4,7 @@ import json
 import math
 from dataclasses import MISSING, fields
 from datetime import date
+from types import NoneType
 from typing import Annotated, Literal, get_args, get_origin
 
 from hypothesis import strategies as st
@@ -87,7 +88,9 @@ def sound_documents(draw):
         pair["centre_distance_mm"] = module * (0.5 * teeth + draw(st.floats(-0.5, 1.5)))
     document = {"load": {"torque_Nm": torque}, "pair": pair, **gears}
     for name in ("mesh", "contact", "reduction"):
-        document[name] = {key: draw(any_value(key, hint)) for key, hint in keys_of(SECTIONS[name]).items()}
+        # What may be None goes with some choices only; cases from all over the ranges have it.
+        keys = {key: hint for key, hint in keys_of(SECTIONS[name]).items() if NoneType not in get_args(hint)}
+        document[name] = {key: draw(any_value(key, hint)) for key, hint in keys.items()}
     document["contact"]["penalty_N_mm3"] = 10.0 ** draw(st.floats(3.0, 8.0))
     document["offline"] = {"angles_per_pitch": 4, "torques_Nm": [0.4 * torque, 1.8 * torque]}
     document["online"] = {"angles_per_pitch": 4}
@@ -119,6 +122,7 @@ def documents_of_any_range(draw):
 
 def any_value(key, hint):
     """Strategy for a value that the schema allows for a key."""
+    hint = next((choice for choice in get_args(hint) if NoneType in get_args(hint) and choice is not NoneType), hint)
     if get_origin(hint) is Literal:
         return st.sampled_from(get_args(hint))
     if get_origin(hint) is not Annotated:
