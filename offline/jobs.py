@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor, as_completed
@@ -21,8 +20,9 @@ from pmor.progress import Progress
 from pmor.reduction.contact_shapes import ContactShapes, contact_shapes
 from pmor.reduction.flank_lines import FlankLineShapes, flank_line_shapes
 from pmor.reduction.half_width import mirrors_at_mid_width, symmetric_part
-from pmor.storage.atomic import ensure_folder, refuse_existing
+from pmor.storage.atomic import ensure_folder, refuse_existing, remove_abandoned, remove_folder
 from pmor.storage.basis_file import Basis, Training, write_basis
+from pmor.storage.lock import only_writer_of_file
 from pmor.storage.snapshot_file import Snapshots, read_snapshots, write_snapshots
 
 
@@ -75,16 +75,25 @@ def run_offline(
     Raises
     ------
     OutputError
-        When the file exists or cannot be written.
+        When the file exists or cannot be written, or another process is writing it.
     ConvergenceError
         When no full solve converged at all.
     """
     started = time.perf_counter() if started is None else started
-    refuse_existing(path, overwrite)
+    ensure_folder(path.parent)
+    with only_writer_of_file(path):
+        refuse_existing(path, overwrite)
+        return _run(case, model, path, jobs, resume, overwrite, started)
+
+
+def _run(
+    case: Case, model: ElasticModel, path: Path, jobs: int, resume: bool, overwrite: bool, started: float
+) -> OfflineSummary:
+    remove_abandoned(path.parent, path.name)
     parts = path.with_name(path.name + ".parts")
     if parts.exists() and not resume:
-        shutil.rmtree(parts)
-    ensure_folder(parts)
+        remove_folder(parts)
+    remove_abandoned(ensure_folder(parts))
     key = basis_key(case)
     angles = training_angles(model.mesh.meshed.pair, case.offline.angles_per_pitch)
     torques = tuple(1e3 * t for t in case.offline.torques_Nm)
@@ -105,7 +114,7 @@ def run_offline(
     if len(failed) == len(angles) * len(torques):
         raise ConvergenceError(f"no full solve converged, first: {failed[0]}", [])
     _gather(case, model, path, ordered, angles, torques, started, overwrite)
-    shutil.rmtree(parts)
+    remove_folder(parts)
     return OfflineSummary(len(missing), resumed, failed, time.perf_counter() - started)
 
 

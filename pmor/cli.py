@@ -4,6 +4,7 @@ Exit codes: 0 done, 2 the engineer can mend it (case file, output folder, argume
 """
 
 import argparse
+import errno
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,6 +13,8 @@ from pmor import __version__, commands
 from pmor.errors import PmorError
 
 INTERRUPTED = 130
+# Results have messages of their own (pmor.storage.atomic); this is for the files that libraries write.
+OUT_OF_SPACE = (errno.ENOSPC, errno.EDQUOT)
 RESUME_HINTS = {
     "offline": "the same command with --resume goes on where it stopped",
     "study": "finished pieces are kept; the same command goes on where it stopped",
@@ -32,8 +35,19 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         getattr(commands, name)(**arguments)
     except PmorError as error:
-        print(f"pmor: error: {' '.join(str(error).splitlines())}", file=sys.stderr)
+        print(f"pmor: error: {_one_line(str(error))}", file=sys.stderr)
         return error.exit_code
+    except MemoryError as error:
+        remedy = "lower the elements, the angles or the torques of the case"
+        print(f"pmor: error: the memory of this computer does not suffice ({error}): {remedy}", file=sys.stderr)
+        return PmorError.exit_code
+    except OSError as error:
+        if error.errno not in OUT_OF_SPACE:
+            raise
+        place = f" ({error.filename})" if error.filename else ""
+        remedy = "free some; compiled kernels need some as well, beside the program or in NUMBA_CACHE_DIR"
+        print(f"pmor: error: no space is left on a disk{place}: {remedy}", file=sys.stderr)
+        return PmorError.exit_code
     except KeyboardInterrupt:
         # The line break ends a progress line that may stand half written on the terminal.
         start = "\n" if sys.stderr.isatty() else ""
@@ -71,6 +85,10 @@ def build_parser() -> argparse.ArgumentParser:
     online = command("online", "sweep the transmission error with a basis")
     online.add_argument("basis_path", metavar="BASIS.h5", type=Path, help="file that `pmor offline` wrote")
     _add_out(online, "-o")
+    online.add_argument(
+        "--case", dest="case_path", metavar="CASE", type=Path,
+        help="sweep that this case asks for, instead of the one that the basis was made from",
+    )  # fmt: skip
 
     compare = command("compare", "reduced against full FE: error and run time")
     _add_case(compare)
@@ -114,6 +132,12 @@ def _add_jobs(parser: argparse.ArgumentParser) -> None:
 
 def _add_overwrite(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--overwrite", action="store_true", help="replace results that are there")
+
+
+def _one_line(text: str) -> str:
+    """Join lines and escape what terminals do not show, or obey: a case file can quote anything."""
+    joined = " ".join(text.splitlines())
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in joined)
 
 
 def _positive(text: str) -> int:

@@ -6,6 +6,7 @@ Imports of what is heavy or belongs to a stage stand inside the functions, so th
 from __future__ import annotations
 
 import json
+import sys
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -20,14 +21,20 @@ if TYPE_CHECKING:
 
 def run(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False) -> None:
     """Do everything that the case asks for: offline if there is no valid basis, sweep, comparison, report."""
-    result, mesh, out = _reduced_and_full(case_path, out, jobs, overwrite)
+    started = time.perf_counter()
+    case, mesh = _meshed_case(case_path)
     from online.pages import write_pages
     from online.run import result_text, write_results
+    from pmor.storage.atomic import ensure_folder
+    from pmor.storage.lock import only_writer_in_folder
 
-    write_results(result, out)
-    write_pages(result, mesh.pinion, out)
+    folder = ensure_folder(out or Path("out") / case.name)
+    with only_writer_in_folder(folder):
+        result = _reduced_and_full(case, mesh, folder, jobs, overwrite, started)
+        write_results(result, folder)
+        write_pages(result, mesh.pinion, folder)
     print(result_text(result))
-    print(f"  results in {out}")
+    print(f"  results in {folder}")
     _require_convergence(result)
 
 
@@ -41,14 +48,14 @@ def plan(case_path: Path) -> None:
 
 def offline(case_path: Path, basis_path: Path, resume: bool = False, jobs: int = 1, overwrite: bool = False) -> None:
     """Generate the reduced basis of a case and write it to `basis_path`."""
-    from pmor.case import load_case
     from pmor.errors import ConvergenceError
-    from pmor.storage.atomic import refuse_existing
+    from pmor.storage.atomic import ensure_writable, refuse_existing
 
-    case = load_case(case_path)
-    refuse_existing(basis_path, overwrite)  # before the work, not after it
     started = time.perf_counter()
-    model = _elastic_model(case)
+    refuse_existing(basis_path, overwrite)  # before the work, not after it
+    case, mesh = _meshed_case(case_path)
+    ensure_writable(basis_path.parent)
+    model = _elastic_model(case, mesh)
     from offline.jobs import run_offline
 
     done = run_offline(case, model, basis_path, jobs, resume, overwrite, started)
@@ -57,20 +64,26 @@ def offline(case_path: Path, basis_path: Path, resume: bool = False, jobs: int =
         raise ConvergenceError(f"{len(done.failed)} full solves did not converge: {'; '.join(done.failed)}", [])
 
 
-def online(basis_path: Path, out: Path | None = None) -> None:
+def online(basis_path: Path, out: Path | None = None, case_path: Path | None = None) -> None:
     """Sweep the static transmission error with the reduced model of a basis file."""
     from online.model import reduced_pair
     from online.pages import write_pages
     from online.run import result_text, run_online, write_results
+    from pmor.case import load_case
     from pmor.storage.atomic import ensure_folder
-    from pmor.storage.basis_file import read_basis
+    from pmor.storage.basis_file import read_basis, require_made_from
+    from pmor.storage.lock import only_writer_in_folder
 
     basis = read_basis(basis_path)
-    folder = out or Path("out") / basis.case.name
-    ensure_folder(folder)
-    result = run_online(reduced_pair(basis), basis_path)
-    write_results(result, folder)
-    write_pages(result, None, folder)
+    if case_path is not None:
+        case = load_case(case_path)
+        require_made_from(basis_path, basis, case)
+        basis = replace(basis, case=case)
+    folder = ensure_folder(out or Path("out") / basis.case.name)
+    with only_writer_in_folder(folder):
+        result = run_online(reduced_pair(basis), basis_path)
+        write_results(result, folder)
+        write_pages(result, None, folder)
     print(result_text(result))
     print(f"  results in {folder}")
     _require_convergence(result)
@@ -78,10 +91,16 @@ def online(basis_path: Path, out: Path | None = None) -> None:
 
 def compare(case_path: Path, out: Path | None = None) -> None:
     """Compare the reduced with the full model: error and run time."""
-    result, _, folder = _reduced_and_full(case_path, out, jobs=1, overwrite=False)
+    started = time.perf_counter()
+    case, mesh = _meshed_case(case_path)
     from online.run import result_text, write_results
+    from pmor.storage.atomic import ensure_folder
+    from pmor.storage.lock import only_writer_in_folder
 
-    write_results(result, folder)
+    folder = ensure_folder(out or Path("out") / case.name)
+    with only_writer_in_folder(folder):
+        result = _reduced_and_full(case, mesh, folder, jobs=1, overwrite=False, started=started)
+        write_results(result, folder)
     print(result_text(result))
     _require_convergence(result)
 
@@ -100,15 +119,16 @@ def study(
     settings = load_study(study_path)
     settings = quick_study(settings) if quick else settings
     from pmor.storage.atomic import ensure_folder
+    from pmor.storage.lock import only_writer_in_folder
     from pmor.study.output import study_text, write_study
     from pmor.study.run import run_parts
     from pmor.study.table import study_table
 
-    folder = out or Path("out") / (settings.name + "_quick" * quick)
-    ensure_folder(folder)
-    parts = run_parts(settings, folder, jobs, overwrite, announce=lambda text: print(text, flush=True))
-    table = study_table(parts)
-    write_study(parts, table, folder)
+    folder = ensure_folder(out or Path("out") / (settings.name + "_quick" * quick))
+    with only_writer_in_folder(folder):
+        parts = run_parts(settings, folder, jobs, overwrite, announce=lambda text: print(text, flush=True))
+        table = study_table(parts)
+        write_study(parts, table, folder)
     print(study_text(parts, table))
     print(f"  results in {folder}")
     if table.failures:
@@ -122,10 +142,10 @@ def bench(case_path: Path, json_path: Path, jobs: int = 2) -> None:
     use_one_thread()  # before anything loads numpy
     from pmor.bench import bench_text, read_bench, run_bench
     from pmor.case import load_case
-    from pmor.storage.atomic import atomic_path, ensure_folder
+    from pmor.storage.atomic import atomic_path, ensure_writable
 
     case = load_case(case_path)
-    ensure_folder(json_path.parent)
+    ensure_writable(json_path.parent)
     before = read_bench(json_path)
     result = run_bench(case, jobs)
     with atomic_path(json_path) as temporary:
@@ -140,25 +160,25 @@ def info(path: Path) -> None:
     print(file_text(path))
 
 
-def _reduced_and_full(
-    case_path: Path, out: Path | None, jobs: int, overwrite: bool
-) -> tuple[OnlineResult, MeshModel, Path]:
-    """Build or reuse the basis, sweep, and compare with full FE."""
+def _meshed_case(case_path: Path) -> tuple[Case, MeshModel]:
+    """Read a case and mesh it: refuses what cannot be meshed before any folder is made."""
     from pmor.case import load_case
 
     case = load_case(case_path)
     from pmor.model import mesh_model
 
-    started = time.perf_counter()
-    mesh = mesh_model(case)  # refuses what cannot be meshed before any folder is made
+    return case, mesh_model(case)
+
+
+def _reduced_and_full(
+    case: Case, mesh: MeshModel, folder: Path, jobs: int, overwrite: bool, started: float
+) -> OnlineResult:
+    """Build or reuse the basis in a folder, sweep, and compare with full FE."""
     from offline.jobs import run_offline
     from online.model import reduced_pair
     from online.run import run_online
-    from pmor.storage.atomic import ensure_folder
     from pmor.storage.basis_file import read_basis
 
-    folder = out or Path("out") / case.name
-    ensure_folder(folder)
     basis_path = folder / "basis.h5"
     model = _elastic_model(case, mesh)
     basis = None if overwrite else _valid_basis(basis_path, case)
@@ -167,26 +187,29 @@ def _reduced_and_full(
         basis = read_basis(basis_path)
     # The basis is valid, but sweep and outputs of the case may have changed since.
     basis = replace(basis, case=case)
-    return run_online(reduced_pair(basis), basis_path, model), mesh, folder
+    return run_online(reduced_pair(basis), basis_path, model)
 
 
 def _valid_basis(path: Path, case: Case) -> Basis | None:
-    """Return the basis in a results folder, if there is one made from these very settings."""
-    from pmor.case import basis_key
+    """Return the basis in a results folder, if there is one made from these very settings; say so if it is not."""
     from pmor.errors import FileFormatError
-    from pmor.storage.basis_file import read_basis
+    from pmor.storage.basis_file import read_basis, require_made_from
 
+    if not path.exists():
+        return None
     try:
-        basis = read_basis(path) if path.exists() else None
-    except FileFormatError:
-        return None  # an old or damaged one is simply made anew
-    return basis if basis is not None and basis_key(basis.case) == basis_key(case) else None
+        basis = read_basis(path)
+        require_made_from(path, basis, case)
+    except FileFormatError as error:
+        print(f"pmor: not used, made anew: {error}", file=sys.stderr)
+        return None
+    return basis
 
 
-def _elastic_model(case: Case, mesh: MeshModel | None = None) -> ElasticModel:
-    from pmor.model import elastic_model, mesh_model
+def _elastic_model(case: Case, mesh: MeshModel) -> ElasticModel:
+    from pmor.model import elastic_model
 
-    return elastic_model(case, mesh or mesh_model(case))
+    return elastic_model(case, mesh)
 
 
 def _require_convergence(result: OnlineResult) -> None:

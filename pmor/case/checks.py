@@ -9,6 +9,11 @@ from pmor.errors import CaseError
 
 # A length below this many modules is a slip: a gear so thin, or a hole so small, cannot be meshed sensibly.
 SMALLEST_LENGTH = 0.05
+# Nodes of a flank beyond which the dense compliance of a tooth, 8 bytes x (3 nodes)^2, does not fit into a computer:
+# 7 GB here, and several of them are needed.
+MOST_FLANK_NODES = 10_000
+# Contact points of a flank beyond which a search takes minutes and gigabytes, and finds nothing new.
+MOST_CONTACT_POINTS = 1_000_000
 # Rim that must stay between bore and root circle, in modules.
 THINNEST_RIM = 0.5
 
@@ -33,7 +38,26 @@ def check_together(case: Case, document: dict[str, Any], where: str) -> None:
     _check_bore(pair, pair.pinion, f"{where}: [pinion]")
     _check_bore(pair, pair.wheel, f"{where}: [wheel]")
     _check_centre_distance(pair, where)
+    _check_sizes(case, where)
     _check_torques(case, document, where)
+
+
+def _check_sizes(case: Case, where: str) -> None:
+    mesh, contact = case.mesh, case.contact
+    along, across = mesh.profile_elements, mesh.width_elements
+    nodes = (along + 1) * (across + 1)
+    if nodes > MOST_FLANK_NODES:
+        raise CaseError(
+            f"{where}: [mesh] profile_elements = {along}: makes {nodes} nodes on a flank with width_elements = "
+            f"{across}, and at most {MOST_FLANK_NODES} fit into a computer: lower one of the two"
+        )
+    points = (along * contact.lodm_profile + 1) * (across * contact.lodm_width + 1)
+    if points > MOST_CONTACT_POINTS:
+        raise CaseError(
+            f"{where}: [contact] lodm_profile = {contact.lodm_profile}: makes {points} contact points on a flank with "
+            f"lodm_width = {contact.lodm_width} on {along} x {across} elements, and {MOST_CONTACT_POINTS} are enough: "
+            "lower one of the two"
+        )
 
 
 def _check_length(length_mm: float, module_mm: float, place: str) -> None:

@@ -181,8 +181,8 @@ def _elsewhere(key: str, valid: list[str]) -> str:
 
 
 def _multiples(torque_Nm: float, factors: tuple[float, ...]) -> tuple[float, ...]:
-    """Multiples of the nominal torque, rid of the last digits' rounding."""
-    return tuple(float(f"{factor * torque_Nm:.12g}") for factor in factors)
+    """Multiples of the nominal torque, rid of the last digits' rounding; once itself it stays to the last digit."""
+    return tuple(torque_Nm if factor == 1.0 else float(f"{factor * torque_Nm:.12g}") for factor in factors)
 
 
 def _neighbours(path: Path) -> str:

@@ -7,12 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pmor.errors import MeshError
 from pmor.gear.conventions import FloatArray
 from pmor.gear.tooth import Tooth
 
 # Share of a full turn that the fillet's tangent has made, from radial to circumferential, where the mesh of the
 # tooth hands over to the mesh of the ring: in the middle neither gets an element angle near 0 or 180 degrees.
 HANDOVER_ANGLE = math.radians(45.0)
+# Arc length of a fillet, in modules, below which there is none.
+SHORTEST_FILLET = 1e-6
 # Elements along fillet and root land of a tooth whose flank is coarse. The tooth bends there: measured on the paper's
 # gear with 8 elements over the profile, 4 elements in the fillet make the mean STE 0.9 % too low, 12 elements 0.1 %.
 FINE_FILLET = 12
@@ -54,6 +57,11 @@ def tooth_outline(tooth: Tooth, profile_elements: int, spacing: str) -> Outline:
     Returns
     -------
     Outline
+
+    Raises
+    ------
+    MeshError
+        When there is no fillet to put nodes on.
     """
     first, last = tooth.form_roll_angle, tooth.tip_roll_angle
     if spacing == "roll_angle":
@@ -64,6 +72,11 @@ def tooth_outline(tooth: Tooth, profile_elements: int, spacing: str) -> Outline:
 
     parameter = np.linspace(0.0, 1.0, 2001)
     fillet = tooth.root_section(parameter)
+    if _arc_length(fillet)[-1] < SHORTEST_FILLET * tooth.module:
+        raise MeshError(
+            f"rack_tip_radius = {tooth.rack_tip_radius:g}: leaves a corner in place of a root fillet where "
+            f"profile_shift = {tooth.profile_shift:g} is as large as the dedendum; raise it"
+        )
     split = _handover_index(fillet)
     land_angles = np.linspace(math.atan2(-fillet[-1, 0], fillet[-1, 1]), math.pi / tooth.teeth, 50)
     land = tooth.root_radius * np.stack([-np.sin(land_angles), np.cos(land_angles)], axis=-1)
@@ -83,8 +96,9 @@ def tooth_outline(tooth: Tooth, profile_elements: int, spacing: str) -> Outline:
 def _handover_index(fillet: FloatArray) -> int:
     tangent = np.gradient(fillet, axis=0)
     radial = fillet / np.linalg.norm(fillet, axis=1, keepdims=True)
-    inward = -np.einsum("ij,ij->i", tangent, radial) / np.linalg.norm(tangent, axis=1)
-    return int(np.clip(np.argmax(inward < math.cos(HANDOVER_ANGLE)), 2, len(fillet) - 3))
+    inward = -np.einsum("ij,ij->i", tangent, radial)
+    turned = inward < math.cos(HANDOVER_ANGLE) * np.linalg.norm(tangent, axis=1)
+    return int(np.clip(np.argmax(turned), 2, len(fillet) - 3))
 
 
 def _arc_length(points: FloatArray) -> FloatArray:

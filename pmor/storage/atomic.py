@@ -1,8 +1,10 @@
 """Write files whole or not at all: a reader, or an interrupted run, never meets half a file."""
 
 import errno
+import glob
 import os
 import secrets
+import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -17,6 +19,7 @@ REMEDIES = {
     errno.ENOTDIR: "a part of the path is a file, not a folder: choose another path",
     errno.ENOSPC: "no space is left on the disk: free some, or choose another disk",
     errno.EDQUOT: "your disk quota is used up: free some space, or choose another disk",
+    errno.EFBIG: "larger than the disk or your limit (ulimit -f) allows: raise that, or choose another disk",
     errno.EISDIR: "a folder of that name is there: choose another name",
     errno.EEXIST: "a file of that name is there: choose another name",
     errno.ENAMETOOLONG: "the name is too long: choose a shorter one",
@@ -47,7 +50,7 @@ def atomic_path(target: Path) -> Iterator[Path]:
     """
     target = Path(target)
     temporary = target.with_name(f".{target.name}.{os.getpid()}.{secrets.token_hex(4)}.tmp")
-    try:
+    with output_errors(f"write {target}", temporary):
         try:
             os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
             yield temporary
@@ -56,13 +59,32 @@ def atomic_path(target: Path) -> Iterator[Path]:
         except BaseException:
             _remove(temporary)
             raise
+
+
+@contextmanager
+def output_errors(action: str, path: Path) -> Iterator[None]:
+    """Turn what the operating system refuses into one line for the engineer.
+
+    Parameters
+    ----------
+    action : str
+        What is tried, such as "write basis.h5".
+    path : Path
+        What it is tried on; errors about other files keep their own words.
+
+    Raises
+    ------
+    OutputError
+    """
+    try:
+        yield
     except OSError as error:
-        raise OutputError(f"cannot write {target}: {_reason(error, temporary)}") from error
+        raise OutputError(f"cannot {action}: {_reason(error, path)}") from error
 
 
 def refuse_existing(path: Path, overwrite: bool) -> None:
     """Raise OutputError when there is something at `path` that may not be replaced."""
-    if path.exists() and not overwrite:
+    if os.path.exists(path) and not overwrite:  # unlike Path.exists, no error where a name is too long
         raise OutputError(f"{path}: exists already; choose another name or add --overwrite")
 
 
@@ -75,11 +97,48 @@ def ensure_folder(path: Path) -> Path:
         When it cannot be created.
     """
     path = Path(path)
-    try:
+    with output_errors(f"create the folder {path}", path):
         path.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"cannot create the folder {path}: {_reason(error, path)}") from error
     return path
+
+
+def ensure_writable(folder: Path) -> Path:
+    """Create a folder unless it is there, try whether files can be written to it, and return it.
+
+    Raises
+    ------
+    OutputError
+        When it cannot be created or written to: better before hours of work than after.
+    """
+    trial = ensure_folder(folder) / f".{os.getpid()}.{secrets.token_hex(4)}.tmp"
+    with output_errors(f"write to the folder {folder}", trial):
+        trial.touch()
+        trial.unlink()
+    return folder
+
+
+def remove_folder(folder: Path) -> None:
+    """Remove a folder with all that is in it.
+
+    Raises
+    ------
+    OutputError
+    """
+    with output_errors(f"remove the folder {folder}", folder):
+        shutil.rmtree(folder)
+
+
+def remove_abandoned(folder: Path, name: str | None = None) -> None:
+    """Remove the temporary files that killed processes left; only while no other process can be writing them.
+
+    Parameters
+    ----------
+    folder : Path
+    name : str, optional
+        Of the target file; all by default.
+    """
+    for path in folder.glob(f".{'*' if name is None else glob.escape(name)}.*.tmp"):
+        _remove(path)
 
 
 def _flush_to_disk(path: Path) -> None:

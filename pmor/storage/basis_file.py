@@ -7,15 +7,17 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import h5py
+import numpy as np
 
-from pmor.case import Case, basis_key, parse_case
+from pmor.case import Case, basis_key, describe, parse_case
+from pmor.errors import FileFormatError
 from pmor.gear.conventions import FloatArray
 from pmor.reduction.contact_shapes import ContactShapes
 from pmor.reduction.flank_lines import FlankLineShapes, GearLines
 from pmor.result import BoolArray
-from pmor.storage.hdf5 import Field, Schema, create, open_checked, read, write
+from pmor.storage.hdf5 import Field, Schema, attribute, create, open_checked, read, set_attributes, write
 
-BASIS_SCHEMA = Schema("pmor-basis", 2, "make it anew with 'pmor offline'")
+BASIS_SCHEMA = Schema("pmor-basis", 3, "make it anew with 'pmor offline'")
 GEARS = ("pinion", "wheel")
 
 
@@ -116,9 +118,9 @@ def read_basis(path: Path) -> Basis:
         When the file is not a valid basis file of this version.
     """
     with open_checked(path, BASIS_SCHEMA) as file:
-        case = parse_case(str(file.attrs["case_text"]), str(file.attrs["case_name"]), f"{path} (case text)")
-        if file.attrs["basis_key"] != basis_key(case):
-            raise ValueError("its case text is not the one that it was made from")
+        case = parse_case(attribute(file, "case_text"), attribute(file, "case_name"), f"{path} (case text)")
+        if attribute(file, "basis_key") != basis_key(case):
+            raise ValueError("its case text does not say what it was made from")
         shapes: FlankLineShapes | ContactShapes
         if case.reduction.shapes == "positions":
             shapes = _read_positions(file["shapes"])
@@ -128,12 +130,38 @@ def read_basis(path: Path) -> Basis:
         training = Training(
             phi=read(file["training"], "phi"),
             torque=read(file["training"], "torque"),
-            ste_um=read(file["training"], "ste"),
+            ste_um=read(file["training"], "ste", finite=False),
             converged=read(file["training"], "converged"),
-            seconds=float(file.attrs["offline_s"]),
+            seconds=float(attribute(file, "offline_s")),
         )
+        if not np.array_equal(np.isfinite(training.ste_um), training.converged):
+            raise ValueError("its training has numbers where it did not converge, or none where it did")
         nodes, roll = ([read(file[f"flank/{gear}"], name) for gear in GEARS] for name in ("nodes", "roll_angle"))
         return Basis(case, (nodes[0], nodes[1]), (roll[0], roll[1]), shapes, training)
+
+
+def require_made_from(path: Path, basis: Basis, case: Case) -> None:
+    """Raise FileFormatError, naming the first difference, when a basis was made from another case.
+
+    Parameters
+    ----------
+    path : Path
+        Of the basis file.
+    basis : Basis
+    case : Case
+        What it should have been made from; sweep, comparison and output may differ.
+    """
+    if basis_key(basis.case) == basis_key(case):
+        return
+    own = {name: value for name, value, _ in describe(basis.case)}
+    # What no basis depends on comes last and is never reached: the keys differ.
+    free = ("title", "load.", "online.", "compare.", "output.")
+    differences = (
+        f"[{name.replace('.', '] ')} is {own[name]} in it, {value} in the case"
+        for name, value, _ in sorted(describe(case), key=lambda setting: setting[0].startswith(free))
+        if own[name] != value
+    )
+    raise FileFormatError(f"{path}: is the basis of another case: {next(differences)}; {BASIS_SCHEMA.remedy}")
 
 
 def _write_lines(group: h5py.Group, lines: GearLines) -> None:
@@ -149,7 +177,7 @@ def _read_lines(group: h5py.Group) -> GearLines:
 
 
 def _write_positions(group: h5py.Group, shapes: ContactShapes) -> None:
-    group.attrs["angles_per_pitch"] = shapes.angles_per_pitch
+    set_attributes(group, angles_per_pitch=shapes.angles_per_pitch)
     write(group, "roll_position", shapes.roll_position, Field("rad", "position", "roll position of the tooth pair"))
     write(group, "loaded", shapes.loaded, Field("1", "position, torque", "whether the pair carries load"))
     dims = "position, torque, gear, tooth offset, flank unknown"
@@ -161,7 +189,7 @@ def _write_positions(group: h5py.Group, shapes: ContactShapes) -> None:
 def _read_positions(group: h5py.Group) -> ContactShapes:
     return ContactShapes(
         roll_position=read(group, "roll_position"),
-        angles_per_pitch=int(group.attrs["angles_per_pitch"]),
+        angles_per_pitch=int(attribute(group, "angles_per_pitch")),
         loaded=read(group, "loaded"),
         displacement=read(group, "displacement"),
         gram=read(group, "gram"),

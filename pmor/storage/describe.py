@@ -7,7 +7,7 @@ from pathlib import Path
 import h5py
 
 from pmor.storage.basis_file import BASIS_SCHEMA
-from pmor.storage.hdf5 import open_checked, read, schema_name
+from pmor.storage.hdf5 import attribute, check_descriptions, open_checked, read, schema_name
 from pmor.storage.snapshot_file import SNAPSHOT_SCHEMA
 
 
@@ -21,11 +21,13 @@ def file_text(path: Path) -> str:
     """
     schema = SNAPSHOT_SCHEMA if schema_name(path) == SNAPSHOT_SCHEMA.name else BASIS_SCHEMA
     with open_checked(path, schema) as file:
+        check_descriptions(file)
         return "\n".join([f"{path}: {schema.name}", *_attributes(file), *_datasets(file)])
 
 
 def _attributes(file: h5py.File) -> list[str]:
-    return [f"  {name:<18} {file.attrs[name]}" for name in sorted(file.attrs) if name not in ("case_text", "schema")]
+    names = sorted(set(file.attrs) - {"case_text", "schema"})
+    return [f"  {name:<18} {attribute(file, name)}" for name in names]
 
 
 def _datasets(file: h5py.File) -> list[str]:
@@ -33,10 +35,10 @@ def _datasets(file: h5py.File) -> list[str]:
 
     def visit(name: str, item: object) -> None:
         if isinstance(item, h5py.Dataset):
-            read(file, name)
+            read(file, name, finite=False)
             shape = " x ".join(map(str, item.shape)) or "scalar"
-            a = item.attrs
-            lines.append(f"  {name:<28} {shape:<26} {a['unit']:<6} {a['description']} ({a['dims']})")
+            unit, description, dims = (attribute(item, key) for key in ("unit", "description", "dims"))
+            lines.append(f"  {name:<28} {shape:<26} {unit:<6} {description} ({dims})")
 
     file.visititems(visit)
     return lines

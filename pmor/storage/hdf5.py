@@ -1,14 +1,16 @@
 """HDF5 files that say what they are: schema, version, units, provenance, checksums.
 
-A file is written beside its target and renamed when complete. Every dataset carries its unit, the meaning of its axes,
-a description and the SHA-256 of its bytes; reading verifies it.
+A file is made in memory, written beside its target and renamed when complete. Every dataset carries its unit, the
+meaning of its axes, a description and the SHA-256 of its bytes; everything else is covered by the seal
+(`pmor.storage.seal`). Opening verifies the seal, reading a dataset verifies that dataset.
 """
 
 from __future__ import annotations
 
 import hashlib
 import platform
-from collections.abc import Iterator
+import re
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -21,6 +23,12 @@ import numpy as np
 import pmor
 from pmor.errors import CaseError, FileFormatError
 from pmor.storage.atomic import atomic_path, refuse_existing
+from pmor.storage.seal import CONTENTS, DESCRIPTIONS, checksums, contents_checksum, descriptions_checksum
+
+SIGNATURE = b"\x89HDF\r\n\x1a\n"
+# The first format whose own structures (headers, tables of contents) carry checksums, so that the HDF5 library notices
+# damage before it acts on it. Readable since HDF5 1.10 (2016).
+FORMAT = ("v110", "v110")
 
 
 @dataclass(frozen=True)
@@ -57,6 +65,10 @@ class Field:
     description: str
 
 
+class Damaged(Exception):
+    """What is wrong with the file that is open; `open_checked` adds its name and what to do."""
+
+
 @contextmanager
 def create(path: Path, schema: Schema, attributes: dict[str, Any], overwrite: bool) -> Iterator[h5py.File]:
     """Write a new file atomically.
@@ -70,32 +82,63 @@ def create(path: Path, schema: Schema, attributes: dict[str, Any], overwrite: bo
     overwrite : bool
         Whether an existing file may be replaced.
 
+    Yields
+    ------
+    h5py.File
+        In memory: the HDF5 library does not survive a disk that fills up, plain writing does.
+
     Raises
     ------
     OutputError
         When the file exists and `overwrite` is false, or cannot be written.
     """
     refuse_existing(path, overwrite)
-    with atomic_path(path) as temporary, h5py.File(temporary, "w") as file:
-        file.attrs.update(
-            schema=schema.name,
-            schema_version=schema.version,
-            created=datetime.now(UTC).isoformat(timespec="seconds"),
-            pmor_version=pmor.__version__,
-            numpy_version=np.__version__,
-            h5py_version=h5py.__version__,
-            python_version=platform.python_version(),
-            **attributes,
-        )
-        yield file
+    with atomic_path(path) as temporary:
+        with h5py.File(temporary.name, "w", driver="core", backing_store=False, libver=FORMAT) as file:
+            set_attributes(
+                file,
+                schema=schema.name,
+                schema_version=schema.version,
+                created=datetime.now(UTC).isoformat(timespec="seconds"),
+                pmor_version=pmor.__version__,
+                numpy_version=np.__version__,
+                h5py_version=h5py.__version__,
+                python_version=platform.python_version(),
+                **attributes,
+            )
+            yield file
+            set_attributes(file, **checksums(file))
+            file.flush()
+            image = file.id.get_file_image()
+        temporary.write_bytes(image)
 
 
 def write(group: h5py.Group, name: str, data: Any, field: Field) -> None:
     """Write a dataset with its description and checksum."""
     array = np.ascontiguousarray(data)
     dataset = group.create_dataset(name, data=array)
-    checksum = hashlib.sha256(array.tobytes()).hexdigest()
-    dataset.attrs.update(unit=field.unit, dims=field.dims, description=field.description, sha256=checksum)
+    words = {"unit": field.unit, "dims": field.dims, "description": field.description, "sha256": _checksum(array)}
+    set_attributes(dataset, **words)
+
+
+def set_attributes(item: h5py.Group | h5py.Dataset, **values: Any) -> None:
+    """Store attributes, text with a fixed length.
+
+    Text of variable length, which h5py makes of a str, lies in a part of the file that has no checksum: the HDF5
+    library then loops forever where one bit of it is wrong.
+    """
+    for name, value in values.items():
+        if isinstance(value, str):
+            data = value.encode()
+            item.attrs.create(name, data, dtype=h5py.string_dtype(length=max(len(data), 1)))
+        else:
+            item.attrs[name] = value
+
+
+def attribute(item: h5py.Group | h5py.Dataset, name: str) -> Any:
+    """Return an attribute, text as str; KeyError when there is none."""
+    value = item.attrs[name]
+    return value.decode(errors="replace") if isinstance(value, bytes) else value
 
 
 @contextmanager
@@ -105,49 +148,134 @@ def open_checked(path: Path, schema: Schema) -> Iterator[h5py.File]:
     Raises
     ------
     FileFormatError
-        When the file is missing, is no HDF5 file, has another schema or version, or lacks something.
+        When the file is missing, is no HDF5 file, is truncated, damaged or edited, has another schema or version, or
+        lacks something.
     """
-    if not path.is_file():
-        raise FileFormatError(f"{path}: no such file; {schema.remedy}")
-    try:
-        file = h5py.File(path, "r")
-    except OSError as error:
-        raise FileFormatError(f"{path}: not a readable HDF5 file, or a damaged one; {schema.remedy}") from error
-    with file:
-        found, version = file.attrs.get("schema"), file.attrs.get("schema_version")
-        if found != schema.name:
-            raise FileFormatError(f"{path}: not a {schema.name} file (schema {found!r}); {schema.remedy}")
-        if version != schema.version:
-            age = "a newer" if isinstance(version, np.integer) and version > schema.version else "an older"
-            raise FileFormatError(
-                f"{path}: {schema.name} version {version}, written by {age} pmor; this one reads version "
-                f"{schema.version}; {schema.remedy}"
-            )
+    with _open(path, schema) as file:
         try:
+            _check_schema(file, schema)
+            _check_seal(file, CONTENTS, contents_checksum)
             yield file
-        except (KeyError, OSError, ValueError, CaseError) as error:
-            raise FileFormatError(f"{path}: damaged, incomplete or outdated ({error}); {schema.remedy}") from error
+        except Damaged as damage:
+            raise FileFormatError(f"{path}: {damage}; {schema.remedy}") from damage
+        except (KeyError, ValueError, CaseError) as error:
+            raise FileFormatError(f"{path}: incomplete or outdated ({error}); {schema.remedy}") from error
 
 
 def schema_name(path: Path) -> str | None:
     """Return the schema that a file claims to have; None when it claims none or cannot be read."""
     try:
-        with h5py.File(path, "r") as file:
-            return str(file.attrs["schema"])
-    except (OSError, KeyError):
+        with _library_errors_as_damage(), h5py.File(path, "r") as file:
+            return str(attribute(file, "schema"))
+    except Damaged:
         return None
 
 
-def read(group: h5py.Group, name: str) -> np.ndarray:
-    """Read a dataset and verify its checksum, within `open_checked`.
+def read(group: h5py.Group, name: str, finite: bool = True) -> np.ndarray:
+    """Read a dataset and verify it, within `open_checked`.
+
+    Parameters
+    ----------
+    group : h5py.Group
+    name : str
+    finite : bool
+        Refuse NaN and infinity.
 
     Raises
     ------
-    ValueError
+    Damaged
         When the bytes are not those that were written; `open_checked` says which file and what to do.
+    KeyError
+        When there is no such dataset.
     """
-    dataset = group[name]
-    array = np.asarray(dataset[()])
-    if hashlib.sha256(array.tobytes()).hexdigest() != dataset.attrs["sha256"]:
-        raise ValueError(f"checksum of {dataset.name} differs")
+    with _library_errors_as_damage(KeyError):
+        dataset = group[name]
+    with _library_errors_as_damage():
+        array = np.asarray(dataset[()])
+        intact = attribute(dataset, "sha256") == _checksum(array)
+    if not intact:
+        raise Damaged(f"is damaged, or was edited by hand: the checksum of {dataset.name} differs")
+    if finite and not np.isfinite(array).all():
+        raise Damaged(f"is of no use: {dataset.name} holds values that are not finite")
     return array
+
+
+def check_descriptions(file: h5py.File) -> None:
+    """Verify units and descriptions of all datasets, within `open_checked`.
+
+    Raises
+    ------
+    Damaged
+    """
+    _check_seal(file, DESCRIPTIONS, descriptions_checksum)
+
+
+@contextmanager
+def _open(path: Path, schema: Schema) -> Iterator[h5py.File]:
+    try:
+        size, start = path.stat().st_size, b""
+        if not path.is_dir():
+            with path.open("rb") as stream:
+                start = stream.read(len(SIGNATURE))
+    except OSError as error:
+        absent = isinstance(error, FileNotFoundError | NotADirectoryError)
+        reason = "no such file" if absent else f"cannot be read ({error.strerror})"
+        raise FileFormatError(f"{path}: {reason}; {schema.remedy}") from error
+    try:
+        file = h5py.File(path, "r")
+    except Exception as error:  # see `_library_errors_as_damage`
+        reason = "is a folder, not a file" if path.is_dir() else _why_no_hdf5(size, start, str(error))
+        raise FileFormatError(f"{path}: {reason}; {schema.remedy}") from error
+    with file:
+        yield file
+
+
+def _why_no_hdf5(size: int, start: bytes, said: str) -> str:
+    if size == 0:
+        return "is empty"
+    if not SIGNATURE.startswith(start):
+        return "is not an HDF5 file"
+    if "truncated" in said or start != SIGNATURE or size < 100:
+        whole = re.search(r"stored_eof = (\d+)", said)
+        return f"is truncated: only {size} bytes" + (f" of {whole[1]}" if whole else "") + " are there"
+    return "is a damaged HDF5 file"
+
+
+def _check_schema(file: h5py.File, schema: Schema) -> None:
+    with _library_errors_as_damage():
+        names = ("schema", "schema_version")
+        found, version = (attribute(file, name) if name in file.attrs else None for name in names)
+    if found is None:
+        raise Damaged(f"is an HDF5 file of another program, not a {schema.name} file")
+    if found != schema.name:
+        raise Damaged(f"is not a {schema.name} file but one of the kind {found!r}")
+    if not isinstance(version, np.integer):
+        raise Damaged(f"is damaged, or was edited by hand: {version!r} is no version of a {schema.name} file")
+    if version != schema.version:
+        age = "a newer" if version > schema.version else "an older"
+        raise Damaged(
+            f"is {schema.name} version {version}, written by {age} pmor; this one reads version {schema.version}"
+        )
+
+
+def _check_seal(file: h5py.File, name: str, checksum: Callable[[h5py.File], str]) -> None:
+    with _library_errors_as_damage():
+        intact = name in file.attrs and attribute(file, name) == checksum(file)
+    if not intact:
+        raise Damaged(f"is damaged, or was edited by hand: {name} does not fit the names and attributes in it")
+
+
+@contextmanager
+def _library_errors_as_damage(*passed: type[Exception]) -> Iterator[None]:
+    """The HDF5 library answers a damaged file with an exception of any type; only `passed` ones go through."""
+    try:
+        yield
+    except passed:
+        raise
+    except Exception as error:
+        raise Damaged(f"is damaged: the HDF5 library says {error}") from error
+
+
+def _checksum(array: np.ndarray) -> str:
+    # Viewed as bytes, without a copy of what may be large; flat, because a view of no numbers has no last axis.
+    return hashlib.sha256(array.reshape(-1).view(np.uint8).data).hexdigest()

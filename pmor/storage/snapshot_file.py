@@ -8,9 +8,9 @@ from pathlib import Path
 from pmor.errors import FileFormatError
 from pmor.gear.conventions import FloatArray, IntArray
 from pmor.result import BoolArray
-from pmor.storage.hdf5 import Field, Schema, create, open_checked, read, write
+from pmor.storage.hdf5 import Field, Schema, attribute, create, open_checked, read, write
 
-SNAPSHOT_SCHEMA = Schema("pmor-snapshots", 1, "delete it; 'pmor offline --resume' makes it anew")
+SNAPSHOT_SCHEMA = Schema("pmor-snapshots", 2, "delete it; 'pmor offline --resume' makes it anew")
 
 
 @dataclass(frozen=True)
@@ -64,13 +64,13 @@ def read_snapshots(path: Path, basis_key: str) -> Snapshots | None:
         return None
     try:
         with open_checked(path, SNAPSHOT_SCHEMA) as file:
-            if file.attrs["basis_key"] != basis_key:
+            if attribute(file, "basis_key") != basis_key:
                 return None
             return Snapshots(
-                phi=float(file.attrs["phi"]),
+                phi=float(attribute(file, "phi")),
                 pair_index=read(file, "pair_index"),
                 force=read(file, "force"),
-                ste_um=read(file, "ste"),
+                ste_um=read(file, "ste", finite=False),
                 converged=read(file, "converged"),
             )
     except FileFormatError:

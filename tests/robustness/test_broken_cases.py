@@ -110,6 +110,16 @@ BROKEN = {
         replaced("profile_elements = 6", "profile_elements = 1"),
         ["profile_elements = 1", "between 2 and 512"],
     ),
+    "mesh larger than any memory": (
+        replaced("profile_elements = 6\nwidth_elements = 2", "profile_elements = 512\nwidth_elements = 512"),
+        ["[mesh] profile_elements = 512", "263169 nodes", "at most 10000", "lower one of the two"],
+    ),
+    "contact points beyond all use": (
+        replaced("lodm_profile = 4", "lodm_profile = 64\nlodm_width = 64").replace(
+            "width_elements = 2", "width_elements = 64"
+        ),
+        ["[contact] lodm_profile = 64", "1577345 contact points", "lower one of the two"],
+    ),
     "unknown choice": (
         replaced('scheme = "direct"', 'scheme = "lines"'),
         ['scheme = "lines"', "did you mean line?"],

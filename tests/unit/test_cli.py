@@ -1,3 +1,4 @@
+import errno
 import pickle
 import subprocess
 import sys
@@ -38,7 +39,8 @@ def record(monkeypatch, name):
                 "overwrite": True,
             },
         ),
-        ("online b.h5 -o d", {"basis_path": Path("b.h5"), "out": Path("d")}),
+        ("online b.h5 -o d", {"basis_path": Path("b.h5"), "out": Path("d"), "case_path": None}),
+        ("online b.h5 --case c.toml", {"basis_path": Path("b.h5"), "out": None, "case_path": Path("c.toml")}),
         ("compare c.toml --out d", {"case_path": Path("c.toml"), "out": Path("d")}),
         ("info b.h5", {"path": Path("b.h5")}),
     ],
@@ -93,6 +95,42 @@ def test_interrupt_says_how_to_go_on(line, hint, monkeypatch, capsys):
     message = capsys.readouterr().err
     assert hint in message
     assert len(message.splitlines()) == 1
+
+
+def test_what_a_terminal_would_obey_is_escaped(monkeypatch, capsys):
+    fail_with(OutputError("x\x1b[31m\u202ey\udcff ä𝒶"), monkeypatch)
+    assert main(["plan", "c.toml"]) == 2
+    assert capsys.readouterr().err == "pmor: error: x\\x1b[31m\\u202ey\\udcff ä𝒶\n"
+
+
+def fail_with(error, monkeypatch):
+    def fail(**_arguments):
+        raise error
+
+    monkeypatch.setattr(commands, "plan", fail)
+
+
+def test_too_little_memory_is_no_defect(monkeypatch, capsys):
+    fail_with(MemoryError("Unable to allocate 3 TiB"), monkeypatch)
+    assert main(["plan", "c.toml"]) == 2
+    text, errors = capsys.readouterr()
+    assert (text, len(errors.splitlines())) == ("", 1)
+    assert "does not suffice (Unable to allocate 3 TiB): lower the elements" in errors
+
+
+def test_a_full_disk_of_compiled_kernels_is_no_defect(monkeypatch, capsys):
+    fail_with(OSError(errno.ENOSPC, "No space left on device"), monkeypatch)
+    assert main(["plan", "c.toml"]) == 2
+    text, errors = capsys.readouterr()
+    assert (text, len(errors.splitlines())) == ("", 1)
+    assert "no space is left on a disk: free some" in errors
+    assert "NUMBA_CACHE_DIR" in errors
+
+
+def test_other_errors_of_the_system_are_defects(monkeypatch):
+    fail_with(OSError(errno.EBADF, "Bad file descriptor"), monkeypatch)
+    with pytest.raises(OSError, match="Bad file"):
+        main(["plan", "c.toml"])
 
 
 def test_defects_keep_their_traceback(monkeypatch):

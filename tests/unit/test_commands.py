@@ -15,6 +15,8 @@ import pmor.model
 from pmor.cli import main
 from pmor.errors import MeshError
 from pmor.storage.basis_file import read_basis
+from pmor.storage.hdf5 import attribute, set_attributes
+from pmor.storage.seal import checksums
 from tests.small_case import case_text, fail_where
 
 ROOT = Path(__file__).parents[2]
@@ -173,7 +175,8 @@ def flip(path):
 def outdate(path):
     """As if the case file had once had a key that it has no longer."""
     with h5py.File(path, "r+") as file:
-        file.attrs["case_text"] = file.attrs["case_text"] + "\n[friction]\ncoefficient = 0.1\n"
+        set_attributes(file, case_text=attribute(file, "case_text") + "\n[friction]\ncoefficient = 0.1\n")
+        set_attributes(file, **checksums(file))
 
 
 @pytest.mark.parametrize("damage", [cut, age, flip, outdate])
@@ -306,7 +309,7 @@ def test_info_shows_what_is_in_a_basis(out, capsys):
 def test_info_refuses_other_files(tmp_path, capsys):
     case = write_case(tmp_path)
     assert main(["info", case]) == 2
-    assert "not a readable HDF5 file" in capsys.readouterr().err
+    assert "is not an HDF5 file" in capsys.readouterr().err
 
 
 # --- gears that cannot be ------------------------------------------------------------------------------------------

@@ -1,0 +1,23 @@
+"""Run the command line as a user does: as a process of its own, on the checkout, with warm kernels."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+
+
+def start(*arguments, **more):
+    """Start `pmor` with arguments; BLAS on one thread, so that every run does the same arithmetic."""
+    one_thread = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+    return subprocess.Popen(
+        [sys.executable, "-m", "pmor.cli", *map(str, arguments)], cwd=ROOT, env={**os.environ, **one_thread},
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **more,
+    )  # fmt: skip
+
+
+def finish(process, timeout=300):
+    """Wait for a process: (exit code, what it printed, its errors)."""
+    text, errors = process.communicate(timeout=timeout)
+    return process.returncode, text, errors

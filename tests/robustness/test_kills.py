@@ -1,0 +1,176 @@
+"""The offline stage, killed, interrupted and out of disk space at random moments, resumes and loses nothing.
+
+    pytest -m slow -s tests/robustness/test_kills.py
+
+The files are in a file system of 4 MiB in memory, where this may be mounted; elsewhere a limit on the size of files
+stands for the full disk.
+"""
+
+import resource
+import shutil
+import signal
+import subprocess
+import time
+from collections import Counter
+
+import h5py
+import numpy as np
+import pytest
+
+from pmor.case import basis_key, parse_case
+from pmor.storage.basis_file import read_basis
+from pmor.storage.snapshot_file import read_snapshots
+from tests.robustness.processes import finish, start
+from tests.small_case import case_text
+
+KILLS = 50
+EVENTS = ["SIGKILL", "SIGKILL", "SIGINT", "full disk"]
+SAME = 1e-12
+DISK = 4 << 20
+ANGLES = 24
+CASE = case_text(offline={"angles_per_pitch": ANGLES})
+STAGES = [(0, "no angle"), (ANGLES // 2, "up to half of the angles"), (ANGLES - 1, "more"), (ANGLES, "all angles")]
+
+
+@pytest.fixture(scope="module")
+def case_file(tmp_path_factory):
+    path = tmp_path_factory.mktemp("case") / "tiny.toml"
+    path.write_text(CASE)
+    return path
+
+
+@pytest.fixture
+def disk(tmp_path):
+    """A small file system, or a plain folder where none may be mounted: (folder, whether it is small)."""
+    folder = tmp_path / "disk"
+    folder.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", f"size={DISK}", "tmpfs", str(folder)]
+    small = shutil.which("mount") is not None and subprocess.run(mount, capture_output=True).returncode == 0
+    yield folder, small
+    if small:
+        subprocess.run(["umount", str(folder)], check=True)
+
+
+def offline(case_file, basis, **more):
+    return start("offline", case_file, "-o", basis, "--resume", **more)
+
+
+def kill(process, number, moment):
+    """Send a signal after so many seconds, unless the process is done by then: how it ended."""
+    try:
+        process.wait(moment)
+        return process.returncode, process.communicate()[1], False
+    except subprocess.TimeoutExpired:
+        process.send_signal(number)
+        code, _, errors = finish(process)
+        return code, errors, True
+
+
+def run_on_full_disk(case_file, basis, small, free):
+    """Run with so many bytes left on the disk."""
+    if not small:
+        limit = (max(free // ANGLES, 1),) * 2  # of one file, where it was of all
+        return finish(offline(case_file, basis, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, limit)))
+    ballast = basis.parent / "ballast"
+    room = shutil.disk_usage(basis.parent).free - free
+    with ballast.open("wb") as file:
+        file.write(bytes(max(room, 0)))
+    try:
+        return finish(offline(case_file, basis))
+    finally:
+        ballast.unlink()
+
+
+def check_files(basis, key):
+    """What is there under its final name is whole: number of parts."""
+    if basis.exists():
+        read_basis(basis)
+    parts = list(basis.with_name(basis.name + ".parts").glob("angle_*.h5"))
+    for part in parts:
+        assert read_snapshots(part, key) is not None, part
+    return len(parts)
+
+
+def largest_difference(path, expected):
+    """Largest difference of any dataset relative to its largest value, and whether all bytes are equal."""
+    differences, equal = [], []
+    with h5py.File(path) as found, h5py.File(expected) as file:
+
+        def compare(name, item):
+            if isinstance(item, h5py.Dataset):
+                a, b = found[name][()].astype(float), item[()].astype(float)
+                assert np.array_equal(np.isnan(a), np.isnan(b)), name
+                scale = np.nanmax(np.abs(b), initial=0.0) or 1.0
+                differences.append(np.nanmax(np.abs(a - b), initial=0.0) / scale)
+                equal.append(a.tobytes() == b.tobytes())
+
+        file.visititems(compare)
+        assert len(differences) == 17
+        assert found.attrs["basis_key"] == file.attrs["basis_key"]
+    return max(differences), all(equal)
+
+
+def stage_of(parts):
+    return next(name for last, name in STAGES if parts <= last)
+
+
+@pytest.mark.slow
+@pytest.mark.jit
+def test_offline_killed_fifty_times_ends_with_the_same_basis(case_file, disk, tmp_path):
+    rng = np.random.default_rng(20160919)
+    folder, small = disk
+    key = basis_key(parse_case(CASE, "tiny", "tiny"))
+    expected = tmp_path / "expected.h5"
+    finish(offline(case_file, expected))  # compiles what is not compiled yet
+    expected.unlink()
+    began = time.perf_counter()
+    assert finish(offline(case_file, expected))[0] == 0
+    whole = time.perf_counter() - began
+    needed = expected.stat().st_size
+
+    tally, stages, differences, bitwise = Counter(), Counter(), [], []
+    killed, basis = 0, folder / "basis.h5"
+    while killed < KILLS:
+        event = EVENTS[rng.integers(len(EVENTS))]
+        before = check_files(basis, key)
+        if event == "full disk":
+            code, text, errors = run_on_full_disk(case_file, basis, small, int(rng.integers(3 * needed)))
+            if code == 2:
+                assert "cannot write" in errors
+                assert len(errors.splitlines()) == 1, errors
+                assert not list(folder.glob(".*")), "no temporary file, no lock stays"
+                assert check_files(basis, key) >= before, "finished angles stay"
+                tally["full disk"] += 1
+                killed += 1
+            else:
+                assert code == 0, errors
+        else:
+            # Importing takes about half of the time and is no risk: more moments where there is something to lose.
+            moment = whole * (rng.random() if rng.random() < 0.2 else 0.4 + 0.7 * rng.random())
+            number = signal.Signals[event]
+            code, errors, hit = kill(offline(case_file, basis), number, moment)
+            if hit and code != 0:
+                assert code in (-number, 130), errors
+                tally[event] += 1
+                killed += 1
+            else:
+                assert code == 0, errors
+        parts = check_files(basis, key)
+        assert parts >= before or basis.exists()
+        stages["basis" if basis.exists() else stage_of(parts)] += 1
+        if basis.exists():
+            difference, equal = largest_difference(basis, expected)
+            differences.append(difference)
+            bitwise.append(equal)
+            basis.unlink()
+            shutil.rmtree(basis.with_name(basis.name + ".parts"), ignore_errors=True)
+            tally["basis finished"] += 1
+    code, _, errors = finish(offline(case_file, basis))
+    assert code == 0, errors
+    difference, equal = largest_difference(basis, expected)
+    differences.append(difference)
+    bitwise.append(equal)
+    assert {path.name for path in folder.iterdir()} == {"basis.h5"}, "nothing is left of all those runs"
+    print(f"\nkilled {killed} times: {dict(tally)}; small disk: {small}; what was there afterwards: {dict(stages)}")
+    print(f"{len(differences)} bases, {sum(bitwise)} equal to the last bit, largest difference {max(differences):.1e}")
+    assert max(differences) <= SAME

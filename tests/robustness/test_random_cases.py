@@ -1,0 +1,160 @@
+"""Random case files: a result or one clear line, never a traceback, a hang or NaN.
+
+    pytest -s tests/robustness/test_random_cases.py                             # hundreds, to the mesh
+    pytest -s -m slow tests/robustness/test_random_cases.py -k ten_thousand     # 10,000, to the mesh
+    pytest -s -m slow tests/robustness/test_random_cases.py -k whole            # hundreds, offline and online
+"""
+
+import contextlib
+import io
+import json
+import math
+import shutil
+import signal
+import time
+from collections import Counter
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
+
+from pmor.case import load_case
+from pmor.cli import main
+from pmor.errors import PmorError
+from pmor.model import mesh_model
+from tests.robustness.random_cases import case_bytes, sound_documents, text_of
+
+TO_MESH, TO_RESULT = 60, 300  # s, of one case
+NUMBERS = ("ste_mean_um", "ste_peak_to_peak_um", "rom_vs_full_ste_max_rel", "rom_vs_full_ste_rms_rel")
+
+
+def examples(count):
+    """Hypothesis without its database: the same examples in every run, and all of them."""
+    return settings(max_examples=count, deadline=None, database=None, derandomize=True,
+                    suppress_health_check=list(HealthCheck), phases=[Phase.explicit, Phase.generate])  # fmt: skip
+
+
+@contextlib.contextmanager
+def time_limit(seconds):
+    def too_long(*_arguments):
+        raise TimeoutError(f"takes more than {seconds} s")
+
+    signal.signal(signal.SIGALRM, too_long)
+    signal.alarm(seconds)
+    try:
+        yield
+    finally:
+        signal.alarm(0)
+
+
+def command(*arguments):
+    """Run a command: exit code, what it printed, its errors."""
+    with contextlib.redirect_stdout(io.StringIO()) as text, contextlib.redirect_stderr(io.StringIO()) as errors:
+        code = main(list(map(str, arguments)))
+    return code, text.getvalue(), errors.getvalue()
+
+
+def check_one_line(errors):
+    assert errors.startswith("pmor: error: "), errors
+    assert errors.count("\n") == 1, errors
+    assert errors[:-1].isprintable(), errors
+    assert len(errors) < 1000, errors
+
+
+def check_message(error):
+    assert (error.exit_code, len(str(error).splitlines())) == (2, 1), error
+
+
+def plan_and_mesh(data, path):
+    """Run a case file up to the mesh: how it ended."""
+    path.write_bytes(data)
+    with time_limit(TO_MESH):
+        code, text, errors = command("plan", path)
+        if code != 0:
+            assert (code, text) == (2, "")
+            check_one_line(errors)
+            return "refused by the case rules"
+        assert "nan" not in text.lower().replace(path.stem, "")
+        try:
+            mesh = mesh_model(load_case(path))
+        except PmorError as error:
+            check_message(error)
+            return f"refused as {type(error).__name__}"
+    for sector in (mesh.pinion, mesh.wheel):
+        assert np.isfinite(sector.nodes).all()
+    assert 0.0 < mesh.quality.min_scaled_jacobian <= 1.0 + 1e-12
+    assert math.isfinite(mesh.quality.max_aspect_ratio)
+    assert 1.0 <= mesh.meshed.pair.contact_ratio < 10.0
+    return "meshed"
+
+
+def show(tally, seconds):
+    print(f"\n{sum(tally.values())} random case files in {seconds:.0f} s:")
+    for end, count in tally.most_common():
+        print(f"  {count:6d}  {end}")
+
+
+def run_examples(count, strategy, ended):
+    """Feed examples to `ended` until there are `count` of them: tally of how they ended."""
+    tally, began = Counter(), time.perf_counter()
+
+    @examples(count)
+    @given(strategy)
+    def feed(example):
+        tally[ended(example)] += 1
+
+    feed()
+    show(tally, time.perf_counter() - began)
+    return tally
+
+
+def test_hundreds_of_case_files_give_a_mesh_or_one_line(tmp_path):
+    tally = run_examples(300, case_bytes(), lambda data: plan_and_mesh(data, tmp_path / "random.toml"))
+    assert tally["meshed"] > 20
+    assert tally["refused by the case rules"] > 20
+    assert tally["refused as GeometryError"] > 20
+
+
+@pytest.mark.slow
+def test_ten_thousand_case_files_give_a_mesh_or_one_line(tmp_path):
+    tally = run_examples(10_500, case_bytes(), lambda data: plan_and_mesh(data, tmp_path / "random.toml"))
+    assert sum(tally.values()) >= 10_000
+    assert tally["meshed"] > 1000
+
+
+@examples(300)
+@given(st.binary(max_size=60))
+def test_any_bytes_at_all_are_refused_in_one_line(tmp_path_factory, data):
+    path = tmp_path_factory.getbasetemp() / "bytes.toml"
+    path.write_bytes(data)
+    code, text, errors = command("plan", path)
+    assert (code, text) == (2, "")
+    check_one_line(errors)
+
+
+def run_whole(document, folder):
+    """Run a case from mesh to summary: how it ended."""
+    folder.mkdir()
+    path = folder / "random.toml"
+    path.write_text(text_of([*document, ("output", [("plots", False), ("report", False)])]), encoding="utf-8")
+    try:
+        with time_limit(TO_RESULT):
+            code, text, errors = command("run", path, "--out", folder / "out")
+        if code == 0:
+            found = json.loads((folder / "out" / "summary.json").read_text())
+            assert all(math.isfinite(found[key]) for key in NUMBERS), found
+            assert "nan" not in text.lower()
+            return "result"
+        check_one_line(errors)
+        assert code in (2, 3)
+        return "no convergence, named" if code == 3 else "refused"
+    finally:
+        shutil.rmtree(folder)
+
+
+@pytest.mark.slow
+@pytest.mark.jit
+def test_hundreds_of_whole_runs_give_a_result_or_one_line(tmp_path):
+    tally = run_examples(300, sound_documents(), lambda document: run_whole(document, tmp_path / "case"))
+    assert tally["result"] > 100
