@@ -18,7 +18,7 @@ from pmor.contact.flank import KernelScheme, MeshedPair
 from pmor.contact.kernel import sweep_reduced
 from pmor.contact.position import pairs_in_reach
 from pmor.contact.search import clearance
-from pmor.contact.solve import WINDOW_MARGIN, surface_error
+from pmor.contact.solve import WINDOW_MARGIN, standing_depth
 from pmor.gear.conventions import FloatArray
 from pmor.result import SteSweep
 
@@ -113,10 +113,11 @@ def _solve_block(
     meshed = reduced.meshed
     lead, steps, converged = outputs
     tolerance = max(tolerance, round_off_residual(meshed, float(torques.min())))
+    depth = standing_depth(meshed, float(torques.max()))
     sweep_reduced(
         phi, torques, meshed.expected_approach(1.0), meshed.geometry, meshed.gears, sweep_scheme(meshed),
-        reduced.family, WINDOW_MARGIN, surface_error(meshed), clearance(meshed.scheme), MAX_STEPS, tolerance, lead,
-        steps, converged, pairs, pair_torque,
+        reduced.family, WINDOW_MARGIN, depth, clearance(meshed.scheme), MAX_STEPS, tolerance, lead, steps, converged,
+        pairs, pair_torque,
     )  # fmt: skip
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmor.contact.elasticity import Elasticity
-from pmor.contact.equilibrium import Equilibrium, solve_equilibrium
+from pmor.contact.equilibrium import Equilibrium, expected_penetration, solve_equilibrium
 from pmor.contact.flank import MeshedPair
 from pmor.contact.position import Position, active_patches
 from pmor.errors import ConvergenceError
@@ -86,7 +86,16 @@ def _solve_within(
 
 def window_depth(meshed: MeshedPair, torque: float) -> float:
     """Return the approach of the flanks for which windows are first cut under a pinion torque (N mm), mm."""
-    return WINDOW_MARGIN * meshed.expected_approach(torque) + surface_error(meshed)
+    return WINDOW_MARGIN * meshed.expected_approach(torque) + standing_depth(meshed, torque)
+
+
+def standing_depth(meshed: MeshedPair, torque: float) -> float:
+    """Return what windows must hold beside the elastic approach, mm: surface error, and penetration of a soft penalty.
+
+    Where the penetration is less than the elastic approach, the margin of the windows covers it.
+    """
+    excess = expected_penetration(meshed, torque) - meshed.expected_approach(torque)
+    return surface_error(meshed) + WINDOW_MARGIN * max(excess, 0.0)
 
 
 def surface_error(meshed: MeshedPair) -> float:
