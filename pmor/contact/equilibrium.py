@@ -30,12 +30,17 @@ ROUND_OFF_FACTOR = 200.0
 NEARBY = 0.1
 # Below this correction the nearby points of a first look are searched again, as close as the correction says.
 CLOSE = 1e-3
-ACTIVE_SET_STEPS = 30
+# Of the linear contact problem: rounds without progress before points change sides singly, and rounds in all.
+PIVOT_PATIENCE, MOST_PIVOTS = 3, 20
+# Shares of the penalty by which it is softened and hardened again where that does not end, and the smallest.
+SOFTER, HARDER, SOFTEST = 1e-2, 10.0, 1e-9
 HALVINGS = 8
+# Penetration of a start, over the expected approach, above which it is turned back.
+DEEP = 3.0
 # Corrections that fall by less than this factor fall linearly; the last ones, so many, then say where they lead.
 SLOW, MEMORY = 0.03, 4
-# Corrections that no longer fall, below this, are round-off of a large deformation: nothing an engineer would see.
-STALL = 1e-8
+# Under extreme loads corrections fall linearly, and end in round-off of the deformation: this is enough then.
+LINEAR = 1e-8
 # A step is good when its correction is below one of the last ones, so many: the area of a point at the edge of a flank
 # changes with its foot, which the linearised problem leaves out, and corrections need not fall at every step.
 PATIENCE = 3
@@ -109,6 +114,8 @@ class _State:
 
 
 Evaluate = Callable[[FloatArray, float, float], _State]
+# Coordinates, rotation and gaps of a linearised contact problem.
+_Linear = tuple[FloatArray, float, FloatArray]
 
 
 def solve_equilibrium(
@@ -151,14 +158,18 @@ def solve_equilibrium(
     def evaluate(coordinates: FloatArray, lead: float, depth: float) -> _State:
         return _evaluate(meshed, position, elasticity, torque, approach, coordinates, lead, depth)
 
-    state = _closer(evaluate(*(start or (elasticity.zero(), approach / base_radius)), NEARBY * approach), evaluate,
-                    approach)  # fmt: skip
+    state = evaluate(*(start or (elasticity.zero(), approach / base_radius)), NEARBY * approach)
+    if state.smallest_gap < -DEEP * approach:
+        # So deep inside each other the flanks' nearest points say nothing: begin where they should be.
+        lead = state.lead + (state.smallest_gap + approach) / base_radius
+        state = evaluate(state.coordinates, lead, NEARBY * approach)
+    state = _closer(state, evaluate, approach)
     history: list[tuple[float, float]] = []
     passed: list[_State] = []
     for step in range(max_steps + 1):
         history.append(state.error)
-        stalled = bool(passed) and 0.5 * max(passed[-1].error) < max(state.error) < STALL
-        if max(state.error) <= tolerance or stalled:
+        linear = bool(passed) and max(state.error) > 0.1 * max(passed[-1].error)
+        if max(state.error) <= (max(tolerance, LINEAR) if linear else tolerance):
             return Equilibrium(state.lead, state.coordinates, state.contact, step, tuple(history))
         if math.isfinite(state.error[1]):
             target = _extrapolated(passed, state)
@@ -215,21 +226,84 @@ def _evaluate(
         return _State(lead, coordinates, contact, elasticity.zero(), 0.0, (math.inf, math.inf), smallest_gap)
     present = contact.gap - contact.lever * ahead
     free = present - contact.gap_change(elasticity.displacement(coordinates))
-    active = present < 0.0
-    if not active.any():
-        active = present <= present.min()
-    for _ in range(ACTIVE_SET_STEPS):
-        solution, rotation = elasticity.newton_step(_select(contact, active), free[active], torque)
+    round_off = np.finfo(float).eps * meshed.pair.centre_distance
+
+    def solve(active: np.ndarray, hardness: float) -> _Linear:
+        points = _select(contact, active)
+        points = replace(points, stiffness=hardness * points.stiffness)
+        solution, rotation = elasticity.newton_step(points, free[active], torque)
         gap = free + contact.gap_change(elasticity.displacement(solution)) + contact.lever * rotation
-        before, active = active, gap < 0.0
-        if not active.any() or (active == before).all():
-            break
-    carrying = replace(_select(contact, before), gap=gap[before])
+        return solution, rotation, gap
+
+    active, (solution, rotation, gap) = _unilateral(solve, present, round_off)
+    active = active & (gap < 0.0)
+    carrying = replace(_select(contact, active), gap=gap[active])
     correction = solution - coordinates
     norm = elasticity.energy_norm(solution)
     error = elasticity.energy_norm(correction) / norm if norm > 0.0 else 0.0
     return _State(lead, coordinates, carrying, correction, rotation, (error, abs(rotation) * base_radius / approach),
                   smallest_gap)  # fmt: skip
+
+
+def _unilateral(
+    solve: Callable[[np.ndarray, float], _Linear], present: FloatArray, round_off: float
+) -> tuple[np.ndarray, _Linear]:
+    """Solve a linear contact problem: the points that carry load penetrate, the others do not.
+
+    Under a stiff penalty, and with more points than nodes, the points that carry are hard to tell from those that just
+    do not. Then the problem is first solved with a softer penalty, which is hardened step by step.
+
+    Parameters
+    ----------
+    solve : callable
+        Solution, rotation and gaps (mm) for given points that carry load, and a share of the penalty.
+    present : ndarray
+        Gaps that say which points to begin with, mm.
+    round_off : float
+        Gaps below it have no sign, mm.
+
+    Returns
+    -------
+    active : ndarray of bool
+    linear : tuple
+        As `solve` gives it for these.
+    """
+    start = present < 0.0 if (present < 0.0).any() else present <= present.min()
+    active, linear, done = _pivot(solve, start, 1.0, round_off)
+    hardness = 1.0
+    while not done and hardness > SOFTEST:
+        hardness *= SOFTER
+        active, linear, done = _pivot(solve, start, hardness, round_off)
+    while hardness < 1.0:
+        hardness = min(1.0, hardness * HARDER)
+        active, linear, _ = _pivot(solve, active, hardness, round_off)
+    return active, linear
+
+
+def _pivot(
+    solve: Callable[[np.ndarray, float], _Linear], active: np.ndarray, hardness: float, round_off: float
+) -> tuple[np.ndarray, _Linear, bool]:
+    """Let points on the wrong side change sides until there are none; return those that carry load, and if it ended.
+
+    All change at once while that lowers their number, else one does (Portugal, Judice & Vicente, Math. Comp. 63 (1994)
+    625).
+    """
+    fewest, patience = len(active) + 1, PIVOT_PATIENCE
+    for _ in range(MOST_PIVOTS):
+        linear = solve(active, hardness)
+        wrong = np.where(active, linear[2] > round_off, linear[2] < -round_off)
+        count = int(wrong.sum())
+        if count < fewest:
+            fewest, patience = count, PIVOT_PATIENCE
+        elif patience > 0:
+            patience -= 1
+        else:
+            wrong[: np.flatnonzero(wrong)[-1]] = False
+        # Without any point there would be nothing to solve.
+        if count == 0 or not (active ^ wrong).any():
+            return active, linear, count == 0
+        active = active ^ wrong
+    return active ^ wrong, linear, False  # the points that the last solution belongs to
 
 
 def _closer(state: _State, evaluate: Evaluate, approach: float) -> _State:

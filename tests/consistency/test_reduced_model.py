@@ -137,7 +137,7 @@ def test_compiled_sweep_is_its_slow_twin_to_the_last_places(slave, reduced, monk
     # The twin looks for each foot anew: its normals are as good as its last step, which the sweep repeats instead.
     monkeypatch.setattr(pmor.contact.flank, "FOOT_STEP", 1e-10)
     monkeypatch.setattr(pmor.contact.equilibrium, "ROUND_OFF_FACTOR", 20.0)
-    monkeypatch.setattr(pmor.contact.equilibrium, "STALL", 0.0)
+    monkeypatch.setattr(pmor.contact.equilibrium, "LINEAR", 0.0)
     solve = partial(pmor.contact.solve.solve_equilibrium, tolerance=1e-10)
     monkeypatch.setattr(pmor.contact.solve, "solve_equilibrium", solve)
     reduced = with_slave(reduced, slave)
