@@ -42,8 +42,9 @@ SLOW, MEMORY = 0.03, 4
 # Under extreme loads corrections fall linearly, and end in round-off of the deformation: this is enough then.
 LINEAR = 1e-8
 # A step is good when its correction is below one of the last ones, so many: the area of a point at the edge of a flank
-# changes with its foot, which the linearised problem leaves out, and corrections need not fall at every step.
-PATIENCE = 3
+# changes with its foot, which the linearised problem leaves out, and corrections need not fall at every step. They may
+# not grow by more than this factor, though.
+PATIENCE, MOST_GROWTH = 3, 10.0
 
 @dataclass(frozen=True)
 class Equilibrium:
@@ -174,7 +175,7 @@ def solve_equilibrium(
         if math.isfinite(state.error[1]):
             target = _extrapolated(passed, state)
             passed = [*passed[1 - MEMORY :], state]
-            limit = max(max(s.error) for s in passed[-PATIENCE:])
+            limit = min(max(max(s.error) for s in passed[-PATIENCE:]), MOST_GROWTH * max(state.error))
             state = _guarded_step(state, target, limit, evaluate, approach)
             continue
         if not math.isfinite(state.smallest_gap):
@@ -338,14 +339,16 @@ def _guarded_step(
     state: _State, target: tuple[FloatArray, float], limit: float, evaluate: Evaluate, approach: float
 ) -> _State:
     """Go to the target, or as far towards it as the next correction stays below a limit."""
-    worst, size = max(state.error), 1.0
+    worst = min(max(state.error), 1.0)
     step, rotation = target[0] - state.coordinates, target[1] - state.lead
-    for _ in range(HALVINGS):
-        depth = NEARBY * min(worst, 1.0) * approach
+    near = NEARBY * worst * approach
+    # A whole step may fail because it lost points that carry load; then it is looked at again with all points as near
+    # as the correction was large. That is not done at once, because points at the edge of a flank change with it.
+    halves = [(0.5**i, near) for i in range(1, HALVINGS)]
+    for size, depth in ((1.0, near), (1.0, min(worst, NEARBY) * approach), *halves):
         trial = evaluate(state.coordinates + size * step, state.lead + size * rotation, depth)
         if max(trial.error) < limit:
             break
-        size *= 0.5
     return trial
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pmor.case import Case
-from pmor.stability.contact_variants import load
+from pmor.stability.contact_variants import load, short
 from pmor.stability.variants import Variant, merged
 
 
@@ -23,7 +23,7 @@ def basis_variants(case: Case) -> list[Variant]:
         variant("snapshots that differ by 1e-7", "nearly dependent snapshots", "nearly_dependent", 0.01),
         variant("trained at half and full load, used at full", "load at the border of the training", "border", 0.01,
                 trained),
-        *(Variant(f"reduced model, penalty {penalty:.0e}".replace("e+", "e"), "Reduced basis",
+        *(Variant(f"reduced model, penalty {short(penalty)}", "Reduced basis",
                   "a penalty far off, few unknowns", {"contact": {"penalty_N_mm3": penalty}}, "full", tolerance=0.01,
                   basis="usual") for penalty in (1e3, 1e4, 1e8, 1e10, 1e12)),
         Variant("load beyond the training", "Reduced basis", "a torque that no training has covered",

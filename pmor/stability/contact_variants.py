@@ -9,6 +9,7 @@ from pmor.stability.variants import Sections, Variant
 PENALTY_EXPONENTS = range(2, 13)
 # Here the penalty's own compliance is below round-off.
 PENALTY_FREE = 1e15
+PENALTY_LIMIT = "penalty-free limit"
 # Nominal torques with the lighter loads, relative, that are solved before the heaviest.
 LOADS_Nm: dict[float, tuple[float, ...]] = {
     1e-6: (), 1e-5: (), 1e-4: (), 1e-3: (), 1e-2: (), 0.1: (), 1.0: (), 10.0: (), 100.0: (), 1e3: (),
@@ -25,7 +26,12 @@ def contact_variants(case: Case) -> list[Variant]:
 
 def penalty_name(penalty: float) -> str:
     """Name of the variant with a penalty in N/mm3."""
-    return f"penalty {penalty:.0e} N/mm3".replace("e+", "e")
+    return f"penalty {short(penalty)} N/mm3"
+
+
+def short(power: float) -> str:
+    """Write a power of ten the short way, such as 1e6."""
+    return f"{power:.0e}".replace("e+0", "e").replace("e+", "e")
 
 
 def load(torque_Nm: float) -> Sections:
@@ -48,7 +54,7 @@ def _penalties() -> list[Variant]:
         changes = {"contact": {"penalty_N_mm3": 10.0**exponent}}
         variants.append(Variant(penalty_name(10.0**exponent), "Penalty", about, changes, **held))  # type: ignore[arg-type]
     changes = {"contact": {"penalty_N_mm3": PENALTY_FREE}}
-    return [*variants, Variant("penalty-free limit (1e15 N/mm3)", "Penalty", about, changes, "base", tolerance=0.15)]
+    return [*variants, Variant(PENALTY_LIMIT, "Penalty", about, changes, "base", tolerance=0.15)]
 
 
 def _torques() -> list[Variant]:
@@ -90,7 +96,7 @@ def _refinements() -> list[Variant]:
         contact: dict[str, float] = {"lodm_profile": profile, "lodm_width": width}
         name = f"LoDM {profile} x {width}"
         if penalty is not None:
-            contact["penalty_N_mm3"], name = penalty, f"{name}, penalty {penalty:.0e}".replace("e+", "e")
+            contact["penalty_N_mm3"], name = penalty, f"{name}, penalty {short(penalty)}"
         about = "contact points per element, profile x width"
         return Variant(name, "LoDM", about, {"contact": contact, **(mesh or {})})
 

@@ -18,8 +18,7 @@ from pmor.storage.atomic import atomic_path
 from pmor.study.report import Block, Heading, Picture, Warning, study_html
 
 COLUMNS = (
-    "variant", "result", "Newton steps", "condition", "difference", "held against", "energy", "torque", "STE mean, µm",
-    "s", "note",
+    "variant", "result", "steps", "condition", "difference", "against", "energy", "torque", "STE, µm", "s",
 )  # fmt: skip
 
 
@@ -81,9 +80,9 @@ def _blocks(stability: Stability, seconds: float) -> list[Block]:
     blocks += [
         f"{len(entries)} variants of the case, each far from the usual in one respect: "
         f"{sum(e.ok for e in entries)} ok, {sum(e.explained for e in entries)} refused before anything was solved, "
-        f"with a reason, and {len(stability.failed)} failed; {format_time(seconds)} in all. Base: {base.mesh.profile_elements} x "
-        f"{base.mesh.width_elements} elements on a flank, {base.torque_Nm:g} N m. Full FE is solved at eight positions "
-        "over a pitch, exact entry and exit of a pair among them.",
+        f"with a reason, and {len(stability.failed)} failed; {format_time(seconds)} in all. Base: "
+        f"{base.mesh.profile_elements} x {base.mesh.width_elements} elements on a flank, {base.torque_Nm:g} N m. "
+        "Full FE is solved at eight positions over a pitch, exact entry and exit of a pair among them.",
         Table("What the columns mean", ("column", "meaning"), _meanings()),
     ]
     if stability.law is not None:
@@ -98,28 +97,38 @@ def _blocks(stability: Stability, seconds: float) -> list[Block]:
     blocks.append(Heading("All variants"))
     for group in dict.fromkeys(entry.group for entry in entries):
         rows = [_row(entry, against.get(entry.name)) for entry in entries if entry.group == group]
-        blocks.append(Table(group, COLUMNS, rows))
+        notes = [f"{entry.name}: {entry.note}." for entry in entries if entry.group == group and entry.note]
+        blocks += [Table(group, COLUMNS, rows), *notes]
     table = Table("Machine and software", ("item", "value"), provenance(stability.case))
     return [*blocks, Heading("Provenance"), table]
 
 
 def _row(entry: Entry, against: str | None) -> tuple[Cell, ...]:
+    held = "" if entry.difference_rel is None or against is None else against
     return (
-        entry.name, verdict(entry), entry.newton_steps, entry.condition, entry.difference_rel,
-        "" if against in (None, "nothing") else against, entry.energy_balance_rel, entry.torque_balance_rel,
-        entry.ste_mean_um, round(entry.seconds, 1), entry.note,
+        # Names stay on one line; the table may scroll instead.
+        entry.name.replace(" ", "\u00a0"), verdict(entry), entry.newton_steps, _short(entry.condition),
+        _short(entry.difference_rel), held, _short(entry.energy_balance_rel), _short(entry.torque_balance_rel),
+        entry.ste_mean_um, round(entry.seconds, 1),
     )  # fmt: skip
+
+
+def _short(value: float | None) -> float | None:
+    """Two digits: what an order of magnitude is worth."""
+    return None if value is None else float(f"{value:.2g}")
 
 
 def _meanings() -> list[tuple[str, str]]:
     return [
         ("result", f"ok: converged everywhere in at most {MOST_STEPS} Newton steps, balanced, and as close to what it "
          "is held against as it should be; refused: a check before the solution says why; failed: the note says what"),
+        ("steps", "largest number of Newton steps at any position"),
         ("condition", "condition number of the matrix that a Newton step factors, 1-norm, estimated"),
         ("difference", "largest difference of the STE to what it is held against, over the mean of that"),
-        *((f"held against: {word}", text) for word, text in REFERENCES.items() if word != "nothing"),
+        *((f"against: {word}", text) for word, text in REFERENCES.items() if word != "nothing"),
         ("energy", "work of a torque that grows by 1 % against the energy that is stored, relative. The bilinear "
          "shares in which forces go to the nodes (the paper's) are not quite the derivative of the smooth gap: 1-2 % "
          "here, and 1e-7 with facets, where they are"),
+        ("STE", "mean over the positions"),
         ("torque", "moment of the nodal forces about the pinion's axis against the applied torque, relative"),
     ]  # fmt: skip

@@ -10,12 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmor.case import Case
-from pmor.stability.contact_variants import PENALTY_EXPONENTS, STIFF_EXPONENT, penalty_name
+from pmor.stability.contact_variants import PENALTY_EXPONENTS, PENALTY_LIMIT, STIFF_EXPONENT, penalty_name
 from pmor.stability.matrix import base_case, matrix
 from pmor.stability.measure import Bench, Entry, measure
 from pmor.study.measures import fitted_exponent
 
-PENALTY_LIMIT = "penalty-free limit (1e15 N/mm3)"
 # Distance of the fitted exponent from -1: at 1e6 N/mm3 the strip of contact still changes a little with the penalty.
 EXPONENT_TOLERANCE = 0.05
 # Differences to the limit below this share of it are what the solver leaves.
@@ -133,6 +132,6 @@ def _law_entry(law: PenaltyLaw) -> Entry:
     ok = off <= EXPONENT_TOLERANCE
     note = f"STE above its penalty-free limit falls as k^{law.exponent:.3f} from 1e{STIFF_EXPONENT} N/mm3 on"
     return Entry(
-        "STE over the penalty falls as 1/k", "Penalty", "law of a series spring", True, None, None,
+        "STE falls as 1/k", "Penalty", "law of a series spring", True, None, None,
         off if math.isfinite(off) else None, None, None, law.limit_um, None, 0.0, ok, False, note,
     )  # fmt: skip

@@ -299,7 +299,7 @@ def test_a_start_a_millimetre_off_converges_to_the_same_state(start_mm, share):
 
 def test_a_warm_start_needs_fewer_steps():
     model = Model(PAIRS["paper"])
-    position, elasticity, cold = model.solve(model.phi(0.4))
+    position, elasticity, cold = model.solve(model.phi(0.2))
     warm = solve_equilibrium(model.meshed, position, elasticity, 1.02 * TORQUE, cold.scaled_start(1.02))
     assert warm.steps < cold.steps
     again = solve_equilibrium(model.meshed, position, elasticity, TORQUE, (cold.coordinates, cold.lead))
