@@ -25,9 +25,10 @@ from pmor.gear.conventions import FloatArray
 
 # Gaps are differences of coordinates, some hundred operations behind the nodes, and a hundredth of the approach.
 ROUND_OFF_FACTOR = 200.0
-# Points count as near when they penetrate with the pinion ahead by this share of the approach, and of the last
-# correction: the geometry's error, which is second order in it, must not hide a point that carries load.
-NEARBY = 0.1
+# Points count as near when they penetrate with the pinion ahead by this share of the approach at a start, and by that
+# share of the last correction later: the geometry's error, which is second order in it, must not hide a point that
+# carries load; but at the edges of a flank the area of a point changes with it.
+NEARBY, NEARER = 0.1, 0.03
 # Below this correction the nearby points of a first look are searched again, as close as the correction says.
 CLOSE = 1e-3
 # Of the linear contact problem: rounds without progress before points change sides singly, and rounds in all.
@@ -341,7 +342,7 @@ def _guarded_step(
     """Go to the target, or as far towards it as the next correction stays below a limit."""
     worst = min(max(state.error), 1.0)
     step, rotation = target[0] - state.coordinates, target[1] - state.lead
-    near = NEARBY * worst * approach
+    near = NEARER * worst * approach
     # A whole step may fail because it lost points that carry load; then it is looked at again with all points as near
     # as the correction was large. That is not done at once, because points at the edge of a flank change with it.
     halves = [(0.5**i, near) for i in range(1, HALVINGS)]

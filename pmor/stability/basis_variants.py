@@ -25,7 +25,7 @@ def basis_variants(case: Case) -> list[Variant]:
                 trained),
         *(Variant(f"reduced model, penalty {short(penalty)}", "Reduced basis",
                   "a penalty far off, few unknowns", {"contact": {"penalty_N_mm3": penalty}}, "full", tolerance=0.01,
-                  basis="usual") for penalty in (1e3, 1e4, 1e8, 1e10, 1e12)),
+                  basis="usual") for penalty in (1e4, 1e8, 1e10, 1e12)),
         Variant("load beyond the training", "Reduced basis", "a torque that no training has covered",
                 merged(load(trained), {"online": {"torques_Nm": [trained, 1.5 * trained]}}), "nothing"),
     ]  # fmt: skip

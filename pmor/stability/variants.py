@@ -13,7 +13,7 @@ Against = Literal["start", "base", "finer", "mirror", "neighbours", "full", "not
 REFERENCES = {
     "start": "the same positions, reached from another load",
     "base": "the base case at the same positions, by the scale that mechanics asks for",
-    "finer": "the same gears with half again as many elements over the profile",
+    "finer": "the same gears on half again as many elements over the profile, less what that changes in the base case",
     "mirror": "the same pair with the gears exchanged, at the mirrored positions",
     "neighbours": "the mean of the two positions a ten-thousandth of a pitch away",
     "full": "full FE on the same mesh",
