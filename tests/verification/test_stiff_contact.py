@@ -113,3 +113,32 @@ def test_mixing_the_last_corrections_saves_steps_under_an_extreme_load(monkeypat
     monkeypatch.setattr(equilibrium, "LINEAR", 0.0)
     plain = model.solve(0.625, 1e7)
     assert plain is None or plain.steps > mixed + 3
+
+
+def test_a_solution_that_fails_in_a_small_window_is_sought_in_a_larger_one(monkeypatch):
+    """Points on the mate but off its window come and go: no equilibrium there, however good the solver."""
+    from pmor.contact import solve
+    from pmor.errors import ConvergenceError
+
+    expected, genuine, depths = Model().solve(0.9), solve.solve_equilibrium, []
+
+    def fails_at_first(meshed, position, *rest):
+        depths.append(position.depth)
+        if len(depths) == 1:
+            raise ConvergenceError("points come and go", [])
+        return genuine(meshed, position, *rest)
+
+    monkeypatch.setattr(solve, "solve_equilibrium", fails_at_first)
+    assert_allclose(Model().solve(0.9).lead, expected.lead, rtol=1e-6)
+    assert_allclose(depths[1], 3.0 * depths[0])
+
+
+def test_a_solution_that_fails_in_whole_windows_is_given_up(monkeypatch):
+    from pmor.contact import solve
+    from pmor.errors import ConvergenceError
+
+    def fails(*arguments):
+        raise ConvergenceError("never", [])
+
+    monkeypatch.setattr(solve, "solve_equilibrium", fails)
+    assert Model().solve(0.9) is None
