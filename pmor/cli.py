@@ -101,6 +101,12 @@ def build_parser() -> argparse.ArgumentParser:
     study.add_argument("--quick", action="store_true", help="the short variant that the study file describes")
     _add_overwrite(study)
 
+    stability = command("stability", "stiff and extreme variants of a case: does it hold, and how well")
+    _add_case(stability)
+    _add_out(stability, "--out", "out/<name of the case>_stability")
+    _add_jobs(stability, "variants")
+    stability.add_argument("--only", metavar="TEXT", default="", help="variants with this text in their name or group")
+
     bench = command("bench", "run time by phase and by size")
     _add_case(bench)
     bench.add_argument(
@@ -120,14 +126,14 @@ def _add_case(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("case_path", metavar="CASE", type=Path, help="case file (TOML)")
 
 
-def _add_out(parser: argparse.ArgumentParser, flag: str) -> None:
+def _add_out(parser: argparse.ArgumentParser, flag: str, usual: str = "out/<name of the case>") -> None:
     parser.add_argument(
-        flag, dest="out", metavar="DIR", type=Path, help="folder for the results (default: out/<name of the case>)"
+        flag, dest="out", metavar="DIR", type=Path, help=f"folder for the results (default: {usual})"
     )
 
 
-def _add_jobs(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--jobs", metavar="N", type=_positive, default=1, help="angles solved at a time (default: 1)")
+def _add_jobs(parser: argparse.ArgumentParser, what: str = "angles") -> None:
+    parser.add_argument("--jobs", metavar="N", type=_positive, default=1, help=f"{what} solved at a time (default: 1)")
 
 
 def _add_overwrite(parser: argparse.ArgumentParser) -> None:

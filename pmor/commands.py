@@ -135,6 +135,35 @@ def study(
         raise ConvergenceError(f"{len(table.failures)} did not converge, first: {table.failures[0]}", [])
 
 
+def stability(case_path: Path, out: Path | None = None, jobs: int = 1, only: str = "") -> None:
+    """Run stiff and extreme variants of a case: does the program hold, and how well?"""
+    from pmor.threads import use_one_thread
+
+    use_one_thread()  # before anything loads numpy
+    from pmor.case import load_case
+    from pmor.errors import CaseError, ConvergenceError
+
+    case = load_case(case_path)
+    from pmor.progress import Progress
+    from pmor.stability.output import stability_text, write_stability
+    from pmor.stability.run import number_of_variants, run_matrix
+    from pmor.storage.atomic import ensure_folder
+
+    total = number_of_variants(case, only)
+    if not total:
+        raise CaseError(f"--only {only!r}: no variant has this in its name or group; leave it out to run them all")
+    folder = out or Path("out") / f"{case.name}_stability"
+    ensure_folder(folder)
+    started = time.perf_counter()
+    with Progress(total, "variants") as progress:
+        result = run_matrix(case, jobs, only, progress.advance)
+    write_stability(result, time.perf_counter() - started, folder)
+    print(stability_text(result))
+    print(f"  results in {folder}")
+    if result.failed:
+        raise ConvergenceError(f"{len(result.failed)} variants failed, first: {result.failed[0].name}", [])
+
+
 def bench(case_path: Path, json_path: Path, jobs: int = 2) -> None:
     """Measure run times by phase and by size, as ratios to an earlier measurement where there is one."""
     from pmor.threads import use_one_thread
@@ -207,8 +236,12 @@ def _valid_basis(path: Path, case: Case) -> Basis | None:
 
 
 def _elastic_model(case: Case, mesh: MeshModel) -> ElasticModel:
-    from pmor.model import elastic_model
+    from pmor.limits import load_warnings
+    from pmor.model import approach_estimate, elastic_model
 
+    pair = mesh.meshed.pair
+    for warning in load_warnings(case, pair, approach_estimate(case, pair)):
+        print(f"pmor: warning: {warning}", file=sys.stderr)
     return elastic_model(case, mesh)
 
 

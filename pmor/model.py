@@ -17,6 +17,7 @@ from pmor.fe.cyclic import ElasticGear, elastic_gear
 from pmor.gear.conventions import FloatArray
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance
 from pmor.gear.tooth import Tooth
+from pmor.limits import refuse_impossible_load
 from pmor.mesh.layer import surface_layer
 from pmor.mesh.quality import MeshQuality, mesh_quality
 from pmor.mesh.sector import SectorMesh, build_sector
@@ -97,16 +98,40 @@ def stiffness_estimate(case: Case) -> float:
     return PAIR_STIFFNESS_OVER_MODULUS * 2.0 / sum(1.0 / e for e in moduli) * case.pair.face_width_mm
 
 
-def mesh_model(case: Case) -> MeshModel:
-    """Mesh both gears of a case.
+def approach_estimate(case: Case, pair: GearPair) -> float:
+    """Return a rough approach of the flanks under the nominal torque, mm."""
+    return 1e3 * case.torque_Nm / pair.pinion.base_radius / stiffness_estimate(case)
+
+
+def sector_meshes(case: Case, pair: GearPair) -> tuple[SectorMesh, SectorMesh]:
+    """Mesh a tooth sector of pinion and wheel; gears of one shape share one mesh.
 
     Raises
     ------
     GeometryError, MeshError
     """
-    pair = gear_pair(case)
     pinion = _sector(case, case.pair.pinion, pair.pinion)
-    wheel = pinion if pair.pinion == pair.wheel and _same_blank(case) else _sector(case, case.pair.wheel, pair.wheel)
+    same = pair.pinion == pair.wheel and _same_blank(case)
+    return pinion, pinion if same else _sector(case, case.pair.wheel, pair.wheel)
+
+
+def same_body(case: Case, pinion: SectorMesh, wheel: SectorMesh) -> bool:
+    """Return whether the gears are identical, material and all: then one finite-element model stands for both."""
+    return wheel is pinion and case.pair.pinion == case.pair.wheel
+
+
+def mesh_model(case: Case) -> MeshModel:
+    """Mesh both gears of a case.
+
+    Raises
+    ------
+    CaseError
+        When the load is beyond what any geometry of contact can carry.
+    GeometryError, MeshError
+    """
+    pair = gear_pair(case)
+    refuse_impossible_load(case, approach_estimate(case, pair))
+    pinion, wheel = sector_meshes(case, pair)
     qualities = [mesh_quality(mesh.nodes, mesh.elements) for mesh in (pinion, wheel)]
     meshed = assemble_pair(case, pair, (pinion.flank_nodes, wheel.flank_nodes),
                            (pinion.flank_roll_angle, wheel.flank_roll_angle))  # fmt: skip
@@ -179,8 +204,7 @@ def per_gear(case: Case, mesh: MeshModel, work: Callable[[SectorMesh, GearCase],
     """Do a piece of work for pinion and wheel, once if they are identical."""
     gears = case.pair.pinion, case.pair.wheel
     pinion = work(mesh.pinion, gears[0])
-    same = mesh.wheel is mesh.pinion and gears[0] == gears[1]
-    return pinion, pinion if same else work(mesh.wheel, gears[1])
+    return pinion, pinion if same_body(case, mesh.pinion, mesh.wheel) else work(mesh.wheel, gears[1])
 
 
 def neighbour_reach(pair: GearPair) -> int:

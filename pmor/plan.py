@@ -1,4 +1,4 @@
-"""What a case will run, in words and sizes, computed from the case alone; nothing is run.
+"""What a case will run and what it leaves out, in words and sizes, from the case and its mesh; nothing is solved.
 
 A new part of the plan is one more function in `PARTS`: from the case to the lines it prints.
 """
@@ -6,6 +6,7 @@ A new part of the plan is one more function in `PARTS`: from the case to the lin
 from collections.abc import Callable
 
 from pmor.case import Case, describe
+from pmor.left_out import computed, left_out, remarks, scene
 
 NOT_WRITTEN = {"contact.edge_normals": "of the scheme", "pair.centre_distance_mm": "without backlash"}
 
@@ -66,6 +67,15 @@ def _work(case: Case) -> list[str]:
     ]
 
 
+def _computed_and_left_out(case: Case) -> list[str]:
+    found = scene(case)
+    lines = ["Finite elements", *(f"  {what:<32} {how_much}" for what, how_much in computed(found)), ""]
+    lines.append("Left out: what, because, saves")
+    for item in left_out(found):
+        lines += [f"  {item.what:<32} {item.why}", f"  {'':<32} saves {item.saving}"]
+    return [*lines, *(f"! {remark}" for remark in remarks(found))]
+
+
 def _value_text(key: str, value: object) -> str:
     if value is None:
         return NOT_WRITTEN[key]
@@ -79,4 +89,4 @@ def _torques_text(torques: tuple[float, ...]) -> str:
     return f"{count}: {', '.join(f'{torque:g}' for torque in torques)} N m"
 
 
-PARTS: tuple[Callable[[Case], list[str]], ...] = (_heading, _settings, _sizes, _work)
+PARTS: tuple[Callable[[Case], list[str]], ...] = (_heading, _settings, _sizes, _work, _computed_and_left_out)

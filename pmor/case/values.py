@@ -13,6 +13,12 @@ from typing import Annotated, Any, Literal, get_args, get_origin
 from pmor.case.schema import Range
 
 LONGEST_SHOWN_VALUE = 60
+TORQUE_UNIT = "N m"
+NO_LOAD = "without load nothing touches and there is nothing to solve: a small torque, such as 0.001, shows the flanks"
+OTHER_FLANKS = (
+    "the pinion drives counter-clockwise and loads the flanks on that side; a reversed torque loads the others, which "
+    "are their mirror image: write it positive, STE(-T, phi) = -STE(T, -phi)"
+)
 
 
 class Refused(Exception):
@@ -151,6 +157,8 @@ def _range_text(allowed: Range) -> str:
 
 
 def _remedy(value: int | float, allowed: Range) -> str:
+    if allowed.unit == TORQUE_UNIT and value <= 0.0:
+        return OTHER_FLANKS if value < 0.0 else NO_LOAD
     for unit in allowed.mistaken_for:
         converted = value * unit.factor
         if allowed.contains(converted):

@@ -1,15 +1,18 @@
-"""Static equilibrium of the pair under a pinion torque, the wheel held: semismooth Newton with a guarded step.
+"""Static equilibrium of the pair under a pinion torque, the wheel held: Newton on the geometry, guarded.
 
-One solver for the full and the reduced model. The potential energy is elastic energy + penalty energy - torque work;
-the line search demands that a step lowers it or lowers the residual. Close to the solution the two are equivalent, but
-the paper's force transfer is not exactly the derivative of the refined gap, so the residual has the last word.
+One solver for the full and the reduced model. A step solves the contact problem that is linearised about the present
+geometry, unilateral as it is: which points carry load is settled on the linearised gaps, of all points that penetrate
+or nearly do. What is left to iterate is the geometry alone, so that a stiff penalty costs no more steps than a soft
+one. Residual *forces* would be no guide there: they are the penalty times errors of the gap, and off by orders of
+magnitude in a state whose forces are right to a per mille. What counts instead is the correction that the next step
+would make, in the energy norm: the error itself, whatever the penalty.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,9 +25,27 @@ from pmor.gear.conventions import FloatArray
 
 # Gaps are differences of coordinates, some hundred operations behind the nodes, and a hundredth of the approach.
 ROUND_OFF_FACTOR = 200.0
-# The points' errors are independent and mostly cancel; measured between 1 and 3 where Newton stalls.
-PENETRATION_FACTOR = 10.0
-
+# Points count as near when they penetrate with the pinion ahead by this share of the approach at a start, and by that
+# share of the last correction later: the geometry's error, which is second order in it, must not hide a point that
+# carries load; but at the edges of a flank the area of a point changes with it.
+NEARBY, NEARER = 0.1, 0.03
+# Below this correction the nearby points of a first look are searched again, as close as the correction says.
+CLOSE = 1e-3
+# Of the linear contact problem: rounds without progress before points change sides singly, and rounds in all.
+PIVOT_PATIENCE, MOST_PIVOTS = 3, 20
+# Shares of the penalty by which it is softened and hardened again where that does not end, and the smallest.
+SOFTER, HARDER, SOFTEST = 1e-2, 10.0, 1e-9
+HALVINGS = 8
+# Penetration of a start, over the expected approach, above which it is turned back.
+DEEP = 3.0
+# Corrections that fall by less than this factor fall linearly; the last ones, so many, then say where they lead.
+SLOW, MEMORY = 0.03, 4
+# Under extreme loads corrections fall linearly, and end in round-off of the deformation: this is enough then.
+LINEAR = 1e-8
+# A step is good when its correction is below one of the last ones, so many: the area of a point at the edge of a flank
+# changes with its foot, which the linearised problem leaves out, and corrections need not fall at every step. They may
+# not grow by more than this factor, though.
+PATIENCE, MOST_GROWTH = 3, 10.0
 
 @dataclass(frozen=True)
 class Equilibrium:
@@ -39,7 +60,7 @@ class Equilibrium:
     contact : Contact
     steps : int
         Newton steps taken.
-    history : tuple of (force residual, torque residual)
+    history : tuple of (correction of the coordinates, correction of the lead)
         Relative, before each step and at the end.
     """
 
@@ -67,12 +88,36 @@ class Equilibrium:
 
 @dataclass(frozen=True)
 class _State:
+    """A state, and how far the linearised contact problem about it says that it is from equilibrium.
+
+    Parameters
+    ----------
+    lead, coordinates
+        As in `Equilibrium`.
+    contact : Contact
+        Points that carry load in the linearised problem, with its gaps: their forces balance the torque.
+    correction : ndarray
+        Of the coordinates.
+    rotation : float
+        Correction of the lead, rad.
+    error : (float, float)
+        The two corrections: energy norm over that of the solution, and lead over approach; infinite without contact.
+    smallest_gap : float
+        mm; infinite where no flank faces its mate.
+    """
+
     lead: float
     coordinates: FloatArray
     contact: Contact
-    potential: float
-    force_residual: float
-    torque_residual: float
+    correction: FloatArray
+    rotation: float
+    error: tuple[float, float]
+    smallest_gap: float
+
+
+Evaluate = Callable[[FloatArray, float, float], _State]
+# Coordinates, rotation and gaps of a linearised contact problem.
+_Linear = tuple[FloatArray, float, FloatArray]
 
 
 def solve_equilibrium(
@@ -97,7 +142,7 @@ def solve_equilibrium(
         Elastic coordinates and lead (rad) to start from; by default the undeformed pair at the expected approach.
     max_steps : int
     tolerance : float
-        On the relative residuals: forces in the energy norm, and torque.
+        On the relative corrections of the coordinates (energy norm) and of the lead.
 
     Returns
     -------
@@ -106,50 +151,64 @@ def solve_equilibrium(
     Raises
     ------
     ConvergenceError
-        With the residual history, when the tolerance is not reached or nothing touches.
+        With the history of corrections, when the tolerance is not reached or nothing touches.
     """
     base_radius = meshed.pair.pinion.base_radius
-    approach = meshed.expected_approach(torque)
+    approach = meshed.expected_approach(torque) + expected_penetration(meshed, torque)
+    tolerance = max(tolerance, round_off_residual(meshed, torque))
 
-    def evaluate(coordinates: FloatArray, lead: float) -> _State:
-        return _evaluate(meshed, position, elasticity, torque, coordinates, lead)
+    def evaluate(coordinates: FloatArray, lead: float, depth: float) -> _State:
+        return _evaluate(meshed, position, elasticity, torque, approach, coordinates, lead, depth)
 
-    state = evaluate(*(start or (elasticity.zero(), approach / base_radius)))
+    state = evaluate(*(start or (elasticity.zero(), approach / base_radius)), NEARBY * approach)
+    if state.smallest_gap < -DEEP * approach:
+        # So deep inside each other the flanks' nearest points say nothing: begin where they should be.
+        lead = state.lead + (state.smallest_gap + approach) / base_radius
+        state = evaluate(state.coordinates, lead, NEARBY * approach)
+    state = _closer(state, evaluate, approach)
     history: list[tuple[float, float]] = []
+    passed: list[_State] = []
     for step in range(max_steps + 1):
-        history.append((state.force_residual, state.torque_residual))
-        if max(history[-1]) <= max(tolerance, round_off_residual(meshed, torque, state.contact)):
+        history.append(state.error)
+        linear = bool(passed) and max(state.error) > 0.1 * max(passed[-1].error)
+        if max(state.error) <= (max(tolerance, LINEAR) if linear else tolerance):
             return Equilibrium(state.lead, state.coordinates, state.contact, step, tuple(history))
-        if len(state.contact.gap) > 0:
-            state = _damped_step(elasticity, state, torque, evaluate)
+        if math.isfinite(state.error[1]):
+            target = _extrapolated(passed, state)
+            passed = [*passed[1 - MEMORY :], state]
+            limit = min(max(max(s.error) for s in passed[-PATIENCE:]), MOST_GROWTH * max(state.error))
+            state = _guarded_step(state, target, limit, evaluate, approach)
             continue
-        if not math.isfinite(state.contact.smallest_gap):
+        if not math.isfinite(state.smallest_gap):
             raise ConvergenceError(f"no flank faces its mate at phi = {position.phi:.6g} rad", history)
-        state = evaluate(state.coordinates, state.lead + (state.contact.smallest_gap + approach) / base_radius)
+        lead = state.lead + (state.smallest_gap + approach) / base_radius
+        state = evaluate(state.coordinates, lead, NEARBY * approach)
     raise ConvergenceError(
         f"no equilibrium at phi = {position.phi:.6g} rad, torque = {torque * 1e-3:.6g} N m after {max_steps} Newton "
-        f"steps (residuals: force {history[-1][0]:.2g}, torque {history[-1][1]:.2g})",
+        f"steps (last corrections: deformation {history[-1][0]:.2g}, lead {history[-1][1]:.2g})",
         history,
     )
 
 
-def round_off_residual(meshed: MeshedPair, torque: float, contact: Contact | None = None) -> float:
-    """Return the relative residual below which forces are round-off of the coordinates.
-
-    Parameters
-    ----------
-    meshed : MeshedPair
-    torque : float
-        N mm.
-    contact : Contact, optional
-        State that carries it: forces are the penalty times penetrations, and stiff penalties make these small.
-    """
+def round_off_residual(meshed: MeshedPair, torque: float) -> float:
+    """Return the relative error below which a state under a pinion torque (N mm) is round-off of the coordinates."""
     coordinate_error = np.finfo(float).eps * meshed.pair.centre_distance
-    residual = ROUND_OFF_FACTOR * coordinate_error / meshed.expected_approach(torque)
-    if contact is None or not contact.force.any():
-        return float(residual)
-    penetration = -float(contact.force @ contact.gap) / float(contact.force.sum())
-    return float(max(residual, PENETRATION_FACTOR * coordinate_error / penetration))
+    return float(ROUND_OFF_FACTOR * coordinate_error / meshed.expected_approach(torque))
+
+
+def expected_penetration(meshed: MeshedPair, torque: float) -> float:
+    """Return by how much flanks penetrate under the penalty where one tooth pair carries a torque (N mm), mm.
+
+    A bed of stiffness k takes up a load per width of ``4/3 k d sqrt(2 rho d)`` when a cylinder of relative radius rho
+    penetrates it by d; rho is that at the pitch point.
+    """
+    if meshed.scheme.kind == "line":
+        return 0.0  # no penalty
+    pair = meshed.pair
+    radii = [tooth.base_radius * math.tan(pair.working_pressure_angle) for tooth in (pair.pinion, pair.wheel)]
+    radius = radii[0] * radii[1] / sum(radii)
+    load = torque / pair.pinion.base_radius / pair.face_width
+    return float((0.75 * load / (meshed.scheme.penalty * math.sqrt(2.0 * radius))) ** (2.0 / 3.0))
 
 
 def _evaluate(
@@ -157,36 +216,146 @@ def _evaluate(
     position: Position,
     elasticity: Elasticity,
     torque: float,
+    approach: float,
     coordinates: FloatArray,
     lead: float,
+    depth: float,
 ) -> _State:
-    contact = search_contact(meshed, position, elasticity.displacement(coordinates), lead)
-    force = contact.force
-    target = elasticity.coordinates_of(contact, force)
-    norm = elasticity.energy_norm(target)
-    # A basis without shapes, or with none on the loaded patches, has nothing to balance: penalty alone.
-    scale = max(norm, elasticity.energy_norm(coordinates))
-    residual = elasticity.energy_norm(target - coordinates) / scale if scale > 0.0 else 0.0
-    potential = 0.5 * elasticity.energy_norm(coordinates) ** 2 - 0.5 * float(force @ contact.gap) - torque * lead
-    return _State(lead, coordinates, contact, potential, residual, abs(float(force @ contact.lever) + torque) / torque)
+    """Solve the contact problem linearised about a state, with all points that penetrate `depth` (mm) further ahead."""
+    base_radius = meshed.pair.pinion.base_radius
+    ahead = depth / base_radius
+    contact = search_contact(meshed, position, elasticity.displacement(coordinates), lead + ahead)
+    smallest_gap = contact.smallest_gap + depth
+    if not len(contact.gap):
+        return _State(lead, coordinates, contact, elasticity.zero(), 0.0, (math.inf, math.inf), smallest_gap)
+    present = contact.gap - contact.lever * ahead
+    free = present - contact.gap_change(elasticity.displacement(coordinates))
+    round_off = np.finfo(float).eps * meshed.pair.centre_distance
+
+    def solve(active: np.ndarray, hardness: float) -> _Linear:
+        points = _select(contact, active)
+        points = replace(points, stiffness=hardness * points.stiffness)
+        solution, rotation = elasticity.newton_step(points, free[active], torque)
+        gap = free + contact.gap_change(elasticity.displacement(solution)) + contact.lever * rotation
+        return solution, rotation, gap
+
+    active, (solution, rotation, gap) = _unilateral(solve, present, round_off)
+    active = active & (gap < 0.0)
+    carrying = replace(_select(contact, active), gap=gap[active])
+    correction = solution - coordinates
+    norm = elasticity.energy_norm(solution)
+    error = elasticity.energy_norm(correction) / norm if norm > 0.0 else 0.0
+    return _State(lead, coordinates, carrying, correction, rotation, (error, abs(rotation) * base_radius / approach),
+                  smallest_gap)  # fmt: skip
 
 
-def _damped_step(
-    elasticity: Elasticity, state: _State, torque: float, evaluate: Callable[[FloatArray, float], _State]
-) -> _State:
-    contact = state.contact
-    elastic = contact.gap_change(elasticity.displacement(state.coordinates))
-    coordinates, rotation = elasticity.newton_step(contact, contact.gap - elastic, torque)
-    size = 1.0
-    for _ in range(12):
-        trial = evaluate(state.coordinates + size * (coordinates - state.coordinates), state.lead + size * rotation)
-        # A step that loses contact altogether is no progress, however low its potential.
-        touching = len(trial.contact.gap) > 0
-        if touching and (_worst(trial) < _worst(state) or trial.potential < state.potential):
+def _unilateral(
+    solve: Callable[[np.ndarray, float], _Linear], present: FloatArray, round_off: float
+) -> tuple[np.ndarray, _Linear]:
+    """Solve a linear contact problem: the points that carry load penetrate, the others do not.
+
+    Under a stiff penalty, and with more points than nodes, the points that carry are hard to tell from those that just
+    do not. Then the problem is first solved with a softer penalty, which is hardened step by step.
+
+    Parameters
+    ----------
+    solve : callable
+        Solution, rotation and gaps (mm) for given points that carry load, and a share of the penalty.
+    present : ndarray
+        Gaps that say which points to begin with, mm.
+    round_off : float
+        Gaps below it have no sign, mm.
+
+    Returns
+    -------
+    active : ndarray of bool
+    linear : tuple
+        As `solve` gives it for these.
+    """
+    start = present < 0.0 if (present < 0.0).any() else present <= present.min()
+    active, linear, done = _pivot(solve, start, 1.0, round_off)
+    hardness = 1.0
+    while not done and hardness > SOFTEST:
+        hardness *= SOFTER
+        active, linear, done = _pivot(solve, start, hardness, round_off)
+    while hardness < 1.0:
+        hardness = min(1.0, hardness * HARDER)
+        active, linear, _ = _pivot(solve, active, hardness, round_off)
+    return active, linear
+
+
+def _pivot(
+    solve: Callable[[np.ndarray, float], _Linear], active: np.ndarray, hardness: float, round_off: float
+) -> tuple[np.ndarray, _Linear, bool]:
+    """Let points on the wrong side change sides until there are none; return those that carry load, and if it ended.
+
+    All change at once while that lowers their number, else one does (Portugal, Judice & Vicente, Math. Comp. 63 (1994)
+    625).
+    """
+    fewest, patience = len(active) + 1, PIVOT_PATIENCE
+    for _ in range(MOST_PIVOTS):
+        linear = solve(active, hardness)
+        wrong = np.where(active, linear[2] > round_off, linear[2] < -round_off)
+        count = int(wrong.sum())
+        if count < fewest:
+            fewest, patience = count, PIVOT_PATIENCE
+        elif patience > 0:
+            patience -= 1
+        else:
+            wrong[: np.flatnonzero(wrong)[-1]] = False
+        # Without any point there would be nothing to solve.
+        if count == 0 or not (active ^ wrong).any():
+            return active, linear, count == 0
+        active = active ^ wrong
+    return active ^ wrong, linear, False  # the points that the last solution belongs to
+
+
+def _closer(state: _State, evaluate: Evaluate, approach: float) -> _State:
+    """Look again at a state that is better than was expected, at the points that are near by its own measure."""
+    while max(state.error) < CLOSE:
+        closer = evaluate(state.coordinates, state.lead, NEARBY * max(state.error) * approach)
+        if max(closer.error) > 0.5 * max(state.error):
             break
-        size *= 0.5
+        state = closer
+    return state
+
+
+def _extrapolated(passed: list[_State], state: _State) -> tuple[FloatArray, float]:
+    """Return where to go from a state: where its correction says, or further along the last ones when these die slowly.
+
+    The linearised problem leaves out how forces turn with the flanks. Under ordinary loads that is little, and the
+    corrections fall by orders of magnitude; under extreme ones they fall by a constant factor, which is what Anderson's
+    mixing of the last few takes away (J. ACM 12 (1965) 547).
+    """
+    if not passed or max(state.error) < SLOW * max(passed[-1].error):
+        return state.coordinates + state.correction, state.lead + state.rotation
+    chain = [*passed, state]
+    corrections = np.array([np.append(s.correction, 0.0) for s in chain])
+    change = np.diff(corrections, axis=0)
+    share = np.linalg.lstsq(change.T, corrections[-1], rcond=1e-8)[0]
+    targets = np.array([np.append(s.coordinates + s.correction, s.lead + s.rotation) for s in chain])
+    target = targets[-1] - share @ np.diff(targets, axis=0)
+    return target[:-1], float(target[-1])
+
+
+def _guarded_step(
+    state: _State, target: tuple[FloatArray, float], limit: float, evaluate: Evaluate, approach: float
+) -> _State:
+    """Go to the target, or as far towards it as the next correction stays below a limit."""
+    worst = min(max(state.error), 1.0)
+    step, rotation = target[0] - state.coordinates, target[1] - state.lead
+    near = NEARER * worst * approach
+    # A whole step may fail because it lost points that carry load; then it is looked at again with all points as near
+    # as the correction was large. That is not done at once, because points at the edge of a flank change with it.
+    halves = [(0.5**i, near) for i in range(1, HALVINGS)]
+    for size, depth in ((1.0, near), (1.0, min(worst, NEARBY) * approach), *halves):
+        trial = evaluate(state.coordinates + size * step, state.lead + size * rotation, depth)
+        if max(trial.error) < limit:
+            break
     return trial
 
 
-def _worst(state: _State) -> float:
-    return max(state.force_residual, state.torque_residual)
+def _select(contact: Contact, chosen: np.ndarray) -> Contact:
+    """Return some of the points."""
+    fields = ("pair", "slave", "index", "weight", "gap", "stiffness", "lever", "mate_lever", "place")
+    return replace(contact, **{name: getattr(contact, name)[chosen] for name in fields})

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmor.contact.elasticity import Elasticity
-from pmor.contact.equilibrium import Equilibrium, solve_equilibrium
+from pmor.contact.equilibrium import Equilibrium, expected_penetration, solve_equilibrium
 from pmor.contact.flank import MeshedPair
 from pmor.contact.position import Position, active_patches
 from pmor.errors import ConvergenceError
@@ -59,10 +59,18 @@ def solve_position(
     """
     depth = window_depth(meshed, max(torques))
     while True:
-        solved = _solve_within(active_patches(meshed, phi, depth), meshed, torques, elasticity_at)
-        if not any(e is not None and e.contact.touches_border for e in solved.equilibria):
+        position = active_patches(meshed, phi, depth)
+        solved = _solve_within(position, meshed, torques, elasticity_at)
+        # Contact that comes and goes at a window's border has no equilibrium there.
+        failed = bool(solved.failures) and not _whole(position)
+        if not failed and not any(e is not None and e.contact.touches_border for e in solved.equilibria):
             return solved
         depth *= 3.0  # ends at the latest when the windows hold the whole flanks, which have no inner border
+
+
+def _whole(position: Position) -> bool:
+    """Whether all windows hold their whole flanks."""
+    return bool(position.windows[:, :, 4:].all())
 
 
 def _solve_within(
@@ -86,7 +94,16 @@ def _solve_within(
 
 def window_depth(meshed: MeshedPair, torque: float) -> float:
     """Return the approach of the flanks for which windows are first cut under a pinion torque (N mm), mm."""
-    return WINDOW_MARGIN * meshed.expected_approach(torque) + surface_error(meshed)
+    return WINDOW_MARGIN * meshed.expected_approach(torque) + standing_depth(meshed, torque)
+
+
+def standing_depth(meshed: MeshedPair, torque: float) -> float:
+    """Return what windows must hold beside the elastic approach, mm: surface error, and penetration of a soft penalty.
+
+    Where the penetration is less than the elastic approach, the margin of the windows covers it.
+    """
+    excess = expected_penetration(meshed, torque) - meshed.expected_approach(torque)
+    return surface_error(meshed) + WINDOW_MARGIN * max(excess, 0.0)
 
 
 def surface_error(meshed: MeshedPair) -> float:

@@ -127,7 +127,7 @@ BROKEN = {
     "choice that is no text": (replaced('scheme = "direct"', "scheme = 1"), ["scheme = 1", '"line"']),
     "title that is no text": ("title = 5\n" + without('title = "Small spur pair for quick checks"'), ["quotes"]),
     "title of two lines": (replaced("Small spur pair for", "Small\\nspur"), ["title", "one line"]),
-    "zero torque": (replaced("torque_Nm = 100.0", "torque_Nm = 0.0"), ["torque_Nm = 0.0", "above 0", "raise it"]),
+    "zero torque": (replaced("torque_Nm = 100.0", "torque_Nm = 0.0"), ["torque_Nm = 0.0", "nothing to solve"]),
     "empty torque list": (replaced("[40.0, 160.0]", "[]"), ["[offline] torques_Nm = []", "must not be empty"]),
     "number for torque list": (replaced("[40.0, 160.0]", "160.0"), ["[offline] torques_Nm", "in brackets"]),
     "bad value in a torque list": (replaced("[40.0, 160.0]", "[40.0, nan]"), ["[offline] torques_Nm", "finite"]),

@@ -1,0 +1,262 @@
+"""What a case computes, and what it leaves out because this scene does not need it: reason, and what that saves.
+
+Every line is what the code does for this very case, with sizes from its mesh; nothing is solved for it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from pmor.case import Case
+from pmor.contact.flank import LOCAL_SHARE
+from pmor.contact.solve import WINDOW_MARGIN
+from pmor.gear.pair import GearPair
+from pmor.limits import load_warnings
+from pmor.mesh.sector import SectorMesh
+from pmor.model import approach_estimate, gear_pair, neighbour_reach, same_body, sector_meshes
+from pmor.reduction.half_width import mirrors_at_mid_width
+
+DOUBLE = 8  # bytes
+PICTURES = "curves, load sharing, spectrum, error, contact pattern, mesh"
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A case with what its plan is counted from.
+
+    Parameters
+    ----------
+    case : Case
+    pair : GearPair
+    sectors : two SectorMesh
+        The same object twice when the gears have the same mesh.
+    """
+
+    case: Case
+    pair: GearPair
+    sectors: tuple[SectorMesh, SectorMesh]
+
+    @property
+    def bodies(self) -> tuple[SectorMesh, ...]:
+        """Meshes that finite elements are solved on."""
+        return self.sectors[:1] if same_body(self.case, *self.sectors) else self.sectors
+
+    @property
+    def lines(self) -> int:
+        """Rows of nodes along a flank."""
+        return self.case.mesh.profile_elements + 1
+
+    @property
+    def columns(self) -> int:
+        """Nodes over the face width."""
+        return self.case.mesh.width_elements + 1
+
+    @property
+    def flank_unknowns(self) -> int:
+        """Unknowns of a flank."""
+        return 3 * self.lines * self.columns
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """One thing that is not computed.
+
+    Parameters
+    ----------
+    what, why, saving : str
+        The saving has the numbers.
+    """
+
+    what: str
+    why: str
+    saving: str
+
+
+def scene(case: Case) -> Scene:
+    """Mesh a case for its plan.
+
+    Raises
+    ------
+    CaseError, GeometryError, MeshError
+    """
+    pair = gear_pair(case)
+    return Scene(case, pair, sector_meshes(case, pair))
+
+
+def computed(scene: Scene) -> list[tuple[str, str]]:
+    """List what is computed, as (what, how much)."""
+    teeth = [sector.teeth for sector in scene.bodies]
+    return [
+        ("finite-element models", f"{len(scene.bodies)}, one tooth sector each"),
+        ("  unknowns", ", ".join(f"{unknowns(sector)}" for sector in scene.bodies)),
+        ("  right-hand sides", f"{scene.flank_unknowns} unit forces on one flank per model"),
+        ("  systems of the ring", ", ".join(f"{z // 2 + 1} harmonics of {z}" for z in teeth)),
+    ]
+
+
+def left_out(scene: Scene) -> list[LeftOut]:
+    """List what is left out, in the order of the work."""
+    found = (rule(scene) for rule in RULES)
+    return [item for item in found if item is not None]
+
+
+def remarks(scene: Scene) -> tuple[str, ...]:
+    """Warn of loads beyond linear elasticity."""
+    return load_warnings(scene.case, scene.pair, approach_estimate(scene.case, scene.pair))
+
+
+def unknowns(sector: SectorMesh) -> int:
+    """Return the unknowns of a sector: all nodes but those on the bore."""
+    return 3 * (len(sector.nodes) - len(sector.bore))
+
+
+def rows_in_reach(scene: Scene) -> int:
+    """Return about how many element rows of a flank contact can reach under the nominal torque."""
+    pair, case = scene.pair, scene.case
+    sector = scene.sectors[0]
+    radii = [tooth.base_radius * math.tan(pair.working_pressure_angle) for tooth in (pair.pinion, pair.wheel)]
+    roll = sector.flank_roll_angle
+    length = 0.5 * pair.pinion.base_radius * float(roll[-1] ** 2 - roll[0] ** 2)
+    row = length / case.mesh.profile_elements
+    local = 1.0 if case.contact.scheme == "facet" else LOCAL_SHARE
+    # Line contact is on the line of action; points need a row on either side.
+    spacing = 0.0 if case.contact.scheme == "line" else 1.5 * row / _subdivisions(case)[0]
+    depth = WINDOW_MARGIN * approach_estimate(case, pair)
+    half = math.sqrt(2.0 * local * depth * radii[0] * radii[1] / sum(radii))
+    return min(case.mesh.profile_elements, math.ceil(2.0 * max(half, spacing) / row) + 1)
+
+
+def _other_model(scene: Scene) -> LeftOut | None:
+    if len(scene.bodies) == 2:
+        return None
+    return LeftOut(
+        "the wheel's finite elements", "the gears are identical",
+        f"{unknowns(scene.sectors[1])} unknowns, {scene.flank_unknowns} right-hand sides",
+    )  # fmt: skip
+
+
+def _other_flanks(scene: Scene) -> LeftOut:
+    forces = scene.flank_unknowns * len(scene.bodies)
+    return LeftOut("the flanks that carry no load", "the pinion drives one way", f"{forces} right-hand sides")
+
+
+def _far_teeth(scene: Scene) -> LeftOut | None:
+    kept = 2 * neighbour_reach(scene.pair) + 1
+    matrices = sum(max(0, sector.teeth - kept) for sector in scene.bodies)
+    if not matrices:
+        return None
+    return LeftOut(
+        "the compliance of distant teeth", f"only {kept} teeth can feel each other's load in one contact",
+        f"{matrices} matrices, {_mib(matrices * scene.flank_unknowns**2 * DOUBLE)}",
+    )  # fmt: skip
+
+
+def _volume(scene: Scene) -> LeftOut:
+    # Every line has at least one shape, with a displacement field for each tooth in reach.
+    inside = [unknowns(sector) - scene.flank_unknowns for sector in scene.sectors]
+    fields = 2 * neighbour_reach(scene.pair) + 1
+    return LeftOut(
+        "displacements inside the gears", "contact sees the flanks alone",
+        f"{_mib(scene.lines * fields * sum(inside) * DOUBLE)} of shapes at least",
+    )  # fmt: skip
+
+
+def _torques(scene: Scene) -> LeftOut | None:
+    offline = scene.case.offline
+    if len(offline.torques_Nm) > 1:
+        return None
+    return LeftOut(
+        "training at further torques", "one torque is trained",
+        f"{offline.angles_per_pitch} full solves for each of them",
+    )  # fmt: skip
+
+
+def _idle_pairs(scene: Scene) -> LeftOut | None:
+    most = math.floor(scene.pair.contact_ratio + 1.0) + 1
+    teeth = min(sector.teeth for sector in scene.sectors)
+    if most >= teeth:
+        return None
+    why = f"contact ratio {scene.pair.contact_ratio:.3f}: at most {most} pairs can touch at a time"
+    return LeftOut("tooth pairs out of mesh", why, f"{teeth - most} of {teeth} pairs in every position")
+
+
+def _idle_patches(scene: Scene) -> LeftOut | None:
+    rows, kept = scene.case.mesh.profile_elements, rows_in_reach(scene)
+    if kept >= rows:
+        return None
+    return LeftOut(
+        "flank patches out of reach", f"contact strip at {scene.case.torque_Nm:g} N m",
+        f"about {rows - kept} of {rows} rows of elements, neither deformed nor refined",
+    )  # fmt: skip
+
+
+def _half(scene: Scene) -> LeftOut | None:
+    if not mirrors_at_mid_width(scene.case):
+        return None
+    columns, (profile, width) = scene.columns, _subdivisions(scene.case)
+    points = ((scene.lines - 1) * profile + 1) * (columns // 2) * width
+    exact = scene.case.contact.scheme in ("line", "strip")
+    carried = "as many sections" if exact else f"{points} contact points per flank"
+    return LeftOut(
+        "half the face width online", "spur teeth, nodes at mid width: symmetric",
+        f"{columns // 2} of {columns} columns of nodes, {carried}",
+    )  # fmt: skip
+
+
+def _subdivisions(case: Case) -> tuple[int, int]:
+    """Level-of-detail magnification over profile and width; exact flanks need none."""
+    contact = case.contact
+    return (1, 1) if contact.scheme in ("line", "strip") else (contact.lodm_profile, contact.lodm_width)
+
+
+def _refinement(scene: Scene) -> LeftOut | None:
+    if scene.case.contact.scheme != "line":
+        return None
+    return LeftOut(
+        "contact points and penalty", 'scheme = "line": exact flanks',
+        f"all but one load on each of {scene.columns} sections of a tooth pair, whatever the mesh",
+    )  # fmt: skip
+
+
+def _width_refinement(scene: Scene) -> LeftOut | None:
+    contact = scene.case.contact
+    if contact.lodm_width >= contact.lodm_profile or contact.scheme in ("line", "strip"):
+        return None
+    rows = (scene.lines - 1) * contact.lodm_profile + 1
+    points = rows * (scene.columns - 1) * (contact.lodm_profile - contact.lodm_width)
+    why = f"lodm_width = {contact.lodm_width}, {contact.lodm_profile} over the profile"
+    return LeftOut("contact points over the width", why, f"{points} per flank")
+
+
+def _pictures(scene: Scene) -> LeftOut | None:
+    output = scene.case.output
+    if output.plots or output.report:
+        return None
+    return LeftOut("all pictures", "[output] plots and report are off", f"no {PICTURES}; contact patterns not solved")
+
+
+def _picture_files(scene: Scene) -> LeftOut | None:
+    output = scene.case.output
+    if output.plots or not output.report:
+        return None
+    return LeftOut("picture files", "[output] plots is off", "they are drawn for the page alone")
+
+
+def _page(scene: Scene) -> LeftOut | None:
+    output = scene.case.output
+    if output.report or not output.plots:
+        return None
+    return LeftOut("the report page", "[output] report is off", "classical formulas not evaluated, no page")
+
+
+RULES: tuple[Callable[[Scene], LeftOut | None], ...] = (
+    _other_model, _other_flanks, _far_teeth, _volume, _torques, _idle_pairs, _idle_patches, _half, _refinement,
+    _width_refinement,
+    _pictures, _picture_files, _page,
+)  # fmt: skip
+
+
+def _mib(size: int) -> str:
+    return f"{size / 2**20:.3g} MiB"

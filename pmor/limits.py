@@ -1,0 +1,78 @@
+"""Where linear elasticity and small deformations end: what a load asks of the teeth, before anything is solved."""
+
+from __future__ import annotations
+
+import math
+
+from pmor.case import Case
+from pmor.errors import CaseError
+from pmor.gear.pair import GearPair
+
+# Hertz pressure over the modulus of the contact: 2.3 GPa for steel on steel, where hardened flanks begin to yield.
+PRESSURE_OVER_MODULUS = 0.02
+# Approach of the flanks, in modules, above which teeth no longer keep their shape, and above which no geometry of
+# contact is left: they would be bent through their neighbours.
+LARGE_APPROACH = 0.05
+LARGEST_APPROACH = 0.5
+
+
+def refuse_impossible_load(case: Case, approach_mm: float) -> None:
+    """Raise CaseError when the largest torque would bend teeth by more than their neighbours leave room for.
+
+    Parameters
+    ----------
+    case : Case
+    approach_mm : float
+        Of the flanks, to expect under the nominal torque, mm.
+    """
+    torque = max(case.torque_Nm, *case.offline.torques_Nm)
+    in_modules = approach_mm * torque / case.torque_Nm / case.pair.module_mm
+    if in_modules > LARGEST_APPROACH:
+        allowed = torque * LARGEST_APPROACH / in_modules
+        raise CaseError(
+            f"torque of {torque:g} N m: the flanks would approach by {in_modules:.3g} modules, more than the "
+            f"{LARGEST_APPROACH:g} that teeth have room for: stay below {allowed:.3g} N m ([load] torque_Nm, [offline] "
+            "torques_Nm), widen the face or raise youngs_modulus_GPa"
+        )
+
+
+def load_warnings(case: Case, pair: GearPair, approach_mm: float) -> tuple[str, ...]:
+    """Say where the nominal load leaves the range of linear elasticity.
+
+    Parameters
+    ----------
+    case : Case
+    pair : GearPair
+    approach_mm : float
+        As in `refuse_impossible_load`.
+
+    Returns
+    -------
+    tuple of str
+        Each with the number, what is usual, and what it means; empty for an ordinary load.
+    """
+    warnings = []
+    pressure, modulus = hertz_pressure(case, pair)
+    if pressure > PRESSURE_OVER_MODULUS * modulus:
+        warnings.append(
+            f"Hertz pressure {pressure:.4g} N/mm2 is {100.0 * pressure / modulus:.2g} % of the modulus, above "
+            f"{100.0 * PRESSURE_OVER_MODULUS:g} %: real flanks yield, the results are those of a linear material"
+        )
+    if approach_mm > LARGE_APPROACH * case.pair.module_mm:
+        warnings.append(
+            f"the flanks approach by about {approach_mm:.3g} mm, {approach_mm / case.pair.module_mm:.2g} modules, "
+            f"above {LARGE_APPROACH:g}: beyond small deformations, the results are those of a linear body"
+        )
+    return tuple(warnings)
+
+
+def hertz_pressure(case: Case, pair: GearPair) -> tuple[float, float]:
+    """Return Hertz pressure at the pitch point with one pair carrying the nominal load, and the contact's modulus, MPa.
+
+    Line contact of cylinders (Johnson, Contact Mechanics, 1985, eq. 4.45): ``p = sqrt(w E* / (pi R))``.
+    """
+    radii = [tooth.base_radius * math.tan(pair.working_pressure_angle) for tooth in (pair.pinion, pair.wheel)]
+    gears = case.pair.pinion, case.pair.wheel
+    modulus = 1.0 / sum((1.0 - g.poisson_ratio**2) / (1e3 * g.youngs_modulus_GPa) for g in gears)
+    load = 1e3 * case.torque_Nm / pair.pinion.base_radius / pair.face_width
+    return math.sqrt(load * modulus / math.pi * sum(1.0 / r for r in radii)), modulus

@@ -1,0 +1,180 @@
+"""What the plan says is left out is left out, and the sizes are those of the run."""
+
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import pmor.model
+from offline.jobs import run_offline
+from pmor.case import load_case, parse_case
+from pmor.contact.position import active_patches, pairs_in_reach
+from pmor.contact.solve import window_depth
+from pmor.fe.condensation import condense_sector
+from pmor.left_out import computed, left_out, rows_in_reach, scene, unknowns
+from pmor.model import elastic_model, mesh_model, neighbour_reach
+from pmor.plan import plan_text
+from pmor.storage.basis_file import read_basis
+from tests.small_case import case_text
+
+CASES = ("paper_spur", "paper_64", "small_spur", "unequal_pair")
+UNEQUAL = {
+    "pinion": {"teeth": 17, "profile_shift": 0.3},
+    "wheel": {"teeth": 23, "bore_radius_mm": 20.0},
+    "mesh": {"profile_elements": 5, "width_elements": 3},
+    "offline": {"angles_per_pitch": 4, "torques_Nm": [100.0]},
+    "compare": {"torques_Nm": [100.0]},
+    "output": {"plots": False, "report": False},
+}
+
+
+def case(**changes):
+    return parse_case(case_text(**changes), "c", "c")
+
+
+def listed(some):
+    return {item.what: item for item in left_out(scene(some))}
+
+
+def test_four_cases_have_four_lists():
+    lists = {name: tuple(left_out(scene(load_case(f"cases/{name}.toml")))) for name in CASES}
+    assert len(set(lists.values())) == 4
+    what = {name: {item.what for item in items} for name, items in lists.items()}
+    common = {"the flanks that carry no load", "displacements inside the gears", "tooth pairs out of mesh",
+              "the compliance of distant teeth", "flank patches out of reach"}  # fmt: skip
+    identical = common | {"the wheel's finite elements", "half the face width online"}
+    assert what["paper_64"] == identical
+    assert what["paper_spur"] == what["small_spur"] == identical | {"contact points over the width"}
+    assert what["unequal_pair"] == common | {
+        "contact points over the width", "training at further torques", "all pictures",
+    }  # fmt: skip
+
+
+def test_the_plan_prints_what_because_and_savings():
+    lines = [" ".join(line.split()) for line in plan_text(load_case("cases/paper_spur.toml")).splitlines()]
+    assert "the wheel's finite elements the gears are identical" in lines
+    assert "saves 9612 unknowns, 459 right-hand sides" in lines
+    assert "half the face width online spur teeth, nodes at mid width: symmetric" in lines
+    assert "saves 4 of 9 columns of nodes, 260 contact points per flank" in lines
+    assert not any(line.startswith("!") for line in lines)
+
+
+def test_the_plan_warns_of_a_load_beyond_linear_elasticity():
+    heavy = {"torques_Nm": [1e3]}
+    text = plan_text(case(load={"torque_Nm": 1e3}, offline=heavy, online=heavy, compare=heavy))
+    assert "! Hertz pressure" in text
+
+
+@pytest.mark.parametrize(
+    ("changes", "models"), [({}, 1), ({"wheel": {"teeth": 21, "bore_radius_mm": 20.0, "poisson_ratio": 0.2}}, 2),
+                            (UNEQUAL, 2)], ids=["identical", "other material", "other teeth"],
+)  # fmt: skip
+def test_as_many_models_are_solved_as_are_announced(changes, models, monkeypatch):
+    some, sectors = case(**changes), []
+
+    def counted(mesh, *rest):
+        sectors.append(mesh)
+        return condense_sector(mesh, *rest)
+
+    monkeypatch.setattr("pmor.fe.cyclic.condense_sector", counted)
+    elastic = elastic_model(some, mesh_model(some))
+    assert len(sectors) == models
+    found = scene(some)
+    assert dict(computed(found))["finite-element models"].startswith(f"{models},")
+    assert ("the wheel's finite elements" in listed(some)) == (models == 1)
+    # All nodes of a sector that are not on the bore move.
+    announced = [unknowns(sector) for sector in found.bodies]
+    assert announced == [3 * len(np.setdiff1d(np.arange(len(s.nodes)), s.bore)) for s in sectors]
+    for gear, sector in zip((elastic.pinion, elastic.wheel), found.sectors, strict=True):
+        kept, size = gear.compliance.shape[:2]
+        assert size == found.flank_unknowns
+        assert kept == 2 * neighbour_reach(found.pair) + 1 < sector.teeth
+
+
+def test_matrices_and_bytes_of_distant_teeth_are_those_not_held():
+    some = case()
+    saving = listed(some)["the compliance of distant teeth"].saving
+    elastic = elastic_model(some, mesh_model(some))
+    kept, size = elastic.pinion.compliance.shape[:2]
+    assert saving == f"{21 - kept} matrices, {(21 - kept) * size**2 * 8 / 2**20:.3g} MiB"
+
+
+def test_pairs_and_patches_out_of_reach_are_not_in_any_window():
+    some = case(mesh={"profile_elements": 20}, pinion={"teeth": 30})
+    meshed = mesh_model(some).meshed
+    found = scene(some)
+    most = pairs_in_reach(meshed)
+    assert listed(some)["tooth pairs out of mesh"].saving == f"{30 - most} of 30 pairs in every position"
+    rows = []
+    for phi in meshed.pair.pitch * np.arange(12) / 12:
+        position = active_patches(meshed, float(phi), window_depth(meshed, 1e5))
+        assert len(position.pair_index) <= most
+        rows += position.windows[:, :, 3].ravel().tolist()
+    assert abs(rows_in_reach(found) - np.mean(rows)) <= 1.5
+    assert max(rows) < 20
+
+
+@pytest.mark.parametrize("width", [2, 3])
+def test_half_of_the_width_is_in_the_basis_when_the_plan_says_so(width, small_model, tmp_path):
+    some = case(mesh={"profile_elements": 5, "width_elements": width}, offline={"angles_per_pitch": 4})
+    run_offline(some, elastic_model(some, mesh_model(some)), tmp_path / "b.h5")
+    basis = read_basis(tmp_path / "b.h5")
+    announced = listed(some).get("half the face width online")
+    held = basis.flank_nodes[0].shape[1]
+    assert (announced is None) == (held == width + 1)
+    if announced is not None:
+        assert announced.saving == f"{width + 1 - held} of {width + 1} columns of nodes, 11 contact points per flank"
+    # Flank nodes are all that the shapes hold: nothing of the volume.
+    assert basis.shapes.gears[0].displacement.shape[2] == 3 * 6 * held
+
+
+def test_one_trained_torque_is_one_solve_an_angle(tmp_path, monkeypatch):
+    some, solved = case(**UNEQUAL), Counter()
+    from pmor.contact import solve
+
+    genuine = solve.solve_equilibrium
+
+    def counted(meshed, position, elasticity, torque, start=None):
+        solved[torque] += 1
+        return genuine(meshed, position, elasticity, torque, start)
+
+    monkeypatch.setattr(solve, "solve_equilibrium", counted)
+    run_offline(some, elastic_model(some, mesh_model(some)), tmp_path / "b.h5")
+    assert set(solved) == {100e3}
+    assert "training at further torques" in listed(some)
+    assert "training at further torques" not in listed(case())
+
+
+@pytest.mark.parametrize(("plots", "report"), [(False, False), (True, False), (False, True), (True, True)])
+def test_pictures_and_page_are_made_as_announced(plots, report, tmp_path, monkeypatch):
+    import online.pages as pages
+
+    done = []
+    monkeypatch.setattr(pages, "run_figures", lambda result, mesh: done.append("drawn") or [("a.png", "a", None)])
+    monkeypatch.setattr(pages, "save_png", lambda figure, path: done.append("file"))
+    monkeypatch.setattr(pages, "_content", lambda result, figures: None)
+    monkeypatch.setattr(pages, "write_report", lambda path, content: done.append("page"))
+
+    class Result:
+        pass
+
+    result = Result()
+    result.reduced = Result()
+    result.reduced.basis = Result()
+    some = case()
+    result.reduced.basis.case = replace(some, output=replace(some.output, plots=plots, report=report))
+    pages.write_pages(result, None, tmp_path)
+    what = set(listed(result.reduced.basis.case))
+    assert ("all pictures" in what) == ("drawn" not in done)
+    assert ("picture files" in what or "all pictures" in what) == ("file" not in done)
+    assert ("the report page" in what or "all pictures" in what) == ("page" not in done)
+
+
+def test_points_over_the_width_are_only_where_they_are_asked_for():
+    plain, asked = case(contact={"lodm_profile": 4}), case(contact={"lodm_profile": 4, "lodm_width": 4})
+    extents = [mesh_model(some).meshed.pinion.extents.shape for some in (plain, asked)]
+    saved = extents[1][0] * extents[1][1] - extents[0][0] * extents[0][1]
+    assert listed(plain)["contact points over the width"].saving == f"{saved} per flank"
+    assert "contact points over the width" not in listed(asked)
+    assert pmor.model.contact_scheme(plain).lodm_width == 1

@@ -1,0 +1,58 @@
+"""Loads beyond what the mechanics covers: refused, or named with their number."""
+
+import math
+
+import pytest
+from numpy.testing import assert_allclose
+
+from pmor.case import parse_case
+from pmor.errors import CaseError
+from pmor.limits import LARGEST_APPROACH, hertz_pressure, load_warnings, refuse_impossible_load
+from pmor.model import approach_estimate, gear_pair, mesh_model
+from tests.small_case import case_text
+
+
+def case(torque):
+    load = {"torques_Nm": [torque]}
+    return parse_case(case_text(load={"torque_Nm": torque}, offline=load, online=load, compare=load), "c", "c")
+
+
+def warnings(torque):
+    loaded = case(torque)
+    pair = gear_pair(loaded)
+    return load_warnings(loaded, pair, approach_estimate(loaded, pair))
+
+
+def test_hertz_pressure_is_that_of_two_equal_cylinders():
+    loaded = case(100.0)
+    pressure, modulus = hertz_pressure(loaded, gear_pair(loaded))
+    assert_allclose(modulus, 210e3 / (2.0 * (1.0 - 0.3**2)))
+    base, radius = 42.0 * math.cos(math.radians(20.0)), 42.0 * math.sin(math.radians(20.0))
+    load = 100e3 / base / 20.0
+    half = math.sqrt(4.0 * load * (0.5 * radius) / (math.pi * modulus))
+    assert_allclose(pressure, 2.0 * load / (math.pi * half), rtol=1e-12)
+
+
+def test_an_ordinary_load_is_not_worth_a_word():
+    assert warnings(100.0) == ()
+
+
+def test_heavy_loads_are_named_with_pressure_then_deflection():
+    pressure = warnings(1e3)
+    assert len(pressure) == 1
+    assert "Hertz pressure 2545 N/mm2" in pressure[0]
+    both = warnings(1e4)
+    assert len(both) == 2
+    assert "0.9 mm, 0.23 modules" in both[1]
+
+
+def test_a_load_that_bends_teeth_through_their_neighbours_is_refused_with_what_is_allowed():
+    with pytest.raises(CaseError, match=r"100000 N m: .* 2\.25 modules, .* stay below 2\.22e\+04 N m"):
+        mesh_model(case(1e5))
+    mesh_model(case(2.2e4))
+
+
+def test_the_heaviest_trained_load_counts():
+    loaded = parse_case(case_text(offline={"torques_Nm": [100.0, 1e5]}), "c", "c")
+    with pytest.raises(CaseError, match="torque of 100000 N m"):
+        refuse_impossible_load(loaded, 0.01 * LARGEST_APPROACH * 4.0)

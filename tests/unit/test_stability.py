@@ -1,0 +1,148 @@
+"""The matrix of variants and its measures."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from pmor.case import changed_text, load_case, parse_case
+from pmor.contact.elasticity import FullElasticity, ReducedElasticity
+from pmor.contact.solve import solve_position
+from pmor.errors import PmorError
+from pmor.model import ElasticModel, mesh_model
+from pmor.stability.balances import energy_imbalance, newton_condition, torque_imbalance
+from pmor.stability.matrix import base_case, matrix
+from pmor.stability.measure import Bench, measure
+from pmor.stability.places import mirrored_angles, pinion_angles
+from pmor.stability.run import _penalty_law
+from pmor.stability.variants import REFERENCES, Variant
+from tests.small_case import case_text
+
+TORQUE = 1e5
+
+
+@pytest.fixture(scope="module")
+def base():
+    return base_case(parse_case(case_text(mesh={"profile_elements": 5, "width_elements": 2}), "small", "small"))
+
+
+@pytest.fixture(scope="module")
+def bench(base, small_model):
+    found = Bench(base)
+    _, model = small_model
+    found.__dict__["model"] = ElasticModel(mesh_model(base), model.pinion, model.wheel)
+    return found
+
+
+def solved(model, share, torques=(TORQUE, 1.01 * TORQUE)):
+    pair = model.mesh.meshed.pair
+    phi = pair.roll_position_range[0] + share * pair.pitch
+    position = solve_position(model.mesh.meshed, phi, torques, model.elasticity_at)
+    return position, model.elasticity_at(position.position)
+
+
+@pytest.mark.parametrize("path", ["cases/paper_spur.toml", "cases/unequal_pair.toml"])
+def test_the_matrix_is_large_and_every_change_is_one_that_a_case_file_may_say(path):
+    case = base_case(load_case(path))
+    variants = matrix(case)
+    assert len(variants) >= 60
+    assert len({v.name for v in variants}) == len(variants)
+    refused = set()
+    for variant in variants:
+        assert variant.against in REFERENCES
+        try:
+            parse_case(changed_text(case.text, variant.changes), "v", "v")
+        except PmorError as error:
+            refused.add(variant.name)
+            message = str(error)
+            assert "unknown" not in message  # noqa: PT017 - most variants raise nothing
+    # What is expected to be refused is; the loader refuses nothing else of the matrix.
+    assert refused == {v.name for v in variants if v.against == "nothing"}
+
+
+def test_energy_balances_with_facets_and_would_show_a_wrong_force(bench):
+    case = parse_case(changed_text(bench.base.text, {"contact": {"scheme": "facet"}}), "f", "f")
+    model = bench.model_of(case)
+    position, elasticity = solved(model, 0.3)
+    states = position.equilibria
+    assert energy_imbalance(elasticity, states, (TORQUE, 1.01 * TORQUE)) < 1e-5
+    assert energy_imbalance(elasticity, states, (1.1 * TORQUE, 1.11 * TORQUE)) > 0.05
+
+
+def test_torque_of_the_nodal_forces_is_the_applied_one(bench):
+    position, elasticity = solved(bench.model, 0.1)
+    first = position.equilibria[0]
+    assert torque_imbalance(position.position, elasticity, first, TORQUE) < 1e-4
+    assert_allclose(torque_imbalance(position.position, elasticity, first, 2.0 * TORQUE), 0.5, rtol=1e-3)
+
+
+def test_condition_is_that_of_the_matrix_of_a_step(bench):
+    position, full = solved(bench.model, 0.9)
+    state = position.equilibria[0]
+    contact = state.contact
+    rows = np.stack([contact.nodal_forces(p, len(position.position.nodes)).ravel() for p in np.eye(len(contact.gap))])
+    assert isinstance(full, FullElasticity)
+    matrix_full = rows @ full.compliance @ rows.T + np.diag(1.0 / contact.stiffness)
+    exact = np.linalg.cond(matrix_full, 1)
+    assert 0.3 * exact < newton_condition(full, state) <= 1.01 * exact
+    reduced = ReducedElasticity(np.linalg.cholesky(full.compliance).reshape(-1, 3, len(full.compliance)))
+    columns = np.stack([reduced.coordinates_of(contact, p) for p in np.eye(len(contact.gap))])
+    exact = np.linalg.cond(np.eye(columns.shape[1]) + (columns.T * contact.stiffness) @ columns, 1)
+    assert 0.3 * exact < newton_condition(reduced, state) <= 1.01 * exact
+
+
+def test_usual_places_hold_exact_entry_and_exit_and_the_borders_are_nodes(bench):
+    meshed = bench.model.mesh.meshed
+    first, last = meshed.pair.roll_position_range
+    usual = pinion_angles(meshed, "usual")
+    assert len(usual) == 8
+    assert usual[0] == first
+    assert np.abs((usual - last) / meshed.pair.pitch - np.round((usual - last) / meshed.pair.pitch)).min() < 1e-12
+    rolls = meshed.pair.contact_roll_angles(pinion_angles(meshed, "borders"))
+    distance = [np.abs(r[:, None] - f.roll_angle).min(axis=1)
+                for r, f in zip(rolls, (meshed.pinion, meshed.wheel), strict=True)]  # fmt: skip
+    assert np.minimum(*distance).max() < 1e-12
+
+
+def test_mirrored_angles_are_as_far_from_the_other_end(bench):
+    pair = bench.model.mesh.meshed.pair
+    first, last = pair.roll_position_range
+    phi = np.array([first, 0.5 * (first + last), last])
+    assert_allclose(mirrored_angles(pair, phi, pair), [last, 0.5 * (first + last), first], atol=1e-12)
+
+
+def test_an_entry_says_what_is_wrong_and_a_crash_becomes_one(bench, monkeypatch):
+    held = Variant("strict", "g", "a", {"contact": {"penalty_N_mm3": 1e4}}, "base", tolerance=1e-3)
+    entry = measure(held, bench)
+    assert entry.converged
+    assert not entry.ok
+    assert not entry.explained
+    assert entry.note.startswith("differs by")
+    refused = measure(Variant("none", "g", "a", {"load": {"torque_Nm": 0.0}}), bench)
+    assert refused.explained
+    assert "nothing to solve" in refused.note
+    reversed_ = measure(Variant("back", "g", "a", {"load": {"torque_Nm": -1.0}}), bench)
+    assert "mirror image" in reversed_.note
+
+    def crash(*arguments):
+        raise ZeroDivisionError("made to crash")
+
+    monkeypatch.setattr("pmor.stability.measure.solve_variant", crash)
+    entry = measure(Variant("crash", "g", "a"), bench)
+    assert (entry.ok, entry.explained, entry.converged) == (False, False, False)
+    assert entry.note == "ZeroDivisionError: made to crash"
+
+
+def test_the_law_of_the_penalty_is_fitted_where_it_is_stiff(bench):
+    from dataclasses import replace
+
+    from pmor.stability.contact_variants import PENALTY_EXPONENTS, PENALTY_LIMIT, penalty_name
+
+    some = replace(measure(Variant("refused", "g", "a", {"load": {"torque_Nm": 0.0}}), bench), converged=True)
+
+    def entries(exponent):
+        ste = {penalty_name(10.0**e): 5.0 + 10.0 ** (exponent * e + 4) for e in PENALTY_EXPONENTS}
+        return {name: replace(some, ste_um=(value,) * 3) for name, value in (ste | {PENALTY_LIMIT: 5.0}).items()}
+
+    assert_allclose(_penalty_law(entries(-1.0)).exponent, -1.0, atol=1e-6)
+    assert_allclose(_penalty_law(entries(-0.5)).exponent, -0.5, atol=1e-6)
+    assert _penalty_law({"base case": some}) is None

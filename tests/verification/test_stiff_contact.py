@@ -1,0 +1,144 @@
+"""Contact from a cushion to rigid: the same few steps, and the law of a series spring down to the last digits."""
+
+import itertools
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from pmor.contact import equilibrium
+from pmor.contact.equilibrium import _unilateral, expected_penetration
+from pmor.contact.solve import solve_position
+from tests.gear_models import body, gear_pair, meshed_pair, tooth
+
+TORQUE = 1e5
+MESH = (6, 2)
+MOST_STEPS = 12
+PAIR = gear_pair(tooth(21), tooth(21))
+
+
+class Model:
+    def __init__(self, **scheme):
+        self.meshed, self.body = meshed_pair(PAIR, *MESH, **scheme), body(PAIR.pinion, *MESH)
+
+    def elasticity(self, position):
+        from pmor.contact.elasticity import full_elasticity
+
+        return full_elasticity(self.body, self.body, position)
+
+    def solve(self, share, torque=TORQUE):
+        phi = PAIR.roll_position_range[0] + share * PAIR.pitch
+        return solve_position(self.meshed, phi, [torque], self.elasticity).equilibria[0]
+
+
+def lcp_by_trying_all(matrix, gap):
+    """Naive twin: try all sets of points that carry load."""
+    for chosen in itertools.product([False, True], repeat=len(gap)):
+        active = np.array(chosen)
+        force = np.zeros(len(gap))
+        force[active] = np.linalg.solve(matrix[np.ix_(active, active)], -gap[active])
+        if force.min() >= 0.0 and (gap + matrix @ force)[~active].min(initial=0.0) >= 0.0:
+            return active
+    raise AssertionError("no solution")
+
+
+@pytest.mark.parametrize("nodes", [8, 3])
+def test_points_that_carry_load_are_those_of_the_complementarity_problem(nodes, rng):
+    """With fewer nodes than points the flexibility is singular but for the penalty."""
+    for _ in range(20):
+        shapes, gap = rng.normal(size=(8, nodes)), rng.normal(size=8)
+        flexibility = shapes @ shapes.T
+
+        def solve(active, hardness, flexibility=flexibility, gap=gap):
+            give = 1e-3 / hardness
+            matrix = flexibility[np.ix_(active, active)] + give * np.eye(active.sum())
+            force = np.zeros(8)
+            force[active] = np.linalg.solve(matrix, -gap[active])
+            predicted = gap + flexibility @ force
+            return force, 0.0, predicted
+
+        found, (force, _, _) = _unilateral(solve, gap, 1e-14)
+        assert np.array_equal(found & (force > 0.0), lcp_by_trying_all(flexibility + 1e-3 * np.eye(8), gap))
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.9])
+def test_ste_comes_to_its_limit_as_one_over_the_penalty(share):
+    limit = Model(penalty=1e15).solve(share).lead
+    above = []
+    for exponent in range(2, 13):
+        solved = Model(penalty=10.0**exponent).solve(share)
+        assert solved is not None
+        assert solved.steps <= MOST_STEPS
+        above.append(solved.lead - limit)
+    above = np.array(above)
+    assert np.all(np.diff(above) < 0.0)
+    stiff = np.log10(above[-4:-1])  # 1e9 to 1e11: beyond, 1e-8 of the STE is left
+    assert_allclose(np.diff(stiff), -1.0, atol=0.02)
+
+
+@pytest.mark.parametrize("scheme", [
+    {"penalty": 1e12, "lodm_profile": 16, "lodm_width": 4},
+    {"penalty": 1e12, "surface": "facet"},
+    {"penalty": 1e12, "slave": "both"},
+], ids=str)  # fmt: skip
+@pytest.mark.parametrize("share", [0.1, 0.9])
+def test_more_points_than_nodes_under_a_stiff_penalty(scheme, share):
+    solved = Model(**scheme).solve(share)
+    assert solved is not None
+    assert solved.steps <= MOST_STEPS
+    assert_allclose(-(solved.contact.force @ solved.contact.lever), TORQUE, rtol=1e-6)
+
+
+@pytest.mark.parametrize("torque", [1e-3, 1.0, 1e6, 1e7])
+def test_torques_over_ten_decades_need_few_steps(torque):
+    for share in (0.2, 0.85):
+        solved = Model().solve(share, torque)
+        assert solved is not None
+        assert solved.steps <= MOST_STEPS
+
+
+def test_a_soft_penalty_lets_the_flanks_in_as_far_as_a_bed_of_springs():
+    model = Model(penalty=1e2)
+    expected = expected_penetration(model.meshed, TORQUE)
+    solved = model.solve(0.85)  # one pair carries all
+    assert len(np.unique(solved.contact.pair)) <= 2
+    assert_allclose(-solved.contact.gap.min(), expected, rtol=0.25)
+
+
+def test_mixing_the_last_corrections_saves_steps_under_an_extreme_load(monkeypatch):
+    model = Model()
+    mixed = model.solve(0.625, 1e7).steps
+    monkeypatch.setattr(equilibrium, "SLOW", 2.0)
+    monkeypatch.setattr(equilibrium, "LINEAR", 0.0)
+    plain = model.solve(0.625, 1e7)
+    assert plain is None or plain.steps > mixed + 3
+
+
+def test_a_solution_that_fails_in_a_small_window_is_sought_in_a_larger_one(monkeypatch):
+    """Points on the mate but off its window come and go: no equilibrium there, however good the solver."""
+    from pmor.contact import solve
+    from pmor.errors import ConvergenceError
+
+    expected, genuine, depths = Model().solve(0.9), solve.solve_equilibrium, []
+
+    def fails_at_first(meshed, position, *rest):
+        depths.append(position.depth)
+        if len(depths) == 1:
+            raise ConvergenceError("points come and go", [])
+        return genuine(meshed, position, *rest)
+
+    monkeypatch.setattr(solve, "solve_equilibrium", fails_at_first)
+    assert_allclose(Model().solve(0.9).lead, expected.lead, rtol=1e-6)
+    assert_allclose(depths[1], 3.0 * depths[0])
+
+
+def test_a_solution_that_fails_in_whole_windows_is_given_up(monkeypatch):
+    from pmor.contact import solve
+    from pmor.errors import ConvergenceError
+
+    def fails(*arguments):
+        raise ConvergenceError("never", [])
+
+    monkeypatch.setattr(solve, "solve_equilibrium", fails)
+    assert Model().solve(0.9) is None
