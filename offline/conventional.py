@@ -28,7 +28,7 @@ from pmor.contact.flank import MeshedPair
 from pmor.contact.position import Position, active_patches
 from pmor.contact.search import Contact, search_contact
 from pmor.contact.solve import window_depth
-from pmor.errors import ConvergenceError
+from pmor.errors import CaseError, ConvergenceError
 from pmor.fe.sparse_direct import assemble_arc, factorise
 from pmor.gear.conventions import FloatArray, IntArray, rotation_z
 from pmor.mesh.sector import SectorMesh
@@ -158,7 +158,17 @@ def conventional_pair(case: Case, mesh: MeshModel) -> ConventionalPair:
     Returns
     -------
     ConventionalPair
+
+    Raises
+    ------
+    CaseError
+        With line contact, whose closed form takes the place of part of the mesh's compliance.
     """
+    if mesh.meshed.scheme.kind == "line":
+        raise CaseError(
+            f'case {case.name}: [contact] scheme = "line": conventional full FE has no surface layer to take out; choose '
+            '"strip", "direct", "paper" or "facet"'
+        )
     start = time.perf_counter()
     (pinion, pinion_flank), (wheel, wheel_flank) = per_gear(
         case, mesh, lambda sector, gear: assemble_gear(case, sector, gear, sector.teeth)

@@ -9,7 +9,7 @@ from offline.conventional import conventional_pair, solve_conventional
 from offline.conventional_cost import GearCost, StepEstimate, newton_step_seconds
 from pmor.case import parse_case
 from pmor.contact.solve import solve_position
-from pmor.errors import ConvergenceError
+from pmor.errors import CaseError, ConvergenceError
 from pmor.fe.assembly import assemble
 from pmor.fe.nested_dissection import elimination_order, nested_dissection, sector_grid
 from pmor.fe.sparse_direct import assemble_arc, factorise
@@ -186,3 +186,9 @@ def test_each_tooth_costs_what_a_further_sector_adds():
 def test_arcs_stay_within_the_memory_but_are_two_at_least():
     case = parse_case(case_text(**CASES["identical"]), "small", "small case")
     assert newton_step_seconds(case, mesh_model(case), memory_bytes=1.0).sectors == (2, 4)
+
+
+def test_line_contact_is_refused():
+    case = parse_case(case_text(contact=None), "line", "line case")
+    with pytest.raises(CaseError, match='scheme = "line".*choose'):
+        conventional_pair(case, mesh_model(case))
