@@ -81,8 +81,8 @@ def _blocks(stability: Stability, seconds: float) -> list[Block]:
     blocks: list[Block] = [Warning(f"{entry.name}: {entry.note}") for entry in stability.failed]
     blocks += [
         f"{len(entries)} variants of the case, each far from the usual in one respect: "
-        f"{sum(e.ok for e in entries)} ok, {sum(e.explained for e in entries)} refused or warned of "
-        f"before anything was solved, with a reason, and {len(stability.failed)} failed; {format_time(seconds)} in all. "
+        f"{sum(e.ok for e in entries)} ok, {sum(e.explained for e in entries)} refused or warned "
+        f"of before anything was solved, and {len(stability.failed)} failed; {format_time(seconds)} in all. "
         f"Base: {base.mesh.profile_elements} x {base.mesh.width_elements} elements on a flank, {base.torque_Nm:g} N m. "
         "Full FE is solved at eight positions over a pitch, exact entry and exit of a pair among them.",
         Table("What the columns mean", ("column", "meaning"), _meanings()),
