@@ -166,8 +166,8 @@ def conventional_pair(case: Case, mesh: MeshModel) -> ConventionalPair:
     """
     if mesh.meshed.scheme.kind == "line":
         raise CaseError(
-            f'case {case.name}: [contact] scheme = "line": conventional full FE has no surface layer to take out; choose '
-            '"strip", "direct", "paper" or "facet"'
+            f'case {case.name}: [contact] scheme = "line": conventional full FE has no surface layer to take out: '
+            'choose "strip", "direct", "paper" or "facet"'
         )
     start = time.perf_counter()
     (pinion, pinion_flank), (wheel, wheel_flank) = per_gear(

@@ -236,11 +236,11 @@ def _valid_basis(path: Path, case: Case) -> Basis | None:
 
 
 def _elastic_model(case: Case, mesh: MeshModel) -> ElasticModel:
-    from pmor.limits import load_warnings
+    from pmor.limits import range_warnings
     from pmor.model import approach_estimate, elastic_model
 
     pair = mesh.meshed.pair
-    for warning in load_warnings(case, pair, approach_estimate(case, pair)):
+    for warning in range_warnings(case, pair, approach_estimate(case, pair)):
         print(f"pmor: warning: {warning}", file=sys.stderr)
     return elastic_model(case, mesh)
 

@@ -13,7 +13,7 @@ from pmor.case import Case
 from pmor.contact.flank import LOCAL_SHARE
 from pmor.contact.solve import WINDOW_MARGIN
 from pmor.gear.pair import GearPair
-from pmor.limits import load_warnings
+from pmor.limits import range_warnings
 from pmor.mesh.sector import SectorMesh
 from pmor.model import approach_estimate, gear_pair, neighbour_reach, same_body, sector_meshes
 from pmor.reduction.half_width import mirrors_at_mid_width
@@ -103,8 +103,8 @@ def left_out(scene: Scene) -> list[LeftOut]:
 
 
 def remarks(scene: Scene) -> tuple[str, ...]:
-    """Warn of loads beyond linear elasticity."""
-    return load_warnings(scene.case, scene.pair, approach_estimate(scene.case, scene.pair))
+    """Warn of loads beyond linear elasticity, and of elements that lock."""
+    return range_warnings(scene.case, scene.pair, approach_estimate(scene.case, scene.pair))
 
 
 def unknowns(sector: SectorMesh) -> int:

@@ -817,20 +817,15 @@ def _carriers(gears, windows, first_row, at, rows, weights):
 
 
 @compiled
-def _opening(nodes, gears, windows, first_row, at, rows, weights, column):
+def _opening(moved, gears, windows, first_row, at, rows, weights, column):
     """Change of the gap by the displacements in one section."""
     change = 0.0
     for gear in range(2):
-        undeformed, columns = gears[gear][0], gears[gear][0].shape[1]
-        first = first_row[gear] - windows[gear, 2]
+        columns, first = gears[gear][0].shape[1], first_row[gear] - windows[gear, 2]
         for a in range(4):
             if weights[gear, a] != 0.0:
-                row = rows[gear] + a
-                node = nodes[windows[gear, 0] + (row - first) * columns + column]
-                before = undeformed[row, column]
-                change += weights[gear, a] * (
-                    at[3 + 2 * gear] * (node[0] - before[0]) + at[4 + 2 * gear] * (node[1] - before[1])
-                )
+                node = moved[windows[gear, 0] + (rows[gear] + a - first) * columns + column]
+                change += weights[gear, a] * (at[3 + 2 * gear] * node[0] + at[4 + 2 * gear] * node[1])
     return change
 
 
@@ -881,7 +876,7 @@ def line_load(penetration, compliance, constant, least):
 
 
 @compiled
-def _search_line(nodes, gears, windows, first_row, at, twice, count, largest_gap, rows, weights, lists):
+def _search_line(moved, gears, windows, first_row, at, twice, count, largest_gap, rows, weights, lists):
     """List the sections of a tooth pair, one point each, at the closest approach; see `search_pair`.
 
     The load is not proportional to the gap. Listed are the tangent stiffness and the gap that, times it, gives the
@@ -901,7 +896,7 @@ def _search_line(nodes, gears, windows, first_row, at, twice, count, largest_gap
     least = 1e-9 / (compliance * curvature)
     smallest, border = np.inf, False
     for column in range(gears[0][0].shape[1]):
-        gap = at[0] + _opening(nodes, gears, windows, first_row, at, rows, weights, column)
+        gap = at[0] + _opening(moved, gears, windows, first_row, at, rows, weights, column)
         smallest = min(smallest, gap)
         if gap >= largest_gap:
             continue
@@ -917,22 +912,22 @@ def _search_line(nodes, gears, windows, first_row, at, twice, count, largest_gap
 
 
 @compiled
-def _strip_gap(nodes, gears, windows, first_row, slave, u, rotation, shift, column, at, rows, weights):
+def _strip_gap(moved, gears, windows, first_row, slave, u, rotation, shift, column, at, rows, weights):
     """Gap of the slave's point at roll angle u in a section; return it and whether both windows hold the point."""
     _involute_foot(gears, slave, u, rotation, shift, at)
     inside = _carriers(gears, windows, first_row, at, rows, weights)
-    return at[0] + _opening(nodes, gears, windows, first_row, at, rows, weights, column), inside
+    return at[0] + _opening(moved, gears, windows, first_row, at, rows, weights, column), inside
 
 
 @compiled
-def _strip_end(nodes, gears, windows, first_row, slave, low, gap_low, high, gap_high, rotation, shift, column, work):
+def _strip_end(moved, gears, windows, first_row, slave, low, gap_low, high, gap_high, rotation, shift, column, work):
     """Where the gap changes sign between two roll angles, by false position with halving (Illinois)."""
     at, rows, weights = work
     side, u = 0, low
     for _ in range(60):
         u = (low * gap_high - high * gap_low) / (gap_high - gap_low)
         gap, _inside = _strip_gap(
-            nodes, gears, windows, first_row, slave, u, rotation, shift, column, at, rows, weights
+            moved, gears, windows, first_row, slave, u, rotation, shift, column, at, rows, weights
         )
         if abs(gap) <= 1e-15 or abs(high - low) <= 1e-14:
             break
@@ -985,7 +980,7 @@ def _strip_borders(geometry, gears, windows, first_row, slave, roll_position, ro
 
 @compiled
 def _search_strip(
-    nodes, geometry, gears, windows, first_row, slave, roll_position, rotation, shift, penalty, count, abscissas,
+    moved, geometry, gears, windows, first_row, slave, roll_position, rotation, shift, penalty, count, abscissas,
     at, rows, weights, lists,
 ):  # fmt: skip
     """Integrate the penalty pressure over the strips in which the gap is negative; see `search_pair`.
@@ -1002,7 +997,7 @@ def _search_strip(
         before = 0.0
         for i in range(borders_count):
             gap, inside = _strip_gap(
-                nodes, gears, windows, first_row, slave, borders[i], rotation, shift, column, at, rows, weights
+                moved, gears, windows, first_row, slave, borders[i], rotation, shift, column, at, rows, weights
             )
             smallest = min(smallest, gap)
             cut_off = (i == 0 and windows[slave, 4] == 0 and borders[0] <= gears[slave][1][first_row[slave]]) or (
@@ -1013,13 +1008,13 @@ def _search_strip(
                 low, high = borders[i - 1], borders[i]
                 if before * gap < 0.0:
                     end = _strip_end(
-                        nodes, gears, windows, first_row, slave, low, before, high, gap, rotation, shift, column, work
+                        moved, gears, windows, first_row, slave, low, before, high, gap, rotation, shift, column, work
                     )
                     low, high = (end, high) if gap < 0.0 else (low, end)
                 for a in range(len(abscissas)):
                     u = 0.5 * (low + high) + 0.5 * (high - low) * abscissas[a, 0]
                     value, _inside = _strip_gap(
-                        nodes, gears, windows, first_row, slave, u, rotation, shift, column, at, rows, weights
+                        moved, gears, windows, first_row, slave, u, rotation, shift, column, at, rows, weights
                     )
                     # An element of the involute's length is r_b u du.
                     length = 0.5 * (high - low) * abscissas[a, 1] * gears[slave][3][0] * u
@@ -1057,7 +1052,8 @@ def search_all(
     phi, lead : float
         Kinematic pinion angle and rotation ahead of it, rad.
     nodes : ndarray, shape (n, 3)
-        Deformed nodes of all windows, mm.
+        Deformed nodes of all windows, mm; for exact flanks (kinds 1 and 2) their displacements alone, which small loads
+        would lose among the digits of the coordinates.
     pairs, indices, windows, first_row, centre
         As `place_windows` gives them.
     geometry, gears
@@ -1397,6 +1393,7 @@ def _solve_upper(factor, size, vector):
 def _deform(undeformed, position, members, coordinates, nodes):
     pairs, windows, gears = position[1], position[3], position[8]
     ranges, fields = members[1], members[4]
+    """Deformed nodes, or displacements alone where `undeformed` is zero."""
     flat, before = nodes.reshape(nodes.size), undeformed.reshape(undeformed.size)
     flat[:] = before
     for p in range(pairs):
@@ -1681,8 +1678,9 @@ def place_position(phi, depth, reachable, geometry, gears, scheme, family, clear
         np.empty((most, most)), np.empty((most, 3 * nodes)),
     )  # fmt: skip
     size = gather_members(phi, pairs, indices, windows, first_row, geometry, gears, family, members)
-    undeformed = np.empty((nodes, 3))
-    _load_windows(pairs, windows, first_row, gears, undeformed)
+    undeformed = np.zeros((nodes, 3))
+    if scheme[9] == 0:
+        _load_windows(pairs, windows, first_row, gears, undeformed)
     room, profile_points, width_points = point_room(pairs, windows, gears, scheme)
     lists = (
         np.empty((room, 8), dtype=np.int64), np.empty((room, 8, 3)), np.empty(room), np.empty(room),

@@ -103,8 +103,9 @@ def search_contact(meshed: MeshedPair, position: Position, displacement: FloatAr
     weight, gap, stiffness = np.empty((room, 8, 3)), np.empty(room), np.empty(room)
     lever, mate_lever = np.empty(room), np.empty(room)
     pair, slave = np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int64)
+    nodes = displacement if meshed.scheme.exact else position.nodes + displacement
     count, smallest, touches_border = search_all(
-        position.phi, lead, position.nodes + displacement, pairs, position.pair_index, position.windows,
+        position.phi, lead, nodes, pairs, position.pair_index, position.windows,
         position.first_row, position.centre, meshed.geometry, meshed.gears, scheme,
         clearance(meshed.scheme) * position.depth, 0.0, np.full(memory, -1), np.empty(memory), pair, slave,
         (index, weight, gap, stiffness, lever, mate_lever, place, np.empty(room)),

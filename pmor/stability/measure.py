@@ -13,7 +13,7 @@ from online.sweep import sweep_reduced_pair
 from pmor.case import Case, changed_text, parse_case
 from pmor.errors import CaseError, GeometryError, MeshError
 from pmor.gear.conventions import FloatArray
-from pmor.limits import load_warnings
+from pmor.limits import range_warnings
 from pmor.model import ElasticModel, approach_estimate, elastic_model, mesh_model
 from pmor.stability.places import NEIGHBOUR, mirrored_angles, pinion_angles
 from pmor.stability.reduced import train
@@ -50,7 +50,7 @@ class Entry:
     ok : bool
         Converged, balanced, and as close to the reference as it should be.
     explained : bool
-        Refused by a check that says why.
+        Refused by a check that says why, or known not to hold, with a warning beforehand.
     note : str
         What is wrong, or worth knowing.
     """
@@ -133,7 +133,7 @@ def _solved_entry(entry: Entry, variant: Variant, case: Case, bench: Bench) -> E
     reference = variant.factor * _reference(variant, case, model, phi, bench)
     difference = float(np.max(np.abs(solved.ste_um - reference)) / np.mean(np.abs(reference)))
     notes = _complaints(variant, solved, difference)
-    warnings = load_warnings(case, meshed.pair, approach_estimate(case, meshed.pair))
+    warnings = range_warnings(case, meshed.pair, approach_estimate(case, meshed.pair))
     aspect = model.mesh.quality.max_aspect_ratio
     remarks = [*warnings, *([f"aspect ratio of the elements up to {aspect:.3g}"] if variant.group == "Mesh" else [])]
     return replace(
@@ -147,6 +147,7 @@ def _solved_entry(entry: Entry, variant: Variant, case: Case, bench: Bench) -> E
         ste_mean_um=_known(float(np.mean(solved.ste_um))),
         ste_um=tuple(solved.ste_um.tolist()),
         ok=not notes,
+        explained=bool(notes and variant.limit) and any(variant.limit in warning for warning in warnings),
         note="; ".join([*notes, *remarks]),
     )
 

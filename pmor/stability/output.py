@@ -58,8 +58,8 @@ def stability_text(stability: Stability) -> str:
     steps = max((e.newton_steps for e in entries if e.newton_steps is not None), default=None)
     lines = [
         f"Stability: {stability.case.title}",
-        f"  {len(entries)} variants: {sum(e.ok for e in entries)} ok, {sum(e.explained for e in entries)} refused "
-        f"with a reason, {len(stability.failed)} failed",
+        f"  {len(entries)} variants: {sum(e.ok for e in entries)} ok, {sum(e.explained for e in entries)} explained "
+        f"limits, {len(stability.failed)} failed",
     ]
     if steps is not None:
         lines.append(f"  {steps} Newton steps at most, {MOST_STEPS} allowed")
@@ -69,8 +69,10 @@ def stability_text(stability: Stability) -> str:
 
 
 def verdict(entry: Entry) -> str:
-    """Return ok, refused (explained) or failed."""
-    return "ok" if entry.ok else "refused" if entry.explained else "failed"
+    """Return ok, refused, limit (both explained) or failed."""
+    if entry.explained:
+        return "refused" if entry.converged is None else "limit"
+    return "ok" if entry.ok else "failed"
 
 
 def _blocks(stability: Stability, seconds: float) -> list[Block]:
@@ -79,9 +81,9 @@ def _blocks(stability: Stability, seconds: float) -> list[Block]:
     blocks: list[Block] = [Warning(f"{entry.name}: {entry.note}") for entry in stability.failed]
     blocks += [
         f"{len(entries)} variants of the case, each far from the usual in one respect: "
-        f"{sum(e.ok for e in entries)} ok, {sum(e.explained for e in entries)} refused before anything was solved, "
-        f"with a reason, and {len(stability.failed)} failed; {format_time(seconds)} in all. Base: "
-        f"{base.mesh.profile_elements} x {base.mesh.width_elements} elements on a flank, {base.torque_Nm:g} N m. "
+        f"{sum(e.ok for e in entries)} ok, {sum(e.explained for e in entries)} refused or warned "
+        f"of before anything was solved, and {len(stability.failed)} failed; {format_time(seconds)} in all. "
+        f"Base: {base.mesh.profile_elements} x {base.mesh.width_elements} elements on a flank, {base.torque_Nm:g} N m. "
         "Full FE is solved at eight positions over a pitch, exact entry and exit of a pair among them.",
         Table("What the columns mean", ("column", "meaning"), _meanings()),
     ]
@@ -121,7 +123,8 @@ def _short(value: float | None) -> float | None:
 def _meanings() -> list[tuple[str, str]]:
     return [
         ("result", f"ok: converged everywhere in at most {MOST_STEPS} Newton steps, balanced, and as close to what it "
-         "is held against as it should be; refused: a check before the solution says why; failed: the note says what"),
+         "is held against as it should be; refused: a check before the solution says why; limit: solved, with "
+         "a warning that it is not to be trusted; failed: the note says what"),
         ("steps", "largest number of Newton steps at any position"),
         ("condition", "condition number of the matrix that a Newton step factors, 1-norm, estimated"),
         ("difference", "largest difference of the STE to what it is held against, over the mean of that"),

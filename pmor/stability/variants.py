@@ -54,6 +54,8 @@ class Variant:
         Loads over the nominal one that are solved before it, each from the one before, as a sweep does.
     basis : str or None
         How the reduced basis is made (`pmor.stability.reduced`); None: full FE.
+    limit : str
+        Part of the warning that the program gives beforehand where this variant is known not to hold.
     energy, torque : float
         Allowed imbalance, relative.
     """
@@ -69,6 +71,7 @@ class Variant:
     start_mm: float | None = None
     rising: tuple[float, ...] = ()
     basis: str | None = None
+    limit: str = ""
     energy: float = MESH_ENERGY
     torque: float = 1e-3
 

@@ -50,7 +50,7 @@ def test_everything_is_there_and_holds(case_path, capsys):
     page = (out / "report.html").read_text()
     assert "torque 1000 N m: Hertz pressure" in page
     assert page.count("data:image/png;base64,") == 1
-    assert "14 variants: 11 ok, 3 refused with a reason, 0 failed" in text
+    assert "14 variants: 11 ok, 3 explained limits, 0 failed" in text
 
 
 def test_a_variant_that_crashes_is_named_and_stops_nothing(case_path, capsys, monkeypatch):

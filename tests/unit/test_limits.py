@@ -7,7 +7,7 @@ from numpy.testing import assert_allclose
 
 from pmor.case import parse_case
 from pmor.errors import CaseError
-from pmor.limits import LARGEST_APPROACH, hertz_pressure, load_warnings, refuse_impossible_load
+from pmor.limits import LARGEST_APPROACH, hertz_pressure, range_warnings, refuse_impossible_load
 from pmor.model import approach_estimate, gear_pair, mesh_model
 from tests.small_case import case_text
 
@@ -20,7 +20,7 @@ def case(torque):
 def warnings(torque):
     loaded = case(torque)
     pair = gear_pair(loaded)
-    return load_warnings(loaded, pair, approach_estimate(loaded, pair))
+    return range_warnings(loaded, pair, approach_estimate(loaded, pair))
 
 
 def test_hertz_pressure_is_that_of_two_equal_cylinders():
@@ -56,3 +56,13 @@ def test_the_heaviest_trained_load_counts():
     loaded = parse_case(case_text(offline={"torques_Nm": [100.0, 1e5]}), "c", "c")
     with pytest.raises(CaseError, match="torque of 100000 N m"):
         refuse_impossible_load(loaded, 0.01 * LARGEST_APPROACH * 4.0)
+
+
+def test_plain_hexahedra_that_lock_are_named_with_the_remedy():
+    rubber = parse_case(case_text(pinion={"poisson_ratio": 0.499}, mesh={"element": "hex8"}), "c", "c")
+    pair = gear_pair(rubber)
+    (warning,) = range_warnings(rubber, pair, 0.0)
+    assert "poisson_ratio = 0.499" in warning
+    assert 'element = "hex8i"' in warning
+    better = parse_case(case_text(pinion={"poisson_ratio": 0.499}), "c", "c")
+    assert range_warnings(better, pair, 0.0) == ()

@@ -5,6 +5,7 @@ import itertools
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from scipy.optimize import nnls
 
 from pmor.contact import equilibrium
 from pmor.contact.equilibrium import _unilateral, expected_penetration
@@ -59,6 +60,27 @@ def test_points_that_carry_load_are_those_of_the_complementarity_problem(nodes, 
 
         found, (force, _, _) = _unilateral(solve, gap, 1e-14)
         assert np.array_equal(found & (force > 0.0), lcp_by_trying_all(flexibility + 1e-3 * np.eye(8), gap))
+
+
+def test_many_points_on_few_nodes_are_sorted_by_hardening_the_penalty(rng):
+    """Against an active-set method for least squares; without hardening, one in four of these has no end."""
+    place, nodes = np.linspace(-1.0, 1.0, 40), np.linspace(-1.0, 1.0, 6)
+    carried = np.maximum(0.0, 1.0 - np.abs(place[:, None] - nodes) / 0.4)
+    flexibility = carried @ np.exp(-np.abs(nodes[:, None] - nodes) / 0.3) @ carried.T
+    give = 1e-8
+    for _ in range(20):
+        gap = place**2 - 0.4 + 0.02 * rng.normal(size=40)
+
+        def solve(active, hardness, gap=gap):
+            force = np.zeros(40)
+            matrix = flexibility[np.ix_(active, active)] + give / hardness * np.eye(active.sum())
+            force[active] = np.linalg.solve(matrix, -gap[active])
+            return force, 0.0, gap + flexibility @ force
+
+        lower = np.linalg.cholesky(flexibility + give * np.eye(40))
+        expected = nnls(lower.T, -np.linalg.solve(lower, gap), maxiter=5000)[0]
+        found = _unilateral(solve, gap, 1e-14)[1][0]
+        assert_allclose(found, expected, atol=1e-4 * expected.max())
 
 
 @pytest.mark.jit
