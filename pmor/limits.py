@@ -16,6 +16,28 @@ LARGE_APPROACH = 0.05
 # Above it, plain linear hexahedra cannot deform without changing their volume: measured at 0.499, 25 % too stiff.
 LOCKING_POISSON_RATIO = 0.45
 LARGEST_APPROACH = 0.5
+# Penalty of strips of pressure, times the length of an element over the modulus, above which the pressure has more
+# places than the mesh has displacements to follow it: the strip locks, and Newton takes dozens of steps.
+STIFFEST_STRIP = 50.0
+
+
+def refuse_locking_penalty(case: Case, element_mm: float) -> None:
+    """Raise CaseError when strips of pressure are to be much stiffer than the elements that carry them.
+
+    Parameters
+    ----------
+    case : Case
+    element_mm : float
+        Length of the flank's elements along the profile, mm.
+    """
+    softest = 1e3 * min(case.pair.pinion.youngs_modulus_GPa, case.pair.wheel.youngs_modulus_GPa)
+    allowed = STIFFEST_STRIP * softest / element_mm
+    if case.contact.penalty_N_mm3 > allowed:
+        raise CaseError(
+            f"[contact] penalty_N_mm3 = {case.contact.penalty_N_mm3:g}: strips of pressure on elements of "
+            f"{element_mm:.3g} mm lock above {allowed:.2g} N/mm3: lower it, refine the mesh, or choose the scheme "
+            '"line", which has none'
+        )
 
 
 def refuse_impossible_load(case: Case, approach_mm: float) -> None:

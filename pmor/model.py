@@ -7,6 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeVar
 
+import numpy as np
+
 from pmor.case import Case, GearCase
 from pmor.contact.elasticity import full_elasticity
 from pmor.contact.flank import ContactScheme, MeshedPair, SurfaceLayer, make_flank
@@ -17,7 +19,7 @@ from pmor.fe.cyclic import ElasticGear, elastic_gear
 from pmor.gear.conventions import FloatArray
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance
 from pmor.gear.tooth import Tooth
-from pmor.limits import refuse_impossible_load
+from pmor.limits import refuse_impossible_load, refuse_locking_penalty
 from pmor.mesh.layer import surface_layer
 from pmor.mesh.quality import MeshQuality, mesh_quality
 from pmor.mesh.sector import SectorMesh, build_sector
@@ -137,6 +139,9 @@ def mesh_model(case: Case) -> MeshModel:
                            (pinion.flank_roll_angle, wheel.flank_roll_angle))  # fmt: skip
     if meshed.scheme.kind == "line":
         check_half_width(meshed, 1e3 * case.offline.torques_Nm[-1])
+    elif meshed.scheme.kind == "strip":
+        flank = meshed.pinion.nodes[:, 0]
+        refuse_locking_penalty(case, float(np.linalg.norm(flank[-1] - flank[0])) / meshed.pinion.element_rows)
     return MeshModel(pinion, wheel, min(qualities, key=lambda q: q.min_scaled_jacobian), meshed)
 
 

@@ -193,7 +193,9 @@ def solve_equilibrium(
 def round_off_residual(meshed: MeshedPair, torque: float) -> float:
     """Return the relative error below which a state under a pinion torque (N mm) is round-off of the coordinates."""
     coordinate_error = np.finfo(float).eps * meshed.pair.centre_distance
-    return float(ROUND_OFF_FACTOR * coordinate_error / meshed.expected_approach(torque))
+    # Gaps of exact flanks come from displacements alone; only where a tip corner is do coordinates enter, directly.
+    factor = 1.0 if meshed.scheme.exact else ROUND_OFF_FACTOR
+    return float(factor * coordinate_error / meshed.expected_approach(torque))
 
 
 def expected_penetration(meshed: MeshedPair, torque: float) -> float:

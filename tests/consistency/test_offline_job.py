@@ -155,7 +155,8 @@ def test_a_solve_that_fails_is_flagged_and_named(tiny, whole, tmp_path, monkeypa
     expected[1, 1] = False
     assert np.array_equal(training.converged, expected)
     assert np.isnan(training.ste_um[1, 1])
-    assert_allclose(training.ste_um[expected], complete.ste_um[expected], rtol=SAME)
+    # Where one torque fails, all are solved in larger windows: sums of other lengths.
+    assert_allclose(training.ste_um[expected], complete.ste_um[expected], rtol=10.0 * SAME)
 
 
 def test_the_command_ends_with_3_and_names_the_solve_that_failed(whole, tmp_path, monkeypatch, capsys):

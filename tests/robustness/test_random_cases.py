@@ -74,13 +74,17 @@ def plan_and_mesh(data, path):
         if code != 0:
             assert (code, text) == (2, "")
             check_one_line(errors)
-            return "refused by the case rules"
         assert "nan" not in text.lower().replace(path.stem, "")
         try:
-            mesh = mesh_model(load_case(path))
+            case = load_case(path)
+        except PmorError:
+            return "refused by the case rules"
+        try:
+            mesh = mesh_model(case)
         except PmorError as error:
             check_message(error)
             return f"refused as {type(error).__name__}"
+    assert code == 0, "a plan for what can be meshed"
     for sector in (mesh.pinion, mesh.wheel):
         assert np.isfinite(sector.nodes).all()
     assert 0.0 < mesh.quality.min_scaled_jacobian <= 1.0 + 1e-12
