@@ -225,13 +225,19 @@ def _evaluate(
 ) -> _State:
     """Solve the contact problem linearised about a state, with all points that penetrate `depth` (mm) further ahead."""
     base_radius = meshed.pair.pinion.base_radius
-    ahead = depth / base_radius
-    contact = search_contact(meshed, position, elasticity.displacement(coordinates), lead + ahead)
-    smallest_gap = contact.smallest_gap + depth
+    displacement = elasticity.displacement(coordinates)
+    if meshed.scheme.kind == "line":
+        # Its law is not linear: the tangent must be that of the state itself.
+        ahead = 0.0
+        contact = search_contact(meshed, position, displacement, lead, depth)
+    else:
+        ahead = depth / base_radius
+        contact = search_contact(meshed, position, displacement, lead + ahead)
+    smallest_gap = contact.smallest_gap + ahead * base_radius
     if not len(contact.gap):
         return _State(lead, coordinates, contact, elasticity.zero(), 0.0, (math.inf, math.inf), smallest_gap)
     present = contact.gap - contact.lever * ahead
-    free = present - contact.gap_change(elasticity.displacement(coordinates))
+    free = present - contact.gap_change(displacement)
     round_off = np.finfo(float).eps * meshed.pair.centre_distance
 
     def solve(active: np.ndarray, hardness: float) -> _Linear:

@@ -20,7 +20,7 @@ FACET_CLEARANCE = 1.0
 
 @dataclass(frozen=True)
 class Contact:
-    """Slave points that penetrate (n of them), over all tooth pairs.
+    """Slave points that penetrate, or nearly do (n of them), over all tooth pairs.
 
     Parameters
     ----------
@@ -79,8 +79,10 @@ def clearance(scheme: ContactScheme) -> float:
     return SMOOTH_CLEARANCE if scheme.smooth or scheme.exact else FACET_CLEARANCE
 
 
-def search_contact(meshed: MeshedPair, position: Position, displacement: FloatArray, lead: float) -> Contact:
-    """Find all penetrating points.
+def search_contact(
+    meshed: MeshedPair, position: Position, displacement: FloatArray, lead: float, largest_gap: float = 0.0
+) -> Contact:
+    """Find all penetrating points, and those that stand off a little.
 
     Parameters
     ----------
@@ -90,6 +92,8 @@ def search_contact(meshed: MeshedPair, position: Position, displacement: FloatAr
         Displacements of the position's nodes, in each tooth's frame, mm.
     lead : float
         Rotation of the pinion ahead of its kinematic position, rad.
+    largest_gap : float
+        Points with a gap below it are listed, mm.
 
     Returns
     -------
@@ -107,7 +111,7 @@ def search_contact(meshed: MeshedPair, position: Position, displacement: FloatAr
     count, smallest, touches_border = search_all(
         position.phi, lead, nodes, pairs, position.pair_index, position.windows,
         position.first_row, position.centre, meshed.geometry, meshed.gears, scheme,
-        clearance(meshed.scheme) * position.depth, 0.0, np.full(memory, -1), np.empty(memory), pair, slave,
+        clearance(meshed.scheme) * position.depth, largest_gap, np.full(memory, -1), np.empty(memory), pair, slave,
         (index, weight, gap, stiffness, lever, mate_lever, place, np.empty(room)),
     )  # fmt: skip
     return Contact(
