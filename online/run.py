@@ -21,7 +21,7 @@ from online.tables import summary_text, write_ste_csv, write_summary_json
 from pmor.case import Case
 from pmor.model import ElasticModel
 from pmor.progress import Progress
-from pmor.result import SteSweep, peak_to_peak_um, ripple_um, ste_mean_um
+from pmor.result import SteSweep, peak_to_peak_um, ripple_um, ste_mean_um, torque_exponent
 
 
 @dataclass(frozen=True)
@@ -100,6 +100,7 @@ def summary(result: OnlineResult) -> dict[str, Any]:
         "ste_mean_um": ste_mean_um(sweep)[i],
         "ste_peak_to_peak_um": peak_to_peak_um(sweep)[i],
         "ste_ripple_um": ripple_um(sweep, i),
+        "ste_torque_exponent": torque_exponent(sweep),
         "rom_size": result.reduced.size,
         "rom_vs_full_ste_max_rel": comparison.max_relative_error if comparison else None,
         "rom_vs_full_ste_rms_rel": comparison.rms_relative_error if comparison else None,
@@ -118,6 +119,7 @@ def summary_rows(result: OnlineResult) -> list[tuple[str, float | int | None, st
         ("STE mean", s["ste_mean_um"], "um", f"at {s['torque_Nm']:g} N m"),
         ("STE peak-to-peak", s["ste_peak_to_peak_um"], "um", ""),
         ("STE ripple", s["ste_ripple_um"], "um", "about a quartic where one pair carries the load"),
+        ("STE over torque", s["ste_torque_exponent"], "", "exponent; 1 is linear"),
         ("reduced model size", s["rom_size"], "", "unknowns at most"),
         ("online time", s["online_ms_per_position"], "ms", f"per position, {len(result.sweep.phi_rad)} angles x "
          f"{len(result.sweep.torque_Nm)} torques"),

@@ -96,6 +96,18 @@ def peak_to_peak_um(sweep: SteSweep) -> FloatArray:
     return _over_angles(sweep, lambda ste: np.nanmax(ste) - np.nanmin(ste))
 
 
+def torque_exponent(sweep: SteSweep) -> float:
+    """Return d ln(mean STE) / d ln(torque), fitted over the torques; NaN for one torque alone.
+
+    1 for a linear pair; Hertz contact stiffens, which makes it a little less.
+    """
+    mean = ste_mean_um(sweep)
+    known = np.isfinite(mean)
+    if np.count_nonzero(known) < 2:
+        return float("nan")
+    return float(np.polyfit(np.log(sweep.torque_Nm[known]), np.log(mean[known]), 1)[0])
+
+
 def mesh_orders(sweep: SteSweep, torque_index: int, n_orders: int = 10) -> FloatArray:
     """Amplitudes (zero to peak, um) of the orders 1 ... ``n_orders`` of the mesh frequency (n_orders,).
 

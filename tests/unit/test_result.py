@@ -12,6 +12,7 @@ from pmor.result import (
     ripple_um,
     single_pair_zone,
     ste_mean_um,
+    torque_exponent,
 )
 
 PITCH = 2 * np.pi / 21
@@ -134,3 +135,10 @@ def test_mesh_stiffness_without_deflection_or_convergence_is_nan():
     assert np.isnan(result.secant[0, :2]).all()
     assert result.secant[0, 2] > 0
     assert result.tangent is None
+
+
+def test_exponent_over_the_torque_is_that_of_a_power_law():
+    torques = np.array([10.0, 50.0, 200.0])
+    sweep = make_sweep(3.0 * torques[:, None] ** 0.9 * np.ones(8), torques)
+    assert_allclose(torque_exponent(sweep), 0.9, rtol=ROUND_OFF)
+    assert np.isnan(torque_exponent(make_sweep(np.ones(8))))

@@ -241,6 +241,13 @@ def test_coarse_meshes_have_the_transmission_error_of_fine_ones(elements, bound,
     assert ripple_um(coarse, 0) < 0.003
 
 
+@pytest.mark.parametrize("penalty", [1e5, 1e12])
+def test_no_penalty_enters(penalty):
+    contacts = {"scheme": "line"}, {"scheme": "line", "penalty_N_mm3": penalty}
+    sweeps = [curve(line_model(5, 2, contact=contact), 3).ste_um for contact in contacts]
+    assert np.array_equal(*sweeps)
+
+
 @pytest.mark.jit
 def test_depth_of_the_layer_does_not_matter():
     means = [curve(paper_model(16, layer_depth=depth), 24).ste_um.mean() for depth in (0.25, 0.4, 0.55)]
@@ -295,7 +302,6 @@ def test_line_contact_gives_hertz_width_and_pressure_on_elements_as_large_as_the
     assert_allclose(found[1], found[0], rtol=0.03)
 
 
-@cache
 def line_model(elements, width, **sections):
     changed = {"mesh": {"profile_elements": elements, "width_elements": width}, "contact": None} | sections
     case = parse_case(case_text(**changed), "line", "line case")
