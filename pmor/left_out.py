@@ -116,7 +116,6 @@ def rows_in_reach(scene: Scene) -> int:
     """Return about how many element rows of a flank contact can reach under the nominal torque."""
     pair, case = scene.pair, scene.case
     sector = scene.sectors[0]
-    radii = [tooth.base_radius * math.tan(pair.working_pressure_angle) for tooth in (pair.pinion, pair.wheel)]
     roll = sector.flank_roll_angle
     length = 0.5 * pair.pinion.base_radius * float(roll[-1] ** 2 - roll[0] ** 2)
     row = length / case.mesh.profile_elements
@@ -124,7 +123,7 @@ def rows_in_reach(scene: Scene) -> int:
     # Line contact is on the line of action; points need a row on either side.
     spacing = 0.0 if case.contact.scheme == "line" else 1.5 * row / _subdivisions(case)[0]
     depth = WINDOW_MARGIN * approach_estimate(case, pair)
-    half = math.sqrt(2.0 * local * depth * radii[0] * radii[1] / sum(radii))
+    half = math.sqrt(2.0 * local * depth * pair.pitch_point_radius)
     return min(case.mesh.profile_elements, math.ceil(2.0 * max(half, spacing) / row) + 1)
 
 

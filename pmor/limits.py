@@ -101,8 +101,7 @@ def hertz_pressure(case: Case, pair: GearPair) -> tuple[float, float]:
 
     Line contact of cylinders (Johnson, Contact Mechanics, 1985, eq. 4.45): ``p = sqrt(w E* / (pi R))``.
     """
-    radii = [tooth.base_radius * math.tan(pair.working_pressure_angle) for tooth in (pair.pinion, pair.wheel)]
     gears = case.pair.pinion, case.pair.wheel
     modulus = 1.0 / sum((1.0 - g.poisson_ratio**2) / (1e3 * g.youngs_modulus_GPa) for g in gears)
     load = 1e3 * case.torque_Nm / pair.pinion.base_radius / pair.face_width
-    return math.sqrt(load * modulus / math.pi * sum(1.0 / r for r in radii)), modulus
+    return math.sqrt(load * modulus / (math.pi * pair.pitch_point_radius)), modulus

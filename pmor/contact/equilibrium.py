@@ -207,10 +207,8 @@ def expected_penetration(meshed: MeshedPair, torque: float) -> float:
     if meshed.scheme.kind == "line":
         return 0.0  # no penalty
     pair = meshed.pair
-    radii = [tooth.base_radius * math.tan(pair.working_pressure_angle) for tooth in (pair.pinion, pair.wheel)]
-    radius = radii[0] * radii[1] / sum(radii)
     load = torque / pair.pinion.base_radius / pair.face_width
-    return float((0.75 * load / (meshed.scheme.penalty * math.sqrt(2.0 * radius))) ** (2.0 / 3.0))
+    return float((0.75 * load / (meshed.scheme.penalty * math.sqrt(2.0 * pair.pitch_point_radius))) ** (2.0 / 3.0))
 
 
 def _evaluate(

@@ -151,10 +151,9 @@ def check_half_width(meshed: MeshedPair, torque: float) -> None:
     """
     pair = meshed.pair
     roll = math.tan(pair.working_pressure_angle)
-    curvature = sum(1.0 / (tooth.base_radius * roll) for tooth in (pair.pinion, pair.wheel))
     line_load = torque / (pair.pinion.base_radius * pair.face_width)
     compliance = sum(layer.compliance for layer in meshed.layers)
-    half_width = math.sqrt(2.0 * compliance * line_load / curvature)
+    half_width = math.sqrt(2.0 * compliance * line_load * pair.pitch_point_radius)
     depth = min(
         float(np.interp(roll, flank.roll_angle, layer.depth))
         for flank, layer in zip((meshed.pinion, meshed.wheel), meshed.layers, strict=True)

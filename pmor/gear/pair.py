@@ -86,6 +86,12 @@ class GearPair:
         return self.pinion.base_radius * (end - start) / self.pinion.base_pitch
 
     @property
+    def pitch_point_radius(self) -> float:
+        """Relative radius of curvature of the flanks at the pitch point, mm."""
+        tangent = math.tan(self.working_pressure_angle)
+        return tangent / (1.0 / self.pinion.base_radius + 1.0 / self.wheel.base_radius)
+
+    @property
     def roll_position_range(self) -> tuple[float, float]:
         """Roll positions of a tooth pair at which it enters and leaves contact on the path of contact, rad."""
         start, end = self.pinion_roll_range
