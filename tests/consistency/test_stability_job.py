@@ -12,6 +12,8 @@ from tests.small_case import case_text
 KEYS = {"name", "converged", "newton_steps", "condition", "difference_rel", "ok", "note"}
 MORE = {"energy_balance_rel", "torque_balance_rel", "seconds"}
 
+pytestmark = pytest.mark.jit
+
 
 @pytest.fixture
 def case_path(tmp_path):
