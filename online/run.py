@@ -94,7 +94,7 @@ def summary(result: OnlineResult) -> dict[str, Any]:
         "case": case.name,
         "n_profile": case.mesh.profile_elements,
         "scheme": case.contact.scheme,
-        "lodm": case.contact.lodm_profile if result.reduced.meshed.scheme.kind == "nodal" else None,
+        "lodm": case.contact.lodm_profile if case.contact.kind == "nodal" else None,
         "n_angles": len(sweep.phi_rad),
         "torque_Nm": case.torque_Nm,
         "ste_mean_um": ste_mean_um(sweep)[i],

@@ -259,7 +259,7 @@ def _key(row: Row) -> tuple[Any, ...]:
 
 
 def _row(phase: str, case: Case, times: list[float], repeats: int | None = None) -> Row:
-    nodal = case.contact.scheme not in ("line", "strip")
+    nodal = case.contact.kind == "nodal"
     return {
         "phase": phase,
         "scheme": case.contact.scheme,

@@ -148,16 +148,17 @@ def stability(case_path: Path, out: Path | None = None, jobs: int = 1, only: str
     from pmor.stability.output import stability_text, write_stability
     from pmor.stability.run import number_of_variants, run_matrix
     from pmor.storage.atomic import ensure_folder
+    from pmor.storage.lock import only_writer_in_folder
 
     total = number_of_variants(case, only)
     if not total:
         raise CaseError(f"--only {only!r}: no variant has this in its name or group; leave it out to run them all")
-    folder = out or Path("out") / f"{case.name}_stability"
-    ensure_folder(folder)
+    folder = ensure_folder(out or Path("out") / f"{case.name}_stability")
     started = time.perf_counter()
-    with Progress(total, "variants") as progress:
-        result = run_matrix(case, jobs, only, progress.advance)
-    write_stability(result, time.perf_counter() - started, folder)
+    with only_writer_in_folder(folder):
+        with Progress(total, "variants") as progress:
+            result = run_matrix(case, jobs, only, progress.advance)
+        write_stability(result, time.perf_counter() - started, folder)
     print(stability_text(result))
     print(f"  results in {folder}")
     if result.failed:

@@ -15,7 +15,7 @@ from pmor.contact.solve import WINDOW_MARGIN
 from pmor.gear.pair import GearPair
 from pmor.limits import range_warnings
 from pmor.mesh.sector import SectorMesh
-from pmor.model import approach_estimate, gear_pair, neighbour_reach, same_body, sector_meshes
+from pmor.model import approach_estimate, contact_scheme, gear_pair, neighbour_reach, same_body, sector_meshes
 from pmor.reduction.half_width import mirrors_at_mid_width
 
 DOUBLE = 8  # bytes
@@ -196,8 +196,8 @@ def _half(scene: Scene) -> LeftOut | None:
         return None
     columns, (profile, width) = scene.columns, _subdivisions(scene.case)
     points = ((scene.lines - 1) * profile + 1) * (columns // 2) * width
-    exact = scene.case.contact.scheme in ("line", "strip")
-    carried = "as many sections" if exact else f"{points} contact points per flank"
+    nodal = scene.case.contact.kind == "nodal"
+    carried = f"{points} contact points per flank" if nodal else "as many sections"
     return LeftOut(
         "half the face width online", "spur teeth, nodes at mid width: symmetric",
         f"{columns // 2} of {columns} columns of nodes, {carried}",
@@ -206,8 +206,8 @@ def _half(scene: Scene) -> LeftOut | None:
 
 def _subdivisions(case: Case) -> tuple[int, int]:
     """Level-of-detail magnification over profile and width; exact flanks need none."""
-    contact = case.contact
-    return (1, 1) if contact.scheme in ("line", "strip") else (contact.lodm_profile, contact.lodm_width)
+    scheme = contact_scheme(case)
+    return scheme.lodm_profile, scheme.lodm_width
 
 
 def _refinement(scene: Scene) -> LeftOut | None:
@@ -221,7 +221,7 @@ def _refinement(scene: Scene) -> LeftOut | None:
 
 def _width_refinement(scene: Scene) -> LeftOut | None:
     contact = scene.case.contact
-    if contact.lodm_width >= contact.lodm_profile or contact.scheme in ("line", "strip"):
+    if contact.lodm_width >= contact.lodm_profile or contact.kind != "nodal":
         return None
     rows = (scene.lines - 1) * contact.lodm_profile + 1
     points = rows * (scene.columns - 1) * (contact.lodm_profile - contact.lodm_width)

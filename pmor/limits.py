@@ -13,9 +13,9 @@ PRESSURE_OVER_MODULUS = 0.02
 # Approach of the flanks, in modules, above which teeth no longer keep their shape, and above which no geometry of
 # contact is left: they would be bent through their neighbours.
 LARGE_APPROACH = 0.05
+LARGEST_APPROACH = 0.5
 # Above it, plain linear hexahedra cannot deform without changing their volume: measured at 0.499, 25 % too stiff.
 LOCKING_POISSON_RATIO = 0.45
-LARGEST_APPROACH = 0.5
 # Penalty of strips of pressure, times the length of an element over the modulus, above which the pressure has more
 # places than the mesh has displacements to follow it: the strip locks, and Newton takes dozens of steps.
 STIFFEST_STRIP = 50.0

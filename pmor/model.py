@@ -86,12 +86,11 @@ def gear_pair(case: Case) -> GearPair:
 def contact_scheme(case: Case) -> ContactScheme:
     """Return the contact scheme of a case."""
     c = case.contact
-    kind = c.scheme if c.scheme in ("line", "strip") else "nodal"
     surface = "facet" if c.scheme == "facet" else "hermite"
     projection = "facet" if c.scheme == "paper" else "patch"
     edge_normals = c.edge_normals or ("average" if c.scheme == "paper" else "parabolic")
-    lodm = (c.lodm_profile, c.lodm_width) if kind == "nodal" else (1, 1)
-    return ContactScheme(surface, projection, c.slave, edge_normals, *lodm, c.penalty_N_mm3, kind)
+    lodm = (c.lodm_profile, c.lodm_width) if c.kind == "nodal" else (1, 1)
+    return ContactScheme(surface, projection, c.slave, edge_normals, *lodm, c.penalty_N_mm3, c.kind)
 
 
 def stiffness_estimate(case: Case) -> float:

@@ -44,8 +44,8 @@ def _sizes(case: Case) -> list[str]:
         f"  contact points per flank       {points:>8}  "
         f"(LoDM {contact.lodm_profile} over the profile, {contact.lodm_width} over the width)"
     )
-    if contact.scheme in ("line", "strip"):
-        what = "a line load each" if contact.scheme == "line" else "Gauss points on the strip of contact"
+    if contact.kind != "nodal":
+        what = "a line load each" if contact.kind == "line" else "Gauss points on the strip of contact"
         contact_points = f"  sections over the width        {across + 1:>8}  ({what}, on exact flanks)"
     return [
         "Sizes",

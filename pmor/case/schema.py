@@ -169,6 +169,11 @@ class ContactCase:
     penalty_N_mm3: Annotated[float, Range(0.0, 1e15, "N/mm3", low_excluded=True)] = 1e6
     layer_depth: Annotated[float, Range(0.05, 1.0, "modules")] = 0.4
 
+    @property
+    def kind(self) -> Literal["line", "strip", "nodal"]:
+        """What is evaluated: lines or strips on exact flanks, or points of surfaces through nodes."""
+        return self.scheme if self.scheme in ("line", "strip") else "nodal"
+
 
 @dataclass(frozen=True, kw_only=True)
 class ReductionCase:

@@ -613,7 +613,8 @@ def _on_flank(gears, gear, roll):
 
 
 @compiled
-def _relative_radius(geometry, gears, roll_position):
+def relative_radius(geometry, gears, roll_position):
+    """Relative radius of curvature of the flanks where a pair at a roll position (rad) touches, mm."""
     curvature = 0.0
     for gear in range(2):
         roll = _on_flank(gears, gear, _roll_angle(geometry, gears, gear, roll_position))
@@ -624,7 +625,7 @@ def _relative_radius(geometry, gears, roll_position):
 @compiled
 def overshoot(geometry, gears, depth):
     """How far beyond the path of contact an approach `depth` (mm) makes a pair touch, rad of roll position."""
-    radius = max(_relative_radius(geometry, gears, geometry[4]), _relative_radius(geometry, gears, geometry[5]))
+    radius = max(relative_radius(geometry, gears, geometry[4]), relative_radius(geometry, gears, geometry[5]))
     return min(np.sqrt(2.0 * depth * radius) / gears[0][3][0], 0.5 * geometry[3])
 
 
@@ -673,7 +674,7 @@ def place_windows(phi, depth, geometry, gears, indices, windows, first_row, cent
     for index in range(low, high + 1):
         roll_position = phi + index * pitch
         # Wherever contact lies, a row of points on either side of it is inside, not on the border.
-        half = np.sqrt(2.0 * geometry[7] * depth * _relative_radius(geometry, gears, roll_position))
+        half = np.sqrt(2.0 * geometry[7] * depth * relative_radius(geometry, gears, roll_position))
         half = max(half, 1.5 * geometry[8])
         for gear in range(2):
             roll = _on_flank(gears, gear, _roll_angle(geometry, gears, gear, roll_position))

@@ -49,6 +49,7 @@ from functools import cache
 
 import numpy as np
 
+from pmor.contact import kernel
 from pmor.contact.flank import MeshedPair
 from pmor.contact.position import Position
 from pmor.contact.search import Contact
@@ -128,7 +129,9 @@ def line_contact(meshed: MeshedPair, position: Position, contact: Contact) -> Li
     widths = meshed.section_widths * (2.0 if meshed.mirrored else 1.0)
     column = contact.place[:, 1]
     load = np.maximum(contact.force, 0.0) / widths[column]
-    radius = np.array([relative_radius(meshed, position, p) for p in range(len(position.pair_index))])[contact.pair]
+    roll_positions = position.phi + position.pair_index * meshed.pair.pitch
+    radii = [kernel.relative_radius(meshed.geometry, meshed.gears, float(roll)) for roll in roll_positions]
+    radius = np.array(radii)[contact.pair]
     compliance = sum(meshed.layers[gear].compliance for gear in range(2))
     half_width = np.sqrt(2.0 * compliance * load * radius)
     pressure = 2.0 * load / (math.pi * np.maximum(half_width, np.finfo(float).tiny))
@@ -164,14 +167,3 @@ def check_half_width(meshed: MeshedPair, torque: float) -> None:
             f"{depth:.3g} mm of the layer that line contact stands on; lower it, raise [contact] layer_depth, or "
             'choose scheme = "direct"'
         )
-
-
-def relative_radius(meshed: MeshedPair, position: Position, pair: int) -> float:
-    """Return the relative radius of curvature of the flanks where a tooth pair touches, mm."""
-    gear_pair = meshed.pair
-    roll_position = position.phi + position.pair_index[pair] * gear_pair.pitch
-    curvature = 0.0
-    rolls = gear_pair.contact_roll_angles(np.array(roll_position))
-    for tooth, roll in zip((gear_pair.pinion, gear_pair.wheel), rolls, strict=True):
-        curvature += 1.0 / (tooth.base_radius * min(max(float(roll), tooth.form_roll_angle), tooth.tip_roll_angle))
-    return 1.0 / curvature

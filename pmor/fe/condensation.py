@@ -17,6 +17,7 @@ import scipy.linalg as la
 import scipy.sparse as sp
 
 from pmor.fe.assembly import assemble, degrees_of_freedom
+from pmor.fe.surface_layer import layer_compliance
 from pmor.gear.conventions import FloatArray, IntArray
 from pmor.mesh.sector import SectorMesh
 
@@ -53,6 +54,8 @@ class CondensedSector:
         Condensed stiffness in the order flank, left, right, N/mm; the bore is fixed.
     rows : tuple of EliminatedRow
         In the order of elimination; empty unless they were asked for.
+    layer : ndarray or None
+        Compliance of the flank with everything below a surface layer held (`pmor.fe.surface_layer`), mm/N.
     """
 
     flank: IntArray
@@ -60,11 +63,13 @@ class CondensedSector:
     right: IntArray
     stiffness: FloatArray
     rows: tuple[EliminatedRow, ...]
+    layer: FloatArray | None
 
 
 def condense_sector(
-    mesh: SectorMesh, youngs_modulus: float, poisson_ratio: float, element: str, keep_rows: bool = False
-) -> CondensedSector:
+    mesh: SectorMesh, youngs_modulus: float, poisson_ratio: float, element: str, keep_rows: bool = False,
+    layer_columns: int = 0,
+) -> CondensedSector:  # fmt: skip
     """Condense a sector onto its loaded flank and its side faces.
 
     Parameters
@@ -76,6 +81,8 @@ def condense_sector(
     element : {"hex8", "hex8i"}
     keep_rows : bool
         Keep the factors, for back-substitution to the volume (memory grows with the mesh).
+    layer_columns : int
+        Columns of elements of a surface layer whose compliance is asked for too; 0 for none.
 
     Returns
     -------
@@ -103,7 +110,8 @@ def condense_sector(
         rest, update = _eliminate_chain(stiffness, [*chain, junction], retained, kept if keep_rows else None)
         total[np.ix_(position[rest], position[rest])] += update
     rest, schur = _eliminate(junction, retained, total, kept if keep_rows else None)
-    return CondensedSector(flank, left, right, schur, tuple(kept))
+    layer = layer_compliance(mesh, layer_columns, stiffness) if layer_columns else None
+    return CondensedSector(flank, left, right, schur, tuple(kept), layer)
 
 
 def back_substitute(sector: CondensedSector, retained_displacement: FloatArray, size: int) -> FloatArray:

@@ -12,7 +12,6 @@ import numpy as np
 import scipy.linalg as la
 
 from pmor.fe.condensation import CondensedSector, back_substitute, condense_sector
-from pmor.fe.surface_layer import layer_compliance
 from pmor.gear.conventions import FloatArray, rotation_z
 from pmor.mesh.sector import SectorMesh
 
@@ -83,7 +82,7 @@ def elastic_gear(
     -------
     ElasticGear
     """
-    sector = condense_sector(mesh, youngs_modulus, poisson_ratio, element, keep_rows)
+    sector = condense_sector(mesh, youngs_modulus, poisson_ratio, element, keep_rows, layer_columns)
     n_flank, n_side = len(sector.flank), len(sector.left)
     factor = la.cho_factor(sector.stiffness[:n_flank, :n_flank], lower=True, check_finite=False)
     flank_from_side = la.cho_solve(factor, sector.stiffness[:n_flank, n_flank:], check_finite=False)
@@ -110,8 +109,8 @@ def elastic_gear(
         [load_left.T @ displacement[k + 1] + load_right.T @ (turn @ displacement[k]) for k in range(2 * reach + 1)]
     )
     compliance[reach] += own
-    if layer_columns:
-        compliance[reach] -= layer_compliance(mesh, layer_columns, youngs_modulus, poisson_ratio, element)
+    if sector.layer is not None:
+        compliance[reach] -= sector.layer
     # Reciprocity holds to round-off; make it hold exactly, the solvers count on it.
     compliance = 0.5 * (compliance + compliance[::-1].transpose(0, 2, 1))
     return ElasticGear(mesh, reach, compliance, sector, displacement)

@@ -8,15 +8,14 @@ from __future__ import annotations
 
 import numpy as np
 import scipy.linalg as la
+import scipy.sparse as sp
 
-from pmor.fe.assembly import assemble, degrees_of_freedom
+from pmor.fe.assembly import degrees_of_freedom
 from pmor.gear.conventions import FloatArray
 from pmor.mesh.sector import SectorMesh
 
 
-def layer_compliance(
-    mesh: SectorMesh, columns: int, youngs_modulus: float, poisson_ratio: float, element: str
-) -> FloatArray:
+def layer_compliance(mesh: SectorMesh, columns: int, stiffness: sp.csr_array) -> FloatArray:
     """Return the compliance of the flank with everything below the layer held fixed.
 
     Parameters
@@ -24,17 +23,14 @@ def layer_compliance(
     mesh : SectorMesh
     columns : int
         Elements through the layer.
-    youngs_modulus : float
-        MPa.
-    poisson_ratio : float
-    element : {"hex8", "hex8i"}
+    stiffness : scipy.sparse.csr_array
+        Of the sector, N/mm.
 
     Returns
     -------
     ndarray, shape (f, f)
         Of the flank's unknowns in the order of `SectorMesh.flank`, mm/N.
     """
-    stiffness = assemble(mesh.nodes, mesh.elements, youngs_modulus, poisson_ratio, element)
     layers = len(mesh.z)
     # The handover row belongs to the ring as well: it is held.
     grid = np.stack([row.reshape(-1, layers) for row in mesh.tooth_rows[1:]])

@@ -135,7 +135,7 @@ def grid_rows(parts: StudyParts) -> list[Row]:
             "variant": cell.variant or None,
             "scheme": contact.scheme,
             "surface": SURFACES[contact.scheme],
-            "quadrature": contact.scheme if contact.scheme in ("strip", "line") else "nodal",
+            "quadrature": contact.kind,
             "n_profile": cell.n_profile,
             "n_width": parts.cases.cells[cell].mesh.width_elements,
             "lodm": cell.lodm,
