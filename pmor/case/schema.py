@@ -186,12 +186,15 @@ class ReductionCase:
         for each trained roll position and torque, interpolated over the roll position (the paper).
     interpolation : {"linear", "cubic"}
         Of shapes at positions, over the roll position. Flank lines are not interpolated.
+    error_estimate : bool
+        Keep in the basis what an error bar on every online result takes (`pmor.reduction.error_estimate`).
     half_width : bool
         Where the pair is symmetric about mid width (spur, an even number of elements over the width), hold only half.
     """
 
     shapes: Literal["flank_lines", "positions"] = "flank_lines"
     interpolation: Literal["linear", "cubic"] = "linear"
+    error_estimate: bool = True
     half_width: bool = True
 
 

@@ -1801,44 +1801,39 @@ def place_position(phi, depth, reachable, geometry, gears, scheme, family, clear
     return state, position, members
 
 
-@compiled
-def _loaded_range(force, window, across, parts):
-    """First and last but one unknown of a window that carry load, in whole rows of `across` unknowns."""
-    start = parts * window[0]
-    low, high = window[1] * across, 0
-    for dof in range(window[1] * across):
-        if force[start + dof] != 0.0:
-            low, high = min(low, dof), dof
-    return low // across * across, (high // across + 1) * across
+@inlined
+def _work(blocks, ahead, force, to, start_to, low_to, high_to, by, start_by, low_by, high_by, moved):
+    """Work of the forces on one window on the displacements that those on another one cause.
 
-
-@compiled
-def _work(matrix, force, to, first_to, by, first_by, across, parts, moved):
-    """Work of the forces on one window on the displacements that those on another cause: f_to^T matrix f_by."""
-    low_to, high_to = _loaded_range(force, to, across, parts)
-    low_by, high_by = _loaded_range(force, by, across, parts)
-    at_to, at_by = parts * to[0], parts * by[0]
-    row_to, row_by = (first_to - to[2]) * across, (first_by - by[2]) * across
-    moved[low_by:high_by] = 0.0
+    `to` and `by` are the first unknowns of the windows in `force`, `start_to` and `start_by` their first unknowns on
+    the flank; the unknowns from low to high carry load. Of a window on itself half the matrix is enough.
+    """
+    itself = to == by
+    for j in range(low_by, high_by):
+        moved[j] = 0.0
     for i in range(low_to, high_to):
-        load, row = force[at_to + i], matrix[row_to + i]
+        load = force[to + i]
         if load != 0.0:
-            for j in range(low_by, high_by):
-                moved[j] += load * row[row_by + j]
+            row = start_to + i
+            end = i if itself else high_by
+            for j in range(low_by, end):
+                moved[j] += load * blocks[ahead, row, start_by + j]
+            if itself:
+                moved[i] += 0.5 * load * blocks[ahead, row, row]
     work = 0.0
     for j in range(low_by, high_by):
-        work += moved[j] * force[at_by + j]
-    return work
+        work += moved[j] * force[by + j]
+    return 2.0 * work
 
 
 @compiled
-def discarded_energy(count, position, members, columns, lists, compliance, target):
+def discarded_energy(count, position, members, columns, pair, slave, lists, compliance, target):
     """Twice the energy of the contact forces that the members do not carry, N mm (`pmor.reduction.error_estimate`).
 
     Parameters
     ----------
-    count, position, members, columns, lists
-        A solved state.
+    count, position, members, columns, pair, slave, lists
+        A solved state; pair and slave gear of the points.
     compliance : two ndarrays, shape (reach + 1, n, n)
         Compliance between the loaded flanks of teeth 0, 1, ... apart, of pinion and wheel, mm/N; two or three unknowns
         for each flank node.
@@ -1853,10 +1848,13 @@ def discarded_energy(count, position, members, columns, lists, compliance, targe
     pairs, indices, windows, first_row, size, gears = (
         position[1], position[2], position[3], position[4], position[7], position[8]
     )  # fmt: skip
-    gap, stiffness = lists[2], lists[3]
+    index, weight, gap, stiffness = lists[:4]
+    across = gears[0][0].shape[1]
+    parts = compliance[0].shape[1] // (gears[0][0].shape[0] * across)
+    force, moved = np.zeros(parts * members[4].shape[1] // 3), np.empty(parts * members[4].shape[1] // 3)
+    loaded = np.zeros((pairs, 2, 2), dtype=np.int64)
+    loaded[:, :, 0] = len(force)
     target[:size] = 0.0
-    parts = compliance[0].shape[1] // (gears[0][0].shape[0] * gears[0][0].shape[1])
-    force = np.zeros(parts * members[4].shape[1] // 3)
     for n in range(count):
         if gap[n] >= 0.0:
             continue
@@ -1864,24 +1862,29 @@ def discarded_energy(count, position, members, columns, lists, compliance, targe
         for j in range(size):
             target[j] += load * columns[n, j]
         for a in range(8):
+            gear = slave[n] if a < 4 else 1 - slave[n]
+            first = parts * index[n, a]
             for d in range(parts):
-                force[parts * lists[0][n, a] + d] += load * lists[1][n, a, d]
+                force[first + d] += load * weight[n, a, d]
+            first -= parts * windows[pair[n], gear, 0]
+            loaded[pair[n], gear, 0] = min(loaded[pair[n], gear, 0], first)
+            loaded[pair[n], gear, 1] = max(loaded[pair[n], gear, 1], first + parts)
     _solve_transposed(members[3], size, target)
     carried = total = 0.0
     for j in range(size):
         carried += target[j] ** 2
-    moved = np.empty(len(force))
     for gear in range(2):
-        across = parts * gears[gear][0].shape[1]
         for p in range(pairs):
             for q in range(p + 1):
                 # Of the wheel, whose teeth count against the pairs, it is the transpose.
                 to, by = (p, q) if gear == 0 else (q, p)
-                work = _work(
-                    compliance[gear][indices[p] - indices[q]], force, windows[to, gear], first_row[to, gear],
-                    windows[by, gear], first_row[by, gear], across, parts, moved,
+                total += _work(
+                    compliance[gear], indices[p] - indices[q], force,
+                    parts * windows[to, gear, 0], parts * across * (first_row[to, gear] - windows[to, gear, 2]),
+                    loaded[to, gear, 0], loaded[to, gear, 1],
+                    parts * windows[by, gear, 0], parts * across * (first_row[by, gear] - windows[by, gear, 2]),
+                    loaded[by, gear, 0], loaded[by, gear, 1], moved,
                 )  # fmt: skip
-                total += work if p == q else 2.0 * work
     return max(total - carried, 0.0)
 
 
@@ -2009,7 +2012,7 @@ def sweep_reduced(
                     leads[t] = lead
                     if len(compliance[0]) > 0:
                         discarded_out[t, i] = discarded_energy(
-                            count, position, members, state[2], lists, compliance, state[3][0]
+                            count, position, members, state[2], points[0], points[1], lists, compliance, state[3][0]
                         )
             for t in range(len(torques)):
                 known[t] = converged_out[t, i]
