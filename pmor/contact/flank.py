@@ -176,7 +176,8 @@ class MeshedPair:
         axis = 1e-3 * np.array([0.0, off.centre_distance_um, off.out_of_plane_um / width, off.in_plane_um / width])
         geometry = np.array([pair.action_length, pair.working_pressure_angle, pair.centre_distance, pair.pitch,
                              *pair.roll_position_range, smallest_radius, local, spacing, *axis, 0.0])  # fmt: skip
-        geometry[-1] = section_offset(geometry, self.gears, 0.0)[3] / pair.pinion.base_radius
+        first = min(section_offset(geometry, self.gears, side * 0.5 * width)[3] for side in (-1.0, 1.0))
+        geometry[-1] = first / pair.pinion.base_radius
         return geometry
 
     @cached_property

@@ -600,7 +600,7 @@ def _transfer(window, columns, ei, ek, s, t, nx, ny, nz, point, at, index, weigh
 # and last roll position of the path of contact, the bottom of the radii of curvature (mm), the local share of the
 # approach, the largest distance between rows of contact points (mm); then the misalignment: offset of the wheel's axis
 # at mid width, z = 0, along x and y (mm), its slope along x and y, and the angle by which the unloaded pinion is ahead
-# when the flanks touch at mid width (rad), from which the lead counts. Each of the two `gears`
+# when the flanks first touch, at one of the faces (rad), from which the lead counts. Each of the two `gears`
 # is a tuple: nodes, roll angles of the node rows, extents of the refined points, (base radius, roll angle at the form
 # circle and at the tip circle, half the tooth's angle on the base circle, compliance of line contact), and, for contact
 # in sections, the constant of the approach at each row and the width that each column stands for.
@@ -1802,90 +1802,95 @@ def place_position(phi, depth, reachable, geometry, gears, scheme, family, clear
 
 
 @inlined
-def _work(blocks, ahead, force, to, start_to, low_to, high_to, by, start_by, low_by, high_by, moved):
-    """Work of the forces on one window on the displacements that those on another one cause.
+def _exchanged_work(blocks, ahead, force, change, to, start_to, low_to, high_to, by, start_by, low_by, high_by, work):
+    """Sum of f_to^T C f'_by and f'_to^T C f_by for the forces f and f' on two windows.
 
-    `to` and `by` are the first unknowns of the windows in `force`, `start_to` and `start_by` their first unknowns on
-    the flank; the unknowns from low to high carry load. Of a window on itself half the matrix is enough.
+    `to` and `by` are the first unknowns of the windows in `force` and `change`, `start_to` and `start_by` their first
+    unknowns on the flank; the unknowns from low to high carry load. `work` is room for two rows.
     """
-    itself = to == by
-    for j in range(low_by, high_by):
-        moved[j] = 0.0
+    width = high_by - low_by
+    for j in range(width):
+        work[0, j] = work[1, j] = 0.0
     for i in range(low_to, high_to):
-        load = force[to + i]
-        if load != 0.0:
-            row = start_to + i
-            end = i if itself else high_by
-            for j in range(low_by, end):
-                moved[j] += load * blocks[ahead, row, start_by + j]
-            if itself:
-                moved[i] += 0.5 * load * blocks[ahead, row, row]
-    work = 0.0
-    for j in range(low_by, high_by):
-        work += moved[j] * force[by + j]
-    return 2.0 * work
+        value, slope, row = force[to + i], change[to + i], start_to + i
+        for j in range(width):
+            entry = blocks[ahead, row, start_by + low_by + j]
+            work[0, j] += value * entry
+            work[1, j] += slope * entry
+    total = 0.0
+    for j in range(width):
+        total += work[0, j] * change[by + low_by + j] + work[1, j] * force[by + low_by + j]
+    return total
 
 
 @compiled
-def discarded_energy(count, position, members, columns, pair, slave, lists, compliance, target):
-    """Twice the energy of the contact forces that the members do not carry, N mm (`pmor.reduction.error_estimate`).
+def discarded_energy_slope(count, position, state, coordinates, compliance, room):
+    """Derivative by the torque of the energy of the contact forces that the members do not carry, rad.
+
+    With r the nodal forces that are left over, it is r^T C dr/dT (`pmor.reduction.error_estimate`). How all changes
+    with the torque follows from the last Newton matrix, and what the members carry from that step's solution, which
+    balances the forces on them.
 
     Parameters
     ----------
-    count, position, members, columns, pair, slave, lists
-        A solved state; pair and slave gear of the points.
+    count, position, state, coordinates
+        A solved state.
     compliance : two ndarrays, shape (reach + 1, n, n)
         Compliance between the loaded flanks of teeth 0, 1, ... apart, of pinion and wheel, mm/N; two or three unknowns
         for each flank node.
-    target : ndarray
-        Room for a vector of amplitudes.
-
-    Returns
-    -------
-    float
-        Not below 0.
+    room : ndarray, shape (4, 3 nodes)
     """
     pairs, indices, windows, first_row, size, gears = (
         position[1], position[2], position[3], position[4], position[7], position[8]
     )  # fmt: skip
-    index, weight, gap, stiffness = lists[:4]
+    columns, vectors, points, lists = state[2], state[3], state[5], state[6]
+    index, weight, gap, stiffness, lever = lists[:5]
+    response, factor = vectors[2], vectors[6 + size :]
+    response[:size], response[size] = 0.0, 1.0
+    _solve_transposed(factor, size + 1, response)
+    _solve_upper(factor, size + 1, response)
     across = gears[0][0].shape[1]
     parts = compliance[0].shape[1] // (gears[0][0].shape[0] * across)
-    force, moved = np.zeros(parts * members[4].shape[1] // 3), np.empty(parts * members[4].shape[1] // 3)
+    force, change, work = room[0], room[1], room[2:]
+    force[:], change[:] = 0.0, 0.0
     loaded = np.zeros((pairs, 2, 2), dtype=np.int64)
-    loaded[:, :, 0] = len(force)
-    target[:size] = 0.0
+    loaded[:, :, 0] = room.shape[1]
+    total = 0.0
     for n in range(count):
         if gap[n] >= 0.0:
             continue
-        load = -stiffness[n] * gap[n]
+        moved, opening, row = 0.0, lever[n] * response[size], columns[n]
         for j in range(size):
-            target[j] += load * columns[n, j]
-        for a in range(8):
-            gear = slave[n] if a < 4 else 1 - slave[n]
-            first = parts * index[n, a]
-            for d in range(parts):
-                force[first + d] += load * weight[n, a, d]
-            first -= parts * windows[pair[n], gear, 0]
-            loaded[pair[n], gear, 0] = min(loaded[pair[n], gear, 0], first)
-            loaded[pair[n], gear, 1] = max(loaded[pair[n], gear, 1], first + parts)
-    _solve_transposed(members[3], size, target)
-    carried = total = 0.0
-    for j in range(size):
-        carried += target[j] ** 2
+            moved += row[j] * coordinates[j]
+            opening += row[j] * response[j]
+        load, slope = -stiffness[n] * gap[n], -stiffness[n] * opening
+        total -= moved * slope
+        p = points[0][n]
+        for side in range(2):
+            gear = points[1][n] ^ side
+            for a in range(4 * side, 4 * side + 4):
+                first = parts * index[n, a]
+                for d in range(parts):
+                    force[first + d] += load * weight[n, a, d]
+                    change[first + d] += slope * weight[n, a, d]
+            # The first and the last of the four nodes are the first and the last in the window too.
+            start = windows[p, gear, 0]
+            loaded[p, gear, 0] = min(loaded[p, gear, 0], parts * (index[n, 4 * side] - start))
+            loaded[p, gear, 1] = max(loaded[p, gear, 1], parts * (index[n, 4 * side + 3] - start + 1))
     for gear in range(2):
         for p in range(pairs):
             for q in range(p + 1):
                 # Of the wheel, whose teeth count against the pairs, it is the transpose.
                 to, by = (p, q) if gear == 0 else (q, p)
-                total += _work(
-                    compliance[gear], indices[p] - indices[q], force,
+                both = _exchanged_work(
+                    compliance[gear], indices[p] - indices[q], force, change,
                     parts * windows[to, gear, 0], parts * across * (first_row[to, gear] - windows[to, gear, 2]),
                     loaded[to, gear, 0], loaded[to, gear, 1],
                     parts * windows[by, gear, 0], parts * across * (first_row[by, gear] - windows[by, gear, 2]),
-                    loaded[by, gear, 0], loaded[by, gear, 1], moved,
+                    loaded[by, gear, 0], loaded[by, gear, 1], work,
                 )  # fmt: skip
-    return max(total - carried, 0.0)
+                total += 0.5 * both if p == q else both
+    return total
 
 
 @compiled
@@ -1938,7 +1943,7 @@ def repeat_phase(phase, repeats, state, position, problem, members, family, coor
 @compiled
 def sweep_reduced(
     phi, torques, approach_per_torque, geometry, gears, scheme, family, compliance, margin, surface_error, clearance,
-    max_steps, tolerance, lead_out, steps_out, converged_out, pair_out, pair_torque_out, discarded_out,
+    max_steps, tolerance, lead_out, steps_out, converged_out, pair_out, pair_torque_out, slope_out,
 ):  # fmt: skip
     """Reduced equilibria over angles and torques, each started from its neighbour.
 
@@ -1951,7 +1956,7 @@ def sweep_reduced(
     geometry, gears, scheme, family
         See above.
     compliance : two ndarrays
-        See `discarded_energy`; of length 0 when that is not asked for.
+        See `discarded_energy_slope`; of length 0 when that is not asked for.
     margin, surface_error, clearance : float
         Windows are cut for the depth margin x approach at the largest torque + surface error (mm); share of the depth
         that counts as clear.
@@ -1962,8 +1967,8 @@ def sweep_reduced(
         Tooth pairs in reach.
     pair_torque_out : ndarray, shape (torques, angles, P)
         Torque on the pinion that each of them carries, N mm; 0 beyond their number.
-    discarded_out : ndarray, shape (torques, angles)
-        Of `discarded_energy`, N mm; left alone where there is none.
+    slope_out : ndarray, shape (torques, angles)
+        Of `discarded_energy_slope`, rad; left alone where there is none.
     """
     reachable, slots = pair_out.shape[1], member_slots(family)
     amplitudes, known = np.zeros((len(torques), reachable, slots)), np.zeros(len(torques), dtype=np.bool_)
@@ -1976,8 +1981,8 @@ def sweep_reduced(
             )
             pairs, indices, centre, size = position[1], position[2], position[5], position[7]
             points, lists, kept = state[5], state[6], members[0]
-            any_border = False
-            coordinates = np.zeros(size)
+            any_border, coordinates = False, np.zeros(size)
+            room = np.empty((4, members[4].shape[1] if len(compliance[0]) > 0 else 0))
             for t in range(len(torques)):
                 torque, approach = torques[t], approach_per_torque * torques[t]
                 problem, scaled = (geometry, scheme, torque), t > 0 and converged_out[t - 1, i]
@@ -2011,8 +2016,8 @@ def sweep_reduced(
                         amplitudes[t, kept[j] // slots, kept[j] % slots] = coordinates[j]
                     leads[t] = lead
                     if len(compliance[0]) > 0:
-                        discarded_out[t, i] = discarded_energy(
-                            count, position, members, state[2], points[0], points[1], lists, compliance, state[3][0]
+                        slope_out[t, i] = discarded_energy_slope(
+                            count, position, state, coordinates, compliance, room
                         )
             for t in range(len(torques)):
                 known[t] = converged_out[t, i]

@@ -17,16 +17,20 @@ values is the hypercircle's (Prager & Synge, Quart. Appl. Math. 5 (1947) 241):
 
 The last form needs the compliance only where contact forces act, because r is orthogonal to the shapes in energy.
 
-*Estimate.* By the envelope theorem theta = -d Pi / dT. The energies of a linear pair in full contact grow with T^2, and
-so does their difference, whose derivative is twice the difference over T:
+*Estimate.* By the envelope theorem theta = -d Pi / dT. So what the STE lacks is the derivative of the difference of
+energies by the torque, at a fixed angle, and (1), which is nearly an equation when r is small, gives
 
-    STE_full - STE_reduced = r_b d(Pi_reduced - Pi_full)/dT ~ r_b r^T C r / T >= 0.                                (2)
+    STE_full - STE_reduced = r_b d(Pi_reduced - Pi_full)/dT ~ r_b d/dT(1/2 r^T C r) = r_b r^T C dr/dT.             (2)
+
+The change of everything with the torque is a solution with the last Newton matrix of the reduced problem. Where r grows
+with the torque, dr/dT = r/T, and (2) becomes r_b r^T C r / T, which is never negative. It is not used: contact that
+spreads over the width under load leaves an r that comes and goes, the error can have either sign, and that form was off
+by factors of 10 and in sign on tilted axes, where (2) stayed within a factor of 2 or 3.
 
 *Where (1) is a bound.* Where psi is convex and g linear: line contact and strips on the line of action, to first order
 in the displacements. At a tip corner the levers turn with the lead, and the Hermite schemes transfer forces by bilinear
-shares that are not the derivative of their gaps: there it is an estimate. *Where (2) is none*: contact that opens and
-closes with the torque (tilted axes) makes energies grow faster or slower than T^2; measured, it stays within a factor
-(README). What full FE itself misses, by its mesh, is no part of it.
+shares that are not the derivative of their gaps: there it is an estimate. (2) is an estimate everywhere, with a sign.
+What full FE itself misses, by its mesh, is no part of either.
 """
 
 from __future__ import annotations
@@ -35,7 +39,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.contact.elasticity import Elasticity
+from pmor.contact.elasticity import ReducedElasticity
 from pmor.contact.position import Position
 from pmor.contact.search import Contact
 from pmor.fe.cyclic import ElasticGear
@@ -89,22 +93,46 @@ def flank_compliance(
 
 
 def discarded_energy(
-    compliance: FlankCompliance, position: Position, elasticity: Elasticity, contact: Contact
+    compliance: FlankCompliance, position: Position, elasticity: ReducedElasticity, contact: Contact
 ) -> float:
-    """Return r^T C r at a reduced solution (module docstring, eq. 1), N mm; the slow twin of the kernel's.
+    """Return r^T C r at a reduced solution (module docstring, eq. 1), N mm.
 
     Parameters
     ----------
     compliance : FlankCompliance
     position : Position
-    elasticity : Elasticity
-        Reduced.
+    elasticity : ReducedElasticity
     contact : Contact
         Of the solution.
     """
-    nodal = contact.nodal_forces(contact.force, len(position.nodes))
+    return _discarded_product(compliance, position, elasticity, contact, contact.force, contact.force)
+
+
+def discarded_energy_slope(
+    compliance: FlankCompliance, position: Position, elasticity: ReducedElasticity, contact: Contact
+) -> float:
+    """Return r^T C dr/dT at a reduced solution (eq. 2 without r_b), rad; the slow twin of the kernel's.
+
+    Parameters
+    ----------
+    compliance, position, elasticity, contact
+        As in `discarded_energy`.
+    """
+    # The linearised problem under a unit torque, with no gaps: how the solution changes with the torque.
+    coordinates, rotation = elasticity.newton_step(contact, np.zeros(len(contact.gap)), 1.0)
+    opening = contact.gap_change(elasticity.displacement(coordinates)) + contact.lever * rotation
+    change = -contact.stiffness * opening
+    return _discarded_product(compliance, position, elasticity, contact, contact.force, change)
+
+
+def _discarded_product(
+    compliance: FlankCompliance, position: Position, elasticity: ReducedElasticity, contact: Contact,
+    first: FloatArray, second: FloatArray,
+) -> float:  # fmt: skip
+    """Energy product of what the shapes do not carry of two sets of point forces."""
+    product = -float(elasticity.coordinates_of(contact, first) @ elasticity.coordinates_of(contact, second))
+    to, by = (contact.nodal_forces(force, len(position.nodes)) for force in (first, second))
     components = compliance.components
-    energy = -(elasticity.energy_norm(elasticity.coordinates_of(contact, contact.force)) ** 2)
     for gear, blocks in enumerate(compliance.gears):
         for a, index_a in enumerate(position.pair_index):
             for b, index_b in enumerate(position.pair_index):
@@ -113,24 +141,10 @@ def discarded_energy(
                 rows, columns = (
                     (components * position.flank_nodes[p][gear][:, None] + np.arange(components)).ravel() for p in (a, b)
                 )
-                to, by = (nodal[position.window_slice(p, gear), :components].ravel() for p in (a, b))
-                energy += float(to @ block[np.ix_(rows, columns)] @ by)
-    return max(energy, 0.0)
-
-
-def ste_error_um(discarded: FloatArray, torque: FloatArray, base_radius: float) -> FloatArray:
-    """Return the estimate of what the reduced model lacks in STE (eq. 2), um.
-
-    Parameters
-    ----------
-    discarded : ndarray
-        r^T C r, N mm.
-    torque : ndarray
-        N mm, broadcast against it.
-    base_radius : float
-        Of the pinion, mm.
-    """
-    return np.asarray(1e3 * base_radius * discarded / torque)
+                left = to[position.window_slice(a, gear), :components].ravel()
+                right = by[position.window_slice(b, gear), :components].ravel()
+                product += float(left @ block[np.ix_(rows, columns)] @ right)
+    return product
 
 
 def _loaded_part(body: ElasticGear, components: int, mirrored_columns: int | None) -> FloatArray:

@@ -67,10 +67,12 @@ def test_gap_of_a_section_is_the_least_distance_of_the_displaced_involutes(z, fr
     assert abs(j - 500) < 25
 
 
-def test_lead_counts_from_where_the_unloaded_flanks_touch_at_mid_width():
+def test_lead_counts_from_where_the_unloaded_flanks_first_touch():
     meshed = misaligned(model().mesh.meshed)
     for roll_position in np.linspace(*meshed.pair.roll_position_range, 5)[1:-1]:
-        assert abs(section_at(meshed, roll_position, 0.0, 0.0)[0][0]) < 1e-13
+        gaps = [section_at(meshed, roll_position, 0.0, z)[0][0] for z in np.linspace(-10.0, 10.0, 11)]
+        assert abs(min(gaps)) < 1e-13
+        assert max(gaps) > 0.01
 
 
 def test_levers_are_the_derivatives_of_the_gap_in_a_displaced_section():
