@@ -42,3 +42,18 @@ class Misalignment:
 
 
 ALIGNED = Misalignment()
+
+
+@dataclass(frozen=True)
+class OperatingCondition:
+    """What a pair runs under: everything that a state depends on beside the pinion's angle.
+
+    Parameters
+    ----------
+    torque : float
+        On the pinion, N mm.
+    misalignment : Misalignment
+    """
+
+    torque: float
+    misalignment: Misalignment = ALIGNED

@@ -139,7 +139,8 @@ def _discarded_product(
                 ahead = int(index_a - index_b) * (1 if gear == 0 else -1)
                 block = blocks[ahead] if ahead >= 0 else blocks[-ahead].T
                 rows, columns = (
-                    (components * position.flank_nodes[p][gear][:, None] + np.arange(components)).ravel() for p in (a, b)
+                    (components * position.flank_nodes[p][gear][:, None] + np.arange(components)).ravel()
+                    for p in (a, b)
                 )
                 left = to[position.window_slice(a, gear), :components].ravel()
                 right = by[position.window_slice(b, gear), :components].ravel()

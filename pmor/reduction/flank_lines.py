@@ -25,9 +25,6 @@ from pmor.fe.cyclic import ElasticGear
 from pmor.gear.conventions import FloatArray, IntArray
 from pmor.reduction.half_width import lower_half
 
-# A second distribution of a line is kept when it carries more than this share of the first one's forces. Measured on
-# the paper's pair: the second carries 1-3 %, and without it the STE misses full FE by 0.01 %.
-DISTRIBUTION_TOLERANCE = 0.05
 # Without the local dent, loads on lines that are close together move the tooth alike: shapes whose energy beyond that
 # of the others is a smaller share are left out. What that misses of a load's energy is below it.
 DEPENDENCE_TOLERANCE = 1e-10
@@ -85,7 +82,10 @@ class FlankLineShapes:
 
 
 def flank_line_shapes(
-    bodies: tuple[ElasticGear, ElasticGear], force: FloatArray, flank_nodes: tuple[FloatArray, FloatArray]
+    bodies: tuple[ElasticGear, ElasticGear],
+    force: FloatArray,
+    flank_nodes: tuple[FloatArray, FloatArray],
+    tolerance: float,
 ) -> FlankLineShapes:
     """Build the shapes from the force fields of the training.
 
@@ -97,6 +97,10 @@ def flank_line_shapes(
         Nodal forces of full FE on the flanks of pinion and wheel, each in its tooth's frame, N.
     flank_nodes : two ndarrays, shape (lines, columns, 3)
         mm.
+    tolerance : float
+        A further distribution of a line is kept when it carries more than this share of the first one's forces.
+        Measured on the paper's pair with parallel axes: the second carries 1-3 %, and without it the STE misses full FE
+        by 0.01 %.
 
     Returns
     -------
@@ -110,7 +114,7 @@ def flank_line_shapes(
     lines = []
     for gear, body in enumerate(bodies):
         fields = force[..., gear, :].reshape(-1, force.shape[-1])
-        start, shapes = _distributions(fields, flank_nodes[gear])
+        start, shapes = _distributions(fields, flank_nodes[gear], tolerance)
         offsets = range(-body.reach, body.reach + 1)
         displacement = np.stack([shapes @ body.tooth_compliance(k).T for k in offsets])
         lines.append(GearLines(start, shapes, displacement, shapes @ displacement.transpose(0, 2, 1)))
@@ -183,7 +187,7 @@ def _window_members(lines: GearLines, position: Position, pair: int, gear: int) 
     return np.arange(lines.start[first], lines.start[first + position.windows[pair, gear, 3] + 1])
 
 
-def _distributions(fields: FloatArray, nodes: FloatArray) -> tuple[IntArray, FloatArray]:
+def _distributions(fields: FloatArray, nodes: FloatArray, tolerance: float) -> tuple[IntArray, FloatArray]:
     """Load distributions of all lines of a gear, shape (m, f), and where those of each line start."""
     count, columns = nodes.shape[:2]
     by_line = fields.reshape(len(fields), count, 3 * columns)
@@ -195,7 +199,7 @@ def _distributions(fields: FloatArray, nodes: FloatArray) -> tuple[IntArray, Flo
     own = {}
     for line in map(int, loaded):
         _, values, vectors = np.linalg.svd(by_line[:, line], full_matrices=False)
-        kept = vectors[values > DISTRIBUTION_TOLERANCE * values[0]]
+        kept = vectors[values > tolerance * values[0]]
         # Along the forces they come from: amplitudes of neighbouring lines can then be compared.
         own[line] = kept * np.where(kept @ by_line[:, line].sum(axis=0) < 0.0, -1.0, 1.0)[:, None]
     direction = _profile_direction(nodes)

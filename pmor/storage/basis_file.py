@@ -24,25 +24,32 @@ GEARS = ("pinion", "wheel")
 
 @dataclass(frozen=True)
 class Training:
-    """The full-FE solutions that a basis was made from: n angles, T torques.
+    """The full-FE solutions that a basis was made from: n angles with T operating conditions each.
 
     Parameters
     ----------
     phi : ndarray, shape (n,)
         Pinion angles, rad.
-    torque : ndarray, shape (T,)
+    torque : ndarray, shape (T, n)
         N mm.
+    misalignment : ndarray, shape (T, n, 3)
+        In plane, out of plane, centre distance (`pmor.contact.misalignment`), um.
     ste_um : ndarray, shape (T, n)
         Static transmission error of full FE, um; NaN where it did not converge.
     converged : ndarray of bool, shape (T, n)
+    estimate_percent : ndarray, shape (n,), or None
+        Of a greedy sampling: largest error estimate anywhere, over the STE, before each angle was solved; NaN for those
+        that it began with.
     seconds : float
         Wall time of the offline stage.
     """
 
     phi: FloatArray
     torque: FloatArray
+    misalignment: FloatArray
     ste_um: FloatArray
     converged: BoolArray
+    estimate_percent: FloatArray | None
     seconds: float
 
 
@@ -79,8 +86,8 @@ def write_basis(path: Path, basis: Basis, force: FloatArray, overwrite: bool = F
     path : Path
     basis : Basis
     force : ndarray, shape (M, T, 2, f)
-        Nodal forces of full FE over roll position and torque, N: not needed online, kept for checks and for later
-        enrichment.
+        Nodal forces of full FE over roll position and operating condition (M loaded tooth pairs and T = 1 when not on a
+        grid), N: not needed online, kept for checks and for later enrichment.
     overwrite : bool
 
     Raises
@@ -109,10 +116,15 @@ def write_basis(path: Path, basis: Basis, force: FloatArray, overwrite: bool = F
             _write_compliance(file.create_group("error_estimate"), basis.compliance)
         group = file.create_group("training")
         write(group, "phi", training.phi, Field("rad", "angle", "pinion angle"))
-        write(group, "torque", training.torque, Field("N mm", "torque", "pinion torque"))
-        write(group, "ste", training.ste_um, Field("um", "torque, angle", "static transmission error of full FE"))
-        write(group, "converged", training.converged, Field("1", "torque, angle", "whether full FE converged"))
-        write(group, "force", force, Field("N", "position, torque, gear, flank unknown", "nodal forces of full FE"))
+        write(group, "torque", training.torque, Field("N mm", "condition, angle", "pinion torque"))
+        deviations = Field("um", "condition, angle, deviation", "misalignment in plane, out of plane, centre distance")
+        write(group, "misalignment", training.misalignment, deviations)
+        write(group, "ste", training.ste_um, Field("um", "condition, angle", "static transmission error of full FE"))
+        write(group, "converged", training.converged, Field("1", "condition, angle", "whether full FE converged"))
+        if training.estimate_percent is not None:
+            decay = Field("%", "angle", "largest error estimate over the STE before each solve of a greedy sampling")
+            write(group, "estimate", training.estimate_percent, decay)
+        write(group, "force", force, Field("N", "position, condition, gear, flank unknown", "nodal forces of full FE"))
 
 
 def read_basis(path: Path) -> Basis:
@@ -136,8 +148,10 @@ def read_basis(path: Path) -> Basis:
         training = Training(
             phi=read(file["training"], "phi"),
             torque=read(file["training"], "torque"),
+            misalignment=read(file["training"], "misalignment"),
             ste_um=read(file["training"], "ste", finite=False),
             converged=read(file["training"], "converged"),
+            estimate_percent=_read_decay(file["training"], case),
             seconds=float(attribute(file, "offline_s")),
         )
         if not np.array_equal(np.isfinite(training.ste_um), training.converged):
@@ -162,7 +176,7 @@ def require_made_from(path: Path, basis: Basis, case: Case) -> None:
         return
     own = {name: value for name, value, _ in describe(basis.case)}
     # What no basis depends on comes last and is never reached: the keys differ.
-    free = ("title", "load.", "online.", "compare.", "output.")
+    free = ("title", "load.", "misalignment.", "online.", "compare.", "output.")
     differences = (
         f"[{name.replace('.', '] ')} is {own[name]} in it, {value} in the case"
         for name, value, _ in sorted(describe(case), key=lambda setting: setting[0].startswith(free))
@@ -181,6 +195,10 @@ def _write_lines(group: h5py.Group, lines: GearLines) -> None:
 
 def _read_lines(group: h5py.Group) -> GearLines:
     return GearLines(*(read(group, name) for name in ("start", "force", "displacement", "gram")))
+
+
+def _read_decay(group: h5py.Group, case: Case) -> FloatArray | None:
+    return read(group, "estimate", finite=False) if case.offline.sampling == "greedy" else None
 
 
 def _write_compliance(group: h5py.Group, compliance: FlankCompliance) -> None:

@@ -23,7 +23,8 @@ TORQUE = 1e5  # N mm
 def unlike_case(scheme="line", centre_distance=None, elements=6, **contact):
     pair = {"centre_distance_mm": centre_distance} if centre_distance else {}
     text = case_text(
-        pair=pair, wheel={"teeth": 31, "bore_radius_mm": 25.0}, mesh={"profile_elements": elements, "width_elements": 4},
+        pair=pair, wheel={"teeth": 31, "bore_radius_mm": 25.0},
+        mesh={"profile_elements": elements, "width_elements": 4},
         contact={"scheme": scheme, **contact}, offline={"torques_Nm": [40.0, 200.0]},
     )  # fmt: skip
     return parse_case(text, "small", "small case")
