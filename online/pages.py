@@ -56,8 +56,12 @@ def run_figures(result: OnlineResult, mesh: SectorMesh | None) -> list[tuple[str
         caption = "Transmission error over orders of the mesh frequency."
         figures.append(("spectrum.png", caption, spectrum_figure(sweep)))
     if comparison is not None:
-        figure = error_figure(comparison.full.phi_rad, comparison.full.torque_Nm, comparison.relative_error)
-        figures.append(("error.png", "Reduced against full FE at unseen angles.", figure))
+        full, estimate = comparison.full, comparison.reduced.ste_error_um
+        relative = None if estimate is None else estimate / full.ste_um
+        figure = error_figure(full.phi_rad, full.torque_Nm, comparison.relative_error, relative)
+        bars = "" if relative is None else ", and the error bar of the reduced model itself"
+        caption = f"Reduced against full FE at unseen angles{bars}."
+        figures.append(("error.png", caption, figure))
     patterns = _patterns(result)
     if patterns:
         caption = "Contact pressure on the unrolled flanks at nominal torque, with two pairs and with one pair in mesh."

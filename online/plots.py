@@ -77,6 +77,8 @@ def ste_figure(reduced: SteSweep, full: SteSweep | None = None) -> Figure:
         for torque, ste in zip(reduced.torque_Nm, reduced.ste_um, strict=True):
             phi, closed = _close_pitch(reduced, ste)
             axes.plot(np.degrees(phi), closed, color=colours[float(torque)], label=f"{torque:g} N m")
+        if reduced.ste_error_um is not None:
+            _error_band(axes, reduced, colours)
         if full is not None:
             for torque, ste in zip(full.torque_Nm, full.ste_um, strict=True):
                 colour = colours[float(torque)]
@@ -143,8 +145,10 @@ def spectrum_figure(sweep: SteSweep, n_orders: int = N_MESH_ORDERS) -> Figure:
     return figure
 
 
-def error_figure(phi_rad: ArrayLike, torque_Nm: ArrayLike, relative_error: ArrayLike) -> Figure:
-    """Relative STE error of the reduced against the full model.
+def error_figure(
+    phi_rad: ArrayLike, torque_Nm: ArrayLike, relative_error: ArrayLike, estimate: ArrayLike | None = None
+) -> Figure:
+    """Relative STE error of the reduced against the full model, and what the reduced model itself says of it.
 
     Parameters
     ----------
@@ -152,6 +156,8 @@ def error_figure(phi_rad: ArrayLike, torque_Nm: ArrayLike, relative_error: Array
     torque_Nm : (n_torques,)
     relative_error : (n_torques, n_angles)
         Signed or absolute, as a fraction; shown in per cent of its magnitude. NaN points are left out.
+    estimate : (n_torques, n_angles), optional
+        The estimated one; hollow squares.
     """
     phi, torques = np.asarray(phi_rad, float), np.atleast_1d(np.asarray(torque_Nm, float))
     percent = 100.0 * np.abs(np.atleast_2d(np.asarray(relative_error, float)))
@@ -166,6 +172,10 @@ def error_figure(phi_rad: ArrayLike, torque_Nm: ArrayLike, relative_error: Array
             axes.plot(
                 np.degrees(phi), shown, "o-", ms=3.5, lw=0.9, color=colours[float(torque)], label=f"{torque:g} N m"
             )
+        if estimate is not None:
+            for torque, row in zip(torques, 100.0 * np.abs(np.asarray(estimate, float)), strict=True):
+                axes.plot(np.degrees(phi), np.maximum(row, floor), "s", ms=6, mfc="none", mec=colours[float(torque)])
+            axes.plot([], [], "s", ms=6, mfc="none", mec="black", label="estimated online")
         axes.set_yscale("log")
         axes.set_ylim(floor, top)
         axes.set_xlabel("Pinion roll angle [deg]")
@@ -291,6 +301,16 @@ def _angle_axes(axes: Axes, sweep: SteSweep, top: Axes | None = None) -> None:
 
 def _over(divisor: float) -> Callable[[ArrayLike], FloatArray]:
     return lambda x: np.asarray(x, float) / divisor
+
+
+def _error_band(axes: Axes, sweep: SteSweep, colours: dict[float, str]) -> None:
+    """Draw the error bars of a sweep as a band about each curve; of a good basis it is no wider than the line."""
+    assert sweep.ste_error_um is not None
+    for torque, ste, error in zip(sweep.torque_Nm, sweep.ste_um, np.abs(sweep.ste_error_um), strict=True):
+        phi, low = _close_pitch(sweep, ste - error)
+        axes.fill_between(
+            np.degrees(phi), low, _close_pitch(sweep, ste + error)[1], color=colours[float(torque)], alpha=0.3, lw=0.0
+        )
 
 
 def _ste_legend(axes: Axes, colours: dict[float, str], with_full: bool) -> None:

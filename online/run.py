@@ -21,7 +21,7 @@ from online.tables import summary_text, write_ste_csv, write_summary_json
 from pmor.case import Case
 from pmor.model import ElasticModel
 from pmor.progress import Progress
-from pmor.result import SteSweep, peak_to_peak_um, ripple_um, ste_mean_um, torque_exponent
+from pmor.result import SteSweep, largest_error_um, peak_to_peak_um, ripple_um, ste_mean_um, torque_exponent
 
 
 @dataclass(frozen=True)
@@ -101,6 +101,7 @@ def summary(result: OnlineResult) -> dict[str, Any]:
         "ste_peak_to_peak_um": peak_to_peak_um(sweep)[i],
         "ste_ripple_um": ripple_um(sweep, i),
         "ste_torque_exponent": torque_exponent(sweep),
+        "ste_error_estimate_max_um": largest_error_um(sweep),
         "rom_size": result.reduced.size,
         "rom_vs_full_ste_max_rel": comparison.max_relative_error if comparison else None,
         "rom_vs_full_ste_rms_rel": comparison.rms_relative_error if comparison else None,
@@ -120,6 +121,7 @@ def summary_rows(result: OnlineResult) -> list[tuple[str, float | int | None, st
         ("STE peak-to-peak", s["ste_peak_to_peak_um"], "um", ""),
         ("STE ripple", s["ste_ripple_um"], "um", "about a quartic where one pair carries the load"),
         ("STE over torque", s["ste_torque_exponent"], "", "exponent; 1 is linear"),
+        ("STE error bar, max", s["ste_error_estimate_max_um"], "um", "what the reduction costs, estimated online"),
         ("reduced model size", s["rom_size"], "", "unknowns at most"),
         ("online time", s["online_ms_per_position"], "ms", f"per position, {len(result.sweep.phi_rad)} angles x "
          f"{len(result.sweep.torque_Nm)} torques"),

@@ -57,8 +57,9 @@ def offline(case_path: Path, basis_path: Path, resume: bool = False, jobs: int =
     ensure_writable(basis_path.parent)
     model = _elastic_model(case, mesh)
     from offline.jobs import run_offline
+    from online.errors import estimate_errors
 
-    done = run_offline(case, model, basis_path, jobs, resume, overwrite, started)
+    done = run_offline(case, model, basis_path, jobs, resume, overwrite, started, estimate_errors)
     print(f"{basis_path}: {done.solved} angles solved, {done.resumed} taken over, {done.seconds:.3g} s")
     if done.failed:
         raise ConvergenceError(f"{len(done.failed)} full solves did not converge: {'; '.join(done.failed)}", [])
@@ -205,6 +206,7 @@ def _reduced_and_full(
 ) -> OnlineResult:
     """Build or reuse the basis in a folder, sweep, and compare with full FE."""
     from offline.jobs import run_offline
+    from online.errors import estimate_errors
     from online.model import reduced_pair
     from online.run import run_online
     from pmor.storage.basis_file import read_basis
@@ -213,7 +215,7 @@ def _reduced_and_full(
     model = _elastic_model(case, mesh)
     basis = None if overwrite else _valid_basis(basis_path, case)
     if basis is None:
-        run_offline(case, model, basis_path, jobs, resume=not overwrite, overwrite=True, started=started)
+        run_offline(case, model, basis_path, jobs, not overwrite, True, started, estimate_errors)
         basis = read_basis(basis_path)
     # The basis is valid, but sweep and outputs of the case may have changed since.
     basis = replace(basis, case=case)

@@ -101,6 +101,13 @@ def peak_to_peak_um(sweep: SteSweep) -> FloatArray:
     return _over_angles(sweep, lambda ste: np.nanmax(ste) - np.nanmin(ste))
 
 
+def largest_error_um(sweep: SteSweep) -> float | None:
+    """Return the largest magnitude of a sweep's error estimate, um; None where it has none."""
+    if sweep.ste_error_um is None or not np.isfinite(sweep.ste_error_um).any():
+        return None
+    return float(np.nanmax(np.abs(sweep.ste_error_um)))
+
+
 def torque_exponent(sweep: SteSweep) -> float:
     """Return d ln(mean STE) / d ln(torque), fitted over the torques; NaN for one torque alone.
 
