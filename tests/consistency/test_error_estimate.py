@@ -1,0 +1,165 @@
+"""The error bar of the reduced model: where it is a bound, how near it is, and what it costs nothing to get wrong."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from offline.gather import make_basis
+from offline.sampling import TrainingPosition, sobol_positions
+from offline.snapshots import solve_snapshots
+from online.errors import estimate_errors
+from online.model import reduced_pair
+from online.sweep import sweep_reduced_pair
+from pmor.case import parse_case
+from pmor.contact.misalignment import Misalignment, OperatingCondition
+from pmor.contact.solve import solve_position
+from pmor.model import elastic_model, mesh_model
+from pmor.reduction.error_estimate import discarded_energy, discarded_energy_slope
+from tests.small_case import case_text
+
+pytestmark = pytest.mark.jit
+TORQUES = 3e4, 1e5  # N mm
+TILT = (-15.0, 15.0)
+
+
+@cache
+def setting(scheme="line", tilted=False, shapes="flank_lines"):
+    """A case and its full model, trained so poorly that errors are seen."""
+    spread = {"in_plane_um": TILT, "out_of_plane_um": TILT} if tilted else {}
+    text = case_text(
+        mesh={"profile_elements": 8, "width_elements": 4}, contact={"scheme": scheme, "lodm_profile": 4},
+        reduction={"shapes": shapes, "distribution_tolerance": 0.02},
+        offline={"angles_per_pitch": 6, "torques_Nm": [20.0, 150.0], **{k: list(v) for k, v in spread.items()}},
+    )  # fmt: skip
+    case = parse_case(text, "small", "small case")
+    return case, elastic_model(case, mesh_model(case))
+
+
+@cache
+def poor_basis(scheme="line", tilted=False, shapes="flank_lines"):
+    case, model = setting(scheme, tilted, shapes)
+    phi = model.mesh.meshed.pair.roll_position_range[0] + model.mesh.meshed.pair.pitch * np.arange(6) / 6
+    one = (OperatingCondition(1.5e5),)
+    snapshots = [solve_snapshots(model, TrainingPosition(float(p), one)) for p in phi]
+    if shapes == "flank_lines":
+        case = replace(case, offline=replace(case.offline, sampling="sobol"))
+    return make_basis(case, model, snapshots)[0]
+
+
+def states(reduced, phi):
+    solved = solve_position(reduced.meshed, phi, TORQUES, reduced.elasticity_at)
+    return solved.position, reduced.elasticity_at(solved.position), solved.equilibria
+
+
+@pytest.mark.parametrize("scheme", ["line", "strip", "direct"])
+@pytest.mark.parametrize("shapes", ["flank_lines", "positions"])
+def test_the_kernel_estimates_what_its_slow_twin_does(scheme, shapes):
+    reduced = reduced_pair(poor_basis(scheme, shapes=shapes))
+    meshed = reduced.meshed
+    phi = np.linspace(0.0, meshed.pair.pitch, 7)[:-1] + 0.003
+    sweep = sweep_reduced_pair(reduced, phi, TORQUES, tolerance=1e-10)
+    for i, angle in enumerate(phi):
+        position, elasticity, equilibria = states(reduced, float(angle))
+        for t, state in enumerate(equilibria):
+            slope = discarded_energy_slope(reduced.basis.compliance, position, elasticity, state.contact)
+            # The energies that nearly cancel are those of the STE itself.
+            atol = 1e-7 * abs(sweep.ste_um[t, i])
+            expected = 1e3 * meshed.pair.pinion.base_radius * slope
+            assert_allclose(sweep.ste_error_um[t, i], expected, rtol=1e-5, atol=atol)
+
+
+def test_tilted_axes_on_the_whole_width_too():
+    reduced = reduced_pair(poor_basis(tilted=True))
+    reduced = replace(reduced, meshed=replace(reduced.meshed, misalignment=Misalignment(10.0, -8.0)))
+    sweep = sweep_reduced_pair(reduced, np.array([0.05, 0.21]), TORQUES, tolerance=1e-10)
+    for i, angle in enumerate(sweep.phi_rad):
+        position, elasticity, equilibria = states(reduced, float(angle))
+        slopes = [discarded_energy_slope(reduced.basis.compliance, position, elasticity, e.contact) for e in equilibria]
+        expected = 1e3 * reduced.meshed.pair.pinion.base_radius * np.array(slopes)
+        assert_allclose(sweep.ste_error_um[:, i], expected, rtol=1e-5)
+
+
+def potential(meshed, elasticity, state, torque):
+    """Elastic and penalty energy less the work of the torque, N mm."""
+    penalty = 0.5 * float(state.contact.stiffness @ state.contact.gap**2)
+    return 0.5 * elasticity.energy_norm(state.coordinates) ** 2 + penalty - torque * state.lead
+
+
+def test_discarded_energy_bounds_the_difference_of_the_potentials_from_above():
+    """With a penalty pressure on exact flanks, where the law is convex and the geometry linear; never below zero."""
+    _, model = setting("strip")
+    reduced = reduced_pair(poor_basis("strip"))
+    meshed, full = reduced.meshed, model.mesh.meshed
+    low, high = meshed.pair.roll_position_range
+    # One pair alone, on the line of action.
+    for phi in np.linspace(high - meshed.pair.pitch + 0.03, low + meshed.pair.pitch - 0.03, 5):
+        position, elasticity, equilibria = states(reduced, float(phi))
+        exact = solve_position(full, float(phi), TORQUES, model.elasticity_at)
+        for torque, state, true in zip(TORQUES, equilibria, exact.equilibria, strict=True):
+            excess = potential(meshed, elasticity, state, torque) - potential(
+                full, model.elasticity_at(exact.position), true, torque
+            )
+            bound = 0.5 * discarded_energy(reduced.basis.compliance, position, elasticity, state.contact)
+            assert excess > 0.0
+            # Forces turn with the flanks, which the bound leaves out: some per cent of what is very little.
+            assert excess < 1.05 * bound
+
+
+@pytest.mark.parametrize(("tilted", "least_um"), [(False, 1e-4), (True, 2e-3)])
+def test_estimate_is_near_the_error_at_states_that_no_training_saw(tilted, least_um):
+    """Line contact, 40 states over angle, torque and misalignment: the size, and the order of the states."""
+    from scipy.stats import spearmanr
+
+    case, model = setting(tilted=tilted)
+    basis = poor_basis()
+    if tilted:
+        case = replace(case, offline=replace(case.offline, sampling="sobol"))
+        few = sobol_positions(case.offline, model.mesh.meshed.pair, 16)
+        basis = make_basis(case, model, [solve_snapshots(model, p) for p in few])[0]
+    base_radius = model.mesh.meshed.pair.pinion.base_radius
+    unseen = sobol_positions(case.offline, model.mesh.meshed.pair, 40, seed=5)
+    conditions = [p.conditions[0] for p in unseen]
+    ste, estimate = estimate_errors(basis, np.array([p.phi for p in unseen]), conditions)
+    true = np.empty(len(unseen))
+    for i, (position, condition) in enumerate(zip(unseen, conditions, strict=True)):
+        meshed = replace(model.mesh.meshed, misalignment=condition.misalignment)
+        state = solve_position(meshed, position.phi, [condition.torque], model.elasticity_at).equilibria[0]
+        true[i] = 1e3 * base_radius * state.lead - ste[i]
+    counted = np.abs(true) > least_um
+    assert counted.sum() > 5
+    ratio = np.abs(estimate[counted] / true[counted])
+    assert np.mean((ratio > 0.3) & (ratio < 5.0)) >= 0.95
+    assert spearmanr(np.abs(estimate), np.abs(true)).statistic > 0.9
+
+
+def test_a_trained_state_has_no_error_and_says_so():
+    """Shapes at positions: the trained force field itself is among them."""
+    reduced = reduced_pair(poor_basis(shapes="positions"))
+    training = reduced.basis.training
+    sweep = sweep_reduced_pair(reduced, training.phi, [1.5e5], tolerance=1e-11)
+    assert np.abs(sweep.ste_error_um).max() < 1e-7 * sweep.ste_um.max()
+
+
+def test_without_compliance_in_the_basis_there_is_no_error_bar():
+    basis = replace(poor_basis(), compliance=None)
+    sweep = sweep_reduced_pair(reduced_pair(basis), np.array([0.1]), TORQUES)
+    assert sweep.ste_error_um is None
+    assert np.isfinite(sweep.ste_um).all()
+
+
+def test_half_the_width_estimates_what_the_whole_width_does():
+    case, model = setting()
+    whole = replace(case, reduction=replace(case.reduction, half_width=False))
+    snapshots = [
+        solve_snapshots(model, TrainingPosition(float(p), (OperatingCondition(1.5e5),)))
+        for p in poor_basis().training.phi
+    ]
+    whole = replace(whole, offline=replace(whole.offline, sampling="sobol"))
+    other = make_basis(whole, model, snapshots)[0]
+    phi = np.linspace(0.0, 0.28, 6)
+    sweeps = [sweep_reduced_pair(reduced_pair(b), phi, TORQUES, tolerance=1e-10) for b in (poor_basis(), other)]
+    assert not reduced_pair(other).meshed.mirrored
+    assert_allclose(sweeps[0].ste_error_um, sweeps[1].ste_error_um, rtol=1e-4, atol=1e-7)
