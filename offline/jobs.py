@@ -19,7 +19,6 @@ from pmor.model import ElasticModel
 from pmor.progress import Progress
 from pmor.reduction.contact_shapes import ContactShapes, contact_shapes
 from pmor.reduction.flank_lines import FlankLineShapes, flank_line_shapes
-from pmor.reduction.half_width import mirrors_at_mid_width, symmetric_part
 from pmor.storage.atomic import ensure_folder, refuse_existing, remove_abandoned, remove_folder
 from pmor.storage.basis_file import Basis, Training, write_basis
 from pmor.storage.lock import only_writer_of_file
@@ -155,19 +154,12 @@ def _gather(
                 force[place] = s.force[:, p]
     mesh = model.mesh
     flanks = mesh.pinion.flank_nodes, mesh.wheel.flank_nodes
-    columns = flanks[0].shape[1]
-    half = mirrors_at_mid_width(case)
-    if half:
-        force = symmetric_part(force, columns)
     shapes: FlankLineShapes | ContactShapes
     if case.reduction.shapes == "positions":
         shapes = contact_shapes(model.pinion, model.wheel, grid, case.offline.angles_per_pitch, force,
                                 case.reduction.interpolation)  # fmt: skip
     else:
         shapes = flank_line_shapes((model.pinion, model.wheel), force, flanks)
-    if half:
-        shapes = shapes.lower_half(columns)
-        flanks = flanks[0][:, : columns // 2 + 1], flanks[1][:, : columns // 2 + 1]
     training = Training(
         phi=angles,
         torque=np.array(torques),

@@ -52,6 +52,7 @@ Torque = Annotated[float, Range(0.0, 1e12, "N m", low_excluded=True)]
 Torques = Annotated[tuple[float, ...], Range(0.0, 1e12, "N m", low_excluded=True)]
 Positions = Annotated[int, Range(4, 10_000)]
 Subdivisions = Annotated[int, Range(1, 64)]
+Width = Literal["half", "whole", "plane_strain"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -122,15 +123,20 @@ class MeshCase:
     profile_elements : int
         Elements along one flank, from the start of the involute to the tip.
     width_elements : int
-        Elements over the face width.
+        Elements over the whole face width.
     element : {"hex8i", "hex8"}
         Linear hexahedron with or without incompatible modes.
+    width : {"half", "whole", "plane_strain"}
+        How much of the face width is meshed. `half`: half of it where the pair is symmetric about mid width (spur, an
+        even number of elements over the width), else the whole. `plane_strain`: one layer of elements without axial
+        displacement, whatever `width_elements` says.
     spacing : {"arc_length", "roll_angle"}
         In what the flank nodes are equally spaced along the profile.
     """
 
     profile_elements: Annotated[int, Range(2, 512)] = 16
     width_elements: Annotated[int, Range(1, 512)] = 8
+    width: Width = "half"
     element: Literal["hex8i", "hex8"] = "hex8i"
     spacing: Literal["arc_length", "roll_angle"] = "arc_length"
 
@@ -186,13 +192,10 @@ class ReductionCase:
         for each trained roll position and torque, interpolated over the roll position (the paper).
     interpolation : {"linear", "cubic"}
         Of shapes at positions, over the roll position. Flank lines are not interpolated.
-    half_width : bool
-        Where the pair is symmetric about mid width (spur, an even number of elements over the width), hold only half.
     """
 
     shapes: Literal["flank_lines", "positions"] = "flank_lines"
     interpolation: Literal["linear", "cubic"] = "linear"
-    half_width: bool = True
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,7 +13,6 @@ from pmor.case import Case
 from pmor.gear.conventions import FloatArray
 from pmor.model import ElasticModel
 from pmor.reduction.flank_lines import flank_line_shapes
-from pmor.reduction.half_width import mirrors_at_mid_width, symmetric_part
 from pmor.storage.basis_file import Basis, Training
 
 ANGLES = 8
@@ -51,13 +50,7 @@ def train(case: Case, model: ElasticModel, way: str) -> ReducedPair:
         force = np.concatenate([force] * 3)
     mesh = model.mesh
     flanks = mesh.pinion.flank_nodes, mesh.wheel.flank_nodes
-    columns, half = flanks[0].shape[1], mirrors_at_mid_width(case)
-    if half:
-        force = symmetric_part(force, columns)
     shapes = flank_line_shapes((model.pinion, model.wheel), force, flanks)
-    if half:
-        shapes = shapes.lower_half(columns)
-        flanks = flanks[0][:, : columns // 2 + 1], flanks[1][:, : columns // 2 + 1]
     ste: FloatArray = np.stack([s.ste_um for s in snapshots], axis=1)
     training = Training(angles, np.array(torques), ste, np.isfinite(ste), 0.0)
     lines = case.reduction if case.reduction.shapes == "flank_lines" else replace(case.reduction, shapes="flank_lines")

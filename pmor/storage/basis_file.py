@@ -17,7 +17,7 @@ from pmor.reduction.flank_lines import FlankLineShapes, GearLines
 from pmor.result import BoolArray
 from pmor.storage.hdf5 import Field, Schema, attribute, create, open_checked, read, set_attributes, write
 
-BASIS_SCHEMA = Schema("pmor-basis", 3, "make it anew with 'pmor offline'")
+BASIS_SCHEMA = Schema("pmor-basis", 4, "make it anew with 'pmor offline'")
 GEARS = ("pinion", "wheel")
 
 
@@ -53,7 +53,7 @@ class Basis:
     ----------
     case : Case
     flank_nodes : two ndarrays, shape (n + 1, m + 1, 3)
-        Pinion and wheel, mm; half the width where the pair is symmetric (`pmor.reduction.half_width`), like the shapes.
+        Pinion and wheel, mm; as much of the width as is meshed (`pmor.case.width`), like the shapes.
     flank_roll_angle : two ndarrays, shape (n + 1,)
         rad.
     shapes : FlankLineShapes or ContactShapes
@@ -75,8 +75,8 @@ def write_basis(path: Path, basis: Basis, force: FloatArray, overwrite: bool = F
     path : Path
     basis : Basis
     force : ndarray, shape (M, T, 2, f)
-        Nodal forces of full FE over roll position and torque, N: not needed online, kept for checks and for later
-        enrichment.
+        Nodal forces of full FE over roll position and torque, N, those on a node and on its image together: not needed
+        online, kept for checks and for later enrichment.
     overwrite : bool
 
     Raises

@@ -10,7 +10,7 @@ from pmor.gear.conventions import FloatArray, IntArray
 from pmor.result import BoolArray
 from pmor.storage.hdf5 import Field, Schema, attribute, create, open_checked, read, write
 
-SNAPSHOT_SCHEMA = Schema("pmor-snapshots", 2, "delete it; 'pmor offline --resume' makes it anew")
+SNAPSHOT_SCHEMA = Schema("pmor-snapshots", 3, "delete it; 'pmor offline --resume' makes it anew")
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class Snapshots:
         Pinion angle, rad.
     pair_index : ndarray of int, shape (P,)
     force : ndarray, shape (T, P, 2, f)
-        Nodal forces on the flanks of pinion and wheel, N.
+        Nodal forces on the flanks of pinion and wheel, N; those on a node and on its image together.
     ste_um : ndarray, shape (T,)
         NaN where not converged.
     converged : ndarray of bool, shape (T,)
