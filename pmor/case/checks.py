@@ -5,7 +5,6 @@ from typing import Any
 
 from pmor.case.schema import Case, GearCase, PairCase
 from pmor.case.values import toml_text, wrong_unit_text
-from pmor.case.width import elements_across
 from pmor.errors import CaseError
 
 # A length below this many modules is a slip: a gear so thin, or a hole so small, cannot be meshed sensibly.
@@ -45,12 +44,12 @@ def check_together(case: Case, document: dict[str, Any], where: str) -> None:
 
 def _check_sizes(case: Case, where: str) -> None:
     mesh, contact = case.mesh, case.contact
-    along, across = mesh.profile_elements, elements_across(case)
+    along, across = mesh.profile_elements, mesh.width_elements
     nodes = (along + 1) * (across + 1)
     if nodes > MOST_FLANK_NODES:
         raise CaseError(
             f"{where}: [mesh] profile_elements = {along}: makes {nodes} nodes on a flank with width_elements = "
-            f"{mesh.width_elements}, and at most {MOST_FLANK_NODES} fit into a computer: lower one of the two"
+            f"{across}, and at most {MOST_FLANK_NODES} fit into a computer: lower one of the two"
         )
     points = (along * contact.lodm_profile + 1) * (across * contact.lodm_width + 1)
     if points > MOST_CONTACT_POINTS:

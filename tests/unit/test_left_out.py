@@ -11,6 +11,7 @@ from offline.jobs import run_offline
 from pmor.case import load_case, parse_case
 from pmor.contact.position import active_patches, pairs_in_reach
 from pmor.contact.solve import window_depth
+from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.condensation import condense_sector
 from pmor.left_out import computed, left_out, rows_in_reach, scene, unknowns
 from pmor.model import elastic_model, mesh_model, neighbour_reach
@@ -43,7 +44,7 @@ def test_four_cases_have_four_lists():
     what = {name: {item.what for item in items} for name, items in lists.items()}
     common = {"the flanks that carry no load", "displacements inside the gears", "tooth pairs out of mesh",
               "the compliance of distant teeth", "flank patches out of reach"}  # fmt: skip
-    identical = common | {"the wheel's finite elements", "half the face width online"}
+    identical = common | {"the wheel's finite elements", "half the face width"}
     assert what["paper_64"] == identical
     assert what["paper_spur"] == identical | {"contact points and penalty"}
     assert what["small_spur"] == identical | {"contact points over the width"}
@@ -55,9 +56,9 @@ def test_four_cases_have_four_lists():
 def test_the_plan_prints_what_because_and_savings():
     lines = [" ".join(line.split()) for line in plan_text(load_case("cases/paper_spur.toml")).splitlines()]
     assert "the wheel's finite elements the gears are identical" in lines
-    assert "saves 11934 unknowns, 459 right-hand sides" in lines
-    assert "half the face width online spur teeth, nodes at mid width: symmetric" in lines
-    assert "saves 4 of 9 columns of nodes, as many sections" in lines
+    assert "saves 6188 unknowns, 255 right-hand sides" in lines
+    assert "half the face width spur teeth, nodes at mid width: symmetric" in lines
+    assert "saves 4 of 9 columns of nodes, 5746 unknowns, as many sections" in lines
     assert not any(line.startswith("!") for line in lines)
 
 
@@ -87,6 +88,7 @@ def test_as_many_models_are_solved_as_are_announced(changes, models, monkeypatch
     # All nodes of a sector that are not on the bore move.
     announced = [unknowns(sector) for sector in found.bodies]
     assert announced == [3 * len(np.setdiff1d(np.arange(len(s.nodes)), s.bore)) for s in sectors]
+    assert "half the face width" not in listed(some)  # there, nodes at mid width do not move along the axis
     for gear, sector in zip((elastic.pinion, elastic.wheel), found.sectors, strict=True):
         kept, size = gear.compliance.shape[:2]
         assert size == found.flank_unknowns
@@ -116,16 +118,33 @@ def test_pairs_and_patches_out_of_reach_are_not_in_any_window():
     assert max(rows) < 20
 
 
-@pytest.mark.parametrize("width", [2, 3])
-def test_half_of_the_width_is_in_the_basis_when_the_plan_says_so(width, small_model, tmp_path):
-    some = case(mesh={"profile_elements": 5, "width_elements": width}, offline={"angles_per_pitch": 4})
+WIDTHS = {
+    "half": (2, "half the face width", 2),
+    "whole": (2, None, 3),
+    "plane_strain": (2, "all but one layer over the width", 2),
+    "half, odd": (3, None, 4),
+}
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_what_is_meshed_of_the_width_is_what_the_plan_says(width, tmp_path):
+    across, what, held = WIDTHS[width]
+    mesh = {"profile_elements": 5, "width_elements": across}
+    some = case(mesh=mesh | {"width": width.partition(",")[0]}, offline={"angles_per_pitch": 4})
+    whole = case(mesh=mesh | {"width": "whole"})
     run_offline(some, elastic_model(some, mesh_model(some)), tmp_path / "b.h5")
     basis = read_basis(tmp_path / "b.h5")
-    announced = listed(some).get("half the face width online")
-    held = basis.flank_nodes[0].shape[1]
-    assert (announced is None) == (held == width + 1)
-    if announced is not None:
-        assert announced.saving == f"{width + 1 - held} of {width + 1} columns of nodes, 11 contact points per flank"
+    assert basis.flank_nodes[0].shape[1] == held
+    names = {"half the face width", "all but one layer over the width"} & set(listed(some))
+    assert names == ({what} if what else set())
+    found, sector = scene(some), mesh_model(some).pinion
+    assert unknowns(found.sectors[0]) == len(
+        np.setdiff1d(np.arange(3 * len(sector.nodes)), np.union1d(degrees_of_freedom(sector.bore), sector.held_axially))
+    )
+    if what is not None:
+        saved = unknowns(scene(whole).sectors[0]) - unknowns(found.sectors[0])
+        expected = f"1 of 3 columns of nodes, {saved} unknowns, 11 contact points per flank"
+        assert listed(some)[what].saving == expected
     # Flank nodes are all that the shapes hold: nothing of the volume.
     assert basis.shapes.gears[0].displacement.shape[2] == 3 * 6 * held
 
