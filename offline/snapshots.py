@@ -36,6 +36,8 @@ def solve_snapshots(model: ElasticModel, phi: float, torques: tuple[float, ...])
         contact = equilibrium.contact
         nodal = contact.nodal_forces(contact.force, len(solved.position.nodes))
         _scatter(solved, nodal, force[t])
+    # What holds nodes in their plane takes that component up, and it does no work.
+    force[..., model.mesh.pinion.flank_held_axially] = 0.0
     return Snapshots(phi, pairs, force, ste, np.isfinite(ste))
 
 

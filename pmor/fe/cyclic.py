@@ -111,7 +111,7 @@ def elastic_gear(
     compliance[reach] += own
     if sector.layer is not None:
         compliance[reach] -= sector.layer
-    held = np.isin(sector.flank, mesh.held_axially)
+    held = mesh.flank_held_axially
     compliance[reach, held, held] = 0.0
     # Reciprocity holds to round-off; make it hold exactly, the solvers count on it.
     compliance = 0.5 * (compliance + compliance[::-1].transpose(0, 2, 1))

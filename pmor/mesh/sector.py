@@ -92,6 +92,12 @@ class SectorMesh:
         return 3 * np.arange(first, len(self.nodes), layers if self.mirrored else 1) + 2
 
     @property
+    def flank_held_axially(self) -> np.ndarray:
+        """Which unknowns of the flank, node by node and x y z, are among them, shape (3 (n + 1) (m + 1),)."""
+        unknowns = 3 * self.flank.ravel()[:, None] + np.arange(3)
+        return np.isin(unknowns.ravel(), self.held_axially)
+
+    @property
     def flank_nodes(self) -> FloatArray:
         """Coordinates of the flank nodes, shape (n + 1, m + 1, 3), mm."""
         return self.nodes[self.flank]
