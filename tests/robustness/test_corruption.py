@@ -199,7 +199,7 @@ def foreign_files(folder):
         file["x"] = np.arange(5)
     yield folder / "other.h5", "is an HDF5 file of another program, not a pmor-basis file"
     with h5py.File(folder / "netcdf.h5", "w") as file:
-        file.attrs["schema"], file.attrs["schema_version"] = "netcdf", 3
+        file.attrs["schema"], file.attrs["schema_version"] = "netcdf", 4
     yield folder / "netcdf.h5", "is not a pmor-basis file but one of the kind 'netcdf'"
     (folder / "folder").mkdir()
     yield folder / "folder", "is a folder, not a file"
@@ -227,14 +227,14 @@ def test_a_snapshot_file_is_no_basis(tmp_path, rng, tally):
 @pytest.mark.parametrize(
     ("version", "words"),
     [
-        (1, "is pmor-basis version 1, written by an older pmor; this one reads version 3; make it anew"),
-        (2, "is pmor-basis version 2, written by an older pmor"),
-        (4, "is pmor-basis version 4, written by a newer pmor"),
+        (1, "is pmor-basis version 1, written by an older pmor; this one reads version 4; make it anew"),
+        (3, "is pmor-basis version 3, written by an older pmor"),
+        (5, "is pmor-basis version 5, written by a newer pmor"),
         (2**40, "newer"),
         (-1, "older"),
-        ("3", "'3' is no version"),
-        (3.0, "is no version"),
-        (np.array([3, 3]), "is no version"),
+        ("4", "'4' is no version"),
+        (4.0, "is no version"),
+        (np.array([4, 4]), "is no version"),
     ],
 )
 def test_other_versions_are_refused(version, words, basis, original, tally):
