@@ -18,6 +18,7 @@ from pmor.gear.conventions import FloatArray
 from pmor.model import ElasticModel
 from pmor.progress import Progress
 from pmor.reduction.contact_shapes import ContactShapes, contact_shapes
+from pmor.reduction.error_estimate import FlankCompliance, flank_compliance, loaded_components
 from pmor.reduction.flank_lines import FlankLineShapes, flank_line_shapes
 from pmor.storage.atomic import ensure_folder, refuse_existing, remove_abandoned, remove_folder
 from pmor.storage.basis_file import Basis, Training, write_basis
@@ -173,5 +174,13 @@ def _gather(
         flank_roll_angle=(mesh.pinion.flank_roll_angle, mesh.wheel.flank_roll_angle),
         shapes=shapes,
         training=training,
+        compliance=_compliance(case, model),
     )
     write_basis(path, basis, force, overwrite)
+
+
+def _compliance(case: Case, model: ElasticModel) -> FlankCompliance | None:
+    if not case.reduction.error_estimate:
+        return None
+    components = loaded_components(model.mesh.meshed.scheme.exact)
+    return flank_compliance((model.pinion, model.wheel), components)

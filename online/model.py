@@ -56,6 +56,12 @@ class ReducedPair:
         nowhere = (0.0, 1.0, np.zeros((0, 0), dtype=bool), np.empty((0, 0, 2, 1, 0)), np.empty((0, 0, 2, 2, 0, 0)))
         return True, (lines[0], lines[1]), nowhere
 
+    @property
+    def kernel_compliance(self) -> tuple[FloatArray, FloatArray]:
+        """What the error estimate needs, for the kernel; of length 0 where the basis does not hold it."""
+        none = np.empty((0, 0, 0))
+        return self.basis.compliance.gears if self.basis.compliance else (none, none)
+
     @cached_property
     def size(self) -> int:
         """Largest number of unknowns over a pitch under the nominal torque: amplitudes of shapes, and the rotation."""

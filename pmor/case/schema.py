@@ -192,10 +192,13 @@ class ReductionCase:
         for each trained roll position and torque, interpolated over the roll position (the paper).
     interpolation : {"linear", "cubic"}
         Of shapes at positions, over the roll position. Flank lines are not interpolated.
+    error_estimate : bool
+        Keep in the basis what an error bar on every online result takes (`pmor.reduction.error_estimate`).
     """
 
     shapes: Literal["flank_lines", "positions"] = "flank_lines"
     interpolation: Literal["linear", "cubic"] = "linear"
+    error_estimate: bool = True
 
 
 @dataclass(frozen=True, kw_only=True)

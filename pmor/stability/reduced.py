@@ -55,4 +55,4 @@ def train(case: Case, model: ElasticModel, way: str) -> ReducedPair:
     training = Training(angles, np.array(torques), ste, np.isfinite(ste), 0.0)
     lines = case.reduction if case.reduction.shapes == "flank_lines" else replace(case.reduction, shapes="flank_lines")
     roll = mesh.pinion.flank_roll_angle, mesh.wheel.flank_roll_angle
-    return reduced_pair(Basis(replace(case, reduction=lines), flanks, roll, shapes, training))
+    return reduced_pair(Basis(replace(case, reduction=lines), flanks, roll, shapes, training, None))

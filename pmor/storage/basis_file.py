@@ -13,6 +13,7 @@ from pmor.case import Case, basis_key, describe, parse_case
 from pmor.errors import FileFormatError
 from pmor.gear.conventions import FloatArray
 from pmor.reduction.contact_shapes import ContactShapes
+from pmor.reduction.error_estimate import FlankCompliance
 from pmor.reduction.flank_lines import FlankLineShapes, GearLines
 from pmor.result import BoolArray
 from pmor.storage.hdf5 import Field, Schema, attribute, create, open_checked, read, set_attributes, write
@@ -58,6 +59,8 @@ class Basis:
         rad.
     shapes : FlankLineShapes or ContactShapes
     training : Training
+    compliance : FlankCompliance or None
+        For the error estimate; None when the case does not ask for it.
     """
 
     case: Case
@@ -65,6 +68,7 @@ class Basis:
     flank_roll_angle: tuple[FloatArray, FloatArray]
     shapes: FlankLineShapes | ContactShapes
     training: Training
+    compliance: FlankCompliance | None
 
 
 def write_basis(path: Path, basis: Basis, force: FloatArray, overwrite: bool = False) -> None:
@@ -101,6 +105,8 @@ def write_basis(path: Path, basis: Basis, force: FloatArray, overwrite: bool = F
         else:
             for gear, lines in zip(GEARS, shapes.gears, strict=True):
                 _write_lines(file.create_group(f"shapes/{gear}"), lines)
+        if basis.compliance is not None:
+            _write_compliance(file.create_group("error_estimate"), basis.compliance)
         group = file.create_group("training")
         write(group, "phi", training.phi, Field("rad", "angle", "pinion angle"))
         write(group, "torque", training.torque, Field("N mm", "torque", "pinion torque"))
@@ -137,7 +143,8 @@ def read_basis(path: Path) -> Basis:
         if not np.array_equal(np.isfinite(training.ste_um), training.converged):
             raise ValueError("its training has numbers where it did not converge, or none where it did")
         nodes, roll = ([read(file[f"flank/{gear}"], name) for gear in GEARS] for name in ("nodes", "roll_angle"))
-        return Basis(case, (nodes[0], nodes[1]), (roll[0], roll[1]), shapes, training)
+        compliance = _read_compliance(file["error_estimate"]) if case.reduction.error_estimate else None
+        return Basis(case, (nodes[0], nodes[1]), (roll[0], roll[1]), shapes, training, compliance)
 
 
 def require_made_from(path: Path, basis: Basis, case: Case) -> None:
@@ -174,6 +181,20 @@ def _write_lines(group: h5py.Group, lines: GearLines) -> None:
 
 def _read_lines(group: h5py.Group) -> GearLines:
     return GearLines(*(read(group, name) for name in ("start", "force", "displacement", "gram")))
+
+
+def _write_compliance(group: h5py.Group, compliance: FlankCompliance) -> None:
+    set_attributes(group, components=compliance.components)
+    pinion, wheel = compliance.gears
+    dims = "tooth offset, flank unknown, flank unknown"
+    for gear, blocks in zip(GEARS, (pinion,) if wheel is pinion else (pinion, wheel), strict=False):
+        write(group, gear, blocks, Field("mm/N", dims, "compliance between loaded flanks; identical gears: one"))
+
+
+def _read_compliance(group: h5py.Group) -> FlankCompliance:
+    pinion = read(group, GEARS[0])
+    wheel = read(group, GEARS[1]) if GEARS[1] in group else pinion
+    return FlankCompliance((pinion, wheel), int(attribute(group, "components")))
 
 
 def _write_positions(group: h5py.Group, shapes: ContactShapes) -> None:
