@@ -38,7 +38,7 @@ class MeshModel:
     Parameters
     ----------
     pinion, wheel : SectorMesh
-        The same object when the gears are identical.
+        The same object when the gears are of one shape.
     quality : MeshQuality
         Of the worse of the two meshes.
     meshed : MeshedPair
@@ -106,14 +106,14 @@ def approach_estimate(case: Case, pair: GearPair) -> float:
 
 
 def sector_meshes(case: Case, pair: GearPair) -> tuple[SectorMesh, SectorMesh]:
-    """Mesh a tooth sector of pinion and wheel; gears of one shape share one mesh.
+    """Mesh a tooth sector of pinion and wheel; gears of one shape share one mesh unless the case says otherwise.
 
     Raises
     ------
     GeometryError, MeshError
     """
     pinion = _sector(case, case.pair.pinion, pair.pinion)
-    same = pair.pinion == pair.wheel and _same_blank(case)
+    same = case.mesh.share_identical and pair.pinion == pair.wheel and _same_blank(case)
     return pinion, pinion if same else _sector(case, case.pair.wheel, pair.wheel)
 
 

@@ -132,6 +132,8 @@ class MeshCase:
         displacement, whatever `width_elements` says.
     spacing : {"arc_length", "roll_angle"}
         In what the flank nodes are equally spaced along the profile.
+    share_identical : bool
+        Mesh gears of one shape once, and solve the finite elements of identical gears once.
     """
 
     profile_elements: Annotated[int, Range(2, 512)] = 16
@@ -139,6 +141,7 @@ class MeshCase:
     width: Width = "half"
     element: Literal["hex8i", "hex8"] = "hex8i"
     spacing: Literal["arc_length", "roll_angle"] = "arc_length"
+    share_identical: bool = True
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,9 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 
 import pmor.model
 from offline.jobs import run_offline
+from online.model import reduced_pair
+from online.sweep import sweep_reduced_pair
 from pmor.case import load_case, parse_case
 from pmor.contact.position import active_patches, pairs_in_reach
 from pmor.contact.solve import window_depth
@@ -17,6 +20,7 @@ from pmor.left_out import computed, left_out, rows_in_reach, scene, unknowns
 from pmor.model import elastic_model, mesh_model, neighbour_reach
 from pmor.plan import plan_text
 from pmor.storage.basis_file import read_basis
+from pmor.sweep import sweep_ste
 from tests.small_case import case_text
 
 CASES = ("paper_spur", "paper_64", "small_spur", "unequal_pair")
@@ -70,7 +74,8 @@ def test_the_plan_warns_of_a_load_beyond_linear_elasticity():
 
 @pytest.mark.parametrize(
     ("changes", "models"), [({}, 1), ({"wheel": {"teeth": 21, "bore_radius_mm": 20.0, "poisson_ratio": 0.2}}, 2),
-                            (UNEQUAL, 2)], ids=["identical", "other material", "other teeth"],
+                            (UNEQUAL, 2), ({"mesh": {"share_identical": False}}, 2)],
+    ids=["identical", "other material", "other teeth", "identical, solved twice"],
 )  # fmt: skip
 def test_as_many_models_are_solved_as_are_announced(changes, models, monkeypatch):
     some, sectors = case(**changes), []
@@ -93,6 +98,23 @@ def test_as_many_models_are_solved_as_are_announced(changes, models, monkeypatch
         kept, size = gear.compliance.shape[:2]
         assert size == found.flank_unknowns
         assert kept == 2 * neighbour_reach(found.pair) + 1 < sector.teeth
+
+
+def test_identical_gears_solved_twice_have_the_ste_of_those_that_share_one_model(tmp_path):
+    full, reduced = [], []
+    for share in (True, False):
+        some = case(mesh={"width_elements": 2, "share_identical": share})
+        model = elastic_model(some, mesh_model(some))
+        assert (model.wheel is model.pinion) == (model.mesh.wheel is model.mesh.pinion) == share
+        meshed = model.mesh.meshed
+        phi = meshed.pair.pitch * np.arange(5) / 5
+        full.append(sweep_ste(meshed, model.elasticity_at, phi, [1e5]).ste_um)
+        run_offline(some, model, tmp_path / f"{share}.h5")
+        basis = reduced_pair(read_basis(tmp_path / f"{share}.h5"))
+        reduced.append(sweep_reduced_pair(basis, phi, [1e5]).ste_um)
+    for shared, solved_twice in (full, reduced):
+        assert np.isfinite(shared).all()
+        assert_allclose(solved_twice, shared, rtol=1e-9)
 
 
 def test_matrices_and_bytes_of_distant_teeth_are_those_not_held():
