@@ -163,6 +163,8 @@ def conventional_pair(case: Case, mesh: MeshModel) -> ConventionalPair:
     ------
     CaseError
         With line contact, whose closed form takes the place of part of the mesh's compliance.
+    MeshError
+        When the mesh does not span the whole face width.
     """
     if mesh.meshed.scheme.kind == "line":
         raise CaseError(

@@ -13,7 +13,6 @@ from pmor.model import ElasticModel
 from pmor.reduction.contact_shapes import ContactShapes, contact_shapes
 from pmor.reduction.error_estimate import FlankCompliance, flank_compliance, loaded_components
 from pmor.reduction.flank_lines import FlankLineShapes, flank_line_shapes
-from pmor.reduction.half_width import mirrors_at_mid_width, symmetric_part
 from pmor.storage.basis_file import Basis, Training
 from pmor.storage.snapshot_file import Snapshots
 
@@ -40,13 +39,10 @@ def make_basis(
     """
     mesh = model.mesh
     flanks = mesh.pinion.flank_nodes, mesh.wheel.flank_nodes
-    columns, half = flanks[0].shape[1], mirrors_at_mid_width(case)
     grid = case.offline.sampling == "grid"
     largest = 1e3 * case.offline.torques_Nm[-1]
     roll_positions = roll_position_grid(mesh.meshed, case.offline.angles_per_pitch, largest)
     force = _on_grid(snapshots, roll_positions, mesh.meshed.pair.pitch) if grid else _loaded_pairs(snapshots)
-    if half:
-        force = symmetric_part(force, columns)
     bodies = model.pinion, model.wheel
     shapes: FlankLineShapes | ContactShapes
     if case.reduction.shapes == "positions":
@@ -54,16 +50,13 @@ def make_basis(
                                 case.reduction.interpolation)  # fmt: skip
     else:
         shapes = flank_line_shapes(bodies, force, flanks, case.reduction.distribution_tolerance)
-    if half:
-        shapes = shapes.lower_half(columns)
-        flanks = flanks[0][:, : columns // 2 + 1], flanks[1][:, : columns // 2 + 1]
     basis = Basis(
         case=case,
         flank_nodes=flanks,
         flank_roll_angle=(mesh.pinion.flank_roll_angle, mesh.wheel.flank_roll_angle),
         shapes=shapes,
         training=_training(snapshots, case.offline.sampling == "greedy", seconds),
-        compliance=_compliance(case, model, columns if half else None),
+        compliance=_compliance(case, model),
     )
     return basis, force
 
@@ -97,8 +90,8 @@ def _training(snapshots: Sequence[Snapshots], greedy: bool, seconds: float) -> T
     )
 
 
-def _compliance(case: Case, model: ElasticModel, mirrored_columns: int | None) -> FlankCompliance | None:
+def _compliance(case: Case, model: ElasticModel) -> FlankCompliance | None:
     if not case.reduction.error_estimate:
         return None
     components = loaded_components(model.mesh.meshed.scheme.exact)
-    return flank_compliance((model.pinion, model.wheel), components, mirrored_columns)
+    return flank_compliance((model.pinion, model.wheel), components)

@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from pmor.case.width import mirrors_at_mid_width
 from pmor.contact.elasticity import ReducedElasticity
 from pmor.contact.flank import MeshedPair
 from pmor.contact.position import Position, active_patches
@@ -16,7 +17,6 @@ from pmor.gear.conventions import FloatArray, IntArray
 from pmor.model import assemble_pair, gear_pair
 from pmor.reduction.contact_shapes import ContactShapes, reduced_elasticity
 from pmor.reduction.flank_lines import line_elasticity
-from pmor.reduction.half_width import mirrors_at_mid_width
 from pmor.storage.basis_file import Basis
 
 LineArrays = tuple[IntArray, FloatArray, FloatArray]

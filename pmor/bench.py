@@ -73,7 +73,7 @@ def variants(case: Case) -> list[Variant]:
     listed.append(Variant("strip", _changed(case, contact={"scheme": "strip"})))
     for width in (4, 8, 16):
         listed.append(Variant("elements over the width", _changed(case, mesh={"width_elements": width})))
-    listed.append(Variant("whole width", _changed(case, reduction={"half_width": False})))
+    listed.append(Variant("whole width", _changed(case, mesh={"width": "whole"})))
     return [*listed, Variant("shapes at positions", _changed(case, reduction={"shapes": "positions"}))]
 
 

@@ -9,14 +9,17 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
+
 from pmor.case import Case
+from pmor.case.width import meshed_width
 from pmor.contact.flank import LOCAL_SHARE
 from pmor.contact.solve import WINDOW_MARGIN
+from pmor.fe.assembly import degrees_of_freedom
 from pmor.gear.pair import GearPair
 from pmor.limits import range_warnings
 from pmor.mesh.sector import SectorMesh
 from pmor.model import approach_estimate, contact_scheme, gear_pair, neighbour_reach, same_body, sector_meshes
-from pmor.reduction.half_width import mirrors_at_mid_width
 
 DOUBLE = 8  # bytes
 PICTURES = "curves, load sharing, spectrum, error, contact pattern, mesh"
@@ -50,8 +53,8 @@ class Scene:
 
     @property
     def columns(self) -> int:
-        """Nodes over the face width."""
-        return self.case.mesh.width_elements + 1
+        """Nodes over the face width, as far as it is meshed."""
+        return len(self.sectors[0].z)
 
     @property
     def flank_unknowns(self) -> int:
@@ -108,8 +111,8 @@ def remarks(scene: Scene) -> tuple[str, ...]:
 
 
 def unknowns(sector: SectorMesh) -> int:
-    """Return the unknowns of a sector: all nodes but those on the bore."""
-    return 3 * (len(sector.nodes) - len(sector.bore))
+    """Return the unknowns of a sector: all nodes but those on the bore, in the directions in which they are free."""
+    return 3 * len(sector.nodes) - len(np.union1d(degrees_of_freedom(sector.bore), sector.held_axially))
 
 
 def rows_in_reach(scene: Scene) -> int:
@@ -154,7 +157,7 @@ def _far_teeth(scene: Scene) -> LeftOut | None:
 
 def _volume(scene: Scene) -> LeftOut:
     # Every line has at least one shape, with a displacement field for each tooth in reach.
-    inside = [unknowns(sector) - scene.flank_unknowns for sector in scene.sectors]
+    inside = [unknowns(sector) - int(np.count_nonzero(~sector.flank_held_axially)) for sector in scene.sectors]
     fields = 2 * neighbour_reach(scene.pair) + 1
     return LeftOut(
         "displacements inside the gears", "contact sees the flanks alone",
@@ -191,16 +194,22 @@ def _idle_patches(scene: Scene) -> LeftOut | None:
     )  # fmt: skip
 
 
-def _half(scene: Scene) -> LeftOut | None:
-    if not mirrors_at_mid_width(scene.case):
+def _width(scene: Scene) -> LeftOut | None:
+    width = meshed_width(scene.case)
+    if width == "whole":
         return None
-    columns, (profile, width) = scene.columns, _subdivisions(scene.case)
-    points = ((scene.lines - 1) * profile + 1) * (columns // 2) * width
-    nodal = scene.case.contact.kind == "nodal"
-    carried = f"{points} contact points per flank" if nodal else "as many sections"
+    if width == "half":
+        what, why = "half the face width", "spur teeth, nodes at mid width: symmetric"
+    else:
+        what, why = "all but one layer over the width", '[mesh] width = "plane_strain"'
+    columns, (profile, subdivided) = scene.case.mesh.width_elements + 1, _subdivisions(scene.case)
+    saved = columns - scene.columns
+    points = ((scene.lines - 1) * profile + 1) * saved * subdivided
+    carried = f"{points} contact points per flank" if scene.case.contact.kind == "nodal" else "as many sections"
+    whole = sum(len(s.nodes) - len(s.bore) for s in scene.bodies) // scene.columns * columns * 3
     return LeftOut(
-        "half the face width online", "spur teeth, nodes at mid width: symmetric",
-        f"{columns // 2} of {columns} columns of nodes, {carried}",
+        what, why,
+        f"{saved} of {columns} columns of nodes, {whole - sum(map(unknowns, scene.bodies))} unknowns, {carried}",
     )  # fmt: skip
 
 
@@ -251,7 +260,7 @@ def _page(scene: Scene) -> LeftOut | None:
 
 
 RULES: tuple[Callable[[Scene], LeftOut | None], ...] = (
-    _other_model, _other_flanks, _far_teeth, _volume, _torques, _idle_pairs, _idle_patches, _half, _refinement,
+    _other_model, _other_flanks, _far_teeth, _volume, _torques, _idle_pairs, _idle_patches, _width, _refinement,
     _width_refinement,
     _pictures, _picture_files, _page,
 )  # fmt: skip

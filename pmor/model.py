@@ -10,6 +10,7 @@ from typing import TypeVar
 import numpy as np
 
 from pmor.case import Case, GearCase
+from pmor.case.width import meshed_width
 from pmor.contact.elasticity import full_elasticity
 from pmor.contact.flank import ContactScheme, MeshedPair, SurfaceLayer, make_flank
 from pmor.contact.line_contact import approach_constants, check_half_width, line_compliance
@@ -38,7 +39,7 @@ class MeshModel:
     Parameters
     ----------
     pinion, wheel : SectorMesh
-        The same object when the gears are identical.
+        The same object when the gears are of one shape.
     quality : MeshQuality
         Of the worse of the two meshes.
     meshed : MeshedPair
@@ -106,14 +107,14 @@ def approach_estimate(case: Case, pair: GearPair) -> float:
 
 
 def sector_meshes(case: Case, pair: GearPair) -> tuple[SectorMesh, SectorMesh]:
-    """Mesh a tooth sector of pinion and wheel; gears of one shape share one mesh.
+    """Mesh a tooth sector of pinion and wheel; gears of one shape share one mesh unless the case says otherwise.
 
     Raises
     ------
     GeometryError, MeshError
     """
     pinion = _sector(case, case.pair.pinion, pair.pinion)
-    same = pair.pinion == pair.wheel and _same_blank(case)
+    same = case.mesh.share_identical and pair.pinion == pair.wheel and _same_blank(case)
     return pinion, pinion if same else _sector(case, case.pair.wheel, pair.wheel)
 
 
@@ -136,7 +137,7 @@ def mesh_model(case: Case) -> MeshModel:
     pinion, wheel = sector_meshes(case, pair)
     qualities = [mesh_quality(mesh.nodes, mesh.elements) for mesh in (pinion, wheel)]
     meshed = assemble_pair(case, pair, (pinion.flank_nodes, wheel.flank_nodes),
-                           (pinion.flank_roll_angle, wheel.flank_roll_angle))  # fmt: skip
+                           (pinion.flank_roll_angle, wheel.flank_roll_angle), pinion.mirrored)  # fmt: skip
     if meshed.scheme.kind == "line":
         check_half_width(meshed, 1e3 * case.offline.torques_Nm[-1])
     elif meshed.scheme.kind == "strip":
@@ -251,6 +252,6 @@ def _sector(case: Case, gear: GearCase, tooth: Tooth) -> SectorMesh:
     mesh = case.mesh
     try:
         return build_sector(tooth, gear.bore_radius_mm, case.pair.face_width_mm, mesh.profile_elements,
-                            mesh.width_elements, mesh.spacing)  # fmt: skip
+                            mesh.width_elements, mesh.spacing, meshed_width(case))  # fmt: skip
     except MeshError as error:
         raise MeshError(f"gear with {gear.teeth} teeth: {error}") from error

@@ -6,6 +6,7 @@ A new part of the plan is one more function in `PARTS`: from the case to the lin
 from collections.abc import Callable
 
 from pmor.case import Case, describe
+from pmor.case.width import elements_across, meshed_width
 from pmor.left_out import computed, left_out, remarks, scene
 
 NOT_WRITTEN = {"contact.edge_normals": "of the scheme", "pair.centre_distance_mm": "without backlash"}
@@ -36,9 +37,10 @@ def _settings(case: Case) -> list[str]:
 
 def _sizes(case: Case) -> list[str]:
     mesh, contact = case.mesh, case.contact
-    along, across = mesh.profile_elements, mesh.width_elements
+    along, across = mesh.profile_elements, elements_across(case)
+    width = {"whole": "the width", "half": "half the width", "plane_strain": "the width"}[meshed_width(case)]
     flank_nodes = (along + 1) * (across + 1)
-    grid = f"{along + 1} over the profile x {across + 1} over the width"
+    grid = f"{along + 1} over the profile x {across + 1} over {width}"
     points = (along * contact.lodm_profile + 1) * (across * contact.lodm_width + 1)
     contact_points = (
         f"  contact points per flank       {points:>8}  "
@@ -46,7 +48,7 @@ def _sizes(case: Case) -> list[str]:
     )
     if contact.kind != "nodal":
         what = "a line load each" if contact.kind == "line" else "Gauss points on the strip of contact"
-        contact_points = f"  sections over the width        {across + 1:>8}  ({what}, on exact flanks)"
+        contact_points = f"  {f'sections over {width}':<30} {across + 1:>8}  ({what}, on exact flanks)"
     return [
         "Sizes",
         f"  flank nodes per tooth          {flank_nodes:>8}  ({grid})",

@@ -3,6 +3,7 @@
 import os
 import shutil
 import tempfile
+from functools import cache
 
 import matplotlib
 import numpy as np
@@ -32,29 +33,39 @@ def rng():
 
 
 @pytest.fixture(scope="session")
-def small_model():
-    """Full FE of a small spur pair: 5 x 2 elements per flank, so that rows and columns cannot be mixed up."""
+def small_models():
+    """Function from the meshed width to the case and full FE of a small spur pair.
+
+    5 x 2 elements per flank, so that rows and columns cannot be mixed up.
+    """
     from pmor.model import elastic_model, mesh_model
     from tests.small_case import small_case
 
-    case = small_case()
-    return case, elastic_model(case, mesh_model(case))
+    @cache
+    def model(width):
+        case = small_case(width)
+        return case, elastic_model(case, mesh_model(case))
+
+    return model
 
 
 @pytest.fixture(scope="session")
-def small_basis_file(small_model, tmp_path_factory):
-    """Function from the keys of [reduction] to the basis file of `small_model`; copy it before changing it."""
+def small_model(small_models):
+    """Full FE of the small spur pair, half of its width."""
+    return small_models("half")
+
+
+@pytest.fixture(scope="session")
+def small_basis_file(small_models, tmp_path_factory):
+    """Function from the meshed width and the keys of [reduction] to a basis file; copy it before changing it."""
     from offline.jobs import run_offline
     from tests.small_case import small_case
 
-    paths = {}
-
-    def basis_file(**reduction):
-        key = tuple(sorted(reduction.items()))
-        if key not in paths:
-            paths[key] = tmp_path_factory.mktemp("basis") / "small.h5"
-            assert run_offline(small_case(**reduction), small_model[1], paths[key]).failed == ()
-        return paths[key]
+    @cache
+    def basis_file(width="half", **reduction):
+        path = tmp_path_factory.mktemp("basis") / "small.h5"
+        assert run_offline(small_case(width, **reduction), small_models(width)[1], path).failed == ()
+        return path
 
     return basis_file
 

@@ -30,10 +30,10 @@ def case_text(**changes):
     return "\n".join(lines)
 
 
-def small_case(**reduction):
-    """The case of the fixture `small_model`, with the keys of its section [reduction]."""
-    mesh, offline, compare = {"profile_elements": 5, "width_elements": 2}, {"angles_per_pitch": 6}, {"angles": 4}
-    text = case_text(mesh=mesh, offline=offline, compare=compare, reduction=reduction)
+def small_case(width="half", **reduction):
+    """The case of the fixture `small_model`, with the meshed width and the keys of its section [reduction]."""
+    mesh = {"profile_elements": 5, "width_elements": 2, "width": width}
+    text = case_text(mesh=mesh, offline={"angles_per_pitch": 6}, compare={"angles": 4}, reduction=reduction)
     return parse_case(text, "small", "small case")
 
 

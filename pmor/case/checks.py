@@ -147,6 +147,13 @@ def _check_sampling(case: Case, where: str) -> None:
 
 
 def _check_misalignment(case: Case, where: str) -> None:
+    tilts = {"in_plane_um": case.offline.in_plane_um, "out_of_plane_um": case.offline.out_of_plane_um}
+    for key, trained in tilts.items():
+        if case.mesh.width == "plane_strain" and any(trained):
+            raise CaseError(
+                f"{where}: [offline] {key} = {toml_text(trained)}: tilted axes load the width unevenly, and [mesh] "
+                'width = "plane_strain" has one section for all of it: write "whole", or 0.0 here'
+            )
     for key in ("in_plane_um", "out_of_plane_um", "centre_distance_um"):
         value, trained = getattr(case.misalignment, key), getattr(case.offline, key)
         if not trained[0] <= value <= trained[-1]:

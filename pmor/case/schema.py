@@ -54,6 +54,7 @@ Deviation = Annotated[float, Range(-1000.0, 1000.0, "um")]
 Deviations = Annotated[tuple[float, ...], Range(-1000.0, 1000.0, "um")]
 Positions = Annotated[int, Range(4, 10_000)]
 Subdivisions = Annotated[int, Range(1, 64)]
+Width = Literal["half", "whole", "plane_strain"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -124,17 +125,25 @@ class MeshCase:
     profile_elements : int
         Elements along one flank, from the start of the involute to the tip.
     width_elements : int
-        Elements over the face width.
+        Elements over the whole face width.
     element : {"hex8i", "hex8"}
         Linear hexahedron with or without incompatible modes.
+    width : {"half", "whole", "plane_strain"}
+        How much of the face width is meshed. `half`: half of it where the pair is symmetric about mid width (spur, an
+        even number of elements over the width), else the whole. `plane_strain`: one layer of elements without axial
+        displacement, whatever `width_elements` says.
     spacing : {"arc_length", "roll_angle"}
         In what the flank nodes are equally spaced along the profile.
+    share_identical : bool
+        Mesh gears of one shape once, and solve the finite elements of identical gears once.
     """
 
     profile_elements: Annotated[int, Range(2, 512)] = 16
     width_elements: Annotated[int, Range(1, 512)] = 8
+    width: Width = "half"
     element: Literal["hex8i", "hex8"] = "hex8i"
     spacing: Literal["arc_length", "roll_angle"] = "arc_length"
+    share_identical: bool = True
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -193,15 +202,12 @@ class ReductionCase:
         first one's forces. Smaller for misaligned axes, whose distributions vary.
     error_estimate : bool
         Keep in the basis what an error bar on every online result takes (`pmor.reduction.error_estimate`).
-    half_width : bool
-        Where the pair is symmetric about mid width (spur, an even number of elements over the width), hold only half.
     """
 
     shapes: Literal["flank_lines", "positions"] = "flank_lines"
     interpolation: Literal["linear", "cubic"] = "linear"
     distribution_tolerance: Annotated[float, Range(0.0, 1.0, low_excluded=True, high_excluded=True)] = 0.05
     error_estimate: bool = True
-    half_width: bool = True
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -51,7 +51,8 @@ class CondensedSector:
     flank, left, right : ndarray of int
         Retained degrees of freedom of the sector mesh.
     stiffness : ndarray, shape (n, n)
-        Condensed stiffness in the order flank, left, right, N/mm; the bore is fixed.
+        Condensed stiffness in the order flank, left, right, N/mm; the bore is fixed, what has no axial displacement is
+        uncoupled. Twice that of half the width where the mesh ends in a plane of symmetry.
     rows : tuple of EliminatedRow
         In the order of elimination; empty unless they were asked for.
     layer : ndarray or None
@@ -88,11 +89,11 @@ def condense_sector(
     -------
     CondensedSector
     """
-    stiffness = assemble(mesh.nodes, mesh.elements, youngs_modulus, poisson_ratio, element)
+    stiffness = sector_stiffness(mesh, youngs_modulus, poisson_ratio, element)
     flank, left, right = (degrees_of_freedom(ids) for ids in (mesh.flank, mesh.left, mesh.right))
     retained = np.concatenate([flank, left, right])
     status = np.zeros(stiffness.shape[0], dtype=bool)
-    status[retained] = status[degrees_of_freedom(mesh.bore)] = True
+    status[retained] = status[degrees_of_freedom(mesh.bore)] = status[mesh.held_axially] = True
 
     def free(row: IntArray) -> IntArray:
         dofs = degrees_of_freedom(row)
@@ -112,6 +113,36 @@ def condense_sector(
     rest, schur = _eliminate(junction, retained, total, kept if keep_rows else None)
     layer = layer_compliance(mesh, layer_columns, stiffness) if layer_columns else None
     return CondensedSector(flank, left, right, schur, tuple(kept), layer)
+
+
+def sector_stiffness(mesh: SectorMesh, youngs_modulus: float, poisson_ratio: float, element: str) -> sp.csr_array:
+    """Assemble a sector, with what has no axial displacement uncoupled from the rest.
+
+    Half the width counts twice: a force is then that on a node and on its image, and work and energy are those of the
+    whole width.
+
+    Parameters
+    ----------
+    mesh, youngs_modulus, poisson_ratio, element
+        As in `condense_sector`.
+
+    Returns
+    -------
+    scipy.sparse.csr_array
+        N/mm.
+    """
+    stiffness = assemble(mesh.nodes, mesh.elements, youngs_modulus, poisson_ratio, element)
+    if mesh.mirrored:
+        stiffness = 2.0 * stiffness
+    if not len(mesh.held_axially):
+        return stiffness
+    free = np.ones(stiffness.shape[0], dtype=bool)
+    free[mesh.held_axially] = False
+    entries = stiffness.tocoo()
+    rows, columns = entries.coords
+    # Their own diagonal stays, so that factorisations need not know of them.
+    kept = (free[rows] & free[columns]) | (rows == columns)
+    return sp.coo_array((entries.data[kept], (rows[kept], columns[kept])), shape=stiffness.shape).tocsr()
 
 
 def back_substitute(sector: CondensedSector, retained_displacement: FloatArray, size: int) -> FloatArray:

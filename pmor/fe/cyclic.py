@@ -28,7 +28,7 @@ class ElasticGear:
     compliance : ndarray, shape (2 reach + 1, n, n)
         ``compliance[reach + k]`` is the displacement of the flank nodes of tooth k under unit forces on the flank
         nodes of tooth 0, each in its own tooth's frame, mm/N; n = 3 x flank nodes. Without the local compliance of
-        the surface layer where that was taken out.
+        the surface layer where that was taken out. On half the width a unit force is shared by a node and its image.
     sector : CondensedSector
     side_displacement : ndarray, shape (2 reach + 2, n_left, n)
         Displacement of the left side face of sectors -reach - 1 ... reach under the same forces, mm/N.
@@ -111,6 +111,8 @@ def elastic_gear(
     compliance[reach] += own
     if sector.layer is not None:
         compliance[reach] -= sector.layer
+    held = mesh.flank_held_axially
+    compliance[reach, held, held] = 0.0
     # Reciprocity holds to round-off; make it hold exactly, the solvers count on it.
     compliance = 0.5 * (compliance + compliance[::-1].transpose(0, 2, 1))
     return ElasticGear(mesh, reach, compliance, sector, displacement)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import scipy.sparse.linalg as spla
 
+from pmor.errors import MeshError
 from pmor.fe.assembly import assemble, degrees_of_freedom
 from pmor.gear.conventions import FloatArray, IntArray, rotation_z
 from pmor.mesh.sector import SectorMesh
@@ -24,7 +25,14 @@ def whole_gear_mesh(mesh: SectorMesh) -> tuple[FloatArray, IntArray, IntArray]:
     elements : ndarray of int, shape (n_elements, 8)
     numbers : ndarray of int, shape (teeth, sector nodes)
         Node of the whole gear for each node of each sector.
+
+    Raises
+    ------
+    MeshError
+        When the sector does not span the whole face width.
     """
+    if mesh.width != "whole":
+        raise MeshError(f'whole gears have the whole face width, not "{mesh.width}": write [mesh] width = "whole"')
     count = len(mesh.nodes)
     # The bore's corner nodes are shared between neighbours as well.
     left = np.concatenate([mesh.left, mesh.bore[: len(mesh.z)]])

@@ -54,6 +54,9 @@ class SectorMesh:
         All nodes of each row of the ring block, from the outline to the bore.
     teeth : int
         Number of sectors in the gear.
+    width : {"whole", "half", "plane_strain"}
+        The whole face width; half of it, up to the plane of symmetry z = 0; or one layer of elements, whose nodes stay
+        in their transverse planes.
     """
 
     nodes: FloatArray
@@ -67,6 +70,32 @@ class SectorMesh:
     tooth_rows: tuple[IntArray, ...]
     ring_rows: tuple[IntArray, ...]
     teeth: int
+    width: str = "whole"
+
+    @property
+    def mirrored(self) -> bool:
+        """Whether the mesh ends in a plane of symmetry at mid width: what acts on it counts twice."""
+        return self.width == "half"
+
+    @property
+    def images(self) -> FloatArray:
+        """How many nodes of the whole width each column of nodes stands for, shape (m + 1,)."""
+        images = np.full(len(self.z), 2.0 if self.mirrored else 1.0)
+        images[-1] = 1.0
+        return images
+
+    @property
+    def held_axially(self) -> IntArray:
+        """Degrees of freedom u_z that are zero: those in the plane of symmetry, and all of them in plane strain."""
+        layers = len(self.z)
+        first = {"whole": len(self.nodes), "half": layers - 1, "plane_strain": 0}[self.width]
+        return 3 * np.arange(first, len(self.nodes), layers if self.mirrored else 1) + 2
+
+    @property
+    def flank_held_axially(self) -> np.ndarray:
+        """Which unknowns of the flank, node by node and x y z, are among them, shape (3 (n + 1) (m + 1),)."""
+        unknowns = 3 * self.flank.ravel()[:, None] + np.arange(3)
+        return np.isin(unknowns.ravel(), self.held_axially)
 
     @property
     def flank_nodes(self) -> FloatArray:
@@ -81,6 +110,7 @@ def build_sector(
     profile_elements: int,
     width_elements: int,
     spacing: str = "roll_angle",
+    width: str = "whole",
 ) -> SectorMesh:
     """Mesh one tooth sector.
 
@@ -90,9 +120,12 @@ def build_sector(
     bore_radius, face_width : float
         mm.
     profile_elements, width_elements : int
-        Elements along the flank (start of involute to tip) and over the face width.
+        Elements along the flank (start of involute to tip) and over the whole face width.
     spacing : {"roll_angle", "arc_length"}
         Spacing of the flank nodes.
+    width : {"whole", "half", "plane_strain"}
+        How much of the face width is meshed (`SectorMesh`); half takes an even number of elements over the width, plane
+        strain is one whatever their number.
 
     Returns
     -------
@@ -122,10 +155,12 @@ def build_sector(
     section = np.concatenate([tooth_points.reshape(-1, 2), ring_points[~shared]])
     quads = np.concatenate([_quads(tooth_id), _quads(ring_id[::-1])])
 
-    z = np.linspace(-0.5 * face_width, 0.5 * face_width, width_elements + 1)
+    z = np.linspace(-0.5 * face_width, 0.5 * face_width, 2 if width == "plane_strain" else width_elements + 1)
+    if width == "half":
+        z = z[: width_elements // 2 + 1]
     layers = len(z)
     nodes = twist_sections(section[:, None, :], z[None, :], tooth.twist_per_length).reshape(-1, 3)
-    lower = (quads[:, None, :] * layers + np.arange(width_elements)[None, :, None]).reshape(-1, 4)
+    lower = (quads[:, None, :] * layers + np.arange(layers - 1)[None, :, None]).reshape(-1, 4)
     elements = np.concatenate([lower, lower + 1], axis=1)
 
     def through_width(section_ids: IntArray) -> IntArray:
@@ -143,6 +178,7 @@ def build_sector(
         tooth_rows=tuple(through_width(row).ravel() for row in tooth_id),
         ring_rows=tuple(through_width(row).ravel() for row in ring_id),
         teeth=tooth.teeth,
+        width=width,
     )
 
 

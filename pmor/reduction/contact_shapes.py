@@ -9,7 +9,7 @@ therefore stay consistent (Blockmans, Tamarozzi, Naets & Desmet, IJNME 102 (2015
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,7 +17,6 @@ from pmor.contact.elasticity import ReducedElasticity
 from pmor.contact.position import Position
 from pmor.fe.cyclic import ElasticGear
 from pmor.gear.conventions import FloatArray
-from pmor.reduction.half_width import lower_half
 
 # Directions of the Gram matrix below this fraction of the largest are dependent to working precision.
 DEPENDENCE_TOLERANCE = 1e-10
@@ -56,10 +55,6 @@ class ContactShapes:
     def reach(self) -> int:
         """Neighbouring teeth covered on either side."""
         return (self.displacement.shape[3] - 1) // 2
-
-    def lower_half(self, columns: int) -> ContactShapes:
-        """Return the same shapes at the node columns up to mid width; their energy stays that of the whole width."""
-        return replace(self, displacement=lower_half(self.displacement, columns))
 
     @property
     def stencil(self) -> int:
@@ -130,7 +125,9 @@ def contact_shapes(
     -------
     ContactShapes
     """
-    norm = np.linalg.norm(force, axis=(2, 3))
+    # Over the whole width: a force on several images of a node is shared by them.
+    shared = force.reshape(*force.shape[:3], -1, len(pinion.mesh.z), 3) / np.sqrt(pinion.mesh.images)[:, None]
+    norm = np.linalg.norm(shared.reshape(force.shape), axis=(2, 3))
     loaded = norm > 0.0
     unit = force / np.where(loaded, norm, 1.0)[:, :, None, None]
     positions, torques, _, size = unit.shape

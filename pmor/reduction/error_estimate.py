@@ -44,7 +44,6 @@ from pmor.contact.position import Position
 from pmor.contact.search import Contact
 from pmor.fe.cyclic import ElasticGear
 from pmor.gear.conventions import FloatArray
-from pmor.reduction.half_width import lower_half, symmetric_part
 
 
 @dataclass(frozen=True)
@@ -68,9 +67,7 @@ def loaded_components(exact_flanks: bool) -> int:
     return 2 if exact_flanks else 3
 
 
-def flank_compliance(
-    bodies: tuple[ElasticGear, ElasticGear], components: int, mirrored_columns: int | None = None
-) -> FlankCompliance:
+def flank_compliance(bodies: tuple[ElasticGear, ElasticGear], components: int) -> FlankCompliance:
     """Take from full FE what the estimate needs.
 
     Parameters
@@ -79,16 +76,14 @@ def flank_compliance(
         Pinion and wheel; the same object when they are identical.
     components : int
         Of the displacement at a node: 2 or 3.
-    mirrored_columns : int, optional
-        Columns of flank nodes over the width, when the lower half of them stands for all.
 
     Returns
     -------
     FlankCompliance
     """
     pinion, wheel = bodies
-    first = _loaded_part(pinion, components, mirrored_columns)
-    second = first if wheel is pinion else _loaded_part(wheel, components, mirrored_columns)
+    first = _loaded_part(pinion, components)
+    second = first if wheel is pinion else _loaded_part(wheel, components)
     return FlankCompliance((first, second), components)
 
 
@@ -148,10 +143,7 @@ def _discarded_product(
     return product
 
 
-def _loaded_part(body: ElasticGear, components: int, mirrored_columns: int | None) -> FloatArray:
+def _loaded_part(body: ElasticGear, components: int) -> FloatArray:
     blocks = body.compliance[body.reach :]
-    if mirrored_columns:
-        for _ in range(2):  # forces and displacements
-            blocks = lower_half(symmetric_part(blocks, mirrored_columns), mirrored_columns).transpose(0, 2, 1)
     used = (3 * np.arange(blocks.shape[1] // 3)[:, None] + np.arange(components)).ravel()
     return np.ascontiguousarray(blocks[:, used[:, None], used])

@@ -23,7 +23,6 @@ from pmor.contact.position import Position
 from pmor.errors import ConvergenceError
 from pmor.fe.cyclic import ElasticGear
 from pmor.gear.conventions import FloatArray, IntArray
-from pmor.reduction.half_width import lower_half
 
 # Without the local dent, loads on lines that are close together move the tooth alike: shapes whose energy beyond that
 # of the others is a smaller share are left out. What that misses of a load's energy is below it.
@@ -41,7 +40,7 @@ class GearLines:
     start : ndarray of int, shape (lines + 1,)
         The shapes of line i are ``start[i]`` to ``start[i + 1]``.
     force : ndarray, shape (m, f)
-        Nodal forces on the flank in the tooth's frame, of norm 1 N.
+        Nodal forces on the flank in the tooth's frame, of norm 1 N over the whole width.
     displacement : ndarray, shape (2 reach + 1, m, f)
         Displacement of the teeth around, counted counter-clockwise from the loaded one, mm.
     gram : ndarray, shape (2 reach + 1, m, m)
@@ -72,14 +71,6 @@ class FlankLineShapes:
         """Neighbouring teeth covered on either side."""
         return (self.gears[0].displacement.shape[0] - 1) // 2
 
-    def lower_half(self, columns: int) -> FlankLineShapes:
-        """Return the same shapes at the node columns up to mid width; their energy stays that of the whole width."""
-        pinion, wheel = (
-            GearLines(g.start, lower_half(g.force, columns), lower_half(g.displacement, columns), g.gram)
-            for g in self.gears
-        )
-        return FlankLineShapes((pinion, wheel))
-
 
 def flank_line_shapes(
     bodies: tuple[ElasticGear, ElasticGear],
@@ -94,7 +85,8 @@ def flank_line_shapes(
     bodies : two ElasticGear
         Pinion and wheel.
     force : ndarray, shape (..., 2, f)
-        Nodal forces of full FE on the flanks of pinion and wheel, each in its tooth's frame, N.
+        Nodal forces of full FE on the flanks of pinion and wheel, each in its tooth's frame, N; those on a node and on
+        its image together.
     flank_nodes : two ndarrays, shape (lines, columns, 3)
         mm.
     tolerance : float
@@ -114,7 +106,7 @@ def flank_line_shapes(
     lines = []
     for gear, body in enumerate(bodies):
         fields = force[..., gear, :].reshape(-1, force.shape[-1])
-        start, shapes = _distributions(fields, flank_nodes[gear], tolerance)
+        start, shapes = _distributions(fields, flank_nodes[gear], tolerance, body.mesh.images)
         offsets = range(-body.reach, body.reach + 1)
         displacement = np.stack([shapes @ body.tooth_compliance(k).T for k in offsets])
         lines.append(GearLines(start, shapes, displacement, shapes @ displacement.transpose(0, 2, 1)))
@@ -187,10 +179,14 @@ def _window_members(lines: GearLines, position: Position, pair: int, gear: int) 
     return np.arange(lines.start[first], lines.start[first + position.windows[pair, gear, 3] + 1])
 
 
-def _distributions(fields: FloatArray, nodes: FloatArray, tolerance: float) -> tuple[IntArray, FloatArray]:
+def _distributions(
+    fields: FloatArray, nodes: FloatArray, tolerance: float, images: FloatArray
+) -> tuple[IntArray, FloatArray]:
     """Load distributions of all lines of a gear, shape (m, f), and where those of each line start."""
     count, columns = nodes.shape[:2]
-    by_line = fields.reshape(len(fields), count, 3 * columns)
+    # Norms and products over the whole width: a force on several images is shared by them.
+    weight = np.repeat(1.0 / np.sqrt(images), 3)
+    by_line = fields.reshape(len(fields), count, 3 * columns) * weight
     load = np.linalg.norm(by_line, axis=(0, 2))
     # A line that the training hardly touched shows no distribution worth keeping.
     loaded = np.flatnonzero(load > LEAST_LOAD * load.max(initial=0.0))
@@ -208,7 +204,7 @@ def _distributions(fields: FloatArray, nodes: FloatArray, tolerance: float) -> t
         nearest = int(loaded[np.argmin(np.abs(loaded - line))])
         turned = _turn(own[nearest], direction[line] - direction[nearest])
         field = np.zeros((len(turned), count, 3 * columns))
-        field[:, line] = turned
+        field[:, line] = turned / weight
         shapes.append(field.reshape(len(turned), -1))
         start.append(start[-1] + len(turned))
     return np.array(start), np.concatenate(shapes)

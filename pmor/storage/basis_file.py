@@ -61,7 +61,7 @@ class Basis:
     ----------
     case : Case
     flank_nodes : two ndarrays, shape (n + 1, m + 1, 3)
-        Pinion and wheel, mm; half the width where the pair is symmetric (`pmor.reduction.half_width`), like the shapes.
+        Pinion and wheel, mm; as much of the width as is meshed (`pmor.case.width`), like the shapes.
     flank_roll_angle : two ndarrays, shape (n + 1,)
         rad.
     shapes : FlankLineShapes or ContactShapes
@@ -86,8 +86,8 @@ def write_basis(path: Path, basis: Basis, force: FloatArray, overwrite: bool = F
     path : Path
     basis : Basis
     force : ndarray, shape (M, T, 2, f)
-        Nodal forces of full FE over roll position and operating condition (M loaded tooth pairs and T = 1 when not on a
-        grid), N: not needed online, kept for checks and for later enrichment.
+        Nodal forces of full FE over roll position and operating condition (off a grid: of M loaded tooth pairs, T = 1),
+        N, those on a node and on its image together: not needed online, kept for checks and for later enrichment.
     overwrite : bool
 
     Raises

@@ -27,7 +27,7 @@ class Snapshots:
         In plane, out of plane, centre distance, um.
     pair_index : ndarray of int, shape (P,)
     force : ndarray, shape (T, P, 2, f)
-        Nodal forces on the flanks of pinion and wheel, N.
+        Nodal forces on the flanks of pinion and wheel, N; those on a node and on its image together.
     ste_um : ndarray, shape (T,)
         NaN where not converged.
     converged : ndarray of bool, shape (T,)

@@ -11,6 +11,7 @@ from offline.conventional import conventional_pair, solve_conventional
 from offline.conventional_cost import newton_step_seconds
 from online.model import online_angles
 from pmor.case import Case
+from pmor.case.width import whole_width
 from pmor.model import mesh_model
 from pmor.study.cells import ModelStore, solve_full
 
@@ -24,6 +25,7 @@ def conventional_cell(case: Case, angles: int, store: ModelStore) -> dict[str, A
         Angles, STE (also of the condensed model), Newton steps and seconds of each position; `ms_per_position` is
         their mean, without the assembly.
     """
+    case = whole_width(case)
     model, _ = store.model(case)
     pair = conventional_pair(case, model.mesh)
     phi = online_angles(model.mesh.meshed.pair.pitch, angles)
@@ -46,7 +48,7 @@ def conventional_cell(case: Case, angles: int, store: ModelStore) -> dict[str, A
 
 def conventional_step(case: Case) -> dict[str, Any]:
     """Time one Newton step of the conventional full FE on a mesh, extrapolated from arcs of the gears."""
-    estimate = newton_step_seconds(case, mesh_model(case))
+    estimate = newton_step_seconds(case, mesh_model(whole_width(case)))
     return {
         "unknowns": estimate.unknowns,
         "factor_entries": estimate.factor_entries,
@@ -67,6 +69,7 @@ def peer_cell(case: Case, angles: int, store: ModelStore) -> dict[str, Any]:
     positions start half a step after a pair comes into mesh: right there a tip corner is at work, which the two codes
     treat differently.
     """
+    case = whole_width(case)
     model, _ = store.model(case)
     pair = model.mesh.meshed.pair
     phi = pair.roll_position_range[0] + pair.pitch * (np.arange(angles) + 0.5) / angles

@@ -14,6 +14,7 @@ from online.compare import training_failures
 from online.model import ReducedPair, online_angles, reduced_pair, unseen_angles
 from online.sweep import sweep_reduced_pair
 from pmor.case import Case, basis_key
+from pmor.fe.assembly import degrees_of_freedom
 from pmor.model import ElasticModel, MeshModel, elastic_model, mesh_model
 from pmor.result import SteSweep, ripple_um
 from pmor.storage.basis_file import read_basis
@@ -137,8 +138,9 @@ def _full_on_grid(model: ElasticModel, case: Case, study: Study, jobs: int) -> d
 
 
 def _fe_unknowns(mesh: MeshModel) -> int:
-    """Unknowns of the two whole gears: sectors share their side faces, and the bore is fixed."""
-    return sum(
-        3 * sector.teeth * (len(sector.nodes) - len(np.union1d(sector.right, sector.bore)))
-        for sector in (mesh.pinion, mesh.wheel)
-    )
+    """Unknowns of both rings as they are meshed: sectors share their side faces, and the bore is fixed."""
+    total = 0
+    for sector in (mesh.pinion, mesh.wheel):
+        elsewhere = degrees_of_freedom(np.union1d(sector.right, sector.bore))
+        total += sector.teeth * (3 * len(sector.nodes) - len(np.union1d(elsewhere, sector.held_axially)))
+    return total

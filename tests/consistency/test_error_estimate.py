@@ -14,6 +14,7 @@ from online.errors import estimate_errors
 from online.model import reduced_pair
 from online.sweep import sweep_reduced_pair
 from pmor.case import parse_case
+from pmor.case.width import whole_width
 from pmor.contact.misalignment import Misalignment, OperatingCondition
 from pmor.contact.solve import solve_position
 from pmor.model import elastic_model, mesh_model
@@ -151,13 +152,11 @@ def test_without_compliance_in_the_basis_there_is_no_error_bar():
 
 
 def test_half_the_width_estimates_what_the_whole_width_does():
-    case, model = setting()
-    whole = replace(case, reduction=replace(case.reduction, half_width=False))
-    snapshots = [
-        solve_snapshots(model, TrainingPosition(float(p), (OperatingCondition(1.5e5),)))
-        for p in poor_basis().training.phi
-    ]
-    whole = replace(whole, offline=replace(whole.offline, sampling="sobol"))
+    case, _ = setting()
+    whole = whole_width(replace(case, offline=replace(case.offline, sampling="sobol")))
+    model = elastic_model(whole, mesh_model(whole))
+    one = (OperatingCondition(1.5e5),)
+    snapshots = [solve_snapshots(model, TrainingPosition(float(p), one)) for p in poor_basis().training.phi]
     other = make_basis(whole, model, snapshots)[0]
     phi = np.linspace(0.0, 0.28, 6)
     sweeps = [sweep_reduced_pair(reduced_pair(b), phi, TORQUES, tolerance=1e-10) for b in (poor_basis(), other)]

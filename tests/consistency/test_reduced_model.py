@@ -17,7 +17,7 @@ from offline.jobs import run_offline
 from online.compare import compare_models
 from online.model import reduced_pair
 from online.sweep import sweep_reduced_pair
-from pmor.case import load_case, parse_case
+from pmor.case import changed_text, load_case, parse_case
 from pmor.contact import kernel
 from pmor.contact.elasticity import ReducedElasticity, full_elasticity
 from pmor.contact.position import active_patches
@@ -27,7 +27,7 @@ from pmor.reduction import flank_lines
 from pmor.reduction.contact_shapes import ContactShapes, contact_shapes, reduced_elasticity
 from pmor.storage.basis_file import read_basis
 from pmor.sweep import sweep_ste
-from tests.small_case import case_text, small_case
+from tests.small_case import case_text
 
 CASES = Path(__file__).parents[2] / "cases"
 
@@ -46,12 +46,13 @@ LAST_PLACES = 30.0 * 84e3 * np.finfo(float).eps
 MEMBERS = 1e-8  # of the largest compliance; nearly parallel members lose digits in either factorisation
 WHOLE_FLANK = 100.0  # mm: an approach so large that the windows hold the whole flanks
 
-# The keys of [reduction]; the small model has two elements over the width, of which one is held.
+# The meshed width and the keys of [reduction]; the small model has two elements over the width, of which one is held.
 REDUCTIONS = {
     "lines": {},
-    "lines, whole width": {"half_width": False},
+    "lines, whole width": {"width": "whole"},
+    "lines, plane strain": {"width": "plane_strain"},
     "positions": {"shapes": "positions"},
-    "positions, whole width": {"shapes": "positions", "half_width": False},
+    "positions, whole width": {"shapes": "positions", "width": "whole"},
     "cubic positions": {"shapes": "positions", "interpolation": "cubic"},
 }
 
@@ -65,6 +66,12 @@ def lead_um(meshed, solved):
 def reduced(request, small_basis_file):
     """Every way to reduce the small model."""
     return reduced_pair(read_basis(small_basis_file(**request.param)))
+
+
+@pytest.fixture(scope="module")
+def whole_model(small_models):
+    """Full FE of the whole width of the small model."""
+    return small_models("whole")
 
 
 @pytest.fixture(scope="module")
@@ -100,11 +107,13 @@ def test_training_positions_are_reproduced(name, reduced_by):
     assert_training_is_reproduced(reduced_by(name), TRAINED)
 
 
-@pytest.mark.parametrize("half_width", [True, False])
-def test_lines_with_all_their_distributions_reproduce_the_training(half_width, small_model, tmp_path, monkeypatch):
+@pytest.mark.parametrize("width", ["half", "whole"])
+def test_lines_with_all_their_distributions_reproduce_the_training(width, small_models, tmp_path, monkeypatch):
     monkeypatch.setattr(flank_lines, "LEAST_LOAD", 0.0)
-    case = small_case(half_width=half_width, distribution_tolerance=1e-12)
-    assert run_offline(case, small_model[1], tmp_path / "basis.h5").failed == ()
+    case, model = small_models(width)
+    case = replace(case, reduction=replace(case.reduction, distribution_tolerance=1e-12))
+    case = replace(case, text=changed_text(case.text, {"reduction": {"distribution_tolerance": 1e-12}}))
+    assert run_offline(case, model, tmp_path / "basis.h5").failed == ()
     assert_training_is_reproduced(reduced_pair(read_basis(tmp_path / "basis.h5")), TRAINED)
 
 
@@ -287,7 +296,10 @@ def test_a_complete_basis_is_the_full_model(small_model):
     def complete(position):
         # C = L L^T: the force fields L^-T are orthonormal in energy, and L holds their displacements.
         compliance = full_elasticity(model.pinion, model.wheel, position).compliance
-        return ReducedElasticity(np.linalg.cholesky(compliance).reshape(len(position.nodes), 3, -1))
+        free = np.flatnonzero(compliance.diagonal())  # nodes in the plane of symmetry stay in it
+        basis = np.zeros((len(compliance), len(free)))
+        basis[free] = np.linalg.cholesky(compliance[np.ix_(free, free)])
+        return ReducedElasticity(basis.reshape(len(position.nodes), 3, -1))
 
     phi = 0.075  # two pairs share the load
     full = solve_position(meshed, phi, [40e3, 120e3], model.elasticity_at)
@@ -317,9 +329,9 @@ def test_one_pitch_on_the_same_happens_to_the_next_pair_of_full_fe(small_model):
 
 @pytest.mark.parametrize("fraction", [0.0, 0.3, 0.75], ids=["on the grid", "between", "nearer to the next"])
 def test_basis_is_orthonormal_and_made_of_force_fields_with_their_displacements(
-    fraction, small_model, forces, reduced_by
+    fraction, whole_model, forces, reduced_by
 ):
-    _, model = small_model
+    _, model = whole_model
     reduced = reduced_by("positions, whole width")
     shapes, meshed = reduced.basis.shapes, reduced.meshed
     step = shapes.roll_position[1] - shapes.roll_position[0]
@@ -354,14 +366,14 @@ def test_basis_is_orthonormal_and_made_of_force_fields_with_their_displacements(
 
 @pytest.mark.parametrize("interpolation", ["linear", "cubic"])
 def test_energy_products_equal_the_work_of_forces_on_displacements(
-    interpolation, small_model, forces, small_basis_file
+    interpolation, whole_model, forces, small_basis_file
 ):
     """gram[d, k, a, b]: force field at k + a on one pair, displacement by the shape at k + b on the pair d ahead.
 
     Cubics combine one position more on either side: a and b are then counted from k - 1.
     """
-    _, model = small_model
-    path = small_basis_file(shapes="positions", half_width=False, interpolation=interpolation)
+    _, model = whole_model
+    path = small_basis_file(width="whole", shapes="positions", interpolation=interpolation)
     shapes, meshed = read_basis(path).shapes, model.mesh.meshed
     app, before = shapes.angles_per_pitch, {"linear": 0, "cubic": 1}[interpolation]
     assert shapes.stencil == 2 * (before + 1)
@@ -480,8 +492,8 @@ def by_position(reduced_by):
     return reduced_by("positions, whole width")
 
 
-def rebuilt(small_model, by_position, forces, torques):
-    _, model = small_model
+def rebuilt(whole_model, by_position, forces, torques):
+    _, model = whole_model
     shapes = by_position.basis.shapes
     return contact_shapes(
         model.pinion, model.wheel, shapes.roll_position, shapes.angles_per_pitch, forces[:, torques]
@@ -492,9 +504,9 @@ def sweep_with(shapes, meshed, phi, torques):
     return sweep_ste(meshed, lambda position: reduced_elasticity(shapes, position, meshed.pair.pitch), phi, torques)
 
 
-def test_dependent_training_torques_are_dropped_without_harm(small_model, forces, by_position):
+def test_dependent_training_torques_are_dropped_without_harm(whole_model, forces, by_position):
     phi, torques = np.array([0.05, 0.2]), [90e3]
-    twice = rebuilt(small_model, by_position, forces, [0, 1, 1])
+    twice = rebuilt(whole_model, by_position, forces, [0, 1, 1])
     position = active_patches(by_position.meshed, 0.05, 0.05)
     n = by_position.elasticity_at(position).basis.shape[2]
     assert reduced_elasticity(twice, position, by_position.meshed.pair.pitch).basis.shape[2] == n
@@ -504,8 +516,8 @@ def test_dependent_training_torques_are_dropped_without_harm(small_model, forces
     assert_allclose(redundant.ste_um, once.ste_um, rtol=1e-6)
 
 
-def test_one_training_torque_is_a_basis(small_model, forces, by_position):
-    one = rebuilt(small_model, by_position, forces, [1])
+def test_one_training_torque_is_a_basis(whole_model, forces, by_position):
+    one = rebuilt(whole_model, by_position, forces, [1])
     training = by_position.basis.training
     sweep = sweep_with(one, by_position.meshed, training.phi[:3], training.torque[:, 0])
     assert_allclose(sweep.ste_um[1], training.ste_um[1, :3], rtol=TRAINED)
@@ -514,8 +526,8 @@ def test_one_training_torque_is_a_basis(small_model, forces, by_position):
     assert np.abs(sweep.ste_um[0] / training.ste_um[0, :3] - 1.0).max() > TRAINED
 
 
-def test_without_shapes_only_the_penalty_yields(small_model, forces, by_position):
-    nothing = rebuilt(small_model, by_position, 0.0 * forces, [0])
+def test_without_shapes_only_the_penalty_yields(whole_model, forces, by_position):
+    nothing = rebuilt(whole_model, by_position, 0.0 * forces, [0])
     stiff = sweep_with(nothing, by_position.meshed, np.array([0.05]), [90e3])
     soft = sweep_ste(by_position.meshed, by_position.elasticity_at, np.array([0.05]), [90e3])
     assert stiff.converged.all()

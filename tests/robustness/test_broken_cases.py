@@ -150,11 +150,13 @@ BROKEN = {
         ['[reduction] shapes = "flank_line"', "did you mean flank_lines?"],
     ),
     "number for the family of shapes": (GOOD + "\n[reduction]\nshapes = 1\n", ["shapes = 1", '"flank_lines"']),
-    "width for half the width": (
-        GOOD + "\n[reduction]\nhalf_width = 10.0\n",
-        ["[reduction] half_width = 10.0", "true or false"],
+    "number for the meshed width": (
+        replaced("width_elements = 2", "width_elements = 2\nwidth = 10.0"), ["[mesh] width = 10.0", '"plane_strain"'],
     ),
-    "typo in the reduction": (GOOD + "\n[reduction]\nhalfwidth = true\n", ["did you mean half_width?"]),
+    "unknown meshed width": (
+        replaced("width_elements = 2", 'width_elements = 2\nwidth = "plain_strain"'), ["did you mean plane_strain?"],
+    ),
+    "typo in the reduction": (GOOD + "\n[reduction]\nshape = true\n", ["did you mean shapes?"]),
     "reduction among the training": (
         replaced("angles_per_pitch = 8", 'angles_per_pitch = 8\nshapes = "positions"'),
         ["[offline] shapes", "belongs in [reduction]"],

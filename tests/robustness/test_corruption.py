@@ -229,7 +229,7 @@ def test_a_snapshot_file_is_no_basis(tmp_path, rng, tally):
     ("version", "words"),
     [
         (1, "is pmor-basis version 1, written by an older pmor; this one reads version 4; make it anew"),
-        (2, "is pmor-basis version 2, written by an older pmor"),
+        (3, "is pmor-basis version 3, written by an older pmor"),
         (5, "is pmor-basis version 5, written by a newer pmor"),
         (2**40, "newer"),
         (-1, "older"),

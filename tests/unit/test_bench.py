@@ -51,7 +51,7 @@ def test_neighbours_of_the_case_differ_in_one_thing_each():
     assert lines == {8, 16, 32, 64}
     assert {v.case.mesh.width_elements for v in listed} == {4, 8, 16}
     assert {case.contact.lodm_width for case in nodal} == {1, 4}
-    assert {v.case.reduction.half_width for v in listed} == {True, False}
+    assert {v.case.mesh.width for v in listed} == {"half", "whole"}
     assert {v.case.reduction.shapes for v in listed} == {"flank_lines", "positions"}
 
 

@@ -5,17 +5,22 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 
 import pmor.model
 from offline.jobs import run_offline
+from online.model import reduced_pair
+from online.sweep import sweep_reduced_pair
 from pmor.case import load_case, parse_case
 from pmor.contact.position import active_patches, pairs_in_reach
 from pmor.contact.solve import window_depth
+from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.condensation import condense_sector
 from pmor.left_out import computed, left_out, rows_in_reach, scene, unknowns
 from pmor.model import elastic_model, mesh_model, neighbour_reach
 from pmor.plan import plan_text
 from pmor.storage.basis_file import read_basis
+from pmor.sweep import sweep_ste
 from tests.small_case import case_text
 
 CASES = ("paper_spur", "paper_64", "small_spur", "unequal_pair")
@@ -43,7 +48,7 @@ def test_four_cases_have_four_lists():
     what = {name: {item.what for item in items} for name, items in lists.items()}
     common = {"the flanks that carry no load", "displacements inside the gears", "tooth pairs out of mesh",
               "the compliance of distant teeth", "flank patches out of reach"}  # fmt: skip
-    identical = common | {"the wheel's finite elements", "half the face width online"}
+    identical = common | {"the wheel's finite elements", "half the face width"}
     assert what["paper_64"] == identical
     assert what["paper_spur"] == identical | {"contact points and penalty"}
     assert what["small_spur"] == identical | {"contact points over the width"}
@@ -55,9 +60,9 @@ def test_four_cases_have_four_lists():
 def test_the_plan_prints_what_because_and_savings():
     lines = [" ".join(line.split()) for line in plan_text(load_case("cases/paper_spur.toml")).splitlines()]
     assert "the wheel's finite elements the gears are identical" in lines
-    assert "saves 11934 unknowns, 459 right-hand sides" in lines
-    assert "half the face width online spur teeth, nodes at mid width: symmetric" in lines
-    assert "saves 4 of 9 columns of nodes, as many sections" in lines
+    assert "saves 6188 unknowns, 255 right-hand sides" in lines
+    assert "half the face width spur teeth, nodes at mid width: symmetric" in lines
+    assert "saves 4 of 9 columns of nodes, 5746 unknowns, as many sections" in lines
     assert not any(line.startswith("!") for line in lines)
 
 
@@ -69,7 +74,8 @@ def test_the_plan_warns_of_a_load_beyond_linear_elasticity():
 
 @pytest.mark.parametrize(
     ("changes", "models"), [({}, 1), ({"wheel": {"teeth": 21, "bore_radius_mm": 20.0, "poisson_ratio": 0.2}}, 2),
-                            (UNEQUAL, 2)], ids=["identical", "other material", "other teeth"],
+                            (UNEQUAL, 2), ({"mesh": {"share_identical": False}}, 2)],
+    ids=["identical", "other material", "other teeth", "identical, solved twice"],
 )  # fmt: skip
 def test_as_many_models_are_solved_as_are_announced(changes, models, monkeypatch):
     some, sectors = case(**changes), []
@@ -87,10 +93,28 @@ def test_as_many_models_are_solved_as_are_announced(changes, models, monkeypatch
     # All nodes of a sector that are not on the bore move.
     announced = [unknowns(sector) for sector in found.bodies]
     assert announced == [3 * len(np.setdiff1d(np.arange(len(s.nodes)), s.bore)) for s in sectors]
+    assert "half the face width" not in listed(some)  # there, nodes at mid width do not move along the axis
     for gear, sector in zip((elastic.pinion, elastic.wheel), found.sectors, strict=True):
         kept, size = gear.compliance.shape[:2]
         assert size == found.flank_unknowns
         assert kept == 2 * neighbour_reach(found.pair) + 1 < sector.teeth
+
+
+def test_identical_gears_solved_twice_have_the_ste_of_those_that_share_one_model(tmp_path):
+    full, reduced = [], []
+    for share in (True, False):
+        some = case(mesh={"width_elements": 2, "share_identical": share})
+        model = elastic_model(some, mesh_model(some))
+        assert (model.wheel is model.pinion) == (model.mesh.wheel is model.mesh.pinion) == share
+        meshed = model.mesh.meshed
+        phi = meshed.pair.pitch * np.arange(5) / 5
+        full.append(sweep_ste(meshed, model.elasticity_at, phi, [1e5]).ste_um)
+        run_offline(some, model, tmp_path / f"{share}.h5")
+        basis = reduced_pair(read_basis(tmp_path / f"{share}.h5"))
+        reduced.append(sweep_reduced_pair(basis, phi, [1e5]).ste_um)
+    for shared, solved_twice in (full, reduced):
+        assert np.isfinite(shared).all()
+        assert_allclose(solved_twice, shared, rtol=1e-9)
 
 
 def test_matrices_and_bytes_of_distant_teeth_are_those_not_held():
@@ -116,16 +140,33 @@ def test_pairs_and_patches_out_of_reach_are_not_in_any_window():
     assert max(rows) < 20
 
 
-@pytest.mark.parametrize("width", [2, 3])
-def test_half_of_the_width_is_in_the_basis_when_the_plan_says_so(width, small_model, tmp_path):
-    some = case(mesh={"profile_elements": 5, "width_elements": width}, offline={"angles_per_pitch": 4})
+WIDTHS = {
+    "half": (2, "half the face width", 2),
+    "whole": (2, None, 3),
+    "plane_strain": (2, "all but one layer over the width", 2),
+    "half, odd": (3, None, 4),
+}
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_what_is_meshed_of_the_width_is_what_the_plan_says(width, tmp_path):
+    across, what, held = WIDTHS[width]
+    mesh = {"profile_elements": 5, "width_elements": across}
+    some = case(mesh=mesh | {"width": width.partition(",")[0]}, offline={"angles_per_pitch": 4})
+    whole = case(mesh=mesh | {"width": "whole"})
     run_offline(some, elastic_model(some, mesh_model(some)), tmp_path / "b.h5")
     basis = read_basis(tmp_path / "b.h5")
-    announced = listed(some).get("half the face width online")
-    held = basis.flank_nodes[0].shape[1]
-    assert (announced is None) == (held == width + 1)
-    if announced is not None:
-        assert announced.saving == f"{width + 1 - held} of {width + 1} columns of nodes, 11 contact points per flank"
+    assert basis.flank_nodes[0].shape[1] == held
+    names = {"half the face width", "all but one layer over the width"} & set(listed(some))
+    assert names == ({what} if what else set())
+    found, sector = scene(some), mesh_model(some).pinion
+    assert unknowns(found.sectors[0]) == len(
+        np.setdiff1d(np.arange(3 * len(sector.nodes)), np.union1d(degrees_of_freedom(sector.bore), sector.held_axially))
+    )
+    if what is not None:
+        saved = unknowns(scene(whole).sectors[0]) - unknowns(found.sectors[0])
+        expected = f"1 of 3 columns of nodes, {saved} unknowns, 11 contact points per flank"
+        assert listed(some)[what].saving == expected
     # Flank nodes are all that the shapes hold: nothing of the volume.
     assert basis.shapes.gears[0].displacement.shape[2] == 3 * 6 * held
 

@@ -155,13 +155,15 @@ def test_csv_round_trip_is_exact(tmp_path):
     with open(tmp_path / "ste.csv", newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert list(rows[0]) == [
-        "phi_rad", "torque_Nm", "ste_um", "converged", "newton_steps", "share_pair_-1", "share_pair_0",
+        "phi_rad", "torque_Nm", "ste_um", "ste_error_estimate_um", "converged", "newton_steps", "share_pair_-1",
+        "share_pair_0",
     ]  # fmt: skip
 
     def column(name):
         return np.array([float(row[name]) if row[name] else np.nan for row in rows]).reshape(2, 2)
 
     assert_array_equal(column("ste_um"), original.ste_um)
+    assert np.isnan(column("ste_error_estimate_um")).all(), "a sweep without error bars leaves the column empty"
     assert_array_equal(column("phi_rad")[0], original.phi_rad)
     assert_array_equal(column("torque_Nm")[:, 0], original.torque_Nm)
     assert_array_equal(column("converged"), original.converged)

@@ -24,7 +24,7 @@ TORQUE = 1e5
 
 CASES = {
     "identical": {"pinion": {"teeth": 12, "profile_shift": 0.2, "bore_radius_mm": 10.0},
-                  "mesh": {"profile_elements": 3, "width_elements": 2}},
+                  "mesh": {"profile_elements": 3, "width_elements": 2, "width": "whole"}},
     "unequal, facets": {"pinion": {"teeth": 12, "profile_shift": 0.2, "bore_radius_mm": 10.0},
                         "wheel": {"teeth": 15, "bore_radius_mm": 12.0, "youngs_modulus_GPa": 100.0},
                         "mesh": {"profile_elements": 4, "width_elements": 1, "element": "hex8"},

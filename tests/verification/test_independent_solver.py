@@ -27,7 +27,8 @@ needs_calculix = pytest.mark.skipif(not calculix_available(), reason=f"CalculiX 
 def paper_case(profile_elements, width_elements, element="hex8", **gears):
     """The paper's pair with facets, the surface that CalculiX has."""
     text = case_text(
-        mesh={"profile_elements": profile_elements, "width_elements": width_elements, "element": element},
+        mesh={"profile_elements": profile_elements, "width_elements": width_elements, "width": "whole",
+              "element": element},
         contact={"scheme": "facet", "lodm_profile": 1, "slave": "pinion"},
         **gears,
     )

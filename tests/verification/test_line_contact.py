@@ -272,7 +272,7 @@ def test_strip_of_ten_elements_has_hertz_width_and_pressure():
     solved = solve_position(meshed, pair.roll_position(pitch_point), [torque], model.elasticity_at).equilibria[0]
     contact = solved.contact
     mine = (contact.place[:, 1] == column) & (contact.pair == contact.pair[contact.force.argmax()])
-    width = meshed.section_widths[column]
+    width = 2.0 * meshed.section_widths[column]  # and its image
     line_load, length = contact.force[mine].sum() / width, contact.stiffness[mine].sum() / (1e7 * width)
     radius = 0.5 * pair.pinion.base_radius * pitch_point
     modulus = YOUNG / (2.0 * (1.0 - POISSON**2))
@@ -293,7 +293,7 @@ def test_line_contact_gives_hertz_width_and_pressure_on_elements_as_large_as_the
         state, column = solved.equilibria[0].contact, 2
         mine = state.place[:, 1] == column
         if contact:
-            length = state.stiffness[mine].sum() / (1e7 * meshed.section_widths[column])
+            length = state.stiffness[mine].sum() / (1e7 * 2.0 * meshed.section_widths[column])
             found.append((0.5 * length, -1e7 * state.gap[mine].min()))
         else:
             hertz = line_contact(meshed, solved.position, state)

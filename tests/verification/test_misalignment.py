@@ -24,7 +24,7 @@ def unlike_case(scheme="line", centre_distance=None, elements=6, **contact):
     pair = {"centre_distance_mm": centre_distance} if centre_distance else {}
     text = case_text(
         pair=pair, wheel={"teeth": 31, "bore_radius_mm": 25.0},
-        mesh={"profile_elements": elements, "width_elements": 4},
+        mesh={"profile_elements": elements, "width_elements": 4, "width": "whole"},
         contact={"scheme": scheme, **contact}, offline={"torques_Nm": [40.0, 200.0]},
     )  # fmt: skip
     return parse_case(text, "small", "small case")

@@ -1,0 +1,38 @@
+"""How much of the face width is meshed.
+
+Deformation and contact of a spur pair with parallel axes mirror themselves at mid width, exactly. Half the width then
+stands for the whole: the plane at mid width keeps its nodes (u_z = 0), and what acts on a node counts together with what
+acts on its image. In plane strain all sections deform alike, each in its own plane, and one layer of elements is the whole.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from pmor.case.schema import Case, Width
+
+
+def mirrors_at_mid_width(case: Case) -> bool:
+    """Return whether half the width stands for the whole: spur, parallel axes, and nodes in the plane of symmetry."""
+    mesh, offline = case.mesh, case.offline
+    if any(offline.in_plane_um) or any(offline.out_of_plane_um):
+        return False
+    return mesh.width == "half" and case.pair.helix_angle_deg == 0.0 and mesh.width_elements % 2 == 0
+
+
+def meshed_width(case: Case) -> Width:
+    """Return what the mesh of a case spans: half the width only where it stands for the whole."""
+    if case.mesh.width == "plane_strain":
+        return "plane_strain"
+    return "half" if mirrors_at_mid_width(case) else "whole"
+
+
+def elements_across(case: Case) -> int:
+    """Return the number of elements over the width that are meshed."""
+    across = case.mesh.width_elements
+    return {"whole": across, "half": across // 2, "plane_strain": 1}[meshed_width(case)]
+
+
+def whole_width(case: Case) -> Case:
+    """Return a case in which the whole width is meshed."""
+    return replace(case, mesh=replace(case.mesh, width="whole"))
