@@ -17,8 +17,7 @@ from pmor.errors import ConvergenceError
 from pmor.gear.conventions import FloatArray
 from pmor.model import ElasticModel
 from pmor.progress import Progress
-from pmor.reduction.contact_shapes import ContactShapes, contact_shapes
-from pmor.reduction.flank_lines import FlankLineShapes, flank_line_shapes
+from pmor.reduction.build import build_shapes
 from pmor.reduction.half_width import mirrors_at_mid_width, symmetric_part
 from pmor.storage.atomic import ensure_folder, refuse_existing, remove_abandoned, remove_folder
 from pmor.storage.basis_file import Basis, Training, write_basis
@@ -96,6 +95,7 @@ def _run(
     remove_abandoned(ensure_folder(parts))
     key = basis_key(case)
     angles = training_angles(model.mesh.meshed.pair, case.offline.angles_per_pitch)
+    angles = angles if case.reduction.trained else angles[:0]
     torques = tuple(1e3 * t for t in case.offline.torques_Nm)
     files = [parts / f"angle_{i:05d}.h5" for i in range(len(angles))]
     # A solve that failed is tried again: the program may have learnt to do it.
@@ -111,7 +111,7 @@ def _run(
             progress.advance()
     ordered = [found[i] for i in range(len(angles))]
     failed = _failures(ordered, case)
-    if len(failed) == len(angles) * len(torques):
+    if failed and len(failed) == len(angles) * len(torques):
         raise ConvergenceError(f"no full solve converged, first: {failed[0]}", [])
     _gather(case, model, path, ordered, angles, torques, started, overwrite)
     remove_folder(parts)
@@ -147,7 +147,8 @@ def _gather(
     meshed = model.mesh.meshed
     grid = roll_position_grid(meshed, case.offline.angles_per_pitch, max(torques))
     step = grid[1] - grid[0]
-    force = np.zeros((len(grid), len(torques), 2, model.pinion.compliance.shape[1]))
+    places = len(grid) if snapshots else 0
+    force = np.zeros((places, len(torques), 2, model.pinion.compliance.shape[1]))
     for s in snapshots:
         for p, index in enumerate(s.pair_index):
             place = round((s.phi + index * meshed.pair.pitch - grid[0]) / step)
@@ -159,20 +160,15 @@ def _gather(
     half = mirrors_at_mid_width(case)
     if half:
         force = symmetric_part(force, columns)
-    shapes: FlankLineShapes | ContactShapes
-    if case.reduction.shapes == "positions":
-        shapes = contact_shapes(model.pinion, model.wheel, grid, case.offline.angles_per_pitch, force,
-                                case.reduction.interpolation)  # fmt: skip
-    else:
-        shapes = flank_line_shapes((model.pinion, model.wheel), force, flanks)
+    shapes = build_shapes(case, (model.pinion, model.wheel), grid, force, flanks)
     if half:
         shapes = shapes.lower_half(columns)
         flanks = flanks[0][:, : columns // 2 + 1], flanks[1][:, : columns // 2 + 1]
     training = Training(
         phi=angles,
         torque=np.array(torques),
-        ste_um=np.stack([s.ste_um for s in snapshots], axis=1),
-        converged=np.stack([s.converged for s in snapshots], axis=1),
+        ste_um=np.array([s.ste_um for s in snapshots], dtype=float).reshape(-1, len(torques)).T,
+        converged=np.array([s.converged for s in snapshots], dtype=bool).reshape(-1, len(torques)).T,
         seconds=time.perf_counter() - started,
     )
     basis = Basis(

@@ -181,18 +181,30 @@ class ReductionCase:
 
     Parameters
     ----------
-    shapes : {"flank_lines", "positions"}
-        One shape for each line of flank nodes, its load distribution over the width taken from the training; or one
-        for each trained roll position and torque, interpolated over the roll position (the paper).
-    interpolation : {"linear", "cubic"}
-        Of shapes at positions, over the roll position. Flank lines are not interpolated.
+    shapes : {"flank_lines", "positions", "pod", "global_pod", "static_modes"}
+        `flank_lines`: one shape for each line of flank nodes, its load distribution over the width taken from the
+        training; for all common work. `positions`: one for each trained roll position and torque, interpolated over
+        the roll position (the paper). `pod`: the same, compressed to orthonormal modes at each position; for many
+        torques. `global_pod`: one set of modes for all positions; to see why not. `static_modes`: one for the unit
+        force on each flank node, without training; next to exact, with the most unknowns.
+    interpolation : {"linear", "cubic", "grassmann"}
+        Of shapes at positions and of modes (`pod`), over the roll position; the last, between the subspaces that modes
+        span, for modes alone. The others are not interpolated.
+    pod_tolerance : float
+        Share of the energy of the snapshots that POD may discard.
     half_width : bool
         Where the pair is symmetric about mid width (spur, an even number of elements over the width), hold only half.
     """
 
-    shapes: Literal["flank_lines", "positions"] = "flank_lines"
-    interpolation: Literal["linear", "cubic"] = "linear"
+    shapes: Literal["flank_lines", "positions", "pod", "global_pod", "static_modes"] = "flank_lines"
+    interpolation: Literal["linear", "cubic", "grassmann"] = "linear"
+    pod_tolerance: Annotated[float, Range(0.0, 1.0, low_excluded=True, high_excluded=True)] = 1e-6
     half_width: bool = True
+
+    @property
+    def trained(self) -> bool:
+        """Whether the shapes come from full solves."""
+        return self.shapes != "static_modes"
 
 
 @dataclass(frozen=True, kw_only=True)

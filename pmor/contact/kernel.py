@@ -1134,8 +1134,9 @@ def search_all(
 # * by_line: which of the two; the arrays of the other one are empty;
 # * lines: for pinion and wheel (start, displacement, gram) of `pmor.reduction.flank_lines.GearLines`. A member
 #   belongs to one gear;
-# * positions: (first roll position, step, loaded, displacement, gram) of `pmor.reduction.contact_shapes.ContactShapes`.
-#   A member belongs to both gears.
+# * positions: (first roll position, step, loaded, displacement, gram, turn, angle), the first five of
+#   `pmor.reduction.contact_shapes.ContactShapes`, turn and angle of its `pmor.reduction.grassmann.Geodesics`, empty
+#   where each member is interpolated by itself. A member belongs to both gears.
 #
 # `members` describes those of a position: (kept, ranges, gram, factor, fields). kept[j] = pair x slots + slot numbers
 # member j, with `slots` shapes that a pair can have at all; ranges[gear] are the first and the last but one member
@@ -1272,9 +1273,32 @@ def _cubic_weights(x, weights):
 
 
 @compiled
+def _geodesic_weights(turn, angle, fraction, low, high, weights):
+    """Mix the shapes loaded on both sides into members along a geodesic; see `pmor.reduction.grassmann`."""
+    count = len(angle)
+    shares = np.empty((2, count))
+    for j in range(count):
+        sine = np.sin(angle[j])
+        shares[0, j], shares[1, j] = 1.0 - fraction, fraction
+        if sine > 1e-6:
+            shares[0, j] = np.sin((1.0 - fraction) * angle[j]) / sine
+            shares[1, j] = np.sin(fraction * angle[j]) / sine
+    for s in range(count):
+        for t in range(count):
+            if low[s] and high[s] and low[t] and high[t]:
+                for a in range(2):
+                    weights[a, s, t] = 0.0
+                    for j in range(count):
+                        weights[a, s, t] += turn[s, j] * shares[a, j] * turn[t, j]
+
+
+@compiled
 def _member_weights(positions, roll_position, weights):
-    """First grid position of the stencil and weights of the members (S, T); see `ContactShapes.weights`."""
-    first, step, loaded = positions[0], positions[1], positions[2]
+    """First grid position of the stencil and weights (S, T, T) of shapes in members; see `ContactShapes.combination`.
+
+    Unless members lie on a geodesic, each belongs to one shape: only the weights [:, t, t] are written.
+    """
+    first, step, loaded, turn, angle = positions[0], positions[1], positions[2], positions[5], positions[6]
     before = positions[4].shape[2] // 2 - 1
     place = (roll_position - first) / step
     nearest = np.rint(place)
@@ -1285,12 +1309,14 @@ def _member_weights(positions, roll_position, weights):
     for t in range(loaded.shape[1]):
         low = 1.0 - fraction if loaded[k, t] else 0.0
         high = fraction if loaded[k + 1, t] else 0.0
-        weights[:, t] = 0.0
+        weights[:, t, t] = 0.0
         if fraction < 0.0 or fraction > 1.0 or low + high <= 0.0:
             continue
-        weights[before, t], weights[before + 1, t] = low / (low + high), high / (low + high)
+        weights[before, t, t], weights[before + 1, t, t] = low / (low + high), high / (low + high)
         if before == 1 and 0 < k < loaded.shape[0] - 2 and loaded[k - 1, t] and low * high != 0.0 and loaded[k + 2, t]:
-            _cubic_weights(fraction, weights[:, t])
+            _cubic_weights(fraction, weights[:, t, t])
+    if len(angle) and 0.0 < fraction < 1.0:
+        _geodesic_weights(turn[k], angle[k], fraction, loaded[k], loaded[k + 1], weights)
     return k - before
 
 
@@ -1333,19 +1359,25 @@ def interpolate_positions(phi, pairs, indices, windows, first_row, geometry, gea
     displacement, products = positions[3], positions[4]
     torques, reach, stencil = displacement.shape[1], (displacement.shape[3] - 1) // 2, products.shape[2]
     before = stencil // 2 - 1
-    weights, places = np.empty((pairs, stencil, torques)), np.empty(pairs, dtype=np.int64)
+    # On a geodesic a member is made of all shapes, else of its own.
+    mixed = len(positions[6]) > 0
+    weights, places = np.zeros((pairs, stencil, torques, torques)), np.empty(pairs, dtype=np.int64)
     for p in range(pairs):
         places[p] = _member_weights(positions, phi + indices[p] * geometry[3], weights[p])
     work = np.zeros((pairs * torques, pairs * torques))
     for p in range(pairs):
         for q in range(p, pairs):
             for t in range(torques):
+                from_t, to_t = (0, torques) if mixed else (t, t + 1)
                 for u in range(torques):
+                    from_u, to_u = (0, torques) if mixed else (u, u + 1)
                     value = 0.0
                     for a in range(stencil):
                         for b in range(stencil):
-                            product = products[indices[q] - indices[p], places[p] + before, a, b, t, u]
-                            value += weights[p, a, t] * weights[q, b, u] * product
+                            product = products[indices[q] - indices[p], places[p] + before, a, b]
+                            for s in range(from_t, to_t):
+                                for v in range(from_u, to_u):
+                                    value += weights[p, a, s, t] * weights[q, b, v, u] * product[s, v]
                     work[p * torques + t, q * torques + u] = work[q * torques + u, p * torques + t] = value
     size = _independent_members(work, pairs * torques, kept, gram, factor)
     for gear in range(2):
@@ -1357,17 +1389,19 @@ def interpolate_positions(phi, pairs, indices, windows, first_row, geometry, gea
             count, offset = 3 * windows[p, gear, 1] * columns, 3 * windows[p, gear, 0]
             for j in range(size):
                 q, t = kept[j] // torques, kept[j] % torques
+                from_t, to_t = (0, torques) if mixed else (t, t + 1)
                 ahead = indices[p] - indices[q]
                 tooth = reach + (ahead if gear == 0 else -ahead)
                 target = fields[j]
                 target[offset : offset + count] = 0.0
                 for a in range(stencil):
-                    weight = weights[q, a, t]
-                    if weight == 0.0:
-                        continue
-                    source = displacement[places[q] + a, t, gear, tooth]
-                    for dof in range(count):
-                        target[offset + dof] += weight * source[start + dof]
+                    for s in range(from_t, to_t):
+                        weight = weights[q, a, s, t]
+                        if weight == 0.0:
+                            continue
+                        source = displacement[places[q] + a, s, gear, tooth]
+                        for dof in range(count):
+                            target[offset + dof] += weight * source[start + dof]
     return size
 
 

@@ -107,11 +107,15 @@ def flank_line_shapes(
     lines = []
     for gear, body in enumerate(bodies):
         fields = force[..., gear, :].reshape(-1, force.shape[-1])
-        start, shapes = _distributions(fields, flank_nodes[gear])
-        offsets = range(-body.reach, body.reach + 1)
-        displacement = np.stack([shapes @ body.tooth_compliance(k).T for k in offsets])
-        lines.append(GearLines(start, shapes, displacement, shapes @ displacement.transpose(0, 2, 1)))
+        lines.append(gear_lines(body, *_distributions(fields, flank_nodes[gear])))
     return FlankLineShapes((lines[0], lines[1]))
+
+
+def gear_lines(body: ElasticGear, start: IntArray, force: FloatArray) -> GearLines:
+    """Add to force fields on the lines of a gear, shape (m, f), what they move and what work they do."""
+    offsets = range(-body.reach, body.reach + 1)
+    displacement = np.stack([force @ body.tooth_compliance(k).T for k in offsets])
+    return GearLines(start, force, displacement, force @ displacement.transpose(0, 2, 1))
 
 
 def line_elasticity(shapes: FlankLineShapes, position: Position) -> ReducedElasticity:

@@ -30,7 +30,7 @@ def symmetric_part(fields: FloatArray, columns: int) -> FloatArray:
     -------
     ndarray, shape (..., f)
     """
-    grid = fields.reshape(*fields.shape[:-1], -1, columns, 3)
+    grid = fields.reshape(*fields.shape[:-1], fields.shape[-1] // (3 * columns), columns, 3)
     mirrored = grid[..., ::-1, :] * np.array([1.0, 1.0, -1.0])
     return np.asarray(0.5 * (grid + mirrored)).reshape(fields.shape)
 

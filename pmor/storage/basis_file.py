@@ -17,7 +17,7 @@ from pmor.reduction.flank_lines import FlankLineShapes, GearLines
 from pmor.result import BoolArray
 from pmor.storage.hdf5 import Field, Schema, attribute, create, open_checked, read, set_attributes, write
 
-BASIS_SCHEMA = Schema("pmor-basis", 3, "make it anew with 'pmor offline'")
+BASIS_SCHEMA = Schema("pmor-basis", 4, "make it anew with 'pmor offline'")
 GEARS = ("pinion", "wheel")
 
 
@@ -122,7 +122,7 @@ def read_basis(path: Path) -> Basis:
         if attribute(file, "basis_key") != basis_key(case):
             raise ValueError("its case text does not say what it was made from")
         shapes: FlankLineShapes | ContactShapes
-        if case.reduction.shapes == "positions":
+        if "roll_position" in file["shapes"]:
             shapes = _read_positions(file["shapes"])
         else:
             pinion, wheel = (_read_lines(file[f"shapes/{gear}"]) for gear in GEARS)
@@ -177,12 +177,12 @@ def _read_lines(group: h5py.Group) -> GearLines:
 
 
 def _write_positions(group: h5py.Group, shapes: ContactShapes) -> None:
-    set_attributes(group, angles_per_pitch=shapes.angles_per_pitch)
+    set_attributes(group, angles_per_pitch=shapes.angles_per_pitch, geodesic=shapes.geodesic)
     write(group, "roll_position", shapes.roll_position, Field("rad", "position", "roll position of the tooth pair"))
-    write(group, "loaded", shapes.loaded, Field("1", "position, torque", "whether the pair carries load"))
-    dims = "position, torque, gear, tooth offset, flank unknown"
+    write(group, "loaded", shapes.loaded, Field("1", "position, shape", "whether the pair carries load"))
+    dims = "position, shape, gear, tooth offset, flank unknown"
     write(group, "displacement", shapes.displacement, Field("mm", dims, "displacement of each shape"))
-    dims = "pitch offset, position, a, b, torque, torque"
+    dims = "pitch offset, position, a, b, shape, shape"
     write(group, "gram", shapes.gram, Field("N mm", dims, "energy products of the shapes"))
 
 
@@ -193,4 +193,5 @@ def _read_positions(group: h5py.Group) -> ContactShapes:
         loaded=read(group, "loaded"),
         displacement=read(group, "displacement"),
         gram=read(group, "gram"),
+        geodesic=bool(attribute(group, "geodesic")),
     )

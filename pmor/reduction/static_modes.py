@@ -1,0 +1,58 @@
+"""Static modes: one shape for the unit force on each flank node, along the flank normal.
+
+The exact end of the scale of reductions (static mode switching: Tamarozzi, Heirman & Desmet, CMAME 268 (2014) 336):
+every distribution of contact force over nodes is a sum of them, and only those of the lines in reach of the contact are
+switched on. No snapshot is needed, hence no full solve offline.
+
+When to use them: to see what the reductions cost, without full FE; for loads or faults that no training covers; for a
+handful of positions, where training does not pay. Online they cost the most unknowns: one for each node in reach, where
+flank lines have one for each line.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pmor.fe.cyclic import ElasticGear
+from pmor.gear.conventions import FloatArray, IntArray
+from pmor.reduction.flank_lines import FlankLineShapes, gear_lines
+from pmor.reduction.half_width import symmetric_part
+
+
+def static_mode_shapes(
+    bodies: tuple[ElasticGear, ElasticGear], flank_nodes: tuple[FloatArray, FloatArray], symmetric: bool
+) -> FlankLineShapes:
+    """Build the unit-force shapes.
+
+    Parameters
+    ----------
+    bodies : two ElasticGear
+        Pinion and wheel.
+    flank_nodes : two ndarrays, shape (lines, columns, 3)
+        mm.
+    symmetric : bool
+        Only what is symmetric about mid width: the force on a node and on its mirror image together.
+
+    Returns
+    -------
+    FlankLineShapes
+    """
+    pinion, wheel = (
+        gear_lines(body, *_unit_forces(nodes, symmetric)) for body, nodes in zip(bodies, flank_nodes, strict=True)
+    )
+    return FlankLineShapes((pinion, wheel))
+
+
+def _unit_forces(nodes: FloatArray, symmetric: bool) -> tuple[IntArray, FloatArray]:
+    """First shape of each line, and forces along the flank normals, shape (m, f); nodes of a line are neighbours."""
+    lines, columns, _ = nodes.shape
+    along, across = np.gradient(nodes, axis=(0, 1))
+    normal = np.cross(along, across)
+    normal /= np.linalg.norm(normal, axis=2, keepdims=True)
+    force = np.zeros((lines, columns, lines, columns, 3))
+    for i, k in np.ndindex(lines, columns):
+        force[i, k, i, k] = normal[i, k]
+    fields = force.reshape(lines, columns, -1)
+    if symmetric:
+        fields = symmetric_part(fields, columns)[:, : columns // 2 + 1]
+    return fields.shape[1] * np.arange(lines + 1), fields.reshape(-1, fields.shape[2])
