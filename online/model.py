@@ -19,7 +19,7 @@ from pmor.storage.basis_file import Basis
 
 LineArrays = tuple[IntArray, FloatArray, FloatArray]
 PositionArrays = tuple[float, float, np.ndarray, FloatArray, FloatArray, FloatArray, FloatArray]
-KernelFamily = tuple[bool, tuple[LineArrays, LineArrays], PositionArrays]
+KernelFamily = tuple[bool, tuple[LineArrays, LineArrays], PositionArrays, int]
 
 
 @dataclass(frozen=True)
@@ -54,13 +54,13 @@ class ReducedPair:
                 shapes.roll_position[0], step, shapes.loaded, shapes.displacement, shapes.gram, path.turn, path.angle,
             )  # fmt: skip
             none = (np.zeros(1, dtype=np.int64), np.empty((1, 0, 0)), np.empty((1, 0, 0)))
-            return False, (none, none), positions
+            return False, (none, none), positions, 0
         lines = tuple((gear.start, gear.displacement, gear.gram) for gear in shapes.gears)
         nowhere = (
             0.0, 1.0, np.zeros((0, 0), dtype=bool), np.empty((0, 0, 2, 1, 0)), np.empty((0, 0, 2, 2, 0, 0)),
             np.empty((0, 0, 0)), np.empty((0, 0)),
         )  # fmt: skip
-        return True, (lines[0], lines[1]), nowhere
+        return True, (lines[0], lines[1]), nowhere, int(shapes.beside)
 
     @cached_property
     def size(self) -> int:

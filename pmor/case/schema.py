@@ -185,8 +185,8 @@ class ReductionCase:
         `flank_lines`: one shape for each line of flank nodes, its load distribution over the width taken from the
         training; for all common work. `positions`: one for each trained roll position and torque, interpolated over
         the roll position (the paper). `pod`: the same, compressed to orthonormal modes at each position; for many
-        torques. `global_pod`: one set of modes for all positions; to see why not. `static_modes`: one for the unit
-        force on each flank node, without training; next to exact, with the most unknowns.
+        torques. `global_pod`: one set of modes for all positions; to see why not. `static_modes`: the unit
+        forces on all flank nodes, without training; exact, with the most unknowns.
     interpolation : {"linear", "cubic", "grassmann"}
         Of shapes at positions and of modes (`pod`), over the roll position; the last, between the subspaces that modes
         span, for modes alone. The others are not interpolated.

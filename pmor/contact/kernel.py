@@ -1129,14 +1129,15 @@ def search_all(
 
 
 # The reduced pair. Its unknowns are the amplitudes of *members*: the shapes in reach at a position, in one of two
-# families, and the pinion's rotation. `family` is the tuple (by_line, lines, positions):
+# families, and the pinion's rotation. `family` is the tuple (by_line, lines, positions, beside):
 #
 # * by_line: which of the two; the arrays of the other one are empty;
 # * lines: for pinion and wheel (start, displacement, gram) of `pmor.reduction.flank_lines.GearLines`. A member
 #   belongs to one gear;
 # * positions: (first roll position, step, loaded, displacement, gram, turn, angle), the first five of
 #   `pmor.reduction.contact_shapes.ContactShapes`, turn and angle of its `pmor.reduction.grassmann.Geodesics`, empty
-#   where each member is interpolated by itself. A member belongs to both gears.
+#   where each member is interpolated by itself. A member belongs to both gears;
+# * beside: how many lines beside the elements of a window have members too (0 or 1).
 #
 # `members` describes those of a position: (kept, ranges, gram, factor, fields). kept[j] = pair x slots + slot numbers
 # member j, with `slots` shapes that a pair can have at all; ranges[gear] are the first and the last but one member
@@ -1146,14 +1147,14 @@ def search_all(
 @compiled
 def member_slots(family):
     """Return how many shapes a tooth pair can have at all."""
-    by_line, lines, positions = family
+    by_line, lines, positions, _ = family
     return lines[0][1].shape[1] + lines[1][1].shape[1] if by_line else positions[2].shape[1]
 
 
 @compiled
 def most_members(family, pairs, windows):
     """Return how many members a position can have at most."""
-    by_line, lines, positions = family
+    by_line, lines, positions, beside = family
     if not by_line:
         return pairs * positions[2].shape[1]
     total = 0
@@ -1162,8 +1163,16 @@ def most_members(family, pairs, windows):
         for i in range(len(start) - 1):
             widest = max(widest, start[i + 1] - start[i])
         for p in range(pairs):
-            total += widest * (windows[p, gear, 3] + 1)
+            total += widest * (windows[p, gear, 3] + 1 + 2 * beside)
     return total
+
+
+@compiled
+def _window_shapes(start, window, first_row, beside):
+    """First and last but one shape of the lines that bound a window's elements, and of those beside them."""
+    low = max(first_row - beside, 0)
+    high = min(first_row + window[3] + beside, len(start) - 2)
+    return start[low], start[high + 1]
 
 
 @compiled
@@ -1218,37 +1227,37 @@ def _drop_dependent(low, high, members):
 
 
 @compiled
-def gather_lines(pairs, indices, windows, first_row, gears, lines, members):
+def gather_lines(pairs, indices, windows, first_row, gears, lines, beside, members):
     """Collect the shapes of the lines in reach; return the number of members.
 
     Parameters
     ----------
     pairs, indices, windows, first_row
         As `place_windows` gives them.
-    gears, lines, members
+    gears, lines, beside, members
         See above; `members` is filled.
     """
     kept, ranges, gram, factor, fields = members
     slots = lines[0][1].shape[1] + lines[1][1].shape[1]
     size = 0
-    first_member = np.empty((pairs + 1,), dtype=np.int64)
+    first_member, first_shape = np.empty((pairs + 1,), dtype=np.int64), np.empty((pairs,), dtype=np.int64)
     for gear in range(2):
         start, displacement, products = lines[gear]
         reach, columns = (displacement.shape[0] - 1) // 2, gears[gear][0].shape[1]
         low, before = size, 0 if gear == 0 else lines[0][1].shape[1]
         for p in range(pairs):
             first_member[p] = size
-            row = first_row[p, gear]
-            for m in range(start[row], start[row + windows[p, gear, 3] + 1]):
+            first_shape[p], last_shape = _window_shapes(start, windows[p, gear], first_row[p, gear], beside)
+            for m in range(first_shape[p], last_shape):
                 kept[size] = p * slots + before + m
                 size += 1
         first_member[pairs] = size
         for q in range(pairs):
             from_q, to_q = first_member[q], first_member[q + 1]
-            shape_q = start[first_row[q, gear]]
+            shape_q = first_shape[q]
             for p in range(pairs):
                 ahead = indices[p] - indices[q] if gear == 0 else indices[q] - indices[p]
-                shape_p = start[first_row[p, gear]] - first_member[p]
+                shape_p = first_shape[p] - first_member[p]
                 for i in range(first_member[p], first_member[p + 1]):
                     for j in range(from_q, to_q):
                         gram[i, j] = products[reach + ahead, shape_p + i, shape_q + j - from_q]
@@ -1649,7 +1658,7 @@ def _line_amplitude(start, line, order, before, amplitude):
 @compiled
 def _warm_start(family, size, kept, indices, centre, amplitude, base, centre_before, coordinates):
     """Amplitudes of the neighbouring position, carried along with the contact where they belong to lines."""
-    by_line, lines, _ = family
+    by_line, lines, _, _ = family
     slots, weights = amplitude.shape[1], np.empty(4)
     for j in range(size):
         p, slot = kept[j] // slots, kept[j] % slots
@@ -1675,7 +1684,7 @@ def _warm_start(family, size, kept, indices, centre, amplitude, base, centre_bef
 def gather_members(phi, pairs, indices, windows, first_row, geometry, gears, family, members):
     """Collect the shapes in reach, of whichever family; return the number of members."""
     if family[0]:
-        return gather_lines(pairs, indices, windows, first_row, gears, family[1], members)
+        return gather_lines(pairs, indices, windows, first_row, gears, family[1], family[3], members)
     return interpolate_positions(phi, pairs, indices, windows, first_row, geometry, gears, family[2], members)
 
 

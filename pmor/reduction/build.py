@@ -6,7 +6,7 @@
 | `positions` | one for each training torque and tooth pair | the paper's way |
 | `pod` | one for each mode and tooth pair | many torques |
 | `global_pod` | one for each mode and tooth pair | the known bad alternative |
-| `static_modes` | one for each flank node in reach | next to exact, without training |
+| `static_modes` | two for each flank node in reach | next to exact, without training |
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def build_shapes(
     if reduction.shapes == "flank_lines":
         return flank_line_shapes(bodies, force, flank_nodes)
     if reduction.shapes == "static_modes":
-        return static_mode_shapes(bodies, flank_nodes, mirrors_at_mid_width(case))
+        return static_mode_shapes(bodies, flank_nodes, mirrors_at_mid_width(case), case.contact.kind != "nodal")
     if reduction.shapes == "positions":
         return contact_shapes(*bodies, grid, per_pitch, force, reduction.interpolation)
     if reduction.shapes == "pod":

@@ -18,11 +18,10 @@ from pmor.contact.elasticity import ReducedElasticity
 from pmor.contact.position import Position
 from pmor.fe.cyclic import ElasticGear
 from pmor.gear.conventions import FloatArray
+from pmor.reduction.energy import orthonormal_combinations
 from pmor.reduction.grassmann import Geodesics, geodesic_weights, geodesics
 from pmor.reduction.half_width import lower_half
 
-# Directions of the Gram matrix below this fraction of the largest are dependent to working precision.
-DEPENDENCE_TOLERANCE = 1e-10
 # Grid positions that an interpolation combines.
 STENCIL = {"linear": 2, "cubic": 4, "grassmann": 2}
 
@@ -242,10 +241,7 @@ def reduced_elasticity(shapes: ContactShapes, position: Position, pitch: float) 
                 products = shapes.gram[-offset, k_p + before]
                 block = np.einsum("ast,bvu,absv->tu", weights_p, weights, products, optimize=True)
                 gram[block_p, block_q], gram[block_q, block_p] = block, block.T
-    values, vectors = np.linalg.eigh(gram[np.ix_(columns, columns)])
-    keep = values > DEPENDENCE_TOLERANCE * values.max(initial=0.0)
-    transform = vectors[:, keep] / np.sqrt(values[keep])
-    return ReducedElasticity(raw[:, :, columns] @ transform)
+    return ReducedElasticity(raw[:, :, columns] @ orthonormal_combinations(gram[np.ix_(columns, columns)]))
 
 
 def _gram(

@@ -23,6 +23,7 @@ from pmor.contact.position import Position
 from pmor.errors import ConvergenceError
 from pmor.fe.cyclic import ElasticGear
 from pmor.gear.conventions import FloatArray, IntArray
+from pmor.reduction.energy import orthonormal_combinations
 from pmor.reduction.half_width import lower_half
 
 # A second distribution of a line is kept when it carries more than this share of the first one's forces. Measured on
@@ -63,9 +64,13 @@ class FlankLineShapes:
     ----------
     gears : two GearLines
         Pinion and wheel.
+    beside : bool
+        Whether the lines beside the elements of a window have amplitudes too. Exact flanks hand some per cent of a load
+        near a window's border over to them; without, the STE of the paper's pair misses 0.002 % at most.
     """
 
     gears: tuple[GearLines, GearLines]
+    beside: bool = False
 
     @property
     def reach(self) -> int:
@@ -78,7 +83,7 @@ class FlankLineShapes:
             GearLines(g.start, lower_half(g.force, columns), lower_half(g.displacement, columns), g.gram)
             for g in self.gears
         )
-        return FlankLineShapes((pinion, wheel))
+        return FlankLineShapes((pinion, wheel), self.beside)
 
 
 def flank_line_shapes(
@@ -133,7 +138,7 @@ def line_elasticity(shapes: FlankLineShapes, position: Position) -> ReducedElast
     pairs = range(len(position.pair_index))
     bases = []
     for gear, lines in enumerate(shapes.gears):
-        members = [_window_members(lines, position, p, gear) for p in pairs]
+        members = [_window_members(lines, position, p, gear, shapes.beside) for p in pairs]
         size = sum(map(len, members))
         raw, gram = np.zeros((len(position.nodes), 3, size)), np.zeros((size, size))
         column = np.concatenate([[0], np.cumsum([len(m) for m in members])])
@@ -147,15 +152,16 @@ def line_elasticity(shapes: FlankLineShapes, position: Position) -> ReducedElast
                 moved = lines.displacement[tooth][np.ix_(members[q], dofs)]
                 raw[position.window_slice(p, gear), :, columns] = moved.T.reshape(len(nodes), 3, -1)
                 gram[column[p] : column[p + 1], columns] = lines.gram[tooth][np.ix_(members[p], members[q])]
-        factor = np.linalg.cholesky(gram)
-        bases.append(np.linalg.solve(factor, raw.reshape(-1, size).T).T.reshape(raw.shape))
+        bases.append(raw @ orthonormal_combinations(gram))
     return ReducedElasticity(np.concatenate(bases, axis=2))
 
 
-def _window_members(lines: GearLines, position: Position, pair: int, gear: int) -> IntArray:
-    """Shapes of the lines that bound the window's elements; a row of halo nodes carries no load."""
+def _window_members(lines: GearLines, position: Position, pair: int, gear: int, beside: bool) -> IntArray:
+    """Shapes of the lines that bound the window's elements, and of those beside them."""
     first = position.first_row[pair, gear]
-    return np.arange(lines.start[first], lines.start[first + position.windows[pair, gear, 3] + 1])
+    last = first + position.windows[pair, gear, 3]
+    low, high = max(first - beside, 0), min(last + beside, len(lines.start) - 2)
+    return np.arange(lines.start[low], lines.start[high + 1])
 
 
 def _distributions(fields: FloatArray, nodes: FloatArray) -> tuple[IntArray, FloatArray]:

@@ -30,7 +30,7 @@ from pmor.errors import ConvergenceError
 from pmor.fe.cyclic import ElasticGear
 from pmor.gear.conventions import FloatArray, IntArray
 from pmor.reduction.alignment import align_along_grid
-from pmor.reduction.contact_shapes import DEPENDENCE_TOLERANCE
+from pmor.reduction.energy import own_displacement, principal_energies
 
 
 def local_modes(bodies: tuple[ElasticGear, ElasticGear], force: FloatArray, tolerance: float) -> FloatArray:
@@ -77,11 +77,6 @@ def global_modes(bodies: tuple[ElasticGear, ElasticGear], force: FloatArray, tol
     return np.asarray(local_modes(bodies, every, tolerance)[0])
 
 
-def own_displacement(bodies: tuple[ElasticGear, ElasticGear], force: FloatArray) -> FloatArray:
-    """Return the displacement of the loaded teeth under forces on pinion and wheel, shape (..., 2, f), mm."""
-    return np.stack([force[..., g, :] @ body.tooth_compliance(0).T for g, body in enumerate(bodies)], axis=-2)
-
-
 def principal_combinations(gram: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the POD of snapshots that have the Gram matrix `gram`, shape (n, n), in energy.
 
@@ -94,14 +89,11 @@ def principal_combinations(gram: FloatArray) -> tuple[FloatArray, FloatArray]:
     """
     size = np.sqrt(np.diag(gram))
     inverse = np.divide(1.0, size, out=np.zeros_like(size), where=size > 0.0)
-    values, vectors = np.linalg.eigh(gram * np.outer(inverse, inverse))
-    kept = np.flatnonzero(values > DEPENDENCE_TOLERANCE * values.max(initial=0.0))[::-1]
-    if not len(kept):
-        return np.zeros(0), np.zeros((len(gram), 0))
-    combination = inverse[:, None] * vectors[:, kept] / np.sqrt(values[kept])
+    energy, directions = principal_energies(gram * np.outer(inverse, inverse))
+    combination = inverse[:, None] * directions / np.sqrt(energy)
     # The last modes have lost digits to the division by their energy: made orthonormal once more.
     factor = np.linalg.cholesky(combination.T @ gram @ combination)
-    return values[kept] / values.sum(), np.linalg.solve(factor, combination.T).T
+    return energy / max(float((size > 0.0).sum()), 1.0), np.linalg.solve(factor, combination.T).T
 
 
 def modes_needed(energy: FloatArray, tolerance: float) -> int:

@@ -1,11 +1,13 @@
-"""Static modes: one shape for the unit force on each flank node, along the flank normal.
+"""Static modes: shapes for the unit forces on each flank node, along the flank normal and along the profile.
 
 The exact end of the scale of reductions (static mode switching: Tamarozzi, Heirman & Desmet, CMAME 268 (2014) 336):
 every distribution of contact force over nodes is a sum of them, and only those of the lines in reach of the contact are
-switched on. No snapshot is needed, hence no full solve offline.
+switched on. No snapshot is needed, hence no full solve offline. Normals alone would not do: a contact between two lines
+loads both along its own normal. *Measured* on the paper's pair, STE against full FE: 0.01 % at most with normals alone
+(flank lines: 0.005 %), 3e-8 with both directions.
 
 When to use them: to see what the reductions cost, without full FE; for loads or faults that no training covers; for a
-handful of positions, where training does not pay. Online they cost the most unknowns: one for each node in reach, where
+handful of positions, where training does not pay. Online they cost the most unknowns: two for each node in reach, where
 flank lines have one for each line.
 """
 
@@ -20,7 +22,10 @@ from pmor.reduction.half_width import symmetric_part
 
 
 def static_mode_shapes(
-    bodies: tuple[ElasticGear, ElasticGear], flank_nodes: tuple[FloatArray, FloatArray], symmetric: bool
+    bodies: tuple[ElasticGear, ElasticGear],
+    flank_nodes: tuple[FloatArray, FloatArray],
+    symmetric: bool,
+    beside: bool,
 ) -> FlankLineShapes:
     """Build the unit-force shapes.
 
@@ -32,6 +37,8 @@ def static_mode_shapes(
         mm.
     symmetric : bool
         Only what is symmetric about mid width: the force on a node and on its mirror image together.
+    beside : bool
+        See `FlankLineShapes`.
 
     Returns
     -------
@@ -40,19 +47,19 @@ def static_mode_shapes(
     pinion, wheel = (
         gear_lines(body, *_unit_forces(nodes, symmetric)) for body, nodes in zip(bodies, flank_nodes, strict=True)
     )
-    return FlankLineShapes((pinion, wheel))
+    return FlankLineShapes((pinion, wheel), beside)
 
 
 def _unit_forces(nodes: FloatArray, symmetric: bool) -> tuple[IntArray, FloatArray]:
-    """First shape of each line, and forces along the flank normals, shape (m, f); nodes of a line are neighbours."""
+    """First shape of each line, and forces along the flank normals and the profile, shape (m, f)."""
     lines, columns, _ = nodes.shape
     along, across = np.gradient(nodes, axis=(0, 1))
-    normal = np.cross(along, across)
-    normal /= np.linalg.norm(normal, axis=2, keepdims=True)
-    force = np.zeros((lines, columns, lines, columns, 3))
+    directions = np.stack([np.cross(along, across), along], axis=2)
+    directions /= np.linalg.norm(directions, axis=3, keepdims=True)
+    force = np.zeros((lines, columns, 2, lines, columns, 3))
     for i, k in np.ndindex(lines, columns):
-        force[i, k, i, k] = normal[i, k]
-    fields = force.reshape(lines, columns, -1)
+        force[i, k, :, i, k] = directions[i, k]
+    fields = force.reshape(lines, columns, 2, -1)
     if symmetric:
         fields = symmetric_part(fields, columns)[:, : columns // 2 + 1]
-    return fields.shape[1] * np.arange(lines + 1), fields.reshape(-1, fields.shape[2])
+    return 2 * fields.shape[1] * np.arange(lines + 1), fields.reshape(-1, fields.shape[3])

@@ -101,6 +101,7 @@ def write_basis(path: Path, basis: Basis, force: FloatArray, overwrite: bool = F
         else:
             for gear, lines in zip(GEARS, shapes.gears, strict=True):
                 _write_lines(file.create_group(f"shapes/{gear}"), lines)
+            set_attributes(file["shapes"], beside=shapes.beside)
         group = file.create_group("training")
         write(group, "phi", training.phi, Field("rad", "angle", "pinion angle"))
         write(group, "torque", training.torque, Field("N mm", "torque", "pinion torque"))
@@ -126,7 +127,7 @@ def read_basis(path: Path) -> Basis:
             shapes = _read_positions(file["shapes"])
         else:
             pinion, wheel = (_read_lines(file[f"shapes/{gear}"]) for gear in GEARS)
-            shapes = FlankLineShapes((pinion, wheel))
+            shapes = FlankLineShapes((pinion, wheel), bool(attribute(file["shapes"], "beside")))
         training = Training(
             phi=read(file["training"], "phi"),
             torque=read(file["training"], "torque"),
