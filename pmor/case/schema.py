@@ -206,6 +206,11 @@ class ReductionCase:
         """Whether the shapes come from full solves."""
         return self.shapes != "static_modes"
 
+    @property
+    def by_line(self) -> bool:
+        """Whether each shape belongs to a flank line, and not to a roll position."""
+        return self.shapes in ("flank_lines", "static_modes")
+
 
 @dataclass(frozen=True, kw_only=True)
 class OfflineCase:

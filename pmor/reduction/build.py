@@ -64,12 +64,10 @@ def build_shapes(
     if reduction.shapes == "pod":
         modes = local_modes(bodies, force, reduction.pod_tolerance)
         return shapes_of(bodies, grid, per_pitch, modes, reduction.interpolation)
-    return _same_everywhere(bodies, grid, global_modes(bodies, force, reduction.pod_tolerance))
+    return same_everywhere(bodies, grid, global_modes(bodies, force, reduction.pod_tolerance))
 
 
-def _same_everywhere(
-    bodies: tuple[ElasticGear, ElasticGear], grid: FloatArray, modes: FloatArray
-) -> ContactShapes:
+def same_everywhere(bodies: tuple[ElasticGear, ElasticGear], grid: FloatArray, modes: FloatArray) -> ContactShapes:
     """Shapes, (r, 2, f), for all positions of a grid.
 
     A grid of two positions, at which tooth pairs any number of pitches apart are at the same one. At its end the pair

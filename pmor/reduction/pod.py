@@ -67,7 +67,10 @@ def local_modes(bodies: tuple[ElasticGear, ElasticGear], force: FloatArray, tole
     modes, displaced = np.zeros((2, len(force), most, fields.shape[2]))
     for k, (_, combination) in enumerate(found):
         kept = combination[:, : count[k]].T
-        modes[k, : count[k]], displaced[k, : count[k]] = kept @ fields[k], kept @ moved[k]
+        # The last modes lose digits in the division by their energy: these are made orthonormal once more.
+        factor = np.linalg.cholesky((kept @ fields[k]) @ (kept @ moved[k]).T)
+        modes[k, : count[k]] = np.linalg.solve(factor, kept @ fields[k])
+        displaced[k, : count[k]] = np.linalg.solve(factor, kept @ moved[k])
     return align_along_grid(modes, displaced, count).reshape(len(force), most, *force.shape[2:])
 
 
@@ -90,10 +93,7 @@ def principal_combinations(gram: FloatArray) -> tuple[FloatArray, FloatArray]:
     size = np.sqrt(np.diag(gram))
     inverse = np.divide(1.0, size, out=np.zeros_like(size), where=size > 0.0)
     energy, directions = principal_energies(gram * np.outer(inverse, inverse))
-    combination = inverse[:, None] * directions / np.sqrt(energy)
-    # The last modes have lost digits to the division by their energy: made orthonormal once more.
-    factor = np.linalg.cholesky(combination.T @ gram @ combination)
-    return energy / max(float((size > 0.0).sum()), 1.0), np.linalg.solve(factor, combination.T).T
+    return energy / max(int((size > 0.0).sum()), 1), inverse[:, None] * directions / np.sqrt(energy)
 
 
 def modes_needed(energy: FloatArray, tolerance: float) -> int:

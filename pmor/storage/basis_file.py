@@ -123,11 +123,11 @@ def read_basis(path: Path) -> Basis:
         if attribute(file, "basis_key") != basis_key(case):
             raise ValueError("its case text does not say what it was made from")
         shapes: FlankLineShapes | ContactShapes
-        if "roll_position" in file["shapes"]:
-            shapes = _read_positions(file["shapes"])
-        else:
+        if case.reduction.by_line:
             pinion, wheel = (_read_lines(file[f"shapes/{gear}"]) for gear in GEARS)
             shapes = FlankLineShapes((pinion, wheel), bool(attribute(file["shapes"], "beside")))
+        else:
+            shapes = _read_positions(file["shapes"])
         training = Training(
             phi=read(file["training"], "phi"),
             torque=read(file["training"], "torque"),

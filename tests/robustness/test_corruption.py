@@ -227,14 +227,14 @@ def test_a_snapshot_file_is_no_basis(tmp_path, rng, tally):
 @pytest.mark.parametrize(
     ("version", "words"),
     [
-        (1, "is pmor-basis version 1, written by an older pmor; this one reads version 3; make it anew"),
+        (1, "is pmor-basis version 1, written by an older pmor; this one reads version 4; make it anew"),
         (2, "is pmor-basis version 2, written by an older pmor"),
-        (4, "is pmor-basis version 4, written by a newer pmor"),
+        (5, "is pmor-basis version 5, written by a newer pmor"),
         (2**40, "newer"),
         (-1, "older"),
-        ("3", "'3' is no version"),
-        (3.0, "is no version"),
-        (np.array([3, 3]), "is no version"),
+        ("4", "'4' is no version"),
+        (4.0, "is no version"),
+        (np.array([4, 4]), "is no version"),
     ],
 )
 def test_other_versions_are_refused(version, words, basis, original, tally):
