@@ -16,10 +16,12 @@ The geodesic from one to the other is spanned, a fraction x on its way, by the o
 
 which is Y_0 at x = 0 and Y_1 at x = 1, so that amplitudes go on from one interval to the next.
 
-When to use it: with POD bases. Against linear interpolation of the aligned modes it changes little, for that moves in
-the same planes (a, b), from a chord to the arc above it: only the speed along the way differs, by
-theta^2. It cannot help where a dent moves on by more than an element between two trained positions: there the principal
-angles are near 90 degrees, and what lies between two dents is two shallow dents, on whatever path.
+When to use it: with POD bases, where one does not trust linear interpolation of the aligned modes. That moves in the
+same planes (a, b), along the chord below the arc: the spans agree at both ends and midway, elsewhere they differ by the
+speed along the way, of the order of theta^2. *Measured* on the paper's pair, largest error of the STE: 0.0017 % with
+either in line contact, 0.37 % against 0.31 % with Hermite patches. It cannot help a dent that moves on by an element
+from one trained position to the next: the principal angles are then near 90 degrees, and what lies between two dents is
+two shallow dents, on whatever path.
 """
 
 from __future__ import annotations

@@ -16,10 +16,13 @@ first to be discarded.
 Two ways, when to use them:
 
 * `local_modes`: a basis for each trained roll position, from its snapshots over all training states. For many states
-  (torques, and other parameters): the size follows the tolerance, not their number.
+  (torques, and other parameters): the size follows the tolerance, not their number. Between positions it is no better
+  than the raw snapshots, and with a dent worse (0.31 against 0.12 %, paper's pair with Hermite patches): those of one
+  torque follow the contact, while the last modes hold what little tells the torques apart, and turn fast.
 * `global_modes`: one basis for all roll positions. The textbook way and the known bad alternative, to compare with: a
   contact that moves is not a sum of a few products of a shape and an amplitude (it is *linearly inseparable*; Blockmans
-  et al., IJNME 102 (2015) 1162), so that the eigenvalues hardly fall and the basis grows with the path of contact.
+  et al., IJNME 102 (2015) 1162), so that the basis grows with the path of contact. *Measured*, same pair and tolerance
+  1e-6: 43 modes where a position needs 3, and 22 where it needs 2 in line contact, which has no dent in its elements.
 """
 
 from __future__ import annotations

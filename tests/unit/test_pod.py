@@ -121,6 +121,16 @@ def test_dependent_and_idle_snapshots_give_no_modes(bodies, force):
     assert (np.diff(exist.astype(int), axis=1) <= 0).all(), "the first ones exist"
 
 
+def test_idle_snapshots_have_no_share_in_the_energy(bodies, force):
+    """Twice as many, half of them idle: the tolerance means what it meant."""
+    padded = np.concatenate([force, np.zeros_like(force)], axis=1)
+    for tolerance in (1e-2, 2e-3, 1e-4, 1e-5):
+        for modes in (local_modes, global_modes):
+            assert modes(bodies, padded, tolerance).shape == modes(bodies, force, tolerance).shape
+    energy, _ = principal_combinations(products(bodies, padded[0], padded[0]))
+    assert_allclose(energy.sum(), 1.0, rtol=ROUND_OFF)
+
+
 def test_without_load_there_is_nothing_to_decompose(bodies, force):
     for modes in (local_modes, global_modes):
         with pytest.raises(ConvergenceError, match="no training state loads a flank"):
