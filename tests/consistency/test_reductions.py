@@ -111,6 +111,18 @@ def test_static_modes_need_no_full_solve(small_model, tmp_path, monkeypatch):
     assert comparison.max_relative_error < 1e-4  # the compiled sweep's last step
 
 
+def test_the_compiled_sweep_gives_lines_beside_the_windows_their_shapes(tmp_path):
+    """In line contact, whose loads reach them: without them the STE would miss full FE by 1e-5."""
+    case, path = case_with("line", shapes="static_modes"), tmp_path / "basis.h5"
+    model = elastic_model(case, mesh_model(case))
+    run_offline(case, model, path)
+    reduced, phi = reduced_pair(read_basis(path)), unseen(model)
+    assert reduced.basis.shapes.beside
+    fast = sweep_reduced_pair(reduced, phi, [60e3, 100e3], tolerance=1e-9)
+    full = ste_of(model.mesh.meshed, model.elasticity_at, phi)
+    assert_allclose(fast.ste_um, full, rtol=EXACT)
+
+
 # --- POD against raw snapshots ---------------------------------------------------------------------------------------
 
 
