@@ -8,19 +8,16 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
-from offline.sampling import roll_position_grid, training_angles
+from offline.adaptive import ErrorEstimate, greedy_snapshots
+from offline.gather import make_basis
+from offline.sampling import TrainingPosition, grid_positions, sobol_positions
 from offline.snapshots import solve_snapshots
 from pmor.case import Case, basis_key
 from pmor.errors import ConvergenceError
-from pmor.gear.conventions import FloatArray
 from pmor.model import ElasticModel
 from pmor.progress import Progress
-from pmor.reduction.build import build_shapes
-from pmor.reduction.half_width import mirrors_at_mid_width, symmetric_part
 from pmor.storage.atomic import ensure_folder, refuse_existing, remove_abandoned, remove_folder
-from pmor.storage.basis_file import Basis, Training, write_basis
+from pmor.storage.basis_file import write_basis
 from pmor.storage.lock import only_writer_of_file
 from pmor.storage.snapshot_file import Snapshots, read_snapshots, write_snapshots
 
@@ -47,7 +44,7 @@ class OfflineSummary:
 
 def run_offline(
     case: Case, model: ElasticModel, path: Path, jobs: int = 1, resume: bool = False, overwrite: bool = False,
-    started: float | None = None,
+    started: float | None = None, estimate: ErrorEstimate | None = None,
 ) -> OfflineSummary:  # fmt: skip
     """Solve full FE over the training set and write the basis.
 
@@ -66,6 +63,8 @@ def run_offline(
         Replace an existing basis file.
     started : float, optional
         ``time.perf_counter()`` at the start of the offline stage, when meshing and finite elements shall count.
+    estimate : callable, optional
+        What a greedy sampling asks for errors (`offline.adaptive`).
 
     Returns
     -------
@@ -82,48 +81,62 @@ def run_offline(
     ensure_folder(path.parent)
     with only_writer_of_file(path):
         refuse_existing(path, overwrite)
-        return _run(case, model, path, jobs, resume, overwrite, started)
+        return _run(case, model, path, jobs, resume, overwrite, started, estimate)
 
 
 def _run(
-    case: Case, model: ElasticModel, path: Path, jobs: int, resume: bool, overwrite: bool, started: float
-) -> OfflineSummary:
+    case: Case, model: ElasticModel, path: Path, jobs: int, resume: bool, overwrite: bool, started: float,
+    estimate: ErrorEstimate | None,
+) -> OfflineSummary:  # fmt: skip
     remove_abandoned(path.parent, path.name)
     parts = path.with_name(path.name + ".parts")
     if parts.exists() and not resume:
         remove_folder(parts)
     remove_abandoned(ensure_folder(parts))
+    if not case.reduction.trained:
+        snapshots, resumed = list[Snapshots](), 0
+    elif case.offline.sampling == "greedy":
+        snapshots, resumed = _sample_greedily(case, model, parts, estimate)
+    else:
+        snapshots, resumed = _solve_positions(case, model, parts, jobs)
+    failed = _failures(snapshots)
+    if failed and len(failed) == sum(len(s.converged) for s in snapshots):
+        raise ConvergenceError(f"no full solve converged, first: {failed[0]}", [])
+    basis, force = make_basis(case, model, snapshots, time.perf_counter() - started)
+    write_basis(path, basis, force, overwrite)
+    remove_folder(parts)
+    return OfflineSummary(len(snapshots) - resumed, resumed, failed, time.perf_counter() - started)
+
+
+def _solve_positions(case: Case, model: ElasticModel, parts: Path, jobs: int) -> tuple[list[Snapshots], int]:
+    """Solve all positions of a sampling that is known beforehand; return them and how many were there already."""
+    pair, offline = model.mesh.meshed.pair, case.offline
+    if offline.sampling == "grid":
+        positions = grid_positions(offline, pair)
+    else:
+        positions = sobol_positions(offline, pair, offline.solves)
     key = basis_key(case)
-    angles = training_angles(model.mesh.meshed.pair, case.offline.angles_per_pitch)
-    angles = angles if case.reduction.trained else angles[:0]
-    torques = tuple(1e3 * t for t in case.offline.torques_Nm)
-    files = [parts / f"angle_{i:05d}.h5" for i in range(len(angles))]
+    files = [_part(parts, i) for i in range(len(positions))]
     # A solve that failed is tried again: the program may have learnt to do it.
     kept = ((i, read_snapshots(file, key)) for i, file in enumerate(files))
     found = {i: s for i, s in kept if s is not None and s.converged.all()}
     resumed = len(found)
-    with Progress(len(angles), "full FE") as progress:
+    with Progress(len(positions), "full FE") as progress:
         progress.advance(resumed)
-        missing = [i for i in range(len(angles)) if i not in found]
-        for i, snapshots in _solve_all(model, angles, torques, missing, jobs):
+        missing = [i for i in range(len(positions)) if i not in found]
+        for i, snapshots in _solve_all(model, positions, missing, jobs):
             write_snapshots(files[i], snapshots, key)
             found[i] = snapshots
             progress.advance()
-    ordered = [found[i] for i in range(len(angles))]
-    failed = _failures(ordered, case)
-    if failed and len(failed) == len(angles) * len(torques):
-        raise ConvergenceError(f"no full solve converged, first: {failed[0]}", [])
-    _gather(case, model, path, ordered, angles, torques, started, overwrite)
-    remove_folder(parts)
-    return OfflineSummary(len(missing), resumed, failed, time.perf_counter() - started)
+    return [found[i] for i in range(len(positions))], resumed
 
 
 def _solve_all(
-    model: ElasticModel, angles: FloatArray, torques: tuple[float, ...], missing: list[int], jobs: int
+    model: ElasticModel, positions: tuple[TrainingPosition, ...], missing: list[int], jobs: int
 ) -> Iterator[tuple[int, Snapshots]]:
     """Solve in threads: compiled kernels and linear algebra run outside Python's lock, and nothing is copied."""
     with ThreadPoolExecutor(max_workers=jobs) as pool:
-        futures = {pool.submit(solve_snapshots, model, float(angles[i]), torques): i for i in missing}
+        futures = {pool.submit(solve_snapshots, model, positions[i]): i for i in missing}
         try:
             for future in as_completed(futures):
                 yield futures[future], future.result()
@@ -131,51 +144,33 @@ def _solve_all(
             pool.shutdown(cancel_futures=True)
 
 
-def _failures(snapshots: list[Snapshots], case: Case) -> tuple[str, ...]:
+def _sample_greedily(
+    case: Case, model: ElasticModel, parts: Path, estimate: ErrorEstimate | None
+) -> tuple[list[Snapshots], int]:
+    """Let the error estimate choose; each solution is kept as soon as it is there, in order."""
+    if estimate is None:
+        raise TypeError("a greedy sampling needs something that estimates errors")
+    key, known = basis_key(case), list[Snapshots]()
+    while (snapshots := read_snapshots(_part(parts, len(known)), key)) is not None:
+        known.append(snapshots)
+    resumed = len(known)
+    with Progress(case.offline.solves, "full FE") as progress:
+        progress.advance(resumed)
+        for snapshots in greedy_snapshots(case, model, estimate, known):
+            write_snapshots(_part(parts, len(known)), snapshots, key)
+            known.append(snapshots)
+            progress.advance()
+    return known, resumed
+
+
+def _part(parts: Path, number: int) -> Path:
+    return parts / f"angle_{number:05d}.h5"
+
+
+def _failures(snapshots: list[Snapshots]) -> tuple[str, ...]:
     return tuple(
-        f"phi = {s.phi:.6g} rad, torque = {torque:g} N m"
+        f"phi = {s.phi:.6g} rad, torque = {1e-3 * torque:g} N m"
         for s in snapshots
-        for torque, ok in zip(case.offline.torques_Nm, s.converged, strict=True)
+        for torque, ok in zip(s.torque, s.converged, strict=True)
         if not ok
     )
-
-
-def _gather(
-    case: Case, model: ElasticModel, path: Path, snapshots: list[Snapshots], angles: FloatArray,
-    torques: tuple[float, ...], started: float, overwrite: bool,
-) -> None:  # fmt: skip
-    meshed = model.mesh.meshed
-    grid = roll_position_grid(meshed, case.offline.angles_per_pitch, max(torques))
-    step = grid[1] - grid[0]
-    places = len(grid) if snapshots else 0
-    force = np.zeros((places, len(torques), 2, model.pinion.compliance.shape[1]))
-    for s in snapshots:
-        for p, index in enumerate(s.pair_index):
-            place = round((s.phi + index * meshed.pair.pitch - grid[0]) / step)
-            if 0 <= place < len(grid):
-                force[place] = s.force[:, p]
-    mesh = model.mesh
-    flanks = mesh.pinion.flank_nodes, mesh.wheel.flank_nodes
-    columns = flanks[0].shape[1]
-    half = mirrors_at_mid_width(case)
-    if half:
-        force = symmetric_part(force, columns)
-    shapes = build_shapes(case, (model.pinion, model.wheel), grid, force, flanks)
-    if half:
-        shapes = shapes.lower_half(columns)
-        flanks = flanks[0][:, : columns // 2 + 1], flanks[1][:, : columns // 2 + 1]
-    training = Training(
-        phi=angles,
-        torque=np.array(torques),
-        ste_um=np.array([s.ste_um for s in snapshots], dtype=float).reshape(-1, len(torques)).T,
-        converged=np.array([s.converged for s in snapshots], dtype=bool).reshape(-1, len(torques)).T,
-        seconds=time.perf_counter() - started,
-    )
-    basis = Basis(
-        case=case,
-        flank_nodes=flanks,
-        flank_roll_angle=(mesh.pinion.flank_roll_angle, mesh.wheel.flank_roll_angle),
-        shapes=shapes,
-        training=training,
-    )
-    write_basis(path, basis, force, overwrite)

@@ -78,7 +78,7 @@ def compare_models(
 def training_failures(training: Training) -> list[str]:
     """Name the full-FE solutions that are missing from a basis: it answers there too, but worse."""
     return [
-        f"training: phi = {training.phi[i]:.6g} rad, torque = {1e-3 * training.torque[t]:g} N m did not converge"
+        f"training: phi = {training.phi[i]:.6g} rad, torque = {1e-3 * training.torque[t, i]:g} N m did not converge"
         for t, i in np.argwhere(~training.converged)
     ]
 

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from pmor.contact.elasticity import ReducedElasticity
 from pmor.contact.flank import MeshedPair
-from pmor.contact.position import active_patches
-from pmor.contact.solve import ElasticityAt, window_depth
+from pmor.contact.position import Position, active_patches
+from pmor.contact.solve import window_depth
 from pmor.gear.conventions import FloatArray, IntArray
 from pmor.model import assemble_pair, gear_pair
 from pmor.reduction.contact_shapes import ContactShapes, reduced_elasticity
@@ -36,7 +38,7 @@ class ReducedPair:
     meshed: MeshedPair
 
     @property
-    def elasticity_at(self) -> ElasticityAt:
+    def elasticity_at(self) -> Callable[[Position], ReducedElasticity]:
         """Reduced elasticity of the windows of a position."""
         shapes, pitch = self.basis.shapes, self.meshed.pair.pitch
         if isinstance(shapes, ContactShapes):
@@ -61,6 +63,12 @@ class ReducedPair:
             np.empty((0, 0, 0)), np.empty((0, 0)),
         )  # fmt: skip
         return True, (lines[0], lines[1]), nowhere, int(shapes.beside)
+
+    @property
+    def kernel_compliance(self) -> tuple[FloatArray, FloatArray]:
+        """What the error estimate needs, for the kernel; of length 0 where the basis does not hold it."""
+        none = np.empty((0, 0, 0))
+        return self.basis.compliance.gears if self.basis.compliance else (none, none)
 
     @cached_property
     def size(self) -> int:

@@ -20,6 +20,7 @@ from pmor.contact.position import pairs_in_reach
 from pmor.contact.search import clearance
 from pmor.contact.solve import WINDOW_MARGIN, solve_position, standing_depth
 from pmor.gear.conventions import FloatArray
+from pmor.reduction.error_estimate import discarded_energy_slope
 from pmor.result import SteSweep
 
 # A block starts cold: long enough that this does not count, short enough to share out between threads.
@@ -69,12 +70,15 @@ def sweep_reduced_pair(
     grid = len(loads), len(angles)
     lead, steps, converged = np.zeros(grid), np.zeros(grid, dtype=np.int64), np.zeros(grid, dtype=bool)
     pairs, pair_torque = np.zeros((len(angles), reach), dtype=np.int64), np.zeros((*grid, reach))
+    slope = np.full(grid, np.nan)
 
     def solve(block: slice) -> int:
-        outputs = tuple(np.ascontiguousarray(a[:, block]) for a in (lead, steps, converged))
+        whole = lead, steps, converged, slope
+        outputs = tuple(np.ascontiguousarray(a[:, block]) for a in whole)
         block_pairs, block_torque = pairs[block], np.ascontiguousarray(pair_torque[:, block])
         _solve_block(reduced, angles[block], loads, tolerance, outputs, block_pairs, block_torque)
-        lead[:, block], steps[:, block], converged[:, block] = outputs
+        for array, part in zip(whole, outputs, strict=True):
+            array[:, block] = part
         pair_torque[:, block] = block_torque
         return len(block_pairs)
 
@@ -83,9 +87,10 @@ def sweep_reduced_pair(
         for done in pool.map(solve, blocks):
             advance(done)
     for i in np.flatnonzero(~converged.all(axis=0)):
-        _solve_again(reduced, float(angles[i]), loads, (lead[:, i], steps[:, i], converged[:, i]), pairs[i],
-                     pair_torque[:, i])  # fmt: skip
-    ste = np.where(converged, lead, np.nan) * reduced.meshed.pair.pinion.base_radius * 1e3
+        outputs = lead[:, i], steps[:, i], converged[:, i], slope[:, i]
+        _solve_again(reduced, float(angles[i]), loads, outputs, pairs[i], pair_torque[:, i])
+    base_radius = reduced.meshed.pair.pinion.base_radius
+    ste = np.where(converged, lead, np.nan) * base_radius * 1e3
     share, pair_index = _shares(pairs, pair_torque)
     return SteSweep(
         phi_rad=angles,
@@ -97,6 +102,7 @@ def sweep_reduced_pair(
         converged=converged,
         seconds=time.perf_counter() - start,
         pitch_rad=reduced.meshed.pair.pitch,
+        ste_error_um=1e3 * base_radius * slope if reduced.basis.compliance else None,
     )
 
 
@@ -116,13 +122,13 @@ def _solve_block(
     pair_torque: np.ndarray,
 ) -> None:
     meshed = reduced.meshed
-    lead, steps, converged = outputs
+    lead, steps, converged, slope = outputs
     tolerance = max(tolerance, round_off_residual(meshed, float(torques.min())))
     depth = standing_depth(meshed, float(torques.max()))
     sweep_reduced(
         phi, torques, meshed.expected_approach(1.0), meshed.geometry, meshed.gears, sweep_scheme(meshed),
-        reduced.family, WINDOW_MARGIN, depth, clearance(meshed.scheme), MAX_STEPS, tolerance, lead, steps, converged,
-        pairs, pair_torque,
+        reduced.family, reduced.kernel_compliance, WINDOW_MARGIN, depth, clearance(meshed.scheme), MAX_STEPS, tolerance,
+        lead, steps, converged, pairs, pair_torque, slope,
     )  # fmt: skip
 
 
@@ -135,7 +141,8 @@ def _solve_again(
     pair_torque: np.ndarray,
 ) -> None:
     """Solve an angle by the slow twin, which takes any penalty; fill the torques that the compiled sweep left open."""
-    lead, steps, converged = outputs
+    lead, steps, converged, slope = outputs
+    compliance = reduced.basis.compliance
     solved = solve_position(reduced.meshed, phi, torques.tolist(), reduced.elasticity_at)
     index = solved.position.pair_index
     pairs[: len(index)], pairs[len(index) :] = index, index.min() - 1
@@ -144,6 +151,9 @@ def _solve_again(
             continue
         lead[t], steps[t], converged[t] = equilibrium.lead, equilibrium.steps, True
         pair_torque[t], pair_torque[t, : len(index)] = 0.0, equilibrium.pair_torque(len(index))
+        if compliance is not None:
+            elasticity = reduced.elasticity_at(solved.position)
+            slope[t] = discarded_energy_slope(compliance, solved.position, elasticity, equilibrium.contact)
 
 
 def _shares(pairs: np.ndarray, pair_torque: np.ndarray) -> tuple[FloatArray, np.ndarray]:

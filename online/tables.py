@@ -19,17 +19,19 @@ from pmor.result import SteSweep
 def write_ste_csv(path: Path, sweep: SteSweep) -> None:
     """One line per torque and angle; an STE that did not converge is an empty field.
 
-    Columns: phi_rad, torque_Nm, ste_um, converged (0/1), newton_steps, share_pair_<index> (fraction of the torque).
+    Columns: phi_rad, torque_Nm, ste_um, ste_error_estimate_um (empty where the basis holds none), converged (0/1),
+    newton_steps, share_pair_<index> (fraction of the torque).
     """
     from pmor.storage.atomic import atomic_path
 
     buffer = io.StringIO(newline="")
     writer = csv.writer(buffer, lineterminator="\n")
-    header = ["phi_rad", "torque_Nm", "ste_um", "converged", "newton_steps"]
+    header = ["phi_rad", "torque_Nm", "ste_um", "ste_error_estimate_um", "converged", "newton_steps"]
+    error = np.full_like(sweep.ste_um, np.nan) if sweep.ste_error_um is None else sweep.ste_error_um
     writer.writerow(header + [f"share_pair_{j}" for j in sweep.pair_index])
     for i, torque in enumerate(sweep.torque_Nm):
         for k, phi in enumerate(sweep.phi_rad):
-            row = [_field(phi), _field(torque), _field(sweep.ste_um[i, k])]
+            row = [_field(phi), _field(torque), _field(sweep.ste_um[i, k]), _field(error[i, k])]
             row += [str(int(sweep.converged[i, k])), str(int(sweep.newton_steps[i, k]))]
             writer.writerow(row + [_field(share) for share in sweep.pair_share[i, k]])
     with atomic_path(path) as temporary:

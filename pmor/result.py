@@ -41,6 +41,8 @@ class SteSweep:
         Wall time of the sweep.
     pitch_rad : float
         2 pi / z1.
+    ste_error_um : (n_torques, n_angles) or None
+        Estimate of what a reduced model's STE lacks (`pmor.reduction.error_estimate`), um; None where there is none.
     """
 
     phi_rad: FloatArray
@@ -52,6 +54,7 @@ class SteSweep:
     converged: BoolArray
     seconds: float
     pitch_rad: float
+    ste_error_um: FloatArray | None = None
 
     def __post_init__(self) -> None:
         """Refuse arrays that do not belong together: a wrong shape would broadcast silently further on."""
@@ -62,6 +65,8 @@ class SteSweep:
             "newton_steps": grid,
             "converged": grid,
         }
+        if self.ste_error_um is not None:
+            expected["ste_error_um"] = grid
         for name, shape in expected.items():
             if getattr(self, name).shape != shape:
                 raise ValueError(f"{name} has shape {getattr(self, name).shape}, expected {shape}")

@@ -41,6 +41,8 @@ def check_together(case: Case, document: dict[str, Any], where: str) -> None:
     _check_sizes(case, where)
     _check_reduction(case.reduction, where)
     _check_torques(case, document, where)
+    _check_sampling(case, where)
+    _check_misalignment(case, where)
 
 
 def _check_reduction(reduction: ReductionCase, where: str) -> None:
@@ -135,6 +137,32 @@ def _check_torques(case: Case, document: dict[str, Any], where: str) -> None:
             f"{where}: [online] torques_Nm = {toml_text(case.online.torques_Nm)}: the nominal torque is not among "
             f"them: add {case.torque_Nm}, the [load] torque_Nm"
         )
+
+
+def _check_sampling(case: Case, where: str) -> None:
+    offline, reduction = case.offline, case.reduction
+    if offline.sampling == "grid":
+        return
+    if reduction.shapes in ("positions", "pod"):
+        raise CaseError(
+            f'{where}: [offline] sampling = "{offline.sampling}": shapes = "{reduction.shapes}" are interpolated over '
+            'a grid of roll positions: write sampling = "grid", or [reduction] shapes = "flank_lines"'
+        )
+    if offline.sampling == "greedy" and not reduction.error_estimate:
+        raise CaseError(
+            f'{where}: [offline] sampling = "greedy": goes by the error estimate, and [reduction] error_estimate = '
+            "false: write true"
+        )
+
+
+def _check_misalignment(case: Case, where: str) -> None:
+    for key in ("in_plane_um", "out_of_plane_um", "centre_distance_um"):
+        value, trained = getattr(case.misalignment, key), getattr(case.offline, key)
+        if not trained[0] <= value <= trained[-1]:
+            raise CaseError(
+                f"{where}: [misalignment] {key} = {value}: is beyond the training, {trained[0]:g} to {trained[-1]:g} "
+                f"um: widen [offline] {key}"
+            )
 
 
 def _cos_deg(angle_deg: float) -> float:

@@ -39,6 +39,6 @@ def _sections(case: Case) -> dict[str, dict[str, Any]]:
     pair = asdict(case.pair)
     pinion, wheel = pair.pop("pinion"), pair.pop("wheel")
     sections = {"load": {"torque_Nm": case.torque_Nm}, "pair": pair, "pinion": pinion, "wheel": wheel}
-    for name in ("mesh", "contact", "reduction", "offline", "online", "compare", "output"):
+    for name in ("mesh", "contact", "misalignment", "reduction", "offline", "online", "compare", "output"):
         sections[name] = asdict(getattr(case, name))
     return sections

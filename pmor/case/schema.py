@@ -50,6 +50,8 @@ PASCALS = (WrongUnit("MPa", "MPa", 1e-3), WrongUnit("Pa", "Pa", 1e-9))
 Length = Annotated[float, Range(1e-3, 1e5, "mm", mistaken_for=(METRES,))]
 Torque = Annotated[float, Range(0.0, 1e12, "N m", low_excluded=True)]
 Torques = Annotated[tuple[float, ...], Range(0.0, 1e12, "N m", low_excluded=True)]
+Deviation = Annotated[float, Range(-1000.0, 1000.0, "um")]
+Deviations = Annotated[tuple[float, ...], Range(-1000.0, 1000.0, "um")]
 Positions = Annotated[int, Range(4, 10_000)]
 Subdivisions = Annotated[int, Range(1, 64)]
 
@@ -192,6 +194,11 @@ class ReductionCase:
         span, for modes alone. The others are not interpolated.
     pod_tolerance : float
         Share of the energy of the snapshots that POD may discard.
+    distribution_tolerance : float
+        Of flank lines: a further load distribution over the width is kept where it carries more than this share of the
+        first one's forces. Smaller for misaligned axes, whose distributions vary.
+    error_estimate : bool
+        Keep in the basis what an error bar on every online result takes (`pmor.reduction.error_estimate`).
     half_width : bool
         Where the pair is symmetric about mid width (spur, an even number of elements over the width), hold only half.
     """
@@ -199,6 +206,8 @@ class ReductionCase:
     shapes: Literal["flank_lines", "positions", "pod", "global_pod", "static_modes"] = "flank_lines"
     interpolation: Literal["linear", "cubic", "grassmann"] = "linear"
     pod_tolerance: Annotated[float, Range(0.0, 1.0, low_excluded=True, high_excluded=True)] = 1e-6
+    distribution_tolerance: Annotated[float, Range(0.0, 1.0, low_excluded=True, high_excluded=True)] = 0.05
+    error_estimate: bool = True
     half_width: bool = True
 
     @property
@@ -214,18 +223,52 @@ class ReductionCase:
 
 @dataclass(frozen=True, kw_only=True)
 class OfflineCase:
-    """Training positions and torques of the basis (section `[offline]`).
+    """Training states of the basis (section `[offline]`).
 
     Parameters
     ----------
+    sampling : {"grid", "sobol", "greedy"}
+        `grid`: every angle with every torque and misalignment below. `sobol`: `solves` states spread evenly over the
+        ranges that the lists below span. `greedy`: beginning with a few, one state after the other where the error
+        estimate is largest in those ranges, until it is below the tolerance everywhere. The last two need shapes that
+        are not interpolated over the roll position.
     angles_per_pitch : int
-        Training positions per angular pitch.
+        Training positions per angular pitch; of the greedy sampling, those that it begins with.
     torques_Nm : tuple of float
         Training torques in N m, increasing.
+    in_plane_um, out_of_plane_um, centre_distance_um : tuple of float
+        Misalignments of the wheel's axis in um (section `[misalignment]`), increasing.
+    solves : int
+        Full solves: of the Sobol sampling, and at most of the greedy one.
+    tolerance_percent : float
+        Largest error estimate over the STE at which the greedy sampling ends, per cent.
     """
 
+    sampling: Literal["grid", "sobol", "greedy"] = "grid"
     angles_per_pitch: Positions = 40
     torques_Nm: Torques
+    in_plane_um: Deviations = (0.0,)
+    out_of_plane_um: Deviations = (0.0,)
+    centre_distance_um: Deviations = (0.0,)
+    solves: Annotated[int, Range(4, 10_000)] = 150
+    tolerance_percent: Annotated[float, Range(0.0, 100.0, "%", low_excluded=True)] = 0.05
+
+
+@dataclass(frozen=True, kw_only=True)
+class MisalignmentCase:
+    """Where the wheel's axis is in sweep and comparison (section `[misalignment]`; `pmor.contact.misalignment`).
+
+    Parameters
+    ----------
+    in_plane_um, out_of_plane_um : float
+        Deviation from parallel in the plane of the axes and across it, over the face width, in um.
+    centre_distance_um : float
+        Increase of the centre distance at mid width in um.
+    """
+
+    in_plane_um: Deviation = 0.0
+    out_of_plane_um: Deviation = 0.0
+    centre_distance_um: Deviation = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -295,7 +338,7 @@ class Case:
         One line for the report.
     torque_Nm : float
         Nominal torque on the pinion in N m.
-    pair, mesh, contact, reduction, offline, online, compare, output
+    pair, mesh, contact, misalignment, reduction, offline, online, compare, output
         One dataclass per section of the file.
     text : str
         The text of the file, for provenance.
@@ -307,6 +350,7 @@ class Case:
     pair: PairCase
     mesh: MeshCase
     contact: ContactCase
+    misalignment: MisalignmentCase
     reduction: ReductionCase
     offline: OfflineCase
     online: OnlineCase

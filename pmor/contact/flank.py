@@ -7,7 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
-from pmor.contact.kernel import prepare_surface, refine
+from pmor.contact.kernel import prepare_surface, refine, section_offset
+from pmor.contact.misalignment import ALIGNED, Misalignment
 from pmor.gear.conventions import FloatArray
 from pmor.gear.pair import GearPair
 
@@ -144,6 +145,7 @@ class MeshedPair:
         The flanks are halves up to a plane of symmetry at mid width; every contact point counts twice.
     layers : two SurfaceLayer
         Of pinion and wheel; only the scheme "line" has them.
+    misalignment : Misalignment
     """
 
     pair: GearPair
@@ -153,6 +155,7 @@ class MeshedPair:
     stiffness_estimate: float
     mirrored: bool = False
     layers: tuple[SurfaceLayer, ...] = ()
+    misalignment: Misalignment = ALIGNED
 
     @property
     def section_widths(self) -> FloatArray:
@@ -169,8 +172,13 @@ class MeshedPair:
         local = LOCAL_SHARE if self.scheme.smooth or self.scheme.exact else 1.0
         if self.scheme.kind == "line":
             spacing = 0.0  # contact is where the line of action is, not in rows of points around it
-        return np.array([pair.action_length, pair.working_pressure_angle, pair.centre_distance, pair.pitch,
-                         *pair.roll_position_range, smallest_radius, local, spacing])  # fmt: skip
+        off, width = self.misalignment, pair.face_width
+        axis = 1e-3 * np.array([0.0, off.centre_distance_um, off.out_of_plane_um / width, off.in_plane_um / width])
+        geometry = np.array([pair.action_length, pair.working_pressure_angle, pair.centre_distance, pair.pitch,
+                             *pair.roll_position_range, smallest_radius, local, spacing, *axis, 0.0])  # fmt: skip
+        first = min(section_offset(geometry, self.gears, side * 0.5 * width)[3] for side in (-1.0, 1.0))
+        geometry[-1] = first / pair.pinion.base_radius
+        return geometry
 
     @cached_property
     def gears(self) -> tuple[tuple[FloatArray, ...], ...]:

@@ -458,7 +458,11 @@ def _search_row(
         along = extents[row, column, 0] + extents[row, column, 1]
         stiffness[count] = penalty * share * along * (extents[row, column, 2] + extents[row, column, 3])
         # Each point turns about its own gear's axis.
-        slave_arm = (x[0] - shift[0]) * ny - (x[1] - shift[1]) * nx
+        ax, ay, az = x[0] - shift[0], x[1] - shift[1], x[2] - shift[2]
+        slave_arm = (
+            rotation[2, 2] * (ax * ny - ay * nx)
+            + rotation[0, 2] * (ay * nz - az * ny) + rotation[1, 2] * (az * nx - ax * nz)
+        )  # fmt: skip
         master_arm = foot[0] * ny - foot[1] * nx
         lever[count] = slave_arm if slave_is_pinion else -master_arm
         mate_lever[count] = master_arm if slave_is_pinion else -slave_arm
@@ -594,7 +598,9 @@ def _transfer(window, columns, ei, ek, s, t, nx, ny, nz, point, at, index, weigh
 # Windows: which tooth pairs can touch, and which element rows of their flanks. `geometry` holds the length of the
 # line of action (mm), the working pressure angle, the centre distance (mm), the angular pitch of the pinion, the first
 # and last roll position of the path of contact, the bottom of the radii of curvature (mm), the local share of the
-# approach, and the largest distance between rows of contact points (mm). Each of the two `gears`
+# approach, the largest distance between rows of contact points (mm); then the misalignment: offset of the wheel's axis
+# at mid width, z = 0, along x and y (mm), its slope along x and y, and the angle by which the unloaded pinion is ahead
+# when the flanks first touch, at one of the faces (rad), from which the lead counts. Each of the two `gears`
 # is a tuple: nodes, roll angles of the node rows, extents of the refined points, (base radius, roll angle at the form
 # circle and at the tip circle, half the tooth's angle on the base circle, compliance of line contact), and, for contact
 # in sections, the constant of the approach at each row and the width that each column stands for.
@@ -689,17 +695,85 @@ def place_windows(phi, depth, geometry, gears, indices, windows, first_row, cent
 
 @compiled
 def relative_motion(geometry, gears, roll_position, lead, rotation, shift):
-    """Rigid motion from the pinion tooth's frame into the mating wheel tooth's frame; fills `rotation` and `shift`."""
+    """Rigid motion from the pinion tooth's frame into the mating wheel tooth's frame; fills `rotation` and `shift`.
+
+    A point at x on the pinion's tooth turns by the pinion's angle, is seen from the wheel's axis, which is offset and
+    tilted, and turns back by the wheel's angle. `shift` is a point of the pinion's axis, ``rotation[:, 2]`` its
+    direction.
+    """
     wheel_roll = _roll_angle(geometry, gears, 1, roll_position)
     wheel_rotation = np.pi + wheel_roll - gears[1][3][3] - geometry[1]
-    angle = roll_position + lead - wheel_rotation
+    angle = roll_position + lead + geometry[13] - wheel_rotation
     c, s = np.cos(angle), np.sin(angle)
     rotation[:] = 0.0
     rotation[0, 0] = rotation[1, 1] = c
     rotation[1, 0], rotation[0, 1], rotation[2, 2] = s, -s, 1.0
-    shift[0], shift[1], shift[2] = (
-        -np.sin(wheel_rotation) * geometry[2], -np.cos(wheel_rotation) * geometry[2], 0.0
-    )  # fmt: skip
+    cw, sw = np.cos(wheel_rotation), np.sin(wheel_rotation)
+    x, y = -geometry[9], -geometry[2] - geometry[10]
+    shift[0], shift[1], shift[2] = cw * x + sw * y, -sw * x + cw * y, 0.0
+    along_x, along_y = geometry[11], geometry[12]
+    if along_x == 0.0 and along_y == 0.0:
+        return
+    # The rotation that carries the z axis onto the wheel's axis, transposed, in the frame turned with the wheel.
+    tilt_x, tilt_y = cw * along_x + sw * along_y, -sw * along_x + cw * along_y
+    cosine = 1.0 / np.sqrt(1.0 + along_x**2 + along_y**2)
+    bend = cosine**2 / (1.0 + cosine)
+    turned = np.empty((3, 4))
+    turned[:, :3], turned[:, 3] = rotation, shift
+    for column in range(4):
+        px, py, pz = turned[0, column], turned[1, column], turned[2, column]
+        across = bend * (tilt_x * px + tilt_y * py) + cosine * pz
+        lifted = cosine * (tilt_x * px + tilt_y * py + pz)
+        turned[0, column], turned[1, column], turned[2, column] = px - tilt_x * across, py - tilt_y * across, lifted
+    rotation[:], shift[:] = turned[:, :3], turned[:, 3]
+
+
+@compiled
+def section_offset(geometry, gears, z):
+    """Effect of the misalignment in the transverse section at z (mm), where the wheel's axis is at another place.
+
+    About an axis at another distance, in another direction, the same involutes are conjugate again, at a pressure angle
+    and on a line of action of their own.
+
+    Returns
+    -------
+    x, y : float
+        Offset of the wheel's axis, mm.
+    turn : float
+        By which the roll angles at the line of action, of both gears, exceed those of the aligned pair, rad.
+    opening : float
+        Gap along that line at zero lead, mm.
+    """
+    x, y = geometry[9] + geometry[11] * z, geometry[10] + geometry[12] * z
+    if x == 0.0 and y == 0.0 and geometry[13] == 0.0:
+        return 0.0, 0.0, 0.0, 0.0
+    base = gears[0][3][0] + gears[1][3][0]
+    distance = np.hypot(x, geometry[2] + y)
+    turn = np.arccos(base / distance) - geometry[1] + np.arctan2(x, geometry[2] + y)
+    opening = np.sqrt(distance**2 - base**2) - geometry[0] - base * turn - gears[0][3][0] * geometry[13]
+    return x, y, turn, opening
+
+
+@compiled
+def section_motion(geometry, gears, roll_position, lead, z, rotation, shift, back, back_shift):
+    """Rigid motion within the transverse section at z (mm), from the pinion tooth's frame into the wheel's and back.
+
+    Returns
+    -------
+    turn, opening : float
+        As `section_offset` gives them.
+    """
+    x, y, turn, opening = section_offset(geometry, gears, z)
+    wheel_rotation = np.pi + _roll_angle(geometry, gears, 1, roll_position) - gears[1][3][3] - geometry[1]
+    angle = roll_position + lead + geometry[13] - wheel_rotation
+    c, s = np.cos(angle), np.sin(angle)
+    cw, sw = np.cos(wheel_rotation), np.sin(wheel_rotation)
+    x, y = -x, -geometry[2] - y
+    rotation[0, 0] = rotation[1, 1] = back[0, 0] = back[1, 1] = c
+    rotation[1, 0], rotation[0, 1], back[1, 0], back[0, 1] = s, -s, -s, s
+    shift[0], shift[1] = cw * x + sw * y, -sw * x + cw * y
+    back_shift[0], back_shift[1] = -c * shift[0] - s * shift[1], s * shift[0] - c * shift[1]
+    return turn, opening
 
 
 @compiled
@@ -785,19 +859,24 @@ def _involute_foot(gears, slave, u, rotation, shift, at):
 
 
 @compiled
-def _closest_approach(geometry, gears, roll_position, lead, forward, shift, back, back_shift, at):
-    """Closest approach of two undeformed flanks; fills `at` as `_involute_foot` does.
+def _closest_approach(geometry, gears, roll_position, lead, z, motion, at):
+    """Closest approach of two undeformed flanks in the section at z; fills `at` as `_involute_foot` does.
 
     Between the tips it lies on the line of action, which each flank meets at its own roll angle; beyond, a tip corner
-    meets the mate.
+    meets the mate. `motion` is room for `section_motion`.
     """
-    roll = _roll_angle(geometry, gears, 0, roll_position) + lead, _roll_angle(geometry, gears, 1, roll_position)
+    forward, shift, back, back_shift = motion
+    turn, opening = section_motion(geometry, gears, roll_position, lead, z, forward, shift, back, back_shift)
+    ahead = lead + geometry[13] + turn
+    roll = (
+        _roll_angle(geometry, gears, 0, roll_position) + ahead, _roll_angle(geometry, gears, 1, roll_position) + turn
+    )  # fmt: skip
     if roll[0] > gears[0][3][2]:
         _involute_foot(gears, 0, gears[0][3][2], forward, shift, at)
     elif roll[1] > gears[1][3][2]:
         _involute_foot(gears, 1, gears[1][3][2], back, back_shift, at)
     else:
-        at[0], at[7], at[8] = -gears[0][3][0] * lead, -gears[0][3][0], gears[1][3][0]
+        at[0], at[7], at[8] = opening - gears[0][3][0] * lead, -gears[0][3][0], gears[1][3][0]
         for gear in range(2):
             at[1 + gear] = roll[gear]
             angle = gears[gear][3][3] - roll[gear]
@@ -877,13 +956,8 @@ def line_load(penetration, compliance, constant, least):
 
 
 @compiled
-def _search_line(moved, gears, windows, first_row, at, twice, count, largest_gap, rows, weights, lists):
-    """List the sections of a tooth pair, one point each, at the closest approach; see `search_pair`.
-
-    The load is not proportional to the gap. Listed are the tangent stiffness and the gap that, times it, gives the
-    load: a Newton step on these is the exact tangent of the nonlinear law.
-    """
-    inside = _carriers(gears, windows, first_row, at, rows, weights)
+def _line_law(gears, at, rows, weights):
+    """Compliance and constant of `line_load` where two flanks meet, and the load below which it is linear."""
     compliance, constant, curvature = 0.0, 0.0, 0.0
     for gear in range(2):
         circles, value = gears[gear][3], 0.0
@@ -894,9 +968,27 @@ def _search_line(moved, gears, windows, first_row, at, twice, count, largest_gap
         constant += circles[4] * value
         curvature += 1.0 / max(circles[0] * at[1 + gear], 1e-3 * circles[0])
     constant = constant / compliance - 0.5 * np.log(2.0 * compliance / curvature)
-    least = 1e-9 / (compliance * curvature)
-    smallest, border = np.inf, False
+    return compliance, constant, 1e-9 / (compliance * curvature)
+
+
+@compiled
+def _search_line(
+    moved, geometry, gears, windows, first_row, roll_position, lead, motion, at, twice, count, largest_gap, rows,
+    weights, lists,
+):  # fmt: skip
+    """List the sections of a tooth pair, one point each, at the closest approach; see `search_pair`.
+
+    The load is not proportional to the gap. Listed are the tangent stiffness and the gap that, times it, gives the
+    load: a Newton step on these is the exact tangent of the nonlinear law.
+    """
+    smallest, border, inside = np.inf, False, True
+    compliance, constant, least = 0.0, 0.0, 0.0
+    alike = geometry[11] == 0.0 and geometry[12] == 0.0
     for column in range(gears[0][0].shape[1]):
+        if column == 0 or not alike:
+            _closest_approach(geometry, gears, roll_position, lead, gears[0][0][0, column, 2], motion, at)
+            inside = _carriers(gears, windows, first_row, at, rows, weights)
+            compliance, constant, least = _line_law(gears, at, rows, weights)
         gap = at[0] + _opening(moved, gears, windows, first_row, at, rows, weights, column)
         smallest = min(smallest, gap)
         if gap >= largest_gap:
@@ -944,7 +1036,7 @@ def _strip_end(moved, gears, windows, first_row, slave, low, gap_low, high, gap_
 
 
 @compiled
-def _strip_borders(geometry, gears, windows, first_row, slave, roll_position, rotation, shift, at, borders):
+def _strip_borders(geometry, gears, windows, first_row, slave, roll_position, turn, rotation, shift, at, borders):
     """Roll angles of the slave between which the gap is smooth, in order; return their number.
 
     The node rows of the window, the closest approach, and the place that faces the master's tip, where the list ends
@@ -961,7 +1053,7 @@ def _strip_borders(geometry, gears, windows, first_row, slave, roll_position, ro
         if (beyond <= 0.0 and start <= low) or abs(beyond) < 1e-14:
             break
         start = max(start + beyond * gears[master][3][0] / gears[slave][3][0], low)
-    centre = _roll_angle(geometry, gears, slave, roll_position)
+    centre = _roll_angle(geometry, gears, slave, roll_position) + turn
     count = 0
     for i in range(windows[slave, 3] + 1):
         u = roll[first_row[slave] + i]
@@ -981,7 +1073,7 @@ def _strip_borders(geometry, gears, windows, first_row, slave, roll_position, ro
 
 @compiled
 def _search_strip(
-    moved, geometry, gears, windows, first_row, slave, roll_position, rotation, shift, penalty, count, abscissas,
+    moved, geometry, gears, windows, first_row, slave, roll_position, lead, motion, penalty, count, abscissas,
     at, rows, weights, lists,
 ):  # fmt: skip
     """Integrate the penalty pressure over the strips in which the gap is negative; see `search_pair`.
@@ -990,12 +1082,20 @@ def _search_strip(
     Gauss points: force is a smooth function of everything, and no refinement enters.
     """
     borders, work = np.empty(windows[slave, 3] + 4), (at, rows, weights)
-    borders_count = _strip_borders(
-        geometry, gears, windows, first_row, slave, roll_position, rotation, shift, at, borders
-    )
-    smallest, border = np.inf, False
+    forward, forward_shift, back, back_shift = motion
+    rotation, shift = (forward, forward_shift) if slave == 0 else (back, back_shift)
+    smallest, border, borders_count = np.inf, False, 0
+    alike = geometry[11] == 0.0 and geometry[12] == 0.0
     for column in range(gears[slave][0].shape[1]):
         before = 0.0
+        if column == 0 or not alike:
+            turn, _opening = section_motion(
+                geometry, gears, roll_position, lead, gears[slave][0][0, column, 2], forward, forward_shift, back,
+                back_shift,
+            )  # fmt: skip
+            borders_count = _strip_borders(
+                geometry, gears, windows, first_row, slave, roll_position, turn, rotation, shift, at, borders
+            )
         for i in range(borders_count):
             gap, inside = _strip_gap(
                 moved, gears, windows, first_row, slave, borders[i], rotation, shift, column, at, rows, weights
@@ -1081,24 +1181,26 @@ def search_all(
     at, rows, weights = np.empty(9), np.empty(2, dtype=np.int64), np.empty((2, 4))
     forward, back, shift, back_shift = np.empty((3, 3)), np.empty((3, 3)), np.empty(3), np.empty(3)
     count, smallest, touches_border = 0, np.inf, False
+    motion = (forward, shift, back, back_shift)
     for p in range(pairs):
         roll_position = phi + indices[p] * geometry[3]
-        relative_motion(geometry, gears, roll_position, lead, forward, shift)
-        for d in range(3):
-            turned = 0.0
-            for e in range(3):
-                back[d, e] = forward[e, d]
-                turned += forward[e, d] * shift[e]
-            back_shift[d] = -turned
         if kind == 2:
             before = count
-            _closest_approach(geometry, gears, roll_position, lead, forward, shift, back, back_shift, at)
             count, nearest, at_border = _search_line(
-                nodes, gears, windows[p], first_row[p], at, twice, count, largest_gap, rows, weights, lists
-            )
+                nodes, geometry, gears, windows[p], first_row[p], roll_position, lead, motion, at, twice, count,
+                largest_gap, rows, weights, lists,
+            )  # fmt: skip
             smallest, touches_border = min(smallest, nearest), touches_border or at_border
             point_pair[before:count], point_slave[before:count] = p, 0
             continue
+        if kind == 0:
+            relative_motion(geometry, gears, roll_position, lead, forward, shift)
+            for d in range(3):
+                turned = 0.0
+                for e in range(3):
+                    back[d, e] = forward[e, d]
+                    turned += forward[e, d] * shift[e]
+                back_shift[d] = -turned
         share = pinion_slave_share(geometry, slave_mode, roll_position)
         for slave in range(2):
             portion = twice * (share if slave == 0 else 1.0 - share)
@@ -1107,9 +1209,8 @@ def search_all(
             master, before = 1 - slave, count
             if kind == 1:
                 count, nearest, at_border = _search_strip(
-                    nodes, geometry, gears, windows[p], first_row[p], slave, roll_position,
-                    forward if slave == 0 else back, shift if slave == 0 else back_shift, portion * penalty, count,
-                    gauss, at, rows, weights, lists,
+                    nodes, geometry, gears, windows[p], first_row[p], slave, roll_position, lead, motion,
+                    portion * penalty, count, gauss, at, rows, weights, lists,
                 )  # fmt: skip
                 smallest, touches_border = min(smallest, nearest), touches_border or at_border
                 point_pair[before:count], point_slave[before:count] = p, slave
@@ -1743,6 +1844,98 @@ def place_position(phi, depth, reachable, geometry, gears, scheme, family, clear
     return state, position, members
 
 
+@inlined
+def _exchanged_work(blocks, ahead, force, change, to, start_to, low_to, high_to, by, start_by, low_by, high_by, work):
+    """Sum of f_to^T C f'_by and f'_to^T C f_by for the forces f and f' on two windows.
+
+    `to` and `by` are the first unknowns of the windows in `force` and `change`, `start_to` and `start_by` their first
+    unknowns on the flank; the unknowns from low to high carry load. `work` is room for two rows.
+    """
+    width = high_by - low_by
+    for j in range(width):
+        work[0, j] = work[1, j] = 0.0
+    for i in range(low_to, high_to):
+        value, slope, row = force[to + i], change[to + i], start_to + i
+        for j in range(width):
+            entry = blocks[ahead, row, start_by + low_by + j]
+            work[0, j] += value * entry
+            work[1, j] += slope * entry
+    total = 0.0
+    for j in range(width):
+        total += work[0, j] * change[by + low_by + j] + work[1, j] * force[by + low_by + j]
+    return total
+
+
+@compiled
+def discarded_energy_slope(count, position, state, coordinates, compliance, room):
+    """Derivative by the torque of the energy of the contact forces that the members do not carry, rad.
+
+    With r the nodal forces that are left over, it is r^T C dr/dT (`pmor.reduction.error_estimate`). How all changes
+    with the torque follows from the last Newton matrix, and what the members carry from that step's solution, which
+    balances the forces on them.
+
+    Parameters
+    ----------
+    count, position, state, coordinates
+        A solved state.
+    compliance : two ndarrays, shape (reach + 1, n, n)
+        Compliance between the loaded flanks of teeth 0, 1, ... apart, of pinion and wheel, mm/N; two or three unknowns
+        for each flank node.
+    room : ndarray, shape (4, 3 nodes)
+    """
+    pairs, indices, windows, first_row, size, gears = (
+        position[1], position[2], position[3], position[4], position[7], position[8]
+    )  # fmt: skip
+    columns, vectors, points, lists = state[2], state[3], state[5], state[6]
+    index, weight, gap, stiffness, lever = lists[:5]
+    response, factor = vectors[2], vectors[6 + size :]
+    response[:size], response[size] = 0.0, 1.0
+    _solve_transposed(factor, size + 1, response)
+    _solve_upper(factor, size + 1, response)
+    across = gears[0][0].shape[1]
+    parts = compliance[0].shape[1] // (gears[0][0].shape[0] * across)
+    force, change, work = room[0], room[1], room[2:]
+    force[:], change[:] = 0.0, 0.0
+    loaded = np.zeros((pairs, 2, 2), dtype=np.int64)
+    loaded[:, :, 0] = room.shape[1]
+    total = 0.0
+    for n in range(count):
+        if gap[n] >= 0.0:
+            continue
+        moved, opening, row = 0.0, lever[n] * response[size], columns[n]
+        for j in range(size):
+            moved += row[j] * coordinates[j]
+            opening += row[j] * response[j]
+        load, slope = -stiffness[n] * gap[n], -stiffness[n] * opening
+        total -= moved * slope
+        p = points[0][n]
+        for side in range(2):
+            gear = points[1][n] ^ side
+            for a in range(4 * side, 4 * side + 4):
+                first = parts * index[n, a]
+                for d in range(parts):
+                    force[first + d] += load * weight[n, a, d]
+                    change[first + d] += slope * weight[n, a, d]
+            # The first and the last of the four nodes are the first and the last in the window too.
+            start = windows[p, gear, 0]
+            loaded[p, gear, 0] = min(loaded[p, gear, 0], parts * (index[n, 4 * side] - start))
+            loaded[p, gear, 1] = max(loaded[p, gear, 1], parts * (index[n, 4 * side + 3] - start + 1))
+    for gear in range(2):
+        for p in range(pairs):
+            for q in range(p + 1):
+                # Of the wheel, whose teeth count against the pairs, it is the transpose.
+                to, by = (p, q) if gear == 0 else (q, p)
+                both = _exchanged_work(
+                    compliance[gear], indices[p] - indices[q], force, change,
+                    parts * windows[to, gear, 0], parts * across * (first_row[to, gear] - windows[to, gear, 2]),
+                    loaded[to, gear, 0], loaded[to, gear, 1],
+                    parts * windows[by, gear, 0], parts * across * (first_row[by, gear] - windows[by, gear, 2]),
+                    loaded[by, gear, 0], loaded[by, gear, 1], work,
+                )  # fmt: skip
+                total += 0.5 * both if p == q else both
+    return total
+
+
 @compiled
 def solve_cold(state, position, problem, members, approach, coordinates, max_steps, tolerance):
     """Solve from the undeformed pair at the expected approach; see `_solve_state`."""
@@ -1792,8 +1985,8 @@ def repeat_phase(phase, repeats, state, position, problem, members, family, coor
 
 @compiled
 def sweep_reduced(
-    phi, torques, approach_per_torque, geometry, gears, scheme, family, margin, surface_error, clearance,
-    max_steps, tolerance, lead_out, steps_out, converged_out, pair_out, pair_torque_out,
+    phi, torques, approach_per_torque, geometry, gears, scheme, family, compliance, margin, surface_error, clearance,
+    max_steps, tolerance, lead_out, steps_out, converged_out, pair_out, pair_torque_out, slope_out,
 ):  # fmt: skip
     """Reduced equilibria over angles and torques, each started from its neighbour.
 
@@ -1805,6 +1998,8 @@ def sweep_reduced(
         Expected approach of the flanks per torque, mm / (N mm).
     geometry, gears, scheme, family
         See above.
+    compliance : two ndarrays
+        See `discarded_energy_slope`; of length 0 when that is not asked for.
     margin, surface_error, clearance : float
         Windows are cut for the depth margin x approach at the largest torque + surface error (mm); share of the depth
         that counts as clear.
@@ -1815,6 +2010,8 @@ def sweep_reduced(
         Tooth pairs in reach.
     pair_torque_out : ndarray, shape (torques, angles, P)
         Torque on the pinion that each of them carries, N mm; 0 beyond their number.
+    slope_out : ndarray, shape (torques, angles)
+        Of `discarded_energy_slope`, rad; left alone where there is none.
     """
     reachable, slots = pair_out.shape[1], member_slots(family)
     amplitudes, known = np.zeros((len(torques), reachable, slots)), np.zeros(len(torques), dtype=np.bool_)
@@ -1827,8 +2024,8 @@ def sweep_reduced(
             )
             pairs, indices, centre, size = position[1], position[2], position[5], position[7]
             points, lists, kept = state[5], state[6], members[0]
-            any_border = False
-            coordinates = np.zeros(size)
+            any_border, coordinates = False, np.zeros(size)
+            room = np.empty((4, members[4].shape[1] if len(compliance[0]) > 0 else 0))
             for t in range(len(torques)):
                 torque, approach = torques[t], approach_per_torque * torques[t]
                 problem, scaled = (geometry, scheme, torque), t > 0 and converged_out[t - 1, i]
@@ -1861,6 +2058,10 @@ def sweep_reduced(
                     for j in range(size):
                         amplitudes[t, kept[j] // slots, kept[j] % slots] = coordinates[j]
                     leads[t] = lead
+                    if len(compliance[0]) > 0:
+                        slope_out[t, i] = discarded_energy_slope(
+                            count, position, state, coordinates, compliance, room
+                        )
             for t in range(len(torques)):
                 known[t] = converged_out[t, i]
             base = indices[0] if pairs > 0 else 0

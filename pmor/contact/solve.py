@@ -98,12 +98,14 @@ def window_depth(meshed: MeshedPair, torque: float) -> float:
 
 
 def standing_depth(meshed: MeshedPair, torque: float) -> float:
-    """Return what windows must hold beside the elastic approach, mm: surface error, and penetration of a soft penalty.
+    """Return what windows must hold beside the elastic approach, mm.
+
+    Surface error, what a misalignment makes of the gap over the width, and penetration of a soft penalty.
 
     Where the penetration is less than the elastic approach, the margin of the windows covers it.
     """
     excess = expected_penetration(meshed, torque) - meshed.expected_approach(torque)
-    return surface_error(meshed) + WINDOW_MARGIN * max(excess, 0.0)
+    return surface_error(meshed) + meshed.misalignment.spread + WINDOW_MARGIN * max(excess, 0.0)
 
 
 def surface_error(meshed: MeshedPair) -> float:

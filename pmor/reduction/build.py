@@ -56,7 +56,7 @@ def build_shapes(
     """
     reduction, per_pitch = case.reduction, case.offline.angles_per_pitch
     if reduction.shapes == "flank_lines":
-        return flank_line_shapes(bodies, force, flank_nodes)
+        return flank_line_shapes(bodies, force, flank_nodes, reduction.distribution_tolerance)
     if reduction.shapes == "static_modes":
         return static_mode_shapes(bodies, flank_nodes, mirrors_at_mid_width(case), case.contact.kind != "nodal")
     if reduction.shapes == "positions":

@@ -23,12 +23,9 @@ from pmor.contact.position import Position
 from pmor.errors import ConvergenceError
 from pmor.fe.cyclic import ElasticGear
 from pmor.gear.conventions import FloatArray, IntArray
-from pmor.reduction.energy import orthonormal_combinations
+from pmor.reduction.energy import DEPENDENCE_TOLERANCE
 from pmor.reduction.half_width import lower_half
 
-# A second distribution of a line is kept when it carries more than this share of the first one's forces. Measured on
-# the paper's pair: the second carries 1-3 %, and without it the STE misses full FE by 0.01 %.
-DISTRIBUTION_TOLERANCE = 0.05
 # Load of a line over that of the most loaded one, below which it takes its distribution from its neighbour.
 LEAST_LOAD = 0.1
 
@@ -87,7 +84,10 @@ class FlankLineShapes:
 
 
 def flank_line_shapes(
-    bodies: tuple[ElasticGear, ElasticGear], force: FloatArray, flank_nodes: tuple[FloatArray, FloatArray]
+    bodies: tuple[ElasticGear, ElasticGear],
+    force: FloatArray,
+    flank_nodes: tuple[FloatArray, FloatArray],
+    tolerance: float,
 ) -> FlankLineShapes:
     """Build the shapes from the force fields of the training.
 
@@ -99,6 +99,10 @@ def flank_line_shapes(
         Nodal forces of full FE on the flanks of pinion and wheel, each in its tooth's frame, N.
     flank_nodes : two ndarrays, shape (lines, columns, 3)
         mm.
+    tolerance : float
+        A further distribution of a line is kept when it carries more than this share of the first one's forces.
+        Measured on the paper's pair with parallel axes: the second carries 1-3 %, and without it the STE misses full FE
+        by 0.01 %.
 
     Returns
     -------
@@ -112,7 +116,7 @@ def flank_line_shapes(
     lines = []
     for gear, body in enumerate(bodies):
         fields = force[..., gear, :].reshape(-1, force.shape[-1])
-        lines.append(gear_lines(body, *_distributions(fields, flank_nodes[gear])))
+        lines.append(gear_lines(body, *_distributions(fields, flank_nodes[gear], tolerance)))
     return FlankLineShapes((lines[0], lines[1]))
 
 
@@ -152,8 +156,35 @@ def line_elasticity(shapes: FlankLineShapes, position: Position) -> ReducedElast
                 moved = lines.displacement[tooth][np.ix_(members[q], dofs)]
                 raw[position.window_slice(p, gear), :, columns] = moved.T.reshape(len(nodes), 3, -1)
                 gram[column[p] : column[p + 1], columns] = lines.gram[tooth][np.ix_(members[p], members[q])]
-        bases.append(raw @ orthonormal_combinations(gram))
+        kept = independent_members(gram)
+        factor = np.linalg.cholesky(gram[np.ix_(kept, kept)])
+        flat = raw.reshape(-1, size)[:, kept]
+        bases.append(np.linalg.solve(factor, flat.T).T.reshape(*raw.shape[:2], -1))
     return ReducedElasticity(np.concatenate(bases, axis=2))
+
+
+def independent_members(gram: FloatArray) -> IntArray:
+    """Return which shapes, taken in order, those before do not make to working precision.
+
+    Parameters
+    ----------
+    gram : ndarray, shape (m, m)
+        Energy products.
+
+    Returns
+    -------
+    ndarray of int
+    """
+    kept: list[int] = []
+    rows = np.zeros_like(gram)  # of the Cholesky factor of those that are kept
+    for j in range(len(gram)):
+        known = rows[: len(kept), kept].T
+        row = np.linalg.solve(known, gram[kept, j]) if kept else np.zeros(0)
+        pivot = gram[j, j] - row @ row
+        if pivot > DEPENDENCE_TOLERANCE * gram[j, j]:
+            rows[: len(kept), j], rows[len(kept), j] = row, np.sqrt(pivot)
+            kept.append(j)
+    return np.array(kept, dtype=np.int64)
 
 
 def _window_members(lines: GearLines, position: Position, pair: int, gear: int, beside: bool) -> IntArray:
@@ -164,7 +195,7 @@ def _window_members(lines: GearLines, position: Position, pair: int, gear: int, 
     return np.arange(lines.start[low], lines.start[high + 1])
 
 
-def _distributions(fields: FloatArray, nodes: FloatArray) -> tuple[IntArray, FloatArray]:
+def _distributions(fields: FloatArray, nodes: FloatArray, tolerance: float) -> tuple[IntArray, FloatArray]:
     """Load distributions of all lines of a gear, shape (m, f), and where those of each line start."""
     count, columns = nodes.shape[:2]
     by_line = fields.reshape(len(fields), count, 3 * columns)
@@ -176,7 +207,7 @@ def _distributions(fields: FloatArray, nodes: FloatArray) -> tuple[IntArray, Flo
     own = {}
     for line in map(int, loaded):
         _, values, vectors = np.linalg.svd(by_line[:, line], full_matrices=False)
-        kept = vectors[values > DISTRIBUTION_TOLERANCE * values[0]]
+        kept = vectors[values > tolerance * values[0]]
         # Along the forces they come from: amplitudes of neighbouring lines can then be compared.
         own[line] = kept * np.where(kept @ by_line[:, line].sum(axis=0) < 0.0, -1.0, 1.0)[:, None]
     direction = _profile_direction(nodes)

@@ -13,7 +13,9 @@ from pmor.gear.conventions import FloatArray
 
 
 def mirrors_at_mid_width(case: Case) -> bool:
-    """Return whether half the width stands for the whole: spur teeth, and nodes in the plane of symmetry."""
+    """Return whether half the width stands for the whole: spur, parallel axes, and nodes in the plane of symmetry."""
+    if any(map(any, (case.offline.in_plane_um, case.offline.out_of_plane_um))):
+        return False
     return case.reduction.half_width and case.pair.helix_angle_deg == 0.0 and case.mesh.width_elements % 2 == 0
 
 

@@ -4,17 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-
-from offline.sampling import training_angles
+from offline.gather import make_basis
+from offline.sampling import TrainingPosition, training_angles
 from offline.snapshots import solve_snapshots
 from online.model import ReducedPair, reduced_pair
 from pmor.case import Case
-from pmor.gear.conventions import FloatArray
+from pmor.contact.misalignment import OperatingCondition
 from pmor.model import ElasticModel
-from pmor.reduction.flank_lines import flank_line_shapes
-from pmor.reduction.half_width import mirrors_at_mid_width, symmetric_part
-from pmor.storage.basis_file import Basis, Training
 
 ANGLES = 8
 # Trained loads over the nominal one. Nearly dependent: forces that differ in the seventh digit.
@@ -45,21 +41,11 @@ def train(case: Case, model: ElasticModel, way: str) -> ReducedPair:
     meshed = model.mesh.meshed
     angles = training_angles(meshed.pair, ANGLES)[: 1 if way == "single_angle" else ANGLES]
     torques = tuple(1e3 * case.torque_Nm * load for load in LOADS[way])
-    snapshots = [solve_snapshots(model, float(phi), torques) for phi in angles]
-    force = np.concatenate([s.force.swapaxes(0, 1).reshape(-1, *s.force.shape[2:]) for s in snapshots])
+    conditions = tuple(OperatingCondition(torque) for torque in torques)
+    snapshots = [solve_snapshots(model, TrainingPosition(float(phi), conditions)) for phi in angles]
     if way == "duplicated":
-        force = np.concatenate([force] * 3)
-    mesh = model.mesh
-    flanks = mesh.pinion.flank_nodes, mesh.wheel.flank_nodes
-    columns, half = flanks[0].shape[1], mirrors_at_mid_width(case)
-    if half:
-        force = symmetric_part(force, columns)
-    shapes = flank_line_shapes((model.pinion, model.wheel), force, flanks)
-    if half:
-        shapes = shapes.lower_half(columns)
-        flanks = flanks[0][:, : columns // 2 + 1], flanks[1][:, : columns // 2 + 1]
-    ste: FloatArray = np.stack([s.ste_um for s in snapshots], axis=1)
-    training = Training(angles, np.array(torques), ste, np.isfinite(ste), 0.0)
-    lines = case.reduction if case.reduction.shapes == "flank_lines" else replace(case.reduction, shapes="flank_lines")
-    roll = mesh.pinion.flank_roll_angle, mesh.wheel.flank_roll_angle
-    return reduced_pair(Basis(replace(case, reduction=lines), flanks, roll, shapes, training))
+        snapshots *= 3
+    lines = replace(case.reduction, shapes="flank_lines")
+    scattered = replace(case.offline, sampling="sobol")
+    basis, _ = make_basis(replace(case, reduction=lines, offline=scattered), model, snapshots)
+    return reduced_pair(basis)

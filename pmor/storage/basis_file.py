@@ -13,6 +13,7 @@ from pmor.case import Case, basis_key, describe, parse_case
 from pmor.errors import FileFormatError
 from pmor.gear.conventions import FloatArray
 from pmor.reduction.contact_shapes import ContactShapes
+from pmor.reduction.error_estimate import FlankCompliance
 from pmor.reduction.flank_lines import FlankLineShapes, GearLines
 from pmor.result import BoolArray
 from pmor.storage.hdf5 import Field, Schema, attribute, create, open_checked, read, set_attributes, write
@@ -23,25 +24,32 @@ GEARS = ("pinion", "wheel")
 
 @dataclass(frozen=True)
 class Training:
-    """The full-FE solutions that a basis was made from: n angles, T torques.
+    """The full-FE solutions that a basis was made from: n angles with T operating conditions each.
 
     Parameters
     ----------
     phi : ndarray, shape (n,)
         Pinion angles, rad.
-    torque : ndarray, shape (T,)
+    torque : ndarray, shape (T, n)
         N mm.
+    misalignment : ndarray, shape (T, n, 3)
+        In plane, out of plane, centre distance (`pmor.contact.misalignment`), um.
     ste_um : ndarray, shape (T, n)
         Static transmission error of full FE, um; NaN where it did not converge.
     converged : ndarray of bool, shape (T, n)
+    estimate_percent : ndarray, shape (n,), or None
+        Of a greedy sampling: largest error estimate anywhere, over the STE, before each angle was solved; NaN for those
+        that it began with.
     seconds : float
         Wall time of the offline stage.
     """
 
     phi: FloatArray
     torque: FloatArray
+    misalignment: FloatArray
     ste_um: FloatArray
     converged: BoolArray
+    estimate_percent: FloatArray | None
     seconds: float
 
 
@@ -58,6 +66,8 @@ class Basis:
         rad.
     shapes : FlankLineShapes or ContactShapes
     training : Training
+    compliance : FlankCompliance or None
+        For the error estimate; None when the case does not ask for it.
     """
 
     case: Case
@@ -65,6 +75,7 @@ class Basis:
     flank_roll_angle: tuple[FloatArray, FloatArray]
     shapes: FlankLineShapes | ContactShapes
     training: Training
+    compliance: FlankCompliance | None
 
 
 def write_basis(path: Path, basis: Basis, force: FloatArray, overwrite: bool = False) -> None:
@@ -75,8 +86,8 @@ def write_basis(path: Path, basis: Basis, force: FloatArray, overwrite: bool = F
     path : Path
     basis : Basis
     force : ndarray, shape (M, T, 2, f)
-        Nodal forces of full FE over roll position and torque, N: not needed online, kept for checks and for later
-        enrichment.
+        Nodal forces of full FE over roll position and operating condition (M loaded tooth pairs and T = 1 when not on a
+        grid), N: not needed online, kept for checks and for later enrichment.
     overwrite : bool
 
     Raises
@@ -102,12 +113,19 @@ def write_basis(path: Path, basis: Basis, force: FloatArray, overwrite: bool = F
             for gear, lines in zip(GEARS, shapes.gears, strict=True):
                 _write_lines(file.create_group(f"shapes/{gear}"), lines)
             set_attributes(file["shapes"], beside=shapes.beside)
+        if basis.compliance is not None:
+            _write_compliance(file.create_group("error_estimate"), basis.compliance)
         group = file.create_group("training")
         write(group, "phi", training.phi, Field("rad", "angle", "pinion angle"))
-        write(group, "torque", training.torque, Field("N mm", "torque", "pinion torque"))
-        write(group, "ste", training.ste_um, Field("um", "torque, angle", "static transmission error of full FE"))
-        write(group, "converged", training.converged, Field("1", "torque, angle", "whether full FE converged"))
-        write(group, "force", force, Field("N", "position, torque, gear, flank unknown", "nodal forces of full FE"))
+        write(group, "torque", training.torque, Field("N mm", "condition, angle", "pinion torque"))
+        deviations = Field("um", "condition, angle, deviation", "misalignment in plane, out of plane, centre distance")
+        write(group, "misalignment", training.misalignment, deviations)
+        write(group, "ste", training.ste_um, Field("um", "condition, angle", "static transmission error of full FE"))
+        write(group, "converged", training.converged, Field("1", "condition, angle", "whether full FE converged"))
+        if training.estimate_percent is not None:
+            decay = Field("%", "angle", "largest error estimate over the STE before each solve of a greedy sampling")
+            write(group, "estimate", training.estimate_percent, decay)
+        write(group, "force", force, Field("N", "position, condition, gear, flank unknown", "nodal forces of full FE"))
 
 
 def read_basis(path: Path) -> Basis:
@@ -131,14 +149,17 @@ def read_basis(path: Path) -> Basis:
         training = Training(
             phi=read(file["training"], "phi"),
             torque=read(file["training"], "torque"),
+            misalignment=read(file["training"], "misalignment"),
             ste_um=read(file["training"], "ste", finite=False),
             converged=read(file["training"], "converged"),
+            estimate_percent=_read_decay(file["training"], case),
             seconds=float(attribute(file, "offline_s")),
         )
         if not np.array_equal(np.isfinite(training.ste_um), training.converged):
             raise ValueError("its training has numbers where it did not converge, or none where it did")
         nodes, roll = ([read(file[f"flank/{gear}"], name) for gear in GEARS] for name in ("nodes", "roll_angle"))
-        return Basis(case, (nodes[0], nodes[1]), (roll[0], roll[1]), shapes, training)
+        compliance = _read_compliance(file["error_estimate"]) if case.reduction.error_estimate else None
+        return Basis(case, (nodes[0], nodes[1]), (roll[0], roll[1]), shapes, training, compliance)
 
 
 def require_made_from(path: Path, basis: Basis, case: Case) -> None:
@@ -156,7 +177,7 @@ def require_made_from(path: Path, basis: Basis, case: Case) -> None:
         return
     own = {name: value for name, value, _ in describe(basis.case)}
     # What no basis depends on comes last and is never reached: the keys differ.
-    free = ("title", "load.", "online.", "compare.", "output.")
+    free = ("title", "load.", "misalignment.", "online.", "compare.", "output.")
     differences = (
         f"[{name.replace('.', '] ')} is {own[name]} in it, {value} in the case"
         for name, value, _ in sorted(describe(case), key=lambda setting: setting[0].startswith(free))
@@ -175,6 +196,24 @@ def _write_lines(group: h5py.Group, lines: GearLines) -> None:
 
 def _read_lines(group: h5py.Group) -> GearLines:
     return GearLines(*(read(group, name) for name in ("start", "force", "displacement", "gram")))
+
+
+def _read_decay(group: h5py.Group, case: Case) -> FloatArray | None:
+    return read(group, "estimate", finite=False) if case.offline.sampling == "greedy" else None
+
+
+def _write_compliance(group: h5py.Group, compliance: FlankCompliance) -> None:
+    set_attributes(group, components=compliance.components)
+    pinion, wheel = compliance.gears
+    dims = "tooth offset, flank unknown, flank unknown"
+    for gear, blocks in zip(GEARS, (pinion,) if wheel is pinion else (pinion, wheel), strict=False):
+        write(group, gear, blocks, Field("mm/N", dims, "compliance between loaded flanks; identical gears: one"))
+
+
+def _read_compliance(group: h5py.Group) -> FlankCompliance:
+    pinion = read(group, GEARS[0])
+    wheel = read(group, GEARS[1]) if GEARS[1] in group else pinion
+    return FlankCompliance((pinion, wheel), int(attribute(group, "components")))
 
 
 def _write_positions(group: h5py.Group, shapes: ContactShapes) -> None:

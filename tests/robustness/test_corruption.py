@@ -108,7 +108,8 @@ def names_of(path, kind):
 
 
 def some_snapshots(rng):
-    return Snapshots(0.25, np.array([-1, 0]), rng.normal(size=(2, 2, 2, 6)), np.array([2.5, 1.0]), np.ones(2, bool))
+    conditions, force = (rng.normal(size=2), rng.normal(size=(2, 3))), rng.normal(size=(2, 2, 2, 6))
+    return Snapshots(0.25, *conditions, np.array([-1, 0]), force, np.array([2.5, 1.0]), np.ones(2, bool))
 
 
 # --- damage ----------------------------------------------------------------------------------------------------------
@@ -199,7 +200,7 @@ def foreign_files(folder):
         file["x"] = np.arange(5)
     yield folder / "other.h5", "is an HDF5 file of another program, not a pmor-basis file"
     with h5py.File(folder / "netcdf.h5", "w") as file:
-        file.attrs["schema"], file.attrs["schema_version"] = "netcdf", 3
+        file.attrs["schema"], file.attrs["schema_version"] = "netcdf", 4
     yield folder / "netcdf.h5", "is not a pmor-basis file but one of the kind 'netcdf'"
     (folder / "folder").mkdir()
     yield folder / "folder", "is a folder, not a file"

@@ -11,10 +11,11 @@ from pmor.contact.elasticity import full_elasticity
 from pmor.contact.position import active_patches
 from pmor.errors import ConvergenceError
 from pmor.gear.conventions import rotation_z
-from pmor.reduction.flank_lines import DISTRIBUTION_TOLERANCE, LEAST_LOAD, flank_line_shapes, line_elasticity
+from pmor.reduction.flank_lines import LEAST_LOAD, flank_line_shapes, line_elasticity
 from tests.gear_models import body, gear_pair, meshed_pair, sector, tooth
 
 ROUND_OFF = 1e-12  # of the largest: products of a few hundred terms
+TOLERANCE = 0.05
 GEARS = tooth(17, 0.4), tooth(31, 0.1)  # unlike, so that pinion and wheel cannot be mixed up
 MESH = 5, 2
 LINES, COLUMNS = MESH[0] + 1, MESH[1] + 1
@@ -46,7 +47,7 @@ def normal_loads(flank_nodes, rng, states=4, unlike=0.0):
 def shapes(bodies, flank_nodes):
     """Shapes with one distribution on some lines and two on others."""
     force = normal_loads(flank_nodes, np.random.default_rng(1), unlike=1.0)
-    made = flank_line_shapes(bodies, force, flank_nodes)
+    made = flank_line_shapes(bodies, force, flank_nodes, TOLERANCE)
     for gear in made.gears:
         assert np.diff(gear.start)[::2].tolist() == [1, 1, 1]
         assert (np.diff(gear.start)[1::2] > 1).all(), "otherwise lines and shapes could be mixed up"
@@ -124,7 +125,7 @@ def test_basis_of_a_position_is_orthonormal_and_made_of_line_loads_with_their_di
 
 def test_a_distribution_that_never_changes_is_the_shape(bodies, flank_nodes, rng):
     force = normal_loads(flank_nodes, rng)
-    made = flank_line_shapes(bodies, force, flank_nodes)
+    made = flank_line_shapes(bodies, force, flank_nodes, TOLERANCE)
     for number, gear in enumerate(made.gears):
         assert np.array_equal(gear.start, np.arange(LINES + 1))
         trained = force[0, number].reshape(LINES, -1)
@@ -139,8 +140,8 @@ def test_a_second_distribution_is_kept_from_a_share_of_the_first_on(share, kept,
     one, two = np.linalg.qr(rng.normal(size=(3 * COLUMNS, 2)))[0].T
     force = normal_loads(flank_nodes, rng, 2).reshape(2, 2, LINES, 3 * COLUMNS)
     force[1] = force[0]
-    force[0, 0, 3], force[1, 0, 3] = 100.0 * one, 100.0 * share * DISTRIBUTION_TOLERANCE * two
-    pinion, wheel = flank_line_shapes(bodies, force.reshape(2, 2, -1), flank_nodes).gears
+    force[0, 0, 3], force[1, 0, 3] = 100.0 * one, 100.0 * share * TOLERANCE * two
+    pinion, wheel = flank_line_shapes(bodies, force.reshape(2, 2, -1), flank_nodes, TOLERANCE).gears
     assert np.diff(pinion.start)[3] == kept
     assert np.diff(wheel.start).tolist() == [1] * LINES
     found = pinion.force[pinion.start[3] : pinion.start[4]].reshape(kept, LINES, -1)[:, 3]
@@ -152,12 +153,12 @@ def test_lines_that_were_hardly_loaded_borrow_from_their_neighbour_turned_with_t
     trace, bodies, flank_nodes, rng
 ):
     force = normal_loads(flank_nodes, rng)
-    full = flank_line_shapes(bodies, force, flank_nodes)
+    full = flank_line_shapes(bodies, force, flank_nodes, TOLERANCE)
     lines = force.reshape(*force.shape[:2], LINES, -1)
     load = np.linalg.norm(lines, axis=(0, 3)).max()
     idle = [0, 1, LINES - 1]
     lines[:, :, idle] = trace * load * rng.normal(size=lines[:, :, idle].shape) / np.sqrt(lines[:, 0, 0].size)
-    made = flank_line_shapes(bodies, force, flank_nodes)
+    made = flank_line_shapes(bodies, force, flank_nodes, TOLERANCE)
     for number, gear in enumerate(made.gears):
         force, line = by_line(gear)
         assert line.tolist() == list(range(LINES))
@@ -187,19 +188,19 @@ def turn_between(one, two):
 def test_without_a_loaded_state_there_is_nothing_to_make_shapes_from(bodies, flank_nodes):
     nothing = np.zeros((3, 2, 2, 3 * LINES * COLUMNS))
     with pytest.raises(ConvergenceError, match="no training state loads a flank"):
-        flank_line_shapes(bodies, nothing, flank_nodes)
+        flank_line_shapes(bodies, nothing, flank_nodes, TOLERANCE)
 
 
 def test_a_gear_without_load_is_refused_though_its_mate_has_some(bodies, flank_nodes, rng):
     force = normal_loads(flank_nodes, rng)
     force[:, 1] = 0.0
     with pytest.raises(ConvergenceError, match="no training state loads a flank"):
-        flank_line_shapes(bodies, force, flank_nodes)
+        flank_line_shapes(bodies, force, flank_nodes, TOLERANCE)
 
 
 def test_shapes_do_not_depend_on_how_large_the_training_torques_are(bodies, flank_nodes, rng):
     force = normal_loads(flank_nodes, rng, unlike=0.4)
-    one, two = (flank_line_shapes(bodies, factor * force, flank_nodes) for factor in (1.0, 1e-3))
+    one, two = (flank_line_shapes(bodies, factor * force, flank_nodes, TOLERANCE) for factor in (1.0, 1e-3))
     for a, b in zip(one.gears, two.gears, strict=True):
         assert np.array_equal(a.start, b.start)
         assert_allclose(b.force, a.force, rtol=0.0, atol=1e-9)  # singular vectors of a scaled matrix
@@ -213,7 +214,7 @@ def test_the_number_of_shapes_does_not_grow_with_the_training_torques(small_mode
         force = file["training/force"][()]
     assert force.shape[1] == 2
     starts = [
-        [gear.start for gear in flank_line_shapes((model.pinion, model.wheel), force[:, torques], flanks).gears]
+        [g.start for g in flank_line_shapes((model.pinion, model.wheel), force[:, torques], flanks, TOLERANCE).gears]
         for torques in ([1], [0, 1], [0, 1, 1])
     ]
     for start in starts[1:]:

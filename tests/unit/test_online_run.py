@@ -100,7 +100,8 @@ def test_table_reads_back_as_the_sweep(compared, tmp_path):
         rows = list(csv.DictReader(file))
     sweep = compared.sweep
     assert len(rows) == sweep.ste_um.size
-    assert list(rows[0])[:4] == ["phi_rad", "torque_Nm", "ste_um", "converged"]
+    assert list(rows[0])[:5] == ["phi_rad", "torque_Nm", "ste_um", "ste_error_estimate_um", "converged"]
+    assert np.array_equal(np.array([float(r["ste_error_estimate_um"]) for r in rows]), sweep.ste_error_um.ravel())
     assert np.array_equal(np.array([float(r["ste_um"]) for r in rows]), sweep.ste_um.ravel())
     assert np.array_equal(np.array([float(r["phi_rad"]) for r in rows]), np.tile(sweep.phi_rad, 2))
     assert all(r["converged"] == "1" for r in rows)

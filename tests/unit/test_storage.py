@@ -9,6 +9,7 @@ import pytest
 from pmor.case import basis_key, parse_case
 from pmor.errors import FileFormatError, OutputError, PmorError
 from pmor.reduction.contact_shapes import ContactShapes
+from pmor.reduction.error_estimate import FlankCompliance
 from pmor.reduction.flank_lines import FlankLineShapes, GearLines
 from pmor.storage.basis_file import Basis, Training, read_basis, write_basis
 from pmor.storage.describe import file_text
@@ -17,7 +18,7 @@ from pmor.storage.snapshot_file import Snapshots, read_snapshots, write_snapshot
 from tests.small_case import case_text
 
 POSITIONS, TORQUES, UNKNOWNS = 7, 2, 6
-DATASETS = {"flank_lines": 17, "static_modes": 17, "positions": 13, "pod": 13}
+DATASETS = {"flank_lines": 20, "static_modes": 20, "positions": 16, "pod": 16}
 
 
 @pytest.fixture(params=list(DATASETS))
@@ -65,10 +66,14 @@ def basis(case, rng):
         shapes = FlankLineShapes((line_shapes(rng, 1, 2, 1), line_shapes(rng, 1, 1, 3)), family == "static_modes")
     ste_um = rng.normal(size=(TORQUES, 4))
     ste_um[1, 2] = np.nan
-    training = Training(rng.normal(size=4), np.array([40e3, 160e3]), ste_um, np.isfinite(ste_um), 1.5)
+    training = Training(
+        phi=rng.normal(size=4), torque=rng.normal(size=(TORQUES, 4)), misalignment=rng.normal(size=(TORQUES, 4, 3)),
+        ste_um=ste_um, converged=np.isfinite(ste_um), estimate_percent=None, seconds=1.5,
+    )  # fmt: skip
     nodes = rng.normal(size=(2, 3, 2, 3))
     roll = np.sort(rng.random((2, 3)))
-    return Basis(case, (nodes[0], nodes[1]), (roll[0], roll[1]), shapes, training)
+    compliance = FlankCompliance((rng.normal(size=(2, 12, 12)), rng.normal(size=(2, 12, 12))), 2)
+    return Basis(case, (nodes[0], nodes[1]), (roll[0], roll[1]), shapes, training, compliance)
 
 
 @pytest.fixture
@@ -86,7 +91,9 @@ def path(tmp_path, basis, force):
 @pytest.fixture
 def snapshots(rng):
     ste_um = np.array([2.5, np.nan])
-    return Snapshots(0.25, np.array([-1, 0]), rng.normal(size=(2, 2, 2, UNKNOWNS)), ste_um, np.isfinite(ste_um))
+    force = rng.normal(size=(2, 2, 2, UNKNOWNS))
+    conditions = rng.normal(size=2), rng.normal(size=(2, 3))
+    return Snapshots(0.25, *conditions, np.array([-1, 0]), force, ste_um, np.isfinite(ste_um), 0.5)
 
 
 def assert_same(found, expected):
@@ -104,6 +111,30 @@ def flip_a_byte(path, dataset):
 
 
 # --- round trips -----------------------------------------------------------------------------------------------------
+
+
+def test_identical_gears_share_the_compliance_of_one(tmp_path, basis, force):
+    one = basis.compliance.gears[0]
+    write_basis(tmp_path / "basis.h5", replace(basis, compliance=FlankCompliance((one, one), 2)), force)
+    pinion, wheel = read_basis(tmp_path / "basis.h5").compliance.gears
+    assert wheel is pinion
+    assert_same(pinion, one)
+
+
+def test_the_decay_of_a_greedy_sampling_comes_back(tmp_path, basis, force):
+    text = text_of("flank_lines", offline={"sampling": "greedy"})
+    decay = np.array([np.nan, np.nan, 3.0, 0.1])
+    case = parse_case(text, "small", "small case")
+    shapes = FlankLineShapes(2 * (line_shapes(np.random.default_rng(1), 1, 2, 1),))
+    training = replace(basis.training, estimate_percent=decay)
+    write_basis(tmp_path / "basis.h5", replace(basis, case=case, shapes=shapes, training=training), force)
+    np.testing.assert_array_equal(read_basis(tmp_path / "basis.h5").training.estimate_percent, decay)
+
+
+def test_a_basis_without_error_estimate_has_no_compliance(tmp_path, basis, force):
+    case = parse_case(basis.case.text + "\nerror_estimate = false\n", "small", "small case")
+    write_basis(tmp_path / "basis.h5", replace(basis, case=case, compliance=None), force)
+    assert read_basis(tmp_path / "basis.h5").compliance is None
 
 
 def test_basis_comes_back_bit_for_bit(path, basis, force):
@@ -124,7 +155,10 @@ def test_basis_comes_back_bit_for_bit(path, basis, force):
                 assert_same(getattr(lines, name), getattr(expected, name))
         assert found.shapes.beside is basis.shapes.beside
     assert found.shapes.reach == 1
-    for name in ("phi", "torque", "ste_um", "converged"):
+    assert found.compliance.components == 2
+    for gear in range(2):
+        assert_same(found.compliance.gears[gear], basis.compliance.gears[gear])
+    for name in ("phi", "torque", "misalignment", "ste_um", "converged"):
         assert_same(getattr(found.training, name), getattr(basis.training, name))
     assert found.training.seconds == basis.training.seconds
     with h5py.File(path) as file:
@@ -412,7 +446,7 @@ def test_file_text_lists_attributes_and_datasets(path, case, family):
     assert "case_name small" in lines
     assert f"basis_key {basis_key(case)}" in lines
     assert any(line.startswith(SHAPES_LINE[family]) for line in lines)
-    assert any(line.startswith("training/torque 2 N mm pinion torque") for line in lines)
+    assert any(line.startswith("training/torque 2 x 4 N mm pinion torque") for line in lines)
     assert not any("[load]" in line for line in lines), "the case text would swamp the rest"
 
 

@@ -1,0 +1,43 @@
+"""The error estimate at scattered states: what a greedy sampling asks a basis for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from online.model import reduced_pair
+from online.sweep import sweep_reduced_pair
+from pmor.contact.misalignment import OperatingCondition
+from pmor.gear.conventions import FloatArray
+from pmor.storage.basis_file import Basis
+
+
+def estimate_errors(
+    basis: Basis, phi: FloatArray, conditions: Sequence[OperatingCondition]
+) -> tuple[FloatArray, FloatArray]:
+    """Solve the reduced model at scattered states.
+
+    Parameters
+    ----------
+    basis : Basis
+        With what the error estimate needs.
+    phi : ndarray, shape (n,)
+        Pinion angles, rad.
+    conditions : sequence of n OperatingCondition
+
+    Returns
+    -------
+    ste_um, ste_error_um : ndarray, shape (n,)
+        STE and the estimate of what it lacks, um; NaN where not converged.
+    """
+    reduced = reduced_pair(basis)
+    ste, error = np.full((2, len(phi)), np.nan)
+    for i, condition in enumerate(conditions):
+        meshed = replace(reduced.meshed, misalignment=condition.misalignment)
+        sweep = sweep_reduced_pair(replace(reduced, meshed=meshed), phi[i : i + 1], [condition.torque])
+        ste[i] = sweep.ste_um[0, 0]
+        if sweep.ste_error_um is not None:
+            error[i] = sweep.ste_error_um[0, 0]
+    return ste, error

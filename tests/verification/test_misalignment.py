@@ -1,0 +1,159 @@
+"""Misaligned axes: the gaps they make, in sections and in space, and the equilibria that follow."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from pmor.case import parse_case
+from pmor.contact import kernel
+from pmor.contact.misalignment import Misalignment
+from pmor.contact.position import active_patches, relative_motion
+from pmor.contact.search import search_contact
+from pmor.contact.solve import solve_position
+from pmor.model import elastic_model, mesh_model
+from tests.small_case import case_text
+
+TILTED = Misalignment(in_plane_um=30.0, out_of_plane_um=-20.0, centre_distance_um=40.0)
+TORQUE = 1e5  # N mm
+
+
+def unlike_case(scheme="line", centre_distance=None, elements=6, **contact):
+    pair = {"centre_distance_mm": centre_distance} if centre_distance else {}
+    text = case_text(
+        pair=pair, wheel={"teeth": 31, "bore_radius_mm": 25.0},
+        mesh={"profile_elements": elements, "width_elements": 4},
+        contact={"scheme": scheme, **contact}, offline={"torques_Nm": [40.0, 200.0]},
+    )  # fmt: skip
+    return parse_case(text, "small", "small case")
+
+
+@cache
+def model(*arguments, **contact):
+    """Full FE of a small pair with unlike gears, over the whole width."""
+    case = unlike_case(*arguments, **contact)
+    return elastic_model(case, mesh_model(case))
+
+
+def misaligned(meshed, misalignment=TILTED):
+    return replace(meshed, misalignment=misalignment)
+
+
+def section_at(meshed, roll_position, lead, z):
+    motion = np.zeros((3, 3)), np.zeros(3), np.zeros((3, 3)), np.zeros(3)
+    at = np.empty(9)
+    kernel._closest_approach(meshed.geometry, meshed.gears, roll_position, lead, z, motion, at)
+    return at, motion
+
+
+@pytest.mark.parametrize("z", [-10.0, 3.0, 10.0])
+@pytest.mark.parametrize("fraction", [0.1, 0.5, 0.9])
+def test_gap_of_a_section_is_the_least_distance_of_the_displaced_involutes(z, fraction):
+    """Against points of both flanks, found by brute force: where they do not touch the least distance is the gap."""
+    meshed = misaligned(model().mesh.meshed)
+    pair = meshed.pair
+    start, end = pair.roll_position_range
+    lead = -2e-3  # apart in every section
+    at, (rotation, shift, _, _) = section_at(meshed, start + fraction * (end - start), lead, z)
+    pinion = pair.pinion.flank_section(at[1] + np.linspace(-0.02, 0.02, 1001)) @ rotation[:2, :2].T + shift[:2]
+    wheel = pair.wheel.flank_section(at[2] + np.linspace(-0.02, 0.02, 1001))
+    distance = np.linalg.norm(pinion[:, None] - wheel[None], axis=2)
+    assert at[0] > 0.0
+    # The points are 0.3 um apart on either flank, which costs the square of that over the radii.
+    assert_allclose(distance.min(), at[0], rtol=2e-4)
+    i, j = np.unravel_index(distance.argmin(), distance.shape)
+    assert abs(i - 500) < 25
+    assert abs(j - 500) < 25
+
+
+def test_lead_counts_from_where_the_unloaded_flanks_first_touch():
+    meshed = misaligned(model().mesh.meshed)
+    for roll_position in np.linspace(*meshed.pair.roll_position_range, 5)[1:-1]:
+        gaps = [section_at(meshed, roll_position, 0.0, z)[0][0] for z in np.linspace(-10.0, 10.0, 11)]
+        assert abs(min(gaps)) < 1e-13
+        assert max(gaps) > 0.01
+
+
+def test_levers_are_the_derivatives_of_the_gap_in_a_displaced_section():
+    meshed, step = misaligned(model().mesh.meshed), 1e-6
+    start, end = meshed.pair.roll_position_range
+    for roll_position in (start - 0.03, 0.5 * (start + end), end + 0.03):
+        below, here, above = (section_at(meshed, roll_position, s * step, 8.0)[0] for s in (-1.0, 0.0, 1.0))
+        assert_allclose((above[0] - below[0]) / (2.0 * step), here[7], rtol=1e-5)
+
+
+def test_relative_motion_is_rigid_and_puts_the_wheels_axis_where_the_misalignment_says():
+    meshed = misaligned(model().mesh.meshed)
+    rotation, shift = relative_motion(meshed, 0.07, 1e-3)
+    assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-14)
+    # Points of the wheel's axis, seen from the pinion: at z = 0 offset, and along a direction with the slopes.
+    to_pinion = lambda x: rotation.T @ (x - shift)  # noqa: E731
+    angle = 0.07 + 1e-3 + meshed.geometry[13]
+    turn = np.array([[np.cos(angle), -np.sin(angle), 0.0], [np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]])
+    origin, above = (turn @ to_pinion(np.array([0.0, 0.0, z])) for z in (0.0, 10.0))
+    assert_allclose(origin, [0.0, meshed.pair.centre_distance + 0.04, 0.0], atol=1e-12)
+    along = above - origin
+    assert_allclose(along[:2] / along[2], [-20e-3 / 20.0, 30e-3 / 20.0], atol=1e-12)
+
+
+def test_surfaces_in_space_and_sections_see_the_same_gaps():
+    """Unloaded: the smallest gap of each column of points, against the exact section there."""
+    meshed = misaligned(mesh_model(unlike_case("direct", elements=16, lodm_profile=16, slave="pinion")).meshed)
+    exact = misaligned(model().mesh.meshed)
+    phi, lead = 0.4 * meshed.pair.pitch, 1e-3
+    position = active_patches(meshed, phi, 0.2)
+    contact = search_contact(meshed, position, np.zeros((len(position.nodes), 3)), lead)
+    for pair, index in enumerate(position.pair_index):
+        roll_position = phi + index * meshed.pair.pitch
+        for column, z in enumerate(meshed.pinion.nodes[0, :, 2]):
+            here = (contact.pair == pair) & (contact.place[:, 1] == column)
+            gap = section_at(exact, roll_position, lead, z)[0][0]
+            if gap < 0.0:
+                # A surface through the nodes of 16 elements misses the involute by some hundredths of a micrometre.
+                assert_allclose(contact.gap[here].min(), gap, atol=1e-4)
+
+
+@pytest.mark.parametrize("scheme", ["line", "strip", "direct"])
+def test_another_centre_distance_is_another_pair(scheme):
+    """An offset along the centre line against the pair that has this centre distance from the start."""
+    # Which gear is the slave would depend on where the path of contact is.
+    near = model(scheme, slave="pinion")
+    aligned = near.mesh.meshed
+    far = model(scheme, aligned.pair.centre_distance + 0.1, slave="pinion")
+    meshed = misaligned(aligned, Misalignment(centre_distance_um=100.0))
+    slack = meshed.geometry[13]
+    for fraction in (0.2, 0.45, 0.7):
+        phi = fraction * meshed.pair.pitch
+        here = solve_position(meshed, phi, [TORQUE], near.elasticity_at).equilibria[0]
+        there = solve_position(far.mesh.meshed, phi + slack, [TORQUE], far.elasticity_at).equilibria[0]
+        assert_allclose(here.lead, there.lead, rtol=1e-7)
+
+
+@pytest.mark.parametrize("scheme", ["line", "strip", "direct"])
+def test_the_mirrored_tilt_mirrors_the_load(scheme):
+    full = model(scheme)
+    tilt = Misalignment(in_plane_um=10.0, out_of_plane_um=15.0)
+    back = Misalignment(in_plane_um=-10.0, out_of_plane_um=-15.0)
+    states = [
+        solve_position(misaligned(full.mesh.meshed, m), 0.05, [TORQUE], full.elasticity_at).equilibria[0]
+        for m in (tilt, back)
+    ]
+    loads = [np.bincount(e.contact.place[:, 1], e.contact.force, minlength=5) for e in states]
+    assert_allclose(states[0].lead, states[1].lead, rtol=1e-8)
+    assert_allclose(loads[0], loads[1][::-1], rtol=1e-6, atol=1e-6 * loads[0].max())
+    assert loads[0][-1] > 2.0 * loads[0][0]  # the side towards which the wheel's axis leans
+
+
+@pytest.mark.parametrize("scheme", ["line", "direct"])
+def test_torque_on_the_misaligned_pinion_is_balanced(scheme):
+    full = model(scheme)
+    state = solve_position(misaligned(full.mesh.meshed), 0.05, [TORQUE], full.elasticity_at).equilibria[0]
+    assert_allclose(-state.contact.force @ state.contact.lever, TORQUE, rtol=1e-8)
+
+
+def test_aligned_is_what_it_was_without_the_parameter():
+    meshed = model().mesh.meshed
+    assert np.all(meshed.geometry[9:] == 0.0)
+    assert kernel.section_offset(meshed.geometry, meshed.gears, 7.0) == (0.0, 0.0, 0.0, 0.0)
