@@ -10,9 +10,8 @@ from offline.sampling import roll_position_grid
 from pmor.case import Case
 from pmor.gear.conventions import FloatArray
 from pmor.model import ElasticModel
-from pmor.reduction.contact_shapes import ContactShapes, contact_shapes
+from pmor.reduction.build import build_shapes
 from pmor.reduction.error_estimate import FlankCompliance, flank_compliance, loaded_components
-from pmor.reduction.flank_lines import FlankLineShapes, flank_line_shapes
 from pmor.storage.basis_file import Basis, Training
 from pmor.storage.snapshot_file import Snapshots
 
@@ -27,7 +26,7 @@ def make_basis(
     case : Case
     model : ElasticModel
     snapshots : sequence of Snapshots
-        With equally many conditions each.
+        With equally many conditions each; none for a reduction that needs no training.
     seconds : float
         Wall time of the offline stage so far.
 
@@ -42,14 +41,13 @@ def make_basis(
     grid = case.offline.sampling == "grid"
     largest = 1e3 * case.offline.torques_Nm[-1]
     roll_positions = roll_position_grid(mesh.meshed, case.offline.angles_per_pitch, largest)
-    force = _on_grid(snapshots, roll_positions, mesh.meshed.pair.pitch) if grid else _loaded_pairs(snapshots)
-    bodies = model.pinion, model.wheel
-    shapes: FlankLineShapes | ContactShapes
-    if case.reduction.shapes == "positions":
-        shapes = contact_shapes(*bodies, roll_positions, case.offline.angles_per_pitch, force,
-                                case.reduction.interpolation)  # fmt: skip
+    if not snapshots:
+        force = np.empty((0, 0, 2, model.pinion.compliance.shape[1]))
+    elif grid:
+        force = _on_grid(snapshots, roll_positions, mesh.meshed.pair.pitch)
     else:
-        shapes = flank_line_shapes(bodies, force, flanks, case.reduction.distribution_tolerance)
+        force = _loaded_pairs(snapshots)
+    shapes = build_shapes(case, (model.pinion, model.wheel), roll_positions, force, flanks)
     basis = Basis(
         case=case,
         flank_nodes=flanks,
@@ -79,6 +77,10 @@ def _loaded_pairs(snapshots: Sequence[Snapshots]) -> FloatArray:
 
 
 def _training(snapshots: Sequence[Snapshots], greedy: bool, seconds: float) -> Training:
+    if not snapshots:
+        nothing = np.empty((0, 0))
+        decay = np.empty(0) if greedy else None
+        return Training(np.empty(0), nothing, np.empty((0, 0, 3)), nothing, nothing.astype(bool), decay, seconds)
     return Training(
         phi=np.array([s.phi for s in snapshots]),
         torque=np.stack([s.torque for s in snapshots], axis=1),

@@ -93,12 +93,14 @@ def _run(
     if parts.exists() and not resume:
         remove_folder(parts)
     remove_abandoned(ensure_folder(parts))
-    if case.offline.sampling == "greedy":
+    if not case.reduction.trained:
+        snapshots, resumed = list[Snapshots](), 0
+    elif case.offline.sampling == "greedy":
         snapshots, resumed = _sample_greedily(case, model, parts, estimate)
     else:
         snapshots, resumed = _solve_positions(case, model, parts, jobs)
     failed = _failures(snapshots)
-    if len(failed) == sum(len(s.converged) for s in snapshots):
+    if failed and len(failed) == sum(len(s.converged) for s in snapshots):
         raise ConvergenceError(f"no full solve converged, first: {failed[0]}", [])
     basis, force = make_basis(case, model, snapshots, time.perf_counter() - started)
     write_basis(path, basis, force, overwrite)

@@ -20,8 +20,8 @@ from pmor.reduction.flank_lines import line_elasticity
 from pmor.storage.basis_file import Basis
 
 LineArrays = tuple[IntArray, FloatArray, FloatArray]
-PositionArrays = tuple[float, float, np.ndarray, FloatArray, FloatArray]
-KernelFamily = tuple[bool, tuple[LineArrays, LineArrays], PositionArrays]
+PositionArrays = tuple[float, float, np.ndarray, FloatArray, FloatArray, FloatArray, FloatArray]
+KernelFamily = tuple[bool, tuple[LineArrays, LineArrays], PositionArrays, int]
 
 
 @dataclass(frozen=True)
@@ -51,12 +51,18 @@ class ReducedPair:
         shapes = self.basis.shapes
         if isinstance(shapes, ContactShapes):
             step = shapes.roll_position[1] - shapes.roll_position[0]
-            positions = (shapes.roll_position[0], step, shapes.loaded, shapes.displacement, shapes.gram)
+            path = shapes.geodesics
+            positions = (
+                shapes.roll_position[0], step, shapes.loaded, shapes.displacement, shapes.gram, path.turn, path.angle,
+            )  # fmt: skip
             none = (np.zeros(1, dtype=np.int64), np.empty((1, 0, 0)), np.empty((1, 0, 0)))
-            return False, (none, none), positions
+            return False, (none, none), positions, 0
         lines = tuple((gear.start, gear.displacement, gear.gram) for gear in shapes.gears)
-        nowhere = (0.0, 1.0, np.zeros((0, 0), dtype=bool), np.empty((0, 0, 2, 1, 0)), np.empty((0, 0, 2, 2, 0, 0)))
-        return True, (lines[0], lines[1]), nowhere
+        nowhere = (
+            0.0, 1.0, np.zeros((0, 0), dtype=bool), np.empty((0, 0, 2, 1, 0)), np.empty((0, 0, 2, 2, 0, 0)),
+            np.empty((0, 0, 0)), np.empty((0, 0)),
+        )  # fmt: skip
+        return True, (lines[0], lines[1]), nowhere, int(shapes.beside)
 
     @property
     def kernel_compliance(self) -> tuple[FloatArray, FloatArray]:
@@ -67,12 +73,10 @@ class ReducedPair:
     @cached_property
     def size(self) -> int:
         """Largest number of unknowns over a pitch under the nominal torque: amplitudes of shapes, and the rotation."""
-        shapes, meshed = self.basis.shapes, self.meshed
-        if isinstance(shapes, ContactShapes):
-            return int(np.ceil(meshed.pair.contact_ratio)) * shapes.loaded.shape[1] + 1
+        meshed, elasticity_at = self.meshed, self.elasticity_at
         depth = window_depth(meshed, 1e3 * self.basis.case.torque_Nm)
         sizes = (
-            line_elasticity(shapes, active_patches(meshed, float(phi), depth)).basis.shape[2]
+            len(elasticity_at(active_patches(meshed, float(phi), depth)).zero())
             for phi in online_angles(meshed.pair.pitch, 50)
         )
         return max(sizes) + 1

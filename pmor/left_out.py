@@ -167,7 +167,7 @@ def _volume(scene: Scene) -> LeftOut:
 
 def _torques(scene: Scene) -> LeftOut | None:
     offline = scene.case.offline
-    if len(offline.torques_Nm) > 1:
+    if len(offline.torques_Nm) > 1 or not scene.case.reduction.trained:
         return None
     return LeftOut(
         "training at further torques", "one torque is trained",

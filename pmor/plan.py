@@ -58,8 +58,9 @@ def _sizes(case: Case) -> list[str]:
 
 
 def _work(case: Case) -> list[str]:
+    trained = case.offline.angles_per_pitch if case.reduction.trained else 0
     stages = (
-        ("offline, full contact solves", case.offline.angles_per_pitch, case.offline.torques_Nm),
+        ("offline, full contact solves", trained, case.offline.torques_Nm),
         ("online, reduced solves", case.online.angles_per_pitch, case.online.torques_Nm),
         ("compare, full and reduced", case.compare.angles, case.compare.torques_Nm),
     )

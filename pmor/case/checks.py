@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from pmor.case.schema import Case, GearCase, PairCase
+from pmor.case.schema import Case, GearCase, PairCase, ReductionCase
 from pmor.case.values import toml_text, wrong_unit_text
 from pmor.errors import CaseError
 
@@ -39,9 +39,18 @@ def check_together(case: Case, document: dict[str, Any], where: str) -> None:
     _check_bore(pair, pair.wheel, f"{where}: [wheel]")
     _check_centre_distance(pair, where)
     _check_sizes(case, where)
+    _check_reduction(case.reduction, where)
     _check_torques(case, document, where)
     _check_sampling(case, where)
     _check_misalignment(case, where)
+
+
+def _check_reduction(reduction: ReductionCase, where: str) -> None:
+    if reduction.interpolation == "grassmann" and reduction.shapes != "pod":
+        raise CaseError(
+            f'{where}: [reduction] interpolation = "grassmann": goes from subspace to subspace, which only shapes = '
+            f'"pod" has at each roll position, not "{reduction.shapes}": write shapes = "pod", or another interpolation'
+        )
 
 
 def _check_sizes(case: Case, where: str) -> None:
@@ -134,7 +143,7 @@ def _check_sampling(case: Case, where: str) -> None:
     offline, reduction = case.offline, case.reduction
     if offline.sampling == "grid":
         return
-    if reduction.shapes == "positions":
+    if reduction.shapes in ("positions", "pod"):
         raise CaseError(
             f'{where}: [offline] sampling = "{offline.sampling}": shapes = "{reduction.shapes}" are interpolated over '
             'a grid of roll positions: write sampling = "grid", or [reduction] shapes = "flank_lines"'

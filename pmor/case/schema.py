@@ -192,11 +192,17 @@ class ReductionCase:
 
     Parameters
     ----------
-    shapes : {"flank_lines", "positions"}
-        One shape for each line of flank nodes, its load distribution over the width taken from the training; or one
-        for each trained roll position and torque, interpolated over the roll position (the paper).
-    interpolation : {"linear", "cubic"}
-        Of shapes at positions, over the roll position. Flank lines are not interpolated.
+    shapes : {"flank_lines", "positions", "pod", "global_pod", "static_modes"}
+        `flank_lines`: one shape for each line of flank nodes, its load distribution over the width taken from the
+        training; for all common work. `positions`: one for each trained roll position and torque, interpolated over
+        the roll position (the paper). `pod`: the same, compressed to orthonormal modes at each position; for many
+        torques. `global_pod`: one set of modes for all positions; to see why not. `static_modes`: the unit
+        forces on all flank nodes, without training; exact, with the most unknowns.
+    interpolation : {"linear", "cubic", "grassmann"}
+        Of shapes at positions and of modes (`pod`), over the roll position; the last, between the subspaces that modes
+        span, for modes alone. The others are not interpolated.
+    pod_tolerance : float
+        Share of the energy of the snapshots that POD may discard.
     distribution_tolerance : float
         Of flank lines: a further load distribution over the width is kept where it carries more than this share of the
         first one's forces. Smaller for misaligned axes, whose distributions vary.
@@ -204,10 +210,21 @@ class ReductionCase:
         Keep in the basis what an error bar on every online result takes (`pmor.reduction.error_estimate`).
     """
 
-    shapes: Literal["flank_lines", "positions"] = "flank_lines"
-    interpolation: Literal["linear", "cubic"] = "linear"
+    shapes: Literal["flank_lines", "positions", "pod", "global_pod", "static_modes"] = "flank_lines"
+    interpolation: Literal["linear", "cubic", "grassmann"] = "linear"
+    pod_tolerance: Annotated[float, Range(0.0, 1.0, low_excluded=True, high_excluded=True)] = 1e-6
     distribution_tolerance: Annotated[float, Range(0.0, 1.0, low_excluded=True, high_excluded=True)] = 0.05
     error_estimate: bool = True
+
+    @property
+    def trained(self) -> bool:
+        """Whether the shapes come from full solves."""
+        return self.shapes != "static_modes"
+
+    @property
+    def by_line(self) -> bool:
+        """Whether each shape belongs to a flank line, and not to a roll position."""
+        return self.shapes in ("flank_lines", "static_modes")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -147,12 +147,11 @@ def _check_range(value: int | float, allowed: Range) -> None:
 
 
 def _range_text(allowed: Range) -> str:
-    if allowed.low_excluded:
-        text = f"above {allowed.low:g} and at most {allowed.high:g}"
-    elif allowed.high_excluded:
-        text = f"at least {allowed.low:g} and below {allowed.high:g}"
-    else:
+    if not (allowed.low_excluded or allowed.high_excluded):
         text = f"between {allowed.low:g} and {allowed.high:g}"
+    else:
+        low, high = "above" if allowed.low_excluded else "at least", "below" if allowed.high_excluded else "at most"
+        text = f"{low} {allowed.low:g} and {high} {allowed.high:g}"
     return f"{text} ({allowed.unit})" if allowed.unit else text
 
 

@@ -1,8 +1,9 @@
 """How much of the face width is meshed.
 
 Deformation and contact of a spur pair with parallel axes mirror themselves at mid width, exactly. Half the width then
-stands for the whole: the plane at mid width keeps its nodes (u_z = 0), and what acts on a node counts together with what
-acts on its image. In plane strain all sections deform alike, each in its own plane, and one layer of elements is the whole.
+stands for the whole: the plane at mid width keeps its nodes (u_z = 0), and what acts on a node counts together with
+what acts on its image. In plane strain all sections deform alike, each in its own plane, and one layer of elements is
+the whole.
 """
 
 from __future__ import annotations

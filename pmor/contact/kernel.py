@@ -1230,13 +1230,15 @@ def search_all(
 
 
 # The reduced pair. Its unknowns are the amplitudes of *members*: the shapes in reach at a position, in one of two
-# families, and the pinion's rotation. `family` is the tuple (by_line, lines, positions):
+# families, and the pinion's rotation. `family` is the tuple (by_line, lines, positions, beside):
 #
 # * by_line: which of the two; the arrays of the other one are empty;
 # * lines: for pinion and wheel (start, displacement, gram) of `pmor.reduction.flank_lines.GearLines`. A member
 #   belongs to one gear;
-# * positions: (first roll position, step, loaded, displacement, gram) of `pmor.reduction.contact_shapes.ContactShapes`.
-#   A member belongs to both gears.
+# * positions: (first roll position, step, loaded, displacement, gram, turn, angle), the first five of
+#   `pmor.reduction.contact_shapes.ContactShapes`, turn and angle of its `pmor.reduction.grassmann.Geodesics`, empty
+#   where each member is interpolated by itself. A member belongs to both gears;
+# * beside: how many lines beside the elements of a window have members too (0 or 1).
 #
 # `members` describes those of a position: (kept, ranges, gram, factor, fields). kept[j] = pair x slots + slot numbers
 # member j, with `slots` shapes that a pair can have at all; ranges[gear] are the first and the last but one member
@@ -1246,14 +1248,14 @@ def search_all(
 @compiled
 def member_slots(family):
     """Return how many shapes a tooth pair can have at all."""
-    by_line, lines, positions = family
+    by_line, lines, positions, _ = family
     return lines[0][1].shape[1] + lines[1][1].shape[1] if by_line else positions[2].shape[1]
 
 
 @compiled
 def most_members(family, pairs, windows):
     """Return how many members a position can have at most."""
-    by_line, lines, positions = family
+    by_line, lines, positions, beside = family
     if not by_line:
         return pairs * positions[2].shape[1]
     total = 0
@@ -1262,8 +1264,16 @@ def most_members(family, pairs, windows):
         for i in range(len(start) - 1):
             widest = max(widest, start[i + 1] - start[i])
         for p in range(pairs):
-            total += widest * (windows[p, gear, 3] + 1)
+            total += widest * (windows[p, gear, 3] + 1 + 2 * beside)
     return total
+
+
+@compiled
+def _window_shapes(start, window, first_row, beside):
+    """First and last but one shape of the lines that bound a window's elements, and of those beside them."""
+    low = max(first_row - beside, 0)
+    high = min(first_row + window[3] + beside, len(start) - 2)
+    return start[low], start[high + 1]
 
 
 @compiled
@@ -1318,37 +1328,37 @@ def _drop_dependent(low, high, members):
 
 
 @compiled
-def gather_lines(pairs, indices, windows, first_row, gears, lines, members):
+def gather_lines(pairs, indices, windows, first_row, gears, lines, beside, members):
     """Collect the shapes of the lines in reach; return the number of members.
 
     Parameters
     ----------
     pairs, indices, windows, first_row
         As `place_windows` gives them.
-    gears, lines, members
+    gears, lines, beside, members
         See above; `members` is filled.
     """
     kept, ranges, gram, factor, fields = members
     slots = lines[0][1].shape[1] + lines[1][1].shape[1]
     size = 0
-    first_member = np.empty((pairs + 1,), dtype=np.int64)
+    first_member, first_shape = np.empty((pairs + 1,), dtype=np.int64), np.empty((pairs,), dtype=np.int64)
     for gear in range(2):
         start, displacement, products = lines[gear]
         reach, columns = (displacement.shape[0] - 1) // 2, gears[gear][0].shape[1]
         low, before = size, 0 if gear == 0 else lines[0][1].shape[1]
         for p in range(pairs):
             first_member[p] = size
-            row = first_row[p, gear]
-            for m in range(start[row], start[row + windows[p, gear, 3] + 1]):
+            first_shape[p], last_shape = _window_shapes(start, windows[p, gear], first_row[p, gear], beside)
+            for m in range(first_shape[p], last_shape):
                 kept[size] = p * slots + before + m
                 size += 1
         first_member[pairs] = size
         for q in range(pairs):
             from_q, to_q = first_member[q], first_member[q + 1]
-            shape_q = start[first_row[q, gear]]
+            shape_q = first_shape[q]
             for p in range(pairs):
                 ahead = indices[p] - indices[q] if gear == 0 else indices[q] - indices[p]
-                shape_p = start[first_row[p, gear]] - first_member[p]
+                shape_p = first_shape[p] - first_member[p]
                 for i in range(first_member[p], first_member[p + 1]):
                     for j in range(from_q, to_q):
                         gram[i, j] = products[reach + ahead, shape_p + i, shape_q + j - from_q]
@@ -1373,9 +1383,32 @@ def _cubic_weights(x, weights):
 
 
 @compiled
+def _geodesic_weights(turn, angle, fraction, low, high, weights):
+    """Mix the shapes loaded on both sides into members along a geodesic; see `pmor.reduction.grassmann`."""
+    count = len(angle)
+    shares = np.empty((2, count))
+    for j in range(count):
+        sine = np.sin(angle[j])
+        shares[0, j], shares[1, j] = 1.0 - fraction, fraction
+        if sine > 1e-6:
+            shares[0, j] = np.sin((1.0 - fraction) * angle[j]) / sine
+            shares[1, j] = np.sin(fraction * angle[j]) / sine
+    for s in range(count):
+        for t in range(count):
+            if low[s] and high[s] and low[t] and high[t]:
+                for a in range(2):
+                    weights[a, s, t] = 0.0
+                    for j in range(count):
+                        weights[a, s, t] += turn[s, j] * shares[a, j] * turn[t, j]
+
+
+@compiled
 def _member_weights(positions, roll_position, weights):
-    """First grid position of the stencil and weights of the members (S, T); see `ContactShapes.weights`."""
-    first, step, loaded = positions[0], positions[1], positions[2]
+    """First grid position of the stencil and weights (S, T, T) of shapes in members; see `ContactShapes.combination`.
+
+    Unless members lie on a geodesic, each belongs to one shape: only the weights [:, t, t] are written.
+    """
+    first, step, loaded, turn, angle = positions[0], positions[1], positions[2], positions[5], positions[6]
     before = positions[4].shape[2] // 2 - 1
     place = (roll_position - first) / step
     nearest = np.rint(place)
@@ -1386,12 +1419,14 @@ def _member_weights(positions, roll_position, weights):
     for t in range(loaded.shape[1]):
         low = 1.0 - fraction if loaded[k, t] else 0.0
         high = fraction if loaded[k + 1, t] else 0.0
-        weights[:, t] = 0.0
+        weights[:, t, t] = 0.0
         if fraction < 0.0 or fraction > 1.0 or low + high <= 0.0:
             continue
-        weights[before, t], weights[before + 1, t] = low / (low + high), high / (low + high)
+        weights[before, t, t], weights[before + 1, t, t] = low / (low + high), high / (low + high)
         if before == 1 and 0 < k < loaded.shape[0] - 2 and loaded[k - 1, t] and low * high != 0.0 and loaded[k + 2, t]:
-            _cubic_weights(fraction, weights[:, t])
+            _cubic_weights(fraction, weights[:, t, t])
+    if len(angle) and 0.0 < fraction < 1.0:
+        _geodesic_weights(turn[k], angle[k], fraction, loaded[k], loaded[k + 1], weights)
     return k - before
 
 
@@ -1434,19 +1469,25 @@ def interpolate_positions(phi, pairs, indices, windows, first_row, geometry, gea
     displacement, products = positions[3], positions[4]
     torques, reach, stencil = displacement.shape[1], (displacement.shape[3] - 1) // 2, products.shape[2]
     before = stencil // 2 - 1
-    weights, places = np.empty((pairs, stencil, torques)), np.empty(pairs, dtype=np.int64)
+    # On a geodesic a member is made of all shapes, else of its own.
+    mixed = len(positions[6]) > 0
+    weights, places = np.zeros((pairs, stencil, torques, torques)), np.empty(pairs, dtype=np.int64)
     for p in range(pairs):
         places[p] = _member_weights(positions, phi + indices[p] * geometry[3], weights[p])
     work = np.zeros((pairs * torques, pairs * torques))
     for p in range(pairs):
         for q in range(p, pairs):
             for t in range(torques):
+                from_t, to_t = (0, torques) if mixed else (t, t + 1)
                 for u in range(torques):
+                    from_u, to_u = (0, torques) if mixed else (u, u + 1)
                     value = 0.0
                     for a in range(stencil):
                         for b in range(stencil):
-                            product = products[indices[q] - indices[p], places[p] + before, a, b, t, u]
-                            value += weights[p, a, t] * weights[q, b, u] * product
+                            product = products[indices[q] - indices[p], places[p] + before, a, b]
+                            for s in range(from_t, to_t):
+                                for v in range(from_u, to_u):
+                                    value += weights[p, a, s, t] * weights[q, b, v, u] * product[s, v]
                     work[p * torques + t, q * torques + u] = work[q * torques + u, p * torques + t] = value
     size = _independent_members(work, pairs * torques, kept, gram, factor)
     for gear in range(2):
@@ -1458,17 +1499,19 @@ def interpolate_positions(phi, pairs, indices, windows, first_row, geometry, gea
             count, offset = 3 * windows[p, gear, 1] * columns, 3 * windows[p, gear, 0]
             for j in range(size):
                 q, t = kept[j] // torques, kept[j] % torques
+                from_t, to_t = (0, torques) if mixed else (t, t + 1)
                 ahead = indices[p] - indices[q]
                 tooth = reach + (ahead if gear == 0 else -ahead)
                 target = fields[j]
                 target[offset : offset + count] = 0.0
                 for a in range(stencil):
-                    weight = weights[q, a, t]
-                    if weight == 0.0:
-                        continue
-                    source = displacement[places[q] + a, t, gear, tooth]
-                    for dof in range(count):
-                        target[offset + dof] += weight * source[start + dof]
+                    for s in range(from_t, to_t):
+                        weight = weights[q, a, s, t]
+                        if weight == 0.0:
+                            continue
+                        source = displacement[places[q] + a, s, gear, tooth]
+                        for dof in range(count):
+                            target[offset + dof] += weight * source[start + dof]
     return size
 
 
@@ -1716,7 +1759,7 @@ def _line_amplitude(start, line, order, before, amplitude):
 @compiled
 def _warm_start(family, size, kept, indices, centre, amplitude, base, centre_before, coordinates):
     """Amplitudes of the neighbouring position, carried along with the contact where they belong to lines."""
-    by_line, lines, _ = family
+    by_line, lines, _, _ = family
     slots, weights = amplitude.shape[1], np.empty(4)
     for j in range(size):
         p, slot = kept[j] // slots, kept[j] % slots
@@ -1742,7 +1785,7 @@ def _warm_start(family, size, kept, indices, centre, amplitude, base, centre_bef
 def gather_members(phi, pairs, indices, windows, first_row, geometry, gears, family, members):
     """Collect the shapes in reach, of whichever family; return the number of members."""
     if family[0]:
-        return gather_lines(pairs, indices, windows, first_row, gears, family[1], members)
+        return gather_lines(pairs, indices, windows, first_row, gears, family[1], family[3], members)
     return interpolate_positions(phi, pairs, indices, windows, first_row, geometry, gears, family[2], members)
 
 

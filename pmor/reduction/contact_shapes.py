@@ -10,6 +10,7 @@ therefore stay consistent (Blockmans, Tamarozzi, Naets & Desmet, IJNME 102 (2015
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -17,16 +18,16 @@ from pmor.contact.elasticity import ReducedElasticity
 from pmor.contact.position import Position
 from pmor.fe.cyclic import ElasticGear
 from pmor.gear.conventions import FloatArray
+from pmor.reduction.energy import orthonormal_combinations
+from pmor.reduction.grassmann import Geodesics, geodesic_weights, geodesics
 
-# Directions of the Gram matrix below this fraction of the largest are dependent to working precision.
-DEPENDENCE_TOLERANCE = 1e-10
 # Grid positions that an interpolation combines.
-STENCIL = {"linear": 2, "cubic": 4}
+STENCIL = {"linear": 2, "cubic": 4, "grassmann": 2}
 
 
 @dataclass(frozen=True)
 class ContactShapes:
-    """Family of contact shapes of one tooth pair: M roll positions, T training torques, f flank unknowns per tooth.
+    """Family of contact shapes of one tooth pair: M roll positions, T shapes at each, f flank unknowns per tooth.
 
     Parameters
     ----------
@@ -35,7 +36,7 @@ class ContactShapes:
     angles_per_pitch : int
         Grid steps per pitch: pairs a whole number of pitches apart have the same interpolation weights.
     loaded : ndarray of bool, shape (M, T)
-        Whether the pair carries load there; the shapes of the others are zero.
+        Whether the pair carries load there, and has that shape; the others are zero.
     displacement : ndarray, shape (M, T, 2, 2 reach + 1, f)
         Displacement of pinion and wheel (second but last axis: tooth, counted counter-clockwise from the loaded one),
         mm per unit coordinate.
@@ -43,6 +44,8 @@ class ContactShapes:
         ``gram[d, k, a, b]`` holds the products of the force fields at grid position k + a - before with the
         displacements that the shapes at k + b - before, acting on the pair d pitches ahead, cause there. S grid
         positions are combined: 2 for linear interpolation (before = 0), 4 for cubic (before = 1).
+    geodesic : bool
+        Interpolate the subspaces of all shapes of a position (Grassmann), not the shapes one by one; S is 2.
     """
 
     roll_position: FloatArray
@@ -50,6 +53,7 @@ class ContactShapes:
     loaded: np.ndarray
     displacement: FloatArray
     gram: FloatArray
+    geodesic: bool = False
 
     @property
     def reach(self) -> int:
@@ -61,6 +65,29 @@ class ContactShapes:
         """Grid positions that are combined: S."""
         return int(self.gram.shape[2])
 
+    @cached_property
+    def geodesics(self) -> Geodesics:
+        """Geodesics between neighbouring positions; none where shapes are interpolated one by one."""
+        if self.geodesic:
+            return geodesics(self.gram[0, :-1, 0, 1], self.loaded)
+        size = self.loaded.shape[1]
+        return Geodesics(np.empty((0, size, size)), np.empty((0, size)))
+
+    def combination(self, roll_position: float) -> tuple[int, FloatArray]:
+        """Return the first grid position of the stencil and the weights of its shapes in each member, (S, T, T).
+
+        Diagonal, with `weights`, where shapes are interpolated one by one. On a geodesic, members are mixed of the
+        shapes that exist at both ends; the others stand alone.
+        """
+        first, weights = self.weights(roll_position)
+        combination = weights[:, :, None] * np.eye(weights.shape[1])
+        k, fraction = self._interval(roll_position)
+        if self.geodesic and 0.0 < fraction < 1.0:
+            mixed = geodesic_weights(self.geodesics.turn[k], self.geodesics.angle[k], fraction)
+            both = self.loaded[k] & self.loaded[k + 1]
+            combination = np.where(np.outer(both, both), mixed, combination)
+        return first, combination
+
     def weights(self, roll_position: float) -> tuple[int, FloatArray]:
         """Return the first grid position of the stencil (beyond the grid it has no weight) and the weights, (S, T).
 
@@ -68,13 +95,7 @@ class ContactShapes:
         two inner neighbours, the other is used alone. Outside the trained range, and where neither is loaded, the
         weights are zero.
         """
-        step = self.roll_position[1] - self.roll_position[0]
-        place = (roll_position - self.roll_position[0]) / step
-        # A position on the grid, to round-off, is that training position and nothing else.
-        nearest = round(place)
-        place = float(nearest) if abs(place - nearest) < 1e-9 else place
-        k = min(max(int(np.floor(place)), 0), len(self.roll_position) - 2)
-        fraction = place - k
+        k, fraction = self._interval(roll_position)
         before = self.stencil // 2 - 1
         weights = np.zeros((self.stencil, self.loaded.shape[1]))
         if not 0.0 <= fraction <= 1.0:
@@ -87,6 +108,16 @@ class ContactShapes:
             whole = self.loaded[k - 1 : k + 3].all(axis=0)
             weights[:, whole] = cubic_weights(fraction)[:, None]
         return k - before, weights
+
+    def _interval(self, roll_position: float) -> tuple[int, float]:
+        """Grid position at or below, and fraction of the way to the next; not within 0 to 1 beyond the grid."""
+        step = self.roll_position[1] - self.roll_position[0]
+        place = (roll_position - self.roll_position[0]) / step
+        # A position on the grid, to round-off, is that training position and nothing else.
+        nearest = round(place)
+        place = float(nearest) if abs(place - nearest) < 1e-9 else place
+        k = min(max(int(np.floor(place)), 0), len(self.roll_position) - 2)
+        return k, place - k
 
 
 def cubic_weights(fraction: float) -> FloatArray:
@@ -108,7 +139,7 @@ def contact_shapes(
     force: FloatArray,
     interpolation: str = "linear",
 ) -> ContactShapes:
-    """Build the family from force fields.
+    """Build the family from the raw force fields of the training, one shape for each.
 
     Parameters
     ----------
@@ -128,18 +159,45 @@ def contact_shapes(
     # Over the whole width: a force on several images of a node is shared by them.
     shared = force.reshape(*force.shape[:3], -1, len(pinion.mesh.z), 3) / np.sqrt(pinion.mesh.images)[:, None]
     norm = np.linalg.norm(shared.reshape(force.shape), axis=(2, 3))
-    loaded = norm > 0.0
-    unit = force / np.where(loaded, norm, 1.0)[:, :, None, None]
-    positions, torques, _, size = unit.shape
-    reach = pinion.reach
-    displacement = np.empty((positions, torques, 2, 2 * reach + 1, size))
-    for gear, body in enumerate((pinion, wheel)):
-        fields = unit[:, :, gear].reshape(-1, size)
+    unit = force / np.where(norm > 0.0, norm, 1.0)[:, :, None, None]
+    return shapes_of((pinion, wheel), roll_position, angles_per_pitch, unit, interpolation)
+
+
+def shapes_of(
+    bodies: tuple[ElasticGear, ElasticGear],
+    roll_position: FloatArray,
+    angles_per_pitch: int,
+    force: FloatArray,
+    interpolation: str,
+) -> ContactShapes:
+    """Build the family from the force fields of its shapes.
+
+    Parameters
+    ----------
+    bodies : two ElasticGear
+        Pinion and wheel.
+    roll_position, angles_per_pitch
+        As in `contact_shapes`.
+    force : ndarray, shape (M, T, 2, f)
+        Of each shape, as it is; zero where there is none.
+    interpolation : {"linear", "cubic", "grassmann"}
+        The last for shapes that are orthonormal in energy and aligned.
+
+    Returns
+    -------
+    ContactShapes
+    """
+    positions, shapes, _, size = force.shape
+    reach = bodies[0].reach
+    displacement = np.empty((positions, shapes, 2, 2 * reach + 1, size))
+    for gear, body in enumerate(bodies):
+        fields = force[:, :, gear].reshape(-1, size)
         for k in range(-reach, reach + 1):
             moved = fields @ body.tooth_compliance(k).T
-            displacement[:, :, gear, reach + k] = moved.reshape(positions, torques, size)
-    return ContactShapes(roll_position, angles_per_pitch, loaded, displacement,
-                         _gram(unit, displacement, angles_per_pitch, reach, STENCIL[interpolation]))  # fmt: skip
+            displacement[:, :, gear, reach + k] = moved.reshape(positions, shapes, size)
+    gram = _gram(force, displacement, angles_per_pitch, reach, STENCIL[interpolation])
+    loaded = np.asarray(force.any(axis=(2, 3)))
+    return ContactShapes(roll_position, angles_per_pitch, loaded, displacement, gram, interpolation == "grassmann")
 
 
 def reduced_elasticity(shapes: ContactShapes, position: Position, pitch: float) -> ReducedElasticity:
@@ -157,9 +215,9 @@ def reduced_elasticity(shapes: ContactShapes, position: Position, pitch: float) 
     ReducedElasticity
     """
     before = shapes.stencil // 2 - 1
-    members = [shapes.weights(position.phi + index * pitch) for index in position.pair_index]
+    members = [shapes.combination(position.phi + index * pitch) for index in position.pair_index]
     torques = shapes.loaded.shape[1]
-    present = [np.flatnonzero(weights.sum(axis=0) > 0.0) for _, weights in members]
+    present = [np.flatnonzero(weights.any(axis=(0, 1))) for _, weights in members]
     columns = np.concatenate([p * torques + which for p, which in enumerate(present)]).astype(int)
     raw = np.zeros((len(position.nodes), 3, len(members) * torques))
     gram = np.zeros((len(members) * torques,) * 2)
@@ -170,19 +228,17 @@ def reduced_elasticity(shapes: ContactShapes, position: Position, pitch: float) 
             for gear, tooth in ((0, offset), (1, -offset)):
                 nodes = position.flank_nodes[p][gear]
                 dofs = (3 * nodes[:, None] + np.arange(3)).ravel()
-                used = np.flatnonzero(weights.any(axis=1))
+                used = np.flatnonzero(weights.any(axis=(1, 2)))
                 fields = shapes.displacement[k + used, :, gear, shapes.reach + tooth][:, :, dofs]
-                moved = np.einsum("at,atf->ft", weights[used], fields)
+                moved = np.einsum("ast,asf->ft", weights[used], fields)
                 raw[position.window_slice(p, gear), :, block_q] = moved.reshape(len(nodes), 3, torques)
             if offset <= 0:
                 block_p = slice(p * torques, (p + 1) * torques)
                 k_p, weights_p = members[p]
-                block = np.einsum("at,bu,abtu->tu", weights_p, weights, shapes.gram[-offset, k_p + before])
+                products = shapes.gram[-offset, k_p + before]
+                block = np.einsum("ast,bvu,absv->tu", weights_p, weights, products, optimize=True)
                 gram[block_p, block_q], gram[block_q, block_p] = block, block.T
-    values, vectors = np.linalg.eigh(gram[np.ix_(columns, columns)])
-    keep = values > DEPENDENCE_TOLERANCE * values.max(initial=0.0)
-    transform = vectors[:, keep] / np.sqrt(values[keep])
-    return ReducedElasticity(raw[:, :, columns] @ transform)
+    return ReducedElasticity(raw[:, :, columns] @ orthonormal_combinations(gram[np.ix_(columns, columns)]))
 
 
 def _gram(

@@ -112,6 +112,7 @@ def write_basis(path: Path, basis: Basis, force: FloatArray, overwrite: bool = F
         else:
             for gear, lines in zip(GEARS, shapes.gears, strict=True):
                 _write_lines(file.create_group(f"shapes/{gear}"), lines)
+            set_attributes(file["shapes"], beside=shapes.beside)
         if basis.compliance is not None:
             _write_compliance(file.create_group("error_estimate"), basis.compliance)
         group = file.create_group("training")
@@ -140,11 +141,11 @@ def read_basis(path: Path) -> Basis:
         if attribute(file, "basis_key") != basis_key(case):
             raise ValueError("its case text does not say what it was made from")
         shapes: FlankLineShapes | ContactShapes
-        if case.reduction.shapes == "positions":
-            shapes = _read_positions(file["shapes"])
-        else:
+        if case.reduction.by_line:
             pinion, wheel = (_read_lines(file[f"shapes/{gear}"]) for gear in GEARS)
-            shapes = FlankLineShapes((pinion, wheel))
+            shapes = FlankLineShapes((pinion, wheel), bool(attribute(file["shapes"], "beside")))
+        else:
+            shapes = _read_positions(file["shapes"])
         training = Training(
             phi=read(file["training"], "phi"),
             torque=read(file["training"], "torque"),
@@ -216,12 +217,12 @@ def _read_compliance(group: h5py.Group) -> FlankCompliance:
 
 
 def _write_positions(group: h5py.Group, shapes: ContactShapes) -> None:
-    set_attributes(group, angles_per_pitch=shapes.angles_per_pitch)
+    set_attributes(group, angles_per_pitch=shapes.angles_per_pitch, geodesic=shapes.geodesic)
     write(group, "roll_position", shapes.roll_position, Field("rad", "position", "roll position of the tooth pair"))
-    write(group, "loaded", shapes.loaded, Field("1", "position, torque", "whether the pair carries load"))
-    dims = "position, torque, gear, tooth offset, flank unknown"
+    write(group, "loaded", shapes.loaded, Field("1", "position, shape", "whether the pair carries load"))
+    dims = "position, shape, gear, tooth offset, flank unknown"
     write(group, "displacement", shapes.displacement, Field("mm", dims, "displacement of each shape"))
-    dims = "pitch offset, position, a, b, torque, torque"
+    dims = "pitch offset, position, a, b, shape, shape"
     write(group, "gram", shapes.gram, Field("N mm", dims, "energy products of the shapes"))
 
 
@@ -232,4 +233,5 @@ def _read_positions(group: h5py.Group) -> ContactShapes:
         loaded=read(group, "loaded"),
         displacement=read(group, "displacement"),
         gram=read(group, "gram"),
+        geodesic=bool(attribute(group, "geodesic")),
     )

@@ -91,6 +91,8 @@ def sound_documents(draw):
         # What may be None goes with some choices only; cases from all over the ranges have it.
         keys = {key: hint for key, hint in keys_of(SECTIONS[name]).items() if NoneType not in get_args(hint)}
         document[name] = {key: draw(any_value(key, hint)) for key, hint in keys.items()}
+    if document["reduction"]["shapes"] != "pod":
+        document["reduction"]["interpolation"] = draw(st.sampled_from(["linear", "cubic"]))
     document["contact"]["penalty_N_mm3"] = 10.0 ** draw(st.floats(3.0, 8.0))
     document["offline"] = {"angles_per_pitch": 4, "torques_Nm": [0.4 * torque, 1.8 * torque]}
     document["online"] = {"angles_per_pitch": 4}

@@ -150,6 +150,23 @@ BROKEN = {
         ['[reduction] shapes = "flank_line"', "did you mean flank_lines?"],
     ),
     "number for the family of shapes": (GOOD + "\n[reduction]\nshapes = 1\n", ["shapes = 1", '"flank_lines"']),
+    "geodesics between shapes that span no subspaces": (
+        GOOD + '\n[reduction]\nshapes = "positions"\ninterpolation = "grassmann"\n',
+        ['[reduction] interpolation = "grassmann"', 'not "positions"', 'write shapes = "pod"'],
+    ),
+    "geodesics between the default shapes": (
+        GOOD + '\n[reduction]\ninterpolation = "grassmann"\n',
+        ['[reduction] interpolation = "grassmann"', 'not "flank_lines"'],
+    ),
+    "POD that discards everything": (
+        GOOD + '\n[reduction]\nshapes = "pod"\npod_tolerance = 1.0\n',
+        ["[reduction] pod_tolerance = 1.0", "above 0 and below 1"],
+    ),
+    "POD that discards nothing": (
+        GOOD + '\n[reduction]\nshapes = "pod"\npod_tolerance = 0.0\n',
+        ["[reduction] pod_tolerance = 0.0", "above 0"],
+    ),
+    "misspelt POD": (GOOD + '\n[reduction]\nshapes = "globalpod"\n', ["did you mean global_pod?"]),
     "number for the meshed width": (
         replaced("width_elements = 2", "width_elements = 2\nwidth = 10.0"), ["[mesh] width = 10.0", '"plane_strain"'],
     ),

@@ -36,6 +36,7 @@ def test_minimal_case_is_filled_with_the_documented_defaults():
     assert (case.contact.scheme, case.contact.edge_normals) == ("line", None)
     assert (case.contact.lodm_profile, case.contact.lodm_width, case.contact.penalty_N_mm3) == (4, 1, 1e6)
     assert (case.mesh.width, case.reduction.shapes) == ("half", "flank_lines")
+    assert (case.reduction.interpolation, case.reduction.pod_tolerance) == ("linear", 1e-6)
     assert (case.offline.angles_per_pitch, case.offline.torques_Nm) == (40, (10.0, 35.0, 90.0))
     assert (case.online.angles_per_pitch, case.online.torques_Nm) == (200, (50.0,))
     assert (case.compare.angles, case.compare.torques_Nm) == (40, (15.0, 50.0, 80.0))
@@ -138,6 +139,7 @@ def test_basis_key_changes_with_what_determines_a_basis_only():
         MINIMAL + '[reduction]\nshapes = "positions"\n',
         MINIMAL + '[mesh]\nwidth = "whole"\n',
         MINIMAL + '[mesh]\nwidth = "plane_strain"\n',
+        MINIMAL + "[reduction]\npod_tolerance = 1e-5\n",
         MINIMAL + "[offline]\nangles_per_pitch = 41\n",
     ]
     assert {basis_key(parse(text)) for text in unchanged} == {key}

@@ -162,6 +162,15 @@ def test_plan_shows_settings_defaults_sizes_and_work(capsys, tmp_path, monkeypat
     assert list(tmp_path.iterdir()) == []
 
 
+def test_plan_of_a_reduction_without_training_has_no_full_solves(capsys, tmp_path):
+    case = tmp_path / "static.toml"
+    case.write_text(PAPER.read_text() + '\n[reduction]\nshapes = "static_modes"\n')
+    assert main(["plan", str(case)]) == 0
+    lines = [" ".join(line.split()) for line in capsys.readouterr().out.splitlines()]
+    assert "offline, full contact solves 0 (0 angles x 3 torques: 20, 70, 180 N m)" in lines
+    assert "compare, full and reduced 144 (48 angles x 3 torques: 30, 100, 160 N m)" in lines
+
+
 def test_help_imports_nothing_heavy():
     code = (
         "import sys, pmor.cli\n"

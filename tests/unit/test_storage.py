@@ -18,10 +18,10 @@ from pmor.storage.snapshot_file import Snapshots, read_snapshots, write_snapshot
 from tests.small_case import case_text
 
 POSITIONS, TORQUES, UNKNOWNS = 7, 2, 6
-DATASETS = {"flank_lines": 20, "positions": 16}
+DATASETS = {"flank_lines": 20, "static_modes": 20, "positions": 16, "pod": 16}
 
 
-@pytest.fixture(params=["flank_lines", "positions"])
+@pytest.fixture(params=list(DATASETS))
 def family(request):
     return request.param
 
@@ -46,22 +46,24 @@ def line_shapes(rng, *counts):
     )
 
 
-def position_shapes(rng):
+def position_shapes(rng, geodesic):
     return ContactShapes(
         roll_position=np.linspace(-0.2, 0.3, POSITIONS),
         angles_per_pitch=4,
         loaded=rng.random((POSITIONS, TORQUES)) < 0.5,
         displacement=rng.normal(size=(POSITIONS, TORQUES, 2, 3, UNKNOWNS)),
         gram=rng.normal(size=(2, POSITIONS, 2, 2, TORQUES, TORQUES)),
+        geodesic=geodesic,
     )
 
 
 @pytest.fixture
 def basis(case, rng):
-    if case.reduction.shapes == "positions":
-        shapes = position_shapes(rng)
+    family = case.reduction.shapes
+    if family in ("positions", "pod"):
+        shapes = position_shapes(rng, geodesic=family == "pod")
     else:
-        shapes = FlankLineShapes((line_shapes(rng, 1, 2, 1), line_shapes(rng, 1, 1, 3)))
+        shapes = FlankLineShapes((line_shapes(rng, 1, 2, 1), line_shapes(rng, 1, 1, 3)), family == "static_modes")
     ste_um = rng.normal(size=(TORQUES, 4))
     ste_um[1, 2] = np.nan
     training = Training(
@@ -146,10 +148,12 @@ def test_basis_comes_back_bit_for_bit(path, basis, force):
         for name in ("roll_position", "loaded", "displacement", "gram"):
             assert_same(getattr(found.shapes, name), getattr(basis.shapes, name))
         assert found.shapes.angles_per_pitch == basis.shapes.angles_per_pitch
+        assert found.shapes.geodesic is basis.shapes.geodesic
     else:
         for lines, expected in zip(found.shapes.gears, basis.shapes.gears, strict=True):
             for name in ("start", "force", "displacement", "gram"):
                 assert_same(getattr(lines, name), getattr(expected, name))
+        assert found.shapes.beside is basis.shapes.beside
     assert found.shapes.reach == 1
     assert found.compliance.components == 2
     for gear in range(2):
@@ -429,8 +433,10 @@ def test_snapshots_with_a_flipped_bit_count_as_absent(tmp_path, snapshots):
 
 
 SHAPES_LINE = {
-    "flank_lines": "shapes/wheel/displacement 3 x 5 x 6 mm displacement of each shape",
-    "positions": "shapes/loaded 7 x 2 1 whether the pair carries load",
+    **dict.fromkeys(
+        ("flank_lines", "static_modes"), "shapes/wheel/displacement 3 x 5 x 6 mm displacement of each shape"
+    ),
+    **dict.fromkeys(("positions", "pod"), "shapes/loaded 7 x 2 1 whether the pair carries load"),
 }
 
 

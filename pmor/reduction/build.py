@@ -1,0 +1,75 @@
+"""The reduction that a case asks for.
+
+| shapes | what is solved for | take it for |
+|---|---|---|
+| `flank_lines` | an amplitude for each flank line in reach | all common work |
+| `positions` | one for each training torque and tooth pair | the paper's way |
+| `pod` | one for each mode and tooth pair | many torques |
+| `global_pod` | one for each mode and tooth pair | the known bad alternative |
+| `static_modes` | two for each flank node in reach | next to exact, without training |
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pmor.case import Case
+from pmor.fe.cyclic import ElasticGear
+from pmor.gear.conventions import FloatArray
+from pmor.reduction.contact_shapes import ContactShapes, contact_shapes, shapes_of
+from pmor.reduction.flank_lines import FlankLineShapes, flank_line_shapes
+from pmor.reduction.pod import global_modes, local_modes
+from pmor.reduction.static_modes import static_mode_shapes
+
+
+def build_shapes(
+    case: Case,
+    bodies: tuple[ElasticGear, ElasticGear],
+    grid: FloatArray,
+    force: FloatArray,
+    flank_nodes: tuple[FloatArray, FloatArray],
+) -> FlankLineShapes | ContactShapes:
+    """Build the shapes that a case asks for.
+
+    Parameters
+    ----------
+    case : Case
+    bodies : two ElasticGear
+        Pinion and wheel.
+    grid : ndarray, shape (M,)
+        Roll positions of the training, rad.
+    force : ndarray, shape (M, T, 2, f)
+        Nodal forces of full FE over roll positions and training states, N; zero where the pair is idle. Static modes
+        do not look at it.
+    flank_nodes : two ndarrays, shape (lines, columns, 3)
+        mm.
+
+    Returns
+    -------
+    FlankLineShapes or ContactShapes
+
+    Raises
+    ------
+    ConvergenceError
+        When no training state loads a flank.
+    """
+    reduction, per_pitch = case.reduction, case.offline.angles_per_pitch
+    if reduction.shapes == "flank_lines":
+        return flank_line_shapes(bodies, force, flank_nodes, reduction.distribution_tolerance)
+    if reduction.shapes == "static_modes":
+        return static_mode_shapes(bodies, flank_nodes, case.contact.kind != "nodal")
+    if reduction.shapes == "positions":
+        return contact_shapes(*bodies, grid, per_pitch, force, reduction.interpolation)
+    if reduction.shapes == "pod":
+        modes = local_modes(bodies, force, reduction.pod_tolerance)
+        return shapes_of(bodies, grid, per_pitch, modes, reduction.interpolation)
+    return same_everywhere(bodies, grid, global_modes(bodies, force, reduction.pod_tolerance))
+
+
+def same_everywhere(bodies: tuple[ElasticGear, ElasticGear], grid: FloatArray, modes: FloatArray) -> ContactShapes:
+    """Shapes, (r, 2, f), for all positions of a grid.
+
+    A grid of two positions, at which tooth pairs any number of pitches apart are at the same one. At its end the pair
+    is idle, so that the shapes of its beginning are used alone all the way.
+    """
+    return shapes_of(bodies, grid[[0, -1]], 0, np.stack([modes, np.zeros_like(modes)]), "linear")

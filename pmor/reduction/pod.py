@@ -1,0 +1,105 @@
+"""Contact shapes by proper orthogonal decomposition (POD) of the snapshots, in the energy inner product.
+
+With f_i the force fields that full FE found on both flanks of a tooth pair and C the compliance of the loaded teeth,
+fields are measured by the work of one on the displacements of the other, <f, g> = f^T C g. Method of snapshots
+(Sirovich, Quart. Appl. Math. 45 (1987) 561): with G_ij = <f_i, f_j> and its eigenpairs G v = lambda v, the modes
+
+    f = sum_i v_i f_i / sqrt(lambda)
+
+are orthonormal in energy, and the first r of them miss of the snapshots' energy, on average, the share that the
+discarded eigenvalues have of all: no other r shapes miss less.
+
+Snapshots are first brought to the energy 1. Their size means nothing, for each amplitude is solved for anew; raw, a
+load of 180 N m would count 81 times as much as one of 20 N m, and what the contact does under small loads would be the
+first to be discarded.
+
+Two ways, when to use them:
+
+* `local_modes`: a basis for each trained roll position, from its snapshots over all training states. For many states
+  (torques, and other parameters): the size follows the tolerance, not their number. Between positions it is no better
+  than the raw snapshots, and with a dent worse (0.31 against 0.12 %, paper's pair with Hermite patches): those of one
+  torque follow the contact, while the last modes hold what little tells the torques apart, and turn fast.
+* `global_modes`: one basis for all roll positions. The textbook way and the known bad alternative, to compare with: a
+  contact that moves is not a sum of a few products of a shape and an amplitude (it is *linearly inseparable*; Blockmans
+  et al., IJNME 102 (2015) 1162), so that the basis grows with the path of contact. *Measured*, same pair and tolerance
+  1e-6: 43 modes where a position needs 3, and 22 where it needs 2 in line contact, which has no dent in its elements.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pmor.errors import ConvergenceError
+from pmor.fe.cyclic import ElasticGear
+from pmor.gear.conventions import FloatArray, IntArray
+from pmor.reduction.alignment import align_along_grid
+from pmor.reduction.energy import own_displacement, principal_energies
+
+
+def local_modes(bodies: tuple[ElasticGear, ElasticGear], force: FloatArray, tolerance: float) -> FloatArray:
+    """Return a POD basis for each roll position, aligned along the grid.
+
+    All positions have as many modes as the one that needs most, where they have as many independent snapshots.
+
+    Parameters
+    ----------
+    bodies : two ElasticGear
+        Pinion and wheel.
+    force : ndarray, shape (M, T, 2, f)
+        Nodal forces on the flanks over roll positions and training states, N; zero where the pair is idle.
+    tolerance : float
+        Share of the snapshots' energy that may be discarded.
+
+    Returns
+    -------
+    ndarray, shape (M, r, 2, f)
+        Force fields of the modes, orthonormal in energy; zero where a position has fewer than r.
+
+    Raises
+    ------
+    ConvergenceError
+        When no snapshot carries load.
+    """
+    fields = force.reshape(*force.shape[:2], -1)
+    moved = own_displacement(bodies, force).reshape(fields.shape)
+    found = [principal_combinations(f @ u.T) for f, u in zip(fields, moved, strict=True)]
+    most = max(modes_needed(energy, tolerance) for energy, _ in found)
+    if not most:
+        raise ConvergenceError("no training state loads a flank: there is nothing to make shapes from", [])
+    count: IntArray = np.array([min(most, len(energy)) for energy, _ in found])
+    modes, displaced = np.zeros((2, len(force), most, fields.shape[2]))
+    for k, (_, combination) in enumerate(found):
+        kept = combination[:, : count[k]].T
+        # The last modes lose digits in the division by their energy: these are made orthonormal once more.
+        factor = np.linalg.cholesky((kept @ fields[k]) @ (kept @ moved[k]).T)
+        modes[k, : count[k]] = np.linalg.solve(factor, kept @ fields[k])
+        displaced[k, : count[k]] = np.linalg.solve(factor, kept @ moved[k])
+    return align_along_grid(modes, displaced, count).reshape(len(force), most, *force.shape[2:])
+
+
+def global_modes(bodies: tuple[ElasticGear, ElasticGear], force: FloatArray, tolerance: float) -> FloatArray:
+    """Return one POD basis of all snapshots, shape (r, 2, f); see `local_modes`."""
+    every = force.reshape(1, -1, *force.shape[2:])
+    return np.asarray(local_modes(bodies, every, tolerance)[0])
+
+
+def principal_combinations(gram: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the POD of snapshots that have the Gram matrix `gram`, shape (n, n), in energy.
+
+    Returns
+    -------
+    energy : ndarray, shape (m,)
+        Of each mode over that of all snapshots of energy 1, falling; dependent snapshots give no mode.
+    combination : ndarray, shape (n, m)
+        Snapshots (as they are) times it are the modes.
+    """
+    size = np.sqrt(np.diag(gram))
+    inverse = np.divide(1.0, size, out=np.zeros_like(size), where=size > 0.0)
+    energy, directions = principal_energies(gram * np.outer(inverse, inverse))
+    return energy / max(int((size > 0.0).sum()), 1), inverse[:, None] * directions / np.sqrt(energy)
+
+
+def modes_needed(energy: FloatArray, tolerance: float) -> int:
+    """Return how many modes leave at most the share `tolerance` of the energy to the others."""
+    discarded = np.cumsum(energy[::-1])[::-1]
+    return int((discarded > tolerance).sum())

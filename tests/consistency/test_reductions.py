@@ -1,0 +1,235 @@
+"""The choices of reductions against full FE and against each other: which is exact, which is not, and where."""
+
+from functools import cache
+
+import h5py
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import offline.jobs
+from offline.jobs import run_offline
+from online.compare import compare_models
+from online.model import reduced_pair, unseen_angles
+from online.sweep import sweep_reduced_pair
+from pmor.case import parse_case
+from pmor.model import elastic_model, mesh_model
+from pmor.reduction.build import same_everywhere
+from pmor.reduction.contact_shapes import contact_shapes, reduced_elasticity, shapes_of
+from pmor.reduction.energy import own_displacement
+from pmor.reduction.pod import global_modes, local_modes
+from pmor.storage.basis_file import read_basis
+from pmor.sweep import sweep_ste
+from tests.small_case import case_text, small_case
+
+SAME_SPAN = 1e-9  # the equilibrium is solved to a relative residual of 1e-9
+# Unit forces in the transverse plane on all nodes in reach; only forces along the axis are left out, which a curved
+# surface between unevenly displaced nodes makes. Measured on these coarse meshes: 2e-9 in line contact, 8e-9 with
+# Hermite patches.
+EXACT = 5e-8
+
+
+def unseen(model, count=12):
+    meshed = model.mesh.meshed
+    return unseen_angles(meshed.pair.roll_position_range[0], meshed.pair.pitch, count, 6)
+
+
+def ste_of(meshed, elasticity_at, phi, torques=(60e3, 100e3)):
+    sweep = sweep_ste(meshed, elasticity_at, phi, torques)
+    assert sweep.converged.all()
+    return sweep.ste_um
+
+
+@cache
+def model_of(scheme, width):
+    case = case_with(scheme, width)
+    return scheme, elastic_model(case, mesh_model(case))
+
+
+@pytest.fixture(scope="module", params=["direct", "line"])
+def scheme_model(request):
+    """The small model, with and without a dent in its finite elements."""
+    return model_of(request.param, "half")
+
+
+def case_with(scheme, width="half", **reduction):
+    text = case_text(
+        mesh={"profile_elements": 5, "width_elements": 2, "width": width},
+        contact={"scheme": scheme},
+        offline={"angles_per_pitch": 6},
+        compare={"angles": 4},
+        reduction=reduction,
+    )
+    return parse_case(text, "small", "small case")
+
+
+def errors_of(scheme_model, folder, width="half", **reduction):
+    """Reduced against full STE at unseen positions, by the slow twin."""
+    scheme, model = scheme_model
+    path = folder / "basis.h5"
+    assert run_offline(case_with(scheme, width, **reduction), model, path, overwrite=True).failed == ()
+    reduced, phi = reduced_pair(read_basis(path)), unseen(model)
+    full = ste_of(model.mesh.meshed, model.elasticity_at, phi)
+    return np.abs(ste_of(reduced.meshed, reduced.elasticity_at, phi) / full - 1.0)
+
+
+# --- exact -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("width", ["half", "whole"])
+@pytest.mark.parametrize("scheme", ["direct", "line"])
+def test_static_modes_are_full_fe(scheme, width, tmp_path):
+    assert errors_of(model_of(scheme, width), tmp_path, width, shapes="static_modes").max() < EXACT
+
+
+@pytest.mark.parametrize(
+    "reduction",
+    [
+        {},
+        {"shapes": "positions"},
+        {"shapes": "pod"},
+        {"shapes": "pod", "interpolation": "cubic"},
+        {"shapes": "pod", "interpolation": "grassmann"},
+        {"shapes": "global_pod"},
+    ],
+    ids=lambda r: " ".join(map(str, r.values())) or "flank_lines",
+)
+def test_nothing_else_is_nearly_as_close(reduction, scheme_model, tmp_path):
+    """Six angles on five elements: measured 1e-5 (global POD in line contact, where no dent moves) to 2e-2."""
+    assert EXACT * 100.0 < errors_of(scheme_model, tmp_path, **reduction).max() < 0.1
+
+
+def test_static_modes_need_no_full_solve(small_model, tmp_path, monkeypatch):
+    def solve(*_):
+        raise AssertionError("a full solve")
+
+    monkeypatch.setattr(offline.jobs, "solve_snapshots", solve)
+    case, path = small_case(shapes="static_modes"), tmp_path / "basis.h5"
+    done = run_offline(case, small_model[1], path)
+    assert (done.solved, done.resumed, done.failed) == (0, 0, ())
+    basis = read_basis(path)
+    assert basis.training.ste_um.size == basis.training.converged.size == len(basis.training.phi) == 0
+    with h5py.File(path) as file:
+        assert file["training/force"].shape[0] == 0
+    comparison = compare_models(reduced_pair(basis), small_model[1])
+    assert comparison.reduced.converged.all()
+    assert comparison.max_relative_error < 1e-4  # the compiled sweep's last step
+
+
+def test_the_compiled_sweep_gives_lines_beside_the_windows_their_shapes(tmp_path):
+    """In line contact, whose loads reach them: without them the STE would miss full FE by 1e-5."""
+    case, path = case_with("line", shapes="static_modes"), tmp_path / "basis.h5"
+    model = elastic_model(case, mesh_model(case))
+    run_offline(case, model, path)
+    reduced, phi = reduced_pair(read_basis(path)), unseen(model)
+    assert reduced.basis.shapes.beside
+    fast = sweep_reduced_pair(reduced, phi, [60e3, 100e3], tolerance=1e-9)
+    full = ste_of(model.mesh.meshed, model.elasticity_at, phi)
+    assert_allclose(fast.ste_um, full, rtol=EXACT)
+
+
+# --- POD against raw snapshots ---------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def training(small_model, small_basis_file):
+    """Case, model, roll positions and forces of the small model's training."""
+    case, model = small_model
+    path = small_basis_file(shapes="positions")
+    with h5py.File(path) as file:
+        force = file["training/force"][()]
+    reduced = reduced_pair(read_basis(path))
+    return reduced, model, (model.pinion, model.wheel), reduced.basis.shapes.roll_position, force
+
+
+def elasticity(shapes, meshed):
+    return lambda position: reduced_elasticity(shapes, position, meshed.pair.pitch)
+
+
+@pytest.mark.parametrize("interpolation", ["linear", "cubic", "grassmann"])
+def test_pod_that_discards_nothing_spans_the_raw_snapshots(interpolation, training):
+    reduced, _, bodies, grid, force = training
+    meshed, phi = reduced.meshed, reduced.basis.training.phi
+    modes = local_modes(bodies, force, 1e-15)
+    assert modes.shape[1] == force.shape[1]
+    shapes = shapes_of(bodies, grid, 6, modes, interpolation)
+    raw = contact_shapes(*bodies, grid, 6, force)
+    expected = ste_of(meshed, elasticity(raw, meshed), phi)
+    assert_allclose(ste_of(meshed, elasticity(shapes, meshed), phi), expected, rtol=SAME_SPAN)
+    # At the training torques both are full FE.
+    trained = reduced.basis.training
+    found = ste_of(meshed, elasticity(shapes, meshed), phi, trained.torque[:, 0])
+    assert_allclose(found, trained.ste_um, rtol=1e-6)
+
+
+def test_with_one_mode_a_geodesic_and_a_chord_span_the_same(training):
+    """Nearly: the arc is run through at another speed. At the middle of an interval there is no difference."""
+    reduced, _, bodies, grid, force = training
+    meshed = reduced.meshed
+    modes = local_modes(bodies, force, 0.5)
+    assert modes.shape[1] == 1
+    middle = reduced.basis.training.phi + 0.5 * (grid[1] - grid[0])
+    chord, arc = (shapes_of(bodies, grid, 6, modes, name) for name in ("linear", "grassmann"))
+    found = [ste_of(meshed, elasticity(shapes, meshed), middle) for shapes in (chord, arc)]
+    assert_allclose(found[1], found[0], rtol=SAME_SPAN)
+    beside = middle + 0.25 * (grid[1] - grid[0])
+    found = [ste_of(meshed, elasticity(shapes, meshed), beside) for shapes in (chord, arc)]
+    assert np.abs(found[1] / found[0] - 1.0).max() > 1e-5
+
+
+def test_on_a_geodesic_the_modes_stay_orthonormal_in_energy(training):
+    _, _, bodies, grid, force = training
+    modes = local_modes(bodies, force, 1e-15)
+    shapes = shapes_of(bodies, grid, 6, modes, "grassmann")
+    complete = np.flatnonzero(shapes.loaded.all(axis=1))
+    assert np.diff(complete).max() == 1
+    for k in complete[:-1]:
+        for fraction in (0.2, 0.5, 0.9):
+            first, weights = shapes.combination(float(grid[k] + fraction * (grid[1] - grid[0])))
+            members = np.einsum("ast,asgf->tgf", weights, modes[first : first + 2])
+            energy = np.einsum("tgf,ugf->tu", members, own_displacement(bodies, members))
+            assert_allclose(energy, np.eye(len(energy)), rtol=0.0, atol=1e-9)
+
+
+def test_one_basis_for_all_positions_is_worse_than_one_for_each_at_equal_size(training):
+    """Contact that moves is linearly inseparable; measured 0.15 against 0.018."""
+    reduced, model, bodies, grid, force = training
+    meshed, phi = reduced.meshed, unseen(model)
+    full = ste_of(model.mesh.meshed, model.elasticity_at, phi)
+    size = force.shape[1]
+    everywhere = same_everywhere(bodies, grid, global_modes(bodies, force, 1e-9)[:size])
+    local = shapes_of(bodies, grid, 6, local_modes(bodies, force, 1e-15), "linear")
+    assert everywhere.loaded.shape[1] == local.loaded.shape[1] == size
+    error = [np.abs(ste_of(meshed, elasticity(s, meshed), phi) / full - 1.0).max() for s in (everywhere, local)]
+
+    assert error[0] > 5.0 * error[1], error
+
+
+def test_a_global_basis_needs_many_more_modes(training):
+    _, _, bodies, _, force = training
+    for tolerance in (1e-3, 1e-6):
+        local, everywhere = (modes(bodies, force, tolerance) for modes in (local_modes, global_modes))
+        assert everywhere.shape[0] > 3 * local.shape[1]
+
+
+
+# --- as a whole ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "reduction",
+    [
+        {"shapes": "pod", "interpolation": "cubic"},
+        {"shapes": "pod", "interpolation": "grassmann"},
+        {"shapes": "global_pod"},
+        {"shapes": "static_modes"},
+    ],
+    ids=lambda r: " ".join(r.values()),
+)
+def test_a_case_file_selects_each(reduction, small_model, small_basis_file):
+    """Stored, read and swept by compiled code as by the slow twin."""
+    reduced = reduced_pair(read_basis(small_basis_file(**reduction)))
+    assert reduced.basis.case.reduction.shapes == reduction["shapes"]
+    phi = unseen(small_model[1], 5)
+    fast = sweep_reduced_pair(reduced, phi, [60e3, 100e3], tolerance=1e-9)
+    assert_allclose(fast.ste_um, ste_of(reduced.meshed, reduced.elasticity_at, phi), rtol=1e-8)
