@@ -18,17 +18,21 @@ the flank; 1 if the last element row is the last of the flank.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numba import njit
 
 # Divisions follow IEEE 754 instead of raising, which spares a branch at each; results are checked where they are used.
-# What neither makes, returns nor copies arrays goes without numba's runtime, that is without counting references to each of its
-# array arguments at every call, which takes a third of a sweep's time; such a function borrows them from its caller.
-compiled = njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+# What neither makes, copies nor returns arrays goes without numba's runtime: it borrows its arguments from its caller
+# instead of counting references to each of their arrays at every call, which took a third of a sweep's time.
+_OPTIONS: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy"}
+_BORROWING: dict[str, Any] = {**_OPTIONS, "_nrt": False}
+compiled = njit(**_BORROWING)
 # Called once per contact point: dozens of shapes and strides to pass on each time.
-inlined = njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
-# Said aloud: a function that says nothing inherits what it is called from.
-allocating = njit(cache=True, nogil=True, error_model="numpy", _nrt=True)
+inlined = njit(**_BORROWING, forceinline=True)
+# Said aloud: a function that says nothing inherits this from its caller.
+allocating = njit(**{**_OPTIONS, "_nrt": True})
 
 
 @inlined
@@ -101,7 +105,7 @@ def node_normals(nodes, low_edge, high_edge, parabolic, mirrored, out):
                 for dk in range(2):
                     for d in range(3):
                         out[i + di, k + dk, d] += normal[d]
-    for i in range(0 if low_edge else 1, rows if high_edge else rows - 1):
+    for i in range(rows):
         for k in range(columns):
             in_mirror = mirrored and k == columns - 1
             on_edge = (i == 0 and low_edge) or (i == rows - 1 and high_edge) or k == 0 or k == columns - 1
