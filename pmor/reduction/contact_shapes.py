@@ -10,14 +10,17 @@ therefore stay consistent (Blockmans, Tamarozzi, Naets & Desmet, IJNME 102 (2015
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pmor.contact.elasticity import ReducedElasticity
 from pmor.contact.position import Position
-from pmor.fe.cyclic import ElasticGear
 from pmor.gear.conventions import FloatArray
 from pmor.reduction.half_width import lower_half
+
+if TYPE_CHECKING:
+    from pmor.fe.cyclic import ElasticGear
 
 # Directions of the Gram matrix below this fraction of the largest are dependent to working precision.
 DEPENDENCE_TOLERANCE = 1e-10

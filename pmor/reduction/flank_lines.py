@@ -15,15 +15,18 @@ gathered over the width.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pmor.contact.elasticity import ReducedElasticity
 from pmor.contact.position import Position
 from pmor.errors import ConvergenceError
-from pmor.fe.cyclic import ElasticGear
 from pmor.gear.conventions import FloatArray, IntArray
 from pmor.reduction.half_width import lower_half
+
+if TYPE_CHECKING:
+    from pmor.fe.cyclic import ElasticGear
 
 # A second distribution of a line is kept when it carries more than this share of the first one's forces. Measured on
 # the paper's pair: the second carries 1-3 %, and without it the STE misses full FE by 0.01 %.
