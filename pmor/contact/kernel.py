@@ -1395,9 +1395,10 @@ def _deform(undeformed, position, members, coordinates, nodes):
             low = 3 * windows[p, gear, 0]
             high = low + 3 * windows[p, gear, 1] * gears[gear][0].shape[1]
             for j in range(ranges[gear, 1] - ranges[gear, 0]):
-                amplitude, field = coordinates[ranges[gear, 0] + j], fields[j]
-                for dof in range(low, high):
-                    flat[dof] += amplitude * field[dof]
+                # Slices from 0 on: a compiler must allow for a negative start and does not use vector registers then.
+                amplitude, field, moved = coordinates[ranges[gear, 0] + j], fields[j, low:high], flat[low:high]
+                for dof in range(len(moved)):
+                    moved[dof] += amplitude * field[dof]
 
 
 @compiled
