@@ -162,7 +162,9 @@ def phase_rows(case: Case, model: ReducedPair) -> list[Row]:
     scheme, family, reach = sweep_scheme(meshed), model.family, pairs_in_reach(meshed)
     approach, depth = meshed.expected_approach(torque), window_depth(meshed, torque)
     problem = meshed.geometry, scheme, torque
-    found: list[list[float]] = [[] for _ in PHASES]
+    # Exact flanks have no surfaces to prepare.
+    phases = [i for i, name in enumerate(PHASES) if name != "surfaces" or not meshed.scheme.exact]
+    found: dict[int, list[float]] = {phase: [] for phase in phases}
     points = []
     for phi in online_angles(meshed.pair.pitch, 20):
         state, position, members = kernel.place_position(
@@ -170,7 +172,7 @@ def phase_rows(case: Case, model: ReducedPair) -> list[Row]:
         )
         coordinates = np.zeros(position[7])
         lead = kernel.solve_cold(state, position, problem, members, approach, coordinates, 40, TOLERANCE)[0]
-        for phase in range(len(PHASES)):
+        for phase in phases:
             arguments = (state, position, problem, members, family, coordinates, lead)
             points.append(kernel.repeat_phase(phase, 1, *arguments))
             start = time.perf_counter()
@@ -178,11 +180,10 @@ def phase_rows(case: Case, model: ReducedPair) -> list[Row]:
             found[phase].append(1e3 * (time.perf_counter() - start) / PHASE_LOOPS)
     sweep = sweep_reduced_pair(model, online_angles(meshed.pair.pitch, ANGLES), [torque])
     evaluations = float(np.mean(sweep.newton_steps)) + 1.0
-    counts = (1.0, evaluations, evaluations, evaluations, evaluations, evaluations)
     return [
-        {**_row(f"phase: {name}", case, [float(np.mean(times))], PHASE_LOOPS), "per_position": count,
-         "points": float(np.mean(points))}
-        for name, times, count in zip(PHASES, found, counts, strict=True)
+        {**_row(f"phase: {PHASES[phase]}", case, [float(np.mean(times))], PHASE_LOOPS),
+         "per_position": evaluations if phase else 1.0, "points": float(np.mean(points))}
+        for phase, times in found.items()
     ]  # fmt: skip
 
 

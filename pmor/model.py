@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -17,7 +17,6 @@ from pmor.contact.line_contact import approach_constants, check_half_width, line
 from pmor.contact.misalignment import Misalignment
 from pmor.contact.solve import ElasticityAt
 from pmor.errors import MeshError
-from pmor.fe.cyclic import ElasticGear, elastic_gear
 from pmor.gear.conventions import FloatArray
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance
 from pmor.gear.tooth import Tooth
@@ -25,6 +24,9 @@ from pmor.limits import refuse_impossible_load, refuse_locking_penalty
 from pmor.mesh.layer import surface_layer
 from pmor.mesh.quality import MeshQuality, mesh_quality
 from pmor.mesh.sector import SectorMesh, build_sector
+
+if TYPE_CHECKING:
+    from pmor.fe.cyclic import ElasticGear
 
 T = TypeVar("T")
 
@@ -194,13 +196,13 @@ def elastic_model(case: Case, mesh: MeshModel, keep_volume: bool = False) -> Ela
     -------
     ElasticModel
     """
+    from pmor.fe.cyclic import elastic_gear  # with scipy, which a sweep with a basis does without
+
     reach = neighbour_reach(mesh.meshed.pair)
 
     def build(sector: SectorMesh, gear: GearCase) -> ElasticGear:
-        columns = 0
-        if mesh.meshed.scheme.kind == "line":
-            tooth = mesh.meshed.pair.pinion if sector is mesh.pinion else mesh.meshed.pair.wheel
-            columns = _layer_mesh(case, tooth)[0]
+        layers = mesh.meshed.layers
+        columns = layers[0 if sector is mesh.pinion else 1].columns if layers else 0
         return elastic_gear(
             sector, gear.youngs_modulus_GPa * 1e3, gear.poisson_ratio, case.mesh.element, reach, keep_volume, columns
         )
@@ -220,15 +222,11 @@ def neighbour_reach(pair: GearPair) -> int:
     return max(1, math.ceil(pair.contact_ratio + 1.0) - 1)
 
 
-def _layer_mesh(case: Case, tooth: Tooth) -> tuple[int, FloatArray]:
-    depth = case.contact.layer_depth * case.pair.module_mm
-    return surface_layer(tooth, case.mesh.profile_elements, case.mesh.spacing, depth)
-
-
 def _layer(case: Case, gear: GearCase, tooth: Tooth) -> SurfaceLayer:
-    depth = _layer_mesh(case, tooth)[1]
+    wanted = case.contact.layer_depth * case.pair.module_mm
+    columns, depth = surface_layer(tooth, case.mesh.profile_elements, case.mesh.spacing, wanted)
     compliance = line_compliance(gear.youngs_modulus_GPa * 1e3, gear.poisson_ratio)
-    return SurfaceLayer(depth, compliance, approach_constants(depth, gear.poisson_ratio))
+    return SurfaceLayer(depth, compliance, approach_constants(depth, gear.poisson_ratio), columns)
 
 
 def _same_blank(case: Case) -> bool:

@@ -12,15 +12,16 @@ without elastic displacement, K the points' penalty stiffness, l the levers and 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
-import scipy.linalg as la
 
 from pmor.contact.position import Position
 from pmor.contact.search import Contact
-from pmor.fe.cyclic import ElasticGear
 from pmor.gear.conventions import FloatArray
+
+if TYPE_CHECKING:
+    from pmor.fe.cyclic import ElasticGear
 
 
 class Elasticity(Protocol):
@@ -67,6 +68,8 @@ class FullElasticity:
         return contact.nodal_forces(force, len(self.compliance) // 3).ravel()
 
     def newton_step(self, contact: Contact, free_gap: FloatArray, torque: float) -> tuple[FloatArray, float]:
+        import scipy.linalg as la  # not at the start of every sweep, which seldom gets here
+
         nodes, inverse = np.unique(contact.index, return_inverse=True)
         dofs = (3 * nodes[:, None] + np.arange(3)).ravel()
         n = len(free_gap)
@@ -105,6 +108,8 @@ class ReducedElasticity:
         return np.asarray(force @ contact.gap_change(self.basis))
 
     def newton_step(self, contact: Contact, free_gap: FloatArray, torque: float) -> tuple[FloatArray, float]:
+        import scipy.linalg as la
+
         columns = np.concatenate([contact.gap_change(self.basis), contact.lever[:, None]], axis=1)
         weighted = columns.T * contact.stiffness
         matrix, rhs = weighted @ columns, -weighted @ free_gap

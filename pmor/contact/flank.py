@@ -93,7 +93,8 @@ class Flank:
     roll_angle : ndarray, shape (n + 1,)
         rad.
     extents : ndarray, shape (n lodm_profile + 1, m lodm_width + 1, 4)
-        Half distances of each refined point to its neighbours towards root, tip, -z, +z, mm.
+        Half distances of each refined point to its neighbours towards root, tip, -z, +z, mm; of each node for exact
+        flanks, which are not refined.
     """
 
     nodes: FloatArray
@@ -123,11 +124,14 @@ class SurfaceLayer:
         2 (1 - nu^2) / (pi E), mm^2/N.
     constant : ndarray, shape (n + 1,)
         ln(2 depth) + 1/2 + a of the approach (`pmor.contact.line_contact`).
+    columns : int
+        Elements through the layer.
     """
 
     depth: FloatArray
     compliance: float
     constant: FloatArray
+    columns: int
 
 
 @dataclass(frozen=True)
@@ -184,7 +188,7 @@ class MeshedPair:
     def gears(self) -> tuple[tuple[FloatArray, ...], ...]:
         """Flanks for the kernel: nodes, roll angles, extents, circles, layer and widths of sections of both gears."""
         flanks, teeth = (self.pinion, self.wheel), (self.pair.pinion, self.pair.wheel)
-        none = SurfaceLayer(np.empty(0), 0.0, np.empty(0))
+        none = SurfaceLayer(np.empty(0), 0.0, np.empty(0), 0)
         return tuple(
             (flank.nodes, flank.roll_angle, flank.extents,
              np.array([tooth.base_radius, tooth.form_roll_angle, tooth.tip_roll_angle, tooth.base_half_angle,
@@ -225,15 +229,20 @@ def make_flank(
     Flank
     """
     nodes = np.ascontiguousarray(nodes)
-    elements, across = nodes.shape[0] - 1, nodes.shape[1] - 1
-    points = np.empty((elements * scheme.lodm_profile + 1, across * scheme.lodm_width + 1, 3))
-    along_rows, along_columns = np.empty((*nodes.shape[:2], 2, 3)), np.empty((*nodes.shape[:2], 2, 3))
-    prepare_surface(nodes, True, True, scheme.smooth, scheme.parabolic, mirrored, along_rows, along_columns)
-    refine(nodes, along_rows, along_columns, scheme.smooth, 0, elements, scheme.lodm_profile, scheme.lodm_width,
-           points)  # fmt: skip
+    points = nodes if scheme.exact else _refined_points(nodes, scheme, mirrored)
     extents = np.zeros((*points.shape[:2], 4))
     along = 0.5 * np.linalg.norm(np.diff(points, axis=0), axis=-1)
     across_half = 0.5 * np.linalg.norm(np.diff(points, axis=1), axis=-1)
     extents[1:, :, 0], extents[:-1, :, 1] = along, along
     extents[:, 1:, 2], extents[:, :-1, 3] = across_half, across_half
     return Flank(nodes, np.ascontiguousarray(roll_angle), extents)
+
+
+def _refined_points(nodes: FloatArray, scheme: ContactScheme, mirrored: bool) -> FloatArray:
+    elements, across = nodes.shape[0] - 1, nodes.shape[1] - 1
+    points = np.empty((elements * scheme.lodm_profile + 1, across * scheme.lodm_width + 1, 3))
+    along_rows, along_columns = np.empty((*nodes.shape[:2], 2, 3)), np.empty((*nodes.shape[:2], 2, 3))
+    prepare_surface(nodes, True, True, scheme.smooth, scheme.parabolic, mirrored, along_rows, along_columns)
+    refine(nodes, along_rows, along_columns, scheme.smooth, 0, elements, scheme.lodm_profile, scheme.lodm_width,
+           points)  # fmt: skip
+    return points

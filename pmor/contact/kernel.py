@@ -18,74 +18,65 @@ the flank; 1 if the last element row is the last of the flank.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numba import njit
 
 # Divisions follow IEEE 754 instead of raising, which spares a branch at each; results are checked where they are used.
-compiled = njit(cache=True, nogil=True, error_model="numpy")
-# A call counts references to each of its array arguments: too much for what is called once per contact point.
-inlined = njit(cache=True, nogil=True, error_model="numpy", inline="always")
+# What neither makes, copies nor returns arrays goes without numba's runtime: it borrows its arguments from its caller
+# instead of counting references to each of their arrays at every call, which took a third of a sweep's time.
+_OPTIONS: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy"}
+_BORROWING: dict[str, Any] = {**_OPTIONS, "_nrt": False}
+compiled = njit(**_BORROWING)
+# Called once per contact point: dozens of shapes and strides to pass on each time.
+inlined = njit(**_BORROWING, forceinline=True)
+# Said aloud: a function that says nothing inherits this from its caller.
+allocating = njit(**{**_OPTIONS, "_nrt": True})
 
 
 @inlined
-def _unit_cross(a, b, out):
-    out[0] = a[1] * b[2] - a[2] * b[1]
-    out[1] = a[2] * b[0] - a[0] * b[2]
-    out[2] = a[0] * b[1] - a[1] * b[0]
-    inverse = 1.0 / np.sqrt(out[0] ** 2 + out[1] ** 2 + out[2] ** 2)
-    for d in range(3):
-        out[d] *= inverse
+def _unit_cross(a, b):
+    x, y, z = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+    inverse = 1.0 / np.sqrt(x**2 + y**2 + z**2)
+    return x * inverse, y * inverse, z * inverse
 
 
-@compiled
-def _parabola_tangent(p0, p1, p2, out):
+@inlined
+def _chord(a, b):
+    return b[0] - a[0], b[1] - a[1], b[2] - a[2]
+
+
+@inlined
+def _parabola_tangent(p0, p1, p2):
     """Tangent at p0 of the parabola through three points, parametrised by chord length."""
-    h1 = h2 = 0.0
-    for d in range(3):
-        h1 += (p1[d] - p0[d]) ** 2
-        h2 += (p2[d] - p1[d]) ** 2
-    h1, h2 = np.sqrt(h1), np.sqrt(h2)
+    a, b = _chord(p0, p1), _chord(p1, p2)
+    h1, h2 = np.sqrt(a[0] ** 2 + a[1] ** 2 + a[2] ** 2), np.sqrt(b[0] ** 2 + b[1] ** 2 + b[2] ** 2)
     share = h1 / (h1 + h2)
-    for d in range(3):
-        out[d] = (p1[d] - p0[d]) / h1 * (1.0 + share) - (p2[d] - p1[d]) / h2 * share
+    f, g = (1.0 + share) / h1, share / h2
+    return f * a[0] - g * b[0], f * a[1] - g * b[1], f * a[2] - g * b[2]
 
 
-@compiled
-def _edge_tangent(nodes, i, k, step_i, step_k, out):
+@inlined
+def _edge_tangent(nodes, i, k, step_i, step_k):
     """Tangent along (step_i, step_k) at an edge node, pointing into the grid; a chord where three nodes are missing."""
     rows, columns = nodes.shape[0], nodes.shape[1]
+    here, inner = nodes[i, k], nodes[i + step_i, k + step_k]
     if 0 <= i + 2 * step_i < rows and 0 <= k + 2 * step_k < columns:
-        _parabola_tangent(
-            nodes[i, k], nodes[i + step_i, k + step_k], nodes[i + 2 * step_i, k + 2 * step_k], out
-        )
-    else:
-        for d in range(3):
-            out[d] = nodes[i + step_i, k + step_k, d] - nodes[i, k, d]
+        return _parabola_tangent(here, inner, nodes[i + 2 * step_i, k + 2 * step_k])
+    return _chord(here, inner)
 
 
-@compiled
-def _tangent(nodes, i, k, along_rows, out):
-    """Tangent at a node along the rows or the columns: parabolic at the grid's edges, central inside."""
-    count = nodes.shape[0] if along_rows else nodes.shape[1]
-    index = i if along_rows else k
-    di, dk = (1, 0) if along_rows else (0, 1)
+@inlined
+def _tangent(nodes, i, k, di, dk):
+    """Tangent at a node along (di, dk), the rows or the columns: parabolic at the grid's edges, central inside."""
+    index, last = di * i + dk * k, di * nodes.shape[0] + dk * nodes.shape[1] - 1
     if index == 0:
-        _edge_tangent(nodes, i, k, di, dk, out)
-    elif index == count - 1:
-        _edge_tangent(nodes, i, k, -di, -dk, out)
-        for d in range(3):
-            out[d] = -out[d]
-    else:
-        for d in range(3):
-            out[d] = nodes[i + di, k + dk, d] - nodes[i - di, k - dk, d]
-
-
-@compiled
-def _facet_normal(nodes, i, k, a, b, out):
-    for d in range(3):
-        a[d] = nodes[i + 1, k + 1, d] - nodes[i, k, d]
-        b[d] = nodes[i, k + 1, d] - nodes[i + 1, k, d]
-    _unit_cross(b, a, out)
+        return _edge_tangent(nodes, i, k, di, dk)
+    if index == last:
+        x, y, z = _edge_tangent(nodes, i, k, -di, -dk)
+        return -x, -y, -z
+    return _chord(nodes[i - di, k - dk], nodes[i + di, k + dk])
 
 
 @compiled
@@ -106,11 +97,10 @@ def node_normals(nodes, low_edge, high_edge, parabolic, mirrored, out):
     out : ndarray, shape (rows, columns, 3)
     """
     rows, columns = nodes.shape[0], nodes.shape[1]
-    a, b, normal = np.empty(3), np.empty(3), np.empty(3)
     out[:] = 0.0
     for i in range(rows - 1):
         for k in range(columns - 1):
-            _facet_normal(nodes, i, k, a, b, normal)
+            normal = _unit_cross(_chord(nodes[i + 1, k], nodes[i, k + 1]), _chord(nodes[i, k], nodes[i + 1, k + 1]))
             for di in range(2):
                 for dk in range(2):
                     for d in range(3):
@@ -120,16 +110,14 @@ def node_normals(nodes, low_edge, high_edge, parabolic, mirrored, out):
             in_mirror = mirrored and k == columns - 1
             on_edge = (i == 0 and low_edge) or (i == rows - 1 and high_edge) or k == 0 or k == columns - 1
             if parabolic and on_edge and not (in_mirror and 0 < i < rows - 1):
-                _tangent(nodes, i, k, True, a)
                 if in_mirror:
-                    b[0], b[1], b[2] = 0.0, 0.0, 1.0
+                    across = 0.0, 0.0, 1.0
                 elif mirrored and k == 0 and columns == 2:  # the third node is the mirror image of the first
-                    normal[0], normal[1] = nodes[i, 0, 0], nodes[i, 0, 1]
-                    normal[2] = 2.0 * nodes[i, 1, 2] - nodes[i, 0, 2]
-                    _parabola_tangent(nodes[i, 0], nodes[i, 1], normal, b)
+                    image = nodes[i, 0, 0], nodes[i, 0, 1], 2.0 * nodes[i, 1, 2] - nodes[i, 0, 2]
+                    across = _parabola_tangent(nodes[i, 0], nodes[i, 1], image)
                 else:
-                    _tangent(nodes, i, k, False, b)
-                _unit_cross(b, a, out[i, k])
+                    across = _tangent(nodes, i, k, 0, 1)
+                out[i, k, 0], out[i, k, 1], out[i, k, 2] = _unit_cross(across, _tangent(nodes, i, k, 1, 0))
                 continue
             if in_mirror:
                 out[i, k, 2] = 0.0  # the elements behind the mirror have the opposite one
@@ -139,17 +127,17 @@ def node_normals(nodes, low_edge, high_edge, parabolic, mirrored, out):
 
 
 @compiled
-def edge_tangents(nodes, normals, along_rows, along_columns):
-    """Tangents N x S x N of all element edges at both their ends (eq. 11 of the paper).
+def edge_tangents(nodes, normals, low, high, along_rows, along_columns):
+    """Tangents N x S x N of the element edges of node rows `low` to `high`, at both their ends (eq. 11 of the paper).
 
     A chord S without its part along the unit normal N. `along_rows[i, k, e]` belongs to the edge from node (i, k) to
     (i + 1, k), end e; `along_columns[i, k, e]` to the edge from (i, k) to (i, k + 1).
     """
-    rows, columns = nodes.shape[0], nodes.shape[1]
-    for i in range(rows):
+    columns = nodes.shape[1]
+    for i in range(low, high + 1):
         for k in range(columns):
             for end in range(2):
-                if i < rows - 1:
+                if i < high:
                     along = 0.0
                     for d in range(3):
                         along += normals[i + end, k, d] * (nodes[i + 1, k, d] - nodes[i, k, d])
@@ -204,13 +192,14 @@ def surface_point(nodes, along_rows, along_columns, smooth, i, k, s, t, point, t
         tangent_t[d] = dht * (edge1 - edge0) + dgt0 * slope0 + dgt1 * slope1
 
 
-@compiled
+@allocating
 def prepare_surface(nodes, low_edge, high_edge, smooth, parabolic, mirrored, along_rows, along_columns):
     """Edge tangents of a window of deformed nodes, when its surface is smooth; see `node_normals` and `refine`."""
     if smooth:
         normals = np.empty_like(nodes)
         node_normals(nodes, low_edge, high_edge, parabolic, mirrored, normals)
-        edge_tangents(nodes, normals, along_rows, along_columns)
+        low, high = 0 if low_edge else 1, nodes.shape[0] - (1 if high_edge else 2)
+        edge_tangents(nodes, normals, low, high, along_rows, along_columns)
 
 
 @inlined
@@ -399,7 +388,7 @@ def _share_on_master(master, nodes, first, count, element, guess, tangent_t, ext
     return share
 
 
-@inlined
+@compiled
 def _search_row(
     row, surfaces, slave, master, extents, smooth, direct, detail, rotation, shift, slave_is_pinion, penalty,
     largest_gap, foot_step, count, element, guess, memory_element, memory_guess, work, lists,
@@ -410,7 +399,7 @@ def _search_row(
     `detail` the subdivisions (profile, width) of the slave's and of the master's elements.
     """
     slave_nodes, slave_rows, slave_across, surface, along_rows, along_columns, first, patches = surfaces
-    x, foot, normal, tangent_s, tangent_t, points = work
+    x, foot, tangent_s, tangent_t, points = work
     index, weight, gap, stiffness, lever, mate_lever, place = lists[:7]
     last_k = slave_nodes.shape[1] - 2
     per_column = (surface.shape[1] - 1) / ((last_k + 1) * detail[1])
@@ -445,8 +434,7 @@ def _search_row(
         )
         if share == 0.0:
             continue
-        _unit_cross(tangent_t, tangent_s, normal)
-        nx, ny, nz = normal[0], normal[1], normal[2]
+        nx, ny, nz = _unit_cross(tangent_t, tangent_s)
         g = nx * (x[0] - foot[0]) + ny * (x[1] - foot[1]) + nz * (x[2] - foot[2])
         if share < 0.0:
             touches_border = touches_border or g < 0.0
@@ -484,12 +472,12 @@ def _search_row(
     return count, smallest, touches_border
 
 
-@compiled
+@allocating
 def _window_nodes(nodes, window, columns):
     return nodes[window[0] : window[0] + window[1] * columns].reshape(window[1], columns, 3)
 
 
-@inlined
+@allocating
 def search_pair(
     nodes, slave, slave_columns, master, master_columns, extents, lodm_profile, lodm_width, smooth, direct, parabolic,
     mirrored, rotation, shift, slave_is_pinion, penalty, count, slave_centre, master_centre, clearance, largest_gap,
@@ -560,7 +548,7 @@ def search_pair(
         detail = (lodm_profile, lodm_width, lodm_profile, lodm_width)
     surfaces = (slave_nodes, slave_rows, slave_across, surface, along_rows, along_columns, first, patches)
     points = np.empty(((slave_columns - 1) * lodm_width + 1, 3))
-    work = (np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3), points)
+    work = (np.empty(3), np.empty(3), np.empty(3), np.empty(3), points)
     element, guess = np.empty(2, dtype=np.int64), np.empty(2)
     rows = slave[3] * lodm_profile + 1
     centre = min(max(int(round(slave_centre * lodm_profile)), 0), rows - 1)
@@ -693,7 +681,7 @@ def place_windows(phi, depth, geometry, gears, indices, windows, first_row, cent
     return count, offset
 
 
-@compiled
+@allocating
 def relative_motion(geometry, gears, roll_position, lead, rotation, shift):
     """Rigid motion from the pinion tooth's frame into the mating wheel tooth's frame; fills `rotation` and `shift`.
 
@@ -1071,7 +1059,7 @@ def _strip_borders(geometry, gears, windows, first_row, slave, roll_position, tu
     return count if start < high else 0
 
 
-@compiled
+@allocating
 def _search_strip(
     moved, geometry, gears, windows, first_row, slave, roll_position, lead, motion, penalty, count, abscissas,
     at, rows, weights, lists,
@@ -1131,7 +1119,9 @@ def _search_strip(
 @compiled
 def point_room(pairs, windows, gears, scheme):
     """Return how many points `search_all` can list, and the grid on which it remembers feet (profile, width)."""
-    elements = windows[:pairs, :, 3].max() if pairs > 0 else 0
+    elements = 0
+    for p in range(pairs):
+        elements = max(elements, windows[p, 0, 3], windows[p, 1, 3])
     columns = max(gears[0][0].shape[1], gears[1][0].shape[1])
     if scheme[9] == 2:
         return pairs * columns, 0, 0
@@ -1141,7 +1131,7 @@ def point_room(pairs, windows, gears, scheme):
     return 2 * pairs * profile_points * width_points, profile_points, width_points
 
 
-@compiled
+@allocating
 def search_all(
     phi, lead, nodes, pairs, indices, windows, first_row, centre, geometry, gears, scheme, clearance, largest_gap,
     memory_element, memory_guess, point_pair, point_slave, lists,
@@ -1317,8 +1307,10 @@ def _drop_dependent(low, high, members):
             continue
         if size < j:
             kept[size] = kept[j]
-            fields[size - low] = fields[j - low]
-            gram[size, low:high] = gram[j, low:high]
+            for dof in range(fields.shape[1]):
+                fields[size - low, dof] = fields[j - low, dof]
+            for i in range(low, high):
+                gram[size, i] = gram[j, i]
             for i in range(low, size + 1):
                 gram[i, size] = gram[i, j]
                 gram[size, i] = gram[i, size]
@@ -1327,7 +1319,7 @@ def _drop_dependent(low, high, members):
     return size
 
 
-@compiled
+@allocating
 def gather_lines(pairs, indices, windows, first_row, gears, lines, beside, members):
     """Collect the shapes of the lines in reach; return the number of members.
 
@@ -1382,7 +1374,7 @@ def _cubic_weights(x, weights):
     weights[2], weights[3] = -(x + 1.0) * x * (x - 2.0) / 2.0, (x + 1.0) * x * (x - 1.0) / 6.0
 
 
-@compiled
+@allocating
 def _geodesic_weights(turn, angle, fraction, low, high, weights):
     """Mix the shapes loaded on both sides into members along a geodesic; see `pmor.reduction.grassmann`."""
     count = len(angle)
@@ -1454,7 +1446,7 @@ def _independent_members(products, count, kept, gram, factor):
     return size
 
 
-@compiled
+@allocating
 def interpolate_positions(phi, pairs, indices, windows, first_row, geometry, gears, positions, members):
     """Interpolate the shapes of all pairs in reach over their roll positions; return the number of members.
 
@@ -1536,19 +1528,21 @@ def _solve_upper(factor, size, vector):
 
 @compiled
 def _deform(undeformed, position, members, coordinates, nodes):
+    """Deformed nodes, or displacements alone where `undeformed` is zero."""
     pairs, windows, gears = position[1], position[3], position[8]
     ranges, fields = members[1], members[4]
-    """Deformed nodes, or displacements alone where `undeformed` is zero."""
     flat, before = nodes.reshape(nodes.size), undeformed.reshape(undeformed.size)
-    flat[:] = before
+    for dof in range(flat.size):
+        flat[dof] = before[dof]
     for p in range(pairs):
         for gear in range(2):
             low = 3 * windows[p, gear, 0]
             high = low + 3 * windows[p, gear, 1] * gears[gear][0].shape[1]
             for j in range(ranges[gear, 1] - ranges[gear, 0]):
-                amplitude, field = coordinates[ranges[gear, 0] + j], fields[j]
-                for dof in range(low, high):
-                    flat[dof] += amplitude * field[dof]
+                # Slices from 0 on: a compiler must allow for a negative start and does not use vector registers then.
+                amplitude, field, moved = coordinates[ranges[gear, 0] + j], fields[j, low:high], flat[low:high]
+                for dof in range(len(moved)):
+                    moved[dof] += amplitude * field[dof]
 
 
 @compiled
@@ -1587,7 +1581,8 @@ def _residuals(count, size, members, columns, coordinates, lists, torque, lead, 
         moment += force * lever[n]
         potential -= 0.5 * force * gap[n]
     norm = 0.0
-    difference[:size] = target[:size]
+    for j in range(size):
+        difference[j] = target[j]
     for i in range(size):
         row, amplitude = gram[i], coordinates[i]
         for j in range(size):
@@ -1678,7 +1673,7 @@ def _search_state(state, position, problem, members, coordinates, lead):
     return count, touching, smallest, border, force_residual, torque_residual, potential
 
 
-@compiled
+@allocating
 def _last_step(count, position, members, state, coordinates, torque):
     """Take a step without evaluating the geometry again: `coordinates` and the gaps are updated, the lead returned.
 
@@ -1695,7 +1690,7 @@ def _last_step(count, position, members, state, coordinates, torque):
     return solution[size]
 
 
-@compiled
+@allocating
 def _solve_state(state, position, problem, members, approach, coordinates, lead, max_steps, tolerance):
     """Damped Newton; `coordinates` is updated. Return (lead, steps, converged, points listed, border touched).
 
@@ -1756,7 +1751,7 @@ def _line_amplitude(start, line, order, before, amplitude):
     return amplitude[before + start[line] + order]
 
 
-@compiled
+@allocating
 def _warm_start(family, size, kept, indices, centre, amplitude, base, centre_before, coordinates):
     """Amplitudes of the neighbouring position, carried along with the contact where they belong to lines."""
     by_line, lines, _, _ = family
@@ -1789,7 +1784,7 @@ def gather_members(phi, pairs, indices, windows, first_row, geometry, gears, fam
     return interpolate_positions(phi, pairs, indices, windows, first_row, geometry, gears, family[2], members)
 
 
-@compiled
+@allocating
 def place_position(phi, depth, reachable, geometry, gears, scheme, family, clearance):
     """Set up all that one position needs, for any torque.
 
@@ -1866,7 +1861,7 @@ def _exchanged_work(blocks, ahead, force, change, to, start_to, low_to, high_to,
     return total
 
 
-@compiled
+@allocating
 def discarded_energy_slope(count, position, state, coordinates, compliance, room):
     """Derivative by the torque of the energy of the contact forces that the members do not carry, rad.
 
@@ -1944,7 +1939,7 @@ def solve_cold(state, position, problem, members, approach, coordinates, max_ste
     return _solve_state(state, position, problem, members, approach, coordinates, lead, max_steps, tolerance)
 
 
-@compiled
+@allocating
 def repeat_phase(phase, repeats, state, position, problem, members, family, coordinates, lead):
     """Repeat one phase of a solution, for benchmarks; returns the points listed.
 
@@ -1983,7 +1978,7 @@ def repeat_phase(phase, repeats, state, position, problem, members, family, coor
     return count
 
 
-@compiled
+@allocating
 def sweep_reduced(
     phi, torques, approach_per_torque, geometry, gears, scheme, family, compliance, margin, surface_error, clearance,
     max_steps, tolerance, lead_out, steps_out, converged_out, pair_out, pair_torque_out, slope_out,

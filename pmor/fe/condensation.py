@@ -17,29 +17,10 @@ import scipy.linalg as la
 import scipy.sparse as sp
 
 from pmor.fe.assembly import assemble, degrees_of_freedom
+from pmor.fe.elimination import EliminatedRow, eliminate, eliminate_chain, submatrix
 from pmor.fe.surface_layer import layer_compliance
 from pmor.gear.conventions import FloatArray, IntArray
 from pmor.mesh.sector import SectorMesh
-
-
-@dataclass(frozen=True)
-class EliminatedRow:
-    """Factor of one eliminated row: its unknowns follow from `rest` by back-substitution.
-
-    Parameters
-    ----------
-    dofs, rest : ndarray of int
-        Unknowns of the row, and the not yet eliminated unknowns that it is coupled to.
-    factor : ndarray
-        Lower Cholesky factor of the row's block.
-    coupling : ndarray
-        ``factor^-1 K[dofs, rest]``.
-    """
-
-    dofs: IntArray
-    rest: IntArray
-    factor: FloatArray
-    coupling: FloatArray
 
 
 @dataclass(frozen=True)
@@ -103,14 +84,14 @@ def condense_sector(
     from_tip = [free(row) for row in mesh.tooth_rows[:0:-1]]
     from_bore = [free(row) for row in mesh.ring_rows[-2:0:-1]]
     last = np.concatenate([junction, retained])
-    total = _submatrix(stiffness, last, last)
+    total = submatrix(stiffness, last, last)
     position = np.full(stiffness.shape[0], -1)
     position[last] = np.arange(len(last))
     kept: list[EliminatedRow] = []
     for chain in (from_tip, from_bore):
-        rest, update = _eliminate_chain(stiffness, [*chain, junction], retained, kept if keep_rows else None)
+        rest, update = eliminate_chain(stiffness, [*chain, junction], retained, kept if keep_rows else None)
         total[np.ix_(position[rest], position[rest])] += update
-    rest, schur = _eliminate(junction, retained, total, kept if keep_rows else None)
+    rest, schur = eliminate(junction, retained, total, kept if keep_rows else None)
     layer = layer_compliance(mesh, layer_columns, stiffness) if layer_columns else None
     return CondensedSector(flank, left, right, schur, tuple(kept), layer)
 
@@ -168,41 +149,3 @@ def back_substitute(sector: CondensedSector, retained_displacement: FloatArray, 
         rhs = row.coupling @ displacement[row.rest]
         displacement[row.dofs] = -la.solve_triangular(row.factor, rhs, lower=True, trans="T", check_finite=False)
     return displacement
-
-
-def _eliminate_chain(
-    stiffness: sp.csr_array, chain: list[IntArray], retained: IntArray, kept: list[EliminatedRow] | None
-) -> tuple[IntArray, FloatArray]:
-    """Eliminate all but the last row of a chain; return the coupled unknowns and what they receive."""
-    is_retained = np.zeros(stiffness.shape[0], dtype=bool)
-    is_retained[retained] = True
-    border = np.empty(0, dtype=np.int64)
-    carried = np.zeros((len(chain[0]), len(chain[0])))
-    for row, following in zip(chain[:-1], chain[1:], strict=True):
-        touched = np.unique(stiffness[row].indices)
-        fresh = np.setdiff1d(touched[is_retained[touched]], border, assume_unique=True)
-        rest = np.concatenate([following, border, fresh])
-        both = np.concatenate([row, rest])
-        front = np.zeros((len(both), len(both)))
-        old = np.concatenate([np.arange(len(row)), len(row) + len(following) + np.arange(len(border))])
-        front[np.ix_(old, old)] = carried
-        front[: len(row)] += _submatrix(stiffness, row, both)
-        rest, update = _eliminate(row, rest, front, kept)
-        border, carried = rest[len(following) :], update
-    return rest, carried
-
-
-def _eliminate(
-    row: IntArray, rest: IntArray, front: FloatArray, kept: list[EliminatedRow] | None
-) -> tuple[IntArray, FloatArray]:
-    """Eliminate the leading block of a front; return `rest` and the Schur complement on it."""
-    size = len(row)
-    factor = la.cholesky(front[:size, :size], lower=True, check_finite=False)
-    coupling = la.solve_triangular(factor, front[:size, size:], lower=True, check_finite=False)
-    if kept is not None:
-        kept.append(EliminatedRow(row, rest, factor, coupling))
-    return rest, front[size:, size:] - coupling.T @ coupling
-
-
-def _submatrix(stiffness: sp.csr_array, rows: IntArray, columns: IntArray) -> FloatArray:
-    return np.asarray(stiffness[rows][:, columns].toarray())

@@ -11,15 +11,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pmor.contact.elasticity import ReducedElasticity
 from pmor.contact.position import Position
-from pmor.fe.cyclic import ElasticGear
 from pmor.gear.conventions import FloatArray
 from pmor.reduction.energy import orthonormal_combinations
 from pmor.reduction.grassmann import Geodesics, geodesic_weights, geodesics
+
+if TYPE_CHECKING:
+    from pmor.fe.cyclic import ElasticGear
 
 # Grid positions that an interpolation combines.
 STENCIL = {"linear": 2, "cubic": 4, "grassmann": 2}

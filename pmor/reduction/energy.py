@@ -5,10 +5,14 @@ In it a basis is orthonormal when unit amplitudes store unit energy (twice over)
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from pmor.fe.cyclic import ElasticGear
 from pmor.gear.conventions import FloatArray
+
+if TYPE_CHECKING:
+    from pmor.fe.cyclic import ElasticGear
 
 # Directions of a Gram matrix below this fraction of the largest are dependent to working precision.
 DEPENDENCE_TOLERANCE = 1e-10

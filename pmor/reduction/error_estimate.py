@@ -36,14 +36,17 @@ What full FE itself misses, by its mesh, is no part of either.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pmor.contact.elasticity import ReducedElasticity
 from pmor.contact.position import Position
 from pmor.contact.search import Contact
-from pmor.fe.cyclic import ElasticGear
 from pmor.gear.conventions import FloatArray
+
+if TYPE_CHECKING:
+    from pmor.fe.cyclic import ElasticGear
 
 
 @dataclass(frozen=True)

@@ -15,15 +15,18 @@ gathered over the width.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pmor.contact.elasticity import ReducedElasticity
 from pmor.contact.position import Position
 from pmor.errors import ConvergenceError
-from pmor.fe.cyclic import ElasticGear
 from pmor.gear.conventions import FloatArray, IntArray
 from pmor.reduction.energy import DEPENDENCE_TOLERANCE
+
+if TYPE_CHECKING:
+    from pmor.fe.cyclic import ElasticGear
 
 # Load of a line over that of the most loaded one, below which it takes its distribution from its neighbour.
 LEAST_LOAD = 0.1
