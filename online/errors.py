@@ -1,4 +1,4 @@
-"""The error estimate at scattered states: what a greedy sampling asks a basis for."""
+"""STE and error estimate at scattered states: what a greedy sampling asks a basis for."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from dataclasses import replace
 import numpy as np
 
 from online.model import reduced_pair
-from online.sweep import sweep_reduced_pair
+from online.sweep import TOLERANCE, sweep_reduced_pair
 from pmor.contact.misalignment import OperatingCondition
 from pmor.gear.conventions import FloatArray
 from pmor.storage.basis_file import Basis
 
 
 def estimate_errors(
-    basis: Basis, phi: FloatArray, conditions: Sequence[OperatingCondition]
+    basis: Basis, phi: FloatArray, conditions: Sequence[OperatingCondition], tolerance: float = TOLERANCE
 ) -> tuple[FloatArray, FloatArray]:
     """Solve the reduced model at scattered states.
 
@@ -26,6 +26,8 @@ def estimate_errors(
     phi : ndarray, shape (n,)
         Pinion angles, rad.
     conditions : sequence of n OperatingCondition
+    tolerance : float
+        See `online.sweep.sweep_reduced_pair`.
 
     Returns
     -------
@@ -36,7 +38,8 @@ def estimate_errors(
     ste, error = np.full((2, len(phi)), np.nan)
     for i, condition in enumerate(conditions):
         meshed = replace(reduced.meshed, misalignment=condition.misalignment)
-        sweep = sweep_reduced_pair(replace(reduced, meshed=meshed), phi[i : i + 1], [condition.torque])
+        there = replace(reduced, meshed=meshed)
+        sweep = sweep_reduced_pair(there, phi[i : i + 1], [condition.torque], tolerance=tolerance)
         ste[i] = sweep.ste_um[0, 0]
         if sweep.ste_error_um is not None:
             error[i] = sweep.ste_error_um[0, 0]

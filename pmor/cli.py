@@ -119,6 +119,7 @@ def build_parser() -> argparse.ArgumentParser:
 
     info = command("info", "what is in an HDF5 file")
     info.add_argument("path", metavar="FILE.h5", type=Path, help="a basis or snapshot file")
+    info.add_argument("--verify", action="store_true", help="hold a basis against full FE of its case: seconds")
     return parser
 
 

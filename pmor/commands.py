@@ -184,11 +184,31 @@ def bench(case_path: Path, json_path: Path, jobs: int = 2) -> None:
     print(bench_text(result, before))
 
 
-def info(path: Path) -> None:
-    """Print what is in an HDF5 file."""
+def info(path: Path, verify: bool = False) -> None:
+    """Print what is in an HDF5 file and, where asked for, whether a basis obeys its laws."""
     from pmor.storage.describe import file_text
 
     print(file_text(path))
+    if verify:
+        _verify(path)
+
+
+def _verify(path: Path) -> None:
+    """Hold a basis against full FE of the case in its file."""
+    from online.verify import UNSEEN_STATES, checks_text, verify_basis
+    from pmor.errors import FileFormatError
+    from pmor.model import mesh_model
+    from pmor.progress import Progress
+    from pmor.storage.basis_file import BASIS_SCHEMA, read_basis
+
+    basis = read_basis(path)
+    model = _elastic_model(basis.case, mesh_model(basis.case))
+    with Progress(UNSEEN_STATES, "full FE, unseen states") as progress:
+        checks = verify_basis(basis, model, progress.advance)
+    print(checks_text(checks))
+    broken = ", ".join(f"{c.name} ({c.value:.2g}, at most {c.limit:.2g})" for c in checks if not c.ok)
+    if broken:
+        raise FileFormatError(f"{path}: does not obey its own laws: {broken}; {BASIS_SCHEMA.remedy}")
 
 
 def _meshed_case(case_path: Path) -> tuple[Case, MeshModel]:

@@ -1,0 +1,227 @@
+"""The laws of a basis: good ones of every family obey them, and each fault breaks the law that it is against."""
+
+from dataclasses import replace
+
+import h5py
+import numpy as np
+import pytest
+
+import online.model
+import online.verify
+from offline.jobs import run_offline
+from online.errors import estimate_errors
+from online.verify import Check, checks_text, verify_basis
+from pmor.case import parse_case
+from pmor.cli import main
+from pmor.contact.elasticity import ReducedElasticity
+from pmor.model import elastic_model, mesh_model
+from pmor.reduction.flank_lines import FlankLineShapes
+from pmor.storage.basis_file import read_basis, write_basis
+from tests.small_case import case_text
+
+pytestmark = pytest.mark.jit
+FAMILIES = [
+    {},
+    {"shapes": "positions", "interpolation": "cubic"},
+    {"shapes": "pod"},
+    {"shapes": "pod", "interpolation": "grassmann"},
+    {"shapes": "global_pod"},
+    {"shapes": "static_modes"},
+]
+# A change far above round-off, and far below anything that the other laws could see.
+SLIGHTLY = 1.0 + 1e-7
+
+
+def case_of(offline, **reduction):
+    mesh = {"profile_elements": 6, "width_elements": 2}
+    text = case_text(mesh=mesh, contact={"scheme": "line"}, offline=offline, reduction=reduction)
+    return parse_case(text, "small", "small case")
+
+
+@pytest.fixture(scope="module")
+def model():
+    case = case_of({"angles_per_pitch": 8})
+    return elastic_model(case, mesh_model(case))
+
+
+@pytest.fixture(scope="module")
+def basis_file(model, tmp_path_factory):
+    """Function from the keys of [reduction] to a basis file."""
+    made = {}
+
+    def basis_path(**reduction):
+        name = str(reduction)
+        if name not in made:
+            made[name] = tmp_path_factory.mktemp("basis") / "small.h5"
+            run_offline(case_of({"angles_per_pitch": 8}, **reduction), model, made[name])
+        return made[name]
+
+    return basis_path
+
+
+@pytest.fixture
+def basis(basis_file):
+    return read_basis(basis_file())
+
+
+def broken(basis, model):
+    return {check.name for check in verify_basis(basis, model) if not check.ok}
+
+
+def with_pinion(basis, **changes):
+    """The basis with other arrays in the shapes of the pinion's lines."""
+    pinion, wheel = basis.shapes.gears
+    return replace(basis, shapes=FlankLineShapes((replace(pinion, **changes), wheel), basis.shapes.beside))
+
+
+@pytest.mark.parametrize("reduction", FAMILIES, ids=lambda r: " ".join(r.values()) or "flank_lines")
+def test_a_good_basis_of_each_family_passes(reduction, basis_file, model):
+    checks = verify_basis(read_basis(basis_file(**reduction)), model)
+    assert all(check.ok for check in checks), checks_text(checks)
+    names = ["displacements", "energy products", "orthonormality", "compliance", "training states", "unseen states"]
+    untrained = reduction.get("shapes") == "static_modes"
+    assert [c.name for c in checks] == [n for n in names if not (untrained and n == "training states")]
+
+
+def test_a_basis_of_misaligned_gears_passes(tmp_path):
+    """Its states are scattered over the tilt as well, on the whole width."""
+    tilt = {"in_plane_um": [-10.0, 10.0], "out_of_plane_um": [-10.0, 10.0]}
+    case = case_of({"sampling": "sobol", "solves": 24, **tilt}, distribution_tolerance=0.01)
+    model = elastic_model(case, mesh_model(case))
+    run_offline(case, model, tmp_path / "b.h5")
+    basis = read_basis(tmp_path / "b.h5")
+    assert np.ptp(basis.training.misalignment[..., 0]) > 15.0
+    checks = verify_basis(basis, model)
+    assert all(check.ok for check in checks), checks_text(checks)
+
+
+def test_without_an_error_estimate_what_needs_it_is_left_out(basis, model):
+    checks = {check.name: check for check in verify_basis(replace(basis, compliance=None), model)}
+    assert set(checks) == {"displacements", "energy products", "orthonormality", "training states"}
+    assert "0.05 % of the STE" in checks["training states"].meaning
+
+
+# --- faults ----------------------------------------------------------------------------------------------------------
+
+
+def test_displacements_that_are_not_those_of_the_forces(basis, model):
+    moved = basis.shapes.gears[0].displacement
+    assert broken(with_pinion(basis, displacement=moved * SLIGHTLY), model) == {"displacements"}
+
+
+def test_energy_products_that_are_not_those_of_the_forces(basis, model):
+    gram = basis.shapes.gears[0].gram
+    assert broken(with_pinion(basis, gram=gram * SLIGHTLY), model) == {"energy products"}
+
+
+@pytest.mark.parametrize("name", ["displacement", "gram"])
+@pytest.mark.parametrize("reduction", FAMILIES[1:5], ids=lambda r: " ".join(r.values()))
+def test_shapes_at_positions_whose_displacements_and_products_do_not_belong_together(
+    reduction, name, basis_file, model
+):
+    """Without forces to tell which of the two is wrong: the forces behind the displacements are taken for true."""
+    good = read_basis(basis_file(**reduction))
+    shapes = replace(good.shapes, **{name: getattr(good.shapes, name) * SLIGHTLY})
+    assert broken(replace(good, shapes=shapes), model) == {"energy products"}
+
+
+def test_a_neighbour_that_moves_as_no_forces_on_the_loaded_tooth_make_it(basis_file, model):
+    good = read_basis(basis_file(shapes="positions"))
+    moved = good.shapes.displacement.copy()
+    moved[:, :, :, good.shapes.reach + 1] *= 1.0 + 1e-6
+    assert "displacements" in broken(replace(good, shapes=replace(good.shapes, displacement=moved)), model)
+
+
+@pytest.mark.parametrize("shapes", ["flank_lines", "pod"])
+def test_members_that_store_another_energy(shapes, basis_file, model, monkeypatch):
+    """A factorisation gone wrong; the compiled sweep has one of its own."""
+    name = "line_elasticity" if shapes == "flank_lines" else "reduced_elasticity"
+    genuine = getattr(online.model, name)
+
+    def skewed(*arguments):
+        members = genuine(*arguments).basis.copy()
+        members[:, :, 1] += 1e-5 * members[:, :, 0]
+        return ReducedElasticity(members)
+
+    monkeypatch.setattr(online.model, name, skewed)
+    assert broken(read_basis(basis_file(shapes=shapes)), model) == {"orthonormality"}
+
+
+def test_a_gram_matrix_with_a_wrong_entry_is_seen_by_the_members_too(basis, model):
+    gram = basis.shapes.gears[0].gram.copy()
+    gram[basis.shapes.reach] *= 1.01
+    assert {"energy products", "orthonormality"} <= broken(with_pinion(basis, gram=gram), model)
+
+
+def test_a_compliance_that_is_not_full_fe(basis, model):
+    pinion, wheel = basis.compliance.gears
+    changed = replace(basis.compliance, gears=(pinion * SLIGHTLY, wheel))
+    assert broken(replace(basis, compliance=changed), model) == {"compliance"}
+
+
+def test_a_compliance_out_of_order_spoils_the_error_bar(basis, model, rng):
+    pinion, wheel = basis.compliance.gears
+    rows = np.ascontiguousarray(pinion[:, rng.permutation(pinion.shape[1])])
+    shuffled = replace(basis.compliance, gears=(rows, wheel))
+    assert "compliance" in broken(replace(basis, compliance=shuffled), model)
+
+
+def test_training_states_that_are_not_those_of_the_basis(basis, model):
+    training = replace(basis.training, ste_um=basis.training.ste_um * 1.01)
+    assert broken(replace(basis, training=training), model) == {"training states"}
+    assert broken(replace(basis, training=training, compliance=None), model) == {"training states"}
+
+
+@pytest.mark.parametrize("factor", [100.0, 0.01])
+def test_an_error_bar_that_is_far_from_the_error(factor, basis, model, monkeypatch):
+    """Of a basis with errors of 0.1 %, and bars a hundred times as long, or as short."""
+
+    def wrong(*arguments):
+        ste, _ = estimate_errors(*arguments)
+        return 1.001 * ste, factor * 0.001 * ste
+
+    monkeypatch.setattr(online.verify, "estimate_errors", wrong)
+    assert "unseen states" in broken(basis, model)
+
+
+def test_states_that_the_reduced_model_cannot_solve(basis, model, monkeypatch):
+    monkeypatch.setattr(online.verify, "estimate_errors", lambda basis, phi, *_: np.full((2, len(phi)), np.nan))
+    assert broken(basis, model) == {"training states", "unseen states"}
+
+
+# --- the command -----------------------------------------------------------------------------------------------------
+
+
+def test_the_command_prints_the_laws(basis_file, capsys):
+    assert main(["info", str(basis_file()), "--verify"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    start = next(i for i, line in enumerate(lines) if line.startswith("Laws of a basis"))
+    assert "training/ste" in "\n".join(lines[:start]), "the usual text comes first"
+    assert [line.split()[0] for line in lines[start + 1 :]] == ["ok"] * 6
+
+
+def test_without_the_flag_nothing_is_solved(basis_file, capsys, monkeypatch):
+    monkeypatch.setattr(online.verify, "verify_basis", lambda *_: pytest.fail("verified"))
+    assert main(["info", str(basis_file())]) == 0
+    assert "Laws" not in capsys.readouterr().out
+
+
+def test_a_basis_that_breaks_a_law_ends_with_2(basis_file, tmp_path, capsys):
+    """Whole and sealed, so that checksums say nothing, but its shapes are not those of full FE."""
+    with h5py.File(basis_file()) as file:
+        force = file["training/force"][()]
+    good = read_basis(basis_file())
+    bad = with_pinion(good, displacement=good.shapes.gears[0].displacement * SLIGHTLY)
+    write_basis(tmp_path / "bad.h5", bad, force)
+    assert main(["info", str(tmp_path / "bad.h5"), "--verify"]) == 2
+    out, error = capsys.readouterr()
+    assert "FAILED  displacements" in out
+    assert error == (
+        f"pmor: error: {tmp_path / 'bad.h5'}: does not obey its own laws: displacements (1e-07, at most 1e-09); "
+        "make it anew with 'pmor offline'\n"
+    )
+
+
+def test_a_value_that_is_no_number_is_not_within_the_limit():
+    assert not Check("a", float("nan"), 1.0, "").ok
+    assert Check("a", 1.0, 1.0, "").ok
