@@ -7,19 +7,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pmor.case import Case
-from pmor.case.width import meshed_width
+from pmor.case.width import meshed_width, mirrors_without_tilt
 from pmor.contact.flank import LOCAL_SHARE
+from pmor.contact.misalignment import Misalignment
 from pmor.contact.solve import WINDOW_MARGIN
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.gear.pair import GearPair
 from pmor.limits import range_warnings
 from pmor.mesh.sector import SectorMesh
 from pmor.model import approach_estimate, contact_scheme, gear_pair, neighbour_reach, same_body, sector_meshes
+from pmor.reduction.error_estimate import loaded_components
 
 DOUBLE = 8  # bytes
 PICTURES = "curves, load sharing, spectrum, error, contact pattern, mesh"
@@ -91,12 +93,33 @@ def scene(case: Case) -> Scene:
 def computed(scene: Scene) -> list[tuple[str, str]]:
     """List what is computed, as (what, how much)."""
     teeth = [sector.teeth for sector in scene.bodies]
-    return [
+    found = [
         ("finite-element models", f"{len(scene.bodies)}, one tooth sector each"),
         ("  unknowns", ", ".join(f"{unknowns(sector)}" for sector in scene.bodies)),
         ("  right-hand sides", f"{scene.flank_unknowns} unit forces on one flank per model"),
         ("  systems of the ring", ", ".join(f"{z // 2 + 1} harmonics of {z}" for z in teeth)),
     ]
+    if mirrors_without_tilt(scene.case):
+        found.append(("  face width", "all of it: the axes of the training tilt, and load its halves unequally"))
+    if scene.case.reduction.error_estimate:
+        found.append(("compliance for the error bar", _compliance(scene)))
+    return found
+
+
+def full_solves(case: Case) -> int:
+    """Return how many states of full contact are solved offline; a greedy sampling may end before."""
+    offline = case.offline
+    if not case.reduction.trained:
+        return 0
+    if offline.sampling != "grid":
+        return offline.solves
+    return offline.angles_per_pitch * len(offline.torques_Nm) * misalignments(case)
+
+
+def misalignments(case: Case) -> int:
+    """Return how many misalignments a grid has."""
+    offline = case.offline
+    return math.prod(len(v) for v in (offline.in_plane_um, offline.out_of_plane_um, offline.centre_distance_um))
 
 
 def left_out(scene: Scene) -> list[LeftOut]:
@@ -125,7 +148,9 @@ def rows_in_reach(scene: Scene) -> int:
     local = 1.0 if case.contact.scheme == "facet" else LOCAL_SHARE
     # Line contact is on the line of action; points need a row on either side.
     spacing = 0.0 if case.contact.scheme == "line" else 1.5 * row / _subdivisions(case)[0]
-    depth = WINDOW_MARGIN * approach_estimate(case, pair)
+    off = case.misalignment
+    spread = Misalignment(off.in_plane_um, off.out_of_plane_um, off.centre_distance_um).spread
+    depth = WINDOW_MARGIN * approach_estimate(case, pair) + spread
     half = math.sqrt(2.0 * local * depth * pair.pitch_point_radius)
     return min(case.mesh.profile_elements, math.ceil(2.0 * max(half, spacing) / row) + 1)
 
@@ -165,14 +190,22 @@ def _volume(scene: Scene) -> LeftOut:
     )  # fmt: skip
 
 
+def _training(scene: Scene) -> LeftOut | None:
+    case = scene.case
+    if case.reduction.trained:
+        return None
+    saved = full_solves(replace(case, reduction=replace(case.reduction, shapes="flank_lines")))
+    why = 'shapes = "static_modes": unit forces on all flank nodes'
+    return LeftOut("the training", why, f"{saved} full solves, those of [offline]")
+
+
 def _torques(scene: Scene) -> LeftOut | None:
-    offline = scene.case.offline
-    if len(offline.torques_Nm) > 1 or not scene.case.reduction.trained:
+    case, offline = scene.case, scene.case.offline
+    if len(offline.torques_Nm) > 1 or not case.reduction.trained or offline.sampling != "grid":
         return None
     return LeftOut(
-        "training at further torques", "one torque is trained",
-        f"{offline.angles_per_pitch} full solves for each of them",
-    )  # fmt: skip
+        "training at further torques", "one torque is trained", f"{full_solves(case)} full solves for each of them"
+    )
 
 
 def _idle_pairs(scene: Scene) -> LeftOut | None:
@@ -260,10 +293,17 @@ def _page(scene: Scene) -> LeftOut | None:
 
 
 RULES: tuple[Callable[[Scene], LeftOut | None], ...] = (
-    _other_model, _other_flanks, _far_teeth, _volume, _torques, _idle_pairs, _idle_patches, _width, _refinement,
-    _width_refinement,
-    _pictures, _picture_files, _page,
+    _other_model, _other_flanks, _far_teeth, _volume, _training, _torques, _idle_pairs, _idle_patches, _width,
+    _refinement, _width_refinement, _pictures, _picture_files, _page,
 )  # fmt: skip
+
+
+def _compliance(scene: Scene) -> str:
+    """Size of the compliance between loaded flanks, as a basis holds it."""
+    components = loaded_components(scene.case.contact.kind != "nodal")
+    size = components * scene.lines * scene.columns
+    blocks = (neighbour_reach(scene.pair) + 1) * len(scene.bodies)
+    return f"{blocks} matrices of {size} x {size} in the basis, {_mib(blocks * size**2 * DOUBLE)}"
 
 
 def _mib(size: int) -> str:

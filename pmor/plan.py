@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from pmor.case import Case, describe
 from pmor.case.width import elements_across, meshed_width
-from pmor.left_out import computed, left_out, remarks, scene
+from pmor.left_out import computed, full_solves, left_out, misalignments, remarks, scene
 
 NOT_WRITTEN = {"contact.edge_normals": "of the scheme", "pair.centre_distance_mm": "without backlash"}
 
@@ -58,16 +58,45 @@ def _sizes(case: Case) -> list[str]:
 
 
 def _work(case: Case) -> list[str]:
-    trained = case.offline.angles_per_pitch if case.reduction.trained else 0
+    online, compare = case.online, case.compare
     stages = (
-        ("offline, full contact solves", trained, case.offline.torques_Nm),
-        ("online, reduced solves", case.online.angles_per_pitch, case.online.torques_Nm),
-        ("compare, full and reduced", case.compare.angles, case.compare.torques_Nm),
+        ("offline, full contact solves", full_solves(case), _training_text(case)),
+        ("online, reduced solves", *_sweep(online.angles_per_pitch, online.torques_Nm)),
+        ("compare, full and reduced", *_sweep(compare.angles, compare.torques_Nm)),
     )
-    return ["Work"] + [
-        f"  {label:<30} {angles * len(torques):>8}  ({angles} angles x {_torques_text(torques)})"
-        for label, angles, torques in stages
-    ]
+    return ["Work", *(f"  {label:<30} {solves:>8}  ({text})" for label, solves, text in stages), *_ranges(case)]
+
+
+def _sweep(angles: int, torques: tuple[float, ...]) -> tuple[int, str]:
+    return angles * len(torques), f"{angles} angles x {_torques_text(torques)}"
+
+
+def _training_text(case: Case) -> str:
+    """What the full solves are: a grid, a sequence, or a search."""
+    offline = case.offline
+    if not case.reduction.trained:
+        return "static modes are unit forces: nothing is trained"
+    if offline.sampling == "sobol":
+        return "states of a Sobol sequence, spread over angle and ranges"
+    if offline.sampling == "greedy":
+        begin = min(offline.angles_per_pitch, offline.solves)
+        return f"at most: {begin} angles, then where the error bar is longest, to {offline.tolerance_percent:g} %"
+    _, text = _sweep(offline.angles_per_pitch, offline.torques_Nm)
+    count = misalignments(case)
+    return text if count == 1 else f"{text} x {count} misalignments"
+
+
+def _ranges(case: Case) -> list[str]:
+    """Ranges of the parameters that a training spread over them covers."""
+    offline = case.offline
+    if offline.sampling == "grid" or not case.reduction.trained:
+        return []
+    ranges = (
+        ("torque", offline.torques_Nm, "N m"), ("in plane", offline.in_plane_um, "um"),
+        ("out of plane", offline.out_of_plane_um, "um"), ("centre distance", offline.centre_distance_um, "um"),
+    )  # fmt: skip
+    texts = [f"{name} {values[0]:g} to {values[-1]:g} {unit}" for name, values, unit in ranges if len(values) > 1]
+    return [f"  {'ranges of the training':<30} {', '.join(texts)}"] if texts else []
 
 
 def _computed_and_left_out(case: Case) -> list[str]:

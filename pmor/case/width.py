@@ -15,10 +15,12 @@ from pmor.case.schema import Case, Width
 
 def mirrors_at_mid_width(case: Case) -> bool:
     """Return whether half the width stands for the whole: spur, parallel axes, and nodes in the plane of symmetry."""
-    mesh, offline = case.mesh, case.offline
-    if any(offline.in_plane_um) or any(offline.out_of_plane_um):
-        return False
-    return mesh.width == "half" and case.pair.helix_angle_deg == 0.0 and mesh.width_elements % 2 == 0
+    return _mirrors_with_parallel_axes(case) and not _tilted(case)
+
+
+def mirrors_without_tilt(case: Case) -> bool:
+    """Return whether half the width would stand for the whole, were the axes parallel in all of the training."""
+    return _mirrors_with_parallel_axes(case) and _tilted(case)
 
 
 def meshed_width(case: Case) -> Width:
@@ -32,6 +34,15 @@ def elements_across(case: Case) -> int:
     """Return the number of elements over the width that are meshed."""
     across = case.mesh.width_elements
     return {"whole": across, "half": across // 2, "plane_strain": 1}[meshed_width(case)]
+
+
+def _mirrors_with_parallel_axes(case: Case) -> bool:
+    mesh = case.mesh
+    return mesh.width == "half" and case.pair.helix_angle_deg == 0.0 and mesh.width_elements % 2 == 0
+
+
+def _tilted(case: Case) -> bool:
+    return any(case.offline.in_plane_um) or any(case.offline.out_of_plane_um)
 
 
 def whole_width(case: Case) -> Case:

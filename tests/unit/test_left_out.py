@@ -3,12 +3,14 @@
 from collections import Counter
 from dataclasses import replace
 
+import h5py
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
 import pmor.model
 from offline.jobs import run_offline
+from online.errors import estimate_errors
 from online.model import reduced_pair
 from online.sweep import sweep_reduced_pair
 from pmor.case import load_case, parse_case
@@ -16,7 +18,7 @@ from pmor.contact.position import active_patches, pairs_in_reach
 from pmor.contact.solve import window_depth
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.condensation import condense_sector
-from pmor.left_out import computed, left_out, rows_in_reach, scene, unknowns
+from pmor.left_out import computed, full_solves, left_out, rows_in_reach, scene, unknowns
 from pmor.model import elastic_model, mesh_model, neighbour_reach
 from pmor.plan import plan_text
 from pmor.storage.basis_file import read_basis
@@ -186,6 +188,71 @@ def test_one_trained_torque_is_one_solve_an_angle(tmp_path, monkeypatch):
     assert set(solved) == {100e3}
     assert "training at further torques" in listed(some)
     assert "training at further torques" not in listed(case())
+
+
+TILT = {"in_plane_um": [-10.0, 0.0, 10.0], "out_of_plane_um": [0.0, 5.0]}
+TRAININGS = {
+    "grid": ({}, {}, "4 angles x 2 torques: 40, 160 N m)"),
+    "grid, tilted": (TILT, {}, "4 angles x 2 torques: 40, 160 N m x 6 misalignments)"),
+    "sobol": ({"sampling": "sobol", "solves": 7, **TILT}, {}, "states of a Sobol sequence, spread over"),
+    "greedy": ({"sampling": "greedy", "solves": 6, "tolerance_percent": 1e-9}, {}, "at most: 4 angles, then where"),
+    "static modes": (TILT, {"shapes": "static_modes"}, "static modes are unit forces: nothing is trained"),
+}
+
+
+@pytest.mark.parametrize("training", TRAININGS)
+def test_as_many_states_are_solved_as_are_announced(training, tmp_path):
+    offline, reduction, text = TRAININGS[training]
+    some = case(offline=offline, reduction=reduction)
+    run_offline(some, elastic_model(some, mesh_model(some)), tmp_path / "b.h5", estimate=estimate_errors)
+    solved = read_basis(tmp_path / "b.h5").training.converged.size
+    assert full_solves(some) == solved
+    line = next(line for line in plan_text(some).splitlines() if "offline, full contact solves" in line)
+    assert line.split()[4] == str(solved)
+    assert text in line
+
+
+def test_what_static_modes_save_is_the_training_that_the_case_describes():
+    assert listed(case(offline=TILT, reduction={"shapes": "static_modes"}))["the training"].saving.startswith("48 full")
+    assert "the training" not in listed(case())
+
+
+def test_ranges_are_printed_where_the_training_is_spread_over_them():
+    ranges = "ranges of the training torque 40 to 160 N m, in plane -10 to 10 um, out of plane 0 to 5 um"
+    spread = plan_text(case(offline={"sampling": "sobol", **TILT}))
+    assert ranges in " ".join(spread.split())
+    assert "ranges of the training" not in plan_text(case(offline=TILT))
+
+
+@pytest.mark.parametrize("changes", [{}, UNEQUAL, {"contact": {"scheme": "line"}}], ids=["points", "unequal", "lines"])
+def test_the_compliance_for_the_error_bar_is_as_large_as_announced(changes, tmp_path):
+    some = case(**changes)
+    run_offline(some, elastic_model(some, mesh_model(some)), tmp_path / "b.h5")
+    with h5py.File(tmp_path / "b.h5") as file:
+        stored = [item[()] for item in file["error_estimate"].values()]
+    announced = dict(computed(scene(some)))["compliance for the error bar"]
+    size = stored[0].shape[1]
+    matrices, held = sum(map(len, stored)), sum(array.nbytes for array in stored)
+    assert announced == f"{matrices} matrices of {size} x {size} in the basis, {held / 2**20:.3g} MiB"
+    without = case(**changes, reduction={"error_estimate": False})
+    assert "compliance for the error bar" not in dict(computed(scene(without)))
+
+
+def test_the_whole_width_of_tilted_axes_is_explained():
+    """Only where half would do otherwise."""
+    even = {"width_elements": 2}
+    for some, explained in (
+        (case(mesh=even, offline=TILT), True),
+        (case(mesh=even), False),
+        (case(mesh=even, offline={"centre_distance_um": [0.0, 20.0]}), False),
+        (case(mesh={"width_elements": 3}, offline=TILT), False),
+        (case(mesh={"width_elements": 2, "width": "whole"}, offline=TILT), False),
+    ):
+        what = dict(computed(scene(some)))
+        assert ("  face width" in what) == explained
+        if explained:
+            assert "axes of the training tilt" in what["  face width"]
+            assert "half the face width" not in listed(some)
 
 
 @pytest.mark.parametrize(("plots", "report"), [(False, False), (True, False), (False, True), (True, True)])
