@@ -19,7 +19,7 @@ from online.plots import (
     ste_figure,
 )
 from online.report import ReportContent, Table, write_report
-from online.run import OnlineResult, ms_per_position, provenance, summary_rows
+from online.run import OnlineResult, ms_per_position, provenance, summary_rows, warnings
 from pmor.case import Case, describe
 from pmor.gear.formulas import classical_results
 from pmor.mesh.sector import SectorMesh
@@ -100,7 +100,7 @@ def _content(result: OnlineResult, figures: list[tuple[str, Figure]]) -> ReportC
     return ReportContent(
         title=case.title,
         summary_rows=summary_rows(result),
-        warnings=result.failures,
+        warnings=warnings(result),
         figures=figures,
         error_table=_error_table(result),
         classical_table=_classical_table(result),

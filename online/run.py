@@ -18,7 +18,7 @@ from online.compare import Comparison, compare_models, failed_positions, trainin
 from online.model import ReducedPair, online_angles
 from online.sweep import sweep_reduced_pair
 from online.tables import summary_text, write_ste_csv, write_summary_json
-from pmor.case import Case
+from pmor.case import Case, beyond_training
 from pmor.model import ElasticModel
 from pmor.progress import Progress
 from pmor.result import SteSweep, largest_error_um, peak_to_peak_um, ripple_um, ste_mean_um, torque_exponent
@@ -102,6 +102,7 @@ def summary(result: OnlineResult) -> dict[str, Any]:
         "ste_ripple_um": ripple_um(sweep, i),
         "ste_torque_exponent": torque_exponent(sweep),
         "ste_error_estimate_max_um": largest_error_um(sweep),
+        "extrapolated": beyond_training(case),
         "rom_size": result.reduced.size,
         "rom_vs_full_ste_max_rel": comparison.max_relative_error if comparison else None,
         "rom_vs_full_ste_rms_rel": comparison.rms_relative_error if comparison else None,
@@ -154,7 +155,16 @@ def write_results(result: OnlineResult, out: Path) -> None:
 def result_text(result: OnlineResult) -> str:
     """Return the short summary for the screen."""
     text = summary_text(result.reduced.basis.case.title, summary_rows(result))
-    return "\n".join([text, *(f"  ! {failure}" for failure in result.failures)])
+    return "\n".join([text, *(f"  ! {warning}" for warning in warnings(result))])
+
+
+def warnings(result: OnlineResult) -> tuple[str, ...]:
+    """Return what a reader must know beside the numbers: extrapolation, and positions that failed."""
+    beyond = (
+        f"extrapolated: {text}; what the results are worth, their error bar says"
+        for text in beyond_training(result.reduced.basis.case)
+    )
+    return (*beyond, *result.failures)
 
 
 def provenance(case: Case) -> list[tuple[str, str]]:

@@ -71,6 +71,7 @@ def online(basis_path: Path, out: Path | None = None, case_path: Path | None = N
     from online.pages import write_pages
     from online.run import result_text, run_online, write_results
     from pmor.case import load_case
+    from pmor.model import refuse_loads
     from pmor.storage.atomic import ensure_folder
     from pmor.storage.basis_file import read_basis, require_made_from
     from pmor.storage.lock import only_writer_in_folder
@@ -80,9 +81,11 @@ def online(basis_path: Path, out: Path | None = None, case_path: Path | None = N
         case = load_case(case_path)
         require_made_from(basis_path, basis, case)
         basis = replace(basis, case=case)
+    reduced = reduced_pair(basis)
+    refuse_loads(basis.case, reduced.meshed)  # a sweep may go beyond those that the training has been through
     folder = ensure_folder(out or Path("out") / basis.case.name)
     with only_writer_in_folder(folder):
-        result = run_online(reduced_pair(basis), basis_path)
+        result = run_online(reduced, basis_path)
         write_results(result, folder)
         write_pages(result, None, folder)
     print(result_text(result))

@@ -49,14 +49,14 @@ def refuse_impossible_load(case: Case, approach_mm: float) -> None:
     approach_mm : float
         Of the flanks, to expect under the nominal torque, mm.
     """
-    torque = max(case.torque_Nm, *case.offline.torques_Nm)
+    torque = max(case.torque_Nm, *case.offline.torques_Nm, *case.online.torques_Nm)
     in_modules = approach_mm * torque / case.torque_Nm / case.pair.module_mm
     if in_modules > LARGEST_APPROACH:
         allowed = torque * LARGEST_APPROACH / in_modules
         raise CaseError(
             f"torque of {torque:g} N m: the flanks would approach by {in_modules:.3g} modules, more than the "
             f"{LARGEST_APPROACH:g} that teeth have room for: stay below {allowed:.3g} N m ([load] torque_Nm, [offline] "
-            "torques_Nm), widen the face or raise youngs_modulus_GPa"
+            "and [online] torques_Nm), widen the face or raise youngs_modulus_GPa"
         )
 
 

@@ -140,12 +140,23 @@ def mesh_model(case: Case) -> MeshModel:
     qualities = [mesh_quality(mesh.nodes, mesh.elements) for mesh in (pinion, wheel)]
     meshed = assemble_pair(case, pair, (pinion.flank_nodes, wheel.flank_nodes),
                            (pinion.flank_roll_angle, wheel.flank_roll_angle), pinion.mirrored)  # fmt: skip
-    if meshed.scheme.kind == "line":
-        check_half_width(meshed, 1e3 * case.offline.torques_Nm[-1])
-    elif meshed.scheme.kind == "strip":
+    refuse_loads(case, meshed)
+    if meshed.scheme.kind == "strip":
         flank = meshed.pinion.nodes[:, 0]
         refuse_locking_penalty(case, float(np.linalg.norm(flank[-1] - flank[0])) / meshed.pinion.element_rows)
     return MeshModel(pinion, wheel, min(qualities, key=lambda q: q.min_scaled_jacobian), meshed)
+
+
+def refuse_loads(case: Case, meshed: MeshedPair) -> None:
+    """Refuse loads of training and sweep beyond what the model of contact can carry.
+
+    Raises
+    ------
+    CaseError, GeometryError
+    """
+    refuse_impossible_load(case, approach_estimate(case, meshed.pair))
+    if meshed.scheme.kind == "line":
+        check_half_width(meshed, 1e3 * max(case.offline.torques_Nm[-1], case.online.torques_Nm[-1]))
 
 
 def assemble_pair(

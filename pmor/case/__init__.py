@@ -5,6 +5,7 @@ Lengths carry their unit in the name of the key; those without one are in (norma
 
 from pmor.case.change import changed_text
 from pmor.case.describe import basis_key, describe
+from pmor.case.extrapolation import beyond_training
 from pmor.case.loader import load_case, parse_case
 from pmor.case.schema import (
     Case,
@@ -33,6 +34,7 @@ __all__ = [
     "PairCase",
     "ReductionCase",
     "basis_key",
+    "beyond_training",
     "changed_text",
     "describe",
     "load_case",

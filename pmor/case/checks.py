@@ -3,8 +3,10 @@
 import math
 from typing import Any
 
+from pmor.case.extrapolation import MISALIGNMENTS
 from pmor.case.schema import Case, GearCase, PairCase, ReductionCase
 from pmor.case.values import toml_text, wrong_unit_text
+from pmor.case.width import meshed_width
 from pmor.errors import CaseError
 
 # A length below this many modules is a slip: a gear so thin, or a hole so small, cannot be meshed sensibly.
@@ -16,6 +18,8 @@ MOST_FLANK_NODES = 10_000
 MOST_CONTACT_POINTS = 1_000_000
 # Rim that must stay between bore and root circle, in modules.
 THINNEST_RIM = 0.5
+# What lifts the rule that sweeps stay within the training.
+EXTRAPOLATE = "[online] extrapolate = true and read the error bar"
 
 
 def check_together(case: Case, document: dict[str, Any], where: str) -> None:
@@ -43,6 +47,7 @@ def check_together(case: Case, document: dict[str, Any], where: str) -> None:
     _check_torques(case, document, where)
     _check_sampling(case, where)
     _check_misalignment(case, where)
+    _check_extrapolation(case, where)
 
 
 def _check_reduction(reduction: ReductionCase, where: str) -> None:
@@ -126,11 +131,14 @@ def _check_torques(case: Case, document: dict[str, Any], where: str) -> None:
             "add a larger one to [offline] torques_Nm"
         )
     for section, torques in (("online", case.online.torques_Nm), ("compare", case.compare.torques_Nm)):
-        if torques[-1] > largest:
+        if torques[-1] > largest and not (section == "online" and case.online.extrapolate):
             default = "" if "torques_Nm" in document.get(section, {}) else " (default)"
+            remedy = "lower it, or add a larger one to [offline] torques_Nm"
+            if section == "online":
+                remedy = f"lower it, add a larger one to [offline] torques_Nm, or write {EXTRAPOLATE}"
             raise CaseError(
                 f"{where}: [{section}] torques_Nm = {toml_text(torques)}{default}: {torques[-1]} N m is beyond the "
-                f"largest training torque, {largest} N m: lower it, or add a larger one to [offline] torques_Nm"
+                f"largest training torque, {largest} N m: {remedy}"
             )
     if case.torque_Nm not in case.online.torques_Nm:
         raise CaseError(
@@ -163,13 +171,38 @@ def _check_misalignment(case: Case, where: str) -> None:
                 f"{where}: [offline] {key} = {toml_text(trained)}: tilted axes load the width unevenly, and [mesh] "
                 'width = "plane_strain" has one section for all of it: write "whole", or 0.0 here'
             )
-    for key in ("in_plane_um", "out_of_plane_um", "centre_distance_um"):
+    for key in MISALIGNMENTS:
         value, trained = getattr(case.misalignment, key), getattr(case.offline, key)
-        if not trained[0] <= value <= trained[-1]:
+        if trained[0] <= value <= trained[-1]:
+            continue
+        if key in tilts:
+            _refuse_uneven_load(case, key, value, where)
+        if not case.online.extrapolate:
             raise CaseError(
                 f"{where}: [misalignment] {key} = {value}: is beyond the training, {trained[0]:g} to {trained[-1]:g} "
-                f"um: widen [offline] {key}"
+                f"um: widen [offline] {key}, or write {EXTRAPOLATE}"
             )
+
+
+def _refuse_uneven_load(case: Case, key: str, value: float, where: str) -> None:
+    """Refuse a tilt where the mesh has not the whole width to load unevenly, whatever may be extrapolated."""
+    width = meshed_width(case)
+    if width == "whole":
+        return
+    held = "half the width, which stands for both halves" if width == "half" else "one section for all of the width"
+    remedy = f"give [offline] {key} a range with it" if width == "half" else 'write [mesh] width = "whole"'
+    raise CaseError(
+        f"{where}: [misalignment] {key} = {value}: tilted axes load the width unevenly, and the basis of parallel "
+        f"ones has {held}: {remedy}"
+    )
+
+
+def _check_extrapolation(case: Case, where: str) -> None:
+    if case.online.extrapolate and not case.reduction.error_estimate:
+        raise CaseError(
+            f"{where}: [online] extrapolate = true: what a result beyond the training is worth, only its error bar "
+            "says, and [reduction] error_estimate = false: write true"
+        )
 
 
 def _cos_deg(angle_deg: float) -> float:

@@ -287,10 +287,13 @@ class OnlineCase:
         Positions per angular pitch.
     torques_Nm : tuple of float
         Torques in N m, increasing; the nominal one is among them.
+    extrapolate : bool
+        Allow torques and a misalignment beyond the training, where only the error bar says what the result is worth.
     """
 
     angles_per_pitch: Positions = 200
     torques_Nm: Torques
+    extrapolate: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,0 +1,191 @@
+"""Sweeps beyond the training: refused unless asked for, said to be so, and with an error bar that tells their error."""
+
+import json
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from offline.jobs import run_offline
+from online.model import reduced_pair
+from online.sweep import sweep_reduced_pair
+from pmor.case import basis_key, beyond_training, parse_case
+from pmor.cli import main
+from pmor.contact.misalignment import Misalignment
+from pmor.errors import CaseError
+from pmor.model import elastic_model, mesh_model
+from pmor.storage.basis_file import read_basis
+from pmor.sweep import sweep_ste
+from tests.small_case import case_text
+
+TILT = {"in_plane_um": [-10.0, 0.0, 10.0]}
+MESH = {"profile_elements": 8, "width_elements": 4}
+
+
+def text_of(tilted=False, reduction=None, **changes):
+    """Trained to 100 N m and, where tilted, to 10 um."""
+    sections = {
+        "mesh": MESH, "contact": {"scheme": "line"}, "reduction": reduction or {}, "compare": {"torques_Nm": [60.0]},
+        "offline": {"angles_per_pitch": 10, "torques_Nm": [20.0, 100.0], **(TILT if tilted else {})},
+    }  # fmt: skip
+    return case_text(**{k: sections.get(k, {}) | changes.get(k, {}) for k in {**sections, **changes}})
+
+
+def case_of(*arguments, **changes):
+    return parse_case(text_of(*arguments, **changes), "small", "small case")
+
+
+EXTRAPOLATE = {"online": {"extrapolate": True, "torques_Nm": [100.0, 200.0]}}
+
+
+# --- the rule --------------------------------------------------------------------------------------------------------
+
+
+def test_torques_beyond_the_training_are_refused_unless_asked_for():
+    with pytest.raises(CaseError, match=r"200.0 N m is beyond .*largest training torque, 100.0 N m: .*extrapolate"):
+        case_of(online={"torques_Nm": [100.0, 200.0]})
+    assert beyond_training(case_of(**EXTRAPOLATE)) == ("torque to 200 N m, trained to 100 N m",)
+    assert beyond_training(case_of(online={"extrapolate": True})) == ()
+
+
+def test_a_misalignment_beyond_the_training_is_refused_unless_asked_for():
+    beyond = {"misalignment": {"in_plane_um": 20.0, "centre_distance_um": -5.0}}
+    with pytest.raises(CaseError, match=r"in_plane_um = 20.0: is beyond the training, -10 to 10 um: .*extrapolate"):
+        case_of(True, **beyond)
+    assert beyond_training(case_of(True, online={"extrapolate": True}, **beyond)) == (
+        "in_plane_um = 20, trained -10 to 10 um",
+        "centre_distance_um = -5, trained at 0 um",
+    )
+
+
+def test_comparison_and_nominal_torque_stay_within_the_training():
+    with pytest.raises(CaseError, match=r"\[compare\] torques_Nm = \[200.0\]: .*lower it, or add a larger one"):
+        case_of(compare={"torques_Nm": [200.0]}, **EXTRAPOLATE)
+    with pytest.raises(CaseError, match=r"\[load\] torque_Nm = 200.0: is beyond the largest training torque"):
+        case_of(load={"torque_Nm": 200.0}, **EXTRAPOLATE)
+
+
+@pytest.mark.parametrize(
+    ("width", "words"),
+    [("half", "has half the width, .*give .offline. in_plane_um a range"), ("plane_strain", "has one section .*whole")],
+)
+@pytest.mark.parametrize("extrapolate", [True, False])
+def test_tilt_stays_refused_where_the_basis_has_not_the_whole_width(width, words, extrapolate):
+    tilted = {"misalignment": {"in_plane_um": 5.0}, "mesh": {"width": width}}
+    with pytest.raises(CaseError, match=f"in_plane_um = 5.0: tilted axes load the width unevenly, .*{words}"):
+        case_of(online={"extrapolate": extrapolate}, **tilted)
+    apart = {"misalignment": {"centre_distance_um": 5.0}, "mesh": {"width": width}}
+    assert len(beyond_training(case_of(online={"extrapolate": True}, **apart))) == 1
+
+
+def test_without_an_error_bar_nothing_is_extrapolated():
+    with pytest.raises(CaseError, match=r"extrapolate = true: .*error_estimate = false: write true"):
+        case_of(reduction={"error_estimate": False}, **EXTRAPOLATE)
+
+
+def test_static_modes_have_no_training_to_leave():
+    assert beyond_training(case_of(reduction={"shapes": "static_modes"}, **EXTRAPOLATE)) == ()
+
+
+def test_a_basis_does_not_depend_on_it():
+    assert basis_key(case_of(**EXTRAPOLATE)) == basis_key(case_of())
+
+
+# --- the error bar ---------------------------------------------------------------------------------------------------
+
+
+@cache
+def model_of(tilted):
+    case = case_of(tilted)
+    return elastic_model(case, mesh_model(case))
+
+
+def error_and_bar(basis, model, torque, misalignment):
+    """Largest error and largest error bar over a pitch, um."""
+    meshed = replace(model.mesh.meshed, misalignment=misalignment)
+    reduced = replace(reduced_pair(basis), meshed=meshed)
+    phi = meshed.pair.pitch * (np.arange(24) + 0.37) / 24
+    full = sweep_ste(meshed, model.elasticity_at, phi, [torque])
+    fast = sweep_reduced_pair(reduced, phi, [torque], tolerance=1e-9)
+    assert full.converged.all()
+    assert fast.converged.all()
+    return np.abs(full.ste_um - fast.ste_um).max(), np.abs(fast.ste_error_um).max()
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("shapes", ["flank_lines", "positions", "pod"])
+def test_the_error_bar_at_twice_the_trained_torque_tells_the_error(shapes, tmp_path):
+    """Measured: within a factor of 1.4. The roll positions of a grid end where the trained torques end.
+
+    Nothing is felt of it, for the grid has the windows' margin, three times the approach of the flanks.
+    """
+    model = model_of(False)
+    run_offline(case_of(reduction={"shapes": shapes}), model, tmp_path / "b.h5")
+    basis = read_basis(tmp_path / "b.h5")
+    _, inside = error_and_bar(basis, model, 1e5, Misalignment())
+    for torque in (1.5e5, 2e5):
+        error, bar = error_and_bar(basis, model, torque, Misalignment())
+        assert bar > inside
+        assert error / 5.0 < bar < 5.0 * error
+
+
+@pytest.mark.jit
+def test_the_error_bar_at_twice_the_trained_tilt_tells_the_error(tmp_path):
+    model = model_of(True)
+    run_offline(case_of(True), model, tmp_path / "b.h5")
+    basis = read_basis(tmp_path / "b.h5")
+    _, inside = error_and_bar(basis, model, 6e4, Misalignment(in_plane_um=10.0))
+    error, bar = error_and_bar(basis, model, 6e4, Misalignment(in_plane_um=20.0))
+    assert bar > 5.0 * inside
+    assert error / 5.0 < bar < 5.0 * error
+
+
+# --- the command -----------------------------------------------------------------------------------------------------
+
+
+def online(path, folder, text):
+    (folder / "small.toml").write_text(text)
+    return main(["online", str(path), "-o", str(folder / "out"), "--case", str(folder / "small.toml")])
+
+
+@pytest.fixture(scope="module")
+def basis_path(tmp_path_factory):
+    path = tmp_path_factory.mktemp("basis") / "b.h5"
+    run_offline(case_of(), model_of(False), path)
+    return path
+
+
+QUICK = {"angles_per_pitch": 8}
+
+
+def test_a_sweep_beyond_the_training_says_so(basis_path, tmp_path, capsys):
+    assert online(basis_path, tmp_path, text_of(online=EXTRAPOLATE["online"] | QUICK)) == 0
+    what = "torque to 200 N m, trained to 100 N m"
+    out = capsys.readouterr().out
+    assert f"! extrapolated: {what}; what the results are worth, their error bar says" in out
+    assert "STE error bar, max" in out
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert summary["extrapolated"] == [what]
+    assert summary["ste_error_estimate_max_um"] > 0.0
+    assert f"extrapolated: {what}" in (tmp_path / "out" / "report.html").read_text()
+
+
+def test_a_sweep_within_the_training_says_nothing(basis_path, tmp_path, capsys):
+    assert online(basis_path, tmp_path, text_of(online=QUICK | {"extrapolate": True})) == 0
+    assert "extrapolated" not in capsys.readouterr().out
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["extrapolated"] == []
+
+
+def test_without_the_key_the_command_ends_with_2(basis_path, tmp_path, capsys):
+    assert online(basis_path, tmp_path, text_of(online=QUICK | {"torques_Nm": [100.0, 200.0]})) == 2
+    assert "beyond the largest training torque" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(("torque", "words"), [(1e4, "half-wide"), (1e6, "flanks would approach")])
+def test_loads_beyond_the_model_stay_refused(torque, words, basis_path, tmp_path, capsys):
+    sweep = QUICK | {"extrapolate": True, "torques_Nm": [100.0, torque]}
+    assert online(basis_path, tmp_path, text_of(online=sweep)) == 2
+    assert words in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
