@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pmor.case import Case
+from pmor.case import Case, beyond_training
 from pmor.case.width import meshed_width, mirrors_without_tilt
 from pmor.contact.flank import LOCAL_SHARE
 from pmor.contact.misalignment import Misalignment
@@ -129,8 +129,9 @@ def left_out(scene: Scene) -> list[LeftOut]:
 
 
 def remarks(scene: Scene) -> tuple[str, ...]:
-    """Warn of loads beyond linear elasticity, and of elements that lock."""
-    return range_warnings(scene.case, scene.pair, approach_estimate(scene.case, scene.pair))
+    """Warn of loads beyond linear elasticity, of elements that lock, and of a sweep beyond the training."""
+    beyond = (f"the sweep extrapolates: {text}; read its error bar" for text in beyond_training(scene.case))
+    return (*range_warnings(scene.case, scene.pair, approach_estimate(scene.case, scene.pair)), *beyond)
 
 
 def unknowns(sector: SectorMesh) -> int:

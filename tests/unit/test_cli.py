@@ -168,7 +168,7 @@ def test_plan_of_a_reduction_without_training_has_no_full_solves(capsys, tmp_pat
     case.write_text(PAPER.read_text() + '\n[reduction]\nshapes = "static_modes"\n')
     assert main(["plan", str(case)]) == 0
     lines = [" ".join(line.split()) for line in capsys.readouterr().out.splitlines()]
-    assert "offline, full contact solves 0 (0 angles x 3 torques: 20, 70, 180 N m)" in lines
+    assert "offline, full contact solves 0 (static modes are unit forces: nothing is trained)" in lines
     assert "compare, full and reduced 144 (48 angles x 3 torques: 30, 100, 160 N m)" in lines
 
 

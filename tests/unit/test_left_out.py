@@ -74,6 +74,13 @@ def test_the_plan_warns_of_a_load_beyond_linear_elasticity():
     assert "! Hertz pressure" in text
 
 
+def test_the_plan_says_where_the_sweep_extrapolates():
+    online = {"torques_Nm": [100.0, 200.0], "extrapolate": True}
+    expected = "! the sweep extrapolates: torque to 200 N m, trained to 160 N m; read its error bar"
+    assert expected in plan_text(case(online=online)).splitlines()
+    assert "extrapolates" not in plan_text(case(online={"extrapolate": True}))
+
+
 @pytest.mark.parametrize(
     ("changes", "models"), [({}, 1), ({"wheel": {"teeth": 21, "bore_radius_mm": 20.0, "poisson_ratio": 0.2}}, 2),
                             (UNEQUAL, 2), ({"mesh": {"share_identical": False}}, 2)],
