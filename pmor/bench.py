@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from offline.jobs import run_offline
+from online.errors import estimate_errors
 from online.model import ReducedPair, online_angles, reduced_pair
 from online.sweep import TOLERANCE, sweep_reduced_pair, sweep_scheme
 from pmor.case import Case, changed_text, parse_case
@@ -124,7 +125,7 @@ def offline_rows(case: Case) -> list[Row]:
     timed("ring", lambda: elastic_gear(mesh.pinion, *elastic, neighbour_reach(mesh.meshed.pair)))
     model = elastic_model(case, mesh)
     with tempfile.TemporaryDirectory() as folder:
-        timed("snapshots", lambda: run_offline(case, model, Path(folder) / "basis.h5"))
+        timed("snapshots", lambda: run_offline(case, model, Path(folder) / "basis.h5", estimate=estimate_errors))
     # Each of these calls contains the one before.
     seconds["ring"] -= seconds["condensed"]
     seconds["condensed"] -= seconds["assembly"]
@@ -280,5 +281,5 @@ def _changed(case: Case, **changes: dict[str, Any]) -> Case:
 
 
 def _basis(case: Case, path: Path) -> ReducedPair:
-    run_offline(case, elastic_model(case, mesh_model(case)), path)
+    run_offline(case, elastic_model(case, mesh_model(case)), path, estimate=estimate_errors)
     return reduced_pair(read_basis(path))

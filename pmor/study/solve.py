@@ -11,6 +11,7 @@ import numpy as np
 
 from offline.jobs import run_offline
 from online.compare import training_failures
+from online.errors import estimate_errors
 from online.model import ReducedPair, online_angles, reduced_pair, unseen_angles
 from online.sweep import sweep_reduced_pair
 from pmor.case import Case, basis_key
@@ -44,8 +45,9 @@ def grid_cell(case: Case, study: Study, store: ModelStore, basis_path: Path, job
     grid = online_angles(pair.pitch, study.grid.angles_per_pitch)
     full = _full_on_grid(model, case, study, jobs)
     # The compiled code is warm by now, so that the offline time below is that of a second run.
-    offline = run_offline(case, model, basis_path, overwrite=True)
+    offline = run_offline(case, model, basis_path, overwrite=True, estimate=estimate_errors)
     reduced = reduced_pair(read_basis(basis_path))
+    training = reduced.basis.training
     on_grid = sweep_reduced_pair(reduced, grid, [1e3 * t for t in torque])
     curve = sweep_reduced_pair(reduced, online_angles(pair.pitch, study.grid.curve_angles), [1e3 * t for t in torque])
     unseen = unseen_angles(
@@ -57,12 +59,12 @@ def grid_cell(case: Case, study: Study, store: ModelStore, basis_path: Path, job
         "reduced_curve": sweep_data(curve),
         "reduced_ripple_um": ripple_um(curve, 0),
         "comparison": comparison,
-        "training_failures": training_failures(reduced.basis.training),
+        "training_failures": training_failures(training),
         "flank_unknowns": int(model.pinion.compliance.shape[1]),
         "rom_size": reduced.size,
         "basis_mib": basis_path.stat().st_size / 2**20,
-        "n_angles_trained": case.offline.angles_per_pitch,
-        "n_torques_trained": len(case.offline.torques_Nm),
+        "n_angles_trained": len(training.phi),
+        "n_torques_trained": len(training.torque),
         "elastic_s": elastic_s,
         "offline_s": elastic_s + offline.seconds,
     }
@@ -81,7 +83,7 @@ def trainings(
     entries = []
     path = folder / "training.h5"
     for (angles, torques), case in cases.items():
-        offline = run_offline(case, store.model(case)[0], path, jobs, overwrite=True)
+        offline = run_offline(case, store.model(case)[0], path, jobs, overwrite=True, estimate=estimate_errors)
         reduced = reduced_pair(read_basis(path))
         comparison = compare_at(reduced, full)
         entries.append(

@@ -56,7 +56,7 @@ def states(reduced, phi):
 
 
 @pytest.mark.parametrize("scheme", ["line", "strip", "direct"])
-@pytest.mark.parametrize("shapes", ["flank_lines", "positions"])
+@pytest.mark.parametrize("shapes", ["flank_lines", "positions", "pod", "global_pod", "static_modes"])
 def test_the_kernel_estimates_what_its_slow_twin_does(scheme, shapes):
     reduced = reduced_pair(poor_basis(scheme, shapes=shapes))
     meshed = reduced.meshed

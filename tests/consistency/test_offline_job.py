@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+import offline.adaptive
 import offline.jobs
 from offline.jobs import run_offline
 from offline.sampling import TrainingPosition
+from online.errors import estimate_errors
 from pmor.case import basis_key, parse_case
 from pmor.cli import main
 from pmor.contact.misalignment import OperatingCondition
@@ -47,9 +49,9 @@ def names(folder):
     return {path.name for path in folder.iterdir()}
 
 
-def interrupt_after(count, monkeypatch, parts=None):
+def interrupt_after(count, monkeypatch, parts=None, module=offline.jobs):
     """Let the solve after `count` others fail, once `count` files are in the folder `parts`."""
-    solve, calls = offline.jobs.solve_snapshots, []
+    solve, calls = module.solve_snapshots, []
 
     def interrupted(*arguments):
         if len(calls) < count:
@@ -62,7 +64,7 @@ def interrupt_after(count, monkeypatch, parts=None):
             time.sleep(0.01)
         raise Interruption
 
-    monkeypatch.setattr(offline.jobs, "solve_snapshots", interrupted)
+    monkeypatch.setattr(module, "solve_snapshots", interrupted)
     return calls
 
 
@@ -188,3 +190,56 @@ def test_a_failed_solve_is_tried_again_on_resume(tiny, whole, tmp_path, monkeypa
     monkeypatch.undo()
     assert run_offline(*tiny, tmp_path / "basis.h5", resume=True).failed == ()
     assert_same_basis(tmp_path / "basis.h5", whole)
+
+
+# --- greedy ----------------------------------------------------------------------------------------------------------
+
+STATES = 8  # four to begin with, four where the error estimate is largest
+
+
+@pytest.fixture(scope="module")
+def greedy(tiny):
+    """The same pair, whose training goes by the error estimate; no tolerance ends it before the budget does."""
+    search = {"sampling": "greedy", "solves": STATES, "tolerance_percent": 1e-9}
+    return parse_case(case_text(offline=search), "tiny", "tiny"), tiny[1]
+
+
+@pytest.fixture(scope="module")
+def greedy_whole(greedy, tmp_path_factory):
+    path = tmp_path_factory.mktemp("greedy") / "basis.h5"
+    assert run_offline(*greedy, path, estimate=estimate_errors).solved == STATES
+    return path
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("solved", [2, 4, 6])
+def test_an_interrupted_greedy_run_goes_on_to_the_same_basis(solved, greedy, greedy_whole, tmp_path, monkeypatch):
+    """Interrupted among the angles that it begins with, between them and the search, and within the search."""
+    path, parts = tmp_path / "basis.h5", tmp_path / "basis.h5.parts"
+    interrupt_after(solved, monkeypatch, module=offline.adaptive)
+    with pytest.raises(Interruption):
+        run_offline(*greedy, path, estimate=estimate_errors)
+    assert not path.exists()
+    assert names(parts) == {f"angle_{i:05d}.h5" for i in range(solved)}
+
+    monkeypatch.undo()
+    calls = interrupt_after(STATES - solved, monkeypatch, module=offline.adaptive)  # one more would raise
+    done = run_offline(*greedy, path, resume=True, estimate=estimate_errors)
+    assert (done.solved, done.resumed) == (STATES - solved, solved)
+    assert len(calls) == STATES - solved
+    assert_same_basis(path, greedy_whole)
+    assert names(tmp_path) == {"basis.h5"}
+
+
+@pytest.mark.jit
+def test_a_greedy_run_searches_again_from_a_damaged_part_on(greedy, greedy_whole, tmp_path, monkeypatch):
+    """What was solved after it was chosen with it in the basis."""
+    path, parts = tmp_path / "basis.h5", tmp_path / "basis.h5.parts"
+    interrupt_after(7, monkeypatch, module=offline.adaptive)
+    with pytest.raises(Interruption):
+        run_offline(*greedy, path, estimate=estimate_errors)
+    monkeypatch.undo()
+    (parts / "angle_00004.h5").write_bytes(b"half a file")
+    done = run_offline(*greedy, path, resume=True, estimate=estimate_errors)
+    assert (done.solved, done.resumed) == (STATES - 4, 4)
+    assert_same_basis(path, greedy_whole)

@@ -11,8 +11,12 @@ from numpy.testing import assert_allclose
 
 import pmor.study.rivals
 import pmor.study.run
+from pmor.case import parse_case
 from pmor.cli import main
 from pmor.errors import ConvergenceError
+from pmor.study.cells import ModelStore
+from pmor.study.loader import load_study
+from pmor.study.solve import grid_cell
 from tests.small_case import case_text, fail_where
 
 STUDY = """
@@ -247,3 +251,21 @@ def test_a_piece_that_fails_altogether_does_not_stop_the_others(folder, tmp_path
     capsys.readouterr()
     assert run(folder, str(tmp_path / "failing")) == 0
     assert re.findall(r"^\[\d+/\d+\] (\S+)", capsys.readouterr().out, re.MULTILINE) == ["conventional"]
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize(
+    ("offline", "shapes", "trained"),
+    [
+        ({}, "flank_lines", (4, 2)),
+        ({}, "static_modes", (0, 0)),
+        ({"sampling": "sobol", "solves": 6}, "flank_lines", (6, 1)),
+        ({"sampling": "greedy", "solves": 5, "tolerance_percent": 1e-9}, "flank_lines", (5, 1)),
+    ],
+    ids=["grid", "static modes", "sobol", "greedy"],
+)
+def test_a_cell_counts_the_trained_angles_that_are_in_its_basis(offline, shapes, trained, folder, tmp_path):
+    """Greedy and Sobol states are angles of one torque each; static modes are not trained."""
+    case = parse_case(case_text(offline=offline, reduction={"shapes": shapes}), "c", "c")
+    part = grid_cell(case, load_study(folder / "tiny.toml"), ModelStore(), tmp_path / "b.h5", 1)
+    assert (part["n_angles_trained"], part["n_torques_trained"]) == trained
