@@ -9,14 +9,18 @@ import pytest
 import online.model
 import online.verify
 from offline.jobs import run_offline
+from offline.sampling import TrainingPosition
+from offline.snapshots import solve_snapshots
 from online.errors import estimate_errors
 from online.verify import Check, checks_text, verify_basis
 from pmor.case import parse_case
 from pmor.cli import main
 from pmor.contact.elasticity import ReducedElasticity
+from pmor.contact.misalignment import OperatingCondition
 from pmor.model import elastic_model, mesh_model
 from pmor.reduction.flank_lines import FlankLineShapes
 from pmor.storage.basis_file import read_basis, write_basis
+from pmor.storage.snapshot_file import write_snapshots
 from tests.small_case import case_text
 
 pytestmark = pytest.mark.jit
@@ -225,3 +229,10 @@ def test_a_basis_that_breaks_a_law_ends_with_2(basis_file, tmp_path, capsys):
 def test_a_value_that_is_no_number_is_not_within_the_limit():
     assert not Check("a", float("nan"), 1.0, "").ok
     assert Check("a", 1.0, 1.0, "").ok
+
+
+def test_snapshots_have_no_laws_of_a_basis(model, tmp_path, capsys):
+    snapshots = solve_snapshots(model, TrainingPosition(0.0, (OperatingCondition(1e5),)))
+    write_snapshots(tmp_path / "s.h5", snapshots, "key")
+    assert main(["info", str(tmp_path / "s.h5"), "--verify"]) == 2
+    assert "pmor-basis" in capsys.readouterr().err
