@@ -1270,20 +1270,21 @@ def _window_shapes(start, window, first_row, beside):
 def _cholesky(matrix, low, high, factor):
     """Upper Cholesky factor of the block [low, high) of a symmetric matrix, of which the upper half is read.
 
-    All inner loops run along rows, without sums, which is what a compiler can spread over vector registers.
+    All inner loops run along rows of known beginning, without sums: vector registers can take them.
     """
     for i in range(low, high):
-        for k in range(i, high):
-            factor[i, k] = matrix[i, k]
+        row, source = factor[i, i:high], matrix[i, i:high]
+        for k in range(high - i):
+            row[k] = source[k]
     for j in range(low, high):
-        pivot = factor[j]
-        inverse = 1.0 / np.sqrt(pivot[j])
-        for k in range(j, high):
+        pivot = factor[j, j:high]
+        inverse = 1.0 / np.sqrt(pivot[0])
+        for k in range(high - j):
             pivot[k] *= inverse
-        for i in range(j + 1, high):
-            row, value = factor[i], pivot[i]
-            for k in range(i, high):
-                row[k] -= value * pivot[k]
+        for i in range(1, high - j):
+            row, value, rest = factor[j + i, j + i : high], pivot[i], pivot[i:]
+            for k in range(high - j - i):
+                row[k] -= value * rest[k]
 
 
 @compiled
@@ -1603,12 +1604,12 @@ def _residuals(count, size, members, columns, coordinates, lists, torque, lead, 
 @compiled
 def _add_point(n, sign, size, columns, free_gap, lists, matrix, rhs):
     """Add a point's tangent and force to the Newton matrix (upper half) and the right-hand side, or take them off."""
-    row, k, lever = columns[n], sign * lists[3][n], lists[4][n]
+    row, k, lever = columns[n, :size], sign * lists[3][n], lists[4][n]
     for i in range(size):
-        scaled, line = k * row[i], matrix[i]
-        for j in range(i, size):
-            line[j] += scaled * row[j]
-        line[size] += scaled * lever
+        scaled, line, rest = k * row[i], matrix[i, i:size], row[i:]
+        for j in range(size - i):
+            line[j] += scaled * rest[j]
+        matrix[i, size] += scaled * lever
         rhs[i] -= scaled * free_gap[n]
     matrix[size, size] += k * lever**2
     rhs[size] -= k * lever * free_gap[n]
