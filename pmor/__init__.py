@@ -3,4 +3,4 @@
 Units inside are mm, N, MPa, rad and N mm; the keys of a case file carry their own.
 """
 
-__version__ = "0.3.0"
+__version__ = "0.4.0"

@@ -154,7 +154,11 @@ def solve_equilibrium(
         With the history of corrections, when the tolerance is not reached or nothing touches.
     """
     base_radius = meshed.pair.pinion.base_radius
-    approach = meshed.expected_approach(torque) + expected_penetration(meshed, torque)
+    if meshed.scheme.kind == "line":
+        # An undeformed tooth would take all of it by its dent, which is steep: better too little than too much.
+        approach = meshed.expected_approach(torque)
+    else:
+        approach = meshed.expected_closing(torque) + expected_penetration(meshed, torque)
     tolerance = max(tolerance, round_off_residual(meshed, torque))
 
     def evaluate(coordinates: FloatArray, lead: float, depth: float) -> _State:

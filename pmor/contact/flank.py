@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -207,6 +208,14 @@ class MeshedPair:
     def expected_approach(self, torque: float) -> float:
         """Return the approach of the flanks to expect under a pinion torque (N mm), mm."""
         return torque / self.pair.pinion.base_radius / self.stiffness_estimate
+
+    def expected_closing(self, torque: float) -> float:
+        """Return how far the first touching sections of tilted flanks close up under a pinion torque (N mm), mm.
+
+        The gap grows evenly over the face width, which carries load as far as it is closed, like a bed of springs.
+        """
+        approach, spread = self.expected_approach(torque), self.misalignment.spread
+        return approach + 0.5 * spread if approach > 0.5 * spread else math.sqrt(2.0 * approach * spread)
 
 
 def make_flank(

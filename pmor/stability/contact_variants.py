@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 from pmor.case import Case
 from pmor.stability.variants import Sections, Variant, merged
 
@@ -21,7 +23,8 @@ STIFF_EXPONENT = 6
 
 def contact_variants(case: Case) -> list[Variant]:
     """Return the variants of a case (the base case of `pmor.stability.matrix`) that leave its gears alone."""
-    return [*_penalties(), *_torques(), *_starts(), *_schemes(), *_refinements(), *_meshes(case), *_places()]
+    return [*_penalties(), *_torques(), *_starts(), *_schemes(), *_refinements(), *_meshes(case), *_places(),
+            *_misalignments()]  # fmt: skip
 
 
 def penalty_name(penalty: float) -> str:
@@ -154,6 +157,25 @@ def _meshes(case: Case) -> list[Variant]:
         variant("equal steps of roll angle", {"spacing": "roll_angle"}),
         variant("plain linear hexahedra", {"element": "hex8"}),
     ]
+
+
+def _misalignments() -> list[Variant]:
+    """The wheel's axis far from where it should be, with contact points and in line contact."""
+    off = {
+        "in_plane_um": ("tilted in their plane", (20.0, -200.0, 1000.0)),
+        "out_of_plane_um": ("tilted across their plane", (20.0, -200.0)),
+        "centre_distance_um": ("farther apart", (-50.0, 300.0)),
+    }
+    about = "contact at one end of the face, or at other roll angles"
+    variants = []
+    for key, (words, values) in off.items():
+        for value, scheme in product(values, ("direct", "line")):
+            moved: Sections = {"misalignment": {key: value}, "offline": {key: sorted([0.0, value])}}
+            changes = merged({"contact": {"scheme": scheme}}, moved)
+            variants.append(
+                Variant(f"axes {words}: {value:g} um, {scheme}", "Misalignment", about, changes, energy=0.1)
+            )
+    return variants
 
 
 def _places() -> list[Variant]:

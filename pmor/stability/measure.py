@@ -11,6 +11,7 @@ import numpy as np
 
 from online.sweep import sweep_reduced_pair
 from pmor.case import Case, changed_text, parse_case
+from pmor.case.width import meshed_width
 from pmor.errors import CaseError, GeometryError, MeshError
 from pmor.gear.conventions import FloatArray
 from pmor.limits import range_warnings
@@ -93,7 +94,8 @@ class Bench:
 
         Line contact takes the surface layer out of them.
         """
-        if case.contact.scheme == "line" or (case.pair, case.mesh) != (self.base.pair, self.base.mesh):
+        alike = (case.pair, case.mesh, meshed_width(case)) == (self.base.pair, self.base.mesh, meshed_width(self.base))
+        if case.contact.scheme == "line" or not alike:
             return elastic_model(case, mesh_model(case))
         return ElasticModel(mesh_model(case), self.model.pinion, self.model.wheel)
 

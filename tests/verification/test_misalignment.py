@@ -157,3 +157,13 @@ def test_aligned_is_what_it_was_without_the_parameter():
     meshed = model().mesh.meshed
     assert np.all(meshed.geometry[9:] == 0.0)
     assert kernel.section_offset(meshed.geometry, meshed.gears, 7.0) == (0.0, 0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("torque", [1e2, 1e4, 1e6])
+def test_expected_closing_balances_a_bed_of_springs_under_a_wedge(torque):
+    meshed = misaligned(model().mesh.meshed)
+    closing, spread = meshed.expected_closing(torque), meshed.misalignment.spread
+    place = (np.arange(200_000) + 0.5) / 200_000
+    mean = np.maximum(closing - spread * place, 0.0).mean()
+    assert_allclose(mean, meshed.expected_approach(torque), rtol=1e-6)  # of the sum
+    assert misaligned(meshed, Misalignment()).expected_closing(torque) == meshed.expected_approach(torque)
