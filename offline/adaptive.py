@@ -59,15 +59,17 @@ def greedy_snapshots(
         yield solve_snapshots(model, begin[len(known)])
     candidates = _candidates(case, model)
     percent = np.full(len(candidates), np.inf)
-    while len(known) < offline.solves:
-        basis, _ = make_basis(case, model, known)
+    # What is solved already is chosen again, without being solved: the estimates go on as if there had been no break.
+    for count in range(len(begin), offline.solves):
+        basis, _ = make_basis(case, model, known[:count])
         _update(percent, candidates, basis, estimate, 0.0)
         if percent.max() <= offline.tolerance_percent:
             _update(percent, candidates, basis, estimate, -np.inf)
             if percent.max() <= offline.tolerance_percent:
                 return
         worst = int(np.argmax(percent))
-        yield solve_snapshots(model, candidates[worst], float(percent[worst]))
+        if count == len(known):
+            yield solve_snapshots(model, candidates[worst], float(percent[worst]))
         # Solved once, it has given what it can.
         candidates = candidates[:worst] + candidates[worst + 1 :]
         percent = np.delete(percent, worst)
