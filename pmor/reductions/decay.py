@@ -86,14 +86,14 @@ def decay_curves(
     failures: list[str] = []
 
     def prefixes(sampling: str, training: TrainingSet) -> Iterable[tuple[Variant, TrainingSet, str]]:
-        own = Variant("flank_lines", sampling, None, flank_line_case(case, {"sampling": sampling}))
+        own = Variant("flank_lines", sampling, None, None, flank_line_case(case, {"sampling": sampling}))
         return [(own, training.first(n), "") for n in counts_up_to(training.solves)]
 
     sobol = sobol_training(case, truth.model, most_solves)
     failures += sobol.failures
     wanted = [*prefixes("greedy", greedy), *prefixes("sobol", sobol)]
     for grids in nested_grids(case.offline, most_solves):
-        own = [Variant("flank_lines", "grid", None, flank_line_case(case, grid_keys(grid))) for grid in grids]
+        own = [Variant("flank_lines", "grid", None, grid, flank_line_case(case, grid_keys(grid))) for grid in grids]
         largest = grid_training(own[-1].case, truth.model)
         failures += largest.failures
         trainings = nested_trainings(largest, grids)

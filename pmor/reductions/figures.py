@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from online.plots import COLOURS, new_figure, plot_style
+from pmor.gear.conventions import FloatArray
 from pmor.reductions.decay import SAMPLINGS, Decay
 from pmor.reductions.measure import Entry
 from pmor.reductions.measures import SMALLEST_ERROR_UM, WANTED_EFFECTIVITY
-from pmor.study.figures import log_log, name_points
+from pmor.study.figures import log_log
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,28 +21,47 @@ if TYPE_CHECKING:
 SAMPLING_COLOURS = dict(zip((*SAMPLINGS, "none"), COLOURS, strict=False))
 SAMPLING_MARKERS = {"greedy": "o", "sobol": "s", "grid": "^", "none": "D"}
 SAMPLING_NAMES = {"greedy": "greedy", "sobol": "Sobol sequence", "grid": "full-factorial grid", "none": "no training"}
-# Errors and estimates of less are round-off, and are drawn here, um.
-FLOOR_UM = 1e-7
+MARKERS = "osv^D<>"
+# Errors and estimates of less are drawn here, um.
+FLOOR_UM = 1e-6
 
 
 def run_time_figure(entries: Sequence[Entry], online_ms: Sequence[tuple[float, float]]) -> Figure:
     """Largest STE error over the time of a position, one named marker per reduction."""
-    points = [(ms, entry.errors.max_percent, entry) for (ms, _), entry in zip(online_ms, entries, strict=True)]
+    trained = [entry.errors.max_percent for entry in entries if entry.solves]
+    # Static modes are exact: to scale they would squeeze all others into a corner.
+    floor = 0.3 * min(trained)
+    points = [(ms, max(entry.errors.max_percent, floor), entry)
+              for (ms, _), entry in zip(online_ms, entries, strict=True)]  # fmt: skip
     with plot_style():
-        figure = new_figure(8.6, 5.4)
+        figure = new_figure(9.6, 5.2)
         axes = figure.add_subplot()
         for sampling, marker in SAMPLING_MARKERS.items():
             own = [(ms, error) for ms, error, entry in points if entry.sampling == sampling]
             if own:
                 axes.plot(*zip(*own, strict=True), marker, ms=7, mec="white", mew=0.6,
                           color=SAMPLING_COLOURS[sampling], label=SAMPLING_NAMES[sampling])  # fmt: skip
-        axes.margins(x=0.12, y=0.08)
+        axes.margins(x=0.08, y=0.08)
         log_log(axes)
-        name_points(axes, [(ms, error, f"{entry.shapes} ({entry.solves})") for ms, error, entry in points])
+        _name_beside(axes, [(ms, error, _run_time_label(entry, floor)) for ms, error, entry in points])
         axes.set_xlabel("Run time per position, error estimate included [ms]")
         axes.set_ylabel("Largest STE error over the unseen states [%]")
-        figure.legend(loc="outside lower center", ncols=4, title="Training (full solves in parentheses)")
+        figure.legend(loc="outside lower center", ncols=4)
     return figure
+
+
+def _run_time_label(entry: Entry, floor: float) -> str:
+    below = entry.errors.max_percent < floor
+    return f"{entry.label}: {entry.errors.max_percent:.1g} %, below the axis" if below else entry.label
+
+
+def _name_beside(axes: Axes, points: Sequence[tuple[float, float, str]]) -> None:
+    """Name points (time, error, name) in a column right of the axes, in the order of the errors, a line to each."""
+    ordered = sorted(points, key=lambda point: (point[1], -point[0]))
+    line = {"arrowstyle": "-", "lw": 0.5, "color": "#999999", "shrinkA": 0, "shrinkB": 4}
+    for height, (x, y, name) in zip(np.linspace(0.01, 0.99, len(ordered)), ordered, strict=True):
+        axes.annotate(name, (x, y), (1.02, height), textcoords="axes fraction", fontsize=8, ha="left", va="center",
+                      arrowprops=line)  # fmt: skip
 
 
 def decay_figure(decay: Decay) -> Figure:
@@ -80,30 +100,28 @@ def estimate_figure(entries: Sequence[Entry]) -> Figure:
         ("Flank lines", [entry for entry in drawn if entry.shapes == "flank_lines"]),
         ("Other reductions", [entry for entry in drawn if entry.shapes != "flank_lines"]),
     ]
+    largest = max((float(np.nanmax(np.abs(entry.errors.error_um))) for entry in drawn), default=1.0)
+    ends = np.array([FLOOR_UM, 5.0 * largest])
     with plot_style():
-        figure = new_figure(9.6, 5.6)
+        figure = new_figure(9.6, 6.4)
         panels = figure.subplots(1, 2, sharex=True, sharey=True)
         for axes, (title, group) in zip(panels, groups, strict=True):
-            for colour, marker, entry in zip(COLOURS, "osv^D<>", group, strict=False):
+            for i, entry in enumerate(group):
                 error, estimate = (np.maximum(np.abs(v), FLOOR_UM)
                                    for v in (entry.errors.error_um, entry.errors.estimate_um))  # fmt: skip
-                axes.plot(error, estimate, marker, ms=3, mew=0, alpha=0.6, color=colour, label=entry.label)
-            axes.set_title(title)
-            axes.set_xlabel("|STE error| [µm]")
-        panels[0].set_ylabel("|Estimate of the STE error| [µm]")
-        for axes in panels:
-            _guide_lines(axes)
+                axes.plot(error, estimate, MARKERS[i % len(MARKERS)], ms=3.5, mew=0, alpha=0.6,
+                          color=COLOURS[i % len(COLOURS)], label=entry.label)  # fmt: skip
+            _guide_lines(axes, ends)
+            axes.set(title=title, xlabel="|STE error| [µm]", xlim=ends, ylim=ends, aspect="equal")
             log_log(axes)
             axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), markerscale=2.0)
+        panels[0].set_ylabel("|Estimate of the STE error| [µm]")
     return figure
 
 
-def _guide_lines(axes: Axes) -> None:
-    """Diagonal, the wanted range about it, and the error above which it counts."""
-    ends = np.array([0.5 * FLOOR_UM, max(axes.get_xlim()[1], axes.get_ylim()[1])])
-    axes.plot(ends, ends, color="black", lw=0.9, label="estimate = error")
-    low, high = WANTED_EFFECTIVITY
-    for i, factor in enumerate((low, high)):
-        axes.plot(ends, factor * ends, color="black", lw=0.8, ls="--",
-                  label=None if i else f"{low:g} and {high:g} times the error")  # fmt: skip
-    axes.axvline(SMALLEST_ERROR_UM, color="#888888", lw=0.8, ls=":", label=f"{SMALLEST_ERROR_UM:g} µm")
+def _guide_lines(axes: Axes, ends: FloatArray) -> None:
+    """Diagonal, the wanted range about it, and the error above which it counts; the caption says what is what."""
+    axes.plot(ends, ends, color="black", lw=0.9)
+    for factor in WANTED_EFFECTIVITY:
+        axes.plot(ends, factor * ends, color="black", lw=0.8, ls="--")
+    axes.axvline(SMALLEST_ERROR_UM, color="#888888", lw=0.9, ls=":")

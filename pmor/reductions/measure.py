@@ -72,7 +72,7 @@ class Entry:
 
     Parameters
     ----------
-    label, shapes, sampling : str
+    label, shapes, sampling, training : str
         Of the variant.
     solves : int
         Full solves of the training.
@@ -93,6 +93,7 @@ class Entry:
     label: str
     shapes: str
     sampling: str
+    training: str
     solves: int
     unknowns: int
     offline_s: float
@@ -142,6 +143,7 @@ def measure(variant: Variant, training: TrainingSet, truth: Truth, jobs: int) ->
         label=variant.label,
         shapes=variant.shapes,
         sampling=variant.sampling,
+        training=variant.training,
         solves=training.solves,
         unknowns=reduced.size,
         offline_s=training.seconds[-1] + built_s,

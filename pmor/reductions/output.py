@@ -22,7 +22,7 @@ from pmor.storage.atomic import atomic_path
 from pmor.study.report import Block, Heading, Picture, Warning, study_html
 
 COLUMNS = (
-    "reduction", "sampling", "solves", "unknowns", "offline, s", "basis, MiB", "with estimate, MiB", "online, ms",
+    "reduction", "training", "solves", "unknowns", "offline, s", "basis, MiB", "with estimate, MiB", "online, ms",
     "with estimate, ms", "STE error max / rms, %", "line load, %", "estimate / error", "in 0.3-5, %", "rank corr.",
 )  # fmt: skip
 
@@ -94,7 +94,7 @@ def _row(entry: Entry, times: tuple[float, float]) -> tuple[Cell, ...]:
     (slow, fast), larger = times, entry.basis_mib / entry.basis_without_mib
     spread = f"{_short(found.low)} / {_short(found.median)} / {_short(found.high)} ({found.states})"
     return (
-        entry.shapes, entry.sampling if entry.solves else "–", entry.solves, entry.unknowns, _short(entry.offline_s),
+        entry.shapes, entry.training if entry.solves else "–", entry.solves, entry.unknowns, _short(entry.offline_s),
         _short(entry.basis_without_mib), f"{_short(entry.basis_mib)} (x {larger:.2f})",
         _short(fast), f"{_short(slow)} ({100.0 * (slow / fast - 1.0):+.0f} %)",
         f"{_short(errors.max_percent)} / {_short(errors.rms_percent)}", _short(entry.load_error_percent),
@@ -155,8 +155,8 @@ def _pictures(comparison: Comparison) -> list[Picture]:
         ),
         Picture(
             "estimate.png",
-            f"Error estimate against true error at all unseen states; dashed: {low:g} and {high:g} times the error; "
-            f"dotted: {SMALLEST_ERROR_UM:g} µm, below which errors are not counted.",
+            f"Error estimate against true error at all unseen states. Solid: equal; dashed: {low:g} and {high:g} "
+            f"times; dotted: {SMALLEST_ERROR_UM:g} µm, below which errors are not counted.",
             estimate_figure(entries),
         ),
     ]

@@ -13,8 +13,12 @@ from pmor.reductions.decay import Decay, decay_curves
 from pmor.reductions.measure import Entry, Truth, measure
 from pmor.reductions.states import not_converged, solve_states, unseen_states
 from pmor.reductions.timing import online_times_ms
-from pmor.reductions.training import TrainingSet, greedy_training, grid_training, sobol_training
-from pmor.reductions.variants import Variant, flank_line_case, grid_keys, largest_grid, variants
+from pmor.reductions.training import TrainingSet, greedy_training, grid_training, sobol_training, solves_until
+from pmor.reductions.variants import Variant, flank_line_case, grid_keys, table_grids, variants
+
+# The greedy sampling is followed beyond the tolerance of the case, to this share of it: its estimate is small where it
+# looked, and the error elsewhere may still be larger.
+FURTHER = 0.2
 
 
 @dataclass(frozen=True)
@@ -69,7 +73,7 @@ def compare_reductions(
     truth = _truth(case, model, jobs, states)
     trainings = _trainings(case, truth)
     greedy = trainings["greedy"]
-    listed = variants(case, greedy.solves)
+    listed = variants(case, solves_until(greedy, case.offline.tolerance_percent))
     entries, bases = [], []
     with Progress(len(listed), "reductions") as progress:
         for variant in listed:
@@ -102,16 +106,18 @@ def _trainings(case: Case, truth: Truth) -> dict[str, TrainingSet]:
     """Solve each sampling once, one state after the other: their times are compared."""
     model, budget = truth.model, case.offline.solves
     solve_snapshots(model, first_positions(case.offline, model.mesh.meshed.pair)[0])  # compiles
-    grid = largest_grid(case.offline)
+    further = {"sampling": "greedy", "tolerance_percent": FURTHER * case.offline.tolerance_percent}
     with Progress(budget, "full FE, greedy") as progress:
-        greedy = greedy_training(flank_line_case(case, {"sampling": "greedy"}), model, progress.advance)
+        greedy = greedy_training(flank_line_case(case, further), model, progress.advance)
     with Progress(budget, "full FE, Sobol") as progress:
         sobol = sobol_training(case, model, budget, progress.advance)
-    with Progress(grid.angles, "full FE, grid") as progress:
-        on_grid = grid_training(flank_line_case(case, grid_keys(grid)), model, progress.advance)
-    return {"greedy": greedy, "sobol": sobol, "grid": on_grid, "none": TrainingSet()}
+    found = {"greedy": greedy, "sobol": sobol, "none": TrainingSet()}
+    for grid in table_grids(case.offline):
+        with Progress(grid.angles, "full FE, grid") as progress:
+            found[grid.label] = grid_training(flank_line_case(case, grid_keys(grid)), model, progress.advance)
+    return found
 
 
 def _training_of(variant: Variant, trainings: dict[str, TrainingSet]) -> TrainingSet:
-    whole = trainings[variant.sampling]
+    whole = trainings[variant.grid.label if variant.grid else variant.sampling]
     return whole if variant.positions is None else whole.first(variant.positions)

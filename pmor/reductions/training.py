@@ -76,6 +76,12 @@ def grid_training(case: Case, model: ElasticModel, advance: Advance = lambda: No
     return _solved(model, grid_positions(case.offline, model.mesh.meshed.pair), advance)
 
 
+def solves_until(greedy: TrainingSet, tolerance_percent: float) -> int:
+    """Return after how many solves a greedy sampling with a larger tolerance would have ended."""
+    below = (i for i, s in enumerate(greedy.snapshots) if s.estimate_percent <= tolerance_percent)
+    return next(below, greedy.solves)
+
+
 def nested_trainings(largest: TrainingSet, grids: Sequence[Grid]) -> list[TrainingSet]:
     """Return the trainings of nested grids, smallest first, from that of the largest."""
     return [largest.every(grids[-1].angles // grid.angles) for grid in grids]

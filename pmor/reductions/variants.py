@@ -61,7 +61,9 @@ class Variant:
         [reduction] shapes, with the interpolation where there is one.
     sampling : {"greedy", "sobol", "grid", "none"}
     positions : int or None
-        How many of the training's positions are used, the first ones; all by default.
+        How many of the training's positions are used, the first ones; None for all.
+    grid : Grid or None
+        None where the training is none.
     case : Case
         The case as that reduction needs it.
     """
@@ -69,13 +71,20 @@ class Variant:
     shapes: str
     sampling: str
     positions: int | None
+    grid: Grid | None
     case: Case
 
     @property
     def label(self) -> str:
-        """Reduction, sampling and positions, for pictures."""
-        count = "" if self.positions is None else f" {self.positions}"
-        return f"{self.shapes}, {self.sampling}{count}" if self.case.reduction.trained else self.shapes
+        """Reduction and training, for pictures."""
+        return f"{self.shapes}, {self.training}" if self.case.reduction.trained else self.shapes
+
+    @property
+    def training(self) -> str:
+        """Sampling with its size."""
+        if self.grid is not None:
+            return f"grid {self.grid.label}"
+        return self.sampling if self.positions is None else f"{self.sampling} {self.positions}"
 
 
 def variants(case: Case, greedy_solves: int) -> list[Variant]:
@@ -88,32 +97,37 @@ def variants(case: Case, greedy_solves: int) -> list[Variant]:
     greedy_solves : int
         What the greedy sampling took: a Sobol sampling is shown with as many.
     """
-    grid = largest_grid(case.offline)
+    dense, broad = table_grids(case.offline)
 
     def spread(shapes: str, sampling: str, positions: int | None = None) -> Variant:
         reduction = {"shapes": shapes, "interpolation": "linear"}
-        return Variant(shapes, sampling, positions, changed(case, {"sampling": sampling}, reduction))
+        return Variant(shapes, sampling, positions, None, changed(case, {"sampling": sampling}, reduction))
 
-    def on_grid(shapes: str, interpolation: str = "linear") -> Variant:
+    def on_grid(shapes: str, grid: Grid, interpolation: str = "linear") -> Variant:
         own = changed(case, grid_keys(grid), {"shapes": shapes, "interpolation": interpolation})
-        return Variant(f"{shapes}, {interpolation}" if shapes in ("positions", "pod") else shapes, "grid", None, own)
+        name = f"{shapes}, {interpolation}" if shapes in ("positions", "pod") else shapes
+        return Variant(name, "grid", None, grid, own)
 
-    few = min(FEW_SOLVES, greedy_solves)
-    return [
-        spread("flank_lines", "greedy"),
-        spread("flank_lines", "greedy", few),
+    listed = [
+        spread("flank_lines", "greedy", greedy_solves),
+        spread("flank_lines", "greedy", min(FEW_SOLVES, greedy_solves)),
         spread("flank_lines", "sobol", greedy_solves),
         spread("flank_lines", "sobol", case.offline.solves),
-        on_grid("flank_lines"),
-        on_grid("positions"),
-        on_grid("positions", "cubic"),
-        on_grid("pod"),
-        on_grid("pod", "cubic"),
-        on_grid("pod", "grassmann"),
+        on_grid("flank_lines", dense),
+        on_grid("flank_lines", broad),
+        on_grid("positions", dense),
+        on_grid("positions", broad),
+        on_grid("positions", dense, "cubic"),
+        on_grid("pod", dense),
+        on_grid("pod", broad),
+        on_grid("pod", dense, "cubic"),
+        on_grid("pod", dense, "grassmann"),
         spread("global_pod", "sobol", case.offline.solves),
-        on_grid("global_pod"),
+        on_grid("global_pod", dense),
+        on_grid("global_pod", broad),
         replace(spread("static_modes", "sobol"), sampling="none"),
     ]
+    return list({variant.label: variant for variant in listed}.values())  # budgets may coincide
 
 
 def changed(case: Case, offline: dict[str, Any], reduction: dict[str, Any]) -> Case:
@@ -145,24 +159,23 @@ def grid_families(offline: OfflineCase) -> list[dict[str, list[float]]]:
     return families
 
 
-def largest_grid(offline: OfflineCase) -> Grid:
-    """Return the grid of the table, with at most `offline.solves` states.
+def table_grids(offline: OfflineCase) -> tuple[Grid, Grid]:
+    """Return the two grids of the table, with at most `offline.solves` states each.
 
-    Both ends of every range and the middle of the one that matters most, and as many angles as that leaves; only the
-    ends where it leaves too few.
+    One dense in the angle, for shapes that are interpolated over it: both ends of every range and, where that leaves
+    enough angles, the middle of the one that matters most. And one with as many values of the parameters as possible.
 
     Raises
     ------
     CaseError
         When the ends alone, at the fewest angles, are more states than that.
     """
-    ends, *refined = grid_families(offline)
-    for values in (*refined[:1], ends):
-        angles = offline.solves // Grid(1, values).solves
-        if angles >= FEWEST_ANGLES:
-            return Grid(angles, values)
-    least = Grid(FEWEST_ANGLES, ends).solves
-    raise CaseError(f"[offline] solves = {offline.solves}: the smallest grid over the ranges takes {least}: raise it")
+    grids = [Grid(offline.solves // Grid(1, values).solves, values) for values in grid_families(offline)]
+    possible = [grid for grid in grids if grid.angles >= FEWEST_ANGLES]
+    if not possible:
+        least = FEWEST_ANGLES * grids[0].conditions
+        raise CaseError(f"[offline] solves = {offline.solves}: the smallest grid over the ranges has {least}: raise it")
+    return possible[min(1, len(possible) - 1)], possible[-1]
 
 
 def nested_grids(offline: OfflineCase, most_solves: int) -> list[list[Grid]]:

@@ -155,14 +155,14 @@ def _error_over_time(table: StudyTable) -> Figure:
                 axes.axhline(floor, color="black", lw=0.9, ls="--", label="estimated error of the reference")
             axes.margins(x=0.08, y=0.08)
             log_log(axes)
-            name_points(axes, [(x, y, row["cell"]) for x, y, row in points if row["model"] == "reduced"])
+            _name_cells(axes, [(x, y, row["cell"]) for x, y, row in points if row["model"] == "reduced"])
             axes.set_xlabel("Run time per position [ms]")
             axes.set_ylabel(label)
         figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3)
     return figure
 
 
-def name_points(axes: Axes, points: Sequence[tuple[float, float, str]]) -> None:
+def _name_cells(axes: Axes, points: Sequence[tuple[float, float, str]]) -> None:
     """Name points in a column left of them, spread so that no name covers another, each with a line to its point."""
     low, high = np.log10(axes.get_ylim())
     step = (high - low) / 26.0

@@ -11,7 +11,7 @@ from pmor.errors import CaseError
 from pmor.reductions.measures import SMALLEST_ERROR_UM, Effectivity, effectivity, rank_correlation, solves_to_reach
 from pmor.reductions.states import Solved, load_errors_percent
 from pmor.reductions.training import TrainingSet
-from pmor.reductions.variants import Grid, counts_up_to, grid_families, largest_grid, nested_grids, variants
+from pmor.reductions.variants import Grid, counts_up_to, grid_families, nested_grids, table_grids, variants
 from tests.small_case import case_text
 
 
@@ -79,11 +79,13 @@ def test_grids_take_in_the_middle_of_one_range_after_the_other():
     assert nested[1][0].label == "4 x 3 x 2 x 2"
 
 
-def test_the_grid_of_the_table_is_the_largest_within_the_budget():
-    assert largest_grid(offline_case(150).offline).label == "12 x 3 x 2 x 2"
-    assert largest_grid(offline_case(47).offline).label == "5 x 2 x 2 x 2"
-    with pytest.raises(CaseError, match=r"solves = 31: the smallest grid over the ranges takes 32: raise it"):
-        largest_grid(offline_case(31).offline)
+def test_the_grids_of_the_table_are_the_largest_within_the_budget():
+    labels = [[grid.label for grid in table_grids(offline_case(solves).offline)] for solves in (150, 75, 47)]
+    assert labels == [
+        ["12 x 3 x 2 x 2", "5 x 3 x 3 x 3"], ["6 x 3 x 2 x 2", "4 x 3 x 3 x 2"], ["5 x 2 x 2 x 2", "5 x 2 x 2 x 2"]
+    ]  # fmt: skip
+    with pytest.raises(CaseError, match=r"solves = 31: the smallest grid over the ranges has 32: raise it"):
+        table_grids(offline_case(31).offline)
 
 
 def test_every_variant_is_a_case_of_its_own_with_the_budget_kept():
