@@ -50,15 +50,16 @@ def test_ranks_of_a_constant_mean_nothing():
     assert rank_correlation(np.ones(3), np.arange(3.0)) is None
 
 
-def test_load_errors_are_relative_to_the_peak_of_their_state():
-    def solved(first, second):
-        return Solved(np.ones(3), (first, {0: np.array([1.0, second])}, {}))
-
-    # Pair 1 is missing from the reduced windows, pair 2 from the full ones: no load there.
-    full = solved({0: np.array([100.0, 200.0]), 1: np.array([50.0, 0.0])}, 1.0)
-    reduced = solved({0: np.array([101.0, 198.0]), 2: np.array([0.0, 4.0])}, 0.9)
-    assert_allclose(load_errors_percent(reduced, full), [25.0, 10.0, math.nan])
-    assert load_errors_percent(Solved(np.ones(3), None), full) is None
+def test_load_errors_are_relative_to_the_peak_of_their_state_and_count_pairs_that_one_model_lacks():
+    full = Solved(np.ones(4), (
+        {0: np.array([100.0, 200.0])}, {0: np.array([1.0, 1.0]), 1: np.array([0.0, 0.5])}, {0: np.array([1.0, 1.0])}, {}
+    ))  # fmt: skip
+    reduced = Solved(np.ones(4), (
+        {0: np.array([104.0, 198.0])}, {0: np.array([1.0, 0.9])}, {0: np.array([1.0, 0.9]), 2: np.array([0.3, 0.0])},
+        {0: np.array([1.0, 1.0])},
+    ))  # fmt: skip
+    assert_allclose(load_errors_percent(reduced, full), [2.0, 50.0, 30.0, math.nan])
+    assert load_errors_percent(Solved(np.ones(4), None), full) is None
 
 
 def test_counts_of_solves_grow_by_a_quarter_of_an_octave_and_end_at_the_last():
