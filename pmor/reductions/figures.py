@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 SAMPLING_COLOURS = dict(zip((*SAMPLINGS, "none"), COLOURS, strict=False))
 SAMPLING_MARKERS = {"greedy": "o", "sobol": "s", "grid": "^", "none": "D"}
 SAMPLING_NAMES = {"greedy": "greedy", "sobol": "Sobol sequence", "grid": "full-factorial grid", "none": "no training"}
-MARKERS = "osv^D<>"
+# One more than colours, so that no pair of the two comes twice.
+MARKERS = "osv^D<>P"
 # Errors and estimates of less are drawn here, um.
 FLOOR_UM = 1e-6
 
@@ -58,7 +59,7 @@ def _run_time_label(entry: Entry, floor: float) -> str:
 def _name_beside(axes: Axes, points: Sequence[tuple[float, float, str]]) -> None:
     """Name points (time, error, name) in a column right of the axes, in the order of the errors, a line to each."""
     ordered = sorted(points, key=lambda point: (point[1], -point[0]))
-    line = {"arrowstyle": "-", "lw": 0.5, "color": "#999999", "shrinkA": 0, "shrinkB": 4}
+    line = {"arrowstyle": "-", "lw": 0.5, "color": "#999999", "shrinkA": 1, "shrinkB": 4, "relpos": (0.0, 0.5)}
     for height, (x, y, name) in zip(np.linspace(0.01, 0.99, len(ordered)), ordered, strict=True):
         axes.annotate(name, (x, y), (1.02, height), textcoords="axes fraction", fontsize=8, ha="left", va="center",
                       arrowprops=line)  # fmt: skip
@@ -103,7 +104,7 @@ def estimate_figure(entries: Sequence[Entry]) -> Figure:
     largest = max((float(np.nanmax(np.abs(entry.errors.error_um))) for entry in drawn), default=1.0)
     ends = np.array([FLOOR_UM, 5.0 * largest])
     with plot_style():
-        figure = new_figure(9.6, 6.4)
+        figure = new_figure(9.6, 7.4)
         panels = figure.subplots(1, 2, sharex=True, sharey=True)
         for axes, (title, group) in zip(panels, groups, strict=True):
             for i, entry in enumerate(group):
@@ -112,9 +113,9 @@ def estimate_figure(entries: Sequence[Entry]) -> Figure:
                 axes.plot(error, estimate, MARKERS[i % len(MARKERS)], ms=3.5, mew=0, alpha=0.6,
                           color=COLOURS[i % len(COLOURS)], label=entry.label)  # fmt: skip
             _guide_lines(axes, ends)
-            axes.set(title=title, xlabel="|STE error| [µm]", xlim=ends, ylim=ends, aspect="equal")
+            axes.set(title=title, xlabel="|STE error| [µm]", xlim=ends, ylim=ends)
             log_log(axes)
-            axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), markerscale=2.0)
+            axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), markerscale=2.0)
         panels[0].set_ylabel("|Estimate of the STE error| [µm]")
     return figure
 

@@ -18,7 +18,7 @@ from pmor.reductions.variants import Variant, flank_line_case, grid_keys, table_
 
 # The greedy sampling is followed beyond the tolerance of the case, to this share of it: its estimate is small where it
 # looked, and the error elsewhere may still be larger.
-FURTHER = 0.2
+FURTHER = 0.1
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from pmor.storage.basis_file import Basis
 
 ANGLES = 200  # a full pitch
 # A model with hundreds of unknowns takes seconds for a sweep: it is repeated until it had this share, s.
-LONGEST = 10.0
+LONGEST = 5.0
 
 
 def online_times_ms(
