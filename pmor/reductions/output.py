@@ -2,29 +2,36 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from online.plots import save_png
-from online.report import Cell, Table, format_cell
+from online.report import Table, format_cell
 from online.run import provenance
 from online.tables import write_summary_json
 from pmor.bench import machine
 from pmor.progress import format_time
 from pmor.reductions.decay import SAMPLINGS
 from pmor.reductions.figures import SAMPLING_NAMES, decay_figure, estimate_figure, run_time_figure
-from pmor.reductions.measure import Entry, plain_entry
+from pmor.reductions.measure import plain_entry
 from pmor.reductions.measures import SMALLEST_ERROR_UM, WANTED_EFFECTIVITY
 from pmor.reductions.run import Comparison
 from pmor.reductions.states import state_text
+from pmor.reductions.table import (
+    COLUMNS,
+    EFFORT,
+    NAMES,
+    WORTH,
+    effort_note,
+    free_parameters,
+    table_of,
+    table_rows,
+    worth_note,
+)
 from pmor.storage.atomic import atomic_path
 from pmor.study.report import Block, Heading, Picture, Warning, study_html
-
-COLUMNS = (
-    "reduction", "training", "solves", "unknowns", "offline, s", "basis, MiB", "online, ms",
-    "STE error max / rms, %", "line load, %", "estimate / error", "in 0.3-5, %", "rank corr.",
-)  # fmt: skip
 
 
 def write_comparison(comparison: Comparison, seconds: float, out: Path) -> None:
@@ -73,57 +80,14 @@ def content(comparison: Comparison, seconds: float) -> dict[str, Any]:
 
 def comparison_text(comparison: Comparison) -> str:
     """Return the summary for the screen: the table as Markdown, and the solves that an accuracy takes."""
-    table = _table(comparison)
-    lines = [f"Reductions: {comparison.case.title}", "", _line(table.columns), _line(["---"] * len(table.columns))]
-    lines += [_line([format_cell(cell) for cell in row]) for row in table.rows]
+    lines = [f"Reductions: {comparison.case.title}", "", _line(COLUMNS), _line(["---"] * len(COLUMNS))]
+    lines += [_line([format_cell(cell) for cell in row]) for row in table_rows(comparison)]
     lines += ["", *(f"  {sentence}" for sentence in _reached(comparison))]
     return "\n".join([*lines, *(f"  ! {failure}" for failure in comparison.failures)])
 
 
-def _line(cells: Any) -> str:
+def _line(cells: Sequence[str]) -> str:
     return "| " + " | ".join(cells) + " |"
-
-
-def _table(comparison: Comparison) -> Table:
-    rows = [_row(entry, times) for entry, times in zip(comparison.entries, comparison.online_ms, strict=True)]
-    return Table("Reductions", COLUMNS, rows, _note(comparison))
-
-
-def _row(entry: Entry, times: tuple[float, float]) -> tuple[Cell, ...]:
-    errors, found = entry.errors, entry.errors.effectivity
-    slow, fast = times
-    spread = f"{_short(found.low)} / {_short(found.median)} / {_short(found.high)} ({found.states})"
-    return (
-        entry.shapes, entry.training if entry.solves else "–", entry.solves, entry.unknowns, _short(entry.offline_s),
-        _with_estimate(entry.basis_without_mib, entry.basis_mib), _with_estimate(fast, slow),
-        f"{_short(errors.max_percent)} / {_short(errors.rms_percent)}", _short(entry.load_error_percent),
-        spread if found.states else "–",
-        "–" if found.wanted_share is None else f"{100.0 * found.wanted_share:.1f}",
-        "–" if found.rank_correlation is None else f"{found.rank_correlation:.3f}",
-    )  # fmt: skip
-
-
-def _with_estimate(without: float, with_it: float) -> str:
-    """A quantity without the error estimate, and by how much the estimate raises it."""
-    return f"{_short(without)} ({100.0 * (with_it / without - 1.0):+.0f} %)"
-
-
-def _short(value: float | None) -> str:
-    """Three digits, or a dash."""
-    return "–" if value is None or value != value else f"{value:.3g}"
-
-
-def _note(comparison: Comparison) -> str:
-    low, high = WANTED_EFFECTIVITY
-    return (
-        f"Errors over {len(comparison.truth.full.ste_um)} unseen states. Offline: full solves, their choice and the "
-        "basis with its file, one thread; finite elements, the same for all, not included. Line load: largest error "
-        "of any section over the peak load of its state. Online: median over sweeps of 200 angles. In parentheses "
-        "behind basis and online: what the error estimate adds. Estimate / error: "
-        f"2.5, 50 and 97.5 % quantiles over the states with a true error above {SMALLEST_ERROR_UM:g} µm, their number "
-        f"in parentheses, and the share of them within {low:g} to {high:g}. Rank correlation (Spearman): of estimate "
-        "and error over all states."
-    )
 
 
 def _reached(comparison: Comparison) -> list[str]:
@@ -169,10 +133,8 @@ def _pictures(comparison: Comparison) -> list[Picture]:
 
 def _blocks(comparison: Comparison, pictures: list[Picture], seconds: float) -> list[Block]:
     case, states = comparison.case, comparison.truth.states
-    ranges = (("torque", case.offline.torques_Nm, "N m"), ("tilt in plane", case.offline.in_plane_um, "µm"),
-              ("tilt out of plane", case.offline.out_of_plane_um, "µm"),
-              ("centre distance", case.offline.centre_distance_um, "µm"))  # fmt: skip
-    declared = ", ".join(f"{name} {v[0]:g} to {v[-1]:g} {unit}" for name, v, unit in ranges if len(v) > 1)
+    ranges = ((NAMES[name], getattr(case.offline, name)) for name in free_parameters(case))
+    declared = ", ".join(f"{name} {v[0]:g} to {v[-1]:g} {unit}" for (name, unit), v in ranges)
     places = [(entry.label, state_text(states.where(entry.errors.worst)),
                "–" if entry.worst_load is None else state_text(states.where(entry.worst_load)))
               for entry in comparison.entries]  # fmt: skip
@@ -182,7 +144,8 @@ def _blocks(comparison: Comparison, pictures: list[Picture], seconds: float) -> 
         f"each made from at most {case.offline.solves} full solves, and held against full FE on the same mesh "
         f"({case.mesh.profile_elements} x {case.mesh.width_elements} elements on a flank) at {len(states.phi)} states "
         f"that none of them was trained at. {format_time(seconds)} in all.",
-        _table(comparison),
+        table_of(comparison, "What they cost", EFFORT, effort_note(comparison)),
+        table_of(comparison, "What they are worth", WORTH, worth_note()),
         "The default is flank_lines with what [offline] sampling says: nothing is interpolated over the angle or any "
         "parameter, so that any training serves it, and the greedy sampling can go by its error estimate.",
         *pictures[:1],
