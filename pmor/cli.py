@@ -107,6 +107,11 @@ def build_parser() -> argparse.ArgumentParser:
     _add_jobs(stability, "variants")
     stability.add_argument("--only", metavar="TEXT", default="", help="variants with this text in their name or group")
 
+    reductions = command("reductions", "reductions and samplings compared with full FE at equal conditions")
+    _add_case(reductions)
+    _add_out(reductions, "--out", "out/<name of the case>_reductions")
+    _add_jobs(reductions, "unseen states")
+
     bench = command("bench", "run time by phase and by size")
     _add_case(bench)
     bench.add_argument(

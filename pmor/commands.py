@@ -169,6 +169,29 @@ def stability(case_path: Path, out: Path | None = None, jobs: int = 1, only: str
         raise ConvergenceError(f"{len(result.failed)} variants failed, first: {result.failed[0].name}", [])
 
 
+def reductions(case_path: Path, out: Path | None = None, jobs: int = 1) -> None:
+    """Compare the reductions and the samplings of their training over the ranges of a case."""
+    from pmor.threads import use_one_thread
+
+    use_one_thread()  # before anything loads numpy
+    started = time.perf_counter()
+    case, mesh = _meshed_case(case_path)
+    from pmor.errors import ConvergenceError
+    from pmor.reductions.output import comparison_text, write_comparison
+    from pmor.reductions.run import compare_reductions
+    from pmor.storage.atomic import ensure_writable
+    from pmor.storage.lock import only_writer_in_folder
+
+    folder = ensure_writable(out or Path("out") / f"{case.name}_reductions")
+    with only_writer_in_folder(folder):
+        result = compare_reductions(case, _elastic_model(case, mesh), jobs)
+        write_comparison(result, time.perf_counter() - started, folder)
+    print(comparison_text(result))
+    print(f"  results in {folder}")
+    if result.failures:
+        raise ConvergenceError(f"{len(result.failures)} states did not converge, first: {result.failures[0]}", [])
+
+
 def bench(case_path: Path, json_path: Path, jobs: int = 2) -> None:
     """Measure run times by phase and by size, as ratios to an earlier measurement where there is one."""
     from pmor.threads import use_one_thread

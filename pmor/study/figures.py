@@ -154,7 +154,7 @@ def _error_over_time(table: StudyTable) -> Figure:
             if floor and np.isfinite(floor):
                 axes.axhline(floor, color="black", lw=0.9, ls="--", label="estimated error of the reference")
             axes.margins(x=0.08, y=0.08)
-            _log_log(axes)
+            log_log(axes)
             _name_cells(axes, [(x, y, row["cell"]) for x, y, row in points if row["model"] == "reduced"])
             axes.set_xlabel("Run time per position [ms]")
             axes.set_ylabel(label)
@@ -216,7 +216,7 @@ def _cost_panel(axes: Axes, rows: Sequence[Row], key: str) -> None:
         exponent = fitted_exponent(x, y)
         fit = f": exponent {exponent:.2f}" if np.isfinite(exponent) else ""
         axes.plot(x, y, MODEL_MARKERS[model] + "-", color=MODEL_COLOURS[model], label=MODEL_NAMES[model] + fit)
-    _log_log(axes, sorted({row[key] for row in rows}))
+    log_log(axes, sorted({row[key] for row in rows}))
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16))
 
 
@@ -240,7 +240,7 @@ def _training(rows: Sequence[Row]) -> Figure:
                     plural = "s" if count > 1 else ""
                     axes.plot(*zip(*own, strict=True), line, marker="o", ms=4, color=colour,
                               label=f"{label}, {count} torque{plural}")  # fmt: skip
-            _log_log(axes, angles)
+            log_log(axes, angles)
             axes.set_title(f"STE error, {title}")
             axes.set_xlabel("Training angles per pitch [-]")
         panels[0].set_ylabel("|STE reduced / full - 1| [%]")
@@ -283,7 +283,7 @@ def _error_over_angle(parts: StudyParts, cells: Sequence[Cell]) -> Figure:
     return figure
 
 
-def _log_log(axes: Axes, ticks: Sequence[int] = ()) -> None:
+def log_log(axes: Axes, ticks: Sequence[int] = ()) -> None:
     """Logarithmic axes, with plain numbers while they are few digits; `ticks` are the only ones below, if given."""
     from matplotlib.ticker import (
         FixedLocator,

@@ -1,0 +1,198 @@
+"""What is compared: reductions with the samplings of their training, and the grids that uniform sampling offers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import prod
+from typing import Any
+
+import numpy as np
+
+from pmor.case import Case, OfflineCase, changed_text, parse_case
+from pmor.errors import CaseError
+
+# Parameters of a training beside the angle, in the order in which a grid takes their middles in: tilts change the load
+# distribution, out of plane more than in plane, while torque mostly scales it.
+PARAMETERS = ("out_of_plane_um", "in_plane_um", "torques_Nm", "centre_distance_um")
+# Coarser grids cannot tell the entry of a pair from its exit.
+FEWEST_ANGLES = 4
+# Greedy solves of the deliberately coarse basis, on which the error estimate is tried where errors are large.
+FEW_SOLVES = 16
+
+
+@dataclass(frozen=True)
+class Grid:
+    """A full-factorial training: angles with every combination of a few values of each parameter.
+
+    Parameters
+    ----------
+    angles : int
+    values : dict
+        Values of each parameter that has a range, by its key in [offline].
+    """
+
+    angles: int
+    values: dict[str, list[float]]
+
+    @property
+    def conditions(self) -> int:
+        """States at each angle."""
+        return prod(map(len, self.values.values()))
+
+    @property
+    def solves(self) -> int:
+        """Full solves in all."""
+        return self.angles * self.conditions
+
+    @property
+    def label(self) -> str:
+        """Angles and numbers of values, in the order of `PARAMETERS`."""
+        return " x ".join(str(n) for n in (self.angles, *map(len, self.values.values())))
+
+
+@dataclass(frozen=True)
+class Variant:
+    """A reduction with the sampling of its training.
+
+    Parameters
+    ----------
+    shapes : str
+        [reduction] shapes, with the interpolation where there is one.
+    sampling : {"greedy", "sobol", "grid", "none"}
+    positions : int or None
+        How many of the training's positions are used, the first ones; None for all.
+    grid : Grid or None
+        None where the training is none.
+    case : Case
+        The case as that reduction needs it.
+    """
+
+    shapes: str
+    sampling: str
+    positions: int | None
+    grid: Grid | None
+    case: Case
+
+    @property
+    def label(self) -> str:
+        """Reduction and training, for pictures."""
+        return f"{self.shapes}, {self.training}" if self.case.reduction.trained else self.shapes
+
+    @property
+    def training(self) -> str:
+        """Sampling with its size."""
+        if self.grid is not None:
+            return f"grid {self.grid.label}"
+        return self.sampling if self.positions is None else f"{self.sampling} {self.positions}"
+
+
+def variants(case: Case, greedy_solves: int) -> list[Variant]:
+    """Return the reductions of the table.
+
+    Parameters
+    ----------
+    case : Case
+        Its ranges and its budget of solves hold for all of them.
+    greedy_solves : int
+        What the greedy sampling took: a Sobol sampling is shown with as many.
+    """
+    dense, broad = table_grids(case.offline)
+
+    def spread(shapes: str, sampling: str, positions: int | None = None) -> Variant:
+        reduction = {"shapes": shapes, "interpolation": "linear"}
+        return Variant(shapes, sampling, positions, None, changed(case, {"sampling": sampling}, reduction))
+
+    def on_grid(shapes: str, grid: Grid, interpolation: str = "linear") -> Variant:
+        own = changed(case, grid_keys(grid), {"shapes": shapes, "interpolation": interpolation})
+        name = f"{shapes}, {interpolation}" if shapes in ("positions", "pod") else shapes
+        return Variant(name, "grid", None, grid, own)
+
+    listed = [
+        spread("flank_lines", "greedy", greedy_solves),
+        spread("flank_lines", "greedy", min(FEW_SOLVES, greedy_solves)),
+        spread("flank_lines", "sobol", greedy_solves),
+        spread("flank_lines", "sobol", case.offline.solves),
+        on_grid("flank_lines", dense),
+        on_grid("flank_lines", broad),
+        on_grid("positions", dense),
+        on_grid("positions", broad),
+        on_grid("positions", dense, "cubic"),
+        on_grid("pod", dense),
+        on_grid("pod", broad),
+        on_grid("pod", dense, "cubic"),
+        on_grid("pod", dense, "grassmann"),
+        spread("global_pod", "sobol", case.offline.solves),
+        on_grid("global_pod", dense),
+        on_grid("global_pod", broad),
+        replace(spread("static_modes", "sobol"), sampling="none"),
+    ]
+    return list({variant.label: variant for variant in listed}.values())  # budgets may coincide
+
+
+def changed(case: Case, offline: dict[str, Any], reduction: dict[str, Any]) -> Case:
+    """Return a case with other keys of its training and its reduction; the error estimate is always wanted."""
+    text = changed_text(case.text, {"offline": offline, "reduction": {**reduction, "error_estimate": True}})
+    return parse_case(text, case.name, f"{case.name}, compared reductions")
+
+
+def flank_line_case(case: Case, offline: dict[str, Any]) -> Case:
+    """Return a case with flank lines, and other keys of its training."""
+    return changed(case, offline, {"shapes": "flank_lines", "interpolation": "linear"})
+
+
+def grid_keys(grid: Grid) -> dict[str, Any]:
+    """Return the keys of [offline] that ask for a grid."""
+    return {"sampling": "grid", "angles_per_pitch": grid.angles, **grid.values}
+
+
+def grid_families(offline: OfflineCase) -> list[dict[str, list[float]]]:
+    """Return values of the parameters: the ends of all ranges, then with the middle of one range after the other."""
+    ranges = {name: getattr(offline, name) for name in PARAMETERS if len(getattr(offline, name)) > 1}
+    families = []
+    for refined in range(len(ranges) + 1):
+        counts = [3 if i < refined else 2 for i in range(len(ranges))]
+        families.append({
+            name: np.linspace(values[0], values[-1], count).tolist()
+            for (name, values), count in zip(ranges.items(), counts, strict=True)
+        })  # fmt: skip
+    return families
+
+
+def table_grids(offline: OfflineCase) -> tuple[Grid, Grid]:
+    """Return the two grids of the table, with at most `offline.solves` states each.
+
+    One dense in the angle, for shapes that are interpolated over it: both ends of every range and, where that leaves
+    enough angles, the middle of the one that matters most. And one with as many values of the parameters as possible.
+
+    Raises
+    ------
+    CaseError
+        When the ends alone, at the fewest angles, are more states than that.
+    """
+    grids = [Grid(offline.solves // Grid(1, values).solves, values) for values in grid_families(offline)]
+    possible = [grid for grid in grids if grid.angles >= FEWEST_ANGLES]
+    if not possible:
+        least = FEWEST_ANGLES * grids[0].conditions
+        raise CaseError(f"[offline] solves = {offline.solves}: the smallest grid over the ranges has {least}: raise it")
+    return possible[min(1, len(possible) - 1)], possible[-1]
+
+
+def nested_grids(offline: OfflineCase, most_solves: int) -> list[list[Grid]]:
+    """Return grids of up to `most_solves` states, by family; the angles double, so that each holds those before."""
+    families = []
+    for values in grid_families(offline):
+        angles, grids = FEWEST_ANGLES, []
+        while Grid(angles, values).solves <= most_solves:
+            grids.append(Grid(angles, values))
+            angles *= 2
+        families.append(grids)
+    return [grids for grids in families if grids]
+
+
+def counts_up_to(last: int, first: int = 8) -> Sequence[int]:
+    """Return numbers of solves to look at, four to an octave, with the last one."""
+    if last <= first:
+        return [last]
+    steps = np.arange(0.0, np.log2(last / first), 0.25)
+    return sorted({*np.round(first * 2.0**steps).astype(int).tolist(), last})

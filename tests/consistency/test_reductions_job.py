@@ -1,0 +1,162 @@
+"""`pmor reductions` from end to end on a tiny case, and what must be equal in it."""
+
+import json
+from functools import partial
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+import pmor.reductions.run
+from offline.gather import make_basis
+from offline.jobs import run_offline
+from online.errors import estimate_errors
+from online.tables import write_summary_json
+from pmor.case import parse_case
+from pmor.cli import main
+from pmor.model import elastic_model, mesh_model
+from pmor.reductions.output import content
+from pmor.reductions.run import compare_reductions
+from pmor.reductions.training import greedy_training, grid_training, nested_trainings, sobol_training
+from pmor.reductions.variants import flank_line_case, grid_keys, nested_grids, variants
+from pmor.storage.basis_file import read_basis
+from tests.small_case import case_text, fail_where
+
+pytestmark = pytest.mark.jit
+
+FEW = {"states": 6, "repeats": 2, "most_solves": 32}
+TEXT = case_text(
+    mesh={"profile_elements": 6, "width_elements": 2},
+    contact={"scheme": "line"},
+    offline={"sampling": "greedy", "out_of_plane_um": [-10.0, 10.0], "solves": 24, "tolerance_percent": 0.3},
+    reduction={"distribution_tolerance": 0.01},
+)
+
+
+@pytest.fixture(scope="module")
+def case():
+    return parse_case(TEXT, "tiny", "tiny case")
+
+
+@pytest.fixture(scope="module")
+def model(case):
+    return elastic_model(case, mesh_model(case))
+
+
+@pytest.fixture(scope="module")
+def compared(case, model):
+    return compare_reductions(case, model, jobs=2, **FEW)
+
+
+@pytest.fixture
+def case_path(tmp_path, monkeypatch):
+    monkeypatch.setattr(pmor.reductions.run, "compare_reductions", partial(compare_reductions, **FEW))
+    path = tmp_path / "tiny.toml"
+    path.write_text(TEXT)
+    return path
+
+
+def test_the_command_leaves_numbers_page_and_pictures(case_path, capsys):
+    out = case_path.parent / "out"
+    code = main(["reductions", str(case_path), "--out", str(out)])
+    text = capsys.readouterr().out
+    assert code == 0, text
+    pictures = {"error_run_time.png", "decay.png", "estimate.png"}
+    assert {path.name for path in out.iterdir()} == {"reductions.json", "reductions.html", *pictures}
+    found = json.loads((out / "reductions.json").read_text())
+    assert text.count("\n| flank_lines | ") == sum(entry["shapes"] == "flank_lines" for entry in found["entries"])
+    assert (out / "reductions.html").read_text().count("data:image/png;base64,") == len(pictures)
+    for entry in found["entries"]:
+        assert 0.0 < entry["online_without_ms"] < 100.0
+        assert entry["basis_mib"] > entry["basis_without_mib"] > 0.0
+        assert len(entry["ste_error_um"]) == FEW["states"]
+        assert entry["solves"] <= 24
+
+
+def test_the_json_holds_what_was_measured(compared, tmp_path):
+    path = tmp_path / "reductions.json"
+    write_summary_json(path, content(compared, 1.5))
+    found = json.loads(path.read_text())
+    assert compared.failures == ()
+    assert found["seconds"] == 1.5
+    for read, entry in zip(found["entries"], compared.entries, strict=True):
+        assert read["label"] == entry.label
+        assert_array_equal(read["ste_error_um"], entry.errors.error_um)
+        assert read["effectivity"] == vars(entry.errors.effectivity)
+        full = np.array([state["ste_um"] for state in found["states"]])
+        percent = 100.0 * np.abs(np.array(read["ste_error_um"]) / full)
+        assert_allclose(read["ste_error_max_percent"], percent.max())
+        assert_allclose(read["ste_error_rms_percent"], np.sqrt(np.mean(percent**2)))
+        where = found["states"][int(np.argmax(percent))]
+        assert read["worst_ste_at"] == {name: where[name] for name in read["worst_ste_at"]}
+
+
+def test_static_modes_have_the_least_error(compared):
+    *trained, static = compared.entries
+    assert static.shapes == "static_modes"
+    assert static.solves == 0
+    # The sweep's own tolerance is what they leave of the STE; its slow twin solves the loads to 1e-9.
+    assert static.errors.max_percent < 1e-4
+    assert static.errors.max_percent < min(entry.errors.max_percent for entry in trained)
+    assert static.load_error_percent < 1e-3 < min(entry.load_error_percent for entry in trained)
+
+
+def test_counted_solves_are_those_of_the_offline_stage(case, model, compared, tmp_path):
+    by_label = {entry.label: entry for entry in compared.entries}
+    greedy = compared.entries[0].solves
+    assert 4 < greedy < len(compared.decay.estimate) + 4  # it ended by its tolerance, and was followed further
+    checked = {f"flank_lines, greedy {greedy}", "flank_lines, sobol 24", "pod, linear, grid 4 x 3 x 2", "static_modes"}
+    for i, variant in enumerate(v for v in variants(case, greedy) if v.label in checked):
+        checked.remove(variant.label)
+        path = tmp_path / f"{i}.h5"
+        done = run_offline(variant.case, model, path, estimate=estimate_errors)
+        basis = read_basis(path)
+        assert done.solved == len(basis.training.phi)
+        assert by_label[variant.label].solves == basis.training.converged.size
+        ste, _ = estimate_errors(basis, compared.truth.states.phi, compared.truth.states.conditions)
+        assert_allclose(compared.truth.full.ste_um - ste, by_label[variant.label].errors.error_um, atol=1e-9)
+    assert not checked
+
+
+def test_the_beginning_of_a_greedy_training_is_one_with_fewer_solves(case, model, tmp_path):
+    whole = greedy_training(flank_line_case(case, {"sampling": "greedy"}), model)
+    for solves in (5, 7):
+        fewer = flank_line_case(case, {"sampling": "greedy", "solves": solves})
+        path = tmp_path / f"{solves}.h5"
+        run_offline(fewer, model, path, estimate=estimate_errors)
+        expected, found = read_basis(path), make_basis(fewer, model, whole.first(solves).snapshots)[0]
+        assert_array_equal(found.training.phi, expected.training.phi)
+        for own, other in zip(found.shapes.gears, expected.shapes.gears, strict=True):
+            assert_array_equal(own.start, other.start)
+            assert_array_equal(own.displacement, other.displacement)
+
+
+def test_nested_trainings_are_those_of_the_smaller_ones(case, model):
+    grids = nested_grids(case.offline, 32)[0]
+    assert [grid.solves for grid in grids] == [16, 32]
+    sets = [grid_training(flank_line_case(case, grid_keys(grid)), model) for grid in grids]
+    for own, alone in zip(nested_trainings(sets[-1], grids), sets, strict=True):
+        assert own.solves == alone.solves
+        assert_allclose([s.ste_um for s in own.snapshots], [s.ste_um for s in alone.snapshots], rtol=1e-12)
+    few, many = (sobol_training(case, model, count) for count in (6, 20))
+    assert_array_equal([s.ste_um for s in few.snapshots], [s.ste_um for s in many.first(6).snapshots])
+
+
+def test_an_unusable_folder_is_refused_before_anything_is_solved(case_path, capsys, monkeypatch):
+    monkeypatch.setattr(pmor.reductions.run, "compare_reductions", None)
+    (case_path.parent / "file").write_text("")
+    assert main(["reductions", str(case_path), "--out", str(case_path.parent / "file")]) == 2
+    assert "cannot create the folder" in capsys.readouterr().err
+
+
+def test_states_that_do_not_converge_are_named_and_end_with_exit_code_3(case_path, capsys, monkeypatch, compared):
+    out, bad = case_path.parent / "out", float(compared.truth.states.phi[2])
+    fail_where(lambda phi, torque: phi == bad, monkeypatch)
+    assert main(["reductions", str(case_path), "--out", str(out)]) == 3
+    captured = capsys.readouterr()
+    assert "states did not converge, first: full FE at " in captured.err
+    found = json.loads((out / "reductions.json").read_text())
+    assert found["states"][2]["ste_um"] is None
+    assert all(entry["ste_error_um"][2] is None for entry in found["entries"])
+    assert any(failure.startswith("full FE at ") for failure in found["failures"])
+    assert '<p class="warning">' in (out / "reductions.html").read_text()

@@ -1,0 +1,112 @@
+"""The measures of the comparison of reductions, on numbers that can be worked out by hand."""
+
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from pmor.case import parse_case
+from pmor.errors import CaseError
+from pmor.reductions.measures import SMALLEST_ERROR_UM, Effectivity, effectivity, rank_correlation, solves_to_reach
+from pmor.reductions.states import Solved, load_errors_percent
+from pmor.reductions.training import TrainingSet
+from pmor.reductions.variants import Grid, counts_up_to, grid_families, nested_grids, table_grids, variants
+from tests.small_case import case_text
+
+
+def offline_case(solves=150, **ranges):
+    keys = {"torques_Nm": [10.0, 200.0], "in_plane_um": [-20.0, 20.0], "out_of_plane_um": [-8.0, 8.0], **ranges}
+    text = case_text(
+        mesh={"width_elements": 2}, offline={"angles_per_pitch": 8, "sampling": "greedy", "solves": solves, **keys}
+    )
+    return parse_case(text, "small", "small case")
+
+
+def test_solves_to_reach_is_the_least_number_whatever_the_order():
+    assert solves_to_reach([64, 8, 32, 16], [0.01, 2.0, 0.05, 0.06], 0.05) == 32
+    assert solves_to_reach([8, 16], [2.0, 0.06], 0.05) is None
+    assert solves_to_reach([8, 16], [math.nan, 0.05], 0.05) == 16
+    assert solves_to_reach([], [], 0.05) is None
+
+
+def test_effectivity_counts_errors_that_matter_and_takes_magnitudes():
+    error = np.array([0.01, -0.02, 0.04, 0.1, 0.5 * SMALLEST_ERROR_UM, math.nan])
+    estimate = np.array([0.01, 0.04, -0.004, 0.2, 10.0, 1.0])
+    found = effectivity(error, estimate)
+    assert found.states == 4
+    assert_allclose((found.low, found.median, found.high), np.quantile([1.0, 2.0, 0.1, 2.0], (0.025, 0.5, 0.975)))
+    assert found.wanted_share == 0.75
+    # Ranks of the magnitudes: errors 2 3 4 5 1, estimates 2 3 1 4 5; 1 - 6 sum d^2 / (n (n^2 - 1)).
+    assert_allclose(found.rank_correlation, 1.0 - 6.0 * (9.0 + 1.0 + 16.0) / (5.0 * 24.0))
+
+
+def test_where_no_error_matters_there_is_no_effectivity():
+    assert effectivity(np.full(3, 0.1 * SMALLEST_ERROR_UM), np.ones(3)) == Effectivity(0)
+    assert effectivity(np.full(3, math.nan), np.full(3, math.nan)) == Effectivity(0)
+
+
+def test_ranks_of_a_constant_mean_nothing():
+    assert rank_correlation(np.ones(3), np.arange(3.0)) is None
+
+
+def test_load_errors_are_relative_to_the_peak_of_their_state_and_count_pairs_that_one_model_lacks():
+    full = Solved(np.ones(4), (
+        {0: np.array([100.0, 200.0])}, {0: np.array([1.0, 1.0]), 1: np.array([0.0, 0.5])}, {0: np.array([1.0, 1.0])}, {}
+    ))  # fmt: skip
+    reduced = Solved(np.ones(4), (
+        {0: np.array([104.0, 198.0])}, {0: np.array([1.0, 0.9])}, {0: np.array([1.0, 0.9]), 2: np.array([0.3, 0.0])},
+        {0: np.array([1.0, 1.0])},
+    ))  # fmt: skip
+    assert_allclose(load_errors_percent(reduced, full), [2.0, 50.0, 30.0, math.nan])
+    assert load_errors_percent(Solved(np.ones(4), None), full) is None
+
+
+def test_counts_of_solves_grow_by_a_quarter_of_an_octave_and_end_at_the_last():
+    assert counts_up_to(32) == [8, 10, 11, 13, 16, 19, 23, 27, 32]
+    assert counts_up_to(20) == [8, 10, 11, 13, 16, 19, 20]
+    assert counts_up_to(8) == [8]
+    assert counts_up_to(5) == [5]
+
+
+def test_grids_take_in_the_middle_of_one_range_after_the_other():
+    families = grid_families(offline_case().offline)
+    assert [Grid(1, values).solves for values in families] == [8, 12, 18, 27]
+    assert families[1] == {
+        "out_of_plane_um": [-8.0, 0.0, 8.0], "in_plane_um": [-20.0, 20.0], "torques_Nm": [10.0, 200.0]
+    }  # fmt: skip
+    nested = nested_grids(offline_case().offline, 100)
+    assert [[grid.solves for grid in grids] for grids in nested] == [[32, 64], [48, 96], [72]]
+    assert nested[1][0].label == "4 x 3 x 2 x 2"
+
+
+def test_the_grids_of_the_table_are_the_largest_within_the_budget():
+    labels = [[grid.label for grid in table_grids(offline_case(solves).offline)] for solves in (150, 75, 47)]
+    assert labels == [
+        ["12 x 3 x 2 x 2", "5 x 3 x 3 x 3"], ["6 x 3 x 2 x 2", "4 x 3 x 3 x 2"], ["5 x 2 x 2 x 2", "5 x 2 x 2 x 2"]
+    ]  # fmt: skip
+    with pytest.raises(CaseError, match=r"solves = 31: the smallest grid over the ranges has 32: raise it"):
+        table_grids(offline_case(31).offline)
+
+
+def test_every_variant_is_a_case_of_its_own_with_the_budget_kept():
+    listed = variants(offline_case(150), 40)
+    assert len({variant.label for variant in listed}) == len(listed)
+    for variant in listed:
+        offline = variant.case.offline
+        assert offline.torques_Nm[-1] == 200.0
+        assert variant.sampling in (offline.sampling, "none")
+    assert {variant.case.reduction.shapes for variant in listed} == {
+        "flank_lines", "positions", "pod", "global_pod", "static_modes"
+    }  # fmt: skip
+
+
+def test_a_part_of_a_training_has_the_time_of_that_part():
+    class Solve:
+        converged = np.array([True, True])
+
+    whole = TrainingSet(tuple(Solve() for _ in range(4)), (1.0, 2.0, 3.0, 4.0, 4.5))
+    assert (whole.solves, whole.first(2).solves, whole.every(2).solves) == (8, 4, 4)
+    assert whole.first(2).seconds[-1] == 2.0
+    assert whole.first(9).seconds[-1] == 4.5
+    assert whole.every(2).seconds[-1] == 2.25
