@@ -207,6 +207,7 @@ TRAININGS = {
 }
 
 
+@pytest.mark.jit  # a greedy sampling looks at hundreds of states
 @pytest.mark.parametrize("training", TRAININGS)
 def test_as_many_states_are_solved_as_are_announced(training, tmp_path):
     offline, reduction, text = TRAININGS[training]
