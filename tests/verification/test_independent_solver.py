@@ -21,6 +21,8 @@ TORQUE = 1e5  # N mm
 POSITIONS = {"two pairs": 0.3, "two pairs, one near its exit": 0.45, "one pair": 0.8}
 
 every_position = pytest.mark.parametrize("share", POSITIONS.values(), ids=POSITIONS.keys())
+# The program takes its time, and what it covers is covered by others.
+pytestmark = pytest.mark.jit
 needs_calculix = pytest.mark.skipif(not calculix_available(), reason=f"CalculiX ({PROGRAM}) is not installed")
 
 
