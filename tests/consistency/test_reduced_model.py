@@ -203,6 +203,7 @@ def cold_sweeps(reduced, phi, torques, **options):
     return [sweep_reduced_pair(reduced, phi[i : i + 1], torques, **options) for i in range(len(phi))]
 
 
+@pytest.mark.jit
 def test_where_a_sweep_starts_does_not_change_it(reduced):
     """Each angle from the amplitudes of the one before, carried along with the contact, or from nothing."""
     phi, torques = reduced.meshed.pair.pitch * np.arange(7) / 7, [60e3, 100e3]
@@ -282,6 +283,7 @@ def test_compiled_members_are_those_of_the_slow_twin(phi, reduced):
         assert_allclose(found, expected, rtol=0.0, atol=MEMBERS * np.abs(expected).max())
 
 
+@pytest.mark.jit
 def test_threads_do_not_change_the_sweep(reduced):
     phi = reduced.meshed.pair.pitch * np.arange(30) / 30  # two blocks
     advanced = []
