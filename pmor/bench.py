@@ -75,6 +75,9 @@ def variants(case: Case) -> list[Variant]:
     for width in (4, 8, 16):
         listed.append(Variant("elements over the width", _changed(case, mesh={"width_elements": width})))
     listed.append(Variant("whole width", _changed(case, mesh={"width": "whole"})))
+    for scheme in ("line", "direct"):
+        bare = _changed(case, contact={"scheme": scheme}, reduction={"error_estimate": False})
+        listed.append(Variant("no error bar", bare))
     return [*listed, Variant("shapes at positions", _changed(case, reduction={"shapes": "positions"}))]
 
 
