@@ -38,7 +38,7 @@ def small_models():
 
     5 x 2 elements per flank, so that rows and columns cannot be mixed up.
     """
-    from pmor.model import elastic_model, mesh_model
+    from pmor.pair.model import elastic_model, mesh_model
     from tests.small_case import small_case
 
     @cache
@@ -58,7 +58,8 @@ def small_model(small_models):
 @pytest.fixture(scope="session")
 def small_basis_file(small_models, tmp_path_factory):
     """Function from the meshed width and the keys of [reduction] to a basis file; copy it before changing it."""
-    from offline.jobs import run_offline
+    from pmor_offline.jobs import run_offline
+
     from tests.small_case import small_case
 
     @cache

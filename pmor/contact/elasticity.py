@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from pmor.arrays import FloatArray
 from pmor.contact.position import Position
 from pmor.contact.search import Contact
-from pmor.gear.conventions import FloatArray
 
 if TYPE_CHECKING:
     from pmor.fe.cyclic import ElasticGear

@@ -16,12 +16,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pmor.arrays import FloatArray
 from pmor.contact.elasticity import Elasticity
 from pmor.contact.flank import MeshedPair
 from pmor.contact.position import Position
 from pmor.contact.search import Contact, search_contact
 from pmor.errors import ConvergenceError
-from pmor.gear.conventions import FloatArray
 
 # Gaps are differences of coordinates, some hundred operations behind the nodes, and a hundredth of the approach.
 ROUND_OFF_FACTOR = 200.0

@@ -8,9 +8,9 @@ from functools import cached_property
 
 import numpy as np
 
+from pmor.arrays import FloatArray
 from pmor.contact.kernel import prepare_surface, refine, section_offset
 from pmor.contact.misalignment import ALIGNED, Misalignment
-from pmor.gear.conventions import FloatArray
 from pmor.gear.pair import GearPair
 
 # Share of the approach by which flanks interpenetrate where they meet, and which windows must hold: the rest is

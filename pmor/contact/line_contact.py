@@ -49,12 +49,12 @@ from functools import cache
 
 import numpy as np
 
+from pmor.arrays import FloatArray
 from pmor.contact import kernel
 from pmor.contact.flank import MeshedPair
 from pmor.contact.position import Position
 from pmor.contact.search import Contact
 from pmor.errors import GeometryError
-from pmor.gear.conventions import FloatArray
 
 # Half-width over the depth of the layer, beyond which the closed form is refused.
 WIDEST = 0.5

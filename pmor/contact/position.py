@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pmor.arrays import FloatArray, IntArray
 from pmor.contact import kernel
 from pmor.contact.flank import MeshedPair
-from pmor.gear.conventions import FloatArray, IntArray
 
 
 @dataclass(frozen=True)

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pmor.arrays import FloatArray, IntArray
 from pmor.contact.flank import ContactScheme, MeshedPair
 from pmor.contact.kernel import point_room, search_all
 from pmor.contact.position import Position
-from pmor.gear.conventions import FloatArray, IntArray
 
 # The search goes outwards from the kinematic contact and ends at the first row of points that is clear of the mate by
 # this share of the depth for which the windows were cut: flanks separate quadratically, so all rows behind are clear.

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import scipy.sparse as sp
 
+from pmor.arrays import FloatArray, IntArray
 from pmor.fe.hexahedron import element_stiffness
-from pmor.gear.conventions import FloatArray, IntArray
 
 
 def degrees_of_freedom(node_ids: IntArray) -> IntArray:

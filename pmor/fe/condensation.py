@@ -16,10 +16,10 @@ import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
 
+from pmor.arrays import FloatArray, IntArray
 from pmor.fe.assembly import assemble, degrees_of_freedom
 from pmor.fe.elimination import EliminatedRow, eliminate, eliminate_chain, submatrix
 from pmor.fe.surface_layer import layer_compliance
-from pmor.gear.conventions import FloatArray, IntArray
 from pmor.mesh.sector import SectorMesh
 
 

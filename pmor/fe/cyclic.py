@@ -11,8 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg as la
 
+from pmor.arrays import FloatArray
+from pmor.conventions import rotation_z
 from pmor.fe.condensation import CondensedSector, back_substitute, condense_sector
-from pmor.gear.conventions import FloatArray, rotation_z
 from pmor.mesh.sector import SectorMesh
 
 

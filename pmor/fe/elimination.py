@@ -8,7 +8,7 @@ import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
 
-from pmor.gear.conventions import FloatArray, IntArray
+from pmor.arrays import FloatArray, IntArray
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from pmor.arrays import FloatArray, IntArray
 from pmor.errors import MeshError
-from pmor.gear.conventions import FloatArray, IntArray
 
 CORNERS = np.array(
     [[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]], dtype=float

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pmor.gear.conventions import IntArray
+from pmor.arrays import IntArray
 from pmor.mesh.sector import SectorMesh
 
 # Below this many nodes a part is dense anyway.

@@ -6,10 +6,10 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
+from pmor.arrays import IntArray
 from pmor.fe.assembly import assemble
 from pmor.fe.nested_dissection import elimination_order
 from pmor.fe.whole_gear import whole_gear_mesh
-from pmor.gear.conventions import IntArray
 from pmor.mesh.sector import SectorMesh
 
 

@@ -10,9 +10,9 @@ import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
 
+from pmor.arrays import FloatArray
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.elimination import eliminate_chain, submatrix
-from pmor.gear.conventions import FloatArray
 from pmor.mesh.sector import SectorMesh
 
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import scipy.sparse.linalg as spla
 
+from pmor.arrays import FloatArray, IntArray
+from pmor.conventions import rotation_z
 from pmor.errors import MeshError
 from pmor.fe.assembly import assemble, degrees_of_freedom
-from pmor.gear.conventions import FloatArray, IntArray, rotation_z
 from pmor.mesh.sector import SectorMesh
 
 

@@ -1,6 +1,6 @@
 """Kinematics of a pair of involute gears: working geometry, contact ratio, where each tooth pair touches.
 
-Source: ISO 21771:2007; derivation of the frames in `pmor.gear.conventions`. Everything is transverse, so helical
+Source: ISO 21771:2007; derivation of the frames in `pmor.conventions`. Everything is transverse, so helical
 pairs use the same functions.
 """
 
@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pmor.arrays import FloatArray, IntArray
 from pmor.errors import GeometryError
-from pmor.gear.conventions import FloatArray, IntArray
 from pmor.gear.tooth import Tooth, inverse_involute, involute_function
 
 

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pmor.arrays import FloatArray
 from pmor.errors import GeometryError
-from pmor.gear.conventions import FloatArray
 
 
 def involute_function(alpha: float) -> float:

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pmor.arrays import FloatArray, IntArray
 from pmor.errors import MeshError
-from pmor.gear.conventions import FloatArray, IntArray
 
 # For each corner of a hexahedron its three neighbours, ordered so that a brick has a positive triple product.
 CORNER_NEIGHBOURS = np.array(

@@ -19,8 +19,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pmor.arrays import FloatArray, IntArray
 from pmor.errors import MeshError
-from pmor.gear.conventions import FloatArray, IntArray
 from pmor.gear.tooth import Tooth, twist_sections
 from pmor.mesh.outline import Outline, tooth_outline
 

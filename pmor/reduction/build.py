@@ -13,9 +13,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from pmor.arrays import FloatArray
 from pmor.case import Case
 from pmor.fe.cyclic import ElasticGear
-from pmor.gear.conventions import FloatArray
 from pmor.reduction.contact_shapes import ContactShapes, contact_shapes, shapes_of
 from pmor.reduction.flank_lines import FlankLineShapes, flank_line_shapes
 from pmor.reduction.pod import global_modes, local_modes

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pmor.arrays import FloatArray
 from pmor.contact.elasticity import ReducedElasticity
 from pmor.contact.position import Position
-from pmor.gear.conventions import FloatArray
 from pmor.reduction.energy import orthonormal_combinations
 from pmor.reduction.grassmann import Geodesics, geodesic_weights, geodesics
 

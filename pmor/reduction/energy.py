@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pmor.gear.conventions import FloatArray
+from pmor.arrays import FloatArray
 
 if TYPE_CHECKING:
     from pmor.fe.cyclic import ElasticGear

@@ -40,10 +40,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pmor.arrays import FloatArray
 from pmor.contact.elasticity import ReducedElasticity
 from pmor.contact.position import Position
 from pmor.contact.search import Contact
-from pmor.gear.conventions import FloatArray
 
 if TYPE_CHECKING:
     from pmor.fe.cyclic import ElasticGear

@@ -19,10 +19,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pmor.arrays import FloatArray, IntArray
 from pmor.contact.elasticity import ReducedElasticity
 from pmor.contact.position import Position
 from pmor.errors import ConvergenceError
-from pmor.gear.conventions import FloatArray, IntArray
 from pmor.reduction.energy import DEPENDENCE_TOLERANCE
 
 if TYPE_CHECKING:

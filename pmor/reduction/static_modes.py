@@ -15,8 +15,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from pmor.arrays import FloatArray, IntArray
 from pmor.fe.cyclic import ElasticGear
-from pmor.gear.conventions import FloatArray, IntArray
 from pmor.reduction.flank_lines import FlankLineShapes, gear_lines
 
 

@@ -9,13 +9,12 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from pmor.arrays import BoolArray, FloatArray
 from pmor.case import Case, basis_key, describe, parse_case
 from pmor.errors import FileFormatError
-from pmor.gear.conventions import FloatArray
 from pmor.reduction.contact_shapes import ContactShapes
 from pmor.reduction.error_estimate import FlankCompliance
 from pmor.reduction.flank_lines import FlankLineShapes, GearLines
-from pmor.result import BoolArray
 from pmor.storage.hdf5 import Field, Schema, attribute, create, open_checked, read, set_attributes, write
 
 BASIS_SCHEMA = Schema("pmor-basis", 4, "make it anew with 'pmor offline'")

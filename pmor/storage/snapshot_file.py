@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from pmor.arrays import BoolArray, FloatArray, IntArray
 from pmor.errors import FileFormatError
-from pmor.gear.conventions import FloatArray, IntArray
-from pmor.result import BoolArray
 from pmor.storage.hdf5 import Field, Schema, attribute, create, open_checked, read, write
 
 SNAPSHOT_SCHEMA = Schema("pmor-snapshots", 3, "delete it; 'pmor offline --resume' makes it anew")

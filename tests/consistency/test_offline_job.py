@@ -4,16 +4,16 @@ import time
 
 import h5py
 import numpy as np
+import pmor_offline.adaptive
+import pmor_offline.jobs
 import pytest
 from numpy.testing import assert_allclose
+from pmor_offline.jobs import run_offline
+from pmor_offline.sampling import TrainingPosition
+from pmor_online.errors import estimate_errors
 
-import offline.adaptive
-import offline.jobs
-from offline.jobs import run_offline
-from offline.sampling import TrainingPosition
-from online.errors import estimate_errors
+from pmor.app.cli import main
 from pmor.case import basis_key, parse_case
-from pmor.cli import main
 from pmor.contact.misalignment import OperatingCondition
 from pmor.errors import ConvergenceError, OutputError
 from pmor.storage.basis_file import read_basis
@@ -26,7 +26,7 @@ SAME = 1e-12  # the same arithmetic in another order of the angles: equal but fo
 @pytest.fixture(scope="module")
 def tiny():
     """Four angles and one element over the width: the job is what is tested."""
-    from pmor.model import elastic_model, mesh_model
+    from pmor.pair.model import elastic_model, mesh_model
 
     case = parse_case(case_text(), "tiny", "tiny")
     return case, elastic_model(case, mesh_model(case))
@@ -49,7 +49,7 @@ def names(folder):
     return {path.name for path in folder.iterdir()}
 
 
-def interrupt_after(count, monkeypatch, parts=None, module=offline.jobs):
+def interrupt_after(count, monkeypatch, parts=None, module=pmor_offline.jobs):
     """Let the solve after `count` others fail, once `count` files are in the folder `parts`."""
     solve, calls = module.solve_snapshots, []
 
@@ -118,7 +118,7 @@ def test_parts_of_another_case_and_damaged_parts_are_solved_again(tiny, whole, t
     parts = tmp_path / "basis.h5.parts"
     parts.mkdir()
     conditions = OperatingCondition(1e3), OperatingCondition(2e3)
-    other = offline.jobs.solve_snapshots(model, TrainingPosition(0.0, conditions))
+    other = pmor_offline.jobs.solve_snapshots(model, TrainingPosition(0.0, conditions))
     write_snapshots(parts / "angle_00000.h5", other, "key of another case")
     (parts / "angle_00001.h5").write_bytes(b"half a file")
     done = run_offline(case, model, path, resume=True)
@@ -216,14 +216,14 @@ def greedy_whole(greedy, tmp_path_factory):
 def test_an_interrupted_greedy_run_goes_on_to_the_same_basis(solved, greedy, greedy_whole, tmp_path, monkeypatch):
     """Interrupted among the angles that it begins with, between them and the search, and within the search."""
     path, parts = tmp_path / "basis.h5", tmp_path / "basis.h5.parts"
-    interrupt_after(solved, monkeypatch, module=offline.adaptive)
+    interrupt_after(solved, monkeypatch, module=pmor_offline.adaptive)
     with pytest.raises(Interruption):
         run_offline(*greedy, path, estimate=estimate_errors)
     assert not path.exists()
     assert names(parts) == {f"angle_{i:05d}.h5" for i in range(solved)}
 
     monkeypatch.undo()
-    calls = interrupt_after(STATES - solved, monkeypatch, module=offline.adaptive)  # one more would raise
+    calls = interrupt_after(STATES - solved, monkeypatch, module=pmor_offline.adaptive)  # one more would raise
     done = run_offline(*greedy, path, resume=True, estimate=estimate_errors)
     assert (done.solved, done.resumed) == (STATES - solved, solved)
     assert len(calls) == STATES - solved
@@ -235,7 +235,7 @@ def test_an_interrupted_greedy_run_goes_on_to_the_same_basis(solved, greedy, gre
 def test_a_greedy_run_searches_again_from_a_damaged_part_on(greedy, greedy_whole, tmp_path, monkeypatch):
     """What was solved after it was chosen with it in the basis."""
     path, parts = tmp_path / "basis.h5", tmp_path / "basis.h5.parts"
-    interrupt_after(7, monkeypatch, module=offline.adaptive)
+    interrupt_after(7, monkeypatch, module=pmor_offline.adaptive)
     with pytest.raises(Interruption):
         run_offline(*greedy, path, estimate=estimate_errors)
     monkeypatch.undo()

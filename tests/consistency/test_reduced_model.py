@@ -9,24 +9,24 @@ import h5py
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from pmor_offline.jobs import run_offline
+from pmor_online.compare import compare_models
+from pmor_online.model import reduced_pair
+from pmor_online.sweep import sweep_reduced_pair
 
 import pmor.contact.equilibrium
 import pmor.contact.flank
 import pmor.contact.solve
-from offline.jobs import run_offline
-from online.compare import compare_models
-from online.model import reduced_pair
-from online.sweep import sweep_reduced_pair
 from pmor.case import changed_text, load_case, parse_case
 from pmor.contact import kernel
 from pmor.contact.elasticity import ReducedElasticity, full_elasticity
 from pmor.contact.position import active_patches
 from pmor.contact.solve import solve_position, window_depth
-from pmor.model import elastic_model, mesh_model
+from pmor.pair.model import elastic_model, mesh_model
+from pmor.pair.sweep import sweep_ste
 from pmor.reduction import flank_lines
 from pmor.reduction.contact_shapes import ContactShapes, contact_shapes, reduced_elasticity
 from pmor.storage.basis_file import read_basis
-from pmor.sweep import sweep_ste
 from tests.small_case import case_text
 
 CASES = Path(__file__).parents[2] / "cases"

@@ -4,22 +4,22 @@ from functools import cache
 
 import h5py
 import numpy as np
+import pmor_offline.jobs
 import pytest
 from numpy.testing import assert_allclose
+from pmor_offline.jobs import run_offline
+from pmor_online.compare import compare_models
+from pmor_online.model import reduced_pair, unseen_angles
+from pmor_online.sweep import sweep_reduced_pair
 
-import offline.jobs
-from offline.jobs import run_offline
-from online.compare import compare_models
-from online.model import reduced_pair, unseen_angles
-from online.sweep import sweep_reduced_pair
 from pmor.case import parse_case
-from pmor.model import elastic_model, mesh_model
+from pmor.pair.model import elastic_model, mesh_model
+from pmor.pair.sweep import sweep_ste
 from pmor.reduction.build import same_everywhere
 from pmor.reduction.contact_shapes import contact_shapes, reduced_elasticity, shapes_of
 from pmor.reduction.energy import own_displacement
 from pmor.reduction.pod import global_modes, local_modes
 from pmor.storage.basis_file import read_basis
-from pmor.sweep import sweep_ste
 from tests.small_case import case_text, small_case
 
 SAME_SPAN = 1e-9  # the equilibrium is solved to a relative residual of 1e-9
@@ -103,7 +103,7 @@ def test_static_modes_need_no_full_solve(small_model, tmp_path, monkeypatch):
     def solve(*_):
         raise AssertionError("a full solve")
 
-    monkeypatch.setattr(offline.jobs, "solve_snapshots", solve)
+    monkeypatch.setattr(pmor_offline.jobs, "solve_snapshots", solve)
     case, path = small_case(shapes="static_modes"), tmp_path / "basis.h5"
     done = run_offline(case, small_model[1], path)
     assert (done.solved, done.resumed, done.failed) == (0, 0, ())

@@ -6,19 +6,19 @@ from functools import partial
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
+from pmor_offline.gather import make_basis
+from pmor_offline.jobs import run_offline
+from pmor_online.errors import estimate_errors
 
-import pmor.reductions.run
-from offline.gather import make_basis
-from offline.jobs import run_offline
-from online.errors import estimate_errors
-from online.tables import write_summary_json
+import pmor.lab.comparison.run
+from pmor.app.cli import main
 from pmor.case import parse_case
-from pmor.cli import main
-from pmor.model import elastic_model, mesh_model
-from pmor.reductions.output import content
-from pmor.reductions.run import compare_reductions
-from pmor.reductions.training import greedy_training, grid_training, nested_trainings, sobol_training
-from pmor.reductions.variants import flank_line_case, grid_keys, nested_grids, variants
+from pmor.lab.comparison.output import content
+from pmor.lab.comparison.run import compare_reductions
+from pmor.lab.comparison.training import greedy_training, grid_training, nested_trainings, sobol_training
+from pmor.lab.comparison.variants import flank_line_case, grid_keys, nested_grids, variants
+from pmor.pair.model import elastic_model, mesh_model
+from pmor.report.tables import write_summary_json
 from pmor.storage.basis_file import read_basis
 from tests.small_case import case_text, fail_where
 
@@ -50,7 +50,7 @@ def compared(case, model):
 
 @pytest.fixture
 def case_path(tmp_path, monkeypatch):
-    monkeypatch.setattr(pmor.reductions.run, "compare_reductions", partial(compare_reductions, **FEW))
+    monkeypatch.setattr(pmor.lab.comparison.run, "compare_reductions", partial(compare_reductions, **FEW))
     path = tmp_path / "tiny.toml"
     path.write_text(TEXT)
     return path
@@ -143,7 +143,7 @@ def test_nested_trainings_are_those_of_the_smaller_ones(case, model):
 
 
 def test_an_unusable_folder_is_refused_before_anything_is_solved(case_path, capsys, monkeypatch):
-    monkeypatch.setattr(pmor.reductions.run, "compare_reductions", None)
+    monkeypatch.setattr(pmor.lab.comparison.run, "compare_reductions", None)
     (case_path.parent / "file").write_text("")
     assert main(["reductions", str(case_path), "--out", str(case_path.parent / "file")]) == 2
     assert "cannot create the folder" in capsys.readouterr().err

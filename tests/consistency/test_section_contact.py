@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from pmor_offline.jobs import run_offline
+from pmor_online.model import reduced_pair, unseen_angles
+from pmor_online.sweep import sweep_reduced_pair
 from scipy.integrate import trapezoid
 
-from offline.jobs import run_offline
-from online.contact_pattern import contact_patterns
-from online.model import reduced_pair, unseen_angles
-from online.sweep import sweep_reduced_pair
 from pmor.case import parse_case
-from pmor.model import elastic_model, mesh_model
+from pmor.pair.model import elastic_model, mesh_model
+from pmor.pair.sweep import sweep_ste
+from pmor.report.contact_pattern import contact_patterns
 from pmor.storage.basis_file import read_basis
-from pmor.sweep import sweep_ste
 from tests.small_case import case_text
 
 TORQUES = [60e3, 100e3]

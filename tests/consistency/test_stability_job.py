@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-import pmor.stability.measure
-from pmor.cli import main
+import pmor.lab.stability.measure
+from pmor.app.cli import main
 from tests.small_case import case_text
 
 # DESIGN.md, section 5: scripts rely on these.
@@ -56,14 +56,14 @@ def test_everything_is_there_and_holds(case_path, capsys):
 
 
 def test_a_variant_that_crashes_is_named_and_stops_nothing(case_path, capsys, monkeypatch):
-    genuine = pmor.stability.measure.solve_variant
+    genuine = pmor.lab.stability.measure.solve_variant
 
     def sometimes(meshed, elasticity_at, phi, torque, *rest):
         if torque == 1e3:
             raise RuntimeError("made to crash")
         return genuine(meshed, elasticity_at, phi, torque, *rest)
 
-    monkeypatch.setattr(pmor.stability.measure, "solve_variant", sometimes)
+    monkeypatch.setattr(pmor.lab.stability.measure, "solve_variant", sometimes)
     code, out = run(case_path, "--only", "torque 1")
     assert code == 3
     captured = capsys.readouterr()

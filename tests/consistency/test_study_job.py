@@ -9,14 +9,14 @@ from html.parser import HTMLParser
 import pytest
 from numpy.testing import assert_allclose
 
-import pmor.study.rivals
-import pmor.study.run
+import pmor.lab.study.rivals
+import pmor.lab.study.run
+from pmor.app.cli import main
 from pmor.case import parse_case
-from pmor.cli import main
 from pmor.errors import ConvergenceError
-from pmor.study.cells import ModelStore
-from pmor.study.loader import load_study
-from pmor.study.solve import grid_cell
+from pmor.lab.study.cells import ModelStore
+from pmor.lab.study.loader import load_study
+from pmor.lab.study.solve import grid_cell
 from tests.small_case import case_text, fail_where
 
 STUDY = """
@@ -78,7 +78,7 @@ def folder(tmp_path_factory):
 def run(folder, out, *more):
     with pytest.MonkeyPatch.context() as patch:
         # Whether the independent solver is installed must not change what is tested.
-        patch.setattr(pmor.study.rivals, "peer_installed", lambda: False)
+        patch.setattr(pmor.lab.study.rivals, "peer_installed", lambda: False)
         return main(["study", str(folder / "tiny.toml"), "--out", str(folder / out), *more])
 
 
@@ -173,7 +173,7 @@ def test_finished_parts_are_taken_over_and_the_rest_is_done(folder, finished, ca
     before = table_of(finished)
     missing = finished / "parts" / "training_lines.json"
     missing.unlink()
-    monkeypatch.setattr(pmor.study.run.solve, "grid_cell", lambda *a: pytest.fail("a finished cell was solved again"))
+    monkeypatch.setattr(pmor.lab.study.run.solve, "grid_cell", lambda *a: pytest.fail("a finished cell, again"))
     assert run(folder, "out") == 0
     assert re.findall(r"^\[\d+/\d+\] (\S+ \S+)", capsys.readouterr().out, re.MULTILINE) == ["training lines"]
     # What was not done again has kept even its times.
@@ -186,7 +186,7 @@ def test_parts_of_other_settings_are_not_taken_over(folder, finished, tmp_path, 
         raise ConvergenceError("not now", [])
 
     for name in ("reference_member", "grid_cell", "variant_cell"):
-        monkeypatch.setattr(pmor.study.run.solve, name, not_now)
+        monkeypatch.setattr(pmor.lab.study.run.solve, name, not_now)
     shutil.copytree(finished, tmp_path / "out")
     other = tmp_path / "tiny.toml"
     other.write_text(STUDY.replace("angles_per_pitch = 8", "angles_per_pitch = 9"))
@@ -241,7 +241,7 @@ def test_a_piece_that_fails_altogether_does_not_stop_the_others(folder, tmp_path
     def failing(*arguments):
         raise ConvergenceError("made to fail", [])
 
-    monkeypatch.setattr(pmor.study.run.rivals, "conventional_cell", failing)
+    monkeypatch.setattr(pmor.lab.study.run.rivals, "conventional_cell", failing)
     assert run(folder, str(tmp_path / "failing")) == 3
     table = table_of(tmp_path / "failing")
     assert table["failures"] == ["conventional 6@2: made to fail"]

@@ -4,20 +4,20 @@ from dataclasses import replace
 
 import h5py
 import numpy as np
+import pmor_online.model
 import pytest
+from pmor_offline.jobs import run_offline
+from pmor_offline.sampling import TrainingPosition
+from pmor_offline.snapshots import solve_snapshots
+from pmor_online.errors import estimate_errors
 
-import online.model
-import online.verify
-from offline.jobs import run_offline
-from offline.sampling import TrainingPosition
-from offline.snapshots import solve_snapshots
-from online.errors import estimate_errors
-from online.verify import Check, checks_text, verify_basis
+import pmor.lab.verify
+from pmor.app.cli import main
 from pmor.case import parse_case
-from pmor.cli import main
 from pmor.contact.elasticity import ReducedElasticity
 from pmor.contact.misalignment import OperatingCondition
-from pmor.model import elastic_model, mesh_model
+from pmor.lab.verify import Check, checks_text, verify_basis
+from pmor.pair.model import elastic_model, mesh_model
 from pmor.reduction.flank_lines import FlankLineShapes
 from pmor.storage.basis_file import read_basis, write_basis
 from pmor.storage.snapshot_file import write_snapshots
@@ -140,14 +140,14 @@ def test_a_neighbour_that_moves_as_no_forces_on_the_loaded_tooth_make_it(basis_f
 def test_members_that_store_another_energy(shapes, basis_file, model, monkeypatch):
     """A factorisation gone wrong; the compiled sweep has one of its own."""
     name = "line_elasticity" if shapes == "flank_lines" else "reduced_elasticity"
-    genuine = getattr(online.model, name)
+    genuine = getattr(pmor_online.model, name)
 
     def skewed(*arguments):
         members = genuine(*arguments).basis.copy()
         members[:, :, 1] += 1e-5 * members[:, :, 0]
         return ReducedElasticity(members)
 
-    monkeypatch.setattr(online.model, name, skewed)
+    monkeypatch.setattr(pmor_online.model, name, skewed)
     assert broken(read_basis(basis_file(shapes=shapes)), model) == {"orthonormality"}
 
 
@@ -184,12 +184,12 @@ def test_an_error_bar_that_is_far_from_the_error(factor, basis, model, monkeypat
         ste, _ = estimate_errors(*arguments)
         return 1.001 * ste, factor * 0.001 * ste
 
-    monkeypatch.setattr(online.verify, "estimate_errors", wrong)
+    monkeypatch.setattr(pmor.lab.verify, "estimate_errors", wrong)
     assert "unseen states" in broken(basis, model)
 
 
 def test_states_that_the_reduced_model_cannot_solve(basis, model, monkeypatch):
-    monkeypatch.setattr(online.verify, "estimate_errors", lambda basis, phi, *_: np.full((2, len(phi)), np.nan))
+    monkeypatch.setattr(pmor.lab.verify, "estimate_errors", lambda basis, phi, *_: np.full((2, len(phi)), np.nan))
     assert broken(basis, model) == {"training states", "unseen states"}
 
 
@@ -205,7 +205,7 @@ def test_the_command_prints_the_laws(basis_file, capsys):
 
 
 def test_without_the_flag_nothing_is_solved(basis_file, capsys, monkeypatch):
-    monkeypatch.setattr(online.verify, "verify_basis", lambda *_: pytest.fail("verified"))
+    monkeypatch.setattr(pmor.lab.verify, "verify_basis", lambda *_: pytest.fail("verified"))
     assert main(["info", str(basis_file())]) == 0
     assert "Laws" not in capsys.readouterr().out
 

@@ -12,7 +12,7 @@ def start(*arguments, **more):
     """Start `pmor` with arguments; BLAS on one thread, so that every run does the same arithmetic."""
     one_thread = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
     return subprocess.Popen(
-        [sys.executable, "-m", "pmor.cli", *map(str, arguments)], cwd=ROOT, env={**os.environ, **one_thread},
+        [sys.executable, "-m", "pmor.app.cli", *map(str, arguments)], cwd=ROOT, env={**os.environ, **one_thread},
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **more,
     )  # fmt: skip
 

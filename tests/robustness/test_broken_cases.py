@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from pmor.cli import main
+from pmor.app.cli import main
 
 ROOT = Path(__file__).parents[2]
 GOOD = (ROOT / "cases" / "small_spur.toml").read_text(encoding="utf-8")
@@ -259,7 +259,7 @@ def test_as_a_process(text, tmp_path):
     path.write_text(text, encoding="utf-8")
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     done = subprocess.run(
-        [sys.executable, "-m", "pmor.cli", "run", path.name],
+        [sys.executable, "-m", "pmor.app.cli", "run", path.name],
         cwd=tmp_path,
         env=environment,
         capture_output=True,

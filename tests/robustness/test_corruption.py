@@ -15,7 +15,7 @@ import h5py
 import numpy as np
 import pytest
 
-from pmor.cli import main
+from pmor.app.cli import main
 from pmor.errors import FileFormatError
 from pmor.storage.basis_file import read_basis
 from pmor.storage.describe import file_text

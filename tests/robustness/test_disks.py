@@ -9,7 +9,7 @@ import sys
 import numpy as np
 import pytest
 
-from pmor.cli import main
+from pmor.app.cli import main
 from pmor.errors import OutputError
 from pmor.storage.basis_file import read_basis, write_basis
 from tests.small_case import case_text
@@ -90,7 +90,7 @@ def test_the_command_keeps_the_angles_that_are_done_when_the_disk_is_full(tiny_d
 def test_a_read_only_folder_is_named_before_the_work(
     command, read_only, case_file, small_basis_path, monkeypatch, capsys
 ):
-    monkeypatch.setattr("pmor.model.elastic_model", lambda *_a, **_k: pytest.fail("no work before the folder is known"))
+    monkeypatch.setattr("pmor.pair.model.elastic_model", lambda *_a, **_k: pytest.fail("the folder is not known"))
     arguments = {
         "offline": [case_file, "-o", str(read_only / "basis.h5"), "--resume"],
         "online": [str(small_basis_path), "-o", str(read_only)],

@@ -19,10 +19,10 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
+from pmor.app.cli import main
 from pmor.case import load_case
-from pmor.cli import main
 from pmor.errors import PmorError
-from pmor.model import mesh_model
+from pmor.pair.model import mesh_model
 from tests.robustness.random_cases import case_bytes, sound_documents, text_of
 
 TO_MESH, TO_RESULT = 60, 300  # s, of one case

@@ -4,9 +4,10 @@ import json
 from pathlib import Path
 
 import pytest
+from pmor_online.model import reduced_pair
 
-from online.model import reduced_pair
-from pmor.bench import (
+from pmor.case import load_case, parse_case
+from pmor.lab.bench import (
     PHASES,
     bench_text,
     machine,
@@ -19,7 +20,6 @@ from pmor.bench import (
     sweep_rows,
     variants,
 )
-from pmor.case import load_case, parse_case
 from tests.small_case import case_text
 
 KEYS = {"phase", "n_profile", "n_width", "lodm_profile", "lodm_width", "median_ms", "repeats"}
@@ -94,8 +94,8 @@ def test_offline_stage_is_split_without_overlap(case):
 
 @pytest.mark.jit
 def test_reduced_model_is_timed_by_phase_and_by_threads(small_basis, monkeypatch):
-    monkeypatch.setattr("pmor.bench.PHASE_LOOPS", 2)
-    monkeypatch.setattr("pmor.bench.REPEATS", 2)
+    monkeypatch.setattr("pmor.lab.bench.PHASE_LOOPS", 2)
+    monkeypatch.setattr("pmor.lab.bench.REPEATS", 2)
     case, model = small_basis.case, reduced_pair(small_basis)
     phases = phase_rows(case, model)
     assert [row["phase"] for row in phases] == [f"phase: {name}" for name in PHASES]
@@ -114,9 +114,9 @@ def test_the_command_answers_when_it_is_timed(case):
 
 @pytest.mark.jit
 def test_all_parts_come_together(case, monkeypatch):
-    monkeypatch.setattr("pmor.bench.variants", lambda case: variants(case)[:1])
-    monkeypatch.setattr("pmor.bench.PHASE_LOOPS", 2)
-    monkeypatch.setattr("pmor.bench.REPEATS", 1)
+    monkeypatch.setattr("pmor.lab.bench.variants", lambda case: variants(case)[:1])
+    monkeypatch.setattr("pmor.lab.bench.PHASE_LOOPS", 2)
+    monkeypatch.setattr("pmor.lab.bench.REPEATS", 1)
     measured = run_bench(case, 2)
     assert {row["phase"].partition(":")[0] for row in measured["rows"]} == {
         "offline", "position", "phase", "sweep", "start"

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from pmor import __version__, cli, commands
-from pmor.cli import build_parser, main
+from pmor.app.cli import build_parser, main
 from pmor.errors import ConvergenceError, OutputError
 
 ROOT = Path(__file__).parents[2]
@@ -174,8 +174,8 @@ def test_plan_of_a_reduction_without_training_has_no_full_solves(capsys, tmp_pat
 
 def test_help_imports_nothing_heavy():
     code = (
-        "import sys, pmor.cli\n"
-        "try: pmor.cli.main(['--help'])\n"
+        "import sys, pmor.app.cli\n"
+        "try: pmor.app.cli.main(['--help'])\n"
         "except SystemExit: pass\n"
         "print(sorted({'numpy', 'scipy', 'numba', 'h5py', 'matplotlib', 'offline', 'online'} & set(sys.modules)))"
     )

@@ -8,11 +8,11 @@ import sys
 from pathlib import Path
 
 import h5py
+import pmor_offline.jobs
 import pytest
 
-import offline.jobs
-import pmor.model
-from pmor.cli import main
+import pmor.pair.model
+from pmor.app.cli import main
 from pmor.errors import MeshError
 from pmor.storage.basis_file import read_basis
 from pmor.storage.hdf5 import attribute, set_attributes
@@ -49,7 +49,7 @@ def finished(tmp_path_factory):
     """The folder of one whole run, pictures and all; what it printed."""
     folder = tmp_path_factory.mktemp("finished")
     done = subprocess.run(
-        [sys.executable, "-m", "pmor.cli", "run", write_case(folder), "--out", str(folder / "out")],
+        [sys.executable, "-m", "pmor.app.cli", "run", write_case(folder), "--out", str(folder / "out")],
         cwd=ROOT, capture_output=True, text=True, timeout=600, check=False,
     )  # fmt: skip
     assert (done.returncode, done.stderr) == (0, "")
@@ -68,17 +68,17 @@ def forbid_offline(monkeypatch):
     def never(*_arguments, **_more):
         pytest.fail("the basis was there: no full solve is needed")
 
-    monkeypatch.setattr(offline.jobs, "run_offline", never)
+    monkeypatch.setattr(pmor_offline.jobs, "run_offline", never)
 
 
 def count_offline(monkeypatch):
-    calls, run_offline = [], offline.jobs.run_offline
+    calls, run_offline = [], pmor_offline.jobs.run_offline
 
     def counted(*arguments, **more):
         calls.append(arguments)
         return run_offline(*arguments, **more)
 
-    monkeypatch.setattr(offline.jobs, "run_offline", counted)
+    monkeypatch.setattr(pmor_offline.jobs, "run_offline", counted)
     return calls
 
 
@@ -225,15 +225,15 @@ def test_a_failed_position_ends_with_3_and_is_named(out, tmp_path, monkeypatch, 
 
 
 def test_a_reduced_position_that_fails_is_an_empty_field(out, tmp_path, monkeypatch, capsys):
-    import online.run
-    from online.sweep import sweep_reduced_pair
+    import pmor_online.run
+    from pmor_online.sweep import sweep_reduced_pair
 
     def with_a_gap(reduced, phi, torques, *rest, **more):
         sweep = sweep_reduced_pair(reduced, phi, torques, *rest, **more)
         sweep.ste_um[0, -1], sweep.converged[0, -1] = float("nan"), False
         return sweep
 
-    monkeypatch.setattr(online.run, "sweep_reduced_pair", with_a_gap)
+    monkeypatch.setattr(pmor_online.run, "sweep_reduced_pair", with_a_gap)
     assert main(["online", str(out / "basis.h5"), "-o", str(tmp_path / "results")]) == 3
     assert "did not converge" in capsys.readouterr().out
     with (tmp_path / "results" / "ste.csv").open() as file:
@@ -282,7 +282,7 @@ def test_offline_then_online(tmp_path, monkeypatch, capsys):
 def test_offline_refuses_an_existing_file_before_any_work(tmp_path, monkeypatch, capsys):
     basis = tmp_path / "basis.h5"
     basis.write_text("precious")
-    monkeypatch.setattr("pmor.model.mesh_model", lambda *_a: pytest.fail("nothing may be meshed"))
+    monkeypatch.setattr("pmor.pair.model.mesh_model", lambda *_a: pytest.fail("nothing may be meshed"))
     case = write_case(tmp_path)
     assert main(["offline", case, "-o", str(basis)]) == 2
     assert "exists already; choose another name or add --overwrite" in capsys.readouterr().err
@@ -341,7 +341,7 @@ def test_a_mesh_that_cannot_be_used_names_the_gear(tmp_path, monkeypatch, capsys
     def refuse(*_arguments):
         raise MeshError("an element is inside out")
 
-    monkeypatch.setattr(pmor.model, "build_sector", refuse)
+    monkeypatch.setattr(pmor.pair.model, "build_sector", refuse)
     assert main(["run", write_case(tmp_path), "--out", str(tmp_path / "out")]) == 2
     assert capsys.readouterr().err == "pmor: error: gear with 21 teeth: an element is inside out\n"
     assert names(tmp_path) == {"tiny.toml"}

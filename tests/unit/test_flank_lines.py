@@ -9,8 +9,8 @@ from numpy.testing import assert_allclose
 
 from pmor.contact.elasticity import full_elasticity
 from pmor.contact.position import active_patches
+from pmor.conventions import rotation_z
 from pmor.errors import ConvergenceError
-from pmor.gear.conventions import rotation_z
 from pmor.reduction.flank_lines import LEAST_LOAD, flank_line_shapes, line_elasticity
 from tests.gear_models import body, gear_pair, meshed_pair, sector, tooth
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from pmor_online.model import reduced_pair
+from pmor_online.sweep import sweep_reduced_pair
 
-from online.model import reduced_pair
-from online.sweep import sweep_reduced_pair
 from pmor.contact import kernel
 from pmor.contact.flank import ContactScheme, make_flank
 from pmor.storage.basis_file import read_basis

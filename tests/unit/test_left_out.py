@@ -7,22 +7,22 @@ import h5py
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from pmor_offline.jobs import run_offline
+from pmor_online.errors import estimate_errors
+from pmor_online.model import reduced_pair
+from pmor_online.sweep import sweep_reduced_pair
 
-import pmor.model
-from offline.jobs import run_offline
-from online.errors import estimate_errors
-from online.model import reduced_pair
-from online.sweep import sweep_reduced_pair
+import pmor.pair.model
+from pmor.app.left_out import computed, full_solves, left_out, rows_in_reach, scene, unknowns
+from pmor.app.plan import plan_text
 from pmor.case import load_case, parse_case
 from pmor.contact.position import active_patches, pairs_in_reach
 from pmor.contact.solve import window_depth
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.condensation import condense_sector
-from pmor.left_out import computed, full_solves, left_out, rows_in_reach, scene, unknowns
-from pmor.model import elastic_model, mesh_model, neighbour_reach
-from pmor.plan import plan_text
+from pmor.pair.model import elastic_model, mesh_model, neighbour_reach
+from pmor.pair.sweep import sweep_ste
 from pmor.storage.basis_file import read_basis
-from pmor.sweep import sweep_ste
 from tests.small_case import case_text
 
 CASES = ("paper_spur", "paper_64", "small_spur", "unequal_pair")
@@ -265,7 +265,7 @@ def test_the_whole_width_of_tilted_axes_is_explained():
 
 @pytest.mark.parametrize(("plots", "report"), [(False, False), (True, False), (False, True), (True, True)])
 def test_pictures_and_page_are_made_as_announced(plots, report, tmp_path, monkeypatch):
-    import online.pages as pages
+    import pmor.report.pages as pages
 
     done = []
     monkeypatch.setattr(pages, "run_figures", lambda result, mesh: done.append("drawn") or [("a.png", "a", None)])
@@ -294,4 +294,4 @@ def test_points_over_the_width_are_only_where_they_are_asked_for():
     saved = extents[1][0] * extents[1][1] - extents[0][0] * extents[0][1]
     assert listed(plain)["contact points over the width"].saving == f"{saved} per flank"
     assert "contact points over the width" not in listed(asked)
-    assert pmor.model.contact_scheme(plain).lodm_width == 1
+    assert pmor.pair.model.contact_scheme(plain).lodm_width == 1

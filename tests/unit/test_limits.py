@@ -7,8 +7,8 @@ from numpy.testing import assert_allclose
 
 from pmor.case import parse_case
 from pmor.errors import CaseError
-from pmor.limits import LARGEST_APPROACH, hertz_pressure, range_warnings, refuse_impossible_load
-from pmor.model import approach_estimate, gear_pair, mesh_model
+from pmor.pair.limits import LARGEST_APPROACH, hertz_pressure, range_warnings, refuse_impossible_load
+from pmor.pair.model import approach_estimate, gear_pair, mesh_model
 from tests.small_case import case_text
 
 

@@ -4,21 +4,23 @@ import math
 from dataclasses import replace
 
 import numpy as np
+import pmor_online.run
 import pytest
 from numpy.testing import assert_allclose
+from pmor_online.compare import Comparison
+from pmor_online.model import online_angles, reduced_pair, unseen_angles
+from pmor_online.run import run_online
 from scipy.integrate import trapezoid
 
-import online.pages
-import online.run
 import pmor.contact.solve
-from online.compare import Comparison
-from online.contact_pattern import contact_patterns
-from online.model import online_angles, reduced_pair, unseen_angles
-from online.pages import run_figures, write_pages
-from online.plots import error_figure
-from online.run import provenance, result_text, run_online, summary, summary_rows, write_results
+import pmor.report.pages
 from pmor.errors import ConvergenceError
-from pmor.result import peak_to_peak_um, ste_mean_um
+from pmor.report.contact_pattern import contact_patterns
+from pmor.report.pages import run_figures, write_pages
+from pmor.report.plots import error_figure
+from pmor.report.provenance import provenance
+from pmor.report.summary import result_text, summary, summary_rows, write_results
+from pmor.results.sweep import peak_to_peak_um, ste_mean_um
 
 # DESIGN.md, section 5: scripts rely on these.
 SUMMARY_KEYS = {
@@ -54,7 +56,7 @@ def with_failures(result, where):
     ste, converged = sweep.ste_um.copy(), sweep.converged.copy()
     ste[where], converged[where] = np.nan, False
     sweep = replace(sweep, ste_um=ste, converged=converged)
-    failures = tuple(online.run.failed_positions(sweep, "reduced model"))
+    failures = tuple(pmor_online.run.failed_positions(sweep, "reduced model"))
     return replace(result, sweep=sweep, failures=failures)
 
 
@@ -167,7 +169,7 @@ def test_full_fe_that_fails_throughout_is_reported_all_the_same(rows, compared, 
     assert (found["rom_vs_full_ste_rms_rel"] is None) == nothing
     assert result_text(result)
     pictures = [error_figure(full.phi_rad, full.torque_Nm, result.comparison.relative_error)]
-    monkeypatch.setattr(online.pages, "run_figures", lambda *_: [("error.png", "Error.", f) for f in pictures])
+    monkeypatch.setattr(pmor.report.pages, "run_figures", lambda *_: [("error.png", "Error.", f) for f in pictures])
     write_pages(result, None, tmp_path)
     page = (tmp_path / "report.html").read_text()
     assert "Reduced against full FE" in page

@@ -7,8 +7,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.contact.position import relative_motion
+from pmor.conventions import rotation_z
 from pmor.errors import GeometryError
-from pmor.gear.conventions import rotation_z
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance
 from pmor.gear.tooth import involute_function
 from tests.gear_models import ALPHA, MODULE, WIDTH, gear_pair, meshed_pair

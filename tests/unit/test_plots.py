@@ -1,4 +1,4 @@
-"""`online.plots`: what an engineer must find in each picture."""
+"""`pmor.report.plots`: what an engineer must find in each picture."""
 
 import base64
 import re
@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from online import plots
-from pmor.result import SteSweep
+from pmor.report import plots
+from pmor.results.sweep import SteSweep
 
 UNIT = re.compile(r"\[[^\]]+\]")
 PITCH = 2 * np.pi / 21

@@ -10,9 +10,9 @@ import pytest
 from matplotlib.figure import Figure
 from numpy.testing import assert_array_equal
 
-from online.report import ReportContent, Table, format_cell, report_html, write_report
-from online.tables import summary_text, write_ste_csv, write_summary_json
-from pmor.result import SteSweep
+from pmor.report.report import ReportContent, Table, format_cell, report_html, write_report
+from pmor.report.tables import summary_text, write_ste_csv, write_summary_json
+from pmor.results.sweep import SteSweep
 
 NASTY = '<script>alert("a & b")</script>'
 VOID_TAGS = {"meta", "img", "br", "hr", "link", "input"}

@@ -1,10 +1,10 @@
-"""`pmor.result`: what is read off a sweep, on signals whose answer is known in closed form."""
+"""`pmor.results.sweep`: what is read off a sweep, on signals whose answer is known in closed form."""
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.result import (
+from pmor.results.sweep import (
     SteSweep,
     mesh_orders,
     mesh_stiffness,

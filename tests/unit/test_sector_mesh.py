@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from pmor.conventions import rotation_z
 from pmor.errors import MeshError
 from pmor.fe.hexahedron import CORNERS, shape_gradient
-from pmor.gear.conventions import rotation_z
 from pmor.mesh.outline import tooth_outline
 from pmor.mesh.quality import mesh_quality
 from pmor.mesh.sector import build_sector

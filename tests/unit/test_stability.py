@@ -8,13 +8,13 @@ from pmor.case import changed_text, load_case, parse_case
 from pmor.contact.elasticity import FullElasticity, ReducedElasticity
 from pmor.contact.solve import solve_position
 from pmor.errors import PmorError
-from pmor.model import ElasticModel, mesh_model
-from pmor.stability.balances import energy_imbalance, newton_condition, torque_imbalance
-from pmor.stability.matrix import base_case, matrix
-from pmor.stability.measure import Bench, measure
-from pmor.stability.places import mirrored_angles, pinion_angles
-from pmor.stability.run import _penalty_law
-from pmor.stability.variants import REFERENCES, Variant
+from pmor.lab.stability.balances import energy_imbalance, newton_condition, torque_imbalance
+from pmor.lab.stability.matrix import base_case, matrix
+from pmor.lab.stability.measure import Bench, measure
+from pmor.lab.stability.places import mirrored_angles, pinion_angles
+from pmor.lab.stability.run import _penalty_law
+from pmor.lab.stability.variants import REFERENCES, Variant
+from pmor.pair.model import ElasticModel, mesh_model
 from tests.small_case import case_text
 
 TORQUE = 1e5
@@ -136,7 +136,7 @@ def test_an_entry_says_what_is_wrong_and_a_crash_becomes_one(bench, monkeypatch)
     def crash(*arguments):
         raise ZeroDivisionError("made to crash")
 
-    monkeypatch.setattr("pmor.stability.measure.solve_variant", crash)
+    monkeypatch.setattr("pmor.lab.stability.measure.solve_variant", crash)
     entry = measure(Variant("crash", "g", "a"), bench)
     assert (entry.ok, entry.explained, entry.converged) == (False, False, False)
     assert entry.note == "ZeroDivisionError: made to crash"
@@ -145,7 +145,7 @@ def test_an_entry_says_what_is_wrong_and_a_crash_becomes_one(bench, monkeypatch)
 def test_the_law_of_the_penalty_is_fitted_where_it_is_stiff(bench):
     from dataclasses import replace
 
-    from pmor.stability.contact_variants import PENALTY_EXPONENTS, PENALTY_LIMIT, penalty_name
+    from pmor.lab.stability.contact_variants import PENALTY_EXPONENTS, PENALTY_LIMIT, penalty_name
 
     some = replace(measure(Variant("refused", "g", "a", {"load": {"torque_Nm": 0.0}}), bench), converged=True)
 

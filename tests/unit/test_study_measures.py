@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.study.measures import (
+from pmor.lab.study.measures import (
     Curve,
     break_even,
     fitted_exponent,

@@ -7,11 +7,11 @@ import pytest
 from matplotlib.figure import Figure
 from numpy.testing import assert_allclose
 
-from online.report import Table
-from pmor.study.claims import checked_claims, checked_time_claims, paper_ratios
-from pmor.study.loader import parse_study
-from pmor.study.report import Heading, Picture, Warning, study_html, study_markdown, write_study_report
-from pmor.study.settings import Cell, PaperRatio
+from pmor.lab.study.claims import checked_claims, checked_time_claims, paper_ratios
+from pmor.lab.study.loader import parse_study
+from pmor.lab.study.report import Heading, Picture, Warning, study_html, study_markdown, write_study_report
+from pmor.lab.study.settings import Cell, PaperRatio
+from pmor.report.report import Table
 
 STUDY = """
 base = "base.toml"

@@ -4,12 +4,12 @@ from pathlib import Path
 
 import pytest
 
+from pmor.app.cli import main
 from pmor.case import changed_text, parse_case
-from pmor.cli import main
 from pmor.errors import CaseError
-from pmor.study.cells import study_cases
-from pmor.study.loader import load_study, parse_study
-from pmor.study.settings import Cell, Member, quick_study
+from pmor.lab.study.cells import study_cases
+from pmor.lab.study.loader import load_study, parse_study
+from pmor.lab.study.settings import Cell, Member, quick_study
 from tests.small_case import case_text
 
 SHIPPED = Path(__file__).parents[2] / "cases" / "paper_study.toml"

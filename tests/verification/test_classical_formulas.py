@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.gear import energy_method, formulas, iso6336, weber_banaschek
-from pmor.gear.tooth_beam import beam_integrals, involute_function, tooth_beam, tooth_load
+from pmor.gear.classical import energy_method, formulas, iso6336, weber_banaschek
+from pmor.gear.classical.tooth_beam import beam_integrals, involute_function, tooth_beam, tooth_load
 
 ALPHA = np.radians(20.0)
 E, NU = 210_000.0, 0.3

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from pmor.conventions import rotation_z
 from pmor.fe.assembly import assemble, degrees_of_freedom
 from pmor.fe.cyclic import elastic_gear, volume_displacement
 from pmor.fe.whole_gear import whole_gear_displacement, whole_gear_mesh
-from pmor.gear.conventions import rotation_z
 from tests.gear_models import POISSON, YOUNG, sector, tooth
 
 EQUAL = 1e-9  # relative to the largest entry: two exact routes; the stiffness is conditioned to 1e6

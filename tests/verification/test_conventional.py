@@ -5,8 +5,6 @@ import pytest
 import scipy.sparse as sp
 from numpy.testing import assert_allclose
 
-from offline.conventional import conventional_pair, solve_conventional
-from offline.conventional_cost import GearCost, StepEstimate, newton_step_seconds
 from pmor.case import parse_case
 from pmor.contact.solve import solve_position
 from pmor.errors import CaseError, ConvergenceError
@@ -14,7 +12,9 @@ from pmor.fe.assembly import assemble
 from pmor.fe.nested_dissection import elimination_order, nested_dissection, sector_grid
 from pmor.fe.sparse_direct import assemble_arc, factorise
 from pmor.fe.whole_gear import whole_gear_mesh
-from pmor.model import elastic_model, mesh_model
+from pmor.lab.rivals.conventional import conventional_pair, solve_conventional
+from pmor.lab.rivals.conventional_cost import GearCost, StepEstimate, newton_step_seconds
+from pmor.pair.model import elastic_model, mesh_model
 from tests.gear_models import POISSON, YOUNG, sector, tooth
 from tests.small_case import case_text
 

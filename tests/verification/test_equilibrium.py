@@ -11,8 +11,8 @@ from pmor.contact.equilibrium import solve_equilibrium
 from pmor.contact.position import active_patches, overshoot, pairs_in_reach
 from pmor.contact.search import search_contact
 from pmor.contact.solve import solve_position, surface_error, window_depth
+from pmor.conventions import rotation_z
 from pmor.errors import ConvergenceError
-from pmor.gear.conventions import rotation_z
 from tests.gear_models import body, gear_pair, meshed_pair, tooth
 
 TORQUE = 1e5  # N mm, the paper pair's nominal load

@@ -5,11 +5,11 @@ from dataclasses import replace
 import pytest
 from numpy.testing import assert_allclose
 
-from offline.calculix import PROGRAM, calculix_available, calculix_ste, input_deck
 from pmor.case import parse_case
 from pmor.contact.solve import solve_position
 from pmor.errors import ConvergenceError, ExternalProgramError
-from pmor.model import elastic_model, mesh_model
+from pmor.lab.rivals.calculix import PROGRAM, calculix_available, calculix_ste, input_deck
+from pmor.pair.model import elastic_model, mesh_model
 from tests.small_case import case_text
 
 # Of the STE; agreement within 2e-2 is what is asked for.

@@ -14,14 +14,14 @@ from pmor.contact import kernel
 from pmor.contact.line_contact import approach_constants, bonded_layer_constant, line_compliance, line_contact
 from pmor.contact.position import relative_motion
 from pmor.contact.solve import solve_position
+from pmor.conventions import rotation_z
 from pmor.errors import GeometryError
 from pmor.fe.assembly import assemble, degrees_of_freedom
 from pmor.fe.surface_layer import layer_compliance
-from pmor.gear.conventions import rotation_z
 from pmor.mesh.layer import surface_layer
-from pmor.model import elastic_model, mesh_model
-from pmor.result import ripple_um
-from pmor.sweep import sweep_ste
+from pmor.pair.model import elastic_model, mesh_model
+from pmor.pair.sweep import sweep_ste
+from pmor.results.sweep import ripple_um
 from tests.gear_models import MODULE, POISSON, YOUNG, sector, tooth
 from tests.small_case import case_text
 

@@ -13,7 +13,7 @@ from pmor.contact.misalignment import Misalignment
 from pmor.contact.position import active_patches, relative_motion
 from pmor.contact.search import search_contact
 from pmor.contact.solve import solve_position
-from pmor.model import elastic_model, mesh_model
+from pmor.pair.model import elastic_model, mesh_model
 from tests.small_case import case_text
 
 TILTED = Misalignment(in_plane_um=30.0, out_of_plane_um=-20.0, centre_distance_um=40.0)

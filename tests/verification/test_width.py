@@ -8,14 +8,14 @@ from numpy.testing import assert_allclose
 
 import pmor.contact.equilibrium
 import pmor.contact.solve
-from offline.conventional import conventional_pair
 from pmor.case import parse_case
 from pmor.case.width import elements_across, meshed_width, mirrors_at_mid_width, whole_width
 from pmor.errors import MeshError
 from pmor.fe.cyclic import elastic_gear, volume_displacement
+from pmor.lab.rivals.conventional import conventional_pair
 from pmor.mesh.sector import build_sector
-from pmor.model import elastic_model, mesh_model
-from pmor.sweep import sweep_ste
+from pmor.pair.model import elastic_model, mesh_model
+from pmor.pair.sweep import sweep_ste
 from tests.gear_models import POISSON, WIDTH, YOUNG, tooth
 from tests.small_case import case_text
 

@@ -1,0 +1,99 @@
+"""From the snapshots of the training to a basis."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pmor.arrays import FloatArray
+from pmor.case import Case
+from pmor.pair.model import ElasticModel
+from pmor.reduction.build import build_shapes
+from pmor.reduction.error_estimate import FlankCompliance, flank_compliance, loaded_components
+from pmor.storage.basis_file import Basis, Training
+from pmor.storage.snapshot_file import Snapshots
+from pmor_offline.sampling import roll_position_grid
+
+
+def make_basis(
+    case: Case, model: ElasticModel, snapshots: Sequence[Snapshots], seconds: float = 0.0
+) -> tuple[Basis, FloatArray]:
+    """Make a basis from snapshots.
+
+    Parameters
+    ----------
+    case : Case
+    model : ElasticModel
+    snapshots : sequence of Snapshots
+        With equally many conditions each; none for a reduction that needs no training.
+    seconds : float
+        Wall time of the offline stage so far.
+
+    Returns
+    -------
+    basis : Basis
+    force : ndarray, shape (M, T, 2, f)
+        Nodal forces of tooth pairs: at M roll positions under T conditions of a grid; or of M loaded pairs, T = 1.
+    """
+    mesh = model.mesh
+    flanks = mesh.pinion.flank_nodes, mesh.wheel.flank_nodes
+    grid = case.offline.sampling == "grid"
+    largest = 1e3 * case.offline.torques_Nm[-1]
+    roll_positions = roll_position_grid(mesh.meshed, case.offline.angles_per_pitch, largest)
+    if not snapshots:
+        force = np.empty((0, 0, 2, model.pinion.compliance.shape[1]))
+    elif grid:
+        force = _on_grid(snapshots, roll_positions, mesh.meshed.pair.pitch)
+    else:
+        force = _loaded_pairs(snapshots)
+    shapes = build_shapes(case, (model.pinion, model.wheel), roll_positions, force, flanks)
+    basis = Basis(
+        case=case,
+        flank_nodes=flanks,
+        flank_roll_angle=(mesh.pinion.flank_roll_angle, mesh.wheel.flank_roll_angle),
+        shapes=shapes,
+        training=_training(snapshots, case.offline.sampling == "greedy", seconds),
+        compliance=_compliance(case, model),
+    )
+    return basis, force
+
+
+def _on_grid(snapshots: Sequence[Snapshots], roll_positions: FloatArray, pitch: float) -> FloatArray:
+    step = roll_positions[1] - roll_positions[0]
+    conditions, flank = snapshots[0].force.shape[0], snapshots[0].force.shape[3]
+    force = np.zeros((len(roll_positions), conditions, 2, flank))
+    for s in snapshots:
+        for p, index in enumerate(s.pair_index):
+            place = round((s.phi + index * pitch - roll_positions[0]) / step)
+            if 0 <= place < len(roll_positions):
+                force[place] = s.force[:, p]
+    return force
+
+
+def _loaded_pairs(snapshots: Sequence[Snapshots]) -> FloatArray:
+    fields = np.concatenate([s.force.reshape(-1, *s.force.shape[2:]) for s in snapshots])
+    return fields[fields.any(axis=(1, 2))][:, None]
+
+
+def _training(snapshots: Sequence[Snapshots], greedy: bool, seconds: float) -> Training:
+    if not snapshots:
+        nothing = np.empty((0, 0))
+        decay = np.empty(0) if greedy else None
+        return Training(np.empty(0), nothing, np.empty((0, 0, 3)), nothing, nothing.astype(bool), decay, seconds)
+    return Training(
+        phi=np.array([s.phi for s in snapshots]),
+        torque=np.stack([s.torque for s in snapshots], axis=1),
+        misalignment=np.stack([s.misalignment for s in snapshots], axis=1),
+        ste_um=np.stack([s.ste_um for s in snapshots], axis=1),
+        converged=np.stack([s.converged for s in snapshots], axis=1),
+        estimate_percent=np.array([s.estimate_percent for s in snapshots]) if greedy else None,
+        seconds=seconds,
+    )
+
+
+def _compliance(case: Case, model: ElasticModel) -> FlankCompliance | None:
+    if not case.reduction.error_estimate:
+        return None
+    components = loaded_components(model.mesh.meshed.scheme.exact)
+    return flank_compliance((model.pinion, model.wheel), components)

@@ -1,0 +1,119 @@
+"""Where full FE is solved: pinion angles over one pitch, and the operating conditions at each of them.
+
+On a grid the angles are uniform, commensurate with the pitch, and each has all conditions. Spread out, each state is
+one angle with one condition: a Sobol sequence (Joe & Kuo, SIAM J. Sci. Comput. 30 (2008) 2635) fills the ranges of the
+angle and of all parameters far more evenly than a grid of as many states.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from pmor.arrays import FloatArray
+from pmor.case import OfflineCase
+from pmor.contact.flank import MeshedPair
+from pmor.contact.misalignment import Misalignment, OperatingCondition
+from pmor.contact.position import overshoot
+from pmor.contact.solve import WINDOW_MARGIN
+from pmor.gear.pair import GearPair
+
+# Of all random draws: a basis is a function of its case.
+SEED = 20160919
+
+
+@dataclass(frozen=True)
+class TrainingPosition:
+    """A pinion angle at which full FE is solved, and under what.
+
+    Parameters
+    ----------
+    phi : float
+        rad.
+    conditions : tuple of OperatingCondition
+    """
+
+    phi: float
+    conditions: tuple[OperatingCondition, ...]
+
+
+def grid_positions(offline: OfflineCase, pair: GearPair) -> tuple[TrainingPosition, ...]:
+    """Return every training angle with every combination of torque and misalignment."""
+    conditions = tuple(
+        OperatingCondition(1e3 * torque, Misalignment(*deviations))
+        for *deviations, torque in product(*_deviations(offline), offline.torques_Nm)
+    )
+    return tuple(TrainingPosition(float(phi), conditions) for phi in training_angles(pair, offline.angles_per_pitch))
+
+
+def sobol_positions(offline: OfflineCase, pair: GearPair, count: int, seed: int = SEED) -> tuple[TrainingPosition, ...]:
+    """Return states of one condition each, spread over the pitch and over the ranges of all parameters.
+
+    Parameters
+    ----------
+    offline : OfflineCase
+        Its lists span the ranges; a list of one value is no dimension.
+    pair : GearPair
+    count : int
+    seed : int
+    """
+    from scipy.stats import qmc  # takes half a second, which only this sampling shall cost
+
+    values = (*_deviations(offline), offline.torques_Nm)
+    low, high = np.array([v[0] for v in values]), np.array([v[-1] for v in values])
+    free = np.flatnonzero(high > low)
+    points = qmc.Sobol(1 + len(free), seed=seed).random_base2(math.ceil(math.log2(max(count, 2))))[:count]
+    states = np.tile(low, (count, 1))
+    states[:, free] += points[:, 1:] * (high - low)[free]
+    angles = pair.roll_position_range[0] + pair.pitch * points[:, 0]
+    return tuple(
+        TrainingPosition(float(phi), (OperatingCondition(1e3 * float(torque), Misalignment(*map(float, deviations))),))
+        for phi, (*deviations, torque) in zip(angles, states, strict=True)
+    )
+
+
+def first_positions(offline: OfflineCase, pair: GearPair) -> tuple[TrainingPosition, ...]:
+    """Return with what a greedy sampling begins: the training angles under the largest torque, mid misalignment."""
+    middle = Misalignment(*(0.5 * (v[0] + v[-1]) for v in _deviations(offline)))
+    condition = OperatingCondition(1e3 * offline.torques_Nm[-1], middle)
+    angles = training_angles(pair, offline.angles_per_pitch)
+    return tuple(TrainingPosition(float(phi), (condition,)) for phi in angles)
+
+
+def _deviations(offline: OfflineCase) -> tuple[tuple[float, ...], ...]:
+    return offline.in_plane_um, offline.out_of_plane_um, offline.centre_distance_um
+
+
+def training_angles(pair: GearPair, angles_per_pitch: int) -> FloatArray:
+    """Return the pinion angles of the full solves, shape (angles_per_pitch,), rad.
+
+    They begin where a pair enters the path of contact, so that its first and last positions are sampled closely.
+    """
+    return np.asarray(pair.roll_position_range[0] + pair.pitch * np.arange(angles_per_pitch) / angles_per_pitch)
+
+
+def roll_position_grid(meshed: MeshedPair, angles_per_pitch: int, largest_torque: float) -> FloatArray:
+    """Return the roll positions of one tooth pair that the training angles visit, shape (M,), rad.
+
+    Parameters
+    ----------
+    meshed : MeshedPair
+    angles_per_pitch : int
+    largest_torque : float
+        N mm: how far beyond the path of contact deflected teeth can touch.
+
+    Returns
+    -------
+    ndarray
+        The training angles continued on both sides until no pair can touch.
+    """
+    pair = meshed.pair
+    step = pair.pitch / angles_per_pitch
+    first, last = pair.roll_position_range
+    margin = overshoot(meshed, WINDOW_MARGIN * meshed.expected_approach(largest_torque))
+    before = math.ceil(margin / step) + 1
+    after = math.ceil((last - first + margin) / step) + 1
+    return np.asarray(first + step * np.arange(-before, after + 1))

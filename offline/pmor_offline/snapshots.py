@@ -1,0 +1,70 @@
+"""Full-FE contact at one pinion angle: the forces that the flanks exchange."""
+
+from __future__ import annotations
+
+from dataclasses import astuple, replace
+from itertools import groupby
+
+import numpy as np
+
+from pmor.arrays import FloatArray
+from pmor.contact.solve import SolvedPosition, solve_position
+from pmor.pair.model import ElasticModel
+from pmor.storage.snapshot_file import Snapshots
+from pmor_offline.sampling import TrainingPosition
+
+
+def solve_snapshots(
+    model: ElasticModel, training: TrainingPosition, estimate_percent: float = float("nan")
+) -> Snapshots:
+    """Solve full FE at one angle for all operating conditions.
+
+    Parameters
+    ----------
+    model : ElasticModel
+    training : TrainingPosition
+    estimate_percent : float
+        Error estimate for which the position was chosen.
+
+    Returns
+    -------
+    Snapshots
+    """
+    solved: list[SolvedPosition] = []
+    for misalignment, conditions in groupby(training.conditions, lambda c: c.misalignment):
+        meshed = replace(model.mesh.meshed, misalignment=misalignment)
+        # Torques that follow each other under one misalignment share windows, and start from each other.
+        solved.append(solve_position(meshed, training.phi, [c.torque for c in conditions], model.elasticity_at))
+    pairs = np.unique(np.concatenate([s.position.pair_index for s in solved]))
+    count = len(training.conditions)
+    force = np.zeros((count, len(pairs), 2, model.pinion.compliance.shape[1]))
+    ste = np.full(count, np.nan)
+    states = ((s, e) for s in solved for e in s.equilibria)
+    for t, (position, equilibrium) in enumerate(states):
+        if equilibrium is None:
+            continue
+        ste[t] = equilibrium.lead * model.mesh.meshed.pair.pinion.base_radius * 1e3
+        contact = equilibrium.contact
+        nodal = contact.nodal_forces(contact.force, len(position.position.nodes))
+        _scatter(position, nodal, np.searchsorted(pairs, position.position.pair_index), force[t])
+    # What holds nodes in their plane takes that component up, and it does no work.
+    force[..., model.mesh.pinion.flank_held_axially] = 0.0
+    return Snapshots(
+        phi=training.phi,
+        torque=np.array([c.torque for c in training.conditions]),
+        misalignment=np.array([astuple(c.misalignment) for c in training.conditions]),
+        pair_index=pairs,
+        force=force,
+        ste_um=ste,
+        converged=np.isfinite(ste),
+        estimate_percent=estimate_percent,
+    )
+
+
+def _scatter(solved: SolvedPosition, nodal: FloatArray, places: np.ndarray, force: FloatArray) -> None:
+    """Carry window forces to whole flanks: `force` has shape (pairs, 2, flank unknowns)."""
+    position = solved.position
+    for p, place in enumerate(places):
+        for gear in range(2):
+            flank = force[place, gear].reshape(-1, 3)
+            flank[position.flank_nodes[p][gear]] = nodal[position.window_slice(p, gear)]

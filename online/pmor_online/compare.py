@@ -1,0 +1,91 @@
+"""Reduced against full FE on the same mesh, at positions that were never trained: error and run time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmor.arrays import FloatArray
+from pmor.pair.model import ElasticModel
+from pmor.pair.sweep import sweep_ste
+from pmor.results.sweep import SteSweep
+from pmor.storage.basis_file import Training
+from pmor_online.model import ReducedPair, unseen_angles
+from pmor_online.sweep import sweep_reduced_pair
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """The same positions solved by both models.
+
+    Parameters
+    ----------
+    reduced, full : SteSweep
+        At the same angles and torques.
+    """
+
+    reduced: SteSweep
+    full: SteSweep
+
+    @property
+    def relative_error(self) -> FloatArray:
+        """Reduced minus full STE over full STE, shape (n_torques, n_angles); NaN where either is missing."""
+        return np.asarray((self.reduced.ste_um - self.full.ste_um) / self.full.ste_um)
+
+    @property
+    def max_relative_error(self) -> float:
+        """Largest magnitude of the relative error; NaN when nothing could be compared."""
+        error = np.abs(self.relative_error)
+        return float(np.nanmax(error)) if np.isfinite(error).any() else float("nan")
+
+    @property
+    def rms_relative_error(self) -> float:
+        """Root mean square of the relative error; NaN when nothing could be compared."""
+        error = self.relative_error
+        return float(np.sqrt(np.nanmean(error**2))) if np.isfinite(error).any() else float("nan")
+
+
+def compare_models(
+    reduced: ReducedPair, model: ElasticModel, advance: Callable[[], None] = lambda: None
+) -> Comparison:
+    """Solve the case's comparison positions with the reduced and the full model.
+
+    Parameters
+    ----------
+    reduced : ReducedPair
+    model : ElasticModel
+        Full FE of the same case.
+    advance : callable
+        Called after each angle of the full model, for progress.
+
+    Returns
+    -------
+    Comparison
+    """
+    case, pair = reduced.basis.case, reduced.meshed.pair
+    phi = unseen_angles(
+        pair.roll_position_range[0], pair.pitch, case.compare.angles, case.offline.angles_per_pitch
+    )
+    torques = [1e3 * t for t in case.compare.torques_Nm]
+    return Comparison(
+        reduced=sweep_reduced_pair(reduced, phi, torques),
+        full=sweep_ste(model.mesh.meshed, model.elasticity_at, phi, torques, advance),
+    )
+
+
+def training_failures(training: Training) -> list[str]:
+    """Name the full-FE solutions that are missing from a basis: it answers there too, but worse."""
+    return [
+        f"training: phi = {training.phi[i]:.6g} rad, torque = {1e-3 * training.torque[t, i]:g} N m did not converge"
+        for t, i in np.argwhere(~training.converged)
+    ]
+
+
+def failed_positions(sweep: SteSweep, label: str) -> list[str]:
+    """Name the positions of a sweep that did not converge."""
+    return [
+        f"{label}: phi = {sweep.phi_rad[i]:.6g} rad, torque = {sweep.torque_Nm[t]:g} N m did not converge"
+        for t, i in np.argwhere(~sweep.converged)
+    ]

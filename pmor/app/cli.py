@@ -1,0 +1,167 @@
+"""The `pmor` command: arguments in, exit code out.
+
+Exit codes: 0 done, 2 the engineer can mend it (case file, output folder, arguments), 3 no convergence, 130 interrupted.
+"""
+
+import argparse
+import errno
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from pmor import __version__
+from pmor.app import commands
+from pmor.errors import PmorError
+
+INTERRUPTED = 130
+# Results have messages of their own (pmor.storage.atomic); this is for the files that libraries write.
+OUT_OF_SPACE = (errno.ENOSPC, errno.EDQUOT)
+RESUME_HINTS = {
+    "offline": "the same command with --resume goes on where it stopped",
+    "study": "finished pieces are kept; the same command goes on where it stopped",
+}
+USUAL_HINT = "no file was left half written; the same command starts again"
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit code.
+
+    Parameters
+    ----------
+    argv : sequence of str, optional
+        Arguments without the program's name; those of the process by default.
+    """
+    arguments = vars(build_parser().parse_args(argv))
+    name = arguments.pop("command")
+    try:
+        getattr(commands, name)(**arguments)
+    except PmorError as error:
+        print(f"pmor: error: {_one_line(str(error))}", file=sys.stderr)
+        return error.exit_code
+    except MemoryError as error:
+        remedy = "lower the elements, the angles or the torques of the case"
+        print(f"pmor: error: the memory of this computer does not suffice ({error}): {remedy}", file=sys.stderr)
+        return PmorError.exit_code
+    except OSError as error:
+        if error.errno not in OUT_OF_SPACE:
+            raise
+        place = f" ({error.filename})" if error.filename else ""
+        remedy = "free some; compiled kernels need some as well, beside the program or in NUMBA_CACHE_DIR"
+        print(f"pmor: error: no space is left on a disk{place}: {remedy}", file=sys.stderr)
+        return PmorError.exit_code
+    except KeyboardInterrupt:
+        # The line break ends a progress line that may stand half written on the terminal.
+        start = "\n" if sys.stderr.isatty() else ""
+        print(f"{start}pmor: interrupted: {RESUME_HINTS.get(name, USUAL_HINT)}", file=sys.stderr)
+        return INTERRUPTED
+    return 0
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """Build the parser; the names of the arguments are those of the functions in `pmor.app.commands`."""
+    parser = argparse.ArgumentParser(
+        prog="pmor", description="Static transmission error of gear pairs by full FE contact and by a reduced model."
+    )
+    parser.add_argument("--version", action="version", version=f"pmor {__version__}")
+    subparsers = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+
+    def command(name: str, text: str) -> argparse.ArgumentParser:
+        return subparsers.add_parser(name, help=text, description=text[0].upper() + text[1:] + ".")
+
+    run = command("run", "everything the case asks for: basis, sweep, comparison, report")
+    _add_case(run)
+    _add_out(run, "--out")
+    _add_jobs(run)
+    _add_overwrite(run)
+
+    _add_case(command("plan", "show what will run and all settings; runs nothing"))
+
+    offline = command("offline", "generate the reduced basis only")
+    _add_case(offline)
+    offline.add_argument("-o", dest="basis_path", metavar="BASIS.h5", type=Path, required=True, help="file to write")
+    offline.add_argument("--resume", action="store_true", help="go on where an interrupted run stopped")
+    _add_jobs(offline)
+    _add_overwrite(offline)
+
+    online = command("online", "sweep the transmission error with a basis")
+    online.add_argument("basis_path", metavar="BASIS.h5", type=Path, help="file that `pmor offline` wrote")
+    _add_out(online, "-o")
+    online.add_argument(
+        "--case", dest="case_path", metavar="CASE", type=Path,
+        help="sweep that this case asks for, instead of the one that the basis was made from",
+    )  # fmt: skip
+
+    compare = command("compare", "reduced against full FE: error and run time")
+    _add_case(compare)
+    _add_out(compare, "--out")
+
+    study = command("study", "a grid of meshes, refinements and models: error against run time, in one report")
+    study.add_argument("study_path", metavar="STUDY", type=Path, help="study file (TOML)")
+    _add_out(study, "--out")
+    _add_jobs(study)
+    study.add_argument("--quick", action="store_true", help="the short variant that the study file describes")
+    _add_overwrite(study)
+
+    stability = command("stability", "stiff and extreme variants of a case: does it hold, and how well")
+    _add_case(stability)
+    _add_out(stability, "--out", "out/<name of the case>_stability")
+    _add_jobs(stability, "variants")
+    stability.add_argument("--only", metavar="TEXT", default="", help="variants with this text in their name or group")
+
+    reductions = command("reductions", "reductions and samplings compared with full FE at equal conditions")
+    _add_case(reductions)
+    _add_out(reductions, "--out", "out/<name of the case>_reductions")
+    _add_jobs(reductions, "unseen states")
+
+    bench = command("bench", "run time by phase and by size")
+    _add_case(bench)
+    bench.add_argument(
+        "--json", dest="json_path", metavar="FILE", type=Path, required=True,
+        help="file to write; one that is there is compared with first",
+    )  # fmt: skip
+    bench.add_argument(
+        "--jobs", metavar="N", type=_positive, default=2, help="threads of the parallel sweep (default: 2)"
+    )
+
+    info = command("info", "what is in an HDF5 file")
+    info.add_argument("path", metavar="FILE.h5", type=Path, help="a basis or snapshot file")
+    info.add_argument("--verify", action="store_true", help="hold a basis against full FE of its case: seconds")
+    return parser
+
+
+def _add_case(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("case_path", metavar="CASE", type=Path, help="case file (TOML)")
+
+
+def _add_out(parser: argparse.ArgumentParser, flag: str, usual: str = "out/<name of the case>") -> None:
+    parser.add_argument(
+        flag, dest="out", metavar="DIR", type=Path, help=f"folder for the results (default: {usual})"
+    )
+
+
+def _add_jobs(parser: argparse.ArgumentParser, what: str = "angles") -> None:
+    parser.add_argument("--jobs", metavar="N", type=_positive, default=1, help=f"{what} solved at a time (default: 1)")
+
+
+def _add_overwrite(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--overwrite", action="store_true", help="replace results that are there")
+
+
+def _one_line(text: str) -> str:
+    """Join lines and escape what terminals do not show, or obey: a case file can quote anything."""
+    joined = " ".join(text.splitlines())
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in joined)
+
+
+def _positive(text: str) -> int:
+    try:
+        number = int(text)
+    except ValueError:
+        number = 0
+    if number < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of at least 1")
+    return number
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,305 @@
+"""One function per command: the one place that knows foundation, offline stage and online stage.
+
+Imports of what is heavy or belongs to a stage stand inside the functions, so that `pmor --help` stays instant.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pmor_online.run import OnlineResult
+
+    from pmor.case import Case
+    from pmor.pair.model import ElasticModel, MeshModel
+    from pmor.storage.basis_file import Basis
+
+
+def run(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False) -> None:
+    """Do everything that the case asks for: offline if there is no valid basis, sweep, comparison, report."""
+    started = time.perf_counter()
+    case, mesh = _meshed_case(case_path)
+    from pmor.report.pages import write_pages
+    from pmor.report.summary import result_text, write_results
+    from pmor.storage.atomic import ensure_folder
+    from pmor.storage.lock import only_writer_in_folder
+
+    folder = ensure_folder(out or Path("out") / case.name)
+    with only_writer_in_folder(folder):
+        result = _reduced_and_full(case, mesh, folder, jobs, overwrite, started)
+        write_results(result, folder)
+        write_pages(result, mesh.pinion, folder)
+    print(result_text(result))
+    print(f"  results in {folder}")
+    _require_convergence(result)
+
+
+def plan(case_path: Path) -> None:
+    """Print what will run, and how much of it; runs nothing."""
+    from pmor.app.plan import plan_text
+    from pmor.case import load_case
+
+    print(plan_text(load_case(case_path)))
+
+
+def offline(case_path: Path, basis_path: Path, resume: bool = False, jobs: int = 1, overwrite: bool = False) -> None:
+    """Generate the reduced basis of a case and write it to `basis_path`."""
+    from pmor.errors import ConvergenceError
+    from pmor.storage.atomic import ensure_writable, refuse_existing
+
+    started = time.perf_counter()
+    refuse_existing(basis_path, overwrite)  # before the work, not after it
+    case, mesh = _meshed_case(case_path)
+    ensure_writable(basis_path.parent)
+    model = _elastic_model(case, mesh)
+    from pmor_offline.jobs import run_offline
+    from pmor_online.errors import estimate_errors
+
+    done = run_offline(case, model, basis_path, jobs, resume, overwrite, started, estimate_errors)
+    print(f"{basis_path}: {done.solved} angles solved, {done.resumed} taken over, {done.seconds:.3g} s")
+    if done.failed:
+        raise ConvergenceError(f"{len(done.failed)} full solves did not converge: {'; '.join(done.failed)}", [])
+
+
+def online(basis_path: Path, out: Path | None = None, case_path: Path | None = None) -> None:
+    """Sweep the static transmission error with the reduced model of a basis file."""
+    from pmor_online.model import reduced_pair
+    from pmor_online.run import run_online
+
+    from pmor.case import load_case
+    from pmor.pair.model import refuse_loads
+    from pmor.report.pages import write_pages
+    from pmor.report.summary import result_text, write_results
+    from pmor.storage.atomic import ensure_folder
+    from pmor.storage.basis_file import read_basis, require_made_from
+    from pmor.storage.lock import only_writer_in_folder
+
+    basis = read_basis(basis_path)
+    if case_path is not None:
+        case = load_case(case_path)
+        require_made_from(basis_path, basis, case)
+        basis = replace(basis, case=case)
+    reduced = reduced_pair(basis)
+    refuse_loads(basis.case, reduced.meshed)  # a sweep may go beyond those that the training has been through
+    folder = ensure_folder(out or Path("out") / basis.case.name)
+    with only_writer_in_folder(folder):
+        result = run_online(reduced, basis_path)
+        write_results(result, folder)
+        write_pages(result, None, folder)
+    print(result_text(result))
+    print(f"  results in {folder}")
+    _require_convergence(result)
+
+
+def compare(case_path: Path, out: Path | None = None) -> None:
+    """Compare the reduced with the full model: error and run time."""
+    started = time.perf_counter()
+    case, mesh = _meshed_case(case_path)
+    from pmor.report.summary import result_text, write_results
+    from pmor.storage.atomic import ensure_folder
+    from pmor.storage.lock import only_writer_in_folder
+
+    folder = ensure_folder(out or Path("out") / case.name)
+    with only_writer_in_folder(folder):
+        result = _reduced_and_full(case, mesh, folder, jobs=1, overwrite=False, started=started)
+        write_results(result, folder)
+    print(result_text(result))
+    _require_convergence(result)
+
+
+def study(
+    study_path: Path, out: Path | None = None, jobs: int = 1, quick: bool = False, overwrite: bool = False
+) -> None:
+    """Run a study: a grid of meshes and refinements, three models, error against run time, one report."""
+    from pmor.threads import use_one_thread
+
+    use_one_thread()  # before anything loads numpy
+    from pmor.errors import ConvergenceError
+    from pmor.lab.study.loader import load_study
+    from pmor.lab.study.settings import quick_study
+
+    settings = load_study(study_path)
+    settings = quick_study(settings) if quick else settings
+    from pmor.lab.study.output import study_text, write_study
+    from pmor.lab.study.run import run_parts
+    from pmor.lab.study.table import study_table
+    from pmor.storage.atomic import ensure_folder
+    from pmor.storage.lock import only_writer_in_folder
+
+    folder = ensure_folder(out or Path("out") / (settings.name + "_quick" * quick))
+    with only_writer_in_folder(folder):
+        parts = run_parts(settings, folder, jobs, overwrite, announce=lambda text: print(text, flush=True))
+        table = study_table(parts)
+        write_study(parts, table, folder)
+    print(study_text(parts, table))
+    print(f"  results in {folder}")
+    if table.failures:
+        raise ConvergenceError(f"{len(table.failures)} did not converge, first: {table.failures[0]}", [])
+
+
+def stability(case_path: Path, out: Path | None = None, jobs: int = 1, only: str = "") -> None:
+    """Run stiff and extreme variants of a case: does the program hold, and how well?"""
+    from pmor.threads import use_one_thread
+
+    use_one_thread()  # before anything loads numpy
+    from pmor.case import load_case
+    from pmor.errors import CaseError, ConvergenceError
+
+    case = load_case(case_path)
+    from pmor.lab.stability.output import stability_text, write_stability
+    from pmor.lab.stability.run import number_of_variants, run_matrix
+    from pmor.progress import Progress
+    from pmor.storage.atomic import ensure_folder
+    from pmor.storage.lock import only_writer_in_folder
+
+    total = number_of_variants(case, only)
+    if not total:
+        raise CaseError(f"--only {only!r}: no variant has this in its name or group; leave it out to run them all")
+    folder = ensure_folder(out or Path("out") / f"{case.name}_stability")
+    started = time.perf_counter()
+    with only_writer_in_folder(folder):
+        with Progress(total, "variants") as progress:
+            result = run_matrix(case, jobs, only, progress.advance)
+        write_stability(result, time.perf_counter() - started, folder)
+    print(stability_text(result))
+    print(f"  results in {folder}")
+    if result.failed:
+        raise ConvergenceError(f"{len(result.failed)} variants failed, first: {result.failed[0].name}", [])
+
+
+def reductions(case_path: Path, out: Path | None = None, jobs: int = 1) -> None:
+    """Compare the reductions and the samplings of their training over the ranges of a case."""
+    from pmor.threads import use_one_thread
+
+    use_one_thread()  # before anything loads numpy
+    started = time.perf_counter()
+    case, mesh = _meshed_case(case_path)
+    from pmor.errors import ConvergenceError
+    from pmor.lab.comparison.output import comparison_text, write_comparison
+    from pmor.lab.comparison.run import compare_reductions
+    from pmor.storage.atomic import ensure_writable
+    from pmor.storage.lock import only_writer_in_folder
+
+    folder = ensure_writable(out or Path("out") / f"{case.name}_reductions")
+    with only_writer_in_folder(folder):
+        result = compare_reductions(case, _elastic_model(case, mesh), jobs)
+        write_comparison(result, time.perf_counter() - started, folder)
+    print(comparison_text(result))
+    print(f"  results in {folder}")
+    if result.failures:
+        raise ConvergenceError(f"{len(result.failures)} states did not converge, first: {result.failures[0]}", [])
+
+
+def bench(case_path: Path, json_path: Path, jobs: int = 2) -> None:
+    """Measure run times by phase and by size, as ratios to an earlier measurement where there is one."""
+    from pmor.threads import use_one_thread
+
+    use_one_thread()  # before anything loads numpy
+    from pmor.case import load_case
+    from pmor.lab.bench import bench_text, read_bench, run_bench
+    from pmor.storage.atomic import atomic_path, ensure_writable
+
+    case = load_case(case_path)
+    ensure_writable(json_path.parent)
+    before = read_bench(json_path)
+    result = run_bench(case, jobs)
+    with atomic_path(json_path) as temporary:
+        temporary.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    print(bench_text(result, before))
+
+
+def info(path: Path, verify: bool = False) -> None:
+    """Print what is in an HDF5 file and, where asked for, whether a basis obeys its laws."""
+    from pmor.storage.describe import file_text
+
+    print(file_text(path))
+    if verify:
+        _verify(path)
+
+
+def _verify(path: Path) -> None:
+    """Hold a basis against full FE of the case in its file."""
+    from pmor.errors import FileFormatError
+    from pmor.lab.verify import UNSEEN_STATES, checks_text, verify_basis
+    from pmor.pair.model import mesh_model
+    from pmor.progress import Progress
+    from pmor.storage.basis_file import BASIS_SCHEMA, read_basis
+
+    basis = read_basis(path)
+    model = _elastic_model(basis.case, mesh_model(basis.case))
+    with Progress(UNSEEN_STATES, "full FE, unseen states") as progress:
+        checks = verify_basis(basis, model, progress.advance)
+    print(checks_text(checks))
+    broken = ", ".join(f"{c.name} ({c.value:.2g}, at most {c.limit:.2g})" for c in checks if not c.ok)
+    if broken:
+        raise FileFormatError(f"{path}: does not obey its own laws: {broken}; {BASIS_SCHEMA.remedy}")
+
+
+def _meshed_case(case_path: Path) -> tuple[Case, MeshModel]:
+    """Read a case and mesh it: refuses what cannot be meshed before any folder is made."""
+    from pmor.case import load_case
+
+    case = load_case(case_path)
+    from pmor.pair.model import mesh_model
+
+    return case, mesh_model(case)
+
+
+def _reduced_and_full(
+    case: Case, mesh: MeshModel, folder: Path, jobs: int, overwrite: bool, started: float
+) -> OnlineResult:
+    """Build or reuse the basis in a folder, sweep, and compare with full FE."""
+    from pmor_offline.jobs import run_offline
+    from pmor_online.errors import estimate_errors
+    from pmor_online.model import reduced_pair
+    from pmor_online.run import run_online
+
+    from pmor.storage.basis_file import read_basis
+
+    basis_path = folder / "basis.h5"
+    model = _elastic_model(case, mesh)
+    basis = None if overwrite else _valid_basis(basis_path, case)
+    if basis is None:
+        run_offline(case, model, basis_path, jobs, not overwrite, True, started, estimate_errors)
+        basis = read_basis(basis_path)
+    # The basis is valid, but sweep and outputs of the case may have changed since.
+    basis = replace(basis, case=case)
+    return run_online(reduced_pair(basis), basis_path, model)
+
+
+def _valid_basis(path: Path, case: Case) -> Basis | None:
+    """Return the basis in a results folder, if there is one made from these very settings; say so if it is not."""
+    from pmor.errors import FileFormatError
+    from pmor.storage.basis_file import read_basis, require_made_from
+
+    if not path.exists():
+        return None
+    try:
+        basis = read_basis(path)
+        require_made_from(path, basis, case)
+    except FileFormatError as error:
+        print(f"pmor: not used, made anew: {error}", file=sys.stderr)
+        return None
+    return basis
+
+
+def _elastic_model(case: Case, mesh: MeshModel) -> ElasticModel:
+    from pmor.pair.limits import range_warnings
+    from pmor.pair.model import approach_estimate, elastic_model
+
+    pair = mesh.meshed.pair
+    for warning in range_warnings(case, pair, approach_estimate(case, pair)):
+        print(f"pmor: warning: {warning}", file=sys.stderr)
+    return elastic_model(case, mesh)
+
+
+def _require_convergence(result: OnlineResult) -> None:
+    from pmor.errors import ConvergenceError
+
+    if result.failures:
+        raise ConvergenceError(f"{len(result.failures)} positions did not converge, first: {result.failures[0]}", [])

@@ -1,0 +1,311 @@
+"""What a case computes, and what it leaves out because this scene does not need it: reason, and what that saves.
+
+Every line is what the code does for this very case, with sizes from its mesh; nothing is solved for it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pmor.case import Case, beyond_training
+from pmor.case.width import meshed_width, mirrors_without_tilt
+from pmor.contact.flank import LOCAL_SHARE
+from pmor.contact.misalignment import Misalignment
+from pmor.contact.solve import WINDOW_MARGIN
+from pmor.fe.assembly import degrees_of_freedom
+from pmor.gear.pair import GearPair
+from pmor.mesh.sector import SectorMesh
+from pmor.pair.limits import range_warnings
+from pmor.pair.model import approach_estimate, contact_scheme, gear_pair, neighbour_reach, same_body, sector_meshes
+from pmor.reduction.error_estimate import loaded_components
+
+DOUBLE = 8  # bytes
+PICTURES = "curves, load sharing, spectrum, error, contact pattern, mesh"
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A case with what its plan is counted from.
+
+    Parameters
+    ----------
+    case : Case
+    pair : GearPair
+    sectors : two SectorMesh
+        The same object twice when the gears have the same mesh.
+    """
+
+    case: Case
+    pair: GearPair
+    sectors: tuple[SectorMesh, SectorMesh]
+
+    @property
+    def bodies(self) -> tuple[SectorMesh, ...]:
+        """Meshes that finite elements are solved on."""
+        return self.sectors[:1] if same_body(self.case, *self.sectors) else self.sectors
+
+    @property
+    def lines(self) -> int:
+        """Rows of nodes along a flank."""
+        return self.case.mesh.profile_elements + 1
+
+    @property
+    def columns(self) -> int:
+        """Nodes over the face width, as far as it is meshed."""
+        return len(self.sectors[0].z)
+
+    @property
+    def flank_unknowns(self) -> int:
+        """Unknowns of a flank."""
+        return 3 * self.lines * self.columns
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """One thing that is not computed.
+
+    Parameters
+    ----------
+    what, why, saving : str
+        The saving has the numbers.
+    """
+
+    what: str
+    why: str
+    saving: str
+
+
+def scene(case: Case) -> Scene:
+    """Mesh a case for its plan.
+
+    Raises
+    ------
+    CaseError, GeometryError, MeshError
+    """
+    pair = gear_pair(case)
+    return Scene(case, pair, sector_meshes(case, pair))
+
+
+def computed(scene: Scene) -> list[tuple[str, str]]:
+    """List what is computed, as (what, how much)."""
+    teeth = [sector.teeth for sector in scene.bodies]
+    found = [
+        ("finite-element models", f"{len(scene.bodies)}, one tooth sector each"),
+        ("  unknowns", ", ".join(f"{unknowns(sector)}" for sector in scene.bodies)),
+        ("  right-hand sides", f"{scene.flank_unknowns} unit forces on one flank per model"),
+        ("  systems of the ring", ", ".join(f"{z // 2 + 1} harmonics of {z}" for z in teeth)),
+    ]
+    if mirrors_without_tilt(scene.case):
+        found.append(("  face width", "all of it: the axes of the training tilt, and load its halves unequally"))
+    if scene.case.reduction.error_estimate:
+        found.append(("compliance for the error bar", _compliance(scene)))
+    return found
+
+
+def full_solves(case: Case) -> int:
+    """Return how many states of full contact are solved offline; a greedy sampling may end before."""
+    offline = case.offline
+    if not case.reduction.trained:
+        return 0
+    if offline.sampling != "grid":
+        return offline.solves
+    return offline.angles_per_pitch * len(offline.torques_Nm) * misalignments(case)
+
+
+def misalignments(case: Case) -> int:
+    """Return how many misalignments a grid has."""
+    offline = case.offline
+    return math.prod(len(v) for v in (offline.in_plane_um, offline.out_of_plane_um, offline.centre_distance_um))
+
+
+def left_out(scene: Scene) -> list[LeftOut]:
+    """List what is left out, in the order of the work."""
+    found = (rule(scene) for rule in RULES)
+    return [item for item in found if item is not None]
+
+
+def remarks(scene: Scene) -> tuple[str, ...]:
+    """Warn of loads beyond linear elasticity, of elements that lock, and of a sweep beyond the training."""
+    beyond = (f"the sweep extrapolates: {text}; read its error bar" for text in beyond_training(scene.case))
+    return (*range_warnings(scene.case, scene.pair, approach_estimate(scene.case, scene.pair)), *beyond)
+
+
+def unknowns(sector: SectorMesh) -> int:
+    """Return the unknowns of a sector: all nodes but those on the bore, in the directions in which they are free."""
+    return 3 * len(sector.nodes) - len(np.union1d(degrees_of_freedom(sector.bore), sector.held_axially))
+
+
+def rows_in_reach(scene: Scene) -> int:
+    """Return about how many element rows of a flank contact can reach under the nominal torque."""
+    pair, case = scene.pair, scene.case
+    sector = scene.sectors[0]
+    roll = sector.flank_roll_angle
+    length = 0.5 * pair.pinion.base_radius * float(roll[-1] ** 2 - roll[0] ** 2)
+    row = length / case.mesh.profile_elements
+    local = 1.0 if case.contact.scheme == "facet" else LOCAL_SHARE
+    # Line contact is on the line of action; points need a row on either side.
+    spacing = 0.0 if case.contact.scheme == "line" else 1.5 * row / _subdivisions(case)[0]
+    off = case.misalignment
+    spread = Misalignment(off.in_plane_um, off.out_of_plane_um, off.centre_distance_um).spread
+    depth = WINDOW_MARGIN * approach_estimate(case, pair) + spread
+    half = math.sqrt(2.0 * local * depth * pair.pitch_point_radius)
+    return min(case.mesh.profile_elements, math.ceil(2.0 * max(half, spacing) / row) + 1)
+
+
+def _other_model(scene: Scene) -> LeftOut | None:
+    if len(scene.bodies) == 2:
+        return None
+    return LeftOut(
+        "the wheel's finite elements", "the gears are identical",
+        f"{unknowns(scene.sectors[1])} unknowns, {scene.flank_unknowns} right-hand sides",
+    )  # fmt: skip
+
+
+def _other_flanks(scene: Scene) -> LeftOut:
+    forces = scene.flank_unknowns * len(scene.bodies)
+    return LeftOut("the flanks that carry no load", "the pinion drives one way", f"{forces} right-hand sides")
+
+
+def _far_teeth(scene: Scene) -> LeftOut | None:
+    kept = 2 * neighbour_reach(scene.pair) + 1
+    matrices = sum(max(0, sector.teeth - kept) for sector in scene.bodies)
+    if not matrices:
+        return None
+    return LeftOut(
+        "the compliance of distant teeth", f"only {kept} teeth can feel each other's load in one contact",
+        f"{matrices} matrices, {_mib(matrices * scene.flank_unknowns**2 * DOUBLE)}",
+    )  # fmt: skip
+
+
+def _volume(scene: Scene) -> LeftOut:
+    # Every line has at least one shape, with a displacement field for each tooth in reach.
+    inside = [unknowns(sector) - int(np.count_nonzero(~sector.flank_held_axially)) for sector in scene.sectors]
+    fields = 2 * neighbour_reach(scene.pair) + 1
+    return LeftOut(
+        "displacements inside the gears", "contact sees the flanks alone",
+        f"{_mib(scene.lines * fields * sum(inside) * DOUBLE)} of shapes at least",
+    )  # fmt: skip
+
+
+def _training(scene: Scene) -> LeftOut | None:
+    case = scene.case
+    if case.reduction.trained:
+        return None
+    saved = full_solves(replace(case, reduction=replace(case.reduction, shapes="flank_lines")))
+    why = 'shapes = "static_modes": unit forces on all flank nodes'
+    return LeftOut("the training", why, f"{saved} full solves, those of [offline]")
+
+
+def _torques(scene: Scene) -> LeftOut | None:
+    case, offline = scene.case, scene.case.offline
+    if len(offline.torques_Nm) > 1 or not case.reduction.trained or offline.sampling != "grid":
+        return None
+    return LeftOut(
+        "training at further torques", "one torque is trained", f"{full_solves(case)} full solves for each of them"
+    )
+
+
+def _idle_pairs(scene: Scene) -> LeftOut | None:
+    most = math.floor(scene.pair.contact_ratio + 1.0) + 1
+    teeth = min(sector.teeth for sector in scene.sectors)
+    if most >= teeth:
+        return None
+    why = f"contact ratio {scene.pair.contact_ratio:.3f}: at most {most} pairs can touch at a time"
+    return LeftOut("tooth pairs out of mesh", why, f"{teeth - most} of {teeth} pairs in every position")
+
+
+def _idle_patches(scene: Scene) -> LeftOut | None:
+    rows, kept = scene.case.mesh.profile_elements, rows_in_reach(scene)
+    if kept >= rows:
+        return None
+    return LeftOut(
+        "flank patches out of reach", f"contact strip at {scene.case.torque_Nm:g} N m",
+        f"about {rows - kept} of {rows} rows of elements, neither deformed nor refined",
+    )  # fmt: skip
+
+
+def _width(scene: Scene) -> LeftOut | None:
+    width = meshed_width(scene.case)
+    if width == "whole":
+        return None
+    if width == "half":
+        what, why = "half the face width", "spur teeth, nodes at mid width: symmetric"
+    else:
+        what, why = "all but one layer over the width", '[mesh] width = "plane_strain"'
+    columns, (profile, subdivided) = scene.case.mesh.width_elements + 1, _subdivisions(scene.case)
+    saved = columns - scene.columns
+    points = ((scene.lines - 1) * profile + 1) * saved * subdivided
+    carried = f"{points} contact points per flank" if scene.case.contact.kind == "nodal" else "as many sections"
+    whole = sum(len(s.nodes) - len(s.bore) for s in scene.bodies) // scene.columns * columns * 3
+    return LeftOut(
+        what, why,
+        f"{saved} of {columns} columns of nodes, {whole - sum(map(unknowns, scene.bodies))} unknowns, {carried}",
+    )  # fmt: skip
+
+
+def _subdivisions(case: Case) -> tuple[int, int]:
+    """Level-of-detail magnification over profile and width; exact flanks need none."""
+    scheme = contact_scheme(case)
+    return scheme.lodm_profile, scheme.lodm_width
+
+
+def _refinement(scene: Scene) -> LeftOut | None:
+    if scene.case.contact.scheme != "line":
+        return None
+    return LeftOut(
+        "contact points and penalty", 'scheme = "line": exact flanks',
+        f"all but one load on each of {scene.columns} sections of a tooth pair, whatever the mesh",
+    )  # fmt: skip
+
+
+def _width_refinement(scene: Scene) -> LeftOut | None:
+    contact = scene.case.contact
+    if contact.lodm_width >= contact.lodm_profile or contact.kind != "nodal":
+        return None
+    rows = (scene.lines - 1) * contact.lodm_profile + 1
+    points = rows * (scene.columns - 1) * (contact.lodm_profile - contact.lodm_width)
+    why = f"lodm_width = {contact.lodm_width}, {contact.lodm_profile} over the profile"
+    return LeftOut("contact points over the width", why, f"{points} per flank")
+
+
+def _pictures(scene: Scene) -> LeftOut | None:
+    output = scene.case.output
+    if output.plots or output.report:
+        return None
+    return LeftOut("all pictures", "[output] plots and report are off", f"no {PICTURES}; contact patterns not solved")
+
+
+def _picture_files(scene: Scene) -> LeftOut | None:
+    output = scene.case.output
+    if output.plots or not output.report:
+        return None
+    return LeftOut("picture files", "[output] plots is off", "they are drawn for the page alone")
+
+
+def _page(scene: Scene) -> LeftOut | None:
+    output = scene.case.output
+    if output.report or not output.plots:
+        return None
+    return LeftOut("the report page", "[output] report is off", "classical formulas not evaluated, no page")
+
+
+RULES: tuple[Callable[[Scene], LeftOut | None], ...] = (
+    _other_model, _other_flanks, _far_teeth, _volume, _training, _torques, _idle_pairs, _idle_patches, _width,
+    _refinement, _width_refinement, _pictures, _picture_files, _page,
+)  # fmt: skip
+
+
+def _compliance(scene: Scene) -> str:
+    """Size of the compliance between loaded flanks, as a basis holds it."""
+    components = loaded_components(scene.case.contact.kind != "nodal")
+    size = components * scene.lines * scene.columns
+    blocks = (neighbour_reach(scene.pair) + 1) * len(scene.bodies)
+    return f"{blocks} matrices of {size} x {size} in the basis, {_mib(blocks * size**2 * DOUBLE)}"
+
+
+def _mib(size: int) -> str:
+    return f"{size / 2**20:.3g} MiB"

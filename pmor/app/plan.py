@@ -1,0 +1,124 @@
+"""What a case will run and what it leaves out, in words and sizes, from the case and its mesh; nothing is solved.
+
+A new part of the plan is one more function in `PARTS`: from the case to the lines it prints.
+"""
+
+from collections.abc import Callable
+
+from pmor.app.left_out import computed, full_solves, left_out, misalignments, remarks, scene
+from pmor.case import Case, describe
+from pmor.case.width import elements_across, meshed_width
+
+NOT_WRITTEN = {"contact.edge_normals": "of the scheme", "pair.centre_distance_mm": "without backlash"}
+
+
+def plan_text(case: Case) -> str:
+    """Plan of a case: all settings with the defaults marked, sizes, and the number of solves."""
+    return "\n\n".join("\n".join(part(case)) for part in PARTS)
+
+
+def _heading(case: Case) -> list[str]:
+    return [f"Case {case.name}: {case.title}", "Settings marked * are defaults that the case file does not mention."]
+
+
+def _settings(case: Case) -> list[str]:
+    lines = []
+    section = ""
+    for key, value, is_default in describe(case):
+        if "." not in key:
+            continue  # the title is in the heading
+        name, _, entry = key.partition(".")
+        if name != section:
+            lines.append(f"[{name}]")
+            section = name
+        lines.append(f"  {entry:<22} {_value_text(key, value)}{' *' if is_default else ''}")
+    return lines
+
+
+def _sizes(case: Case) -> list[str]:
+    mesh, contact = case.mesh, case.contact
+    along, across = mesh.profile_elements, elements_across(case)
+    width = {"whole": "the width", "half": "half the width", "plane_strain": "the width"}[meshed_width(case)]
+    flank_nodes = (along + 1) * (across + 1)
+    grid = f"{along + 1} over the profile x {across + 1} over {width}"
+    points = (along * contact.lodm_profile + 1) * (across * contact.lodm_width + 1)
+    contact_points = (
+        f"  contact points per flank       {points:>8}  "
+        f"(LoDM {contact.lodm_profile} over the profile, {contact.lodm_width} over the width)"
+    )
+    if contact.kind != "nodal":
+        what = "a line load each" if contact.kind == "line" else "Gauss points on the strip of contact"
+        contact_points = f"  {f'sections over {width}':<30} {across + 1:>8}  ({what}, on exact flanks)"
+    return [
+        "Sizes",
+        f"  flank nodes per tooth          {flank_nodes:>8}  ({grid})",
+        f"  flank unknowns per tooth       {3 * flank_nodes:>8}",
+        contact_points,
+    ]
+
+
+def _work(case: Case) -> list[str]:
+    online, compare = case.online, case.compare
+    stages = (
+        ("offline, full contact solves", full_solves(case), _training_text(case)),
+        ("online, reduced solves", *_sweep(online.angles_per_pitch, online.torques_Nm)),
+        ("compare, full and reduced", *_sweep(compare.angles, compare.torques_Nm)),
+    )
+    return ["Work", *(f"  {label:<30} {solves:>8}  ({text})" for label, solves, text in stages), *_ranges(case)]
+
+
+def _sweep(angles: int, torques: tuple[float, ...]) -> tuple[int, str]:
+    return angles * len(torques), f"{angles} angles x {_torques_text(torques)}"
+
+
+def _training_text(case: Case) -> str:
+    """What the full solves are: a grid, a sequence, or a search."""
+    offline = case.offline
+    if not case.reduction.trained:
+        return "static modes are unit forces: nothing is trained"
+    if offline.sampling == "sobol":
+        return "states of a Sobol sequence, spread over angle and ranges"
+    if offline.sampling == "greedy":
+        begin = min(offline.angles_per_pitch, offline.solves)
+        return f"at most: {begin} angles, then where the error bar is longest, to {offline.tolerance_percent:g} %"
+    _, text = _sweep(offline.angles_per_pitch, offline.torques_Nm)
+    count = misalignments(case)
+    return text if count == 1 else f"{text} x {count} misalignments"
+
+
+def _ranges(case: Case) -> list[str]:
+    """Ranges of the parameters that a training spread over them covers."""
+    offline = case.offline
+    if offline.sampling == "grid" or not case.reduction.trained:
+        return []
+    ranges = (
+        ("torque", offline.torques_Nm, "N m"), ("in plane", offline.in_plane_um, "um"),
+        ("out of plane", offline.out_of_plane_um, "um"), ("centre distance", offline.centre_distance_um, "um"),
+    )  # fmt: skip
+    texts = [f"{name} {values[0]:g} to {values[-1]:g} {unit}" for name, values, unit in ranges if len(values) > 1]
+    return [f"  {'ranges of the training':<30} {', '.join(texts)}"] if texts else []
+
+
+def _computed_and_left_out(case: Case) -> list[str]:
+    found = scene(case)
+    lines = ["Finite elements", *(f"  {what:<32} {how_much}" for what, how_much in computed(found)), ""]
+    lines.append("Left out: what, because, saves")
+    for item in left_out(found):
+        lines += [f"  {item.what:<32} {item.why}", f"  {'':<32} saves {item.saving}"]
+    return [*lines, *(f"! {remark}" for remark in remarks(found))]
+
+
+def _value_text(key: str, value: object) -> str:
+    if value is None:
+        return NOT_WRITTEN[key]
+    if isinstance(value, bool):
+        return str(value).lower()
+    return "[" + ", ".join(map(str, value)) + "]" if isinstance(value, tuple) else str(value)
+
+
+def _torques_text(torques: tuple[float, ...]) -> str:
+    count = "1 torque" if len(torques) == 1 else f"{len(torques)} torques"
+    return f"{count}: {', '.join(f'{torque:g}' for torque in torques)} N m"
+
+
+PARTS: tuple[Callable[[Case], list[str]], ...] = (_heading, _settings, _sizes, _work, _computed_and_left_out)

@@ -1,0 +1,43 @@
+"""Conventions: units, frames, signs. Stated here once; everything else follows.
+
+Units are mm, N, MPa, rad, N mm.
+
+Frames
+    * *Tooth frame*: every tooth of a gear has its own right-handed frame, with the gear axis along z, the origin
+      on the axis at mid face width, and the tooth centred on +y (at z = 0). A gear seen from its own centre has its
+      loaded flank on the counter-clockwise (-x) side of the tooth, on the pinion and on the wheel alike.
+    * *Global frame*: the pinion axis is the z axis, the wheel axis passes through ``(0, a, 0)``.
+
+Angles
+    * The pinion angle ``phi`` is positive counter-clockwise; at ``phi = 0`` pinion tooth 0 is centred on the line of
+      centres. Pinion tooth ``j`` has its own *roll position* ``phi + 2 pi j / z1``: tooth indices run
+      counter-clockwise on the pinion, clockwise on the wheel.
+    * The *roll angle* of a flank point is ``u = tan(alpha_y)``: the arc unwound from the base circle over its radius.
+
+Signs
+    * The pinion drives counter-clockwise with a positive torque; the wheel is held.
+    * A gap is positive when open. The static transmission error is ``(phi_1 - phi_1,kinematic) r_b1``, positive when
+      the loaded pinion runs ahead.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pmor.arrays import FloatArray
+
+
+def rotation_z(angle: float) -> FloatArray:
+    """Return the rotation by `angle` about +z, counter-clockwise.
+
+    Parameters
+    ----------
+    angle : float
+        Angle in rad.
+
+    Returns
+    -------
+    ndarray, shape (3, 3)
+    """
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])

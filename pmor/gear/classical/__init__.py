@@ -1,0 +1,1 @@
+"""Textbook formulas: oracles and first estimates."""

@@ -1,0 +1,1 @@
+"""Roof: experiments on the program itself."""

@@ -1,0 +1,288 @@
+"""Run time by phase and by size: what a position of the reduced model costs, and where the offline time goes."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+import numpy as np
+from pmor_offline.jobs import run_offline
+from pmor_online.errors import estimate_errors
+from pmor_online.model import ReducedPair, online_angles, reduced_pair
+from pmor_online.sweep import TOLERANCE, sweep_reduced_pair, sweep_scheme
+
+from pmor.case import Case, changed_text, parse_case
+from pmor.contact import kernel
+from pmor.contact.position import pairs_in_reach
+from pmor.contact.search import clearance
+from pmor.contact.solve import window_depth
+from pmor.fe.assembly import assemble
+from pmor.fe.condensation import condense_sector
+from pmor.fe.cyclic import elastic_gear
+from pmor.pair.model import elastic_model, mesh_model, neighbour_reach
+from pmor.progress import Progress
+from pmor.storage.basis_file import read_basis
+
+REPEATS = 15
+ANGLES = 200  # a full pitch
+# Online cost does not depend on how densely the basis was trained: few angles keep the benchmark short.
+TRAINING_ANGLES = 12
+PHASES = ("shapes in reach", "surfaces", "surfaces and projection", "gap derivatives", "residuals", "Newton step")
+PHASE_LOOPS = 300
+
+Row = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Variant:
+    """A case whose reduced model is timed.
+
+    Parameters
+    ----------
+    label : str
+    case : Case
+    """
+
+    label: str
+    case: Case
+
+
+def variants(case: Case) -> list[Variant]:
+    """Return the case itself and its neighbours in mesh, scheme, refinement and family of shapes."""
+    listed = [Variant("case", _changed(case))]
+    for n in (8, 16, 32, 64):
+        changed = _changed(case, mesh={"profile_elements": n}, contact={"scheme": "line"})
+        listed.append(Variant("elements over the profile", changed))
+    for n, lodm in ((8, 8), (16, 4), (32, 2), (64, 1)):
+        changed = _changed(case, mesh={"profile_elements": n}, contact={"scheme": "direct", "lodm_profile": lodm})
+        listed.append(Variant("elements x LoDM = 64", changed))
+    for lodm in (1, 2, 4, 8):
+        changed = _changed(case, contact={"scheme": "direct", "lodm_profile": lodm})
+        listed.append(Variant("LoDM over the profile", changed))
+    both = {"scheme": "direct", "lodm_profile": 4, "lodm_width": 4}
+    listed.append(Variant("LoDM over both", _changed(case, contact=both)))
+    listed.append(Variant("strip", _changed(case, contact={"scheme": "strip"})))
+    for width in (4, 8, 16):
+        listed.append(Variant("elements over the width", _changed(case, mesh={"width_elements": width})))
+    listed.append(Variant("whole width", _changed(case, mesh={"width": "whole"})))
+    for scheme in ("line", "direct"):
+        bare = _changed(case, contact={"scheme": scheme}, reduction={"error_estimate": False})
+        listed.append(Variant("no error bar", bare))
+    return [*listed, Variant("shapes at positions", _changed(case, reduction={"shapes": "positions"}))]
+
+
+def run_bench(case: Case, jobs: int) -> dict[str, Any]:
+    """Measure everything.
+
+    Parameters
+    ----------
+    case : Case
+    jobs : int
+        Threads of the parallel sweep.
+
+    Returns
+    -------
+    dict
+        ``rows``, each with ``phase``, ``scheme``, ``n_profile``, ``n_width``, ``lodm_profile``, ``lodm_width``,
+        ``median_ms`` and ``repeats``; and ``machine``.
+    """
+    rows = offline_rows(case)
+    listed = variants(case)
+    with tempfile.TemporaryDirectory() as folder, Progress(len(listed), "bases") as progress:
+        models = []
+        for i, variant in enumerate(listed):
+            models.append(_basis(variant.case, Path(folder) / f"{i}.h5"))
+            progress.advance()
+    rows += sweep_rows(listed, models)
+    rows += phase_rows(case, models[0])
+    rows += parallel_rows(case, models[0], jobs)
+    rows += start_rows(case)
+    return {"rows": rows, "machine": machine()}
+
+
+def offline_rows(case: Case) -> list[Row]:
+    """Time the offline stage of the case step by step, once."""
+    seconds: dict[str, float] = {}
+
+    def timed(name: str, work: Callable[[], Any]) -> Any:
+        start = time.perf_counter()
+        result = work()
+        seconds[name] = time.perf_counter() - start
+        return result
+
+    mesh = timed("mesh", lambda: mesh_model(case))
+    gear = case.pair.pinion
+    elastic = gear.youngs_modulus_GPa * 1e3, gear.poisson_ratio, case.mesh.element
+    timed("assembly", lambda: assemble(mesh.pinion.nodes, mesh.pinion.elements, *elastic))
+    timed("condensed", lambda: condense_sector(mesh.pinion, *elastic))
+    timed("ring", lambda: elastic_gear(mesh.pinion, *elastic, neighbour_reach(mesh.meshed.pair)))
+    model = elastic_model(case, mesh)
+    with tempfile.TemporaryDirectory() as folder:
+        timed("snapshots", lambda: run_offline(case, model, Path(folder) / "basis.h5", estimate=estimate_errors))
+    # Each of these calls contains the one before.
+    seconds["ring"] -= seconds["condensed"]
+    seconds["condensed"] -= seconds["assembly"]
+    names = {
+        "mesh": "offline: mesh",
+        "assembly": "offline: assembly, one gear",
+        "condensed": "offline: factor and right-hand sides, one gear",
+        "ring": "offline: ring, one gear",
+        "snapshots": "offline: full contact and basis file",
+    }
+    return [_row(label, case, [1e3 * seconds[name]]) for name, label in names.items()]
+
+
+def sweep_rows(listed: list[Variant], models: list[ReducedPair]) -> list[Row]:
+    """Time one position of each variant: sweeps over a pitch, one thread, all variants in turn."""
+    times: list[list[float]] = [[] for _ in listed]
+    with Progress(REPEATS, "sweeps") as progress:
+        for repeat in range(-1, REPEATS):  # the first round warms up
+            for variant, model, found in zip(listed, models, times, strict=True):
+                phi = online_angles(model.meshed.pair.pitch, ANGLES)
+                sweep = sweep_reduced_pair(model, phi, [1e3 * variant.case.torque_Nm])
+                if repeat >= 0:
+                    found.append(1e3 * sweep.seconds / ANGLES)
+            if repeat >= 0:
+                progress.advance()
+    return [
+        {**_row(f"position: {variant.label}", variant.case, found), "unknowns": model.size}
+        for variant, model, found in zip(listed, models, times, strict=True)
+    ]
+
+
+def phase_rows(case: Case, model: ReducedPair) -> list[Row]:
+    """Time the phases of one evaluation, averaged over a pitch."""
+    meshed, torque = model.meshed, 1e3 * case.torque_Nm
+    scheme, family, reach = sweep_scheme(meshed), model.family, pairs_in_reach(meshed)
+    approach, depth = meshed.expected_approach(torque), window_depth(meshed, torque)
+    problem = meshed.geometry, scheme, torque
+    # Exact flanks have no surfaces to prepare.
+    phases = [i for i, name in enumerate(PHASES) if name != "surfaces" or not meshed.scheme.exact]
+    found: dict[int, list[float]] = {phase: [] for phase in phases}
+    points = []
+    for phi in online_angles(meshed.pair.pitch, 20):
+        state, position, members = kernel.place_position(
+            float(phi), depth, reach, meshed.geometry, meshed.gears, scheme, family, clearance(meshed.scheme)
+        )
+        coordinates = np.zeros(position[7])
+        lead = kernel.solve_cold(state, position, problem, members, approach, coordinates, 40, TOLERANCE)[0]
+        for phase in phases:
+            arguments = (state, position, problem, members, family, coordinates, lead)
+            points.append(kernel.repeat_phase(phase, 1, *arguments))
+            start = time.perf_counter()
+            kernel.repeat_phase(phase, PHASE_LOOPS, *arguments)
+            found[phase].append(1e3 * (time.perf_counter() - start) / PHASE_LOOPS)
+    sweep = sweep_reduced_pair(model, online_angles(meshed.pair.pitch, ANGLES), [torque])
+    evaluations = float(np.mean(sweep.newton_steps)) + 1.0
+    return [
+        {**_row(f"phase: {PHASES[phase]}", case, [float(np.mean(times))], PHASE_LOOPS),
+         "per_position": evaluations if phase else 1.0, "points": float(np.mean(points))}
+        for phase, times in found.items()
+    ]  # fmt: skip
+
+
+def parallel_rows(case: Case, model: ReducedPair, jobs: int) -> list[Row]:
+    """Time a sweep of 100 angles x 100 torques with one thread and with `jobs`; say whether they agree to the bit."""
+    phi = online_angles(model.meshed.pair.pitch, 100)
+    torques = list(1e3 * case.torque_Nm * np.linspace(0.1, case.offline.torques_Nm[-1] / case.torque_Nm, 100))
+    times: dict[int, list[float]] = {1: [], jobs: []}
+    results = {}
+    for _ in range(5):
+        for threads, found in times.items():
+            results[threads] = sweep_reduced_pair(model, phi, torques, jobs=threads)
+            found.append(1e3 * results[threads].seconds)
+    same = bool(np.array_equal(results[1].ste_um, results[jobs].ste_um))
+    efficiency = median(times[1]) / (jobs * median(times[jobs]))
+    return [
+        {**_row("sweep: 100 angles x 100 torques", case, found), "threads": threads, "equal_to_the_bit": same,
+         "efficiency": efficiency}
+        for threads, found in times.items()
+    ]  # fmt: skip
+
+
+def start_rows(case: Case) -> list[Row]:
+    """Time how long the command needs to answer at all."""
+    times = []
+    for _ in range(5):
+        start = time.perf_counter()
+        subprocess.run([sys.executable, "-m", "pmor.app.cli", "--help"], check=True, capture_output=True)
+        times.append(1e3 * (time.perf_counter() - start))
+    return [_row("start: pmor --help", case, times)]
+
+
+def machine() -> dict[str, Any]:
+    """Return what the figures were measured on."""
+    cpu = platform.processor() or platform.machine()
+    info = Path("/proc/cpuinfo")
+    if info.exists():
+        names = [line.partition(":")[2].strip() for line in info.read_text().splitlines() if "model name" in line]
+        cpu = names[0] if names else cpu
+    return {"cpu": cpu, "cores": os.cpu_count(), "system": platform.system(), "python": platform.python_version()}
+
+
+def bench_text(result: dict[str, Any], before: dict[str, Any] | None) -> str:
+    """Return the table; with an earlier result, each time as a ratio to the one measured then."""
+    old = {_key(row): row["median_ms"] for row in before["rows"]} if before else {}
+    title = f"{'phase':<48} {'scheme':>7} {'mesh':>7} {'LoDM':>6} {'ms':>10}"
+    lines = [title + ("   ratio to the earlier run" if before else "")]
+    for row in result["rows"]:
+        mesh = f"{row['n_profile']} x {row['n_width']}"
+        lodm = f"{row['lodm_profile']}, {row['lodm_width']}" if row["lodm_profile"] else "-"
+        line = f"{_name(row):<48} {row['scheme']:>7} {mesh:>7} {lodm:>6} {row['median_ms']:>10.4g}"
+        if _key(row) in old:
+            line += f"   {row['median_ms'] / old[_key(row)]:.2f}"
+        lines.append(line)
+    m = result["machine"]
+    return "\n".join([*lines, f"medians, one thread unless said; {m['cpu']}, {m['cores']} cores, Python {m['python']}"])
+
+
+def read_bench(path: Path) -> dict[str, Any] | None:
+    """Return an earlier result; None when there is none that can be read."""
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    return found if isinstance(found, dict) and "rows" in found else None
+
+
+def _name(row: Row) -> str:
+    return f"{row['phase']}, {row['threads']} threads" if row.get("threads", 1) > 1 else str(row["phase"])
+
+
+def _key(row: Row) -> tuple[Any, ...]:
+    return (_name(row), *(row.get(name) for name in ("scheme", "n_profile", "n_width", "lodm_profile", "lodm_width")))
+
+
+def _row(phase: str, case: Case, times: list[float], repeats: int | None = None) -> Row:
+    nodal = case.contact.kind == "nodal"
+    return {
+        "phase": phase,
+        "scheme": case.contact.scheme,
+        "n_profile": case.mesh.profile_elements,
+        "n_width": case.mesh.width_elements,
+        "lodm_profile": case.contact.lodm_profile if nodal else None,
+        "lodm_width": case.contact.lodm_width if nodal else None,
+        "median_ms": median(times),
+        "repeats": repeats or len(times),
+    }
+
+
+def _changed(case: Case, **changes: dict[str, Any]) -> Case:
+    """The case with other keys, and trained at few angles."""
+    offline = {"offline": {"angles_per_pitch": TRAINING_ANGLES}}
+    return parse_case(changed_text(case.text, changes | offline), case.name, f"{case.name}, benchmark")
+
+
+def _basis(case: Case, path: Path) -> ReducedPair:
+    run_offline(case, elastic_model(case, mesh_model(case)), path, estimate=estimate_errors)
+    return reduced_pair(read_basis(path))

@@ -1,0 +1,86 @@
+"""Pure measures: how good an error estimate is, and how many solves an accuracy takes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmor.arrays import FloatArray
+
+# True errors below this, um, are not held against an estimate: no measurement of a gear resolves them.
+SMALLEST_ERROR_UM = 0.002
+# Effectivities that serve an engineer: the right order of magnitude, rather too large than too small.
+WANTED_EFFECTIVITY = (0.3, 5.0)
+
+
+@dataclass(frozen=True)
+class Effectivity:
+    """How an error estimate compares with the true error; None where there is nothing to compare.
+
+    Parameters
+    ----------
+    states : int
+        With a true error above `SMALLEST_ERROR_UM`; all but the last number are theirs.
+    low, median, high : float or None
+        Quantiles (2.5, 50, 97.5 %) of abs(estimate / error).
+    wanted_share : float or None
+        Share of the states within `WANTED_EFFECTIVITY`.
+    rank_correlation : float or None
+        Spearman's, of the magnitudes, over all states; None too where no error is above `SMALLEST_ERROR_UM`.
+    """
+
+    states: int
+    low: float | None = None
+    median: float | None = None
+    high: float | None = None
+    wanted_share: float | None = None
+    rank_correlation: float | None = None
+
+
+def effectivity(error_um: FloatArray, estimate_um: FloatArray) -> Effectivity:
+    """Compare an estimate with the true error.
+
+    Parameters
+    ----------
+    error_um, estimate_um : ndarray, shape (n,)
+        NaN where not converged.
+
+    Returns
+    -------
+    Effectivity
+    """
+    known = np.isfinite(error_um) & np.isfinite(estimate_um)
+    true, estimate = np.abs(error_um[known]), np.abs(estimate_um[known])
+    counted = true > SMALLEST_ERROR_UM
+    if not counted.any():
+        return Effectivity(0)
+    ratio = estimate[counted] / true[counted]
+    low, high = WANTED_EFFECTIVITY
+    first, median, last = np.quantile(ratio, (0.025, 0.5, 0.975)).tolist()
+    wanted = float(np.mean((ratio >= low) & (ratio <= high)))
+    return Effectivity(int(counted.sum()), first, median, last, wanted, rank_correlation(true, estimate))
+
+
+def rank_correlation(first: FloatArray, second: FloatArray) -> float | None:
+    """Return Spearman's rank correlation; None where one of the two does not vary."""
+    from scipy.stats import spearmanr  # takes half a second to load
+
+    if min(np.ptp(first), np.ptp(second)) == 0.0:
+        return None
+    return float(spearmanr(first, second).statistic)
+
+
+def solves_to_reach(solves: Sequence[int], error: Sequence[float], target: float) -> int | None:
+    """Return the smallest number of solves with an error of at most `target`; None where none has.
+
+    Parameters
+    ----------
+    solves : sequence of int
+        In any order.
+    error : sequence of float
+        Of each; NaN is never good enough.
+    target : float
+    """
+    return min((n for n, e in zip(solves, error, strict=True) if e <= target), default=None)

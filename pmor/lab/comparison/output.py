@@ -1,0 +1,161 @@
+"""What a comparison of reductions leaves in its folder, and its summary on the screen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from pmor.lab.bench import machine
+from pmor.lab.comparison.decay import SAMPLINGS
+from pmor.lab.comparison.figures import SAMPLING_NAMES, decay_figure, estimate_figure, run_time_figure
+from pmor.lab.comparison.measure import plain_entry
+from pmor.lab.comparison.measures import SMALLEST_ERROR_UM, WANTED_EFFECTIVITY
+from pmor.lab.comparison.run import Comparison
+from pmor.lab.comparison.states import state_text
+from pmor.lab.comparison.table import (
+    COLUMNS,
+    EFFORT,
+    NAMES,
+    WORTH,
+    effort_note,
+    free_parameters,
+    table_of,
+    table_rows,
+    worth_note,
+)
+from pmor.lab.study.report import Block, Heading, Picture, Warning, study_html
+from pmor.progress import format_time
+from pmor.report.plots import save_png
+from pmor.report.provenance import provenance
+from pmor.report.report import Table, format_cell
+from pmor.report.tables import write_summary_json
+from pmor.storage.atomic import atomic_path
+
+
+def write_comparison(comparison: Comparison, seconds: float, out: Path) -> None:
+    """Write `reductions.json`, `reductions.html` and the pictures.
+
+    Parameters
+    ----------
+    comparison : Comparison
+    seconds : float
+        Wall time of the run.
+    out : Path
+
+    Raises
+    ------
+    OutputError
+    """
+    write_summary_json(out / "reductions.json", content(comparison, seconds))
+    pictures = _pictures(comparison)
+    for picture in pictures:
+        save_png(picture.figure, out / picture.file_name)
+    with atomic_path(out / "reductions.html") as temporary:
+        title = f"Reductions and error bars: {comparison.case.title}"
+        temporary.write_text(study_html(title, _blocks(comparison, pictures, seconds)), encoding="utf-8")
+
+
+def content(comparison: Comparison, seconds: float) -> dict[str, Any]:
+    """Return everything that was measured as plain data."""
+    truth, decay = comparison.truth, comparison.decay
+    timed = zip(comparison.entries, comparison.online_ms, strict=True)
+    return {
+        "case": comparison.case.name,
+        "states": [truth.states.where(i) | {"ste_um": ste} for i, ste in enumerate(truth.full.ste_um.tolist())],
+        "entries": [
+            plain_entry(entry, truth.states) | {"online_ms": slow, "online_without_ms": fast}
+            for entry, (slow, fast) in timed
+        ],
+        "decay": {name: [asdict(point) for point in points] for name, points in decay.points.items()},
+        "greedy_estimate": [{"solves": n, "percent": percent} for n, percent in decay.estimate],
+        "target_percent": decay.target_percent,
+        "solves_to_target": {name: decay.reached(name) for name in decay.points},
+        "failures": list(comparison.failures),
+        "machine": machine(),
+        "seconds": seconds,
+    }
+
+
+def comparison_text(comparison: Comparison) -> str:
+    """Return the summary for the screen: the table as Markdown, and the solves that an accuracy takes."""
+    lines = [f"Reductions: {comparison.case.title}", "", _line(COLUMNS), _line(["---"] * len(COLUMNS))]
+    lines += [_line([format_cell(cell) for cell in row]) for row in table_rows(comparison)]
+    lines += ["", *(f"  {sentence}" for sentence in _reached(comparison))]
+    return "\n".join([*lines, *(f"  ! {failure}" for failure in comparison.failures)])
+
+
+def _line(cells: Sequence[str]) -> str:
+    return "| " + " | ".join(cells) + " |"
+
+
+def _reached(comparison: Comparison) -> list[str]:
+    """Say how many solves each sampling takes to the tolerance."""
+    decay = comparison.decay
+    greedy = decay.reached("greedy")
+    sentences = []
+    for name in SAMPLINGS:
+        found, most = decay.reached(name), max(p.solves for p in decay.points[name])
+        goal = f"at most {decay.target_percent:g} % everywhere"
+        if found is None:
+            sentences.append(f"{SAMPLING_NAMES[name]}: not {goal} with up to {most} solves")
+            continue
+        ratio = f", {found / greedy:.2g} times the greedy ones" if greedy and name != "greedy" else ""
+        sentences.append(f"{SAMPLING_NAMES[name]}: {goal} with {found} solves{ratio}")
+    return sentences
+
+
+def _pictures(comparison: Comparison) -> list[Picture]:
+    entries, decay = comparison.entries, comparison.decay
+    low, high = WANTED_EFFECTIVITY
+    return [
+        Picture(
+            "error_run_time.png",
+            "Largest STE error over the unseen states against the run time of a position. Static modes, without "
+            "training, show what is left to full FE by the solver alone.",
+            run_time_figure(entries, comparison.online_ms),
+        ),
+        Picture(
+            "decay.png",
+            "STE error of flank lines over the number of full solves, looked at four times per doubling. The greedy "
+            "sampling is followed beyond the tolerance of the case. Grids differ in their numbers of angles and of "
+            "values of each parameter; the line joins the best of those with no more solves.",
+            decay_figure(decay),
+        ),
+        Picture(
+            "estimate.png",
+            f"Error estimate against true error at all unseen states. Solid: equal; dashed: {low:g} and {high:g} "
+            f"times; dotted: {SMALLEST_ERROR_UM:g} µm, below which errors are not counted.",
+            estimate_figure(entries),
+        ),
+    ]
+
+
+def _blocks(comparison: Comparison, pictures: list[Picture], seconds: float) -> list[Block]:
+    case, states = comparison.case, comparison.truth.states
+    ranges = ((NAMES[name], getattr(case.offline, name)) for name in free_parameters(case))
+    declared = ", ".join(f"{name} {v[0]:g} to {v[-1]:g} {unit}" for (name, unit), v in ranges)
+    places = [(entry.label, state_text(states.where(entry.errors.worst)),
+               "–" if entry.worst_load is None else state_text(states.where(entry.worst_load)))
+              for entry in comparison.entries]  # fmt: skip
+    return [
+        *(Warning(f"not converged: {failure}") for failure in comparison.failures),
+        f"The reductions of this program over one pitch and all that the case declares ({declared or 'one torque'}), "
+        f"each made from at most {case.offline.solves} full solves, and held against full FE on the same mesh "
+        f"({case.mesh.profile_elements} x {case.mesh.width_elements} elements on a flank) at {len(states.phi)} states "
+        f"that none of them was trained at. {format_time(seconds)} in all.",
+        table_of(comparison, "What they cost", EFFORT, effort_note(comparison)),
+        table_of(comparison, "What they are worth", WORTH, worth_note()),
+        "The default is flank_lines with what [offline] sampling says: nothing is interpolated over the angle or any "
+        "parameter, so that any training serves it, and the greedy sampling can go by its error estimate.",
+        *pictures[:1],
+        Heading("Solves that an accuracy takes"),
+        *(f"{sentence[0].upper()}{sentence[1:]}." for sentence in _reached(comparison)),
+        *pictures[1:2],
+        Heading("Error estimate"),
+        *pictures[2:],
+        Table("Where the largest errors sit", ("reduction", "STE", "line load"), places),
+        Heading("Provenance"),
+        Table("Machine and software", ("item", "value"), provenance(case)),
+    ]

@@ -1,0 +1,124 @@
+"""Compare the reductions and samplings of a case: full FE once, unseen states, table, curves, run times."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pmor_offline.sampling import first_positions
+from pmor_offline.snapshots import solve_snapshots
+
+from pmor.case import Case
+from pmor.lab.comparison.decay import Decay, decay_curves
+from pmor.lab.comparison.measure import Entry, Truth, measure
+from pmor.lab.comparison.states import not_converged, solve_states, unseen_states
+from pmor.lab.comparison.timing import online_times_ms
+from pmor.lab.comparison.training import TrainingSet, greedy_training, grid_training, sobol_training, solves_until
+from pmor.lab.comparison.variants import Variant, flank_line_case, grid_keys, table_grids, variants
+from pmor.pair.model import ElasticModel
+from pmor.progress import Progress
+
+# The greedy sampling is followed beyond the tolerance of the case, to this share of it: its estimate is small where it
+# looked, and the error elsewhere may still be larger.
+FURTHER = 0.1
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What the comparison gave.
+
+    Parameters
+    ----------
+    case : Case
+    truth : Truth
+    entries : tuple of Entry
+        Reductions, in the order of the table.
+    online_ms : tuple of (float, float)
+        Of each: ms per position with and without the error estimate.
+    decay : Decay
+    failures : tuple of str
+        States that did not converge anywhere.
+    """
+
+    case: Case
+    truth: Truth
+    entries: tuple[Entry, ...]
+    online_ms: tuple[tuple[float, float], ...]
+    decay: Decay
+    failures: tuple[str, ...]
+
+
+def compare_reductions(
+    case: Case, model: ElasticModel, jobs: int = 1, states: int = 200, repeats: int = 31, most_solves: int = 512
+) -> Comparison:
+    """Compare all reductions over the ranges of a case's training.
+
+    Parameters
+    ----------
+    case : Case
+        Whatever its own sampling and shapes are.
+    model : ElasticModel
+        Full FE of the case.
+    jobs : int
+        States, or bases of the curves, at a time; what is timed runs on one thread.
+    states : int
+        Unseen states.
+    repeats : int
+        Sweeps whose median is the run time.
+    most_solves : int
+        At which the curves of the samplings that are not greedy end.
+
+    Returns
+    -------
+    Comparison
+    """
+    truth = _truth(case, model, jobs, states)
+    trainings = _trainings(case, truth)
+    greedy = trainings["greedy"]
+    listed = variants(case, solves_until(greedy, case.offline.tolerance_percent))
+    entries, bases = [], []
+    with Progress(len(listed), "reductions") as progress:
+        for variant in listed:
+            entry, basis = measure(variant, _training_of(variant, trainings), truth, jobs)
+            entries.append(entry)
+            bases.append(basis)
+            progress.advance()
+    with Progress(repeats, "run times") as progress:
+        online_ms = online_times_ms(bases, repeats, progress.advance)
+    decay, failures = decay_curves(case, truth, greedy, most_solves, jobs)
+    failed = [
+        *not_converged(truth.states, truth.full.ste_um, "full FE"),
+        *(failure for training in trainings.values() for failure in training.failures),
+        *(failure for entry in entries for failure in entry.failures),
+        *failures,
+    ]
+    # The Sobol training of the table is the beginning of that of the curves.
+    return Comparison(case, truth, tuple(entries), tuple(online_ms), decay, tuple(dict.fromkeys(failed)))
+
+
+def _truth(case: Case, model: ElasticModel, jobs: int, count: int) -> Truth:
+    meshed = model.mesh.meshed
+    states = unseen_states(case.offline, meshed.pair, count)
+    with Progress(count, "full FE, unseen states") as progress:
+        full = solve_states(meshed, model.elasticity_at, states, jobs, progress.advance)
+    return Truth(model, states, full)
+
+
+def _trainings(case: Case, truth: Truth) -> dict[str, TrainingSet]:
+    """Solve each sampling once, one state after the other: their times are compared."""
+    model, budget = truth.model, case.offline.solves
+    solve_snapshots(model, first_positions(case.offline, model.mesh.meshed.pair)[0])  # compiles
+    further = {"sampling": "greedy", "tolerance_percent": FURTHER * case.offline.tolerance_percent}
+    with Progress(budget, "full FE, greedy") as progress:
+        greedy = greedy_training(flank_line_case(case, further), model, progress.advance)
+    with Progress(budget, "full FE, Sobol") as progress:
+        sobol = sobol_training(case, model, budget, progress.advance)
+    found = {"greedy": greedy, "sobol": sobol, "none": TrainingSet()}
+    for grid in table_grids(case.offline):
+        with Progress(grid.angles, "full FE, grid") as progress:
+            found[grid.label] = grid_training(flank_line_case(case, grid_keys(grid)), model, progress.advance)
+    return found
+
+
+def _training_of(variant: Variant, trainings: dict[str, TrainingSet]) -> TrainingSet:
+    whole = trainings[variant.grid.label if variant.grid else variant.sampling]
+    return whole if variant.positions is None else whole.first(variant.positions)

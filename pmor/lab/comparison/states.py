@@ -1,0 +1,152 @@
+"""States that no training has seen, and what full FE and a reduced model say about them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from pmor_offline.sampling import SEED, sobol_positions
+
+from pmor.arrays import FloatArray
+from pmor.case import OfflineCase
+from pmor.contact.flank import MeshedPair
+from pmor.contact.line_contact import line_contact
+from pmor.contact.misalignment import OperatingCondition
+from pmor.contact.solve import ElasticityAt, solve_position
+from pmor.gear.pair import GearPair
+
+# The training draws from SEED, the greedy candidates from the one after it.
+UNSEEN_SEED = SEED + 2
+
+
+@dataclass(frozen=True)
+class States:
+    """Scattered states.
+
+    Parameters
+    ----------
+    phi : ndarray, shape (n,)
+        Pinion angles, rad.
+    conditions : tuple of n OperatingCondition
+    """
+
+    phi: FloatArray
+    conditions: tuple[OperatingCondition, ...]
+
+    def where(self, i: int) -> dict[str, float]:
+        """Return where a state is, in the units of a case."""
+        condition = self.conditions[i]
+        off = condition.misalignment
+        return {
+            "phi_deg": float(np.degrees(self.phi[i])),
+            "torque_Nm": 1e-3 * condition.torque,
+            "in_plane_um": off.in_plane_um,
+            "out_of_plane_um": off.out_of_plane_um,
+            "centre_distance_um": off.centre_distance_um,
+        }
+
+
+@dataclass(frozen=True)
+class Solved:
+    """Solutions at scattered states.
+
+    Parameters
+    ----------
+    ste_um : ndarray, shape (n,)
+        NaN where not converged.
+    loads : tuple of n dict, or None
+        Line loads of each tooth pair by its index, shape (sections,), N/mm; None without line contact.
+    """
+
+    ste_um: FloatArray
+    loads: tuple[Mapping[int, FloatArray], ...] | None
+
+
+def unseen_states(offline: OfflineCase, pair: GearPair, count: int) -> States:
+    """Return states spread over the ranges of a training, none of them in it."""
+    positions = sobol_positions(offline, pair, count, UNSEEN_SEED)
+    return States(np.array([p.phi for p in positions]), tuple(p.conditions[0] for p in positions))
+
+
+def solve_states(
+    meshed: MeshedPair, elasticity_at: ElasticityAt, states: States, jobs: int = 1,
+    advance: Callable[[], None] = lambda: None,
+) -> Solved:  # fmt: skip
+    """Solve all states with any elastic model, full or reduced.
+
+    Parameters
+    ----------
+    meshed : MeshedPair
+    elasticity_at : callable
+    states : States
+    jobs : int
+        States solved at a time.
+    advance : callable
+        Called after each state, for progress.
+
+    Returns
+    -------
+    Solved
+    """
+
+    def solve(phi: float, condition: OperatingCondition) -> tuple[float, dict[int, FloatArray]]:
+        own = replace(meshed, misalignment=condition.misalignment)
+        return _solve(own, elasticity_at, phi, condition.torque)
+
+    found = []
+    with ThreadPoolExecutor(max_workers=jobs) as pool:
+        for result in pool.map(solve, states.phi.tolist(), states.conditions):
+            found.append(result)
+            advance()
+    loads = tuple(load for _, load in found) if meshed.scheme.kind == "line" else None
+    return Solved(np.array([ste for ste, _ in found]), loads)
+
+
+def _solve(
+    meshed: MeshedPair, elasticity_at: ElasticityAt, phi: float, torque: float
+) -> tuple[float, dict[int, FloatArray]]:
+    solved = solve_position(meshed, phi, [torque], elasticity_at)
+    equilibrium, position = solved.equilibria[0], solved.position
+    if equilibrium is None:
+        return float("nan"), {}
+    ste = 1e3 * equilibrium.lead * meshed.pair.pinion.base_radius
+    if meshed.scheme.kind != "line":
+        return ste, {}
+    found = line_contact(meshed, position, equilibrium.contact)
+    loads = np.zeros((len(position.pair_index), len(meshed.section_widths)))
+    loads[found.pair, found.column] = found.line_load
+    return ste, {int(index): load for index, load in zip(position.pair_index, loads, strict=True)}
+
+
+def load_errors_percent(reduced: Solved, full: Solved) -> FloatArray | None:
+    """Return the largest error of any line load of each state over the peak of that state, shape (n,), per cent.
+
+    NaN where either did not converge; None without line contact.
+    """
+    if reduced.loads is None or full.loads is None:
+        return None
+    return np.array([_load_error(r, f) for r, f in zip(reduced.loads, full.loads, strict=True)])
+
+
+def _load_error(reduced: Mapping[int, FloatArray], full: Mapping[int, FloatArray]) -> float:
+    if not reduced or not full:
+        return float("nan")
+    peak = max(float(load.max()) for load in full.values())
+    differences = (np.abs(reduced.get(index, 0.0) - full.get(index, 0.0)) for index in {*reduced, *full})
+    return 100.0 * max(float(np.max(d)) for d in differences) / peak
+
+
+def not_converged(states: States, ste_um: FloatArray, what: str) -> Sequence[str]:
+    """Name the states without a solution."""
+    return [f"{what} at {state_text(states.where(i))}" for i in np.flatnonzero(~np.isfinite(ste_um)).tolist()]
+
+
+def state_text(where: Mapping[str, Any]) -> str:
+    """Write where a state is, for messages and notes."""
+    return (
+        f"{where['phi_deg']:.2f} deg, {where['torque_Nm']:.3g} N m, {where['in_plane_um']:+.1f} um in plane, "
+        f"{where['out_of_plane_um']:+.1f} um out of plane"
+    )

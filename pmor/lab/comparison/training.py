@@ -1,0 +1,101 @@
+"""The trainings that the reductions share: each state is solved once, its time is counted for all who use it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+from pmor_offline.adaptive import greedy_snapshots
+from pmor_offline.sampling import TrainingPosition, grid_positions, sobol_positions
+from pmor_offline.snapshots import solve_snapshots
+from pmor_online.errors import estimate_errors
+
+from pmor.case import Case
+from pmor.lab.comparison.variants import Grid
+from pmor.pair.model import ElasticModel
+from pmor.storage.snapshot_file import Snapshots
+
+
+@dataclass(frozen=True)
+class TrainingSet:
+    """Full-FE solutions in the order in which they were made.
+
+    Parameters
+    ----------
+    snapshots : tuple of Snapshots
+    seconds : tuple of float
+        Wall time until each of them was there, choosing included, s; and that until the sampling ended.
+    """
+
+    snapshots: tuple[Snapshots, ...] = ()
+    seconds: tuple[float, ...] = (0.0,)
+
+    @property
+    def solves(self) -> int:
+        """Full solves: angles with as many conditions each."""
+        return sum(len(s.converged) for s in self.snapshots)
+
+    @property
+    def failures(self) -> list[str]:
+        """Name the solves that did not converge."""
+        return [
+            f"full FE at phi = {s.phi:.6g} rad, torque = {1e-3 * torque:g} N m"
+            for s in self.snapshots
+            for torque, ok in zip(s.torque, s.converged, strict=True)
+            if not ok
+        ]
+
+    def first(self, positions: int) -> TrainingSet:
+        """Return what was there after so many positions."""
+        if positions >= len(self.snapshots):
+            return self
+        return TrainingSet(self.snapshots[:positions], (*self.seconds[:positions], self.seconds[positions - 1]))
+
+    def every(self, step: int) -> TrainingSet:
+        """Return every so many-th position; all of them take equally long."""
+        kept = self.snapshots[::step]
+        return TrainingSet(kept, (*self.seconds[: len(kept)], self.seconds[-1] / step))
+
+
+Advance = Callable[[], None]
+
+
+def greedy_training(case: Case, model: ElasticModel, advance: Advance = lambda: None) -> TrainingSet:
+    """Solve what the error estimate asks for."""
+    known: list[Snapshots] = []
+    return _timed(greedy_snapshots(case, model, estimate_errors, known), known, advance)
+
+
+def sobol_training(case: Case, model: ElasticModel, count: int, advance: Advance = lambda: None) -> TrainingSet:
+    """Solve a Sobol sequence; its beginning is what a smaller `count` gives."""
+    return _solved(model, sobol_positions(case.offline, model.mesh.meshed.pair, count), advance)
+
+
+def grid_training(case: Case, model: ElasticModel, advance: Advance = lambda: None) -> TrainingSet:
+    """Solve the grid of a case."""
+    return _solved(model, grid_positions(case.offline, model.mesh.meshed.pair), advance)
+
+
+def solves_until(greedy: TrainingSet, tolerance_percent: float) -> int:
+    """Return after how many solves a greedy sampling with a larger tolerance would have ended."""
+    below = (i for i, s in enumerate(greedy.snapshots) if s.estimate_percent <= tolerance_percent)
+    return next(below, greedy.solves)
+
+
+def nested_trainings(largest: TrainingSet, grids: Sequence[Grid]) -> list[TrainingSet]:
+    """Return the trainings of nested grids, smallest first, from that of the largest."""
+    return [largest.every(grids[-1].angles // grid.angles) for grid in grids]
+
+
+def _solved(model: ElasticModel, positions: Sequence[TrainingPosition], advance: Advance) -> TrainingSet:
+    return _timed((solve_snapshots(model, position) for position in positions), [], advance)
+
+
+def _timed(solving: Iterable[Snapshots], known: list[Snapshots], advance: Advance) -> TrainingSet:
+    start, seconds = time.perf_counter(), []
+    for snapshots in solving:
+        known.append(snapshots)
+        seconds.append(time.perf_counter() - start)
+        advance()
+    return TrainingSet(tuple(known), (*seconds, time.perf_counter() - start))

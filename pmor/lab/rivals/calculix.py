@@ -1,0 +1,295 @@
+"""The same pair in CalculiX: an independent finite-element contact solver on the same mesh.
+
+CalculiX (Guido Dhondt, http://www.calculix.de) is a program of its own, `ccx`; only `calculix_ste` needs it. Both gears
+go into one input deck as whole rings, in their exact kinematic position with the pinion a little ahead. The wheel's
+bore is fixed. The pinion's bore turns rigidly with one scalar unknown, the path s of its base circle:
+u = (s / r_b) e_z x X; the torque T is the force T / r_b on that unknown. Strains are linear.
+
+What CalculiX does differently:
+
+* Its surface is always the bilinear facets of the mesh: our ``scheme = "facet"``, ``lodm_profile = 1``.
+* ``node_to_surface`` is our nodal scheme: penalty times area at the nodes of one gear, the slave. It counts a node
+  wholly or not at all at the tip edge of the mate, where ours weights it by the area that faces the mate.
+* ``surface_to_surface`` integrates the pressure over the facets: what our facets with ever more LoDM converge to.
+* ``hex8`` is its C3D8. Its C3D8I is ``hex8i`` without the factor det(J_0) / det(J) on the incompatible gradients.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import shutil
+import subprocess
+import tempfile
+import time
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from pmor.arrays import FloatArray, IntArray
+from pmor.case import Case, GearCase
+from pmor.contact.position import active_patches
+from pmor.contact.search import search_contact
+from pmor.contact.solve import surface_error
+from pmor.conventions import rotation_z
+from pmor.errors import ConvergenceError, ExternalProgramError
+from pmor.fe.whole_gear import whole_gear_mesh
+from pmor.mesh.sector import SectorMesh
+from pmor.pair.model import MeshModel, assemble_pair
+
+PROGRAM = "ccx"
+Contact = Literal["node_to_surface", "surface_to_surface"]
+Slave = Literal["pinion", "wheel"]
+ELEMENTS = {"hex8": "C3D8", "hex8i": "C3D8I"}
+# Corners of the faces S1 to S6 of an eight-node brick.
+BRICK_FACES = ((0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0))
+# With this overlap, of the approach that is expected, it converged at once: with none the pinion is loose, and with too
+# much Newton overshoots and loses the contact. Between 0.1 and 0.5 it moves the nodal STE by less than 2e-5.
+START_OVERLAP = 0.3
+# How far beyond the path of contact a tooth pair gets a contact pair, of the pitch; idle ones cost little.
+MARGIN = 0.1
+# Its node-to-surface law is rounded near zero gap; a tensile stress this small (MPa) makes it our broken line.
+TENSION = 1e-3
+# Relative residual and correction at which its Newton iteration stops; by default 5e-3 and 1e-2.
+TOLERANCE = 1e-6
+
+
+@dataclass(frozen=True)
+class CalculixSolution:
+    """Static equilibrium by CalculiX.
+
+    Parameters
+    ----------
+    ste_um : float
+        Static transmission error, um.
+    seconds : float
+        Wall time of the program.
+    unknowns : int
+        Size of its system of equations.
+    iterations : int
+        Newton iterations, each with a factorisation.
+    """
+
+    ste_um: float
+    seconds: float
+    unknowns: int
+    iterations: int
+
+
+@dataclass(frozen=True)
+class _PlacedGear:
+    """A whole gear in the global frame; all its numbers continue those of the gear before it, from 1."""
+
+    name: str
+    material: GearCase
+    nodes: FloatArray
+    first_node: int
+    elements: IntArray
+    first_element: int
+    bore: IntArray
+    mesh: SectorMesh
+
+
+def calculix_available() -> bool:
+    """Whether CalculiX is installed."""
+    return shutil.which(PROGRAM) is not None
+
+
+def calculix_ste(
+    case: Case, mesh: MeshModel, phi: float, torque: float, contact: Contact = "node_to_surface",
+    slave: Slave = "pinion",
+) -> CalculixSolution:  # fmt: skip
+    """Solve one position with CalculiX.
+
+    Parameters
+    ----------
+    case : Case
+        Gives the materials, the element and the penalty; surface, LoDM and slave are CalculiX's own.
+    mesh : MeshModel
+        Of that case.
+    phi : float
+        Pinion angle, rad.
+    torque : float
+        On the pinion, N mm.
+    contact : {"node_to_surface", "surface_to_surface"}
+    slave : {"pinion", "wheel"}
+
+    Returns
+    -------
+    CalculixSolution
+
+    Raises
+    ------
+    ExternalProgramError
+        When the program is not installed, or stops for another reason than the next one.
+    ConvergenceError
+        When its Newton iteration does not converge.
+    """
+    if not calculix_available():
+        raise ExternalProgramError(f"{PROGRAM}: not found; install CalculiX (Debian: apt-get install calculix-ccx)")
+    base_radius = mesh.meshed.pair.pinion.base_radius
+    lead = _first_touch(case, mesh, phi, slave) + START_OVERLAP * mesh.meshed.expected_approach(torque) / base_radius
+    deck = input_deck(case, mesh, phi, torque, lead, contact, slave)
+    start = time.perf_counter()
+    log, results = _run(deck)
+    seconds = time.perf_counter() - start
+    path = _path_of_the_base_circle(log, results, phi)
+    return CalculixSolution(
+        ste_um=(lead * base_radius + path) * 1e3,
+        seconds=seconds,
+        unknowns=int(re.findall(r"number of equations\s+(\d+)", log)[-1]),
+        iterations=len(re.findall(r"^ iteration +\d+", log, re.MULTILINE)),
+    )
+
+
+def input_deck(
+    case: Case, mesh: MeshModel, phi: float, torque: float, lead: float, contact: Contact, slave: Slave
+) -> str:
+    """Return the input deck of one position.
+
+    Parameters
+    ----------
+    case, mesh, phi, torque, contact, slave
+        As in `calculix_ste`.
+    lead : float
+        How far ahead of its kinematic position the undeformed pinion is placed, rad.
+
+    Returns
+    -------
+    str
+    """
+    meshed = mesh.meshed
+    gears = _place_gears(case, mesh, phi, lead)
+    pairs = meshed.pair.pairs_in_reach(phi, MARGIN * meshed.pair.pitch)
+    driver = gears[1].first_node + len(gears[1].nodes)
+    lines: list[str] = []
+    for gear in gears:
+        lines += _gear_lines(gear, ELEMENTS[case.mesh.element])
+    lines += _support_lines(gears, driver, meshed.pair.pinion.base_radius)
+    lines += _contact_law_lines(case.contact.penalty_N_mm3, contact)
+    for index in pairs:
+        lines += _contact_pair_lines(gears, int(index), contact, slave)
+    return "\n".join([*lines, *_step_lines(driver, torque / meshed.pair.pinion.base_radius)]) + "\n"
+
+
+def _first_touch(case: Case, mesh: MeshModel, phi: float, slave: Slave) -> float:
+    """Return the lead at which the undeformed facets touch, rad."""
+    contact = replace(case.contact, scheme="facet", lodm_profile=1, lodm_width=1, slave=slave)
+    gears = mesh.pinion, mesh.wheel
+    facets = assemble_pair(replace(case, contact=contact), mesh.meshed.pair,
+                           (gears[0].flank_nodes, gears[1].flank_nodes),
+                           (gears[0].flank_roll_angle, gears[1].flank_roll_angle))  # fmt: skip
+    position = active_patches(facets, phi, 2.0 * surface_error(facets))
+    lead = 0.0
+    for _ in range(5):
+        gap = search_contact(facets, position, np.zeros_like(position.nodes), lead).smallest_gap
+        lead += gap / facets.pair.pinion.base_radius
+    return lead
+
+
+def _place_gears(case: Case, mesh: MeshModel, phi: float, lead: float) -> tuple[_PlacedGear, _PlacedGear]:
+    pair = mesh.meshed.pair
+    on_wheel = math.pi + pair.wheel_tooth_rotation(phi)
+    pinion = _place("PINION", case.pair.pinion, mesh.pinion, phi + lead, 0.0, 1, 1)
+    wheel = _place("WHEEL", case.pair.wheel, mesh.wheel, on_wheel, pair.centre_distance, 1 + len(pinion.nodes),
+                   1 + len(pinion.elements))  # fmt: skip
+    return pinion, wheel
+
+
+def _place(
+    name: str, material: GearCase, mesh: SectorMesh, angle: float, height: float, first_node: int, first_element: int
+) -> _PlacedGear:
+    """Turn a gear by `angle` (rad) and put its axis at (0, `height`)."""
+    nodes, elements, numbers = whole_gear_mesh(mesh)
+    placed = nodes @ rotation_z(angle).T + np.array([0.0, height, 0.0])
+    bore = first_node + np.unique(numbers[:, mesh.bore])
+    return _PlacedGear(name, material, placed, first_node, first_node + elements, first_element, bore, mesh)
+
+
+def _gear_lines(gear: _PlacedGear, element: str) -> Iterator[str]:
+    name, material = gear.name, gear.material
+    yield "*NODE"
+    yield from (f"{n},{_numbers(point)}" for n, point in enumerate(gear.nodes, gear.first_node))
+    yield f"*ELEMENT,TYPE={element},ELSET={name}"
+    yield from (f"{e},{','.join(map(str, nodes))}" for e, nodes in enumerate(gear.elements, gear.first_element))
+    yield f"*NSET,NSET={name}_BORE"
+    yield from map(str, gear.bore)
+    yield f"*MATERIAL,NAME={name}"
+    yield "*ELASTIC"
+    yield _numbers((1e3 * material.youngs_modulus_GPa, material.poisson_ratio))
+    yield f"*SOLID SECTION,ELSET={name},MATERIAL={name}"
+
+
+def _support_lines(gears: tuple[_PlacedGear, _PlacedGear], driver: int, base_radius: float) -> Iterator[str]:
+    """Fix the wheel's bore; let the pinion's turn with the first unknown of the node `driver`."""
+    pinion = gears[0]
+    yield "*NODE,NSET=DRIVER"
+    yield f"{driver},0,0,0"
+    yield "*EQUATION"
+    for node in pinion.bore:
+        x, y = pinion.nodes[node - pinion.first_node, :2] / base_radius
+        for direction, path_ratio in ((1, -y), (2, x)):
+            yield "2"
+            yield f"{node},{direction},-1,{driver},1,{_numbers([path_ratio])}"
+    yield from ("*BOUNDARY", "WHEEL_BORE,1,3", "PINION_BORE,3,3", "DRIVER,2,3")
+
+
+def _contact_law_lines(penalty: float, contact: Contact) -> Iterator[str]:
+    yield "*SURFACE INTERACTION,NAME=FLANKS"
+    yield "*SURFACE BEHAVIOR,PRESSURE-OVERCLOSURE=LINEAR"
+    yield _numbers((penalty, TENSION) if contact == "node_to_surface" else (penalty,))
+
+
+def _contact_pair_lines(
+    gears: tuple[_PlacedGear, _PlacedGear], index: int, contact: Contact, slave: Slave
+) -> Iterator[str]:
+    # The wheel's teeth are numbered against its own counter-clockwise sense.
+    teeth = index % gears[0].mesh.teeth, -index % gears[1].mesh.teeth
+    names = [f"{gear.name}_{tooth}" for gear, tooth in zip(gears, teeth, strict=True)]
+    for gear, name, tooth in zip(gears, names, teeth, strict=True):
+        yield from _flank_lines(gear, name, tooth)
+    yield f"*CONTACT PAIR,INTERACTION=FLANKS,TYPE={contact.replace('_', ' ').upper()}"
+    yield ",".join(names if slave == "pinion" else names[::-1])
+
+
+def _flank_lines(gear: _PlacedGear, name: str, tooth: int) -> Iterator[str]:
+    mesh = gear.mesh
+    first = gear.first_element + tooth * len(mesh.elements)
+    on_flank = np.isin(mesh.elements, mesh.flank)
+    yield f"*SURFACE,NAME={name},TYPE=ELEMENT"
+    for face, corners in enumerate(BRICK_FACES, 1):
+        yield from (f"{first + e},S{face}" for e in np.flatnonzero(on_flank[:, corners].all(axis=1)))
+
+
+def _step_lines(driver: int, force: float) -> Iterator[str]:
+    yield from ("*STEP", "*STATIC", "1,1", "*CONTROLS,PARAMETERS=FIELD", _numbers((TOLERANCE, TOLERANCE)))
+    yield from ("*CLOAD", f"{driver},1,{_numbers([force])}", "*NODE PRINT,NSET=DRIVER", "U", "*END STEP")
+
+
+def _numbers(values: Iterable[float]) -> str:
+    # CalculiX reads the first 20 characters of a field and would cut off an exponent behind them.
+    return ",".join(f"{value:.13e}" for value in values)
+
+
+def _run(deck: str) -> tuple[str, str]:
+    """Run the program on a deck; return its log and its table of results (empty when there is none)."""
+    with tempfile.TemporaryDirectory(prefix="pmor-calculix-") as folder:
+        (Path(folder) / "pair.inp").write_text(deck)
+        ran = subprocess.run([PROGRAM, "pair"], cwd=folder, capture_output=True, text=True, check=False)
+        table = Path(folder) / "pair.dat"
+        return ran.stdout + ran.stderr, table.read_text() if table.exists() else ""
+
+
+def _path_of_the_base_circle(log: str, results: str, phi: float) -> float:
+    """Return the displacement of the driver, mm; raise when there is none."""
+    if "best solution and residuals" in log:
+        raise ConvergenceError(f"{PROGRAM}: no equilibrium at phi = {phi:.6g} rad")
+    rows = re.findall(r"displacements.*for set DRIVER.*\n\s*\n\s*\d+\s+(\S+)", results)
+    if "Job finished" not in log or not rows:
+        errors = re.findall(r"\*ERROR.*(?:\n {2,}\S.*)*", log)
+        said = " ".join((errors or [log.strip()[-200:] or "nothing"])[0].split())
+        raise ExternalProgramError(f"{PROGRAM}: stopped at phi = {phi:.6g} rad; it says: {said}")
+    return float(rows[-1])

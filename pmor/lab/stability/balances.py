@@ -1,0 +1,76 @@
+"""What a solved position says about itself: energy, torque, and the condition of the equations it came from."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.linalg as la
+
+from pmor.arrays import FloatArray
+from pmor.contact.elasticity import Elasticity, FullElasticity
+from pmor.contact.equilibrium import Equilibrium
+from pmor.contact.position import Position
+
+
+def stored_energy(elasticity: Elasticity, equilibrium: Equilibrium) -> float:
+    """Return elastic energy and that of the penalty, N mm."""
+    contact = equilibrium.contact
+    elastic = 0.5 * elasticity.energy_norm(equilibrium.coordinates) ** 2
+    return elastic - 0.5 * float(contact.force @ contact.gap)
+
+
+def energy_imbalance(
+    elasticity: Elasticity, states: tuple[Equilibrium, Equilibrium], torques: tuple[float, float]
+) -> float:
+    """Return how far the work of a torque that grows a little misses the energy that is stored, over that work.
+
+    Parameters
+    ----------
+    elasticity : Elasticity
+    states : two Equilibrium
+        At one angle.
+    torques : (float, float)
+        N mm, close to each other: the work is taken by the trapezoidal rule.
+    """
+    stored = [stored_energy(elasticity, state) for state in states]
+    work = 0.5 * sum(torques) * (states[1].lead - states[0].lead)
+    return abs(stored[1] - stored[0] - work) / abs(work)
+
+
+def torque_imbalance(position: Position, elasticity: Elasticity, equilibrium: Equilibrium, torque: float) -> float:
+    """Return how far the moment of the nodal forces about the pinion's axis misses the torque (N mm), over it.
+
+    The solver balances the forces at contact points; here the forces have gone to the nodes, at their deformed places.
+    """
+    forces = equilibrium.contact.nodal_forces(equilibrium.contact.force, len(position.nodes))
+    places = position.nodes + elasticity.displacement(equilibrium.coordinates)
+    own = np.concatenate([np.arange(*position.window_slice(p, 0).indices(len(places)))
+                          for p in range(len(position.pair_index))])  # fmt: skip
+    moment = places[own, 0] @ forces[own, 1] - places[own, 1] @ forces[own, 0]
+    return float(abs(moment + torque) / torque)
+
+
+def newton_condition(elasticity: Elasticity, equilibrium: Equilibrium) -> float:
+    """Estimate the condition number (1-norm) of the matrix that a Newton step factors.
+
+    Full FE factors the flexibility of the loaded points, ``W C W^T + K^-1``; the reduced model the stiffness of its
+    amplitudes, ``I + Phi^T K Phi``.
+    """
+    contact = equilibrium.contact
+    points = np.eye(len(contact.gap))
+    columns = np.stack([elasticity.coordinates_of(contact, point) for point in points])
+    if isinstance(elasticity, FullElasticity):
+        used = columns.any(axis=0)
+        matrix = columns[:, used] @ elasticity.compliance[np.ix_(used, used)] @ columns[:, used].T
+        matrix[np.diag_indices(len(matrix))] += 1.0 / contact.stiffness
+    else:
+        matrix = columns.T * contact.stiffness @ columns
+        matrix[np.diag_indices(len(matrix))] += 1.0
+    return _condition(matrix)
+
+
+def _condition(matrix: FloatArray) -> float:
+    factor, info = la.lapack.dpotrf(matrix)
+    if info != 0:
+        return float("inf")
+    reciprocal, _ = la.lapack.dpocon(factor, np.linalg.norm(matrix, 1))
+    return float(1.0 / reciprocal) if reciprocal > 0.0 else float("inf")

@@ -1,0 +1,41 @@
+"""The matrix of a case, and the base case that its variants change."""
+
+from __future__ import annotations
+
+from pmor.case import Case, changed_text, parse_case
+from pmor.lab.stability.basis_variants import basis_variants
+from pmor.lab.stability.contact_variants import contact_variants, line_variants, load
+from pmor.lab.stability.gear_variants import gear_variants
+from pmor.lab.stability.variants import Variant, merged
+
+# A mesh on which a position takes milliseconds: what is asked here is whether the program holds, not the last digit.
+MOST_PROFILE_ELEMENTS = 16
+WIDTH_ELEMENTS = 4
+
+
+def base_case(case: Case) -> Case:
+    """Return a case on the mesh of the matrix, with its nominal torque for all stages, and with a penalty.
+
+    Line contact has neither penalty nor refinement, which are what the matrix varies most; it has variants of its own.
+
+    Raises
+    ------
+    CaseError
+    """
+    elements = min(case.mesh.profile_elements, MOST_PROFILE_ELEMENTS)
+    mesh = {"mesh": {"profile_elements": elements, "width_elements": min(case.mesh.width_elements, WIDTH_ELEMENTS)}}
+    changes = merged(mesh, load(case.torque_Nm))
+    if case.contact.scheme == "line":
+        changes = merged(changes, {"contact": {"scheme": "direct"}})
+    return parse_case(changed_text(case.text, changes), case.name, case.name)
+
+
+def matrix(base: Case) -> tuple[Variant, ...]:
+    """Return all variants of a base case."""
+    return (
+        Variant("base case", "Base case", "the case itself, on the mesh of this matrix"),
+        *contact_variants(base),
+        *line_variants(),
+        *gear_variants(base),
+        *basis_variants(base),
+    )

@@ -1,0 +1,233 @@
+"""From a variant to its entry: solve, hold against the reference, judge."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from pmor_online.sweep import sweep_reduced_pair
+
+from pmor.arrays import FloatArray
+from pmor.case import Case, changed_text, parse_case
+from pmor.case.width import meshed_width
+from pmor.errors import CaseError, GeometryError, MeshError
+from pmor.lab.stability.places import NEIGHBOUR, mirrored_angles, pinion_angles
+from pmor.lab.stability.reduced import train
+from pmor.lab.stability.solve import Solved, solve_variant, ste_from_other_load, ste_only
+from pmor.lab.stability.variants import Variant
+from pmor.pair.limits import range_warnings
+from pmor.pair.model import ElasticModel, approach_estimate, elastic_model, mesh_model
+
+MOST_STEPS = 12
+# Refinement of the reference mesh of a variant that is held against one.
+FINER = 1.5
+
+
+@dataclass(frozen=True)
+class Entry:
+    """What became of a variant; the numbers are None where there is nothing to measure.
+
+    Parameters
+    ----------
+    name, group, about : str
+        Of the variant.
+    converged : bool or None
+        None: refused before anything was solved.
+    newton_steps : int or None
+        Largest of all positions.
+    condition : float or None
+        Largest estimate for the Newton matrix.
+    difference_rel : float or None
+        Largest difference of the STE to the reference, over the mean of the reference.
+    energy_balance_rel, torque_balance_rel : float or None
+        `pmor.lab.stability.balances`.
+    ste_mean_um : float or None
+    ste_um : tuple of float or None
+        At each position.
+    seconds : float
+    ok : bool
+        Converged, balanced, and as close to the reference as it should be.
+    explained : bool
+        Refused by a check that says why, or known not to hold, with a warning beforehand.
+    note : str
+        What is wrong, or worth knowing.
+    """
+
+    name: str
+    group: str
+    about: str
+    converged: bool | None
+    newton_steps: int | None
+    condition: float | None
+    difference_rel: float | None
+    energy_balance_rel: float | None
+    torque_balance_rel: float | None
+    ste_mean_um: float | None
+    ste_um: tuple[float, ...] | None
+    seconds: float
+    ok: bool
+    explained: bool
+    note: str
+
+
+@dataclass(frozen=True)
+class Bench:
+    """The base case with its model, which variants share that change the contact alone.
+
+    Parameters
+    ----------
+    base : Case
+    """
+
+    base: Case
+
+    @cached_property
+    def model(self) -> ElasticModel:
+        """Full FE of the base case."""
+        return elastic_model(self.base, mesh_model(self.base))
+
+    def model_of(self, case: Case) -> ElasticModel:
+        """Full FE of a case; the bodies are those of the base case where gears and mesh are.
+
+        Line contact takes the surface layer out of them.
+        """
+        alike = (case.pair, case.mesh, meshed_width(case)) == (self.base.pair, self.base.mesh, meshed_width(self.base))
+        if case.contact.scheme == "line" or not alike:
+            return elastic_model(case, mesh_model(case))
+        return ElasticModel(mesh_model(case), self.model.pinion, self.model.wheel)
+
+
+def measure(variant: Variant, bench: Bench) -> Entry:
+    """Run a variant; whatever goes wrong becomes part of the entry.
+
+    Parameters
+    ----------
+    variant : Variant
+    bench : Bench
+
+    Returns
+    -------
+    Entry
+    """
+    started = time.perf_counter()
+    entry = Entry(variant.name, variant.group, variant.about, *(None,) * 8, 0.0, False, False, "")
+    try:
+        case = parse_case(changed_text(bench.base.text, variant.changes), bench.base.name, "the variant")
+        entry = _solved_entry(entry, variant, case, bench)
+    except (CaseError, GeometryError, MeshError) as error:
+        entry = replace(entry, explained=True, note=f"refused: {error}")
+    except Exception as error:  # a crash is a result too: it is named, and the other variants go on
+        entry = replace(entry, converged=False, note=f"{type(error).__name__}: {error}")
+    return replace(entry, seconds=time.perf_counter() - started)
+
+
+def _solved_entry(entry: Entry, variant: Variant, case: Case, bench: Bench) -> Entry:
+    model = bench.model_of(case)
+    meshed, torque = model.mesh.meshed, 1e3 * case.torque_Nm
+    phi = pinion_angles(meshed, variant.places)
+    if variant.basis is not None:
+        solved = _reduced(case, model, phi, variant.basis)
+    else:
+        solved = solve_variant(meshed, model.elasticity_at, phi, torque, variant.start_mm, variant.rising)
+    reference = variant.factor * _reference(variant, case, model, phi, bench)
+    difference = float(np.max(np.abs(solved.ste_um - reference)) / np.mean(np.abs(reference)))
+    notes = _complaints(variant, solved, difference)
+    warnings = range_warnings(case, meshed.pair, approach_estimate(case, meshed.pair))
+    aspect = model.mesh.quality.max_aspect_ratio
+    remarks = [*warnings, *([f"aspect ratio of the elements up to {aspect:.3g}"] if variant.group == "Mesh" else [])]
+    return replace(
+        entry,
+        converged=not solved.failures,
+        newton_steps=solved.steps,
+        condition=_known(solved.condition),
+        difference_rel=_known(difference),
+        energy_balance_rel=_known(solved.energy),
+        torque_balance_rel=_known(solved.torque),
+        ste_mean_um=_known(float(np.mean(solved.ste_um))),
+        ste_um=tuple(solved.ste_um.tolist()),
+        ok=not notes,
+        explained=bool(notes and variant.limit) and any(variant.limit in warning for warning in warnings),
+        note="; ".join([*notes, *remarks]),
+    )
+
+
+def _known(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _reference(variant: Variant, case: Case, model: ElasticModel, phi: FloatArray, bench: Bench) -> FloatArray:
+    """STE of what a variant is held against, um."""
+    meshed, torque = model.mesh.meshed, 1e3 * case.torque_Nm
+    if variant.against == "base":
+        base = bench.model
+        return ste_only(base.mesh.meshed, base.elasticity_at, phi, 1e3 * bench.base.torque_Nm)
+    if variant.against == "finer":
+        fine = _ste_of(_finer(case), phi)
+        # What the coarse mesh misses anyway, it misses in the base case too.
+        return np.asarray(fine * _ste_of(bench.base, phi) / _ste_of(_finer(bench.base), phi))
+    if variant.against == "mirror":
+        return _mirrored(case, model, phi)
+    if variant.against == "neighbours":
+        step = NEIGHBOUR * meshed.pair.pitch
+        near = [ste_only(meshed, model.elasticity_at, phi + sign * step, torque) for sign in (-1.0, 1.0)]
+        return np.asarray(0.5 * (near[0] + near[1]))
+    if variant.against == "full":
+        return ste_only(meshed, model.elasticity_at, phi, torque)
+    return ste_from_other_load(meshed, model.elasticity_at, phi, torque)
+
+
+def _finer(case: Case) -> Case:
+    elements = math.ceil(FINER * case.mesh.profile_elements)
+    return parse_case(changed_text(case.text, {"mesh": {"profile_elements": elements}}), case.name, "finer mesh")
+
+
+def _ste_of(case: Case, phi: FloatArray) -> FloatArray:
+    model = elastic_model(case, mesh_model(case))
+    return ste_only(model.mesh.meshed, model.elasticity_at, phi, 1e3 * case.torque_Nm)
+
+
+def _mirrored(case: Case, model: ElasticModel, phi: FloatArray) -> FloatArray:
+    gears = case.pair.pinion, case.pair.wheel
+    slaves = {"pinion": "wheel", "wheel": "pinion"}
+    ratio = gears[1].teeth / gears[0].teeth
+    loads = {name: [ratio * t for t in getattr(case, name).torques_Nm] for name in ("offline", "online", "compare")}
+    text = changed_text(case.text, {
+        "pinion": dict(vars(gears[1])), "wheel": dict(vars(gears[0])), "load": {"torque_Nm": ratio * case.torque_Nm},
+        "contact": {"slave": slaves.get(case.contact.slave, case.contact.slave)},
+        **{name: {"torques_Nm": torques} for name, torques in loads.items()},
+    })  # fmt: skip
+    exchanged = parse_case(text, case.name, "gears exchanged")
+    mirror = ElasticModel(mesh_model(exchanged), model.wheel, model.pinion)
+    angles = mirrored_angles(model.mesh.meshed.pair, phi, mirror.mesh.meshed.pair)
+    return ste_only(mirror.mesh.meshed, mirror.elasticity_at, angles, 1e3 * exchanged.torque_Nm)
+
+
+def _reduced(case: Case, model: ElasticModel, phi: FloatArray, way: str) -> Solved:
+    """Solve by a reduced model: its sweep gives STE and steps, its slow twin the balances."""
+    reduced = train(case, model, way)
+    torque = 1e3 * case.torque_Nm
+    sweep = sweep_reduced_pair(reduced, phi, [torque])
+    twin = solve_variant(reduced.meshed, reduced.elasticity_at, phi, torque)
+    failures = [f"no equilibrium of the sweep at phi = {angle:.6g} rad" for angle in phi[~sweep.converged[0]]]
+    return replace(twin, ste_um=sweep.ste_um[0], steps=max(int(sweep.newton_steps.max()), twin.steps),
+                   failures=(*failures, *twin.failures))  # fmt: skip
+
+
+def _complaints(variant: Variant, solved: Solved, difference: float) -> list[str]:
+    """Say what is wrong with a variant; nothing when it is as it should be."""
+    complaints = []
+    if solved.failures:
+        complaints.append(f"{len(solved.failures)} solutions did not converge, first: {solved.failures[0]}")
+    if solved.steps > MOST_STEPS:
+        complaints.append(f"{solved.steps} Newton steps, more than {MOST_STEPS}")
+    # Comparisons with not: a NaN is a complaint. The energy may be unknown.
+    if not difference <= variant.tolerance:
+        complaints.append(f"differs by {difference:.2g}, more than {variant.tolerance:g}")
+    if solved.energy > variant.energy:
+        complaints.append(f"energy off by {solved.energy:.2g}, more than {variant.energy:g}")
+    if not solved.torque <= variant.torque:
+        complaints.append(f"torque off by {solved.torque:.2g}, more than {variant.torque:g}")
+    return complaints

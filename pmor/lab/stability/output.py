@@ -1,0 +1,137 @@
+"""Everything that a run of the matrix leaves in its folder, and the summary on the screen."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+
+from pmor.lab.stability.figures import penalty_figure, steps_figure
+from pmor.lab.stability.matrix import matrix
+from pmor.lab.stability.measure import MOST_STEPS, Entry
+from pmor.lab.stability.run import Stability
+from pmor.lab.stability.variants import REFERENCES
+from pmor.lab.study.report import Block, Heading, Picture, Warning, study_html
+from pmor.progress import format_time
+from pmor.report.provenance import provenance
+from pmor.report.report import Cell, Table
+from pmor.report.tables import write_summary_json
+from pmor.storage.atomic import atomic_path
+
+COLUMNS = (
+    "variant", "result", "steps", "condition", "difference", "against", "energy", "torque", "STE, µm", "s",
+)  # fmt: skip
+
+
+def write_stability(stability: Stability, seconds: float, out: Path) -> None:
+    """Write `stability.json` and `report.html`.
+
+    Parameters
+    ----------
+    stability : Stability
+    seconds : float
+        Wall time of the run.
+    out : Path
+
+    Raises
+    ------
+    OutputError
+    """
+    law = stability.law
+    content = {
+        "case": stability.case.name,
+        "entries": [asdict(entry) for entry in stability.entries],
+        "n_entries": len(stability.entries),
+        "n_failed": len(stability.failed),
+        "penalty_exponent": None if law is None else law.exponent,
+        "ste_penalty_free_um": None if law is None else law.limit_um,
+        "seconds": seconds,
+    }
+    write_summary_json(out / "stability.json", content)
+    with atomic_path(out / "report.html") as temporary:
+        title = f"Stability: {stability.case.title}"
+        temporary.write_text(study_html(title, _blocks(stability, seconds)), encoding="utf-8")
+
+
+def stability_text(stability: Stability) -> str:
+    """Return the short summary for the screen: the verdicts, and whatever did not hold."""
+    entries = stability.entries
+    steps = max((e.newton_steps for e in entries if e.newton_steps is not None), default=None)
+    lines = [
+        f"Stability: {stability.case.title}",
+        f"  {len(entries)} variants: {sum(e.ok for e in entries)} ok, {sum(e.explained for e in entries)} explained "
+        f"limits, {len(stability.failed)} failed",
+    ]
+    if steps is not None:
+        lines.append(f"  {steps} Newton steps at most, {MOST_STEPS} allowed")
+    if stability.law is not None:
+        lines.append(f"  STE above its penalty-free limit falls as k^{stability.law.exponent:.3f}")
+    return "\n".join([*lines, *(f"  ! {entry.name}: {entry.note}" for entry in stability.failed)])
+
+
+def verdict(entry: Entry) -> str:
+    """Return ok, refused, limit (both explained) or failed."""
+    if entry.explained:
+        return "refused" if entry.converged is None else "limit"
+    return "ok" if entry.ok else "failed"
+
+
+def _blocks(stability: Stability, seconds: float) -> list[Block]:
+    base, entries = stability.base, stability.entries
+    against = {variant.name: variant.against for variant in matrix(base)}
+    blocks: list[Block] = [Warning(f"{entry.name}: {entry.note}") for entry in stability.failed]
+    blocks += [
+        f"{len(entries)} variants of the case, each far from the usual in one respect: "
+        f"{sum(e.ok for e in entries)} ok, {sum(e.explained for e in entries)} refused or warned "
+        f"of before anything was solved, and {len(stability.failed)} failed; {format_time(seconds)} in all. "
+        f"Base: {base.mesh.profile_elements} x {base.mesh.width_elements} elements on a flank, {base.torque_Nm:g} N m. "
+        "Full FE is solved at eight positions over a pitch, exact entry and exit of a pair among them.",
+        Table("What the columns mean", ("column", "meaning"), _meanings()),
+    ]
+    if stability.law is not None:
+        caption = (
+            "STE minus its penalty-free limit, median over the positions. A soft penalty widens the strip of contact; "
+            f"a stiff one is a spring in series with the teeth: fitted exponent {stability.law.exponent:.3f}."
+        )
+        blocks += [Heading("Penalty"), Picture("penalty.png", caption, penalty_figure(stability.law))]
+    if any(entry.condition for entry in entries):
+        caption = "Newton steps over the condition of the matrix that they factor, largest of all positions."
+        blocks.append(Picture("steps.png", caption, steps_figure(entries)))
+    blocks.append(Heading("All variants"))
+    for group in dict.fromkeys(entry.group for entry in entries):
+        rows = [_row(entry, against.get(entry.name)) for entry in entries if entry.group == group]
+        notes = [f"{entry.name}: {entry.note}." for entry in entries if entry.group == group and entry.note]
+        blocks += [Table(group, COLUMNS, rows), *notes]
+    table = Table("Machine and software", ("item", "value"), provenance(stability.case))
+    return [*blocks, Heading("Provenance"), table]
+
+
+def _row(entry: Entry, against: str | None) -> tuple[Cell, ...]:
+    held = "" if entry.difference_rel is None or against is None else against
+    return (
+        # Names stay on one line; the table may scroll instead.
+        entry.name.replace(" ", "\u00a0"), verdict(entry), entry.newton_steps, _short(entry.condition),
+        _short(entry.difference_rel), held, _short(entry.energy_balance_rel), _short(entry.torque_balance_rel),
+        entry.ste_mean_um, round(entry.seconds, 1),
+    )  # fmt: skip
+
+
+def _short(value: float | None) -> float | None:
+    """Two digits: what an order of magnitude is worth."""
+    return None if value is None else float(f"{value:.2g}")
+
+
+def _meanings() -> list[tuple[str, str]]:
+    return [
+        ("result", f"ok: converged everywhere in at most {MOST_STEPS} Newton steps, balanced, and as close to what it "
+         "is held against as it should be; refused: a check before the solution says why; limit: solved, with "
+         "a warning that it is not to be trusted; failed: the note says what"),
+        ("steps", "largest number of Newton steps at any position"),
+        ("condition", "condition number of the matrix that a Newton step factors, 1-norm, estimated"),
+        ("difference", "largest difference of the STE to what it is held against, over the mean of that"),
+        *((f"against: {word}", text) for word, text in REFERENCES.items() if word != "nothing"),
+        ("energy", "work of a torque that grows by 1 % against the energy that is stored, relative. The bilinear "
+         "shares in which forces go to the nodes (the paper's) are not quite the derivative of the smooth gap: 1-2 % "
+         "here, and 1e-7 with facets, where they are"),
+        ("STE", "mean over the positions"),
+        ("torque", "moment of the nodal forces about the pinion's axis against the applied torque, relative"),
+    ]  # fmt: skip

@@ -1,0 +1,70 @@
+"""Where over the pitch a variant is solved."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from pmor.arrays import FloatArray
+from pmor.contact.flank import MeshedPair
+from pmor.gear.pair import GearPair
+
+# Distance of the neighbours that a special position is held against, in pitches.
+NEIGHBOUR = 1e-4
+
+
+def pinion_angles(meshed: MeshedPair, places: str) -> FloatArray:
+    """Return the pinion angles of a variant, rad.
+
+    Parameters
+    ----------
+    meshed : MeshedPair
+    places : {"usual", "borders", "ends"}
+        Eight positions from entry to entry, with exact entry and exit, in between with one pair more and one less; a
+        pair's contact exactly on rows of nodes of the pinion's or the wheel's flank; exact entry and exit alone.
+
+    Raises
+    ------
+    KeyError
+        For another word.
+    """
+    return {"usual": _usual, "borders": _borders, "ends": _ends}[places](meshed)
+
+
+def mirrored_angles(pair: GearPair, phi: FloatArray, exchanged: GearPair) -> FloatArray:
+    """Return the angles at which a pair with its gears exchanged stands as this one at `phi`, seen in the mirror.
+
+    The contact then is as far from the end of the path as it was from the beginning.
+    """
+    share = (phi - pair.roll_position_range[0]) / pair.pitch
+    return np.asarray(exchanged.roll_position_range[0] + (pair.contact_ratio - share) * exchanged.pitch)
+
+
+def _usual(meshed: MeshedPair) -> FloatArray:
+    more = meshed.pair.contact_ratio % 1.0
+    inside = np.array([0.25, 0.5, 0.75])
+    shares = np.concatenate([[0.0], more * inside, [more], more + (1.0 - more) * inside])
+    return _at(meshed.pair, shares)
+
+
+def _ends(meshed: MeshedPair) -> FloatArray:
+    return _at(meshed.pair, np.array([0.0, meshed.pair.contact_ratio % 1.0]))
+
+
+def _borders(meshed: MeshedPair) -> FloatArray:
+    pair = meshed.pair
+    first, last = pair.roll_position_range
+    found = []
+    for gear, flank in enumerate((meshed.pinion, meshed.wheel)):
+        roll = flank.roll_angle
+        if gear == 1:  # along the line of action, seen from the pinion
+            roll = (pair.action_length - roll * pair.wheel.base_radius) / pair.pinion.base_radius
+        angles = np.array([pair.roll_position(float(u)) for u in roll])
+        angles = angles[(angles > first) & (angles < last)]
+        found.append(angles[:: max(1, math.ceil(len(angles) / 4))])
+    return np.concatenate(found)
+
+
+def _at(pair: GearPair, shares: FloatArray) -> FloatArray:
+    return np.asarray(pair.roll_position_range[0] + shares * pair.pitch)

@@ -1,0 +1,126 @@
+"""Solve the positions of a variant by full FE and take what there is to measure."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmor.arrays import FloatArray
+from pmor.contact.equilibrium import Equilibrium, round_off_residual, solve_equilibrium
+from pmor.contact.flank import MeshedPair
+from pmor.contact.solve import ElasticityAt, SolvedPosition, solve_position
+from pmor.errors import ConvergenceError
+from pmor.lab.stability.balances import energy_imbalance, newton_condition, torque_imbalance
+
+# The torque that the balance of energy adds, relative.
+LITTLE_MORE = 1e-2
+# Round-off of a state over the change that the balance looks at, above which the balance says nothing.
+LEAST_DIGITS = 1e-3
+# The load from which another way to the same state starts, over the nominal one.
+OTHER_LOAD = 0.5
+
+
+@dataclass(frozen=True)
+class Solved:
+    """Measures over the positions of a variant.
+
+    Parameters
+    ----------
+    ste_um : ndarray, shape (n,)
+        NaN where a position did not converge.
+    steps : int
+        Largest number of Newton steps.
+    condition, energy, torque : float
+        Largest estimate of the condition, largest imbalances (`pmor.lab.stability.balances`); NaN without any position,
+        and for the energy under a load too small to tell.
+    failures : tuple of str
+    """
+
+    ste_um: FloatArray
+    steps: int
+    condition: float
+    energy: float
+    torque: float
+    failures: tuple[str, ...]
+
+
+def solve_variant(
+    meshed: MeshedPair, elasticity_at: ElasticityAt, phi: FloatArray, torque: float, start_mm: float | None = None,
+    rising: tuple[float, ...] = (),
+) -> Solved:  # fmt: skip
+    """Solve all positions at one torque.
+
+    Parameters
+    ----------
+    meshed : MeshedPair
+    elasticity_at : callable
+    phi : ndarray, shape (n,)
+        rad.
+    torque : float
+        N mm.
+    start_mm : float, optional
+        Solve each position from an undeformed pair that is so far ahead, mm along the line of action.
+    rising : tuple of float
+        Loads over the torque that are solved before it.
+
+    Returns
+    -------
+    Solved
+    """
+    # Under the smallest loads, energies differ by less than their round-off; and the energy of line contact is not half
+    # its force times the gap, which is what is stored here.
+    line = meshed.scheme.kind == "line"
+    balanced = not line and round_off_residual(meshed, torque) < LEAST_DIGITS * LITTLE_MORE
+    torques = [*(load * torque for load in rising), torque, (1.0 + LITTLE_MORE) * torque]
+    ste, measures, steps = np.full(len(phi), np.nan), [], [0]
+    failures: list[str] = []
+    for i, angle in enumerate(phi):
+        solved = solve_position(meshed, float(angle), torques, elasticity_at)
+        failures += solved.failures
+        first, second = solved.equilibria[-2:]
+        if first is None or second is None:
+            continue
+        elasticity = elasticity_at(solved.position)
+        if start_mm is not None:
+            try:
+                first = _from_afar(meshed, solved, elasticity_at, torque, start_mm)
+            except ConvergenceError as error:
+                failures.append(str(error))
+                continue
+        ste[i] = first.lead * meshed.pair.pinion.base_radius * 1e3
+        steps += [first.steps, *(state.steps for state in solved.equilibria if state is not None)]
+        measures.append((
+            newton_condition(elasticity, first),
+            energy_imbalance(elasticity, (first, second), (torques[-2], torques[-1])) if balanced else np.nan,
+            torque_imbalance(solved.position, elasticity, first, torque),
+        ))  # fmt: skip
+    condition, energy, balance = np.max(measures, axis=0) if measures else (np.nan,) * 3
+    return Solved(ste, max(steps), float(condition), float(energy), float(balance), tuple(failures))
+
+
+def ste_from_other_load(meshed: MeshedPair, elasticity_at: ElasticityAt, phi: FloatArray, torque: float) -> FloatArray:
+    """Return the STE, um, when each position is first solved under half the torque; NaN where that fails."""
+    return _last(meshed, elasticity_at, phi, [OTHER_LOAD * torque, torque])
+
+
+def ste_only(meshed: MeshedPair, elasticity_at: ElasticityAt, phi: FloatArray, torque: float) -> FloatArray:
+    """Return the STE, um; NaN where a position did not converge."""
+    return _last(meshed, elasticity_at, phi, [torque])
+
+
+def _last(
+    meshed: MeshedPair, elasticity_at: ElasticityAt, phi: FloatArray, torques: Sequence[float]
+) -> FloatArray:
+    states = [solve_position(meshed, float(angle), torques, elasticity_at).equilibria[-1] for angle in phi]
+    leads = [np.nan if state is None else state.lead for state in states]
+    return np.array(leads) * meshed.pair.pinion.base_radius * 1e3
+
+
+def _from_afar(
+    meshed: MeshedPair, solved: SolvedPosition, elasticity_at: ElasticityAt, torque: float, start_mm: float
+) -> Equilibrium:
+    elasticity = elasticity_at(solved.position)
+    start = elasticity.zero(), start_mm / meshed.pair.pinion.base_radius
+    return solve_equilibrium(meshed, solved.position, elasticity, torque, start)

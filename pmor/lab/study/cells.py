@@ -1,0 +1,164 @@
+"""From the cells of a study to cases and models."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict, dataclass, field
+
+import numpy as np
+
+from pmor.arrays import FloatArray
+from pmor.case import Case, changed_text, load_case, parse_case
+from pmor.contact.solve import solve_position
+from pmor.lab.study.settings import Cell, Member, Sections, Study, TrainingSettings
+from pmor.pair.model import ElasticModel, elastic_model, mesh_model
+from pmor.pair.sweep import collect_sweep
+from pmor.results.sweep import SteSweep
+
+# A loaded pair counts as inside the path of contact at this fraction of a pitch from where it enters or leaves mesh.
+ENTRY_EXIT_MARGIN = 0.1
+
+
+@dataclass(frozen=True)
+class StudyCases:
+    """All cases of a study, checked before anything runs.
+
+    Parameters
+    ----------
+    cells : mapping of Cell to Case
+    members : mapping of Member to Case
+        The reference's family.
+    trainings : tuple of mapping
+        For each training section the case of each (angles per pitch, torques).
+    peer : Case or None
+        What the independent solver is given.
+    """
+
+    cells: Mapping[Cell, Case]
+    members: Mapping[Member, Case]
+    trainings: tuple[Mapping[tuple[int, tuple[float, ...]], Case], ...]
+    peer: Case | None
+
+
+def study_cases(study: Study) -> StudyCases:
+    """Make the cases of a study.
+
+    Raises
+    ------
+    CaseError
+        When the base case or what a cell makes of it is refused.
+    """
+    base = load_case(study.base).text
+
+    def case(cell: Cell, changes: Sections) -> Case:
+        merged = {name: dict(keys) for name, keys in study.changes_of(cell).items()}
+        for name, keys in changes.items():
+            merged.setdefault(name, {}).update(keys)
+        return parse_case(changed_text(base, merged), cell.label, f"{study.where}: cell {cell.label}")
+
+    def training(settings: TrainingSettings) -> dict[tuple[int, tuple[float, ...]], Case]:
+        reduction = {"shapes": settings.shapes, "interpolation": settings.interpolation}
+        given = {key: value for key, value in reduction.items() if value is not None}
+        return {
+            (angles, torques): case(
+                settings.cell,
+                {"offline": {"angles_per_pitch": angles, "torques_Nm": list(torques)}}
+                | ({"reduction": given} if given else {}),
+            )
+            for angles in settings.angles
+            for torques in settings.torques_Nm
+        }
+
+    return StudyCases(
+        cells={cell: case(cell, {}) for cell in study.cells},
+        members={
+            m: case(Cell(m.n_profile, m.lodm), {"mesh": {"width_elements": m.n_width}})
+            for m in study.reference.members
+        },
+        trainings=tuple(map(training, study.trainings)),
+        peer=case(study.peer.cell, study.peer.changes) if study.peer is not None else None,
+    )
+
+
+@dataclass
+class ModelStore:
+    """Elastic models of the study's meshes: LoDM changes the contact alone, so its cells share one.
+
+    Line contact takes the surface layer's compliance out of the elastic model, and has its own.
+
+    Parameters
+    ----------
+    models : dict
+        Filled on the way: elastic model and the seconds it took, by gear pair, mesh and surface layer.
+    """
+
+    models: dict[str, tuple[ElasticModel, float]] = field(default_factory=dict)
+
+    def model(self, case: Case) -> tuple[ElasticModel, float]:
+        """Return the full model of a case and the wall time of its finite elements, meshing included, s."""
+        layer = case.contact.layer_depth if case.contact.scheme == "line" else None
+        key = json.dumps([asdict(case.pair), asdict(case.mesh), layer], sort_keys=True)
+        if key not in self.models:
+            started = time.perf_counter()
+            model = elastic_model(case, mesh_model(case))
+            self.models[key] = model, time.perf_counter() - started
+        model, seconds = self.models[key]
+        return ElasticModel(mesh_model(case), model.pinion, model.wheel), seconds
+
+
+@dataclass(frozen=True)
+class FullSweep:
+    """Condensed full FE over a set of angles.
+
+    Parameters
+    ----------
+    sweep : SteSweep
+    torque_ratio_error : ndarray, shape (n_torques, n_angles)
+        ``|T2 z1 / (T1 z2) - 1|`` of the contact torques; NaN where not converged, and where a pair is about to enter
+        or to leave mesh.
+    """
+
+    sweep: SteSweep
+    torque_ratio_error: FloatArray
+
+
+def solve_full(model: ElasticModel, phi: FloatArray, torques_Nm: Sequence[float], jobs: int) -> FullSweep:
+    """Solve condensed full FE at all angles and torques.
+
+    Parameters
+    ----------
+    model : ElasticModel
+    phi : ndarray, shape (n,)
+        Pinion angles, rad.
+    torques_Nm : sequence of float
+        N m.
+    jobs : int
+        Angles solved at a time.
+
+    Returns
+    -------
+    FullSweep
+    """
+    meshed, torques = model.mesh.meshed, [1e3 * t for t in torques_Nm]
+    pair = meshed.pair
+    started = time.perf_counter()
+    with ThreadPoolExecutor(max_workers=jobs) as pool:
+        solved = list(pool.map(lambda angle: solve_position(meshed, float(angle), torques, model.elasticity_at), phi))
+    sweep = collect_sweep(meshed, solved, phi, torques, time.perf_counter() - started)
+    first, last = pair.roll_position_range
+    margin = ENTRY_EXIT_MARGIN * pair.pitch
+    ratio = np.full(sweep.ste_um.shape, np.nan)
+    for i, position in enumerate(solved):
+        roll = float(phi[i]) + position.position.pair_index * pair.pitch
+        for t, equilibrium in enumerate(position.equilibria):
+            if equilibrium is None:
+                continue
+            torque = equilibrium.pair_torque(len(roll))
+            loaded = roll[torque > 0.0]
+            if first + margin <= loaded.min() and loaded.max() <= last - margin:
+                teeth = pair.wheel.teeth / pair.pinion.teeth
+                ratio[t, i] = abs(equilibrium.wheel_torque / float(torque.sum()) / teeth)
+    return FullSweep(sweep, np.abs(ratio - 1.0))

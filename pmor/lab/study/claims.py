@@ -1,0 +1,111 @@
+"""The paper's qualitative claims, checked by number."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from pmor.lab.study.settings import Cell, PaperRatio, Study
+
+Row = dict[str, Any]
+
+# The paper's own yardstick is its finest mesh without refinement.
+YARDSTICK = Cell(64, 1)
+# A cell is as good as another when its errors are at most this many times as large.
+AS_GOOD = 2.0
+JUDGED = ("shape_error_um", "ripple_um")
+SHOWN = (*JUDGED, "mean_error_um", "peak_to_peak_error_um")
+MODELS = ("conventional", "condensed", "reduced")
+
+
+def checked_claims(rows: Sequence[Row], study: Study) -> list[Row]:
+    """Check the claims about quality that the study's cells allow to check.
+
+    Parameters
+    ----------
+    rows : sequence of dict
+        Of `pmor.lab.study.table.grid_rows`.
+    study : Study
+
+    Returns
+    -------
+    list of dict
+        `name`, `claim`, `criterion`, `confirmed`, the cell's numbers in `measured`, and those of the cell that it is
+        held against in `yardstick`.
+    """
+    by_cell = {row["cell"]: row for row in rows if row["model"] == "condensed"}
+    fine = by_cell.get(YARDSTICK.label)
+    claims = []
+    ladder = {cell for rung in study.rungs for cell in rung.cells}
+    for cell in study.cells if fine is not None else ():
+        if cell in ladder:
+            continue
+        row, place = by_cell.get(cell.label), (cell.n_profile, cell.lodm)
+        if row is not None and fine is not None and place in ((8, 8), (16, 4)):
+            claims.append(_quality(cell, row, fine, reaches=place == (16, 4)))
+    return claims
+
+
+def checked_time_claims(rows: Sequence[Row]) -> list[Row]:
+    """Check, for each model, that refinement costs less than remeshing; keys as in `checked_claims`, no yardstick."""
+    claims = (_refinement_is_cheaper(rows, model) for model in MODELS)
+    return [claim for claim in claims if claim is not None]
+
+
+def _quality(cell: Cell, row: Row, fine: Row, reaches: bool) -> Row:
+    scheme = f", {cell.variant}" if cell.variant else ", our scheme"
+    claim = (
+        f"{cell.n_profile} elements at LoDM {cell.lodm} reach the quality of 64 elements at LoDM 1{scheme}"
+        if reaches
+        else f"{cell.n_profile} elements are not enough, even at LoDM {cell.lodm}{scheme}"
+    )
+    as_good = all(row[key] <= AS_GOOD * fine[key] for key in JUDGED)
+    return {
+        "name": f"quality_{cell.label}",
+        "claim": claim,
+        "criterion": f"as good as {YARDSTICK.label}: shape error and ripple at most {AS_GOOD:g} times as large",
+        "confirmed": as_good == reaches,
+        "measured": {key: row[key] for key in SHOWN},
+        "yardstick": {key: fine[key] for key in SHOWN},
+    }
+
+
+def _refinement_is_cheaper(rows: Sequence[Row], model: str) -> Row | None:
+    """At every level of detail: fewer elements and more LoDM take less time per position."""
+    times = {
+        (row["detail"], row["n_profile"]): row["ms_per_position"]
+        for row in rows
+        if row["model"] == model and row["variant"] is None and row["ms_per_position"] is not None
+    }
+    ratios: dict[str, float] = {}
+    for detail in sorted({detail for detail, _ in times}):
+        sizes = [n for d, n in times if d == detail]
+        few, many = min(sizes), max(sizes)
+        if few < many:
+            ratio = times[detail, many] / times[detail, few]
+            ratios[f"time_ratio_{many}@{detail // many}_to_{few}@{detail // few}"] = ratio
+    if not ratios:
+        return None
+    return {
+        "name": f"refinement_is_cheaper_{model}",
+        "claim": f"LoDM costs less than remeshing at equal detail: {model} model",
+        "criterion": "at each level of detail the most elements take longer than the fewest",
+        "confirmed": all(ratio > 1.0 for ratio in ratios.values()),
+        "measured": ratios,
+    }
+
+
+def paper_ratios(rows: Sequence[Row], ratios: Sequence[PaperRatio]) -> list[Row]:
+    """Set the ratios of run times that the paper states beside ours, for each model.
+
+    No verdict: the paper does not say what its seconds cover.
+    """
+    found = []
+    for ratio in ratios:
+        row: Row = {"cell": ratio.cell.label, "to": ratio.to.label, "paper": ratio.value, "kind": ratio.kind}
+        for model in MODELS:
+            times: Mapping[str, Any] = {row["cell"]: row["ms_per_position"] for row in rows if row["model"] == model}
+            slow, fast = times.get(ratio.cell.label), times.get(ratio.to.label)
+            row[f"time_ratio_{model}"] = slow / fast if slow is not None and fast is not None else None
+        found.append(row)
+    return found

@@ -1,0 +1,341 @@
+"""The pictures of a study."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pmor.lab.study.measures import fitted_exponent, pareto_front
+from pmor.lab.study.run import StudyParts
+from pmor.lab.study.settings import Cell
+from pmor.lab.study.table import Row, StudyTable, curve_of
+from pmor.report.plots import COLOURS, new_figure, plot_style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+MODELS = ("conventional", "condensed", "reduced")
+MODEL_NAMES = {
+    "conventional": "(a) conventional full FE",
+    "condensed": "(b) condensed full FE",
+    "reduced": "(c) reduced model",
+}
+MODEL_COLOURS = dict(zip(MODELS, (COLOURS[1], COLOURS[0], COLOURS[2]), strict=True))
+MODEL_MARKERS = dict(zip(MODELS, ("^", "o", "s"), strict=True))
+# One colour per number of elements, the same in every panel and picture.
+MESH_COLOURS = ("#D55E00", "#009E73", "#0072B2", "#CC79A7", "#E69F00", "#56B4E9")
+LINES = ("-", "--", ":", "-.")
+TORQUE_MARKERS = "osv^D"
+
+
+def study_figures(parts: StudyParts, table: StudyTable) -> list[tuple[str, str, Figure]]:
+    """Return the pictures that the parts allow, as (file name, caption, figure)."""
+    study = parts.study
+    figures = []
+    details = [e for e in study.figures.details if any(c.detail == e for c in _solved(parts, study.grid.cells))]
+    if details:
+        caption = (
+            "Static transmission error over one pitch at equal level of detail E = elements x LoDM (the paper's Figure "
+            "5): reduced models, elements over the profile with the LoDM in parentheses, and the reference mesh."
+        )
+        figures.append(("figure5.png", caption, _ste_by_detail(parts, details)))
+    if any(row["ms_per_position"] is not None for row in table.rows):
+        caption = (
+            "Error against the reference over run time per position, one marker per cell and model, with the Pareto "
+            "front. Conventional and condensed full FE solve the same equations and have the same error. Offline time "
+            "is not in it: see the break-even numbers. Below the dashed line the reference itself is uncertain."
+        )
+        figures.append(("error_run_time.png", caption, _error_over_time(table)))
+        panels = _cost_panels(table)
+        if panels:
+            caption = "Run time per position over LoDM and over mesh, with the exponents of fitted power laws."
+            figures.append(("cost.png", caption, _cost(panels)))
+    if table.trainings:
+        caption = (
+            f"Reduced against full FE on the same mesh ({table.trainings[0]['cell']}) at unseen positions, over the "
+            "number of training angles."
+        )
+        figures.append(("training.png", caption, _training(table.trainings)))
+    if study.rungs:
+        caption = (
+            "The ladder of contact schemes on coarse meshes: error against the reference, noise where one pair carries "
+            "the load, and run time per position. Filled: condensed full FE; open: reduced model."
+        )
+        figures.append(("ladder.png", caption, _ladder(parts, table)))
+    shown = _solved(parts, study.figures.along_angle)
+    if shown:
+        caption = (
+            "Where the errors sit. Above: reduced against full FE on the same mesh, at unseen angles and the torques "
+            "of the comparison. Below: condensed full FE against the reference at nominal torque. Grey: two pairs in "
+            "mesh."
+        )
+        figures.append(("error_over_angle.png", caption, _error_over_angle(parts, shown)))
+    return figures
+
+
+def _ste_by_detail(parts: StudyParts, details: Sequence[int]) -> Figure:
+    colours = _mesh_colours(parts)
+    with plot_style():
+        figure = new_figure(3.4 * len(details) + 0.6, 4.3)
+        panels = np.atleast_1d(figure.subplots(1, len(details), sharey=True))
+        for panel, detail in zip(panels, details, strict=True):
+            for cell in sorted(_solved(parts, parts.study.grid.cells)):
+                if cell.detail != detail:
+                    continue
+                phi, ste = _closed(parts.results[f"cell {cell.label}"]["reduced_curve"])
+                panel.plot(phi, ste, color=colours[cell.n_profile], label=f"{cell.n_profile} ({cell.lodm}x)")
+            reference = _reference_curve(parts)
+            if reference is not None:
+                phi, ste = _closed(reference)
+                panel.plot(phi, ste, color="black", lw=1.0, ls="--", label="reference")
+            panel.set_title(f"E{detail}")
+            panel.set_xlabel("Pinion roll angle [deg]")
+            panel.set_xlim(0.0, float(phi[-1]))
+            panel.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2)
+        panels[0].set_ylabel("Static transmission error [µm]")
+    return figure
+
+
+def _ladder(parts: StudyParts, table: StudyTable) -> Figure:
+    study, colours = parts.study, _mesh_colours(parts)
+    names = [rung.name for rung in study.rungs]
+    panels = (
+        ("shape_error_um", "Shape error [µm]"), ("mean_error_um", "Mean error,\nmagnitude [µm]"),
+        ("ripple_um", "Ripple [µm]"), ("ms_per_position", "Run time per\nposition [ms]"),
+    )  # fmt: skip
+    with plot_style():
+        figure = new_figure(8.0, 9.0)
+        for axes, (key, label) in zip(figure.subplots(len(panels), 1, sharex=True), panels, strict=True):
+            for n in sorted({cell.n_profile for rung in study.rungs for cell in rung.cells}):
+                for model, fill in (("condensed", colours[n]), ("reduced", "white")):
+                    found = {
+                        row["variant"]: abs(row[key]) for row in table.rows
+                        if row["model"] == model and row["n_profile"] == n and row["variant"] in names
+                        and row[key] is not None
+                    }  # fmt: skip
+                    places = [i for i, name in enumerate(names) if name in found]
+                    axes.plot(places, [found[names[i]] for i in places], "o-" if model == "condensed" else "s:",
+                              color=colours[n], mfc=fill, ms=6, lw=1.2,
+                              label=f"{n} elements, {model}")  # fmt: skip
+            axes.set_yscale("log")
+            axes.set_ylabel(label)
+            axes.set_xticks(range(len(names)), [name.replace(" ", "\n", 1) for name in names])
+            axes.margins(x=0.06, y=0.15)
+        figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2)
+    return figure
+
+
+def _error_over_time(table: StudyTable) -> Figure:
+    with plot_style():
+        figure = new_figure(9.6, 4.9)
+        for axes, key, label in zip(
+            figure.subplots(1, 2),
+            ("shape_error_um", "mean_error_um"),
+            ("Shape error of the STE [µm]", "Error of the mean STE, magnitude [µm]"),
+            strict=True,
+        ):
+            points = [
+                (row["ms_per_position"], abs(row[key]), row)
+                for row in table.rows
+                if row["ms_per_position"] is not None and row["variant"] is None and np.isfinite(row[key])
+            ]
+            for model in MODELS:
+                own = [(x, y) for x, y, row in points if row["model"] == model]
+                if own:
+                    axes.plot(*zip(*own, strict=True), MODEL_MARKERS[model], color=MODEL_COLOURS[model], ms=6,
+                              mec="white", mew=0.6, label=MODEL_NAMES[model])  # fmt: skip
+            front = [points[i] for i in pareto_front([(x, y) for x, y, _ in points])]
+            axes.plot([p[0] for p in front], [p[1] for p in front], color="#888888", lw=1.2, zorder=1,
+                      drawstyle="steps-post", label="Pareto front")  # fmt: skip
+            floor = table.reference.get(key)
+            if floor and np.isfinite(floor):
+                axes.axhline(floor, color="black", lw=0.9, ls="--", label="estimated error of the reference")
+            axes.margins(x=0.08, y=0.08)
+            log_log(axes)
+            _name_cells(axes, [(x, y, row["cell"]) for x, y, row in points if row["model"] == "reduced"])
+            axes.set_xlabel("Run time per position [ms]")
+            axes.set_ylabel(label)
+        figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    return figure
+
+
+def _name_cells(axes: Axes, points: Sequence[tuple[float, float, str]]) -> None:
+    """Name points in a column left of them, spread so that no name covers another, each with a line to its point."""
+    low, high = np.log10(axes.get_ylim())
+    step = (high - low) / 26.0
+    ordered = sorted(points, key=lambda point: point[1])
+    places = np.log10([y for _, y, _ in ordered])
+    for _ in range(200):  # neighbours that are too close push each other apart
+        overlap = np.maximum(step - np.diff(places), 0.0)
+        if overlap.max(initial=0.0) < 1e-3 * step:
+            break
+        places[:-1] -= 0.5 * overlap
+        places[1:] += 0.5 * overlap
+    left = min(x for x, _, _ in points)
+    axes.set_xlim(left=left / 10.0 ** (0.22 * np.log10(axes.get_xlim()[1] / left)))
+    column = left / 10.0 ** (0.06 * np.log10(axes.get_xlim()[1] / left))
+    line = {"arrowstyle": "-", "lw": 0.5, "color": "#999999", "shrinkA": 0, "shrinkB": 3}
+    for place, (x, y, name) in zip(places, ordered, strict=True):
+        axes.annotate(name, (x, y), (column, 10.0**place), fontsize=8, ha="right", va="center", arrowprops=line)
+
+
+def _cost_panels(table: StudyTable) -> list[tuple[str, str, str, list[Row]]]:
+    """Title, label and key of the horizontal axis, and rows of each panel in which a cost can be seen to grow."""
+    grid = [row for row in table.rows if row["variant"] is None and row["ms_per_position"] is not None]
+    coarsest, least = (min(row[key] for row in grid) for key in ("n_profile", "lodm"))
+    panels = [
+        (f"{coarsest} elements over the profile", "LoDM over the profile [-]", "lodm",
+         [row for row in grid if row["n_profile"] == coarsest]),
+        (f"LoDM {least}", "Elements over the profile [-]", "n_profile", [row for row in grid if row["lodm"] == least]),
+    ]  # fmt: skip
+    return [panel for panel in panels if len({row[panel[2]] for row in panel[3]}) > 1]
+
+
+def _cost(panels: Sequence[tuple[str, str, str, list[Row]]]) -> Figure:
+    with plot_style():
+        figure = new_figure(4.6 * len(panels) + 0.4, 4.4)
+        for axes, (title, label, key, rows) in zip(
+            np.atleast_1d(figure.subplots(1, len(panels), sharey=True)), panels, strict=True
+        ):
+            _cost_panel(axes, rows, key)
+            axes.set_title(title)
+            axes.set_xlabel(label)
+        figure.axes[0].set_ylabel("Run time per position [ms]")
+    return figure
+
+
+def _cost_panel(axes: Axes, rows: Sequence[Row], key: str) -> None:
+    for model in MODELS:
+        own = sorted((row[key], row["ms_per_position"]) for row in rows if row["model"] == model)
+        if not own:
+            continue
+        x, y = zip(*own, strict=True)
+        exponent = fitted_exponent(x, y)
+        fit = f": exponent {exponent:.2f}" if np.isfinite(exponent) else ""
+        axes.plot(x, y, MODEL_MARKERS[model] + "-", color=MODEL_COLOURS[model], label=MODEL_NAMES[model] + fit)
+    log_log(axes, sorted({row[key] for row in rows}))
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16))
+
+
+def _training(rows: Sequence[Row]) -> Figure:
+    labels = list(dict.fromkeys(row["label"] for row in rows))
+    torques = sorted({row["n_torques_trained"] for row in rows})
+    angles = sorted({row["n_angles_trained"] for row in rows})
+    with plot_style():
+        figure = new_figure(9.6, 4.9)
+        panels = figure.subplots(1, 2, sharey=True)
+        for axes, key, title in zip(
+            panels, ("rom_vs_full_ste_max_rel", "rom_vs_full_ste_rms_rel"), ("largest", "root mean square"), strict=True
+        ):
+            for line, label in zip(LINES, labels, strict=False):
+                for colour, count in zip(COLOURS, torques, strict=False):
+                    own = sorted(
+                        (row["n_angles_trained"], 100.0 * row[key])
+                        for row in rows
+                        if (row["label"], row["n_torques_trained"]) == (label, count)
+                    )
+                    plural = "s" if count > 1 else ""
+                    axes.plot(*zip(*own, strict=True), line, marker="o", ms=4, color=colour,
+                              label=f"{label}, {count} torque{plural}")  # fmt: skip
+            log_log(axes, angles)
+            axes.set_title(f"STE error, {title}")
+            axes.set_xlabel("Training angles per pitch [-]")
+        panels[0].set_ylabel("|STE reduced / full - 1| [%]")
+        figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=len(labels))
+    return figure
+
+
+def _error_over_angle(parts: StudyParts, cells: Sequence[Cell]) -> Figure:
+    from matplotlib.lines import Line2D
+
+    with plot_style():
+        figure = new_figure(8.6, 6.4)
+        above, below = figure.subplots(2, 1, sharex=True)
+        reference = _reference_curve(parts)
+        for colour, cell in zip(COLOURS, cells, strict=False):
+            part = parts.results[f"cell {cell.label}"]
+            full, reduced = (part["comparison"][key] for key in ("full", "reduced"))
+            phi = np.degrees(full["phi_rad"])
+            for marker, slow, fast in zip(TORQUE_MARKERS, full["ste_um"], reduced["ste_um"], strict=False):
+                error = 100.0 * (np.array(fast, dtype=float) / np.array(slow, dtype=float) - 1.0)
+                above.plot(phi, error, marker, ms=3.5, color=colour)
+            if reference is not None:
+                angle, ste = _closed(part["full"])
+                below.plot(angle, ste - _closed(reference)[1], color=colour)
+        above.axhline(0.0, color="#555555", lw=0.8)
+        above.set_ylabel("STE reduced / full - 1 [%]")
+        above.set_title("Reduced against full FE, same mesh")
+        below.set_ylabel("STE - STE of the reference [µm]")
+        below.set_title("Mesh against reference")
+        below.set_xlabel("Pinion roll angle [deg]")
+        if reference is not None:
+            _shade_double_contact((above, below), reference)
+        torques = [
+            Line2D([], [], ls="", marker=marker, ms=4, color="#555555", label=f"{torque:g} N m")
+            for marker, torque in zip(TORQUE_MARKERS, full["torque_Nm"], strict=False)
+        ]
+        names = [Line2D([], [], color=c, label=cell.label) for c, cell in zip(COLOURS, cells, strict=False)]
+        above.legend(handles=[*names, *torques], loc="center left", bbox_to_anchor=(1.01, 0.5))
+        below.legend(handles=names, loc="center left", bbox_to_anchor=(1.01, 0.5))
+    return figure
+
+
+def log_log(axes: Axes, ticks: Sequence[int] = ()) -> None:
+    """Logarithmic axes, with plain numbers while they are few digits; `ticks` are the only ones below, if given."""
+    from matplotlib.ticker import (
+        FixedLocator,
+        FuncFormatter,
+        LogFormatterMathtext,
+        LogLocator,
+        NullFormatter,
+        NullLocator,
+    )
+
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    plain = FuncFormatter(lambda value, _: f"{value:g}")
+    for axis in (axes.xaxis, axes.yaxis):
+        low, high = axis.get_view_interval()
+        # Within two decades whole powers of ten are too few to read a number off.
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 100.0 * low else (1.0,)))
+        axis.set_major_formatter(plain if high < 1e4 * low else LogFormatterMathtext())
+        axis.set_minor_formatter(NullFormatter())
+    if ticks:
+        axes.xaxis.set_major_locator(FixedLocator(ticks))
+        axes.xaxis.set_major_formatter(plain)
+        axes.xaxis.set_minor_locator(NullLocator())
+
+
+def _shade_double_contact(panels: Sequence[Axes], data: Any) -> None:
+    """Grey where more than one pair carries load in the reference."""
+    phi, pitch = np.degrees(data["phi_rad"]), float(np.degrees(data["pitch_rad"]))
+    double = (curve_of(data).pair_share > 0.0).sum(axis=1) > 1
+    half = 0.5 * pitch / len(phi)
+    for axes in panels:
+        for angle in phi[double]:
+            axes.axvspan(max(angle - half, 0.0), angle + half, color="#000000", alpha=0.06, lw=0)
+        axes.set_xlim(0.0, pitch)
+
+
+def _closed(data: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Angle in degrees and STE over a whole pitch, the first position repeated at its end."""
+    ste = np.array(data["ste_um"][0], dtype=float)
+    phi = np.append(data["phi_rad"], data["phi_rad"][0] + data["pitch_rad"])
+    return np.degrees(phi), np.append(ste, ste[0])
+
+
+def _reference_curve(parts: StudyParts) -> Any:
+    part = parts.results.get(f"reference {parts.study.reference.members[-1].label}")
+    return part["full"] if part is not None else None
+
+
+def _solved(parts: StudyParts, cells: Sequence[Cell]) -> list[Cell]:
+    return [cell for cell in cells if f"cell {cell.label}" in parts.results]
+
+
+def _mesh_colours(parts: StudyParts) -> dict[int, str]:
+    sizes = sorted({cell.n_profile for cell in parts.study.reduced_cells})
+    return {n: MESH_COLOURS[i % len(MESH_COLOURS)] for i, n in enumerate(sizes)}

@@ -1,0 +1,184 @@
+"""Error measures of a study, in two families that must not be confused.
+
+*Mesh against reference*: a curve of condensed full FE on some mesh against the reference mesh, at the same angles. It
+says what discretisation costs. *Reduced against full*: the reduced against the full model on the same mesh, at
+positions that were never trained. It says what the reduction costs.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmor.arrays import FloatArray, IntArray
+
+# What refinement can show: below, the error falls too slowly to extrapolate; above, the differences are mere chance.
+OBSERVABLE_ORDERS = (0.3, 6.0)
+# Linear elements converge no faster than this in the long run: a larger observed order is not extrapolated with.
+LARGEST_TRUSTED_ORDER = 2.0
+
+
+@dataclass(frozen=True)
+class Curve:
+    """STE and load sharing over one pitch at one torque.
+
+    Parameters
+    ----------
+    ste_um : ndarray, shape (n,)
+        NaN where not converged.
+    pair_share : ndarray, shape (n, p)
+        Fraction of the torque that each tooth pair carries.
+    pair_index : ndarray of int, shape (p,)
+    """
+
+    ste_um: FloatArray
+    pair_share: FloatArray
+    pair_index: IntArray
+
+    @property
+    def mean_um(self) -> float:
+        """Mean over the converged angles, um."""
+        return _statistic(self.ste_um, np.mean)
+
+    @property
+    def peak_to_peak_um(self) -> float:
+        """Largest minus smallest, um."""
+        return _statistic(self.ste_um, np.ptp)
+
+
+def mean_error_um(curve: Curve, reference: Curve) -> float:
+    """Mean over the angles of the difference to the reference, um (signed)."""
+    return _statistic(curve.ste_um - reference.ste_um, np.mean)
+
+
+def peak_to_peak_error_um(curve: Curve, reference: Curve) -> float:
+    """Peak-to-peak STE minus that of the reference, um (signed)."""
+    return curve.peak_to_peak_um - reference.peak_to_peak_um
+
+
+def shape_error_um(curve: Curve, reference: Curve) -> float:
+    """Standard deviation over the angles of the difference to the reference, um: blind to a constant offset."""
+    return _statistic(curve.ste_um - reference.ste_um, np.std)
+
+
+def load_share_error(curve: Curve, reference: Curve) -> float:
+    """Largest difference of any tooth pair's share of the torque to the reference at the same angle."""
+    known = np.isfinite(curve.ste_um) & np.isfinite(reference.ste_um)
+    pairs = np.union1d(curve.pair_index, reference.pair_index)
+    difference = np.abs(_shares(curve, pairs) - _shares(reference, pairs))[known]
+    return float(difference.max()) if difference.size else math.nan
+
+
+def max_and_rms(error: FloatArray) -> tuple[float, float]:
+    """Largest magnitude and root mean square over the finite entries; NaN without any."""
+    return _statistic(error, lambda e: np.max(np.abs(e))), _statistic(error, lambda e: np.sqrt(np.mean(e**2)))
+
+
+@dataclass(frozen=True)
+class Convergence:
+    """What refinement says about the finest of a family of meshes.
+
+    Parameters
+    ----------
+    order : float
+        Observed order of convergence; NaN where the family does not show one.
+    error : float
+        Estimated error of the finest mesh, in the unit of the quantity, magnitude.
+    """
+
+    order: float
+    error: float
+
+
+def richardson(spacing: Sequence[float], distance_to_finest: Sequence[float]) -> Convergence:
+    """Estimate the error of the finest of two or three meshes from how far the coarser ones are from it.
+
+    With an error ``c h^p`` the coarser meshes differ from the finest by ``|c| (h_i^p - h_0^p)``: two differences give p
+    and c. This holds for numbers and, with a c that depends on the angle, for the standard deviation of a difference of
+    curves alike.
+
+    Parameters
+    ----------
+    spacing : sequence of float
+        Element sizes h, coarse to fine, in any unit.
+    distance_to_finest : sequence of float
+        Of all but the finest mesh, in the same order; signed or magnitudes.
+
+    Returns
+    -------
+    Convergence
+        Where no order can be observed (two meshes, differences of different sign, or an order outside
+        `OBSERVABLE_ORDERS`) the error is the last difference itself, without extrapolation; above
+        `LARGEST_TRUSTED_ORDER` it is extrapolated with that one.
+
+    Examples
+    --------
+    >>> richardson([4.0, 2.0, 1.0], [4.0**2 - 1.0, 2.0**2 - 1.0])
+    Convergence(order=2.0, error=1.0)
+    """
+    fine = spacing[-1]
+    last = abs(distance_to_finest[-1])
+    unknown = Convergence(math.nan, last)
+    if len(distance_to_finest) < 2 or not distance_to_finest[0] * distance_to_finest[1] > 0.0:
+        return unknown
+    coarse, middle = (h / fine for h in spacing[:2])
+    ratio = distance_to_finest[0] / distance_to_finest[1]
+
+    def excess(order: float) -> float:
+        return (coarse**order - 1.0) / (middle**order - 1.0) - ratio
+
+    low, high = OBSERVABLE_ORDERS
+    if not excess(low) < 0.0 < excess(high):
+        return unknown
+    from scipy.optimize import brentq
+
+    order = round(float(brentq(excess, low, high, xtol=1e-12)), 9)
+    return Convergence(order, last / (middle ** min(order, LARGEST_TRUSTED_ORDER) - 1.0))
+
+
+def fitted_exponent(x: Sequence[float], y: Sequence[float]) -> float:
+    """Exponent p of the power law ``y ~ x^p`` by least squares in logarithms; NaN below two points."""
+    known = [(a, b) for a, b in zip(x, y, strict=True) if math.isfinite(b) and b > 0.0]
+    if len({a for a, _ in known}) < 2:
+        return math.nan
+    log_x, log_y = np.log(np.array(known)).T
+    return float(np.polynomial.Polynomial.fit(log_x, log_y, deg=1).convert().coef[1])
+
+
+def break_even(offline_s: float, slow_ms: float, fast_ms: float) -> int | None:
+    """Return from how many positions on the offline stage pays; None when it never does.
+
+    Parameters
+    ----------
+    offline_s : float
+        s.
+    slow_ms, fast_ms : float
+        Run time per position without and with it, ms.
+    """
+    saved = slow_ms - fast_ms
+    return math.ceil(1e3 * offline_s / saved) if saved > 0.0 else None
+
+
+def pareto_front(points: Sequence[tuple[float, float]]) -> list[int]:
+    """Indices of the points that no other beats in both coordinates (less is better), by rising first coordinate."""
+    front: list[int] = []
+    best = math.inf
+    for i in sorted(range(len(points)), key=lambda i: points[i]):
+        if points[i][1] < best:
+            front.append(i)
+            best = points[i][1]
+    return front
+
+
+def _shares(curve: Curve, pairs: IntArray) -> FloatArray:
+    share = np.zeros((len(curve.ste_um), len(pairs)))
+    share[:, np.searchsorted(pairs, curve.pair_index)] = curve.pair_share
+    return share
+
+
+def _statistic(values: FloatArray, statistic: Callable[[FloatArray], float]) -> float:
+    known = values[np.isfinite(values)]
+    return float(statistic(known)) if len(known) else math.nan

@@ -1,0 +1,86 @@
+"""The pieces of work that run other ways to the same answer: conventional full FE, and an independent solver."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from pmor_online.model import online_angles
+
+from pmor.case import Case
+from pmor.case.width import whole_width
+from pmor.lab.rivals.calculix import calculix_available, calculix_ste
+from pmor.lab.rivals.conventional import conventional_pair, solve_conventional
+from pmor.lab.rivals.conventional_cost import newton_step_seconds
+from pmor.lab.study.cells import ModelStore, solve_full
+from pmor.pair.model import mesh_model
+
+
+def conventional_cell(case: Case, angles: int, store: ModelStore) -> dict[str, Any]:
+    """Solve a cell with the conventional full FE at a few angles over one pitch, nominal torque.
+
+    Returns
+    -------
+    dict
+        Angles, STE (also of the condensed model), Newton steps and seconds of each position; `ms_per_position` is
+        their mean, without the assembly.
+    """
+    case = whole_width(case)
+    model, _ = store.model(case)
+    pair = conventional_pair(case, model.mesh)
+    phi = online_angles(model.mesh.meshed.pair.pitch, angles)
+    solutions = [solve_conventional(pair, float(angle), 1e3 * case.torque_Nm) for angle in phi]
+    seconds = [solution.seconds for solution in solutions]
+    factored = sum(solution.factorisations for solution in solutions)
+    return {
+        "phi_rad": phi.tolist(),
+        "ste_um": [solution.ste_um for solution in solutions],
+        "condensed_ste_um": solve_full(model, phi, [case.torque_Nm], jobs=1).sweep.ste_um[0].tolist(),
+        "newton_steps": [solution.steps for solution in solutions],
+        "factorisations": [solution.factorisations for solution in solutions],
+        "unknowns": pair.unknowns,
+        "assembly_s": pair.assembly_seconds,
+        "factor_s": sum(solution.factor_seconds for solution in solutions) / factored,
+        "solve_s": seconds,
+        "ms_per_position": 1e3 * sum(seconds) / len(seconds),
+    }
+
+
+def conventional_step(case: Case) -> dict[str, Any]:
+    """Time one Newton step of the conventional full FE on a mesh, extrapolated from arcs of the gears."""
+    estimate = newton_step_seconds(case, mesh_model(whole_width(case)))
+    return {
+        "unknowns": estimate.unknowns,
+        "factor_entries": estimate.factor_entries,
+        "sectors": list(estimate.sectors),
+        "step_s": estimate.seconds,
+    }
+
+
+def peer_installed() -> bool:
+    """Whether the independent solver, CalculiX, is there to be run."""
+    return calculix_available()
+
+
+def peer_cell(case: Case, angles: int, store: ModelStore) -> dict[str, Any]:
+    """Solve positions over one pitch with CalculiX on the case's mesh, and with our condensed full FE.
+
+    CalculiX knows facets alone, so the case should ask for them: then both solve the same discrete problem. The
+    positions start half a step after a pair comes into mesh: right there a tip corner is at work, which the two codes
+    treat differently.
+    """
+    case = whole_width(case)
+    model, _ = store.model(case)
+    pair = model.mesh.meshed.pair
+    phi = pair.roll_position_range[0] + pair.pitch * (np.arange(angles) + 0.5) / angles
+    solutions = [calculix_ste(case, model.mesh, float(angle), 1e3 * case.torque_Nm) for angle in phi]
+    return {
+        "program": "CalculiX",
+        "phi_rad": phi.tolist(),
+        "ste_um": [solution.ste_um for solution in solutions],
+        "condensed_ste_um": solve_full(model, phi, [case.torque_Nm], jobs=1).sweep.ste_um[0].tolist(),
+        "unknowns": solutions[0].unknowns,
+        "iterations": [solution.iterations for solution in solutions],
+        "solve_s": [solution.seconds for solution in solutions],
+        "ms_per_position": 1e3 * sum(solution.seconds for solution in solutions) / angles,
+    }

@@ -1,0 +1,148 @@
+"""The pieces of work that solve contact: each takes cases and gives plain data for a part file."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pmor_offline.jobs import run_offline
+from pmor_online.compare import training_failures
+from pmor_online.errors import estimate_errors
+from pmor_online.model import ReducedPair, online_angles, reduced_pair, unseen_angles
+from pmor_online.sweep import sweep_reduced_pair
+
+from pmor.case import Case, basis_key
+from pmor.fe.assembly import degrees_of_freedom
+from pmor.lab.study.cells import FullSweep, ModelStore, solve_full
+from pmor.lab.study.measures import max_and_rms
+from pmor.lab.study.settings import Study
+from pmor.pair.model import ElasticModel, MeshModel, elastic_model, mesh_model
+from pmor.results.sweep import SteSweep, ripple_um
+from pmor.storage.basis_file import read_basis
+
+
+def reference_member(case: Case, study: Study, jobs: int) -> dict[str, Any]:
+    """Solve one mesh of the reference's family on the regular grid of angles."""
+    started = time.perf_counter()
+    model = elastic_model(case, mesh_model(case))
+    elastic_s = time.perf_counter() - started
+    return _full_on_grid(model, case, study, jobs) | {"elastic_s": elastic_s}
+
+
+def variant_cell(case: Case, study: Study, store: ModelStore, jobs: int) -> dict[str, Any]:
+    """Solve a cell with other settings by condensed full FE on the regular grid of angles."""
+    model, elastic_s = store.model(case)
+    return _full_on_grid(model, case, study, jobs) | {"elastic_s": elastic_s}
+
+
+def grid_cell(case: Case, study: Study, store: ModelStore, basis_path: Path, jobs: int) -> dict[str, Any]:
+    """Solve a cell by condensed full FE, train its reduced model on one thread, and compare the two."""
+    model, elastic_s = store.model(case)
+    pair, torque = model.mesh.meshed.pair, [case.torque_Nm]
+    grid = online_angles(pair.pitch, study.grid.angles_per_pitch)
+    full = _full_on_grid(model, case, study, jobs)
+    # The compiled code is warm by now, so that the offline time below is that of a second run.
+    offline = run_offline(case, model, basis_path, overwrite=True, estimate=estimate_errors)
+    reduced = reduced_pair(read_basis(basis_path))
+    training = reduced.basis.training
+    on_grid = sweep_reduced_pair(reduced, grid, [1e3 * t for t in torque])
+    curve = sweep_reduced_pair(reduced, online_angles(pair.pitch, study.grid.curve_angles), [1e3 * t for t in torque])
+    unseen = unseen_angles(
+        pair.roll_position_range[0], pair.pitch, case.compare.angles, case.offline.angles_per_pitch
+    )
+    comparison = compare_at(reduced, solve_full(model, unseen, case.compare.torques_Nm, jobs))
+    return full | {
+        "reduced": sweep_data(on_grid),
+        "reduced_curve": sweep_data(curve),
+        "reduced_ripple_um": ripple_um(curve, 0),
+        "comparison": comparison,
+        "training_failures": training_failures(training),
+        "flank_unknowns": int(model.pinion.compliance.shape[1]),
+        "rom_size": reduced.size,
+        "basis_mib": basis_path.stat().st_size / 2**20,
+        "n_angles_trained": len(training.phi),
+        "n_torques_trained": len(training.torque),
+        "elastic_s": elastic_s,
+        "offline_s": elastic_s + offline.seconds,
+    }
+
+
+def trainings(
+    cases: Mapping[tuple[int, tuple[float, ...]], Case], store: ModelStore, folder: Path, jobs: int
+) -> dict[str, Any]:
+    """Compare the reduced models of several trainings with full FE at the same positions, unseen by all of them."""
+    most = max(angles for angles, _ in cases)
+    some = next(iter(cases.values()))
+    model, _ = store.model(some)
+    pair = model.mesh.meshed.pair
+    unseen = unseen_angles(pair.roll_position_range[0], pair.pitch, some.compare.angles, most)
+    full = solve_full(model, unseen, some.compare.torques_Nm, jobs)
+    entries = []
+    path = folder / "training.h5"
+    for (angles, torques), case in cases.items():
+        offline = run_offline(case, store.model(case)[0], path, jobs, overwrite=True, estimate=estimate_errors)
+        reduced = reduced_pair(read_basis(path))
+        comparison = compare_at(reduced, full)
+        entries.append(
+            {
+                "n_angles_trained": angles,
+                "torques_Nm": list(torques),
+                "n_torques_trained": len(torques),
+                "rom_vs_full_ste_max_rel": comparison["max_rel"],
+                "rom_vs_full_ste_rms_rel": comparison["rms_rel"],
+                "rom_size": reduced.size,
+                "basis_mib": path.stat().st_size / 2**20,
+                "training_failures": training_failures(reduced.basis.training),
+                "training_s": offline.seconds,
+            }
+        )
+        path.unlink()
+    return {"entries": entries}
+
+
+def compare_at(reduced: ReducedPair, full: FullSweep) -> dict[str, Any]:
+    """Solve the positions of a full sweep with the reduced model as well."""
+    sweep = full.sweep
+    fast = sweep_reduced_pair(reduced, sweep.phi_rad, [1e3 * t for t in sweep.torque_Nm])
+    largest, rms = max_and_rms((fast.ste_um - sweep.ste_um) / sweep.ste_um)
+    return {"full": sweep_data(sweep), "reduced": sweep_data(fast), "max_rel": largest, "rms_rel": rms}
+
+
+def sweep_data(sweep: SteSweep) -> dict[str, Any]:
+    """What a part file keeps of a sweep: everything but its duration."""
+    names = ("phi_rad", "torque_Nm", "ste_um", "pair_share", "pair_index", "newton_steps", "pitch_rad")
+    return {name: np.asarray(getattr(sweep, name)).tolist() for name in names}
+
+
+def basis_is_valid(path: Path, case: Case) -> bool:
+    """Whether the basis file of a cell is there, whole, and made from this very case."""
+    from pmor.errors import FileFormatError
+
+    try:
+        return path.exists() and basis_key(read_basis(path).case) == basis_key(case)
+    except FileFormatError:
+        return False
+
+
+def _full_on_grid(model: ElasticModel, case: Case, study: Study, jobs: int) -> dict[str, Any]:
+    phi = online_angles(model.mesh.meshed.pair.pitch, study.grid.angles_per_pitch)
+    full = solve_full(model, phi, [case.torque_Nm], jobs)
+    return {
+        "full": sweep_data(full.sweep),
+        "full_ripple_um": ripple_um(full.sweep, 0),
+        "torque_ratio_error": max_and_rms(full.torque_ratio_error)[0],
+        "fe_unknowns": _fe_unknowns(model.mesh),
+        "solve_s": full.sweep.seconds,
+    }
+
+
+def _fe_unknowns(mesh: MeshModel) -> int:
+    """Unknowns of both rings as they are meshed: sectors share their side faces, and the bore is fixed."""
+    total = 0
+    for sector in (mesh.pinion, mesh.wheel):
+        elsewhere = degrees_of_freedom(np.union1d(sector.right, sector.bore))
+        total += sector.teeth * (3 * len(sector.nodes) - len(np.union1d(elsewhere, sector.held_axially)))
+    return total

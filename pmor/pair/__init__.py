@@ -1,0 +1,1 @@
+"""From a case to the mechanical model of a gear pair."""

@@ -1,0 +1,266 @@
+"""From a case to the mechanical model: geometry, meshes, elastic gears, contact."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeVar
+
+import numpy as np
+
+from pmor.arrays import FloatArray
+from pmor.case import Case, GearCase
+from pmor.case.width import meshed_width
+from pmor.contact.elasticity import full_elasticity
+from pmor.contact.flank import ContactScheme, MeshedPair, SurfaceLayer, make_flank
+from pmor.contact.line_contact import approach_constants, check_half_width, line_compliance
+from pmor.contact.misalignment import Misalignment
+from pmor.contact.solve import ElasticityAt
+from pmor.errors import MeshError
+from pmor.gear.pair import GearPair, zero_backlash_centre_distance
+from pmor.gear.tooth import Tooth
+from pmor.mesh.layer import surface_layer
+from pmor.mesh.quality import MeshQuality, mesh_quality
+from pmor.mesh.sector import SectorMesh, build_sector
+from pmor.pair.limits import refuse_impossible_load, refuse_locking_penalty
+
+if TYPE_CHECKING:
+    from pmor.fe.cyclic import ElasticGear
+
+T = TypeVar("T")
+
+# Stiffness of one tooth pair per face width over Young's modulus: ISO 6336 gives 14 N/(mm um) for steel.
+PAIR_STIFFNESS_OVER_MODULUS = 0.067
+
+
+@dataclass(frozen=True)
+class MeshModel:
+    """The meshed pair before any finite-element solution.
+
+    Parameters
+    ----------
+    pinion, wheel : SectorMesh
+        The same object when the gears are of one shape.
+    quality : MeshQuality
+        Of the worse of the two meshes.
+    meshed : MeshedPair
+    """
+
+    pinion: SectorMesh
+    wheel: SectorMesh
+    quality: MeshQuality
+    meshed: MeshedPair
+
+
+@dataclass(frozen=True)
+class ElasticModel:
+    """The full finite-element model of the pair.
+
+    Parameters
+    ----------
+    mesh : MeshModel
+    pinion, wheel : ElasticGear
+        The same object when the gears are identical.
+    """
+
+    mesh: MeshModel
+    pinion: ElasticGear
+    wheel: ElasticGear
+
+    @property
+    def elasticity_at(self) -> ElasticityAt:
+        """Full compliance of the windows of a position."""
+        return lambda position: full_elasticity(self.pinion, self.wheel, position)
+
+
+def gear_pair(case: Case) -> GearPair:
+    """Return the geometry of a case's gear pair.
+
+    Raises
+    ------
+    GeometryError
+    """
+    pair = case.pair
+    pinion, wheel = _tooth(case, pair.pinion, 1.0), _tooth(case, pair.wheel, -1.0)
+    distance = pair.centre_distance_mm or zero_backlash_centre_distance(pinion, wheel)
+    return GearPair(pinion, wheel, pair.face_width_mm, distance)
+
+
+def contact_scheme(case: Case) -> ContactScheme:
+    """Return the contact scheme of a case."""
+    c = case.contact
+    surface = "facet" if c.scheme == "facet" else "hermite"
+    projection = "facet" if c.scheme == "paper" else "patch"
+    edge_normals = c.edge_normals or ("average" if c.scheme == "paper" else "parabolic")
+    lodm = (c.lodm_profile, c.lodm_width) if c.kind == "nodal" else (1, 1)
+    return ContactScheme(surface, projection, c.slave, edge_normals, *lodm, c.penalty_N_mm3, c.kind)
+
+
+def stiffness_estimate(case: Case) -> float:
+    """Return a rough stiffness of one tooth pair, N/mm."""
+    moduli = [gear.youngs_modulus_GPa * 1e3 for gear in (case.pair.pinion, case.pair.wheel)]
+    return PAIR_STIFFNESS_OVER_MODULUS * 2.0 / sum(1.0 / e for e in moduli) * case.pair.face_width_mm
+
+
+def approach_estimate(case: Case, pair: GearPair) -> float:
+    """Return a rough approach of the flanks under the nominal torque, mm."""
+    return 1e3 * case.torque_Nm / pair.pinion.base_radius / stiffness_estimate(case)
+
+
+def sector_meshes(case: Case, pair: GearPair) -> tuple[SectorMesh, SectorMesh]:
+    """Mesh a tooth sector of pinion and wheel; gears of one shape share one mesh unless the case says otherwise.
+
+    Raises
+    ------
+    GeometryError, MeshError
+    """
+    pinion = _sector(case, case.pair.pinion, pair.pinion)
+    same = case.mesh.share_identical and pair.pinion == pair.wheel and _same_blank(case)
+    return pinion, pinion if same else _sector(case, case.pair.wheel, pair.wheel)
+
+
+def same_body(case: Case, pinion: SectorMesh, wheel: SectorMesh) -> bool:
+    """Return whether the gears are identical, material and all: then one finite-element model stands for both."""
+    return wheel is pinion and case.pair.pinion == case.pair.wheel
+
+
+def mesh_model(case: Case) -> MeshModel:
+    """Mesh both gears of a case.
+
+    Raises
+    ------
+    CaseError
+        When the load is beyond what any geometry of contact can carry.
+    GeometryError, MeshError
+    """
+    pair = gear_pair(case)
+    refuse_impossible_load(case, approach_estimate(case, pair))
+    pinion, wheel = sector_meshes(case, pair)
+    qualities = [mesh_quality(mesh.nodes, mesh.elements) for mesh in (pinion, wheel)]
+    meshed = assemble_pair(case, pair, (pinion.flank_nodes, wheel.flank_nodes),
+                           (pinion.flank_roll_angle, wheel.flank_roll_angle), pinion.mirrored)  # fmt: skip
+    refuse_loads(case, meshed)
+    if meshed.scheme.kind == "strip":
+        flank = meshed.pinion.nodes[:, 0]
+        refuse_locking_penalty(case, float(np.linalg.norm(flank[-1] - flank[0])) / meshed.pinion.element_rows)
+    return MeshModel(pinion, wheel, min(qualities, key=lambda q: q.min_scaled_jacobian), meshed)
+
+
+def refuse_loads(case: Case, meshed: MeshedPair) -> None:
+    """Refuse loads of training and sweep beyond what the model of contact can carry.
+
+    Raises
+    ------
+    CaseError, GeometryError
+    """
+    refuse_impossible_load(case, approach_estimate(case, meshed.pair))
+    if meshed.scheme.kind == "line":
+        check_half_width(meshed, 1e3 * max(case.offline.torques_Nm[-1], case.online.torques_Nm[-1]))
+
+
+def assemble_pair(
+    case: Case,
+    pair: GearPair,
+    nodes: tuple[FloatArray, FloatArray],
+    roll_angles: tuple[FloatArray, FloatArray],
+    mirrored: bool = False,
+) -> MeshedPair:
+    """Put two meshed flanks (pinion first) and the case's contact scheme together.
+
+    Parameters
+    ----------
+    case : Case
+    pair : GearPair
+    nodes : two ndarrays, shape (n + 1, m + 1, 3)
+        mm.
+    roll_angles : two ndarrays, shape (n + 1,)
+        rad.
+    mirrored : bool
+        The flanks are halves up to a plane of symmetry at their last column.
+
+    Returns
+    -------
+    MeshedPair
+    """
+    scheme = contact_scheme(case)
+    layers: tuple[SurfaceLayer, ...] = ()
+    if scheme.kind == "line":
+        layers = _layer(case, case.pair.pinion, pair.pinion), _layer(case, case.pair.wheel, pair.wheel)
+    flanks = [make_flank(n, u, scheme, mirrored) for n, u in zip(nodes, roll_angles, strict=True)]
+    off = case.misalignment
+    misalignment = Misalignment(off.in_plane_um, off.out_of_plane_um, off.centre_distance_um)
+    return MeshedPair(pair, flanks[0], flanks[1], scheme, stiffness_estimate(case), mirrored, layers, misalignment)
+
+
+def elastic_model(case: Case, mesh: MeshModel, keep_volume: bool = False) -> ElasticModel:
+    """Solve for the flank compliance of both gears; identical gears share one.
+
+    Parameters
+    ----------
+    case : Case
+    mesh : MeshModel
+    keep_volume : bool
+        Keep what back-substitution to the volume needs.
+
+    Returns
+    -------
+    ElasticModel
+    """
+    from pmor.fe.cyclic import elastic_gear  # with scipy, which a sweep with a basis does without
+
+    reach = neighbour_reach(mesh.meshed.pair)
+
+    def build(sector: SectorMesh, gear: GearCase) -> ElasticGear:
+        layers = mesh.meshed.layers
+        columns = layers[0 if sector is mesh.pinion else 1].columns if layers else 0
+        return elastic_gear(
+            sector, gear.youngs_modulus_GPa * 1e3, gear.poisson_ratio, case.mesh.element, reach, keep_volume, columns
+        )
+
+    return ElasticModel(mesh, *per_gear(case, mesh, build))
+
+
+def per_gear(case: Case, mesh: MeshModel, work: Callable[[SectorMesh, GearCase], T]) -> tuple[T, T]:
+    """Do a piece of work for pinion and wheel, once if they are identical."""
+    gears = case.pair.pinion, case.pair.wheel
+    pinion = work(mesh.pinion, gears[0])
+    return pinion, pinion if same_body(case, mesh.pinion, mesh.wheel) else work(mesh.wheel, gears[1])
+
+
+def neighbour_reach(pair: GearPair) -> int:
+    """Return how many neighbouring teeth can be loaded together with a tooth, counting contact beyond the path."""
+    return max(1, math.ceil(pair.contact_ratio + 1.0) - 1)
+
+
+def _layer(case: Case, gear: GearCase, tooth: Tooth) -> SurfaceLayer:
+    wanted = case.contact.layer_depth * case.pair.module_mm
+    columns, depth = surface_layer(tooth, case.mesh.profile_elements, case.mesh.spacing, wanted)
+    compliance = line_compliance(gear.youngs_modulus_GPa * 1e3, gear.poisson_ratio)
+    return SurfaceLayer(depth, compliance, approach_constants(depth, gear.poisson_ratio), columns)
+
+
+def _same_blank(case: Case) -> bool:
+    return case.pair.pinion.bore_radius_mm == case.pair.wheel.bore_radius_mm
+
+
+def _tooth(case: Case, gear: GearCase, hand: float) -> Tooth:
+    return Tooth(
+        teeth=gear.teeth,
+        module=case.pair.module_mm,
+        pressure_angle=math.radians(case.pair.pressure_angle_deg),
+        helix_angle=hand * math.radians(case.pair.helix_angle_deg),
+        profile_shift=gear.profile_shift,
+        addendum=gear.addendum,
+        dedendum=gear.dedendum,
+        rack_tip_radius=gear.rack_tip_radius,
+    )
+
+
+def _sector(case: Case, gear: GearCase, tooth: Tooth) -> SectorMesh:
+    mesh = case.mesh
+    try:
+        return build_sector(tooth, gear.bore_radius_mm, case.pair.face_width_mm, mesh.profile_elements,
+                            mesh.width_elements, mesh.spacing, meshed_width(case))  # fmt: skip
+    except MeshError as error:
+        raise MeshError(f"gear with {gear.teeth} teeth: {error}") from error

@@ -1,0 +1,207 @@
+"""The report page and the pictures of a run."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from pmor_online.run import OnlineResult
+
+from pmor.case import Case, describe
+from pmor.gear.classical.formulas import classical_results
+from pmor.mesh.sector import SectorMesh
+from pmor.report.contact_pattern import contact_patterns
+from pmor.report.plots import (
+    contact_pattern_figure,
+    error_figure,
+    load_sharing_figure,
+    mesh_figure,
+    save_png,
+    spectrum_figure,
+    ste_figure,
+)
+from pmor.report.provenance import provenance
+from pmor.report.report import ReportContent, Table, write_report
+from pmor.report.summary import ms_per_position, summary_rows, warnings
+from pmor.results.sweep import peak_to_peak_um, single_pair_zone, ste_mean_um
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def run_figures(result: OnlineResult, mesh: SectorMesh | None) -> list[tuple[str, str, Figure]]:
+    """Return the pictures of a run as (file name, caption, figure).
+
+    Parameters
+    ----------
+    result : OnlineResult
+    mesh : SectorMesh or None
+        The pinion's mesh, when there is one to show.
+
+    Returns
+    -------
+    list
+    """
+    sweep, comparison = result.sweep, result.comparison
+    figures = [
+        (
+            "ste.png",
+            "Static transmission error over one pitch: reduced model (lines)"
+            + (", full FE at unseen angles (markers)." if comparison else "."),
+            ste_figure(sweep, comparison.full if comparison else None),
+        ),
+        ("load_sharing.png", "Share of the pinion torque that each tooth pair carries.", load_sharing_figure(sweep)),
+    ]
+    if sweep.converged.all():
+        caption = "Transmission error over orders of the mesh frequency."
+        figures.append(("spectrum.png", caption, spectrum_figure(sweep)))
+    if comparison is not None:
+        full, estimate = comparison.full, comparison.reduced.ste_error_um
+        relative = None if estimate is None else estimate / full.ste_um
+        figure = error_figure(full.phi_rad, full.torque_Nm, comparison.relative_error, relative)
+        bars = "" if relative is None else ", and the error bar of the reduced model itself"
+        caption = f"Reduced against full FE at unseen angles{bars}."
+        figures.append(("error.png", caption, figure))
+    patterns = _patterns(result)
+    if patterns:
+        caption = "Contact pressure on the unrolled flanks at nominal torque, with two pairs and with one pair in mesh."
+        figures.append(("contact_pattern.png", caption, contact_pattern_figure(patterns)))
+    if mesh is not None:
+        figures.append(("mesh.png", "Section of the pinion's sector mesh, loaded flank marked.", _mesh_figure(mesh)))
+    return figures
+
+
+def write_pages(result: OnlineResult, mesh: SectorMesh | None, out: Path) -> None:
+    """Write the pictures and the report page, as far as the case asks for them.
+
+    Parameters
+    ----------
+    result : OnlineResult
+    mesh : SectorMesh or None
+    out : Path
+
+    Raises
+    ------
+    OutputError
+    """
+    output = result.reduced.basis.case.output
+    if not (output.plots or output.report):
+        return
+    figures = run_figures(result, mesh)
+    if output.plots:
+        for name, _, figure in figures:
+            save_png(figure, out / name)
+    if output.report:
+        write_report(out / "report.html", _content(result, [(caption, figure) for _, caption, figure in figures]))
+
+
+def _content(result: OnlineResult, figures: list[tuple[str, Figure]]) -> ReportContent:
+    case = result.reduced.basis.case
+    return ReportContent(
+        title=case.title,
+        summary_rows=summary_rows(result),
+        warnings=warnings(result),
+        figures=figures,
+        error_table=_error_table(result),
+        classical_table=_classical_table(result),
+        case_rows=[(key, _cell(value), default) for key, value, default in describe(case)],
+        provenance_rows=provenance(case),
+    )
+
+
+def _cell(value: object) -> str | float | int | bool | None:
+    if isinstance(value, tuple):
+        return ", ".join(f"{number:g}" for number in value)
+    return value if isinstance(value, (str, float, int, bool)) else None
+
+
+def _error_table(result: OnlineResult) -> Table:
+    columns = ["torque, N m", "STE mean, um", "STE peak-to-peak, um", "error max, %", "error rms, %"]
+    comparison, sweep = result.comparison, result.sweep
+    if comparison is None:
+        reduced = np.stack([sweep.torque_Nm, ste_mean_um(sweep), peak_to_peak_um(sweep)], axis=1)
+        return Table("Reduced model", columns[:3], reduced.tolist())
+    full = comparison.full
+    rows = [
+        (torque, mean, span, *_error_in_percent(error))
+        for torque, mean, span, error in zip(
+            full.torque_Nm.tolist(), ste_mean_um(full).tolist(), peak_to_peak_um(full).tolist(),
+            comparison.relative_error, strict=True,
+        )
+    ]  # fmt: skip
+    reduced_ms, full_ms = ms_per_position(comparison.reduced), ms_per_position(full)
+    note = (
+        f"{full.ste_um.shape[1]} unseen angles. Reduced model {reduced_ms:.3g} ms, full FE {full_ms:.3g} ms per "
+        f"position (condensed compliance, same solver); offline {result.reduced.basis.training.seconds:.3g} s."
+    )
+    return Table("Reduced against full FE, and run time", columns, rows, note)
+
+
+def _error_in_percent(error: np.ndarray) -> tuple[float | None, float | None]:
+    """Largest and root-mean-square relative error in per cent; None where nothing could be compared."""
+    known = 100.0 * error[np.isfinite(error)]
+    return (float(np.abs(known).max()), float(np.sqrt(np.mean(known**2)))) if len(known) else (None, None)
+
+
+def _classical_table(result: OnlineResult) -> Table:
+    case, sweep, i = result.reduced.basis.case, result.sweep, result.nominal
+    pair = result.reduced.meshed.pair
+    mean = float(ste_mean_um(sweep)[i])
+    load = 1e3 * case.torque_Nm / pair.pinion.base_radius / pair.face_width
+    rows: list[tuple[str | float | None, ...]] = [
+        ("reduced FE model, this run", load / mean, mean, float(peak_to_peak_um(sweep)[i]), "")
+    ]
+    for row in classical_results(**_classical_arguments(case)):
+        rows.append((row.method, row.mesh_stiffness_N_per_mm_um, row.ste_mean_um, row.ste_peak_to_peak_um, row.note))
+    columns = ["method", "mesh stiffness, N/(mm um)", "STE mean, um", "STE peak-to-peak, um", "note"]
+    note = (
+        "The formulas add the body's compliance once per tooth pair, finite elements share it between the pairs: "
+        "expect finite elements to be softer, more so with a small bore."
+    )
+    return Table("Classical formulas for the same pair", columns, rows, note)
+
+
+def _classical_arguments(case: Case) -> dict[str, Any]:
+    pair = case.pair
+    gears = pair.pinion, pair.wheel
+
+    def both(name: str) -> tuple[Any, Any]:
+        return getattr(gears[0], name), getattr(gears[1], name)
+
+    return {
+        "teeth": both("teeth"),
+        "module_mm": pair.module_mm,
+        "pressure_angle_rad": math.radians(pair.pressure_angle_deg),
+        "face_width_mm": pair.face_width_mm,
+        "bore_radius_mm": both("bore_radius_mm"),
+        "torque_Nm": case.torque_Nm,
+        "youngs_modulus_MPa": tuple(1e3 * gear.youngs_modulus_GPa for gear in gears),
+        "poissons_ratio": both("poisson_ratio"),
+        "profile_shift": both("profile_shift"),
+        "addendum": both("addendum"),
+        "dedendum": both("dedendum"),
+        "rack_tip_radius": both("rack_tip_radius"),
+        "helix_angle_rad": math.radians(pair.helix_angle_deg),
+        "centre_distance_mm": pair.centre_distance_mm,
+    }
+
+
+def _patterns(result: OnlineResult) -> list[tuple[str, np.ndarray, np.ndarray, np.ndarray]]:
+    """Contact patterns in the middle of the double and of the single contact."""
+    sweep, torque = result.sweep, 1e3 * result.reduced.basis.case.torque_Nm
+    single = single_pair_zone(sweep, result.nominal)
+    n = len(sweep.phi_rad)
+    if len(single) in (0, n):
+        middles = [n // 2]
+    else:
+        middles = [int(single[len(single) // 2] + n // 2) % n, int(single[len(single) // 2])]
+    return [p for i in middles for p in contact_patterns(result.reduced, float(sweep.phi_rad[i]), torque)]
+
+
+def _mesh_figure(mesh: SectorMesh) -> Figure:
+    layers = len(mesh.z)
+    section = mesh.nodes[::layers, :2]
+    quads = mesh.elements[:: layers - 1, :4] // layers
+    return mesh_figure(section, quads, mesh.flank_nodes[:, 0, :2])

@@ -1,0 +1,97 @@
+"""The summary of an online result: for machines, and in words for the screen."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from pmor_online.run import OnlineResult
+
+from pmor.case import beyond_training
+from pmor.report.tables import summary_text, write_ste_csv, write_summary_json
+from pmor.results.sweep import SteSweep, largest_error_um, peak_to_peak_um, ripple_um, ste_mean_um, torque_exponent
+
+
+def summary(result: OnlineResult) -> dict[str, Any]:
+    """Return the machine-readable summary; None for what was not asked for."""
+    case, sweep, comparison, i = result.reduced.basis.case, result.sweep, result.comparison, result.nominal
+    return {
+        "case": case.name,
+        "n_profile": case.mesh.profile_elements,
+        "scheme": case.contact.scheme,
+        "lodm": case.contact.lodm_profile if case.contact.kind == "nodal" else None,
+        "n_angles": len(sweep.phi_rad),
+        "torque_Nm": case.torque_Nm,
+        "ste_mean_um": ste_mean_um(sweep)[i],
+        "ste_peak_to_peak_um": peak_to_peak_um(sweep)[i],
+        "ste_ripple_um": ripple_um(sweep, i),
+        "ste_torque_exponent": torque_exponent(sweep),
+        "ste_error_estimate_max_um": largest_error_um(sweep),
+        "extrapolated": beyond_training(case),
+        "rom_size": result.reduced.size,
+        "rom_vs_full_ste_max_rel": comparison.max_relative_error if comparison else None,
+        "rom_vs_full_ste_rms_rel": comparison.rms_relative_error if comparison else None,
+        "online_ms_per_position": ms_per_position(sweep),
+        "full_ms_per_position": ms_per_position(comparison.full) if comparison else None,
+        "offline_s": result.reduced.basis.training.seconds,
+        "basis_mib": result.basis_mib,
+        "n_positions_failed": len(result.failures),
+    }
+
+
+def summary_rows(result: OnlineResult) -> list[tuple[str, float | int | None, str, str]]:
+    """Return the summary in words: (label, value, unit, note)."""
+    s, comparison = summary(result), result.comparison
+    rows = [
+        ("STE mean", s["ste_mean_um"], "um", f"at {s['torque_Nm']:g} N m"),
+        ("STE peak-to-peak", s["ste_peak_to_peak_um"], "um", ""),
+        ("STE ripple", s["ste_ripple_um"], "um", "about a quartic where one pair carries the load"),
+        ("STE over torque", s["ste_torque_exponent"], "", "exponent; 1 is linear"),
+        ("STE error bar, max", s["ste_error_estimate_max_um"], "um", "what the reduction costs, estimated online"),
+        ("reduced model size", s["rom_size"], "", "unknowns at most"),
+        ("online time", s["online_ms_per_position"], "ms", f"per position, {len(result.sweep.phi_rad)} angles x "
+         f"{len(result.sweep.torque_Nm)} torques"),
+    ]  # fmt: skip
+    if comparison is not None:
+        positions = f"{comparison.full.ste_um.size} unseen positions"
+        rows += [
+            ("reduced vs full, max", 100 * s["rom_vs_full_ste_max_rel"], "%", positions),
+            ("reduced vs full, rms", 100 * s["rom_vs_full_ste_rms_rel"], "%", ""),
+            ("full FE time", s["full_ms_per_position"], "ms", "per position, compliance condensed beforehand"),
+        ]
+    return [
+        *rows,
+        ("offline time", s["offline_s"], "s", "finite elements and training"),
+        ("basis", s["basis_mib"], "MiB", ""),
+    ]
+
+
+def write_results(result: OnlineResult, out: Path) -> None:
+    """Write the tables that every run has.
+
+    Raises
+    ------
+    OutputError
+    """
+    write_ste_csv(out / "ste.csv", result.sweep)
+    write_summary_json(out / "summary.json", summary(result))
+
+
+def result_text(result: OnlineResult) -> str:
+    """Return the short summary for the screen."""
+    text = summary_text(result.reduced.basis.case.title, summary_rows(result))
+    return "\n".join([text, *(f"  ! {warning}" for warning in warnings(result))])
+
+
+def warnings(result: OnlineResult) -> tuple[str, ...]:
+    """Return what a reader must know beside the numbers: extrapolation, and positions that failed."""
+    beyond = (
+        f"extrapolated: {text}; what the results are worth, their error bar says"
+        for text in beyond_training(result.reduced.basis.case)
+    )
+    return (*beyond, *result.failures)
+
+
+def ms_per_position(sweep: SteSweep) -> float:
+    """Return the wall time of a sweep per angle and torque, ms."""
+    return 1e3 * sweep.seconds / sweep.ste_um.size

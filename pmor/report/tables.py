@@ -1,0 +1,93 @@
+"""Machine-readable results (CSV, JSON) and the short summary on the screen."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pmor.report.report import Cell, format_cell
+from pmor.results.sweep import SteSweep
+
+
+def write_ste_csv(path: Path, sweep: SteSweep) -> None:
+    """One line per torque and angle; an STE that did not converge is an empty field.
+
+    Columns: phi_rad, torque_Nm, ste_um, ste_error_estimate_um (empty where the basis holds none), converged (0/1),
+    newton_steps, share_pair_<index> (fraction of the torque).
+    """
+    from pmor.storage.atomic import atomic_path
+
+    buffer = io.StringIO(newline="")
+    writer = csv.writer(buffer, lineterminator="\n")
+    header = ["phi_rad", "torque_Nm", "ste_um", "ste_error_estimate_um", "converged", "newton_steps"]
+    error = np.full_like(sweep.ste_um, np.nan) if sweep.ste_error_um is None else sweep.ste_error_um
+    writer.writerow(header + [f"share_pair_{j}" for j in sweep.pair_index])
+    for i, torque in enumerate(sweep.torque_Nm):
+        for k, phi in enumerate(sweep.phi_rad):
+            row = [_field(phi), _field(torque), _field(sweep.ste_um[i, k]), _field(error[i, k])]
+            row += [str(int(sweep.converged[i, k])), str(int(sweep.newton_steps[i, k]))]
+            writer.writerow(row + [_field(share) for share in sweep.pair_share[i, k]])
+    with atomic_path(path) as temporary:
+        Path(temporary).write_text(buffer.getvalue(), encoding="utf-8", newline="")
+
+
+def write_summary_json(path: Path, summary: Mapping[str, Any]) -> None:
+    """Plain numbers, keys in sorted order; NaN and infinity become null, anything that is not plain data is refused.
+
+    Raises
+    ------
+    TypeError
+        Naming the key of a value that JSON cannot hold.
+    """
+    from pmor.storage.atomic import atomic_path
+
+    text = json.dumps(_plain(summary, "summary"), indent=2, sort_keys=True, allow_nan=False, ensure_ascii=False)
+    with atomic_path(path) as temporary:
+        Path(temporary).write_text(text + "\n", encoding="utf-8")
+
+
+def summary_text(title: str, rows: Sequence[tuple[str, Cell, str, str]]) -> str:
+    """Short aligned lines for the screen from (label, value, unit, note) rows."""
+    if not rows:
+        return title
+    values = [format_cell(value) for _, value, _, _ in rows]
+    label_width, value_width = max(len(row[0]) for row in rows), max(map(len, values))
+    unit_width = max(len(row[2]) for row in rows)
+    lines = [
+        f"  {label:<{label_width}}  {value:>{value_width}} {unit:<{unit_width}}  {note}".rstrip()
+        for (label, _, unit, note), value in zip(rows, values, strict=True)
+    ]
+    return "\n".join([title, *lines])
+
+
+def _field(value: float) -> str:
+    """Shortest text that reads back as the same double; empty for NaN."""
+    return "" if math.isnan(value) else repr(float(value))
+
+
+def _plain(value: Any, key: str) -> Any:
+    """Numbers, text, lists and mappings as JSON knows them."""
+    if value is None or isinstance(value, (bool, str)):
+        return value
+    if isinstance(value, np.bool_):
+        return bool(value)
+    if isinstance(value, (int, np.integer)):
+        return int(value)
+    if isinstance(value, (float, np.floating)):
+        return float(value) if math.isfinite(value) else None
+    if isinstance(value, Mapping):
+        if not all(isinstance(k, str) for k in value):
+            raise TypeError(f"{key}: keys must be text")
+        return {k: _plain(v, f"{key}.{k}") for k, v in value.items()}
+    if isinstance(value, np.ndarray):
+        return _plain(value.tolist(), key)
+    if isinstance(value, (list, tuple)):
+        return [_plain(v, f"{key}[{i}]") for i, v in enumerate(value)]
+    raise TypeError(f"{key}: a {type(value).__name__} cannot be written as plain JSON")

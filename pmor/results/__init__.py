@@ -1,0 +1,1 @@
+"""What a sweep gives, and what an engineer reads off it."""

@@ -1,0 +1,204 @@
+"""What a sweep over roll angles and torques gives, and the figures an engineer reads off it.
+
+Full and reduced model return the same `SteSweep`. A position that did not converge is NaN in ``ste_um`` and stays
+visible as such: means and peaks over the pitch use the converged positions, the mesh orders need them all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmor.arrays import BoolArray, FloatArray, IntArray
+
+MIN_RIPPLE_POINTS = 8  # a quartic takes five; fewer than three beyond that say nothing about ripple
+
+
+@dataclass(frozen=True)
+class SteSweep:
+    """Static transmission error and load sharing over one pitch.
+
+    Attributes
+    ----------
+    phi_rad : (n_angles,)
+        Pinion roll position over one pitch: uniform, end point excluded (the plots accept other spacings too).
+    torque_Nm : (n_torques,)
+        At the pinion.
+    ste_um : (n_torques, n_angles)
+        (theta_1 - theta_1,kinematic) r_b1 along the line of action; NaN where not converged.
+    pair_share : (n_torques, n_angles, n_pairs)
+        Fraction of the pinion's contact torque carried by tooth pair ``pair_index[j]``; 0 for idle pairs.
+    pair_index : (n_pairs,) int
+        Tooth pair j is at its own roll position phi + 2 pi j / z1.
+    newton_steps : (n_torques, n_angles) int
+    converged : (n_torques, n_angles) bool
+    seconds : float
+        Wall time of the sweep.
+    pitch_rad : float
+        2 pi / z1.
+    ste_error_um : (n_torques, n_angles) or None
+        Estimate of what a reduced model's STE lacks (`pmor.reduction.error_estimate`), um; None where there is none.
+    """
+
+    phi_rad: FloatArray
+    torque_Nm: FloatArray
+    ste_um: FloatArray
+    pair_share: FloatArray
+    pair_index: IntArray
+    newton_steps: IntArray
+    converged: BoolArray
+    seconds: float
+    pitch_rad: float
+    ste_error_um: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse arrays that do not belong together: a wrong shape would broadcast silently further on."""
+        grid = (len(self.torque_Nm), len(self.phi_rad))
+        expected = {
+            "ste_um": grid,
+            "pair_share": (*grid, len(self.pair_index)),
+            "newton_steps": grid,
+            "converged": grid,
+        }
+        if self.ste_error_um is not None:
+            expected["ste_error_um"] = grid
+        for name, shape in expected.items():
+            if getattr(self, name).shape != shape:
+                raise ValueError(f"{name} has shape {getattr(self, name).shape}, expected {shape}")
+
+
+@dataclass(frozen=True)
+class MeshStiffness:
+    """Mesh stiffness per face width, N/(mm um); NaN where it is undefined.
+
+    Attributes
+    ----------
+    secant : (n_torques, n_angles)
+        F_n / (b STE) at each torque.
+    tangent : (n_torques - 1, n_angles) or None
+        Change of F_n / b over change of STE between neighbouring torques; None with a single torque.
+    tangent_torque_Nm : (n_torques - 1,) or None
+        Middle of those torques.
+    """
+
+    secant: FloatArray
+    tangent: FloatArray | None
+    tangent_torque_Nm: FloatArray | None
+
+
+def ste_mean_um(sweep: SteSweep) -> FloatArray:
+    """Mean STE over the pitch (n_torques,), um; NaN for a torque at which nothing converged."""
+    return _over_angles(sweep, np.nanmean)
+
+
+def peak_to_peak_um(sweep: SteSweep) -> FloatArray:
+    """Largest minus smallest STE over the pitch (n_torques,), um."""
+    return _over_angles(sweep, lambda ste: np.nanmax(ste) - np.nanmin(ste))
+
+
+def largest_error_um(sweep: SteSweep) -> float | None:
+    """Return the largest magnitude of a sweep's error estimate, um; None where it has none."""
+    if sweep.ste_error_um is None or not np.isfinite(sweep.ste_error_um).any():
+        return None
+    return float(np.nanmax(np.abs(sweep.ste_error_um)))
+
+
+def torque_exponent(sweep: SteSweep) -> float:
+    """Return d ln(mean STE) / d ln(torque), fitted over the torques; NaN for one torque alone.
+
+    1 for a linear pair; Hertz contact stiffens, which makes it a little less.
+    """
+    mean = ste_mean_um(sweep)
+    known = np.isfinite(mean)
+    if np.count_nonzero(known) < 2:
+        return float("nan")
+    return float(np.polyfit(np.log(sweep.torque_Nm[known]), np.log(mean[known]), 1)[0])
+
+
+def mesh_orders(sweep: SteSweep, torque_index: int, n_orders: int = 10) -> FloatArray:
+    """Amplitudes (zero to peak, um) of the orders 1 ... ``n_orders`` of the mesh frequency (n_orders,).
+
+    Orders that the sampling cannot resolve (from half the number of angles upwards) are NaN, and all of them are when a
+    position is missing: a spectrum over a gap would be invented.
+
+    Raises
+    ------
+    ValueError
+        When the angles do not divide the pitch uniformly.
+    """
+    n = len(sweep.phi_rad)
+    uniform = sweep.phi_rad[0] + sweep.pitch_rad * np.arange(n) / n
+    if not np.allclose(sweep.phi_rad, uniform, rtol=0.0, atol=1e-6 * sweep.pitch_rad / n):
+        raise ValueError("mesh orders need angles that divide one pitch uniformly, end point excluded")
+    amplitudes = np.full(n_orders, np.nan)
+    spectrum = 2.0 * np.abs(np.fft.rfft(sweep.ste_um[torque_index])) / n
+    resolved = min(n_orders, (n - 1) // 2)
+    amplitudes[:resolved] = spectrum[1 : resolved + 1]
+    return amplitudes
+
+
+def single_pair_zone(sweep: SteSweep, torque_index: int) -> IntArray:
+    """Indices of the angles in the longest run in which exactly one pair carries load, in order of rolling.
+
+    The sweep is periodic, so a run may wrap around the pitch: indices then jump from the last to the first.
+    """
+    single = (sweep.pair_share[torque_index] > 0).sum(axis=1) == 1
+    single &= sweep.converged[torque_index] & np.isfinite(sweep.ste_um[torque_index])
+    n = len(single)
+    if single.all():
+        return np.arange(n)
+    # Start right after a position outside the zone: no run can wrap then.
+    order = (np.arange(n) + int(np.flatnonzero(~single)[0]) + 1) % n
+    runs = np.split(order, np.flatnonzero(~single[order]))
+    runs = [run[single[run]] for run in runs]
+    return max(runs, key=len)
+
+
+def ripple_um(sweep: SteSweep, torque_index: int) -> float:
+    """Standard deviation (um) of the STE about a quartic over the single-pair zone; NaN below eight positions.
+
+    One pair in contact has a smooth STE, so what a quartic leaves over is the discretisation of the flank surfaces.
+    """
+    zone = single_pair_zone(sweep, torque_index)
+    if len(zone) < MIN_RIPPLE_POINTS:
+        return float("nan")
+    phi = sweep.phi_rad[zone]
+    phi = phi + sweep.pitch_rad * (phi < phi[0])
+    ste = sweep.ste_um[torque_index, zone]
+    fit = np.polynomial.Polynomial.fit(phi, ste, deg=4)
+    return float(np.std(ste - fit(phi)))
+
+
+def mesh_stiffness(sweep: SteSweep, base_radius_mm: float, face_width_mm: float) -> MeshStiffness:
+    """Secant and tangent mesh stiffness per face width from torque and STE.
+
+    Parameters
+    ----------
+    base_radius_mm : float
+        Of the pinion: F_n = T / r_b1.
+    face_width_mm : float
+    """
+    load = 1e3 * sweep.torque_Nm / base_radius_mm / face_width_mm
+    secant = _positive_ratio(np.broadcast_to(load[:, None], sweep.ste_um.shape), sweep.ste_um)
+    if len(load) < 2:
+        return MeshStiffness(secant, None, None)
+    rising = np.argsort(sweep.torque_Nm, kind="stable")
+    step = np.broadcast_to(np.diff(load[rising])[:, None], (len(load) - 1, len(sweep.phi_rad)))
+    tangent = _positive_ratio(step, np.diff(sweep.ste_um[rising], axis=0))
+    torque = sweep.torque_Nm[rising]
+    return MeshStiffness(secant, tangent, 0.5 * (torque[1:] + torque[:-1]))
+
+
+def _positive_ratio(load: FloatArray, deflection: FloatArray) -> FloatArray:
+    """Load over deflection, NaN where either is missing or not positive (a stiffness there means nothing)."""
+    ratio = np.full(deflection.shape, np.nan)
+    usable = (load > 0) & (deflection > 0)
+    ratio[usable] = load[usable] / deflection[usable]
+    return ratio
+
+
+def _over_angles(sweep: SteSweep, statistic: Callable[[FloatArray], float]) -> FloatArray:
+    """One number per torque, NaN (without numpy's warning) where no angle converged."""
+    return np.array([statistic(row) if np.isfinite(row).any() else np.nan for row in sweep.ste_um])

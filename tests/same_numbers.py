@@ -1,0 +1,192 @@
+"""Two versions of the program, number by number: what a rebuild must not move.
+
+    python tests/same_numbers.py collect FOLDER [--pmor "COMMAND"]     # with each version, into a folder of its own
+    python tests/same_numbers.py compare BEFORE AFTER
+
+`collect` runs every case, a small pair with each contact scheme and each reduction, misaligned and plane-strain pairs,
+the short study and the stability matrix through the command line, so that it works with any version. `compare` holds
+STE, shares, error estimates and Newton steps against each other; STE to 1e-10, relative.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import json
+import shlex
+import subprocess
+import sys
+import tomllib
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+CASES = Path(__file__).parent.parent / "cases"
+STE_TOLERANCE = 1e-10  # relative; sums in another order are allowed, other mechanics are not
+ESTIMATE_TOLERANCE = 1e-7  # of the largest estimate of a sweep: derivatives of energies that all but cancel
+SHIPPED = ("small_spur", "unequal_pair", "paper_spur", "paper_hermite", "paper_64", "paper_misaligned")
+SCHEMES = ("line", "strip", "direct", "paper", "facet")
+REDUCTIONS = {
+    "positions": {"shapes": "positions"},
+    "positions_cubic": {"shapes": "positions", "interpolation": "cubic"},
+    "pod": {"shapes": "pod"},
+    "pod_grassmann": {"shapes": "pod", "interpolation": "grassmann"},
+    "global_pod": {"shapes": "global_pod"},
+    "static_modes": {"shapes": "static_modes"},
+}
+TILTED = {"in_plane_um": [-10.0, 10.0], "out_of_plane_um": [0.0, 8.0]}
+# What a study and a stability matrix say beside run times.
+STUDY_KEYS = ("ste_mean_um", "ste_peak_to_peak_um", "shape_error_um", "ripple_um", "rom_vs_full_ste_max_rel")
+
+
+def variants() -> dict[str, dict[str, dict[str, Any]]]:
+    """Return changes to the small pair by section, by the name of the variant."""
+    found: dict[str, dict[str, dict[str, Any]]] = {}
+    for scheme in SCHEMES:
+        found[f"scheme_{scheme}"] = {"contact": {"scheme": scheme}}
+        found[f"whole_{scheme}"] = {"contact": {"scheme": scheme}, "mesh": {"width": "whole"}}
+    for name, reduction in REDUCTIONS.items():
+        for scheme in ("line", "direct"):
+            found[f"{name}_{scheme}"] = {"contact": {"scheme": scheme}, "reduction": reduction}
+    for scheme in ("line", "strip", "direct"):
+        tilt = {"in_plane_um": 5.0, "out_of_plane_um": 4.0}
+        found[f"tilted_{scheme}"] = {"contact": {"scheme": scheme}, "offline": TILTED, "misalignment": tilt}
+    found["plane_strain"] = {"contact": {"scheme": "line"}, "mesh": {"width": "plane_strain"}}
+    found["slave_both"] = {"contact": {"slave": "both"}}
+    found["hex8"] = {"mesh": {"element": "hex8"}}
+    found["sobol"] = {"contact": {"scheme": "line"}, "offline": {"sampling": "sobol", "solves": 24, **TILTED}}
+    return found
+
+
+def collect(folder: Path, pmor: list[str]) -> None:
+    """Run everything with one version of the program."""
+    folder.mkdir(parents=True)
+    texts = {name: (CASES / f"{name}.toml").read_text(encoding="utf-8") for name in SHIPPED}
+    texts |= {f"small_{name}": changed(texts["small_spur"], changes) for name, changes in variants().items()}
+    for name, text in texts.items():
+        case = folder / f"{name}.toml"
+        case.write_text(changed(text, {"output": {"plots": False, "report": False}}), encoding="utf-8")
+        run([*pmor, "run", str(case), "--out", str(folder / name)])
+    run([*pmor, "study", str(CASES / "paper_study.toml"), "--quick", "--out", str(folder / "study")])
+    run([*pmor, "stability", str(CASES / "paper_spur.toml"), "--out", str(folder / "stability"), "--jobs", "2"])
+
+
+def run(command: list[str]) -> None:
+    """Run a command; a position that does not converge (3) is a result like any other."""
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    print(f"{done.returncode}  {shlex.join(command[-4:])}", flush=True)
+    if done.returncode not in (0, 3):
+        print(done.stderr, file=sys.stderr)
+
+
+def changed(text: str, changes: Mapping[str, Mapping[str, Any]]) -> str:
+    """Return a case's text with some keys changed."""
+    document: dict[str, Any] = tomllib.loads(text)
+    for section, keys in changes.items():
+        document[section] = document.get(section, {}) | dict(keys)
+    lines = [f"{key} = {json.dumps(value)}" for key, value in document.items() if not isinstance(value, dict)]
+    for section, keys in document.items():
+        if isinstance(keys, dict):
+            lines += [f"[{section}]", *(f"{key} = {json.dumps(value)}" for key, value in keys.items())]
+    return "\n".join(lines) + "\n"
+
+
+def compare(before: Path, after: Path) -> int:
+    """Print the largest differences; return how many things differ by more than they may."""
+    problems = [text for path in sorted(before.glob("*/ste.csv")) for text in sweep_differences(path, after)]
+    problems += table_differences(before, after, "study/study.json", "rows", study_numbers)
+    problems += table_differences(before, after, "stability/stability.json", "entries", stability_numbers)
+    print("\n".join(problems) or "the same")
+    return len(problems)
+
+
+def sweep_differences(path: Path, after: Path) -> Iterator[str]:
+    """Name what differs between two sweeps of a case."""
+    name = path.parent.name
+    other = after / name / "ste.csv"
+    if not other.exists():
+        yield f"{name}: no results"
+        return
+    rows, others = read(path), read(other)
+    if len(rows) != len(others):
+        yield f"{name}: {len(rows)} rows, now {len(others)}"
+        return
+    ste = worst(rows, others, "ste_um", lambda a: abs(a))
+    estimates = [abs(float(r["ste_error_estimate_um"] or 0.0)) for r in rows]
+    estimate = worst(rows, others, "ste_error_estimate_um", lambda _: max(estimates) or 1.0)
+    shares = [key for key in rows[0] if key.startswith("share_pair_")]
+    share = max(worst(rows, others, key, lambda _: 1.0) for key in shares)
+    steps = sum(a["newton_steps"] != b["newton_steps"] for a, b in zip(rows, others, strict=True))
+    print(f"{name:32s} STE {ste:8.1e}  share {share:8.1e}  estimate {estimate:8.1e}  other steps {steps}")
+    if ste > STE_TOLERANCE or share > STE_TOLERANCE or estimate > ESTIMATE_TOLERANCE or steps:
+        yield f"{name}: STE {ste:.1e}, share {share:.1e}, estimate {estimate:.1e}, other Newton steps at {steps}"
+
+
+def read(path: Path) -> list[dict[str, str]]:
+    """Read the rows of a CSV file."""
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(line for line in file if not line.startswith("#")))
+
+
+def worst(rows: list[dict[str, str]], others: list[dict[str, str]], key: str, scale: Any) -> float:
+    """Return the largest difference of a column, over a scale; infinite where a number is missing on one side."""
+    largest = 0.0
+    for a, b in zip(rows, others, strict=True):
+        if (a.get(key, "") == "") != (b.get(key, "") == ""):
+            return float("inf")
+        if a.get(key, "") != "":
+            largest = max(largest, abs(float(a[key]) - float(b[key])) / scale(float(a[key])))
+    return largest
+
+
+def study_numbers(row: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what must not move in a row of a study."""
+    return {key: row.get(key) for key in STUDY_KEYS}
+
+
+def stability_numbers(entry: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what must not move in an entry of a stability matrix."""
+    return {key: entry.get(key) for key in ("name", "converged", "newton_steps", "difference_rel", "ok")}
+
+
+def table_differences(before: Path, after: Path, file: str, key: str, numbers: Any) -> list[str]:
+    """Name the rows of a JSON table that differ by more than 1e-7, relative, of differences that are small already."""
+    if not (after / file).exists():
+        return [f"{file}: not there"]
+    tables = [json.loads((folder / file).read_text(encoding="utf-8"))[key] for folder in (before, after)]
+    if len(tables[0]) != len(tables[1]):
+        return [f"{file}: {len(tables[0])} rows, now {len(tables[1])}"]
+    found = []
+    for old, new in zip(*(map(numbers, rows) for rows in tables), strict=True):
+        for name, value in old.items():
+            if not alike(value, new[name]):
+                found.append(f"{file}: {old.get('name', '')} {name} = {value}, now {new[name]}")
+    return found
+
+
+def alike(a: Any, b: Any) -> bool:
+    """Whether two entries are the same number, or the same thing."""
+    if isinstance(a, float) and isinstance(b, float):
+        return abs(a - b) <= 1e-7 * max(abs(a), abs(b)) + 1e-12
+    return bool(a == b)
+
+
+def main() -> int:
+    """Collect or compare."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    commands = parser.add_subparsers(dest="command", required=True)
+    first = commands.add_parser("collect")
+    first.add_argument("folder", type=Path)
+    first.add_argument("--pmor", default=f"{sys.executable} -m pmor")
+    second = commands.add_parser("compare")
+    second.add_argument("before", type=Path)
+    second.add_argument("after", type=Path)
+    arguments = parser.parse_args()
+    if arguments.command == "collect":
+        collect(arguments.folder, shlex.split(arguments.pmor))
+        return 0
+    return 1 if compare(arguments.before, arguments.after) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
