@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from pmor import __version__, cli, commands
+from pmor import __version__
+from pmor.app import cli, commands
 from pmor.app.cli import build_parser, main
 from pmor.errors import ConvergenceError, OutputError
 
