@@ -3,7 +3,7 @@
 Lengths carry their unit in the name of the key; those without one are in (normal) modules.
 """
 
-from pmor.case.change import changed_text
+from pmor.case.change import changed_case, changed_text, make_case, text_of
 from pmor.case.describe import basis_key, describe
 from pmor.case.extrapolation import beyond_training
 from pmor.case.loader import load_case, parse_case
@@ -35,8 +35,11 @@ __all__ = [
     "ReductionCase",
     "basis_key",
     "beyond_training",
+    "changed_case",
     "changed_text",
     "describe",
     "load_case",
+    "make_case",
     "parse_case",
+    "text_of",
 ]

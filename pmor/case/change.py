@@ -1,9 +1,51 @@
-"""A case with some keys changed: what studies and benchmarks are made of."""
+"""Cases made and changed in Python: by keyword, through the checks of a file, with a text that says what they are."""
 
 import json
 import tomllib
 from collections.abc import Mapping
+from dataclasses import asdict, replace
 from typing import Any
+
+from pmor.case.loader import SECTIONS, keys_of, parse_case
+from pmor.case.schema import Case
+from pmor.errors import CaseError
+
+GEARS = ("pinion", "wheel")
+
+
+def make_case(name: str = "case", **settings: Any) -> Case:
+    """Make a case without a file.
+
+    Parameters
+    ----------
+    name : str
+        Names results; used in messages.
+    **settings
+        Sections as mappings, or single keys by their names in a case file where only one section has them (a key of the
+        gears sets both): ``pinion={"teeth": 21}``, ``module_mm=4.0``. Units stand in the names.
+
+    Returns
+    -------
+    Case
+        Complete: every default is filled in.
+
+    Raises
+    ------
+    CaseError
+        As for a case file: the key, the value, what is allowed, what to do.
+
+    Examples
+    --------
+    >>> case = make_case(teeth=21, bore_radius_mm=20.0, module_mm=4.0, face_width_mm=20.0, torque_Nm=100.0)
+    >>> case.pair.wheel.teeth
+    21
+    """
+    return parse_case(_text(_changed({}, settings, name)), name, name)
+
+
+def changed_case(case: Case, **settings: Any) -> Case:
+    """Return a case with some settings changed; see `make_case`."""
+    return parse_case(_text(_changed(tomllib.loads(text_of(case)), settings, case.name)), case.name, case.name)
 
 
 def changed_text(base: str, changes: Mapping[str, Mapping[str, Any]]) -> str:
@@ -25,6 +67,61 @@ def changed_text(base: str, changes: Mapping[str, Mapping[str, Any]]) -> str:
     document: dict[str, Any] = tomllib.loads(base)
     for name, keys in changes.items():
         document[name] = document.get(name, {}) | dict(keys)
+    return _text(document)
+
+
+def text_of(case: Case) -> str:
+    """Return TOML text that reads back as this very case.
+
+    Its own, comments and all; a new one where fields of the dataclass were replaced since it was read.
+    """
+    try:
+        if replace(parse_case(case.text, case.name, case.name), text=case.text) == case:
+            return case.text
+    except CaseError:
+        pass
+    document: dict[str, Any] = {"title": case.title, **sections_of(case)}
+    for name in SECTIONS:
+        document[name] = {key: value for key, value in document[name].items() if value is not None}
+    return _text(document)
+
+
+def sections_of(case: Case) -> dict[str, dict[str, Any]]:
+    """Return all settings by section and key, in the order of a case file."""
+    pair = asdict(case.pair)
+    gears = {gear: pair.pop(gear) for gear in GEARS}
+    sections = {"load": {"torque_Nm": case.torque_Nm}, "pair": pair, **gears}
+    return sections | {name: asdict(getattr(case, name)) for name in SECTIONS if name not in sections}
+
+
+def _changed(document: dict[str, Any], settings: Mapping[str, Any], where: str) -> dict[str, Any]:
+    """Lay settings over a document, single keys first into the section that has them."""
+    for key, value in settings.items():
+        if key == "title":
+            document[key] = value
+        elif key in SECTIONS:
+            if not isinstance(value, Mapping):
+                raise CaseError(f"{where}: {key} = {value!r}: is a section: write {key}={{'key': value, ...}}")
+            document[key] = document.get(key, {}) | dict(value)
+        else:
+            for section in _homes(key, document, where):
+                document[section] = document.get(section, {}) | {key: value}
+    return document
+
+
+def _homes(key: str, document: Mapping[str, Any], where: str) -> tuple[str, ...]:
+    homes = tuple(name for name, kind in SECTIONS.items() if key in keys_of(kind))
+    if homes == GEARS:
+        return GEARS if "wheel" in document else GEARS[:1]  # a wheel that is not mentioned is like the pinion
+    if len(homes) > 1:
+        choices = " or ".join(f"{name}={{'{key}': ...}}" for name in homes)
+        raise CaseError(f"{where}: {key}: more than one section has it: write {choices}")
+    if not homes:
+        raise CaseError(f"{where}: {key}: no section has such a key; sections are {', '.join(SECTIONS)}")
+    return homes
+
+
+def _text(document: Mapping[str, Any]) -> str:
     # A case has keys outside of sections first, then one level of sections with plain values.
     plain = {key: value for key, value in document.items() if not isinstance(value, dict)}
     lines = [f"{key} = {_toml(value)}" for key, value in plain.items()]
@@ -34,6 +131,12 @@ def changed_text(base: str, changes: Mapping[str, Mapping[str, Any]]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _toml(value: object) -> str:
-    # JSON writes what a case file holds as TOML does; the rest becomes text, which the case file's rules refuse.
+def _toml(value: Any) -> str:
+    if hasattr(value, "tolist"):  # numpy's arrays and numbers
+        value = value.tolist()
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(map(_toml, value)) + "]"
+    if isinstance(value, float):
+        return repr(value)
+    # JSON writes text and whole numbers as TOML does; the rest becomes text, which the case file's rules refuse.
     return json.dumps(value, ensure_ascii=False, default=str)

@@ -6,6 +6,7 @@ import tomllib
 from dataclasses import asdict
 from typing import Any
 
+from pmor.case.change import sections_of
 from pmor.case.schema import Case
 
 
@@ -19,7 +20,7 @@ def describe(case: Case) -> list[tuple[str, Any, bool]]:
     """
     document = tomllib.loads(case.text)
     settings = [("title", case.title, "title" not in document)]
-    for section, values in _sections(case).items():
+    for section, values in sections_of(case).items():
         written = document.get(section, {})
         settings += [(f"{section}.{key}", value, key not in written) for key, value in values.items()]
     return settings
@@ -33,12 +34,3 @@ def basis_key(case: Case) -> str:
     parts = {name: asdict(getattr(case, name)) for name in ("pair", "mesh", "contact", "reduction", "offline")}
     text = json.dumps(parts, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()
-
-
-def _sections(case: Case) -> dict[str, dict[str, Any]]:
-    pair = asdict(case.pair)
-    pinion, wheel = pair.pop("pinion"), pair.pop("wheel")
-    sections = {"load": {"torque_Nm": case.torque_Nm}, "pair": pair, "pinion": pinion, "wheel": wheel}
-    for name in ("mesh", "contact", "misalignment", "reduction", "offline", "online", "compare", "output"):
-        sections[name] = asdict(getattr(case, name))
-    return sections

@@ -5,7 +5,7 @@ The ranges are wide enough for extreme gears; they exist to catch slips, above a
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 
 @dataclass(frozen=True)
@@ -335,7 +335,7 @@ class LoadCase:
     torque_Nm: Torque
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Case:
     """Everything that a case file says, checked.
 
@@ -366,3 +366,22 @@ class Case:
     compare: CompareCase
     output: OutputCase
     text: str
+
+    def changed(self, **settings: Any) -> "Case":
+        """Return the case with some settings changed, checked like a file; see `pmor.make_case` for the keywords.
+
+        Raises
+        ------
+        CaseError
+        """
+        from pmor.case.change import changed_case  # which stands on this module
+
+        return changed_case(self, **settings)
+
+    def __repr__(self) -> str:
+        pair, mesh = self.pair, self.mesh
+        return (
+            f"<Case {self.name!r}: {pair.pinion.teeth}/{pair.wheel.teeth} teeth, module {pair.module_mm:g} mm,"
+            f" face width {pair.face_width_mm:g} mm, {self.torque_Nm:g} N m, {self.contact.scheme}, {mesh.profile_elements} x"
+            f" {mesh.width_elements} elements>"
+        )

@@ -17,7 +17,7 @@ from pmor.contact.flank import ContactScheme, MeshedPair, SurfaceLayer, make_fla
 from pmor.contact.line_contact import approach_constants, check_half_width, line_compliance
 from pmor.contact.misalignment import Misalignment
 from pmor.contact.solve import ElasticityAt
-from pmor.errors import MeshError
+from pmor.errors import GeometryError, MeshError
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance
 from pmor.gear.tooth import Tooth
 from pmor.mesh.layer import surface_layer
@@ -182,7 +182,14 @@ def assemble_pair(
     Returns
     -------
     MeshedPair
+
+    Raises
+    ------
+    GeometryError
+        For helical gears, which neither the search nor the line loads can do.
     """
+    if case.pair.helix_angle_deg != 0.0:
+        raise GeometryError(f"helix_angle_deg = {case.pair.helix_angle_deg:g}: helical gears are not supported yet: 0")
     scheme = contact_scheme(case)
     layers: tuple[SurfaceLayer, ...] = ()
     if scheme.kind == "line":

@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 
 from pmor.arrays import BoolArray, FloatArray
-from pmor.case import Case, basis_key, describe, parse_case
+from pmor.case import Case, basis_key, describe, parse_case, text_of
 from pmor.errors import FileFormatError
 from pmor.reduction.contact_shapes import ContactShapes
 from pmor.reduction.error_estimate import FlankCompliance
@@ -94,10 +94,11 @@ def write_basis(path: Path, basis: Basis, force: FloatArray, overwrite: bool = F
     OutputError
     """
     case, shapes, training = basis.case, basis.shapes, basis.training
+    text = text_of(case)
     attributes = {
         "case_name": case.name,
-        "case_text": case.text,
-        "case_sha256": hashlib.sha256(case.text.encode()).hexdigest(),
+        "case_text": text,
+        "case_sha256": hashlib.sha256(text.encode()).hexdigest(),
         "basis_key": basis_key(case),
         "offline_s": training.seconds,
     }

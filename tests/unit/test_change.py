@@ -1,0 +1,71 @@
+"""Cases made and changed in Python say what they are, pass the checks of a file, and read back."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from small_case import case_text
+
+from pmor.case import Case, load_case, make_case, parse_case, text_of
+from pmor.errors import CaseError, GeometryError
+from pmor.pair.model import mesh_model
+
+CASES = Path(__file__).parents[2] / "cases"
+FILES = sorted(path for path in CASES.glob("*.toml") if "base =" not in path.read_text())  # the others are studies
+
+SMALL = {"teeth": 21, "bore_radius_mm": 20.0, "module_mm": 4.0, "face_width_mm": 20.0, "torque_Nm": 100.0}
+
+
+def test_a_case_made_by_keywords_is_the_one_of_a_file():
+    path = CASES / "paper_spur.toml"
+    read = load_case(path)
+    made = make_case("paper_spur", title=read.title, **SMALL, online={"torques_Nm": np.array(read.online.torques_Nm)})
+    assert replace(made, text=read.text, compare=read.compare, offline=read.offline) == read
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_the_text_of_a_changed_case_reads_back(path):
+    case = load_case(path)
+    assert text_of(case) == case.text
+    other = replace(case, mesh=replace(case.mesh, profile_elements=9), title='"quoted" Ω')
+    text = text_of(other)
+    assert text != case.text
+    assert parse_case(text, case.name, case.name) == replace(other, text=text)
+
+
+def test_a_key_of_the_gears_changes_both_and_a_section_one():
+    case = make_case(**SMALL)
+    assert [gear.teeth for gear in (case.changed(teeth=30).pair.pinion, case.changed(teeth=30).pair.wheel)] == [30, 30]
+    unlike = case.changed(wheel={"teeth": 34, "bore_radius_mm": 30.0})
+    assert (unlike.pair.pinion.teeth, unlike.pair.wheel.teeth) == (21, 34)
+    assert unlike.changed(profile_shift=0.1).pair.wheel.profile_shift == 0.1
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"torques_Nm": [1.0]}, r"more than one section has it: write offline=\{'torques_Nm': ...\} or online="),
+        ({"profile_element": 8}, "no section has such a key"),
+        ({"mesh": 8}, r"is a section: write mesh=\{"),
+        ({"profile_elements": 0}, "must be between 2 and 512"),
+        ({"torque_Nm": float("nan")}, "torque_Nm"),
+    ],
+)
+def test_what_cannot_be_changed_is_named(settings, message):
+    with pytest.raises(CaseError, match=message):
+        make_case(**SMALL).changed(**settings)
+
+
+def test_helical_gears_are_refused_wherever_the_case_comes_from():
+    case = parse_case(case_text(), "small", "small")
+    helical = replace(case, pair=replace(case.pair, helix_angle_deg=10.0))
+    with pytest.raises(GeometryError, match="helix_angle_deg = 10: helical gears are not supported yet"):
+        mesh_model(helical)
+
+
+def test_a_case_shows_itself_in_one_line():
+    case = make_case("mine", **SMALL)
+    assert isinstance(case, Case)
+    expected = "<Case 'mine': 21/21 teeth, module 4 mm, face width 20 mm, 100 N m, line, 16 x 8 elements>"
+    assert repr(case) == expected
