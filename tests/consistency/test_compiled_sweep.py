@@ -1,0 +1,193 @@
+"""The compiled sweep over the reduced pair against its slow twin, from wherever it starts."""
+
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from pmor_online.sweep import sweep_reduced_pair
+
+import pmor.contact.equilibrium
+import pmor.contact.flank
+import pmor.contact.solve
+from pmor.contact import kernel
+from pmor.contact.position import active_patches
+from pmor.contact.solve import solve_position
+from pmor.pair.sweep import sweep_ste
+
+NEWTON = 1e-8  # the equilibrium is solved to a relative residual of 1e-9; a different path may leave some of it
+# The compiled sweep takes a last step from a relative residual of 1e-4, and its feet may be a hundredth of an element
+# off when the first guess is that good. Measured 2.8e-5 on these coarse meshes, 2e-6 and less on fine ones.
+LAST_STEP = 5e-5
+# Both twins solved as far as doubles go, um: gaps are differences of coordinates of the size of the centre distance,
+# so that two ways of adding them up differ by some units in the last place of these. Measured: six.
+LAST_PLACES = 30.0 * 84e3 * np.finfo(float).eps
+MEMBERS = 1e-8  # of the largest compliance; nearly parallel members lose digits in either factorisation
+WHOLE_FLANK = 100.0  # mm: an approach so large that the windows hold the whole flanks
+
+
+def tight_leads_um(reduced, phi, torques):
+    """STE by the slow twin, shape (torques, angles): solved to the last digit, and a last step like the sweep's."""
+    ste = np.full((len(torques), len(phi)), np.nan)
+    for i, angle in enumerate(phi):
+        solved = solve_position(reduced.meshed, float(angle), torques, reduced.elasticity_at)
+        elasticity = reduced.elasticity_at(solved.position)
+        for t, e in enumerate(solved.equilibria):
+            if e is None:
+                continue
+            elastic = e.contact.gap_change(elasticity.displacement(e.coordinates))
+            _, rotation = elasticity.newton_step(e.contact, e.contact.gap - elastic, torques[t])
+            ste[t, i] = (e.lead + rotation) * reduced.meshed.pair.pinion.base_radius * 1e3
+    return ste
+
+
+@pytest.mark.jit
+@pytest.mark.parametrize("slave", ["tip", "both"])
+def test_compiled_sweep_is_its_slow_twin_to_the_last_places(slave, reduced, monkeypatch):
+    # The twin looks for each foot anew: its normals are as good as its last step, which the sweep repeats instead.
+    monkeypatch.setattr(pmor.contact.flank, "FOOT_STEP", 1e-10)
+    monkeypatch.setattr(pmor.contact.equilibrium, "ROUND_OFF_FACTOR", 20.0)
+    monkeypatch.setattr(pmor.contact.equilibrium, "LINEAR", 0.0)
+    solve = partial(pmor.contact.solve.solve_equilibrium, tolerance=1e-10)
+    monkeypatch.setattr(pmor.contact.solve, "solve_equilibrium", solve)
+    reduced = with_slave(reduced, slave)
+    phi = reduced.meshed.pair.pitch * np.arange(40) / 40
+    fast = sweep_reduced_pair(reduced, phi, [60e3, 100e3], tolerance=1e-10)
+    slow = tight_leads_um(reduced, phi, [60e3, 100e3])
+    both = fast.converged & np.isfinite(slow)
+    assert both.mean() > 0.9, "round-off seldom stops Newton above 1e-10"
+    difference = np.abs(fast.ste_um - slow)[both]
+    assert np.median(difference) < 0.1 * LAST_PLACES
+    assert np.quantile(difference, 0.95) < LAST_PLACES
+    # A foot within 1e-5 of the edge between two patches stays with the one that it was on before: a kink apart.
+    assert_allclose(fast.ste_um[both], slow[both], rtol=NEWTON)
+
+
+def with_slave(reduced, slave):
+    """The same shapes with another gear as the slave: their contact is another, their elasticity the same."""
+    scheme = replace(reduced.meshed.scheme, slave=slave)
+    return replace(reduced, meshed=replace(reduced.meshed, scheme=scheme))
+
+
+def test_compiled_sweep_is_its_slow_twin(reduced):
+    phi = reduced.meshed.pair.pitch * np.arange(5) / 5
+    torques = [60e3, 100e3]
+    slow = sweep_ste(reduced.meshed, reduced.elasticity_at, phi, torques)
+    fast = sweep_reduced_pair(reduced, phi, torques)
+    assert slow.converged.all()
+    assert fast.converged.all()
+    assert_allclose(fast.ste_um, slow.ste_um, rtol=LAST_STEP)
+    assert_allclose(fast.torque_Nm, [60.0, 100.0])
+    # Fractions of the torque, pair by pair; the twins may list idle pairs differently.
+    for index in set(fast.pair_index) | set(slow.pair_index):
+        shares = [s.pair_share[..., s.pair_index == index].sum(axis=2) for s in (fast, slow)]
+        assert_allclose(*shares, rtol=0.0, atol=1e-5)
+
+
+@pytest.mark.jit
+def test_the_last_step_leaves_next_to_nothing(reduced):
+    phi = reduced.meshed.pair.pitch * np.arange(100) / 100
+    usual, tight = (sweep_reduced_pair(reduced, phi, [60e3, 100e3], **t) for t in ({}, {"tolerance": 1e-9}))
+    assert usual.converged.all()
+    both = tight.converged
+    assert both.mean() > 0.98, "round-off hardly ever stops Newton above 1e-9"
+    assert_allclose(usual.ste_um[both], tight.ste_um[both], rtol=LAST_STEP)
+    assert np.median(np.abs(usual.ste_um / tight.ste_um - 1.0)[both]) < 1e-7
+    assert usual.newton_steps.mean() < 0.7 * tight.newton_steps.mean(), "that is what it is for"
+
+
+def cold_sweeps(reduced, phi, torques, **options):
+    """Each angle on its own."""
+    return [sweep_reduced_pair(reduced, phi[i : i + 1], torques, **options) for i in range(len(phi))]
+
+
+@pytest.mark.jit
+def test_where_a_sweep_starts_does_not_change_it(reduced):
+    """Each angle from the amplitudes of the one before, carried along with the contact, or from nothing."""
+    phi, torques = reduced.meshed.pair.pitch * np.arange(7) / 7, [60e3, 100e3]
+    cold = np.concatenate([sweep.ste_um for sweep in cold_sweeps(reduced, phi, torques, tolerance=1e-9)], axis=1)
+    forth, back = (sweep_reduced_pair(reduced, p, torques, tolerance=1e-9).ste_um for p in (phi, phi[::-1]))
+    assert_allclose(forth, cold, rtol=NEWTON)
+    assert_allclose(back[:, ::-1], cold, rtol=NEWTON)
+
+
+def test_amplitudes_of_lines_are_carried_along_with_the_contact(reduced_by):
+    """From the position before: of the same pair, as far back along the flank as the contact has moved on it."""
+    family = reduced_by("lines").family
+    starts = [lines[0] for lines in family[1]]
+    first_lines = [(gear, line) for gear in range(2) for line in range(len(starts[gear]) - 1)]
+    slot = {(gear, line): starts[gear][line] + gear * starts[0][-1] for gear, line in first_lines}
+
+    def amplitude_of(pair, gear, line):  # a cubic, which the interpolation between lines does exactly
+        return (1.0 + pair) * (2.0 - gear) * (line - 1.5) ** 3 + line
+
+    slots = kernel.member_slots(family)
+    assert slots == starts[0][-1] + starts[1][-1]
+    before = np.zeros((3, slots))
+    for pair in range(3):
+        for gear, line in first_lines:
+            before[pair, slot[gear, line]] = amplitude_of(pair, gear, line)
+    # Pair 5 + p was number p then; now 6, 7 and one that was not there are in reach.
+    indices, moved = np.array([6, 7, 8]), np.array([[0.4, -0.3], [0.2, -0.6], [0.1, -0.1]])
+    then = np.array([[1.0, 4.0], [2.0, 3.0], [3.0, 2.0]])
+    now = np.vstack([then[1:], then[:1]]) + moved
+    kept = np.array([p * slots + slot[gear, line] for p in range(3) for gear, line in first_lines])
+    coordinates = np.full(len(kept), np.nan)
+    kernel._warm_start(family, len(kept), kept, indices, now, before, 5, then, coordinates)
+    found = coordinates.reshape(3, len(first_lines))
+    assert not found[2].any(), "a pair that has just come into reach"
+    last = len(starts[0]) - 2
+    for p, pair in ((0, 1), (1, 2)):
+        for value, (gear, line) in zip(found[p], first_lines, strict=True):
+            if 2 <= line <= last - 2:  # four lines to go by
+                assert_allclose(value, amplitude_of(pair, gear, line - moved[p, gear]), rtol=1e-12)
+
+
+@pytest.mark.jit
+def test_a_start_from_the_neighbour_saves_steps(reduced):
+    phi = reduced.meshed.pair.pitch * np.arange(200) / 200
+    cold = np.mean([sweep.newton_steps for sweep in cold_sweeps(reduced, phi, [100e3])])
+    assert sweep_reduced_pair(reduced, phi, [100e3]).newton_steps.mean() < 0.95 * cold
+
+
+def kernel_compliance(reduced, position):
+    """The compliance that the compiled sweep gives to the windows: displacements of the members and their energy."""
+    pairs, nodes, family = len(position.pair_index), len(position.nodes), reduced.family
+    most = kernel.most_members(family, pairs, position.windows)
+    ranges, gram, fields = np.zeros((2, 2), np.int64), np.full((most, most), np.nan), np.zeros((most, 3 * nodes))
+    size = kernel.gather_members(
+        position.phi, pairs, position.pair_index, position.windows, position.first_row, reduced.meshed.geometry,
+        reduced.meshed.gears, family, (np.empty(most, np.int64), ranges, gram, np.empty((most, most)), fields),
+    )  # fmt: skip
+    basis = np.zeros((3 * nodes, size))
+    for gear in range(2):
+        low, high = ranges[gear]
+        for p in range(pairs):
+            window = position.window_slice(p, gear)
+            rows = slice(3 * window.start, 3 * window.stop)
+            basis[rows, low:high] = fields[: high - low, rows].T
+    return basis @ np.linalg.solve(gram[:size, :size], basis.T), size
+
+
+@pytest.mark.parametrize("phi", [0.02, 0.11, 0.25])
+def test_compiled_members_are_those_of_the_slow_twin(phi, reduced):
+    """The same displacements with the same energy: U G^-1 U^T of the members is U U^T of the orthonormal basis."""
+    for depth in (0.01, WHOLE_FLANK):
+        position = active_patches(reduced.meshed, phi, depth)
+        basis = reduced.elasticity_at(position).basis.reshape(3 * len(position.nodes), -1)
+        expected = basis @ basis.T
+        found, size = kernel_compliance(reduced, position)
+        assert size == basis.shape[1]
+        assert_allclose(found, expected, rtol=0.0, atol=MEMBERS * np.abs(expected).max())
+
+
+@pytest.mark.jit
+def test_threads_do_not_change_the_sweep(reduced):
+    phi = reduced.meshed.pair.pitch * np.arange(30) / 30  # two blocks
+    advanced = []
+    one = sweep_reduced_pair(reduced, phi, [100e3], jobs=1, advance=advanced.append)
+    two = sweep_reduced_pair(reduced, phi, [100e3], jobs=2)
+    assert sum(advanced) == len(phi)
+    assert np.array_equal(one.ste_um, two.ste_um)
+    assert np.array_equal(one.pair_share, two.pair_share)

@@ -1,0 +1,214 @@
+"""The shapes at trained positions: energy, interpolation weights, smaller and redundant bases."""
+
+from itertools import product
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from pmor.contact.elasticity import full_elasticity
+from pmor.contact.position import active_patches
+from pmor.pair.sweep import sweep_ste
+from pmor.reduction.contact_shapes import ContactShapes, contact_shapes, reduced_elasticity
+from pmor.storage.basis_file import read_basis
+
+ROUND_OFF = 1e-10  # products of a few hundred terms, and an eigenvalue decomposition in between
+TRAINED = 1e-6  # a trained state lies in the basis, what is left is interpolation round-off
+WHOLE_FLANK = 100.0  # mm: an approach so large that the windows hold the whole flanks
+
+
+@pytest.mark.parametrize("fraction", [0.0, 0.3, 0.75], ids=["on the grid", "between", "nearer to the next"])
+def test_basis_is_orthonormal_and_made_of_force_fields_with_their_displacements(
+    fraction, whole_model, forces, reduced_by
+):
+    _, model = whole_model
+    reduced = reduced_by("positions, whole width")
+    shapes, meshed = reduced.basis.shapes, reduced.meshed
+    step = shapes.roll_position[1] - shapes.roll_position[0]
+    phi = float(reduced.basis.training.phi[2] + fraction * step)
+    position = active_patches(meshed, phi, WHOLE_FLANK)
+    # Rebuilt from the stored forces alone: the members of each pair, interpolated by hand.
+    members = []
+    for p, index in enumerate(position.pair_index):
+        place = (phi + index * meshed.pair.pitch - shapes.roll_position[0]) / step
+        below = int(np.floor(place + 1e-6))
+        for t in range(shapes.loaded.shape[1]):
+            weights = {below: 1.0 - fraction, below + 1: fraction}
+            weights = {k: w for k, w in weights.items() if w > 0.0 and forces[k, t].any()}
+            if not weights:
+                continue
+            force = np.zeros((len(position.nodes), 3))
+            for k, w in weights.items():
+                for gear in range(2):
+                    nodes = position.flank_nodes[p][gear]
+                    share = w / sum(weights.values())
+                    force[position.window_slice(p, gear)] += share * forces[k, t, gear].reshape(-1, 3)[nodes]
+            members.append(force.ravel())
+    fields = np.array(members).T
+    moved = full_elasticity(model.pinion, model.wheel, position).compliance @ fields
+    basis = reduced_elasticity(shapes, position, meshed.pair.pitch).basis.reshape(len(moved), -1)
+    assert basis.shape == fields.shape, "none of the members depends on the others here"
+    combination, *_ = np.linalg.lstsq(moved, basis, rcond=None)
+    assert_allclose(moved @ combination, basis, rtol=0.0, atol=1e-9 * np.abs(basis).max())
+    energy = (fields @ combination).T @ basis
+    assert_allclose(energy, np.eye(len(energy)), rtol=0.0, atol=1e-8)  # members are nearly parallel: two digits lost
+
+
+@pytest.mark.parametrize("interpolation", ["linear", "cubic"])
+def test_energy_products_equal_the_work_of_forces_on_displacements(
+    interpolation, whole_model, forces, small_basis_file
+):
+    """gram[d, k, a, b]: force field at k + a on one pair, displacement by the shape at k + b on the pair d ahead.
+
+    Cubics combine one position more on either side: a and b are then counted from k - 1.
+    """
+    _, model = whole_model
+    path = small_basis_file(width="whole", shapes="positions", interpolation=interpolation)
+    shapes, meshed = read_basis(path).shapes, model.mesh.meshed
+    app, before = shapes.angles_per_pitch, {"linear": 0, "cubic": 1}[interpolation]
+    assert shapes.stencil == 2 * (before + 1)
+    count, scale = len(forces), np.abs(shapes.gram).max()
+    checked = np.zeros(shapes.gram.shape[0], dtype=int)
+    position = active_patches(meshed, float(np.mean(meshed.pair.roll_position_range)) - 0.1, WHOLE_FLANK)
+    compliance = full_elasticity(model.pinion, model.wheel, position).compliance
+
+    def embedded(pair):
+        """All members on one of the pairs: columns of window forces, by position and torque."""
+        force = np.zeros((len(position.nodes), 3, count, forces.shape[1]))
+        for gear in range(2):
+            fields = np.moveaxis(forces[:, :, gear], 2, 0)
+            force[position.window_slice(pair, gear)] = fields.reshape(-1, 3, *fields.shape[1:])
+        return force.reshape(3 * len(position.nodes), count, -1)
+
+    for d in range(min(shapes.gram.shape[0], len(position.pair_index))):
+        moved = np.tensordot(compliance, embedded(d), 1)
+        expected = np.einsum("fkt,fmu->kmtu", embedded(0), moved, optimize=True)
+        for k, a, b in product(range(count), range(shapes.stencil), range(shapes.stencil)):
+            here, ahead = k + a - before, k + d * app + b - before
+            if 0 <= here < count and 0 <= ahead < count:
+                assert_allclose(shapes.gram[d, k, a, b], expected[here, ahead], rtol=0.0, atol=ROUND_OFF * scale)
+                checked[d] += expected[here, ahead].any()
+    assert (checked[:2] > 0).all(), "the pair itself and its neighbour were both under load somewhere"
+
+
+def test_shapes_at_positions_end_idle(reduced_by):
+    loaded = reduced_by("positions").basis.shapes.loaded
+    assert not loaded[[0, -1]].any()
+    assert loaded.any(axis=0).all()
+
+
+# --- weights ---------------------------------------------------------------------------------------------------------
+
+
+def shapes_for_weights(stencil=2, loaded=((0, 0), (0, 1), (1, 1), (1, 1), (1, 0), (0, 0))):
+    count, grid = len(loaded), 0.1 + 0.05 * np.arange(len(loaded))
+    gram = np.zeros((2, count, stencil, stencil, 2, 2))
+    return ContactShapes(grid, 3, np.array(loaded, dtype=bool), np.zeros((count, 2, 2, 3, 1)), gram)
+
+
+@pytest.mark.parametrize(
+    ("place", "below", "expected"),
+    [
+        (2.25, 2, [[0.75, 0.75], [0.25, 0.25]]),  # linear between two loaded positions
+        (1.25, 1, [[0.0, 0.75], [1.0, 0.25]]),  # idle below at the first torque: the position above alone
+        (3.75, 3, [[0.25, 1.0], [0.75, 0.0]]),  # idle above at the second torque: the position below alone
+        (0.5, 0, [[0.0, 0.0], [0.0, 1.0]]),  # idle on both sides: nothing
+        (-0.5, 0, [[0.0, 0.0], [0.0, 0.0]]),  # outside of what was trained: nothing
+        (5.5, 4, [[0.0, 0.0], [0.0, 0.0]]),
+    ],
+)
+def test_weights_are_linear_and_skip_idle_positions(place, below, expected):
+    shapes = shapes_for_weights()
+    k, weights = shapes.weights(0.1 + 0.05 * place)
+    assert k == below
+    assert_allclose(weights, expected, rtol=0.0, atol=1e-12)  # round-off of the division by the step
+
+
+def on_the_grid(shapes, roll_position):
+    """Weights of all grid positions, shape (M, T)."""
+    below, weights = shapes.weights(roll_position)
+    count = len(shapes.roll_position)
+    found = np.zeros((count, 2))
+    for a, weight in enumerate(weights):
+        if 0 <= below + a < count:
+            found[below + a] = weight
+        else:
+            assert not weight.any(), "beyond the grid"
+    return found
+
+
+@pytest.mark.parametrize("place", [2.0, 2.25, 2.9, 3.5])
+def test_cubic_weights_are_exact_for_cubics(place):
+    weights = on_the_grid(shapes_for_weights(4, [(0, 0), *6 * [(1, 1)], (0, 0)]), 0.1 + 0.05 * place)
+    for power in range(4):
+        assert_allclose(np.arange(8.0) ** power @ weights, place**power, rtol=1e-12)
+
+
+@pytest.mark.parametrize("torque", [0, 1])
+@pytest.mark.parametrize("place", [-0.5, 0.5, 1.25, 3.75, 4.5, 6.5, 7.5])
+def test_cubic_weights_are_linear_where_one_of_the_four_is_idle(place, torque):
+    loaded = [(0, 0), (0, 1), (1, 1), (1, 1), (0, 0), (1, 1), (1, 1), (0, 0)]
+    cubic, linear = (on_the_grid(shapes_for_weights(stencil, loaded), 0.1 + 0.05 * place) for stencil in (4, 2))
+    assert np.array_equal(cubic[:, torque], linear[:, torque])
+
+
+@pytest.mark.parametrize("stencil", [2, 4])
+@pytest.mark.parametrize("k", range(6))
+@pytest.mark.parametrize("round_off", [-1e-15, 0.0, 1e-15])
+def test_on_the_grid_a_training_position_stands_alone(k, round_off, stencil):
+    shapes = shapes_for_weights(stencil)
+    found = on_the_grid(shapes, float(shapes.roll_position[k]) + round_off)
+    expected = np.zeros((6, 2))
+    expected[k] = shapes.loaded[k]
+    # Exactly: a trace of an idle or of a foreign position would not reproduce the training.
+    assert np.array_equal(found, expected)
+
+
+# --- smaller and redundant bases -------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def by_position(reduced_by):
+    return reduced_by("positions, whole width")
+
+
+def rebuilt(whole_model, by_position, forces, torques):
+    _, model = whole_model
+    shapes = by_position.basis.shapes
+    return contact_shapes(
+        model.pinion, model.wheel, shapes.roll_position, shapes.angles_per_pitch, forces[:, torques]
+    )
+
+
+def sweep_with(shapes, meshed, phi, torques):
+    return sweep_ste(meshed, lambda position: reduced_elasticity(shapes, position, meshed.pair.pitch), phi, torques)
+
+
+def test_dependent_training_torques_are_dropped_without_harm(whole_model, forces, by_position):
+    phi, torques = np.array([0.05, 0.2]), [90e3]
+    twice = rebuilt(whole_model, by_position, forces, [0, 1, 1])
+    position = active_patches(by_position.meshed, 0.05, 0.05)
+    n = by_position.elasticity_at(position).basis.shape[2]
+    assert reduced_elasticity(twice, position, by_position.meshed.pair.pitch).basis.shape[2] == n
+    once = sweep_ste(by_position.meshed, by_position.elasticity_at, phi, torques)
+    redundant = sweep_with(twice, by_position.meshed, phi, torques)
+    # What is dropped is 1e-10 of the energy, its square root of the displacement.
+    assert_allclose(redundant.ste_um, once.ste_um, rtol=1e-6)
+
+
+def test_one_training_torque_is_a_basis(whole_model, forces, by_position):
+    one = rebuilt(whole_model, by_position, forces, [1])
+    training = by_position.basis.training
+    sweep = sweep_with(one, by_position.meshed, training.phi[:3], training.torque[:, 0])
+    assert_allclose(sweep.ste_um[1], training.ste_um[1, :3], rtol=TRAINED)
+    # The other torque was not trained: close, as load moves little along the flank, but not the same.
+    assert_allclose(sweep.ste_um[0], training.ste_um[0, :3], rtol=0.05)
+    assert np.abs(sweep.ste_um[0] / training.ste_um[0, :3] - 1.0).max() > TRAINED
+
+
+def test_without_shapes_only_the_penalty_yields(whole_model, forces, by_position):
+    nothing = rebuilt(whole_model, by_position, 0.0 * forces, [0])
+    stiff = sweep_with(nothing, by_position.meshed, np.array([0.05]), [90e3])
+    soft = sweep_ste(by_position.meshed, by_position.elasticity_at, np.array([0.05]), [90e3])
+    assert stiff.converged.all()
+    assert stiff.ste_um[0, 0] < soft.ste_um[0, 0]

@@ -1,0 +1,100 @@
+"""The pair over the pitch: periodicity, windows, the rigid pair, and how loads approach it."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from pmor.contact.position import active_patches, overshoot, pairs_in_reach
+from tests.gear_models import meshed_pair
+from tests.loaded_pair import DEPTH, PAIRS, SAME_STATE, TORQUE, Model, every_pair, rigid_lead
+
+
+@every_pair
+def test_periodic_over_a_pitch(pair):
+    model = Model(pair)
+    for share in (0.15, 0.6):
+        one, two = (model.ste_um(model.phi(share) + turns * pair.pitch) for turns in (0, 3))
+        assert_allclose(two, one, rtol=SAME_STATE)
+
+
+@every_pair
+def test_pairs_in_reach_are_those_of_the_kinematics(pair):
+    meshed = Model(pair).meshed
+    margin = overshoot(meshed, DEPTH)
+    for phi in np.linspace(-pair.pitch, pair.pitch, 9):
+        position = active_patches(meshed, phi, DEPTH)
+        assert position.pair_index.tolist() == pair.pairs_in_reach(phi, margin).tolist()
+        assert len(position.pair_index) <= pairs_in_reach(meshed)
+
+
+@every_pair
+def test_windows_hold_the_contact_and_one_row_of_neighbours(pair):
+    meshed = Model(pair).meshed
+    for share in (0.1, 0.6):
+        position = active_patches(meshed, pair.roll_position_range[0] + share * pair.pitch, 0.02)
+        for number, index in enumerate(position.pair_index):
+            rolls = pair.contact_roll_angles(np.array(position.phi + index * pair.pitch))
+            for gear, flank in enumerate((meshed.pinion, meshed.wheel)):
+                window = position.nodes[position.window_slice(number, gear)].reshape(-1, flank.columns, 3)
+                offset, rows, first, elements, at_root, at_tip = position.windows[number, gear]
+                low = position.first_row[number, gear]
+                assert offset == position.window_slice(number, gear).start
+                assert_allclose(window[first : first + elements + 1], flank.nodes[low : low + elements + 1])
+                assert (first, rows - first - elements - 1) == (0 if at_root else 1, 0 if at_tip else 1)
+                roll = np.clip(rolls[gear], flank.roll_angle[0], flank.roll_angle[-1])
+                assert flank.roll_angle[low] <= roll <= flank.roll_angle[low + elements]
+
+
+def test_rigid_pair_has_no_transmission_error():
+    """64 Hermite elements in roll-angle spacing, gaps only: below 0.02 um over a pitch."""
+    pair = PAIRS["paper"]
+    meshed = meshed_pair(pair, 64, 1, lodm_profile=8)
+    lead = [rigid_lead(meshed, pair.roll_position_range[0] + share * pair.pitch) for share in np.linspace(0, 1, 13)]
+    assert np.abs(lead).max() * pair.pinion.base_radius * 1e3 < 0.02
+
+
+def test_rigid_unequal_shifted_pair_has_no_transmission_error():
+    pair = PAIRS["unequal, wide"]
+    meshed = meshed_pair(pair, 64, 1, lodm_profile=8)
+    lead = [rigid_lead(meshed, pair.roll_position_range[0] + share * pair.pitch) for share in (0.1, 0.5, 0.9)]
+    assert np.abs(lead).max() * pair.pinion.base_radius * 1e3 < 0.02
+
+
+def test_small_loads_lead_to_the_rigid_pair():
+    model = Model(PAIRS["paper"])
+    for share in (0.3, 0.9):
+        phi = model.phi(share)
+        rigid = rigid_lead(model.meshed, phi) * model.base_radius * 1e3
+        # At such loads penetrations of 1e-6 mm drown in the round-off of coordinates of 80 mm.
+        approach = [model.ste_um(phi, torque, tolerance=1e-5) - rigid for torque in (TORQUE, 1e3, 1e1)]
+        assert approach[0] > approach[1] > approach[2] > 0.0
+        assert approach[2] < 2e-3 * approach[0]
+
+
+def test_approach_grows_with_the_torque_and_stiffens():
+    model = Model(PAIRS["paper"])
+    phi = model.phi(0.9)
+    rigid = rigid_lead(model.meshed, phi) * model.base_radius * 1e3
+    light, nominal, heavy = (model.ste_um(phi, factor * TORQUE) - rigid for factor in (0.1, 1.0, 10.0))
+    assert 0.0 < light < nominal < heavy
+    assert light / 0.1 > nominal > heavy / 10.0  # more teeth and wider strips touch
+
+
+@pytest.mark.jit
+def test_identical_gears_are_symmetric_about_the_middle_of_the_path():
+    model = Model(PAIRS["paper"], (16, 2))
+    middle = 0.5 * sum(model.pair.roll_position_range)
+    offsets = np.linspace(0.0, 0.5, 13) * model.pair.pitch
+    before, after = (np.array([model.ste_um(middle + sign * d) for d in offsets]) for sign in (-1.0, 1.0))
+    span = max(before.max(), after.max()) - min(before.min(), after.min())
+    assert_allclose(before, after, rtol=0, atol=0.05 * span)
+
+
+@pytest.mark.jit
+def test_torque_ratio_stays_close_to_that_of_the_teeth_on_a_finer_mesh():
+    model = Model(PAIRS["paper"], (16, 2))
+    shares = np.linspace(0.0, 1.0, 16, endpoint=False)
+    ratio = [model.solve(model.phi(share))[2].wheel_torque / TORQUE for share in shares]
+    # What remains is true: where a pair enters or leaves, the STE is steep and energy is stored.
+    assert_allclose(ratio, 1.0, atol=8e-3)
+    assert np.median(np.abs(np.array(ratio) - 1.0)) < 2e-3

@@ -1,0 +1,89 @@
+"""Gaps, areas and force transfer between a pair of flanks, whatever their orientation."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from pmor.contact import kernel
+from pmor.contact.position import active_patches, relative_motion
+from pmor.contact.search import search_contact
+from tests.gear_models import gear_pair, meshed_pair, tooth
+from tests.surfaces import random_rotation
+
+
+def all_penetrations(meshed, position, turn):
+    """Gaps, stiffnesses and weights of one pair when the frames of both teeth are turned by the same rotation."""
+    scheme, windows = meshed.kernel_scheme, position.windows[0]
+    roll_position = position.phi + position.pair_index[0] * meshed.pair.pitch
+    rotation, shift = relative_motion(meshed, roll_position, 2e-3)
+    room = 4000
+    lists = (np.zeros((room, 8), dtype=np.int64), np.zeros((room, 8, 3)), *(np.zeros(room) for _ in range(4)),
+             np.zeros((room, 4), dtype=np.int64))  # fmt: skip
+    first = position.first_row[0, 0] * scheme[0]
+    extents = meshed.pinion.extents[first : first + windows[0, 3] * scheme[0] + 1]
+    memory = (*extents.shape[:2], 2)
+    count, smallest, _ = kernel.search_pair(
+        position.nodes @ turn.T, windows[0], meshed.pinion.columns, windows[1], meshed.wheel.columns, extents,
+        *scheme[:6], np.ascontiguousarray(turn @ rotation @ turn.T), turn @ shift, True, scheme[6], 0,
+        position.centre[0, 0] - position.first_row[0, 0], position.centre[0, 1] - position.first_row[0, 1],
+        1.0, 0.0, scheme[7], np.full(memory, -1), np.empty(memory), lists,
+    )  # fmt: skip
+    index, weight, gap, stiffness = (values[:count] for values in lists[:4])
+    return index, weight @ turn, gap, stiffness, smallest
+
+
+@pytest.mark.parametrize("helix_deg", [0.0, 15.0])
+@pytest.mark.parametrize("projection", ["patch", "facet"])
+def test_penetrations_do_not_depend_on_the_orientation_of_the_flanks(helix_deg, projection, rng):
+    pair = gear_pair(tooth(17, 0.2, helix_deg), tooth(21, 0.0, -helix_deg))
+    meshed = meshed_pair(pair, 4, 2, projection=projection, lodm_profile=2)
+    position = active_patches(meshed, 0.4 * sum(pair.roll_position_range), 0.1)
+    expected = all_penetrations(meshed, position, np.eye(3))
+    assert len(expected[2]) > 3
+    found = all_penetrations(meshed, position, random_rotation(rng))
+    assert np.array_equal(found[0], expected[0])
+    for a, b in zip(found[1:], expected[1:], strict=True):
+        assert_allclose(a, b, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("lodm_profile", [1, 4])
+@pytest.mark.parametrize("lodm_width", [1, 3])
+def test_areas_of_the_refined_points_add_up_to_the_flank(lodm_profile, lodm_width):
+    """So that refining the surface does not stiffen the contact."""
+    pair = gear_pair(tooth(17, 0.2), tooth(21))
+    flank = meshed_pair(pair, 8, 2, lodm_profile=lodm_profile, lodm_width=lodm_width).pinion
+    area = (flank.extents[..., 0] + flank.extents[..., 1]) * (flank.extents[..., 2] + flank.extents[..., 3])
+    first, last = flank.roll_angle[[0, -1]]
+    exact = 0.5 * pair.pinion.base_radius * (last**2 - first**2) * 20.0
+    assert_allclose(area.sum(), exact, rtol=2e-3)  # chords instead of arcs
+    assert np.all(flank.extents[0, :, 0] == 0.0)
+    assert np.all(flank.extents[-1, :, 1] == 0.0)
+    assert_allclose(flank.extents[1:, :, 0], flank.extents[:-1, :, 1])
+    assert_allclose(flank.extents[:, 1:, 2], flank.extents[:, :-1, 3])
+
+
+@pytest.mark.parametrize("surface", ["hermite", "facet"])
+def test_gap_changes_by_its_lever_when_the_pinion_turns(surface):
+    """`lever` is the derivative of the gap by the rotation: finite differences, point by point."""
+    pair = gear_pair(tooth(17, 0.2), tooth(21))
+    meshed = meshed_pair(pair, 4, 2, surface=surface, lodm_profile=2, slave="both")
+    position = active_patches(meshed, 0.5 * sum(pair.roll_position_range), 0.1)
+    lead, step = 4e-3, 1e-8
+    one, two = (search_contact(meshed, position, np.zeros_like(position.nodes), lead + d) for d in (0.0, step))
+    assert np.array_equal(one.place, two.place)
+    assert set(one.slave) == {0, 1}
+    assert_allclose((two.gap - one.gap) / step, one.lever, rtol=1e-4)
+
+
+def test_gap_changes_by_its_weights_when_facet_nodes_move(rng):
+    """On facets the paper's bilinear transfer is the exact gradient of the gap."""
+    pair = gear_pair(tooth(17, 0.2), tooth(21))
+    meshed = meshed_pair(pair, 4, 2, surface="facet", lodm_profile=2, slave="pinion")
+    position = active_patches(meshed, 0.5 * sum(pair.roll_position_range), 0.1)
+    shape = position.nodes.shape
+    start, step = 1e-4 * rng.normal(size=shape), 1e-7 * rng.normal(size=shape)
+    one, two = (search_contact(meshed, position, start + d, 4e-3) for d in (0.0, step))
+    assert np.array_equal(one.place, two.place)
+    assert len(one.gap) > 3
+    # The gap is below 0.1 mm: turning the facet under it changes the gap by 1e-2 of the displacement at most.
+    assert_allclose(two.gap - one.gap, one.gap_change(step), rtol=0, atol=2e-2 * np.abs(step).max())
