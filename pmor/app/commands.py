@@ -24,7 +24,7 @@ def run(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool
     """Do everything that the case asks for: offline if there is no valid basis, sweep, comparison, report."""
     started = time.perf_counter()
     case, mesh = _meshed_case(case_path)
-    from pmor.report.pages import write_pages
+    from pmor.report.run_page import write_pages
     from pmor.report.summary import result_text, write_results
     from pmor.storage.atomic import ensure_folder
     from pmor.storage.lock import only_writer_in_folder
@@ -73,7 +73,7 @@ def online(basis_path: Path, out: Path | None = None, case_path: Path | None = N
 
     from pmor.case import load_case
     from pmor.pair.model import refuse_loads
-    from pmor.report.pages import write_pages
+    from pmor.report.run_page import write_pages
     from pmor.report.summary import result_text, write_results
     from pmor.storage.atomic import ensure_folder
     from pmor.storage.basis_file import read_basis, require_made_from

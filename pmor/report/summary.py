@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from pmor_online.run import OnlineResult
 
 from pmor.case import beyond_training
-from pmor.report.tables import summary_text, write_ste_csv, write_summary_json
+from pmor.report.data_files import write_ste_csv, write_summary_json
+from pmor.report.table import Cell, format_cell
 from pmor.results.sweep import SteSweep, largest_error_um, peak_to_peak_um, ripple_um, ste_mean_um, torque_exponent
 
 
@@ -81,6 +83,20 @@ def result_text(result: OnlineResult) -> str:
     """Return the short summary for the screen."""
     text = summary_text(result.reduced.basis.case.title, summary_rows(result))
     return "\n".join([text, *(f"  ! {warning}" for warning in warnings(result))])
+
+
+def summary_text(title: str, rows: Sequence[tuple[str, Cell, str, str]]) -> str:
+    """Short aligned lines for the screen from (label, value, unit, note) rows."""
+    if not rows:
+        return title
+    values = [format_cell(value) for _, value, _, _ in rows]
+    label_width, value_width = max(len(row[0]) for row in rows), max(map(len, values))
+    unit_width = max(len(row[2]) for row in rows)
+    lines = [
+        f"  {label:<{label_width}}  {value:>{value_width}} {unit:<{unit_width}}  {note}".rstrip()
+        for (label, _, unit, note), value in zip(rows, values, strict=True)
+    ]
+    return "\n".join([title, *lines])
 
 
 def warnings(result: OnlineResult) -> tuple[str, ...]:

@@ -18,7 +18,7 @@ from pmor.lab.comparison.run import compare_reductions
 from pmor.lab.comparison.training import greedy_training, grid_training, nested_trainings, sobol_training
 from pmor.lab.comparison.variants import flank_line_case, grid_keys, nested_grids, variants
 from pmor.pair.model import elastic_model, mesh_model
-from pmor.report.tables import write_summary_json
+from pmor.report.data_files import write_summary_json
 from pmor.storage.basis_file import read_basis
 from tests.small_case import case_text, fail_where
 

@@ -265,13 +265,14 @@ def test_the_whole_width_of_tilted_axes_is_explained():
 
 @pytest.mark.parametrize(("plots", "report"), [(False, False), (True, False), (False, True), (True, True)])
 def test_pictures_and_page_are_made_as_announced(plots, report, tmp_path, monkeypatch):
-    import pmor.report.pages as pages
+    from pmor.report import run_page
+    from pmor.report.page import Picture
 
-    done = []
-    monkeypatch.setattr(pages, "run_figures", lambda result, mesh: done.append("drawn") or [("a.png", "a", None)])
-    monkeypatch.setattr(pages, "save_png", lambda figure, path: done.append("file"))
-    monkeypatch.setattr(pages, "_content", lambda result, figures: None)
-    monkeypatch.setattr(pages, "write_report", lambda path, content: done.append("page"))
+    done, pictures = [], [Picture("a.png", "a", None)]
+    monkeypatch.setattr(run_page, "run_pictures", lambda result, mesh: done.append("drawn") or pictures)
+    monkeypatch.setattr(run_page, "save_png", lambda figure, path: done.append("file"))
+    monkeypatch.setattr(run_page, "run_blocks", lambda result, pictures: [])
+    monkeypatch.setattr(run_page, "write_page", lambda path, title, blocks: done.append("page"))
 
     class Result:
         pass
@@ -281,7 +282,7 @@ def test_pictures_and_page_are_made_as_announced(plots, report, tmp_path, monkey
     result.reduced.basis = Result()
     some = case()
     result.reduced.basis.case = replace(some, output=replace(some.output, plots=plots, report=report))
-    pages.write_pages(result, None, tmp_path)
+    run_page.write_pages(result, None, tmp_path)
     what = set(listed(result.reduced.basis.case))
     assert ("all pictures" in what) == ("drawn" not in done)
     assert ("picture files" in what or "all pictures" in what) == ("file" not in done)

@@ -13,13 +13,14 @@ from pmor_online.run import run_online
 from scipy.integrate import trapezoid
 
 import pmor.contact.solve
-import pmor.report.pages
+import pmor.report.run_page
 from pmor.errors import ConvergenceError
 from pmor.report.contact_pattern import contact_patterns
-from pmor.report.pages import run_figures, write_pages
-from pmor.report.plots import error_figure
+from pmor.report.page import Picture
 from pmor.report.provenance import provenance
+from pmor.report.run_page import run_pictures, write_pages
 from pmor.report.summary import result_text, summary, summary_rows, write_results
+from pmor.report.sweep_figures import error_figure
 from pmor.results.sweep import peak_to_peak_um, ste_mean_um
 
 # DESIGN.md, section 5: scripts rely on these.
@@ -168,12 +169,12 @@ def test_full_fe_that_fails_throughout_is_reported_all_the_same(rows, compared, 
     assert (found["rom_vs_full_ste_max_rel"] is None) == nothing
     assert (found["rom_vs_full_ste_rms_rel"] is None) == nothing
     assert result_text(result)
-    pictures = [error_figure(full.phi_rad, full.torque_Nm, result.comparison.relative_error)]
-    monkeypatch.setattr(pmor.report.pages, "run_figures", lambda *_: [("error.png", "Error.", f) for f in pictures])
+    drawn = error_figure(full.phi_rad, full.torque_Nm, result.comparison.relative_error)
+    monkeypatch.setattr(pmor.report.run_page, "run_pictures", lambda *_: [Picture("error.png", "Error.", drawn)])
     write_pages(result, None, tmp_path)
     page = (tmp_path / "report.html").read_text()
     assert "Reduced against full FE" in page
-    assert "nan" not in page.split("<h2>Figures")[0]
+    assert "nan" not in page.split("<h2>Pictures")[0]
 
 
 # --- angles ----------------------------------------------------------------------------------------------------------
@@ -222,6 +223,10 @@ def test_more_comparisons_than_the_training_leaves_room_for_end_all_the_same(cou
 # --- pictures and pages ----------------------------------------------------------------------------------------------
 
 
+def file_names(result, mesh=None):
+    return [picture.file_name for picture in run_pictures(result, mesh)]
+
+
 def test_contact_pattern_carries_the_load(compared):
     """Pressure times area over the patches is the normal force of the torque."""
     reduced = compared.reduced
@@ -246,14 +251,14 @@ def test_no_contact_pattern_where_nothing_converges(compared, monkeypatch):
 
     monkeypatch.setattr(pmor.contact.solve, "solve_equilibrium", fail)
     assert contact_patterns(compared.reduced, 0.0, 100e3) == []
-    assert "contact_pattern.png" not in [name for name, _, _ in run_figures(compared, None)]
+    assert "contact_pattern.png" not in file_names(compared)
 
 
 def test_pictures_show_what_there_is(compared, alone, small_model):
-    names = [name for name, _, _ in run_figures(compared, small_model[1].mesh.pinion)]
+    names = file_names(compared, small_model[1].mesh.pinion)
     assert names == ["ste.png", "load_sharing.png", "spectrum.png", "error.png", "contact_pattern.png", "mesh.png"]
-    assert [name for name, _, _ in run_figures(alone, None)] == [n for n in names if n not in ("error.png", "mesh.png")]
-    assert "spectrum.png" not in [n for n, _, _ in run_figures(with_failures(alone, (0, 0)), None)]
+    assert file_names(alone) == [n for n in names if n not in ("error.png", "mesh.png")]
+    assert "spectrum.png" not in file_names(with_failures(alone, (0, 0)))
 
 
 @pytest.mark.parametrize(("plots", "report"), [(False, False), (True, False), (False, True)])

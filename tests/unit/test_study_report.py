@@ -1,17 +1,12 @@
-"""Verdicts on the paper's claims, and the two forms of the report."""
+"""Verdicts on the paper's claims."""
 
-import math
 from pathlib import Path
 
-import pytest
-from matplotlib.figure import Figure
 from numpy.testing import assert_allclose
 
 from pmor.lab.study.claims import checked_claims, checked_time_claims, paper_ratios
 from pmor.lab.study.loader import parse_study
-from pmor.lab.study.report import Heading, Picture, Warning, study_html, study_markdown, write_study_report
 from pmor.lab.study.settings import Cell, PaperRatio
-from pmor.report.report import Table
 
 STUDY = """
 base = "base.toml"
@@ -78,38 +73,3 @@ def test_ratios_of_the_paper_stand_beside_ours():
     assert_allclose(found["time_ratio_condensed"], 3.0, rtol=ROUND_OFF)
     assert found["time_ratio_reduced"] is None
     assert found["time_ratio_conventional"] is None
-
-
-def blocks():
-    figure = Figure(figsize=(1, 1))
-    figure.add_subplot().plot([0, 1])
-    return [
-        Heading("Run <times>"),
-        Warning("cell 8@1 did not converge"),
-        "One position is one angle.",
-        Table("Seconds", ("cell", "s|ms"), [("8@1", 0.25), ("64@1", math.nan)], "of the machine below"),
-        Picture("cost.png", "Cost & error", figure),
-    ]
-
-
-def test_both_forms_say_the_same():
-    html, markdown = study_html("Study", blocks()), study_markdown("Study", blocks())
-    assert "<h2>Run &lt;times&gt;</h2>" in html
-    assert "Cost &amp; error" in html
-    assert html.count("<img ") == 1
-    assert "data:image/png;base64," in html
-    assert markdown.startswith("# Study\n\n## Run <times>\n\n> **Warning:** cell 8@1")
-    assert "| cell | s\\|ms |\n| --- | --- |\n| 8@1 | 0.25 |\n| 64@1 | – |\n\nof the machine below" in markdown
-    assert "![Cost & error](cost.png)" in markdown
-    for text in ("One position is one angle.", "0.25", "of the machine below"):
-        assert text in html
-        assert text in markdown
-
-
-def test_report_files_replace_old_ones_only_when_complete(tmp_path):
-    write_study_report(tmp_path, "Study", blocks())
-    before = (tmp_path / "report.html").read_text()
-    with pytest.raises(AttributeError):
-        write_study_report(tmp_path, "Study", [Picture("x.png", "no figure", None)])
-    assert (tmp_path / "report.html").read_text() == before
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["report.html", "study.md"]

@@ -12,7 +12,7 @@ from pmor.lab.comparison.decay import SAMPLINGS, Decay
 from pmor.lab.comparison.measure import Entry
 from pmor.lab.comparison.measures import SMALLEST_ERROR_UM, WANTED_EFFECTIVITY
 from pmor.lab.study.figures import log_log
-from pmor.report.plots import COLOURS, new_figure, plot_style
+from pmor.report.style import COLOURS, new_figure, plot_style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

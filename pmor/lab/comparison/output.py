@@ -25,13 +25,12 @@ from pmor.lab.comparison.table import (
     table_rows,
     worth_note,
 )
-from pmor.lab.study.report import Block, Heading, Picture, Warning, study_html
 from pmor.progress import format_time
-from pmor.report.plots import save_png
+from pmor.report.data_files import write_summary_json
+from pmor.report.page import Block, Heading, Picture, Warning, write_page
 from pmor.report.provenance import provenance
-from pmor.report.report import Table, format_cell
-from pmor.report.tables import write_summary_json
-from pmor.storage.atomic import atomic_path
+from pmor.report.style import save_png
+from pmor.report.table import Table, format_cell
 
 
 def write_comparison(comparison: Comparison, seconds: float, out: Path) -> None:
@@ -52,9 +51,8 @@ def write_comparison(comparison: Comparison, seconds: float, out: Path) -> None:
     pictures = _pictures(comparison)
     for picture in pictures:
         save_png(picture.figure, out / picture.file_name)
-    with atomic_path(out / "reductions.html") as temporary:
-        title = f"Reductions and error bars: {comparison.case.title}"
-        temporary.write_text(study_html(title, _blocks(comparison, pictures, seconds)), encoding="utf-8")
+    title = f"Reductions and error bars: {comparison.case.title}"
+    write_page(out / "reductions.html", title, _blocks(comparison, pictures, seconds))
 
 
 def content(comparison: Comparison, seconds: float) -> dict[str, Any]:

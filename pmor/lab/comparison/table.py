@@ -9,7 +9,7 @@ from pmor.lab.comparison.measure import Entry
 from pmor.lab.comparison.measures import SMALLEST_ERROR_UM, WANTED_EFFECTIVITY
 from pmor.lab.comparison.run import Comparison
 from pmor.lab.comparison.variants import PARAMETERS
-from pmor.report.report import Cell, Table
+from pmor.report.table import Cell, Table
 
 COLUMNS = (
     "reduction", "training", "solves", "unknowns", "offline, s", "basis, MiB", "online, ms",

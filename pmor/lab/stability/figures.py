@@ -8,7 +8,7 @@ import numpy as np
 
 from pmor.lab.stability.measure import MOST_STEPS, Entry
 from pmor.lab.stability.run import PenaltyLaw
-from pmor.report.plots import COLOURS, new_figure, plot_style
+from pmor.report.style import COLOURS, new_figure, plot_style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -10,12 +10,11 @@ from pmor.lab.stability.matrix import matrix
 from pmor.lab.stability.measure import MOST_STEPS, Entry
 from pmor.lab.stability.run import Stability
 from pmor.lab.stability.variants import REFERENCES
-from pmor.lab.study.report import Block, Heading, Picture, Warning, study_html
 from pmor.progress import format_time
+from pmor.report.data_files import write_summary_json
+from pmor.report.page import Block, Heading, Picture, Warning, write_page
 from pmor.report.provenance import provenance
-from pmor.report.report import Cell, Table
-from pmor.report.tables import write_summary_json
-from pmor.storage.atomic import atomic_path
+from pmor.report.table import Cell, Table
 
 COLUMNS = (
     "variant", "result", "steps", "condition", "difference", "against", "energy", "torque", "STE, µm", "s",
@@ -47,9 +46,7 @@ def write_stability(stability: Stability, seconds: float, out: Path) -> None:
         "seconds": seconds,
     }
     write_summary_json(out / "stability.json", content)
-    with atomic_path(out / "report.html") as temporary:
-        title = f"Stability: {stability.case.title}"
-        temporary.write_text(study_html(title, _blocks(stability, seconds)), encoding="utf-8")
+    write_page(out / "report.html", f"Stability: {stability.case.title}", _blocks(stability, seconds))
 
 
 def stability_text(stability: Stability) -> str:

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from pmor.lab.study.cells import ENTRY_EXIT_MARGIN
-from pmor.lab.study.report import Block, Heading, Picture, Warning
 from pmor.lab.study.run import StudyParts
 from pmor.lab.study.settings import Study
 from pmor.lab.study.table import StudyTable
-from pmor.report.report import Table
+from pmor.report.page import Block, Heading, Picture, Warning
+from pmor.report.table import Table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -11,7 +11,7 @@ from pmor.lab.study.measures import fitted_exponent, pareto_front
 from pmor.lab.study.run import StudyParts
 from pmor.lab.study.settings import Cell
 from pmor.lab.study.table import Row, StudyTable, curve_of
-from pmor.report.plots import COLOURS, new_figure, plot_style
+from pmor.report.style import COLOURS, new_figure, plot_style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,12 +7,13 @@ from pathlib import Path
 
 from pmor.lab.study.content import study_blocks
 from pmor.lab.study.figures import study_figures
-from pmor.lab.study.report import write_study_report
 from pmor.lab.study.run import StudyParts
 from pmor.lab.study.table import StudyTable
-from pmor.report.plots import save_png
-from pmor.report.report import format_cell
-from pmor.report.tables import write_summary_json
+from pmor.report.data_files import write_summary_json
+from pmor.report.markdown import write_markdown
+from pmor.report.page import write_page
+from pmor.report.style import save_png
+from pmor.report.table import format_cell
 
 
 def write_study(parts: StudyParts, table: StudyTable, out: Path) -> None:
@@ -27,7 +28,9 @@ def write_study(parts: StudyParts, table: StudyTable, out: Path) -> None:
     figures = study_figures(parts, table)
     for name, _, figure in figures:
         save_png(figure, out / name)
-    write_study_report(out, study.title, study_blocks(parts, table, figures))
+    blocks = study_blocks(parts, table, figures)
+    write_page(out / "report.html", study.title, blocks)
+    write_markdown(out / "study.md", study.title, blocks)
 
 
 def study_text(parts: StudyParts, table: StudyTable) -> str:

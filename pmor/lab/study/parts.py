@@ -11,7 +11,7 @@ from typing import Any
 
 import pmor
 from pmor.case import Case
-from pmor.report.tables import write_summary_json
+from pmor.report.data_files import write_summary_json
 
 # Raise when the content of a part changes its meaning: older ones are then computed anew.
 PART_VERSION = 1

@@ -1,4 +1,4 @@
-"""Machine-readable results (CSV, JSON) and the short summary on the screen."""
+"""Results as files for machines: CSV and JSON."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ import csv
 import io
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from pmor.report.report import Cell, format_cell
 from pmor.results.sweep import SteSweep
+from pmor.storage.atomic import atomic_path
 
 
 def write_ste_csv(path: Path, sweep: SteSweep) -> None:
@@ -22,8 +22,6 @@ def write_ste_csv(path: Path, sweep: SteSweep) -> None:
     Columns: phi_rad, torque_Nm, ste_um, ste_error_estimate_um (empty where the basis holds none), converged (0/1),
     newton_steps, share_pair_<index> (fraction of the torque).
     """
-    from pmor.storage.atomic import atomic_path
-
     buffer = io.StringIO(newline="")
     writer = csv.writer(buffer, lineterminator="\n")
     header = ["phi_rad", "torque_Nm", "ste_um", "ste_error_estimate_um", "converged", "newton_steps"]
@@ -35,7 +33,7 @@ def write_ste_csv(path: Path, sweep: SteSweep) -> None:
             row += [str(int(sweep.converged[i, k])), str(int(sweep.newton_steps[i, k]))]
             writer.writerow(row + [_field(share) for share in sweep.pair_share[i, k]])
     with atomic_path(path) as temporary:
-        Path(temporary).write_text(buffer.getvalue(), encoding="utf-8", newline="")
+        temporary.write_text(buffer.getvalue(), encoding="utf-8", newline="")
 
 
 def write_summary_json(path: Path, summary: Mapping[str, Any]) -> None:
@@ -46,25 +44,9 @@ def write_summary_json(path: Path, summary: Mapping[str, Any]) -> None:
     TypeError
         Naming the key of a value that JSON cannot hold.
     """
-    from pmor.storage.atomic import atomic_path
-
     text = json.dumps(_plain(summary, "summary"), indent=2, sort_keys=True, allow_nan=False, ensure_ascii=False)
     with atomic_path(path) as temporary:
-        Path(temporary).write_text(text + "\n", encoding="utf-8")
-
-
-def summary_text(title: str, rows: Sequence[tuple[str, Cell, str, str]]) -> str:
-    """Short aligned lines for the screen from (label, value, unit, note) rows."""
-    if not rows:
-        return title
-    values = [format_cell(value) for _, value, _, _ in rows]
-    label_width, value_width = max(len(row[0]) for row in rows), max(map(len, values))
-    unit_width = max(len(row[2]) for row in rows)
-    lines = [
-        f"  {label:<{label_width}}  {value:>{value_width}} {unit:<{unit_width}}  {note}".rstrip()
-        for (label, _, unit, note), value in zip(rows, values, strict=True)
-    ]
-    return "\n".join([title, *lines])
+        temporary.write_text(text + "\n", encoding="utf-8")
 
 
 def _field(value: float) -> str:

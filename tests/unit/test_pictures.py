@@ -1,4 +1,4 @@
-"""`pmor.report.plots`: what an engineer must find in each picture."""
+"""What an engineer must find in each picture."""
 
 import base64
 import re
@@ -7,7 +7,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.report import plots
+from pmor.report.mesh_figure import LOADED_FLANK_COLOUR, mesh_figure
+from pmor.report.pattern_figure import contact_pattern_figure
+from pmor.report.style import png_base64, save_png
+from pmor.report.sweep_figures import error_figure, load_sharing_figure, spectrum_figure, ste_figure
 from pmor.results.sweep import SteSweep
 
 UNIT = re.compile(r"\[[^\]]+\]")
@@ -39,7 +42,7 @@ def legend_texts(figure):
 
 def draw(figure):
     """Render, so that layout and label errors surface."""
-    assert base64.b64decode(plots.png_base64(figure)).startswith(b"\x89PNG")
+    assert base64.b64decode(png_base64(figure)).startswith(b"\x89PNG")
 
 
 def assert_units_on_every_axis(figure):
@@ -71,12 +74,12 @@ def all_figures():
     sweep = make_sweep()
     roll, width, pressure = pattern()
     return {
-        "ste": plots.ste_figure(sweep, make_sweep((100.0,), 7)),
-        "load sharing": plots.load_sharing_figure(sweep),
-        "spectrum": plots.spectrum_figure(sweep),
-        "error": plots.error_figure(sweep.phi_rad, sweep.torque_Nm, 1e-3 * sweep.ste_um),
-        "mesh": plots.mesh_figure(*sector()),
-        "contact pattern": plots.contact_pattern_figure([("pair 0", roll, width, pressure)] * 2),
+        "ste": ste_figure(sweep, make_sweep((100.0,), 7)),
+        "load sharing": load_sharing_figure(sweep),
+        "spectrum": spectrum_figure(sweep),
+        "error": error_figure(sweep.phi_rad, sweep.torque_Nm, 1e-3 * sweep.ste_um),
+        "mesh": mesh_figure(*sector()),
+        "contact pattern": contact_pattern_figure([("pair 0", roll, width, pressure)] * 2),
     }
 
 
@@ -87,7 +90,7 @@ def test_every_figure_renders_and_names_its_units():
 
 
 def test_ste_figure_has_a_curve_and_markers_per_torque():
-    figure = plots.ste_figure(make_sweep(), make_sweep((30.0, 160.0), 7))
+    figure = ste_figure(make_sweep(), make_sweep((30.0, 160.0), 7))
     lines = figure.axes[0].get_lines()
     curves = [line for line in lines if line.get_linestyle() == "-"]
     markers = [line for line in lines if line.get_marker() == "o"]
@@ -96,20 +99,20 @@ def test_ste_figure_has_a_curve_and_markers_per_torque():
 
 
 def test_ste_figure_gives_both_models_one_colour_per_torque():
-    lines = plots.ste_figure(make_sweep(), make_sweep((160.0,), 7)).axes[0].get_lines()
+    lines = ste_figure(make_sweep(), make_sweep((160.0,), 7)).axes[0].get_lines()
     assert lines[2].get_color() == lines[3].get_markeredgecolor()
     assert len({line.get_color() for line in lines[:3]}) == 3
 
 
 def test_ste_curve_closes_over_the_pitch():
     sweep = make_sweep((100.0,))
-    x, y = plots.ste_figure(sweep).axes[0].get_lines()[0].get_data()
+    x, y = ste_figure(sweep).axes[0].get_lines()[0].get_data()
     assert_allclose(x[-1] - x[0], 360 / 21)
     assert y[-1] == y[0]
 
 
 def test_second_axis_shows_the_fraction_of_the_pitch():
-    axes = plots.ste_figure(make_sweep()).axes[0]
+    axes = ste_figure(make_sweep()).axes[0]
     (fraction,) = axes.child_axes
     assert "Fraction of a pitch" in fraction.get_xlabel()
     fraction.figure.canvas.draw()
@@ -119,27 +122,27 @@ def test_second_axis_shows_the_fraction_of_the_pitch():
 def test_positions_that_did_not_converge_are_gaps_and_are_counted():
     sweep = make_sweep()
     sweep.ste_um[1, 3:5] = np.nan
-    figure = plots.ste_figure(sweep)
+    figure = ste_figure(sweep)
     draw(figure)
     assert "2 of 72 positions did not converge" in figure.axes[0].get_title()
-    draw(plots.load_sharing_figure(sweep))
-    draw(plots.spectrum_figure(sweep))
-    draw(plots.error_figure(sweep.phi_rad, sweep.torque_Nm, sweep.ste_um * np.nan))
+    draw(load_sharing_figure(sweep))
+    draw(spectrum_figure(sweep))
+    draw(error_figure(sweep.phi_rad, sweep.torque_Nm, sweep.ste_um * np.nan))
 
 
 def test_load_sharing_leaves_out_pairs_that_never_carry():
-    figure = plots.load_sharing_figure(make_sweep())
+    figure = load_sharing_figure(make_sweep())
     assert len(figure.axes) == 3
     assert legend_texts(figure) == ["pair -1", "pair 0"]
 
 
 def test_load_share_of_a_pair_ends_where_its_successor_began():
-    lines = plots.load_sharing_figure(make_sweep((100.0,))).axes[0].get_lines()
+    lines = load_sharing_figure(make_sweep((100.0,))).axes[0].get_lines()
     assert_allclose([line.get_ydata()[-1] for line in lines], [100.0, 0.0])
 
 
 def test_spectrum_has_ten_orders_per_torque_on_a_logarithmic_axis():
-    axes = plots.spectrum_figure(make_sweep()).axes[0]
+    axes = spectrum_figure(make_sweep()).axes[0]
     assert axes.get_yscale() == "log"
     assert [len(bars) for bars in axes.containers] == [10, 10, 10]
     assert_allclose(axes.get_xticks(), np.arange(1, 11))
@@ -148,12 +151,12 @@ def test_spectrum_has_ten_orders_per_torque_on_a_logarithmic_axis():
 def test_spectrum_of_an_incomplete_curve_says_so():
     sweep = make_sweep((100.0,))
     sweep.ste_um[0, 0] = np.nan
-    assert "no spectrum" in plots.spectrum_figure(sweep).axes[0].texts[0].get_text()
+    assert "no spectrum" in spectrum_figure(sweep).axes[0].texts[0].get_text()
 
 
 def test_error_figure_shows_magnitudes_in_per_cent_and_keeps_zeros_visible():
     error = np.array([[1e-3, -2e-3, 0.0]])
-    axes = plots.error_figure([0.0, 0.1, 0.2], [100.0], error).axes[0]
+    axes = error_figure([0.0, 0.1, 0.2], [100.0], error).axes[0]
     y = axes.get_lines()[0].get_ydata()
     assert_allclose(y[:2], [0.1, 0.2])
     assert y[2] >= axes.get_ylim()[0] > 0
@@ -161,10 +164,10 @@ def test_error_figure_shows_magnitudes_in_per_cent_and_keeps_zeros_visible():
 
 def test_mesh_figure_highlights_the_loaded_flank_and_zooms_on_it():
     nodes, quads, flank = sector()
-    whole, zoom = plots.mesh_figure(nodes, quads, flank).axes
+    whole, zoom = mesh_figure(nodes, quads, flank).axes
     for axes in (whole, zoom):
         (line,) = [line for line in axes.get_lines() if line.get_gid() == "flank"]
-        assert line.get_color() == plots.LOADED_FLANK_COLOUR
+        assert line.get_color() == LOADED_FLANK_COLOUR
         assert_allclose(np.column_stack(line.get_data()), flank)
         assert axes.get_aspect() == 1.0
         assert len(axes.collections[0].get_paths()) == len(quads)
@@ -175,7 +178,7 @@ def test_mesh_figure_highlights_the_loaded_flank_and_zooms_on_it():
 
 def test_contact_pattern_uses_one_scale_and_states_the_peaks():
     roll, width, pressure = pattern()
-    figure = plots.contact_pattern_figure([("a", roll, width, pressure), ("b", roll, width, 0 * pressure)])
+    figure = contact_pattern_figure([("a", roll, width, pressure), ("b", roll, width, 0 * pressure)])
     draw(figure)
     first, second, _ = figure.axes
     assert first.get_title() == "a\npeak 400 MPa"
@@ -185,23 +188,23 @@ def test_contact_pattern_uses_one_scale_and_states_the_peaks():
 
 def test_contact_pattern_of_nothing_is_refused():
     with pytest.raises(ValueError, match="no tooth pair"):
-        plots.contact_pattern_figure([])
+        contact_pattern_figure([])
 
 
 def test_contact_pattern_of_one_strip_over_the_width():
     roll, _, pressure = pattern()
-    draw(plots.contact_pattern_figure([("a", roll, np.array([10.0]), pressure[:, :1])]))
+    draw(contact_pattern_figure([("a", roll, np.array([10.0]), pressure[:, :1])]))
 
 
 def test_style_does_not_leak():
     import matplotlib
 
     before = dict(matplotlib.rcParams)
-    plots.ste_figure(make_sweep())
+    ste_figure(make_sweep())
     assert dict(matplotlib.rcParams) == before
 
 
 def test_png_file(tmp_path):
-    plots.save_png(plots.ste_figure(make_sweep()), tmp_path / "ste.png")
+    save_png(ste_figure(make_sweep()), tmp_path / "ste.png")
     assert (tmp_path / "ste.png").read_bytes().startswith(b"\x89PNG")
     assert [p.name for p in tmp_path.iterdir()] == ["ste.png"]

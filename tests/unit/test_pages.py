@@ -10,8 +10,11 @@ import pytest
 from matplotlib.figure import Figure
 from numpy.testing import assert_array_equal
 
-from pmor.report.report import ReportContent, Table, format_cell, report_html, write_report
-from pmor.report.tables import summary_text, write_ste_csv, write_summary_json
+from pmor.report.data_files import write_ste_csv, write_summary_json
+from pmor.report.markdown import write_markdown
+from pmor.report.page import Heading, Picture, Warning, page_html, write_page
+from pmor.report.summary import summary_text
+from pmor.report.table import Table, format_cell
 from pmor.results.sweep import SteSweep
 
 NASTY = '<script>alert("a & b")</script>'
@@ -46,18 +49,19 @@ def figure():
     return result
 
 
-def content(**changes):
-    values = {
-        "title": "Paper pair",
-        "summary_rows": [("STE mean", 7.934567, "µm", "at 100 N m"), ("Ripple", None, "µm", NASTY)],
-        "warnings": [NASTY],
-        "figures": [(NASTY, figure())],
-        "error_table": Table("Error and run time", ("Model", "ms"), [("full FE", 33.25), ("reduced", 0.41)], NASTY),
-        "classical_table": Table("Classical formulas", ("Method", "c"), [("ISO 6336-1", 16.63)]),
-        "case_rows": [("gears.module_mm", 4.0, False), (NASTY, 1e6, True)],
-        "provenance_rows": [("case SHA-256", "0f3a")],
-    }
-    return ReportContent(**(values | changes))
+def blocks():
+    return [
+        Warning(NASTY),
+        Heading(NASTY),
+        NASTY,
+        Table(NASTY, ("Quantity", NASTY, "Note"), [("STE mean", 7.934567, "at 100 N m"), (NASTY, None, NASTY)], NASTY),
+        Picture("a.png", NASTY, figure()),
+        Table("Settings", ("key", "value", "source"), [("gears.module_mm", 4.0, "case file"), ("E", 1e6, "default")]),
+    ]
+
+
+def page(*added, title="Paper pair"):
+    return page_html(title, [*blocks(), *added])
 
 
 def sweep():
@@ -77,43 +81,48 @@ def sweep():
 
 
 def test_page_parses_and_its_tags_balance():
-    page = Page(report_html(content()))
-    assert not page.open
-    assert page.tags.count("table") == 5
-    assert page.tags.count("img") == 1
+    found = Page(page())
+    assert not found.open
+    assert found.tags.count("table") == 2
+    assert found.tags.count("img") == 1
 
 
 def test_page_is_self_contained():
-    page = Page(report_html(content()))
-    assert not {"script", "link", "iframe", "object"} & set(page.tags)
-    references = [value for _, name, value in page.attributes if name in ("src", "href", "srcset", "data")]
+    found = Page(page())
+    assert not {"script", "link", "iframe", "object"} & set(found.tags)
+    references = [value for _, name, value in found.attributes if name in ("src", "href", "srcset", "data")]
     assert references
     assert all(value.startswith("data:image/png;base64,") for value in references)
-    assert "url(" not in report_html(content())
-    assert "@import" not in report_html(content())
+    assert "url(" not in page()
+    assert "@import" not in page()
 
 
 def test_page_is_fit_for_phones():
-    assert ("meta", "name", "viewport") in Page(report_html(content())).attributes
+    assert ("meta", "name", "viewport") in Page(page()).attributes
 
 
 def test_all_text_is_escaped_but_shown():
-    html = report_html(content(title=NASTY, provenance_rows=[(NASTY, NASTY)]))
+    html = page(title=NASTY)
     assert "<script" not in html
-    # title element, heading, warning, summary note, table note, caption, case key, provenance twice
-    assert "".join(Page(html).text).count(NASTY) == 9
+    # title element and h1, warning, heading, paragraph; table title, column, first cell, cell, note; caption
+    assert "".join(Page(html).text).count(NASTY) == 11
+    quoted = [name for _, name, value in Page(html).attributes if value == NASTY]
+    assert sorted(quoted) == ["alt", "aria-label"]
 
 
-def test_settings_say_whether_they_are_defaults():
-    text = "|".join(t for t in Page(report_html(content())).text if t.strip())
-    assert "gears.module_mm|4|case file" in text
-    assert "1000000|default" in text
+def test_headers_say_what_they_head():
+    found = Page(page())
+    assert found.attributes.count(("th", "scope", "col")) == 6
+    assert found.attributes.count(("th", "scope", "row")) == 4
 
 
-def test_empty_tables_and_no_figures_leave_no_headings_behind():
-    html = report_html(content(classical_table=Table("Classical formulas", ("Method",), []), figures=[]))
-    assert "Classical formulas" not in html
-    assert "Figures" not in html
+def test_rows_read_in_order():
+    text = "|".join(t.strip() for t in Page(page()).text if t.strip())
+    assert "gears.module_mm|4|case file|E|1000000|default" in text
+
+
+def test_empty_tables_leave_no_headings_behind():
+    assert "Classical formulas" not in page(Table("Classical formulas", ("Method",), []))
 
 
 def test_a_row_with_a_missing_cell_is_refused():
@@ -121,14 +130,34 @@ def test_a_row_with_a_missing_cell_is_refused():
         Table("Errors", ("Model", "ms"), [("full FE",)])
 
 
-def test_report_file_replaces_the_old_one_only_when_complete(tmp_path):
+def test_page_replaces_the_old_one_only_when_complete(tmp_path):
     target = tmp_path / "report.html"
-    write_report(target, content())
+    write_page(target, "Paper pair", blocks())
     before = target.read_text(encoding="utf-8")
     with pytest.raises(AttributeError):
-        write_report(target, content(figures=[("no figure", None)]))
+        write_page(target, "Paper pair", [Picture("a.png", "no figure", None)])
     assert target.read_text(encoding="utf-8") == before
     assert [p.name for p in tmp_path.iterdir()] == ["report.html"]
+
+
+def test_markdown_says_the_same_and_refers_to_the_pictures(tmp_path):
+    write_markdown(
+        tmp_path / "study.md",
+        "Study",
+        [
+            Heading("Run <times>"),
+            Warning("cell 8@1 did not converge"),
+            "One position is one angle.",
+            Table("Seconds", ("cell", "s|ms"), [("8@1", 0.25), ("64@1", math.nan)], "of the machine below"),
+            Table("Nothing was found", ("cell",), []),
+            Picture("cost.png", "Cost & error", figure()),
+        ],
+    )
+    assert (tmp_path / "study.md").read_text(encoding="utf-8") == (
+        "# Study\n\n## Run <times>\n\n> **Warning:** cell 8@1 did not converge\n\nOne position is one angle.\n\n"
+        "### Seconds\n\n| cell | s\\|ms |\n| --- | --- |\n| 8@1 | 0.25 |\n| 64@1 | – |\n\nof the machine below\n\n"
+        "![Cost & error](cost.png)\n\n*Cost & error*\n"
+    )
 
 
 @pytest.mark.parametrize(
@@ -218,5 +247,5 @@ def test_screen_summary_is_aligned():
 
 
 def test_nan_in_a_numeric_column_is_a_dash():
-    html = report_html(content(error_table=Table("E", ("Model", "ms"), [("a", 1.0), ("b", math.nan)])))
+    html = page(Table("E", ("Model", "ms"), [("a", 1.0), ("b", math.nan)]))
     assert '<td class="number">–</td>' in html

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,26 +14,22 @@ from pmor.case import Case, describe
 from pmor.gear.classical.formulas import classical_results
 from pmor.mesh.sector import SectorMesh
 from pmor.report.contact_pattern import contact_patterns
-from pmor.report.plots import (
-    contact_pattern_figure,
-    error_figure,
-    load_sharing_figure,
-    mesh_figure,
-    save_png,
-    spectrum_figure,
-    ste_figure,
-)
+from pmor.report.mesh_figure import mesh_figure
+from pmor.report.page import Block, Heading, Picture, Warning, write_page
+from pmor.report.pattern_figure import contact_pattern_figure
 from pmor.report.provenance import provenance
-from pmor.report.report import ReportContent, Table, write_report
+from pmor.report.style import save_png
 from pmor.report.summary import ms_per_position, summary_rows, warnings
+from pmor.report.sweep_figures import error_figure, load_sharing_figure, spectrum_figure, ste_figure
+from pmor.report.table import Table
 from pmor.results.sweep import peak_to_peak_um, single_pair_zone, ste_mean_um
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def run_figures(result: OnlineResult, mesh: SectorMesh | None) -> list[tuple[str, str, Figure]]:
-    """Return the pictures of a run as (file name, caption, figure).
+def run_pictures(result: OnlineResult, mesh: SectorMesh | None) -> list[Picture]:
+    """Return the pictures of a run.
 
     Parameters
     ----------
@@ -42,35 +39,37 @@ def run_figures(result: OnlineResult, mesh: SectorMesh | None) -> list[tuple[str
 
     Returns
     -------
-    list
+    list of Picture
     """
     sweep, comparison = result.sweep, result.comparison
-    figures = [
-        (
+    models = "reduced model (lines)" + (", full FE at unseen angles (markers)" if comparison else "")
+    pictures = [
+        Picture(
             "ste.png",
-            "Static transmission error over one pitch: reduced model (lines)"
-            + (", full FE at unseen angles (markers)." if comparison else "."),
+            f"Static transmission error over one pitch: {models}.",
             ste_figure(sweep, comparison.full if comparison else None),
         ),
-        ("load_sharing.png", "Share of the pinion torque that each tooth pair carries.", load_sharing_figure(sweep)),
+        Picture(
+            "load_sharing.png", "Share of the pinion torque that each tooth pair carries.", load_sharing_figure(sweep)
+        ),
     ]
     if sweep.converged.all():
         caption = "Transmission error over orders of the mesh frequency."
-        figures.append(("spectrum.png", caption, spectrum_figure(sweep)))
+        pictures.append(Picture("spectrum.png", caption, spectrum_figure(sweep)))
     if comparison is not None:
         full, estimate = comparison.full, comparison.reduced.ste_error_um
         relative = None if estimate is None else estimate / full.ste_um
         figure = error_figure(full.phi_rad, full.torque_Nm, comparison.relative_error, relative)
         bars = "" if relative is None else ", and the error bar of the reduced model itself"
-        caption = f"Reduced against full FE at unseen angles{bars}."
-        figures.append(("error.png", caption, figure))
+        pictures.append(Picture("error.png", f"Reduced against full FE at unseen angles{bars}.", figure))
     patterns = _patterns(result)
     if patterns:
         caption = "Contact pressure on the unrolled flanks at nominal torque, with two pairs and with one pair in mesh."
-        figures.append(("contact_pattern.png", caption, contact_pattern_figure(patterns)))
+        pictures.append(Picture("contact_pattern.png", caption, contact_pattern_figure(patterns)))
     if mesh is not None:
-        figures.append(("mesh.png", "Section of the pinion's sector mesh, loaded flank marked.", _mesh_figure(mesh)))
-    return figures
+        caption = "Section of the pinion's sector mesh, loaded flank marked."
+        pictures.append(Picture("mesh.png", caption, _mesh_figure(mesh)))
+    return pictures
 
 
 def write_pages(result: OnlineResult, mesh: SectorMesh | None, out: Path) -> None:
@@ -86,29 +85,36 @@ def write_pages(result: OnlineResult, mesh: SectorMesh | None, out: Path) -> Non
     ------
     OutputError
     """
-    output = result.reduced.basis.case.output
-    if not (output.plots or output.report):
-        return
-    figures = run_figures(result, mesh)
-    if output.plots:
-        for name, _, figure in figures:
-            save_png(figure, out / name)
-    if output.report:
-        write_report(out / "report.html", _content(result, [(caption, figure) for _, caption, figure in figures]))
-
-
-def _content(result: OnlineResult, figures: list[tuple[str, Figure]]) -> ReportContent:
     case = result.reduced.basis.case
-    return ReportContent(
-        title=case.title,
-        summary_rows=summary_rows(result),
-        warnings=warnings(result),
-        figures=figures,
-        error_table=_error_table(result),
-        classical_table=_classical_table(result),
-        case_rows=[(key, _cell(value), default) for key, value, default in describe(case)],
-        provenance_rows=provenance(case),
-    )
+    if not (case.output.plots or case.output.report):
+        return
+    pictures = run_pictures(result, mesh)
+    if case.output.plots:
+        for picture in pictures:
+            save_png(picture.figure, out / picture.file_name)
+    if case.output.report:
+        write_page(out / "report.html", case.title, run_blocks(result, pictures))
+
+
+def run_blocks(result: OnlineResult, pictures: Sequence[Picture]) -> list[Block]:
+    """Return what the page of a run shows: results and errors, pictures, settings, provenance."""
+    case = result.reduced.basis.case
+    results = [(label, value, unit.replace("um", "µm"), note) for label, value, unit, note in summary_rows(result)]
+    settings = [
+        (key, _cell(value), "default" if is_default else "case file") for key, value, is_default in describe(case)
+    ]
+    shown: list[Block] = [Heading("Pictures"), *pictures] if pictures else []
+    return [
+        *map(Warning, warnings(result)),
+        Heading("Results"),
+        Table("Summary", ("quantity", "value", "unit", "note"), results),
+        _error_table(result),
+        _classical_table(result),
+        *shown,
+        Heading("Provenance"),
+        Table("Case settings", ("setting", "value", "source"), settings),
+        Table("Software and machine", ("item", "value"), provenance(case)),
+    ]
 
 
 def _cell(value: object) -> str | float | int | bool | None:
@@ -118,7 +124,7 @@ def _cell(value: object) -> str | float | int | bool | None:
 
 
 def _error_table(result: OnlineResult) -> Table:
-    columns = ["torque, N m", "STE mean, um", "STE peak-to-peak, um", "error max, %", "error rms, %"]
+    columns = ["torque, N m", "STE mean, µm", "STE peak-to-peak, µm", "error max, %", "error rms, %"]
     comparison, sweep = result.comparison, result.sweep
     if comparison is None:
         reduced = np.stack([sweep.torque_Nm, ste_mean_um(sweep), peak_to_peak_um(sweep)], axis=1)
@@ -155,7 +161,7 @@ def _classical_table(result: OnlineResult) -> Table:
     ]
     for row in classical_results(**_classical_arguments(case)):
         rows.append((row.method, row.mesh_stiffness_N_per_mm_um, row.ste_mean_um, row.ste_peak_to_peak_um, row.note))
-    columns = ["method", "mesh stiffness, N/(mm um)", "STE mean, um", "STE peak-to-peak, um", "note"]
+    columns = ["method", "mesh stiffness, N/(mm µm)", "STE mean, µm", "STE peak-to-peak, µm", "note"]
     note = (
         "The formulas add the body's compliance once per tooth pair, finite elements share it between the pairs: "
         "expect finite elements to be softer, more so with a small bore."

@@ -1,71 +1,23 @@
-"""Pictures of a sweep, a mesh and a contact pattern.
-
-Every function takes arrays or a `SteSweep` and returns a `matplotlib.figure.Figure`; none of them touches pyplot (slow
-to import, and it keeps every figure alive). matplotlib itself is imported on first use.
-"""
+"""Pictures of a sweep: transmission error, load sharing, spectrum, error of the reduced model."""
 
 from __future__ import annotations
 
-import base64
-import io
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from pmor.arrays import FloatArray
+from pmor.report.style import COLOURS, new_figure, plot_style
 from pmor.results.sweep import SteSweep, mesh_orders
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-FloatArray = NDArray[np.float64]
-
-#: Okabe and Ito's colours without yellow, distinguishable for colour-blind readers and in print
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
-LOADED_FLANK_COLOUR = "#D55E00"
 SHARE_COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#000000")
 N_MESH_ORDERS = 10
-
-
-@contextmanager
-def plot_style() -> Iterator[None]:
-    """The one place that decides on fonts, colours and grids."""
-    import matplotlib
-    from cycler import cycler
-
-    settings: Any = {
-        "font.size": 10,
-        "axes.titlesize": 11,
-        "axes.labelsize": 10,
-        "xtick.labelsize": 9,
-        "ytick.labelsize": 9,
-        "legend.fontsize": 9,
-        "legend.frameon": False,
-        "lines.linewidth": 1.6,
-        "axes.grid": True,
-        "axes.axisbelow": True,
-        "grid.color": "#dddddd",
-        "grid.linewidth": 0.6,
-        "axes.edgecolor": "#555555",
-        "axes.spines.top": False,
-        "axes.spines.right": False,
-        "axes.prop_cycle": cycler(color=COLOURS),
-        "image.cmap": "viridis",
-        "savefig.dpi": 140,
-    }
-    with matplotlib.rc_context(settings):
-        yield
-
-
-def new_figure(width_in: float = 7.2, height_in: float = 4.2) -> Figure:
-    """An empty figure in constrained layout; call inside `plot_style`."""
-    from matplotlib.figure import Figure
-
-    return Figure(figsize=(width_in, height_in), layout="constrained")
 
 
 def ste_figure(reduced: SteSweep, full: SteSweep | None = None) -> Figure:
@@ -184,92 +136,6 @@ def error_figure(
     return figure
 
 
-def mesh_figure(nodes_xy_mm: FloatArray, quads: NDArray[np.int64], flank_nodes_xy_mm: FloatArray) -> Figure:
-    """Transverse section of one tooth sector, the loaded flank highlighted, with a close-up of flank and fillet.
-
-    Parameters
-    ----------
-    nodes_xy_mm : (n, 2)
-    quads : (m, 4) int
-        Corner nodes of the elements' section.
-    flank_nodes_xy_mm : (k, 2)
-        Nodes of the loaded flank, in order along the profile.
-    """
-    with plot_style():
-        figure = new_figure(8.2, 5.2)
-        whole, zoom = figure.subplots(1, 2, width_ratios=(1.0, 1.7))
-        for axes, width in ((whole, 0.35), (zoom, 0.6)):
-            _draw_mesh(axes, nodes_xy_mm, quads, width)
-            axes.plot(*flank_nodes_xy_mm.T, color=LOADED_FLANK_COLOUR, lw=2.2, label="loaded flank", gid="flank")
-            axes.set_aspect("equal")
-            axes.grid(False)
-            axes.set_xlabel("x [mm]")
-            axes.set_ylabel("y [mm]")
-        whole.set_title(f"One tooth sector:\n{len(quads)} elements, {len(nodes_xy_mm)} nodes")
-        zoom.plot(*flank_nodes_xy_mm.T, "o", ms=3, color=LOADED_FLANK_COLOUR)
-        zoom.set_title("Loaded flank and root fillet")
-        low, high = flank_nodes_xy_mm.min(axis=0), flank_nodes_xy_mm.max(axis=0)
-        size = 1.5 * float((high - low).max())
-        # The fillet lies on the axis' side of the flank, so the window is moved towards the axis.
-        middle = 0.5 * (low + high)
-        centre = middle - 0.12 * size * middle / np.linalg.norm(middle)
-        zoom.set_xlim(centre[0] - size / 2, centre[0] + size / 2)
-        zoom.set_ylim(centre[1] - size / 2, centre[1] + size / 2)
-        whole.add_patch(_window(centre, size))
-        whole.autoscale_view()
-        figure.legend(*whole.get_legend_handles_labels(), loc="outside lower center")
-    return figure
-
-
-def contact_pattern_figure(pressures: Sequence[tuple[str, FloatArray, FloatArray, FloatArray]]) -> Figure:
-    """Contact pressure on the unrolled flank, a panel per tooth pair at one position.
-
-    Parameters
-    ----------
-    pressures : sequence of (title, roll_angle_deg (n,), width_mm (m,), pressure_MPa (n, m))
-        Sample points over the profile and over the width; NaN or 0 where there is no contact.
-    """
-    with plot_style():
-        n = len(pressures)
-        if n == 0:
-            raise ValueError("no tooth pair to show a contact pattern for")
-        figure = new_figure(1.6 + 3.0 * n, 4.2)
-        panels = np.atleast_1d(figure.subplots(1, n, sharey=True))
-        top = max([float(np.nanmax(p)) for *_, p in pressures if np.isfinite(p).any()] + [0.0])
-        for panel, (title, roll, width, pressure) in zip(panels, pressures, strict=True):
-            loaded = np.ma.masked_where(~(np.nan_to_num(pressure) > 0), pressure)
-            image = panel.pcolormesh(
-                _cell_edges(width), _cell_edges(roll), loaded, vmin=0.0, vmax=top or 1.0, edgecolors="none"
-            )
-            panel.set_facecolor("#f4f4f4")
-            panel.grid(False)
-            peak = float(loaded.max()) if loaded.count() else 0.0
-            panel.set_title(f"{title}\n" + (f"peak {peak:.0f} MPa" if peak else "no contact"))
-            panel.set_xlabel("Position over face width [mm]")
-        panels[0].set_ylabel("Roll angle along the profile [deg]\n(root to tip)")
-        figure.colorbar(image, ax=list(panels), label="Contact pressure [MPa]", shrink=0.9)
-    return figure
-
-
-def save_png(figure: Figure, target: Path) -> None:
-    """Write the figure as PNG; the target is replaced only when the picture is complete."""
-    from pmor.storage.atomic import atomic_path
-
-    with atomic_path(target) as temporary:
-        Path(temporary).write_bytes(_png_bytes(figure))
-
-
-def png_base64(figure: Figure) -> str:
-    """The figure as base64-encoded PNG, for a data URI."""
-    return base64.b64encode(_png_bytes(figure)).decode("ascii")
-
-
-def _png_bytes(figure: Figure) -> bytes:
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=140)
-    return buffer.getvalue()
-
-
 def _torque_colours(*torques: ArrayLike) -> dict[float, str]:
     """One colour per distinct torque, in rising order, the same in every figure of a sweep."""
     distinct = sorted({float(t) for group in torques for t in np.atleast_1d(np.asarray(group, float))})
@@ -332,26 +198,3 @@ def _log_limits(values: FloatArray, decades: int = 5) -> tuple[float, float]:
     top = 10.0 ** np.ceil(np.log10(positive.max() * 1.05))
     floor = 10.0 ** np.floor(np.log10(positive.min()))
     return float(min(max(floor, top * 10.0**-decades), top / 10.0)), float(top)
-
-
-def _draw_mesh(axes: Axes, nodes: FloatArray, quads: NDArray[np.int64], line_width: float) -> None:
-    from matplotlib.collections import PolyCollection
-
-    faces = PolyCollection(list(nodes[quads]), facecolors="#eef3f7", edgecolors="#44525c", linewidths=line_width)
-    axes.add_collection(faces)
-
-
-def _window(centre: FloatArray, size: float) -> Any:
-    from matplotlib.patches import Rectangle
-
-    corner = (centre[0] - size / 2, centre[1] - size / 2)
-    return Rectangle(corner, size, size, fill=False, ec="#777777", lw=0.8, ls="--")
-
-
-def _cell_edges(points: ArrayLike) -> FloatArray:
-    """Edges (n + 1,) of cells around sample points (n,), halfway between neighbours."""
-    x = np.asarray(points, float)
-    if len(x) == 1:
-        return np.array([x[0] - 0.5, x[0] + 0.5])
-    middle = 0.5 * (x[1:] + x[:-1])
-    return np.concatenate([[2 * x[0] - middle[0]], middle, [2 * x[-1] - middle[-1]]])

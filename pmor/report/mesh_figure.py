@@ -1,0 +1,68 @@
+"""Picture of a tooth sector's mesh."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pmor.arrays import FloatArray, IntArray
+from pmor.report.style import new_figure, plot_style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Rectangle
+
+LOADED_FLANK_COLOUR = "#D55E00"
+
+
+def mesh_figure(nodes_xy_mm: FloatArray, quads: IntArray, flank_nodes_xy_mm: FloatArray) -> Figure:
+    """Transverse section of one tooth sector, the loaded flank highlighted, with a close-up of flank and fillet.
+
+    Parameters
+    ----------
+    nodes_xy_mm : (n, 2)
+    quads : (m, 4) int
+        Corner nodes of the elements' section.
+    flank_nodes_xy_mm : (k, 2)
+        Nodes of the loaded flank, in order along the profile.
+    """
+    with plot_style():
+        figure = new_figure(8.2, 5.2)
+        whole, zoom = figure.subplots(1, 2, width_ratios=(1.0, 1.7))
+        for axes, width in ((whole, 0.35), (zoom, 0.6)):
+            _draw_mesh(axes, nodes_xy_mm, quads, width)
+            axes.plot(*flank_nodes_xy_mm.T, color=LOADED_FLANK_COLOUR, lw=2.2, label="loaded flank", gid="flank")
+            axes.set_aspect("equal")
+            axes.grid(False)
+            axes.set_xlabel("x [mm]")
+            axes.set_ylabel("y [mm]")
+        whole.set_title(f"One tooth sector:\n{len(quads)} elements, {len(nodes_xy_mm)} nodes")
+        zoom.plot(*flank_nodes_xy_mm.T, "o", ms=3, color=LOADED_FLANK_COLOUR)
+        zoom.set_title("Loaded flank and root fillet")
+        low, high = flank_nodes_xy_mm.min(axis=0), flank_nodes_xy_mm.max(axis=0)
+        size = 1.5 * float((high - low).max())
+        # The fillet lies on the axis' side of the flank, so the window is moved towards the axis.
+        middle = 0.5 * (low + high)
+        centre = middle - 0.12 * size * middle / np.linalg.norm(middle)
+        zoom.set_xlim(centre[0] - size / 2, centre[0] + size / 2)
+        zoom.set_ylim(centre[1] - size / 2, centre[1] + size / 2)
+        whole.add_patch(_window(centre, size))
+        whole.autoscale_view()
+        figure.legend(*whole.get_legend_handles_labels(), loc="outside lower center")
+    return figure
+
+
+def _draw_mesh(axes: Axes, nodes: FloatArray, quads: IntArray, line_width: float) -> None:
+    from matplotlib.collections import PolyCollection
+
+    faces = PolyCollection(list(nodes[quads]), facecolors="#eef3f7", edgecolors="#44525c", linewidths=line_width)
+    axes.add_collection(faces)
+
+
+def _window(centre: FloatArray, size: float) -> Rectangle:
+    from matplotlib.patches import Rectangle
+
+    corner = (centre[0] - size / 2, centre[1] - size / 2)
+    return Rectangle(corner, size, size, fill=False, ec="#777777", lw=0.8, ls="--")

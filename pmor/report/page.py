@@ -1,0 +1,71 @@
+"""Self-contained HTML pages, made of blocks: paragraphs, headings, warnings, tables and pictures.
+
+Styles are inline and pictures are data URIs: a page can be mailed, archived and printed without anything beside it.
+What it looks like is in `templates`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pmor.report.style import png_base64
+from pmor.report.table import Table, format_cell
+from pmor.storage.atomic import atomic_path
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True)
+class Heading:
+    """A section's heading."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class Warning:
+    """What the reader must know before the numbers."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A picture, and the name of its file where it is written beside the page."""
+
+    file_name: str
+    caption: str
+    figure: Figure
+
+
+#: what a page is made of; text is a paragraph
+Block = str | Heading | Warning | Table | Picture
+
+
+def write_page(path: Path, title: str, blocks: Iterable[Block]) -> None:
+    """Write a page; the target is replaced only when it is complete.
+
+    Raises
+    ------
+    OutputError
+    """
+    page = page_html(title, blocks)
+    with atomic_path(path) as temporary:
+        temporary.write_text(page, encoding="utf-8")
+
+
+def page_html(title: str, blocks: Iterable[Block]) -> str:
+    """Return a page as text. Tables without rows are left out with their titles."""
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    environment = Environment(
+        loader=PackageLoader("pmor.report"), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
+        lstrip_blocks=True, keep_trailing_newline=True,
+    )  # fmt: skip
+    environment.filters.update(format_cell=format_cell, png_base64=png_base64)
+    template = environment.get_template("page.html")
+    return template.render(title=title, blocks=[(type(block).__name__, block) for block in blocks])

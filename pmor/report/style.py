@@ -1,0 +1,84 @@
+"""How pictures look, and how they become files.
+
+Pictures are `matplotlib.figure.Figure`s without pyplot, which is slow to import, keeps every figure alive and asks for
+a screen. They start from matplotlib's own defaults, so neither a user's matplotlibrc nor MPLBACKEND changes them.
+matplotlib itself is imported on first use.
+"""
+
+from __future__ import annotations
+
+import base64
+import io
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pmor.storage.atomic import atomic_path
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+#: Okabe and Ito's colours without yellow, distinguishable for colour-blind readers and in print
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
+
+
+@contextmanager
+def plot_style() -> Iterator[None]:
+    """The one place that decides on fonts, colours and grids."""
+    import matplotlib
+    from cycler import cycler
+
+    settings: Any = {
+        "font.size": 10,
+        "axes.titlesize": 11,
+        "axes.labelsize": 10,
+        "xtick.labelsize": 9,
+        "ytick.labelsize": 9,
+        "legend.fontsize": 9,
+        "legend.frameon": False,
+        "lines.linewidth": 1.6,
+        "axes.grid": True,
+        "axes.axisbelow": True,
+        "grid.color": "#dddddd",
+        "grid.linewidth": 0.6,
+        "axes.edgecolor": "#555555",
+        "axes.spines.top": False,
+        "axes.spines.right": False,
+        "axes.prop_cycle": cycler(color=COLOURS),
+        "savefig.dpi": 140,
+    }
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        matplotlib.rcParams.update(settings)
+        yield
+
+
+def new_figure(width_in: float = 7.2, height_in: float = 4.2) -> Figure:
+    """An empty figure in constrained layout; call inside `plot_style`."""
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width_in, height_in), layout="constrained")
+
+
+def save_png(figure: Figure, target: Path) -> None:
+    """Write the figure as PNG; the target is replaced only when the picture is complete.
+
+    Raises
+    ------
+    OutputError
+    """
+    with atomic_path(target) as temporary:
+        temporary.write_bytes(_png_bytes(figure))
+
+
+def png_base64(figure: Figure) -> str:
+    """The figure as base64-encoded PNG, for a data URI."""
+    return base64.b64encode(_png_bytes(figure)).decode("ascii")
+
+
+def _png_bytes(figure: Figure) -> bytes:
+    buffer = io.BytesIO()
+    with plot_style():  # some settings are read only now
+        figure.savefig(buffer, format="png")
+    return buffer.getvalue()

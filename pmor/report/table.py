@@ -1,0 +1,46 @@
+"""Tables as an engineer reads them: cells of text and numbers, four significant digits."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+#: what a table cell may hold; None is shown as a dash, a float in four significant digits
+Cell = str | float | int | bool | None
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of a page; every row has as many cells as ``columns``."""
+
+    title: str
+    columns: Sequence[str]
+    rows: Sequence[Sequence[Cell]]
+    note: str = ""
+
+    def __post_init__(self) -> None:
+        """A short row would shift numbers under the wrong heading."""
+        for row in self.rows:
+            if len(row) != len(self.columns):
+                raise ValueError(f"table {self.title!r}: row {tuple(row)} does not have {len(self.columns)} cells")
+
+    def numeric_columns(self) -> list[bool]:
+        """Return for each column whether it holds numbers and nothing but numbers and gaps: aligned to the right."""
+        return [_is_numeric(row[i] for row in self.rows) for i in range(len(self.columns))]
+
+
+def format_cell(value: Cell) -> str:
+    """A number as an engineer reads it: four significant digits, a dash where there is none."""
+    if value is None or (isinstance(value, float) and value != value):
+        return "–"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    # 12345.6 keeps its integer digits; only the very large and very small go to powers of ten.
+    if isinstance(value, float):
+        return f"{value:.4g}" if abs(value) < 1e4 or abs(value) >= 1e7 else f"{value:.0f}"
+    return str(value)
+
+
+def _is_numeric(cells: Iterable[Cell]) -> bool:
+    present = [cell for cell in cells if cell is not None]
+    return bool(present) and all(isinstance(c, (int, float)) and not isinstance(c, bool) for c in present)
