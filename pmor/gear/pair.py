@@ -1,7 +1,8 @@
 """Kinematics of a pair of involute gears: working geometry, contact ratio, where each tooth pair touches.
 
-Source: ISO 21771:2007; derivation of the frames in `pmor.conventions`. Everything is transverse, so helical
-pairs use the same functions.
+Source: ISO 21771:2007; derivation of the frames in `pmor.conventions`. Everything is transverse. For helical gears it
+holds in the section z = 0: other sections mesh earlier or later, so that their contact ratio lacks the overlap and
+`pairs_in_reach` the pairs that touch at the ends of the face width.
 """
 
 from __future__ import annotations
@@ -20,9 +21,13 @@ from pmor.gear.tooth import Tooth, inverse_involute, involute_function
 class GearPair:
     """A pinion and a wheel on parallel axes.
 
+    Where a tip would reach below the mate's form circle the path of contact ends at the form circle; whether the tip
+    then cuts into the fillet, or touches the root, is not checked.
+
     Parameters
     ----------
     pinion, wheel : Tooth
+        Of one module and pressure angle, and opposite helix angles: taken on trust.
     face_width : float
         Common face width, mm.
     centre_distance : float
@@ -31,8 +36,8 @@ class GearPair:
     Raises
     ------
     GeometryError
-        When the flanks cannot mesh at this centre distance: contact ratio below 1, teeth that do not overlap, or a
-        tip that reaches the mate's root fillet.
+        When the flanks cannot mesh at this centre distance: below the sum of the base radii, teeth that jam, or a
+        contact ratio below 1.
     """
 
     pinion: Tooth

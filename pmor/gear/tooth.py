@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -141,7 +142,7 @@ class Tooth:
     def form_roll_angle(self) -> float:
         """Roll angle at the start of the involute (form circle), rad; undercut is taken into account."""
         roll = self._tangency_roll_angle()
-        return roll if roll >= 0.0 else self._undercut_intersection()[0]
+        return roll if roll >= 0.0 else self._undercut_intersection[0]
 
     @property
     def is_undercut(self) -> bool:
@@ -217,7 +218,7 @@ class Tooth:
         ndarray, shape (n, 2)
             Points in the tooth frame at z = 0, mm.
         """
-        start = self.pressure_angle if not self.is_undercut else self._undercut_intersection()[1]
+        start = self.pressure_angle if not self.is_undercut else self._undercut_intersection[1]
         return self._trochoid(start + np.asarray(parameter, float) * (0.5 * math.pi - start))
 
     def _rack_tip_centre(self) -> tuple[float, float]:
@@ -247,6 +248,7 @@ class Tooth:
         angle = -rolled / self.reference_radius
         return np.stack([x * np.cos(angle) - y * np.sin(angle), x * np.sin(angle) + y * np.cos(angle)], axis=-1)
 
+    @cached_property  # 721 points and a root: 16 ms, and the form circle is asked for again and again
     def _undercut_intersection(self) -> tuple[float, float]:
         """Where the trochoid cuts the involute: (roll angle, trochoid parameter tau)."""
 

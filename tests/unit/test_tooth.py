@@ -7,6 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.errors import GeometryError
+from pmor.gear.pair import GearPair, zero_backlash_centre_distance
 from pmor.gear.tooth import Tooth, inverse_involute, involute_function
 
 MODULE, ALPHA = 4.0, math.radians(20.0)
@@ -226,6 +227,18 @@ def test_undercut_is_found_where_brute_force_finds_it(tooth):
     form = np.linalg.norm(tooth.flank_section(tooth.form_roll_angle))
     assert form > tooth.base_radius
     assert_allclose(form, high, atol=1e-4, rtol=0)  # where a cut of 1e-7 rad becomes visible
+
+
+def test_undercut_is_solved_once_per_tooth(monkeypatch):
+    tooth, sound = Tooth(10, MODULE, ALPHA), GEARS["paper"]
+    pair = GearPair(tooth, sound, 20.0, zero_backlash_centre_distance(tooth, sound))
+    expected = tooth.form_roll_angle, pair.contact_ratio
+
+    def again(self, tau):
+        raise AssertionError("the fillet is intersected with the flank again")
+
+    monkeypatch.setattr(Tooth, "_trochoid", again)
+    assert (tooth.form_roll_angle, pair.contact_ratio) == expected
 
 
 @pytest.mark.parametrize("teeth", [8, 10, 14, 17, 18, 21, 40])
