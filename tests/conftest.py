@@ -1,13 +1,19 @@
-"""Surroundings of every test: no display, loud floating-point errors, seeded randomness, a numba cache of its own."""
+"""Surroundings of every test: no display, one thread, loud floating-point errors, seeds, a numba cache of its own."""
 
 import os
 import shutil
 import tempfile
 from functools import cache
 
-import matplotlib
-import numpy as np
-import pytest
+from pmor.threads import use_one_thread
+
+# As the command does, and before numpy is loaded. On matrices this small, threads of the linear algebra library that
+# wait for each other on busy cores cost up to fifteen times what one thread takes.
+use_one_thread()
+
+import matplotlib  # noqa: E402
+import numpy as np  # noqa: E402
+import pytest  # noqa: E402
 
 matplotlib.use("Agg")
 
