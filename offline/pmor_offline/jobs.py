@@ -121,8 +121,7 @@ def _solve_positions(case: Case, model: ElasticModel, parts: Path, jobs: int) ->
     kept = ((i, read_snapshots(file, key)) for i, file in enumerate(files))
     found = {i: s for i, s in kept if s is not None and s.converged.all()}
     resumed = len(found)
-    with Progress(len(positions), "full FE") as progress:
-        progress.advance(resumed)
+    with Progress(len(positions), "full FE", done=resumed) as progress:
         missing = [i for i in range(len(positions)) if i not in found]
         for i, snapshots in _solve_all(model, positions, missing, jobs):
             write_snapshots(files[i], snapshots, key)
@@ -154,8 +153,7 @@ def _sample_greedily(
     while (snapshots := read_snapshots(_part(parts, len(known)), key)) is not None:
         known.append(snapshots)
     resumed = len(known)
-    with Progress(case.offline.solves, "full FE") as progress:
-        progress.advance(resumed)
+    with Progress(case.offline.solves, "full FE", done=resumed) as progress:
         for snapshots in greedy_snapshots(case, model, estimate, known):
             write_snapshots(_part(parts, len(known)), snapshots, key)
             known.append(snapshots)

@@ -1,74 +1,110 @@
-import io
+"""Progress: told on a terminal, fitted to its width, silent elsewhere."""
+
+import fcntl
+import os
+import struct
+import sys
+import termios
+import threading
 
 import pytest
 
 from pmor.progress import Progress, format_time
 
 
-class Terminal(io.StringIO):
-    def isatty(self):
-        return True
+class Terminal:
+    """A pseudo-terminal in the place of stderr."""
+
+    def __init__(self, columns):
+        self._screen, line = os.openpty()
+        fcntl.ioctl(line, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
+        self.stream = os.fdopen(line, "w", encoding="utf-8")
+
+    def text(self):
+        self.stream.flush()
+        return os.read(self._screen, 100_000).decode()
+
+    def close(self):
+        self.stream.close()
+        os.close(self._screen)
 
 
-class Clock:
-    def __init__(self):
-        self.now = 0.0
+@pytest.fixture
+def terminal(monkeypatch):
+    """Makes stderr a terminal; called in the test, because pytest puts its own stderr there after the fixtures."""
+    made = []
 
-    def __call__(self):
-        return self.now
+    def make(columns=80):
+        made.append(Terminal(columns))
+        monkeypatch.setattr(sys, "stderr", made[-1].stream)
+        return made[-1]
+
+    yield make
+    for each in made:
+        each.close()
+
+
+def lines(text):
+    """What the line showed, one after the other."""
+    return [shown.rstrip() for shown in text.split("\r") if shown.strip()]
 
 
 def test_silent_without_a_terminal(capsys):
     with Progress(3, "steps") as progress:
         progress.advance(3)
     assert capsys.readouterr() == ("", "")
-    assert progress.done == 3
 
 
-def test_reports_count_rate_and_time_left():
-    terminal, clock = Terminal(), Clock()
-    progress = Progress(40, "positions", terminal, clock)
-    clock.now = 5.0
-    progress.advance(10)
-    assert terminal.getvalue() == "\rpositions: 10/40, 2/s, 15.0 s left"
+def test_a_terminal_sees_label_count_rate_and_time_left(terminal):
+    screen = terminal()
+    with Progress(40, "positions") as progress:
+        for _ in range(40):
+            progress.advance()
+    text = screen.text()
+    last = lines(text)[-1]
+    assert last.startswith("positions: 100%|")
+    assert "40/40 [00:00<00:00, " in last
+    assert last.endswith("it/s]")
+    assert text.endswith("\n")
 
 
-def test_updates_are_throttled_but_the_last_one_is_shown():
-    terminal, clock = Terminal(), Clock()
-    progress = Progress(1000, "positions", terminal, clock)
-    for _ in range(1000):
-        clock.now += 0.001
+@pytest.mark.parametrize("columns", [20, 40, 200])
+def test_no_line_is_wider_than_the_terminal(columns, terminal):
+    screen = terminal(columns)
+    with Progress(4, "full FE, unseen angles") as progress:
         progress.advance()
-    assert 8 <= terminal.getvalue().count("\r") <= 13
-    assert "1000/1000" in terminal.getvalue()
+    shown = lines(screen.text())
+    assert max(map(len, shown)) <= columns
+    assert shown[0].startswith("full FE, unseen")
 
 
-def test_shorter_line_wipes_the_longer_one():
-    terminal, clock = Terminal(), Clock()
-    progress = Progress(2, "positions", terminal, clock)
-    clock.now = 1000.0
-    progress.advance()
-    progress.close()
-    first, last = terminal.getvalue().split("\r")[1:]
-    assert len(last.rstrip("\n")) == len(first)
+def test_steps_of_an_earlier_run_are_done_but_not_fast(terminal):
+    screen = terminal()
+    with Progress(100, "full FE", done=90):
+        pass
+    assert "90/100 [00:00<?, ?it/s]" in lines(screen.text())[0]
 
 
-def test_close_ends_the_line_once_also_after_an_error():
-    terminal = Terminal()
-    with pytest.raises(RuntimeError), Progress(2, "steps", terminal, Clock()) as progress:
+def test_the_line_is_ended_once_also_after_an_error(terminal):
+    screen = terminal()
+    with pytest.raises(RuntimeError), Progress(2, "steps") as progress:
         raise RuntimeError
     progress.close()
-    progress.advance()
-    assert terminal.getvalue() == "\rsteps: 0/2 in 0.0 s\n"
+    assert screen.text().count("\n") == 1
 
 
-def test_more_steps_than_announced_and_none_at_all():
-    terminal, clock = Terminal(), Clock()
-    clock.now = 1.0
-    progress = Progress(0, "steps", terminal, clock)
-    clock.now = 2.0
-    progress.advance()
-    assert "1/0, 1/s, 0.0 s left" in terminal.getvalue()
+def test_more_steps_than_announced_and_none_at_all(terminal):
+    screen = terminal()
+    with Progress(0, "steps") as progress:
+        progress.advance()
+    assert lines(screen.text())[-1].startswith("steps: ")
+
+
+def test_no_thread_runs_beside_the_work(terminal):
+    terminal()
+    before = threading.active_count()
+    with Progress(2, "steps"):
+        assert threading.active_count() == before
 
 
 @pytest.mark.parametrize(
