@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from pmor.contact.condition import Condition
 from pmor.contact.elasticity import full_elasticity
 from pmor.contact.equilibrium import solve_equilibrium
 from pmor.contact.position import active_patches
@@ -40,8 +41,8 @@ class Model:
 
     def solve(self, phi, torque=TORQUE, **options):
         position = active_patches(self.meshed, phi, DEPTH)
-        elasticity = self.elasticity(position)
-        return position, elasticity, solve_equilibrium(self.meshed, position, elasticity, torque, **options)
+        elasticity, condition = self.elasticity(position), Condition(torque=torque)
+        return position, elasticity, solve_equilibrium(self.meshed, position, elasticity, condition, **options)
 
     def ste_um(self, phi, torque=TORQUE, **options):
         return self.solve(phi, torque, **options)[2].lead * self.base_radius * 1e3

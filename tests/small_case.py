@@ -47,9 +47,9 @@ def fail_where(condition, monkeypatch):
     """Let the equilibrium fail at the positions (phi, torque in N mm) that `condition` picks."""
     solve = pmor.contact.solve.solve_equilibrium
 
-    def failing(meshed, position, elasticity, torque, *rest, **more):
-        if condition(position.phi, torque):
+    def failing(meshed, position, elasticity, wanted, *rest, **more):
+        if condition(position.phi, wanted.torque):
             raise ConvergenceError("made to fail", [(1.0, 1.0)])
-        return solve(meshed, position, elasticity, torque, *rest, **more)
+        return solve(meshed, position, elasticity, wanted, *rest, **more)
 
     monkeypatch.setattr(pmor.contact.solve, "solve_equilibrium", failing)

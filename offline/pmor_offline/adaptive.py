@@ -16,16 +16,17 @@ import numpy as np
 
 from pmor.arrays import FloatArray
 from pmor.case import Case
-from pmor.contact.misalignment import OperatingCondition
+from pmor.contact.condition import Condition
+from pmor.pair.conditions import training_values
 from pmor.pair.model import ElasticModel
-from pmor.storage.basis_file import Basis
-from pmor.storage.snapshot_file import Snapshots
+from pmor.reduction.basis import Basis
+from pmor.reduction.snapshots import Snapshots
 from pmor_offline.gather import make_basis
 from pmor_offline.sampling import SEED, TrainingPosition, first_positions, sobol_positions
 from pmor_offline.snapshots import solve_snapshots
 
 # STE and estimate of what it lacks, um, of a basis at pinion angles under as many conditions; NaN where not converged.
-ErrorEstimate = Callable[[Basis, FloatArray, Sequence[OperatingCondition]], tuple[FloatArray, FloatArray]]
+ErrorEstimate = Callable[[Basis, FloatArray, Sequence[Condition]], tuple[FloatArray, FloatArray]]
 
 # States at which the error is estimated for each dimension: angle, and every parameter with a range. With a quarter of
 # them, the sampling of a pair with misaligned axes ended at a fifth of the largest error at 200 other states.
@@ -77,8 +78,7 @@ def greedy_snapshots(
 
 def _candidates(case: Case, model: ElasticModel) -> tuple[TrainingPosition, ...]:
     offline = case.offline
-    ranges = (offline.torques_Nm, offline.in_plane_um, offline.out_of_plane_um, offline.centre_distance_um)
-    dimensions = 1 + sum(len(values) > 1 for values in ranges)
+    dimensions = 1 + sum(len(values) > 1 for values in training_values(offline))
     count = CANDIDATES_PER_DIMENSION * dimensions
     return sobol_positions(offline, model.mesh.meshed.pair, count, SEED + 1)
 

@@ -9,10 +9,10 @@ import numpy as np
 from pmor.arrays import FloatArray
 from pmor.case import Case
 from pmor.pair.model import ElasticModel
+from pmor.reduction.basis import Basis, Training
 from pmor.reduction.build import build_shapes
 from pmor.reduction.error_estimate import FlankCompliance, flank_compliance, loaded_components
-from pmor.storage.basis_file import Basis, Training
-from pmor.storage.snapshot_file import Snapshots
+from pmor.reduction.snapshots import Snapshots
 from pmor_offline.sampling import roll_position_grid
 
 
@@ -80,11 +80,10 @@ def _training(snapshots: Sequence[Snapshots], greedy: bool, seconds: float) -> T
     if not snapshots:
         nothing = np.empty((0, 0))
         decay = np.empty(0) if greedy else None
-        return Training(np.empty(0), nothing, np.empty((0, 0, 3)), nothing, nothing.astype(bool), decay, seconds)
+        return Training(np.empty(0), (), nothing, nothing.astype(bool), decay, seconds)
     return Training(
         phi=np.array([s.phi for s in snapshots]),
-        torque=np.stack([s.torque for s in snapshots], axis=1),
-        misalignment=np.stack([s.misalignment for s in snapshots], axis=1),
+        conditions=tuple(s.conditions for s in snapshots),
         ste_um=np.stack([s.ste_um for s in snapshots], axis=1),
         converged=np.stack([s.converged for s in snapshots], axis=1),
         estimate_percent=np.array([s.estimate_percent for s in snapshots]) if greedy else None,

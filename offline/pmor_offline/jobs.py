@@ -12,10 +12,11 @@ from pmor.case import Case, basis_key
 from pmor.errors import ConvergenceError
 from pmor.pair.model import ElasticModel
 from pmor.progress import Progress
+from pmor.reduction.snapshots import Snapshots
 from pmor.storage.atomic import ensure_folder, refuse_existing, remove_abandoned, remove_folder
 from pmor.storage.basis_file import write_basis
 from pmor.storage.lock import only_writer_of_file
-from pmor.storage.snapshot_file import Snapshots, read_snapshots, write_snapshots
+from pmor.storage.snapshot_file import read_snapshots, write_snapshots
 from pmor_offline.adaptive import ErrorEstimate, greedy_snapshots
 from pmor_offline.gather import make_basis
 from pmor_offline.sampling import TrainingPosition, grid_positions, sobol_positions
@@ -99,7 +100,7 @@ def _run(
         snapshots, resumed = _sample_greedily(case, model, parts, estimate)
     else:
         snapshots, resumed = _solve_positions(case, model, parts, jobs)
-    failed = _failures(snapshots)
+    failed = tuple(failure for s in snapshots for failure in s.failures)
     if failed and len(failed) == sum(len(s.converged) for s in snapshots):
         raise ConvergenceError(f"no full solve converged, first: {failed[0]}", [])
     basis, force = make_basis(case, model, snapshots, time.perf_counter() - started)
@@ -163,12 +164,3 @@ def _sample_greedily(
 
 def _part(parts: Path, number: int) -> Path:
     return parts / f"angle_{number:05d}.h5"
-
-
-def _failures(snapshots: list[Snapshots]) -> tuple[str, ...]:
-    return tuple(
-        f"phi = {s.phi:.6g} rad, torque = {1e-3 * torque:g} N m"
-        for s in snapshots
-        for torque, ok in zip(s.torque, s.converged, strict=True)
-        if not ok
-    )

@@ -1,4 +1,4 @@
-"""Where full FE is solved: pinion angles over one pitch, and the operating conditions at each of them.
+"""Where full FE is solved: pinion angles over one pitch, and the conditions at each of them.
 
 On a grid the angles are uniform, commensurate with the pitch, and each has all conditions. Spread out, each state is
 one angle with one condition: a Sobol sequence (Joe & Kuo, SIAM J. Sci. Comput. 30 (2008) 2635) fills the ranges of the
@@ -15,11 +15,12 @@ import numpy as np
 
 from pmor.arrays import FloatArray
 from pmor.case import OfflineCase
+from pmor.contact.condition import Condition
 from pmor.contact.flank import MeshedPair
-from pmor.contact.misalignment import Misalignment, OperatingCondition
 from pmor.contact.position import overshoot
 from pmor.contact.solve import WINDOW_MARGIN
 from pmor.gear.pair import GearPair
+from pmor.pair.conditions import condition_at, training_values
 
 # Of all random draws: a basis is a function of its case.
 SEED = 20160919
@@ -33,19 +34,16 @@ class TrainingPosition:
     ----------
     phi : float
         rad.
-    conditions : tuple of OperatingCondition
+    conditions : tuple of Condition
     """
 
     phi: float
-    conditions: tuple[OperatingCondition, ...]
+    conditions: tuple[Condition, ...]
 
 
 def grid_positions(offline: OfflineCase, pair: GearPair) -> tuple[TrainingPosition, ...]:
-    """Return every training angle with every combination of torque and misalignment."""
-    conditions = tuple(
-        OperatingCondition(1e3 * torque, Misalignment(*deviations))
-        for *deviations, torque in product(*_deviations(offline), offline.torques_Nm)
-    )
+    """Return every training angle with every combination of torque and axes."""
+    conditions = tuple(condition_at(values) for values in product(*training_values(offline)))
     return tuple(TrainingPosition(float(phi), conditions) for phi in training_angles(pair, offline.angles_per_pitch))
 
 
@@ -62,7 +60,7 @@ def sobol_positions(offline: OfflineCase, pair: GearPair, count: int, seed: int 
     """
     from scipy.stats import qmc  # takes half a second, which only this sampling shall cost
 
-    values = (*_deviations(offline), offline.torques_Nm)
+    values = training_values(offline)
     low, high = np.array([v[0] for v in values]), np.array([v[-1] for v in values])
     free = np.flatnonzero(high > low)
     points = qmc.Sobol(1 + len(free), seed=seed).random_base2(math.ceil(math.log2(max(count, 2))))[:count]
@@ -70,21 +68,16 @@ def sobol_positions(offline: OfflineCase, pair: GearPair, count: int, seed: int 
     states[:, free] += points[:, 1:] * (high - low)[free]
     angles = pair.roll_position_range[0] + pair.pitch * points[:, 0]
     return tuple(
-        TrainingPosition(float(phi), (OperatingCondition(1e3 * float(torque), Misalignment(*map(float, deviations))),))
-        for phi, (*deviations, torque) in zip(angles, states, strict=True)
+        TrainingPosition(float(phi), (condition_at(state),)) for phi, state in zip(angles, states, strict=True)
     )
 
 
 def first_positions(offline: OfflineCase, pair: GearPair) -> tuple[TrainingPosition, ...]:
-    """Return with what a greedy sampling begins: the training angles under the largest torque, mid misalignment."""
-    middle = Misalignment(*(0.5 * (v[0] + v[-1]) for v in _deviations(offline)))
-    condition = OperatingCondition(1e3 * offline.torques_Nm[-1], middle)
+    """Return with what a greedy sampling begins: the training angles under the largest torque, mid deviations."""
+    *deviations, torques = training_values(offline)
+    condition = condition_at([*(0.5 * (v[0] + v[-1]) for v in deviations), torques[-1]])
     angles = training_angles(pair, offline.angles_per_pitch)
     return tuple(TrainingPosition(float(phi), (condition,)) for phi in angles)
-
-
-def _deviations(offline: OfflineCase) -> tuple[tuple[float, ...], ...]:
-    return offline.in_plane_um, offline.out_of_plane_um, offline.centre_distance_um
 
 
 def training_angles(pair: GearPair, angles_per_pitch: int) -> FloatArray:

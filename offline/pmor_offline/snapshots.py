@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import astuple, replace
 from itertools import groupby
 
 import numpy as np
@@ -10,14 +9,14 @@ import numpy as np
 from pmor.arrays import FloatArray
 from pmor.contact.solve import SolvedPosition, solve_position
 from pmor.pair.model import ElasticModel
-from pmor.storage.snapshot_file import Snapshots
+from pmor.reduction.snapshots import Snapshots
 from pmor_offline.sampling import TrainingPosition
 
 
 def solve_snapshots(
     model: ElasticModel, training: TrainingPosition, estimate_percent: float = float("nan")
 ) -> Snapshots:
-    """Solve full FE at one angle for all operating conditions.
+    """Solve full FE at one angle under all its conditions.
 
     Parameters
     ----------
@@ -31,10 +30,9 @@ def solve_snapshots(
     Snapshots
     """
     solved: list[SolvedPosition] = []
-    for misalignment, conditions in groupby(training.conditions, lambda c: c.misalignment):
-        meshed = replace(model.mesh.meshed, misalignment=misalignment)
-        # Torques that follow each other under one misalignment share windows, and start from each other.
-        solved.append(solve_position(meshed, training.phi, [c.torque for c in conditions], model.elasticity_at))
+    for _, conditions in groupby(training.conditions, lambda condition: condition.axes):
+        # Torques that follow each other with the same axes share windows, and start from each other.
+        solved.append(solve_position(model.mesh.meshed, training.phi, list(conditions), model.elasticity_at))
     pairs = np.unique(np.concatenate([s.position.pair_index for s in solved]))
     count = len(training.conditions)
     force = np.zeros((count, len(pairs), 2, model.pinion.compliance.shape[1]))
@@ -51,8 +49,7 @@ def solve_snapshots(
     force[..., model.mesh.pinion.flank_held_axially] = 0.0
     return Snapshots(
         phi=training.phi,
-        torque=np.array([c.torque for c in training.conditions]),
-        misalignment=np.array([astuple(c.misalignment) for c in training.conditions]),
+        conditions=training.conditions,
         pair_index=pairs,
         force=force,
         ste_um=ste,

@@ -8,10 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmor.arrays import FloatArray
+from pmor.pair.conditions import conditions_of
 from pmor.pair.model import ElasticModel
 from pmor.pair.sweep import sweep_ste
+from pmor.reduction.basis import Training
 from pmor.results.sweep import SteSweep
-from pmor.storage.basis_file import Training
 from pmor_online.model import ReducedPair, unseen_angles
 from pmor_online.sweep import sweep_reduced_pair
 
@@ -68,10 +69,10 @@ def compare_models(
     phi = unseen_angles(
         pair.roll_position_range[0], pair.pitch, case.compare.angles, case.offline.angles_per_pitch
     )
-    torques = [1e3 * t for t in case.compare.torques_Nm]
+    conditions = conditions_of(case, case.compare.torques_Nm)
     return Comparison(
-        reduced=sweep_reduced_pair(reduced, phi, torques),
-        full=sweep_ste(model.mesh.meshed, model.elasticity_at, phi, torques, advance),
+        reduced=sweep_reduced_pair(reduced, phi, conditions),
+        full=sweep_ste(model.mesh.meshed, model.elasticity_at, phi, conditions, advance),
     )
 
 

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from pmor.arrays import FloatArray
-from pmor.contact.misalignment import OperatingCondition
-from pmor.storage.basis_file import Basis
+from pmor.contact.condition import Condition
+from pmor.reduction.basis import Basis
 from pmor_online.model import reduced_pair
 from pmor_online.sweep import TOLERANCE, sweep_reduced_pair
 
 
 def estimate_errors(
-    basis: Basis, phi: FloatArray, conditions: Sequence[OperatingCondition], tolerance: float = TOLERANCE
+    basis: Basis, phi: FloatArray, conditions: Sequence[Condition], tolerance: float = TOLERANCE
 ) -> tuple[FloatArray, FloatArray]:
     """Solve the reduced model at scattered states.
 
@@ -25,7 +24,7 @@ def estimate_errors(
         With what the error estimate needs.
     phi : ndarray, shape (n,)
         Pinion angles, rad.
-    conditions : sequence of n OperatingCondition
+    conditions : sequence of n Condition
     tolerance : float
         See `pmor_online.sweep.sweep_reduced_pair`.
 
@@ -37,9 +36,7 @@ def estimate_errors(
     reduced = reduced_pair(basis)
     ste, error = np.full((2, len(phi)), np.nan)
     for i, condition in enumerate(conditions):
-        meshed = replace(reduced.meshed, misalignment=condition.misalignment)
-        there = replace(reduced, meshed=meshed)
-        sweep = sweep_reduced_pair(there, phi[i : i + 1], [condition.torque], tolerance=tolerance)
+        sweep = sweep_reduced_pair(reduced, phi[i : i + 1], [condition], tolerance=tolerance)
         ste[i] = sweep.ste_um[0, 0]
         if sweep.ste_error_um is not None:
             error[i] = sweep.ste_error_um[0, 0]

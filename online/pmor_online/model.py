@@ -14,10 +14,11 @@ from pmor.contact.elasticity import ReducedElasticity
 from pmor.contact.flank import MeshedPair
 from pmor.contact.position import Position, active_patches
 from pmor.contact.solve import window_depth
+from pmor.pair.conditions import nominal_condition
 from pmor.pair.model import assemble_pair, gear_pair
+from pmor.reduction.basis import Basis
 from pmor.reduction.contact_shapes import ContactShapes, reduced_elasticity
 from pmor.reduction.flank_lines import line_elasticity
-from pmor.storage.basis_file import Basis
 
 LineArrays = tuple[IntArray, FloatArray, FloatArray]
 PositionArrays = tuple[float, float, np.ndarray, FloatArray, FloatArray, FloatArray, FloatArray]
@@ -74,9 +75,10 @@ class ReducedPair:
     def size(self) -> int:
         """Largest number of unknowns over a pitch under the nominal torque: amplitudes of shapes, and the rotation."""
         meshed, elasticity_at = self.meshed, self.elasticity_at
-        depth = window_depth(meshed, 1e3 * self.basis.case.torque_Nm)
+        condition = nominal_condition(self.basis.case)
+        depth = window_depth(meshed, condition)
         sizes = (
-            len(elasticity_at(active_patches(meshed, float(phi), depth)).zero())
+            len(elasticity_at(active_patches(meshed, float(phi), depth, condition.axes)).zero())
             for phi in online_angles(meshed.pair.pitch, 50)
         )
         return max(sizes) + 1

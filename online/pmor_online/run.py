@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from pmor.pair.conditions import conditions_of
 from pmor.pair.model import ElasticModel
 from pmor.progress import Progress
 from pmor.results.sweep import SteSweep
@@ -61,10 +62,10 @@ def run_online(
     """
     case, pair = reduced.basis.case, reduced.meshed.pair
     phi = online_angles(pair.pitch, case.online.angles_per_pitch)
-    torques = [1e3 * t for t in case.online.torques_Nm]
-    sweep_reduced_pair(reduced, phi[:1], torques)  # compiles: run times are those of warm code
+    conditions = conditions_of(case, case.online.torques_Nm)
+    sweep_reduced_pair(reduced, phi[:1], conditions)  # compiles: run times are those of warm code
     with Progress(len(phi), "reduced model") as progress:
-        sweep = sweep_reduced_pair(reduced, phi, torques, advance=progress.advance)
+        sweep = sweep_reduced_pair(reduced, phi, conditions, advance=progress.advance)
     failures = training_failures(reduced.basis.training) + failed_positions(sweep, "reduced model")
     comparison = None
     if model is not None:

@@ -13,6 +13,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from pmor.arrays import FloatArray
+from pmor.contact.condition import Condition, common_axes
 from pmor.contact.equilibrium import round_off_residual
 from pmor.contact.flank import KernelScheme, MeshedPair
 from pmor.contact.kernel import sweep_reduced
@@ -40,20 +41,20 @@ FOOT_STEP = 1e-4
 def sweep_reduced_pair(
     reduced: ReducedPair,
     phi: FloatArray,
-    torques: Sequence[float],
+    conditions: Sequence[Condition],
     jobs: int = 1,
     tolerance: float = TOLERANCE,
     advance: Callable[[int], None] = lambda n: None,
 ) -> SteSweep:
-    """Solve all angles and torques with the reduced model.
+    """Solve all angles under all conditions with the reduced model.
 
     Parameters
     ----------
     reduced : ReducedPair
     phi : ndarray, shape (n,)
         Pinion angles, rad; neighbours should be close, each starts from the one before.
-    torques : sequence of float
-        N mm.
+    conditions : sequence of Condition
+        Torques with the same axes.
     jobs : int
         Threads.
     tolerance : float
@@ -66,7 +67,8 @@ def sweep_reduced_pair(
     SteSweep
     """
     start = time.perf_counter()
-    angles, loads = np.ascontiguousarray(phi, dtype=float), np.asarray(torques, dtype=float)
+    angles, loads = np.ascontiguousarray(phi, dtype=float), np.array([c.given_torque for c in conditions])
+    kinematics = reduced.meshed.kinematics(common_axes(conditions))
     reach = pairs_in_reach(reduced.meshed)
     grid = len(loads), len(angles)
     lead, steps, converged = np.zeros(grid), np.zeros(grid, dtype=np.int64), np.zeros(grid, dtype=bool)
@@ -77,7 +79,7 @@ def sweep_reduced_pair(
         whole = lead, steps, converged, slope
         outputs = tuple(np.ascontiguousarray(a[:, block]) for a in whole)
         block_pairs, block_torque = pairs[block], np.ascontiguousarray(pair_torque[:, block])
-        _solve_block(reduced, angles[block], loads, tolerance, outputs, block_pairs, block_torque)
+        _solve_block(reduced, kinematics, angles[block], conditions, tolerance, outputs, block_pairs, block_torque)
         for array, part in zip(whole, outputs, strict=True):
             array[:, block] = part
         pair_torque[:, block] = block_torque
@@ -89,7 +91,7 @@ def sweep_reduced_pair(
             advance(done)
     for i in np.flatnonzero(~converged.all(axis=0)):
         outputs = lead[:, i], steps[:, i], converged[:, i], slope[:, i]
-        _solve_again(reduced, float(angles[i]), loads, outputs, pairs[i], pair_torque[:, i])
+        _solve_again(reduced, float(angles[i]), conditions, outputs, pairs[i], pair_torque[:, i])
     base_radius = reduced.meshed.pair.pinion.base_radius
     ste = np.where(converged, lead, np.nan) * base_radius * 1e3
     share, pair_index = _shares(pairs, pair_torque)
@@ -115,8 +117,9 @@ def sweep_scheme(meshed: MeshedPair) -> KernelScheme:
 
 def _solve_block(
     reduced: ReducedPair,
+    kinematics: FloatArray,
     phi: FloatArray,
-    torques: FloatArray,
+    conditions: Sequence[Condition],
     tolerance: float,
     outputs: tuple[np.ndarray, ...],
     pairs: np.ndarray,
@@ -124,10 +127,11 @@ def _solve_block(
 ) -> None:
     meshed = reduced.meshed
     lead, steps, converged, slope = outputs
+    torques = np.array([condition.given_torque for condition in conditions])
     tolerance = max(tolerance, round_off_residual(meshed, float(torques.min())))
-    depth = standing_depth(meshed, float(torques.max()))
+    depth = standing_depth(meshed, max(conditions, key=lambda condition: condition.given_torque))
     sweep_reduced(
-        phi, torques, meshed.expected_approach(1.0), meshed.geometry, meshed.gears, sweep_scheme(meshed),
+        phi, torques, meshed.expected_approach(1.0), kinematics, meshed.gears, sweep_scheme(meshed),
         reduced.family, reduced.kernel_compliance, WINDOW_MARGIN, depth, clearance(meshed.scheme), MAX_STEPS, tolerance,
         lead, steps, converged, pairs, pair_torque, slope,
     )  # fmt: skip
@@ -136,7 +140,7 @@ def _solve_block(
 def _solve_again(
     reduced: ReducedPair,
     phi: float,
-    torques: FloatArray,
+    conditions: Sequence[Condition],
     outputs: tuple[np.ndarray, ...],
     pairs: np.ndarray,
     pair_torque: np.ndarray,
@@ -144,7 +148,7 @@ def _solve_again(
     """Solve an angle by the slow twin, which takes any penalty; fill the torques that the compiled sweep left open."""
     lead, steps, converged, slope = outputs
     compliance = reduced.basis.compliance
-    solved = solve_position(reduced.meshed, phi, torques.tolist(), reduced.elasticity_at)
+    solved = solve_position(reduced.meshed, phi, conditions, reduced.elasticity_at)
     index = solved.position.pair_index
     pairs[: len(index)], pairs[len(index) :] = index, index.min() - 1
     for t, equilibrium in enumerate(solved.equilibria):

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from pmor.case import Case
     from pmor.pair.model import ElasticModel, MeshModel
-    from pmor.storage.basis_file import Basis
+    from pmor.reduction.basis import Basis
 
 
 def run(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False) -> None:

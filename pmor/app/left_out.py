@@ -14,11 +14,11 @@ import numpy as np
 from pmor.case import Case, beyond_training
 from pmor.case.width import meshed_width, mirrors_without_tilt
 from pmor.contact.flank import LOCAL_SHARE
-from pmor.contact.misalignment import Misalignment
 from pmor.contact.solve import WINDOW_MARGIN
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.gear.pair import GearPair
 from pmor.mesh.sector import SectorMesh
+from pmor.pair.conditions import axes_of, training_values
 from pmor.pair.limits import range_warnings
 from pmor.pair.model import approach_estimate, contact_scheme, gear_pair, neighbour_reach, same_body, sector_meshes
 from pmor.reduction.error_estimate import loaded_components
@@ -118,8 +118,7 @@ def full_solves(case: Case) -> int:
 
 def misalignments(case: Case) -> int:
     """Return how many misalignments a grid has."""
-    offline = case.offline
-    return math.prod(len(v) for v in (offline.in_plane_um, offline.out_of_plane_um, offline.centre_distance_um))
+    return math.prod(len(values) for values in training_values(case.offline)[:-1])
 
 
 def left_out(scene: Scene) -> list[LeftOut]:
@@ -149,8 +148,7 @@ def rows_in_reach(scene: Scene) -> int:
     local = 1.0 if case.contact.scheme == "facet" else LOCAL_SHARE
     # Line contact is on the line of action; points need a row on either side.
     spacing = 0.0 if case.contact.scheme == "line" else 1.5 * row / _subdivisions(case)[0]
-    off = case.misalignment
-    spread = Misalignment(off.in_plane_um, off.out_of_plane_um, off.centre_distance_um).spread
+    spread = axes_of(case).spread
     depth = WINDOW_MARGIN * approach_estimate(case, pair) + spread
     half = math.sqrt(2.0 * local * depth * pair.pitch_point_radius)
     return min(case.mesh.profile_elements, math.ceil(2.0 * max(half, spacing) / row) + 1)

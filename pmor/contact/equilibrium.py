@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pmor.arrays import FloatArray
+from pmor.contact.condition import Condition
 from pmor.contact.elasticity import Elasticity
 from pmor.contact.flank import MeshedPair
 from pmor.contact.position import Position
@@ -124,7 +125,7 @@ def solve_equilibrium(
     meshed: MeshedPair,
     position: Position,
     elasticity: Elasticity,
-    torque: float,
+    condition: Condition,
     start: tuple[FloatArray, float] | None = None,
     max_steps: int = 40,
     tolerance: float = 1e-9,
@@ -136,8 +137,8 @@ def solve_equilibrium(
     meshed : MeshedPair
     position : Position
     elasticity : Elasticity
-    torque : float
-        On the pinion, N mm, positive.
+    condition : Condition
+        With the axes of the position.
     start : (ndarray, float), optional
         Elastic coordinates and lead (rad) to start from; by default the undeformed pair at the expected approach.
     max_steps : int
@@ -153,12 +154,12 @@ def solve_equilibrium(
     ConvergenceError
         With the history of corrections, when the tolerance is not reached or nothing touches.
     """
-    base_radius = meshed.pair.pinion.base_radius
+    torque, base_radius = condition.given_torque, meshed.pair.pinion.base_radius
     if meshed.scheme.kind == "line":
         # An undeformed tooth would take all of it by its dent, which is steep: better too little than too much.
         approach = meshed.expected_approach(torque)
     else:
-        approach = meshed.expected_closing(torque) + expected_penetration(meshed, torque)
+        approach = meshed.expected_closing(torque, position.axes) + expected_penetration(meshed, torque)
     tolerance = max(tolerance, round_off_residual(meshed, torque))
 
     def evaluate(coordinates: FloatArray, lead: float, depth: float) -> _State:

@@ -9,8 +9,8 @@ from functools import cached_property
 import numpy as np
 
 from pmor.arrays import FloatArray
+from pmor.contact.condition import Axes
 from pmor.contact.kernel import prepare_surface, refine, section_offset
-from pmor.contact.misalignment import ALIGNED, Misalignment
 from pmor.gear.pair import GearPair
 
 # Share of the approach by which flanks interpenetrate where they meet, and which windows must hold: the rest is
@@ -150,7 +150,6 @@ class MeshedPair:
         The flanks are halves up to a plane of symmetry at mid width; every contact point counts twice.
     layers : two SurfaceLayer
         Of pinion and wheel; only the scheme "line" has them.
-    misalignment : Misalignment
     """
 
     pair: GearPair
@@ -160,7 +159,6 @@ class MeshedPair:
     stiffness_estimate: float
     mirrored: bool = False
     layers: tuple[SurfaceLayer, ...] = ()
-    misalignment: Misalignment = ALIGNED
 
     @property
     def section_widths(self) -> FloatArray:
@@ -168,17 +166,15 @@ class MeshedPair:
         half = 0.5 * np.diff(self.pinion.nodes[0, :, 2])
         return np.asarray(np.append(half, 0.0) + np.insert(half, 0, 0.0))
 
-    @cached_property
-    def geometry(self) -> FloatArray:
-        """Kinematics for the kernel (`pmor.contact.kernel`, windows)."""
-        pair = self.pair
+    def kinematics(self, axes: Axes) -> FloatArray:
+        """Kinematics with the wheel's axis in a place, for the kernel (`pmor.contact.kernel`, windows)."""
+        pair, width = self.pair, self.pair.face_width
         smallest_radius = 0.1 * pair.pinion.module
         spacing = 2.0 * max(float(flank.extents[:, :, :2].max()) for flank in (self.pinion, self.wheel))
         local = LOCAL_SHARE if self.scheme.smooth or self.scheme.exact else 1.0
         if self.scheme.kind == "line":
             spacing = 0.0  # contact is where the line of action is, not in rows of points around it
-        off, width = self.misalignment, pair.face_width
-        axis = 1e-3 * np.array([0.0, off.centre_distance_um, off.out_of_plane_um / width, off.in_plane_um / width])
+        axis = 1e-3 * np.array([0.0, axes.centre_distance_um, axes.out_of_plane_um / width, axes.in_plane_um / width])
         geometry = np.array([pair.action_length, pair.working_pressure_angle, pair.centre_distance, pair.pitch,
                              *pair.roll_position_range, smallest_radius, local, spacing, *axis, 0.0])  # fmt: skip
         first = min(section_offset(geometry, self.gears, side * 0.5 * width)[3] for side in (-1.0, 1.0))
@@ -209,12 +205,12 @@ class MeshedPair:
         """Return the approach of the flanks to expect under a pinion torque (N mm), mm."""
         return torque / self.pair.pinion.base_radius / self.stiffness_estimate
 
-    def expected_closing(self, torque: float) -> float:
-        """Return how far the first touching sections of tilted flanks close up under a pinion torque (N mm), mm.
+    def expected_closing(self, torque: float, axes: Axes) -> float:
+        """Return how far the first touching sections of flanks on tilted axes close up under a torque (N mm), mm.
 
         The gap grows evenly over the face width, which carries load as far as it is closed, like a bed of springs.
         """
-        approach, spread = self.expected_approach(torque), self.misalignment.spread
+        approach, spread = self.expected_approach(torque), axes.spread
         return approach + 0.5 * spread if approach > 0.5 * spread else math.sqrt(2.0 * approach * spread)
 
 

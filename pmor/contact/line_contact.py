@@ -130,7 +130,7 @@ def line_contact(meshed: MeshedPair, position: Position, contact: Contact) -> Li
     column = contact.place[:, 1]
     load = np.maximum(contact.force, 0.0) / widths[column]
     roll_positions = position.phi + position.pair_index * meshed.pair.pitch
-    radii = [kernel.relative_radius(meshed.geometry, meshed.gears, float(roll)) for roll in roll_positions]
+    radii = [kernel.relative_radius(position.kinematics, meshed.gears, float(roll)) for roll in roll_positions]
     radius = np.array(radii)[contact.pair]
     compliance = sum(meshed.layers[gear].compliance for gear in range(2))
     half_width = np.sqrt(2.0 * compliance * load * radius)

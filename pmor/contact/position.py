@@ -14,6 +14,7 @@ import numpy as np
 
 from pmor.arrays import FloatArray, IntArray
 from pmor.contact import kernel
+from pmor.contact.condition import ALIGNED, Axes
 from pmor.contact.flank import MeshedPair
 
 
@@ -25,6 +26,10 @@ class Position:
     ----------
     phi : float
         Pinion angle, rad.
+    axes : Axes
+        Where the wheel's axis is.
+    kinematics : ndarray
+        With the axis there, for the kernel (`MeshedPair.kinematics`).
     pair_index : ndarray of int, shape (p,)
         Tooth pairs in reach.
     windows : ndarray of int, shape (p, 2, 6)
@@ -42,6 +47,8 @@ class Position:
     """
 
     phi: float
+    axes: Axes
+    kinematics: FloatArray
     pair_index: IntArray
     windows: IntArray
     first_row: IntArray
@@ -56,7 +63,7 @@ class Position:
         return slice(offset, offset + len(self.flank_nodes[pair][gear]))
 
 
-def active_patches(meshed: MeshedPair, phi: float, depth: float) -> Position:
+def active_patches(meshed: MeshedPair, phi: float, depth: float, axes: Axes = ALIGNED) -> Position:
     """Find the windows that can touch.
 
     Parameters
@@ -66,6 +73,7 @@ def active_patches(meshed: MeshedPair, phi: float, depth: float) -> Position:
         Pinion angle, rad.
     depth : float
         Largest approach of the flanks to allow for: deflection, penetration and surface error, mm.
+    axes : Axes
 
     Returns
     -------
@@ -74,7 +82,8 @@ def active_patches(meshed: MeshedPair, phi: float, depth: float) -> Position:
     reachable = pairs_in_reach(meshed)
     indices, windows = np.zeros(reachable, dtype=np.int64), np.zeros((reachable, 2, 6), dtype=np.int64)
     first_row, centre = np.zeros((reachable, 2), dtype=np.int64), np.zeros((reachable, 2))
-    pairs, _ = kernel.place_windows(phi, depth, meshed.geometry, meshed.gears, indices, windows, first_row, centre)
+    kinematics = meshed.kinematics(axes)
+    pairs, _ = kernel.place_windows(phi, depth, kinematics, meshed.gears, indices, windows, first_row, centre)
     flank_nodes, coordinates = [], []
     for p in range(pairs):
         numbers = []
@@ -85,8 +94,8 @@ def active_patches(meshed: MeshedPair, phi: float, depth: float) -> Position:
             coordinates.append(flank.nodes[rows].reshape(-1, 3))
         flank_nodes.append((numbers[0], numbers[1]))
     nodes = np.concatenate(coordinates) if coordinates else np.empty((0, 3))
-    return Position(phi, indices[:pairs], windows[:pairs], first_row[:pairs], tuple(flank_nodes), nodes,
-                    centre[:pairs], depth)  # fmt: skip
+    return Position(phi, axes, kinematics, indices[:pairs], windows[:pairs], first_row[:pairs], tuple(flank_nodes),
+                    nodes, centre[:pairs], depth)  # fmt: skip
 
 
 def pairs_in_reach(meshed: MeshedPair) -> int:
@@ -97,10 +106,12 @@ def pairs_in_reach(meshed: MeshedPair) -> int:
 
 def overshoot(meshed: MeshedPair, depth: float) -> float:
     """Return how far beyond the path of contact an approach `depth` (mm) makes a pair touch, rad of roll position."""
-    return float(kernel.overshoot(meshed.geometry, meshed.gears, depth))
+    return float(kernel.overshoot(meshed.kinematics(ALIGNED), meshed.gears, depth))
 
 
-def relative_motion(meshed: MeshedPair, roll_position: float, lead: float) -> tuple[FloatArray, FloatArray]:
+def relative_motion(
+    meshed: MeshedPair, roll_position: float, lead: float, axes: Axes = ALIGNED
+) -> tuple[FloatArray, FloatArray]:
     """Return the rigid motion from the pinion tooth's frame into the mating wheel tooth's frame.
 
     Parameters
@@ -110,6 +121,7 @@ def relative_motion(meshed: MeshedPair, roll_position: float, lead: float) -> tu
         Kinematic roll position of the pinion tooth, rad.
     lead : float
         Rotation of the pinion ahead of its kinematic position, rad.
+    axes : Axes
 
     Returns
     -------
@@ -118,5 +130,5 @@ def relative_motion(meshed: MeshedPair, roll_position: float, lead: float) -> tu
         ``x_wheel = rotation x_pinion + shift``; `shift` is also where the pinion's axis is, mm.
     """
     rotation, shift = np.empty((3, 3)), np.empty(3)
-    kernel.relative_motion(meshed.geometry, meshed.gears, roll_position, lead, rotation, shift)
+    kernel.relative_motion(meshed.kinematics(axes), meshed.gears, roll_position, lead, rotation, shift)
     return rotation, shift

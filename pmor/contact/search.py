@@ -110,7 +110,7 @@ def search_contact(
     nodes = displacement if meshed.scheme.exact else position.nodes + displacement
     count, smallest, touches_border = search_all(
         position.phi, lead, nodes, pairs, position.pair_index, position.windows,
-        position.first_row, position.centre, meshed.geometry, meshed.gears, scheme,
+        position.first_row, position.centre, position.kinematics, meshed.gears, scheme,
         clearance(meshed.scheme) * position.depth, largest_gap, np.full(memory, -1), np.empty(memory), pair, slave,
         (index, weight, gap, stiffness, lever, mate_lever, place, np.empty(room)),
     )  # fmt: skip

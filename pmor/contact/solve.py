@@ -1,4 +1,4 @@
-"""Equilibrium at one pinion angle for several torques, with windows that grow when contact reaches their border."""
+"""States of one pinion angle under several conditions, with windows that grow when contact reaches their border."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pmor.contact.condition import Condition, common_axes
 from pmor.contact.elasticity import Elasticity
 from pmor.contact.equilibrium import Equilibrium, expected_penetration, solve_equilibrium
 from pmor.contact.flank import MeshedPair
@@ -28,9 +29,9 @@ class SolvedPosition:
     ----------
     position : Position
     equilibria : tuple of Equilibrium or None
-        One for each torque; None where Newton did not converge.
+        One for each condition; None where Newton did not converge.
     failures : tuple of str
-        What went wrong, for the torques that failed.
+        What went wrong, for the conditions that failed.
     """
 
     position: Position
@@ -39,7 +40,7 @@ class SolvedPosition:
 
 
 def solve_position(
-    meshed: MeshedPair, phi: float, torques: Sequence[float], elasticity_at: ElasticityAt
+    meshed: MeshedPair, phi: float, conditions: Sequence[Condition], elasticity_at: ElasticityAt
 ) -> SolvedPosition:
     """Solve for the equilibria at one pinion angle.
 
@@ -48,8 +49,8 @@ def solve_position(
     meshed : MeshedPair
     phi : float
         Pinion angle, rad.
-    torques : sequence of float
-        N mm; each solution starts from the one before.
+    conditions : sequence of Condition
+        With the same axes: they share windows, and each solution starts from the one before.
     elasticity_at : callable
         Gives the elastic model of a position's windows.
 
@@ -57,10 +58,11 @@ def solve_position(
     -------
     SolvedPosition
     """
-    depth = window_depth(meshed, max(torques))
+    axes = common_axes(conditions)
+    depth = max(window_depth(meshed, condition) for condition in conditions)
     while True:
-        position = active_patches(meshed, phi, depth)
-        solved = _solve_within(position, meshed, torques, elasticity_at)
+        position = active_patches(meshed, phi, depth, axes)
+        solved = _solve_within(position, meshed, conditions, elasticity_at)
         # Contact that comes and goes at a window's border has no equilibrium there.
         failed = bool(solved.failures) and not _whole(position)
         if not failed and not any(e is not None and e.contact.touches_border for e in solved.equilibria):
@@ -74,16 +76,17 @@ def _whole(position: Position) -> bool:
 
 
 def _solve_within(
-    position: Position, meshed: MeshedPair, torques: Sequence[float], elasticity_at: ElasticityAt
+    position: Position, meshed: MeshedPair, conditions: Sequence[Condition], elasticity_at: ElasticityAt
 ) -> SolvedPosition:
     elasticity = elasticity_at(position)
     equilibria: list[Equilibrium | None] = []
     failures: list[str] = []
     previous: tuple[Equilibrium, float] | None = None
-    for torque in torques:
+    for condition in conditions:
+        torque = condition.given_torque
         start = previous[0].scaled_start(torque / previous[1]) if previous else None
         try:
-            equilibrium = solve_equilibrium(meshed, position, elasticity, torque, start)
+            equilibrium = solve_equilibrium(meshed, position, elasticity, condition, start)
             previous = equilibrium, torque
             equilibria.append(equilibrium)
         except ConvergenceError as error:
@@ -92,20 +95,21 @@ def _solve_within(
     return SolvedPosition(position, tuple(equilibria), tuple(failures))
 
 
-def window_depth(meshed: MeshedPair, torque: float) -> float:
-    """Return the approach of the flanks for which windows are first cut under a pinion torque (N mm), mm."""
-    return WINDOW_MARGIN * meshed.expected_approach(torque) + standing_depth(meshed, torque)
+def window_depth(meshed: MeshedPair, condition: Condition) -> float:
+    """Return the approach of the flanks for which windows are first cut, mm."""
+    return WINDOW_MARGIN * meshed.expected_approach(condition.given_torque) + standing_depth(meshed, condition)
 
 
-def standing_depth(meshed: MeshedPair, torque: float) -> float:
+def standing_depth(meshed: MeshedPair, condition: Condition) -> float:
     """Return what windows must hold beside the elastic approach, mm.
 
-    Surface error, what a misalignment makes of the gap over the width, and penetration of a soft penalty.
+    Surface error, what axes out of place make of the gap over the width, and penetration of a soft penalty.
 
     Where the penetration is less than the elastic approach, the margin of the windows covers it.
     """
+    torque = condition.given_torque
     excess = expected_penetration(meshed, torque) - meshed.expected_approach(torque)
-    return surface_error(meshed) + meshed.misalignment.spread + WINDOW_MARGIN * max(excess, 0.0)
+    return surface_error(meshed) + condition.axes.spread + WINDOW_MARGIN * max(excess, 0.0)
 
 
 def surface_error(meshed: MeshedPair) -> float:

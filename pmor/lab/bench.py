@@ -29,6 +29,7 @@ from pmor.contact.solve import window_depth
 from pmor.fe.assembly import assemble
 from pmor.fe.condensation import condense_sector
 from pmor.fe.cyclic import elastic_gear
+from pmor.pair.conditions import conditions_of, nominal_condition
 from pmor.pair.model import elastic_model, mesh_model, neighbour_reach
 from pmor.progress import Progress
 from pmor.storage.basis_file import read_basis
@@ -149,7 +150,7 @@ def sweep_rows(listed: list[Variant], models: list[ReducedPair]) -> list[Row]:
         for repeat in range(-1, REPEATS):  # the first round warms up
             for variant, model, found in zip(listed, models, times, strict=True):
                 phi = online_angles(model.meshed.pair.pitch, ANGLES)
-                sweep = sweep_reduced_pair(model, phi, [1e3 * variant.case.torque_Nm])
+                sweep = sweep_reduced_pair(model, phi, [nominal_condition(variant.case)])
                 if repeat >= 0:
                     found.append(1e3 * sweep.seconds / ANGLES)
             if repeat >= 0:
@@ -162,17 +163,18 @@ def sweep_rows(listed: list[Variant], models: list[ReducedPair]) -> list[Row]:
 
 def phase_rows(case: Case, model: ReducedPair) -> list[Row]:
     """Time the phases of one evaluation, averaged over a pitch."""
-    meshed, torque = model.meshed, 1e3 * case.torque_Nm
+    meshed, condition = model.meshed, nominal_condition(case)
+    torque, kinematics = condition.given_torque, meshed.kinematics(condition.axes)
     scheme, family, reach = sweep_scheme(meshed), model.family, pairs_in_reach(meshed)
-    approach, depth = meshed.expected_approach(torque), window_depth(meshed, torque)
-    problem = meshed.geometry, scheme, torque
+    approach, depth = meshed.expected_approach(torque), window_depth(meshed, condition)
+    problem = kinematics, scheme, torque
     # Exact flanks have no surfaces to prepare.
     phases = [i for i, name in enumerate(PHASES) if name != "surfaces" or not meshed.scheme.exact]
     found: dict[int, list[float]] = {phase: [] for phase in phases}
     points = []
     for phi in online_angles(meshed.pair.pitch, 20):
         state, position, members = kernel.place_position(
-            float(phi), depth, reach, meshed.geometry, meshed.gears, scheme, family, clearance(meshed.scheme)
+            float(phi), depth, reach, kinematics, meshed.gears, scheme, family, clearance(meshed.scheme)
         )
         coordinates = np.zeros(position[7])
         lead = kernel.solve_cold(state, position, problem, members, approach, coordinates, 40, TOLERANCE)[0]
@@ -182,7 +184,7 @@ def phase_rows(case: Case, model: ReducedPair) -> list[Row]:
             start = time.perf_counter()
             kernel.repeat_phase(phase, PHASE_LOOPS, *arguments)
             found[phase].append(1e3 * (time.perf_counter() - start) / PHASE_LOOPS)
-    sweep = sweep_reduced_pair(model, online_angles(meshed.pair.pitch, ANGLES), [torque])
+    sweep = sweep_reduced_pair(model, online_angles(meshed.pair.pitch, ANGLES), [condition])
     evaluations = float(np.mean(sweep.newton_steps)) + 1.0
     return [
         {**_row(f"phase: {PHASES[phase]}", case, [float(np.mean(times))], PHASE_LOOPS),
@@ -194,12 +196,12 @@ def phase_rows(case: Case, model: ReducedPair) -> list[Row]:
 def parallel_rows(case: Case, model: ReducedPair, jobs: int) -> list[Row]:
     """Time a sweep of 100 angles x 100 torques with one thread and with `jobs`; say whether they agree to the bit."""
     phi = online_angles(model.meshed.pair.pitch, 100)
-    torques = list(1e3 * case.torque_Nm * np.linspace(0.1, case.offline.torques_Nm[-1] / case.torque_Nm, 100))
+    loads = case.torque_Nm * np.linspace(0.1, case.offline.torques_Nm[-1] / case.torque_Nm, 100)
     times: dict[int, list[float]] = {1: [], jobs: []}
     results = {}
     for _ in range(5):
         for threads, found in times.items():
-            results[threads] = sweep_reduced_pair(model, phi, torques, jobs=threads)
+            results[threads] = sweep_reduced_pair(model, phi, conditions_of(case, loads), jobs=threads)
             found.append(1e3 * results[threads].seconds)
     same = bool(np.array_equal(results[1].ste_um, results[jobs].ste_um))
     efficiency = median(times[1]) / (jobs * median(times[jobs]))

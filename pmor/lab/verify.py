@@ -10,23 +10,24 @@ error at states that it never saw: both within what the error estimate promises,
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from pmor_online.errors import estimate_errors
 from pmor_online.model import reduced_pair
 
 from pmor.arrays import FloatArray
+from pmor.contact.condition import Condition
 from pmor.contact.elasticity import full_elasticity
-from pmor.contact.misalignment import Misalignment, OperatingCondition
 from pmor.contact.position import active_patches
 from pmor.contact.solve import solve_position, window_depth
 from pmor.fe.cyclic import ElasticGear
+from pmor.pair.conditions import axes_of, condition_at, training_values
 from pmor.pair.model import ElasticModel
+from pmor.reduction.basis import Basis
 from pmor.reduction.contact_shapes import ContactShapes, shapes_of
 from pmor.reduction.error_estimate import flank_compliance
 from pmor.reduction.flank_lines import FlankLineShapes, gear_lines
-from pmor.storage.basis_file import Basis
 
 Bodies = tuple[ElasticGear, ElasticGear]
 
@@ -149,13 +150,14 @@ def _orthonormality(basis: Basis, model: ElasticModel) -> Check:
     """Unit coordinates of the reduced elasticity store the energy 1/2 each, and none together: U^T C^-1 U = I."""
     reduced, rng = reduced_pair(basis), np.random.default_rng(SEED)
     meshed = reduced.meshed
-    depth = window_depth(meshed, 1e3 * basis.case.offline.torques_Nm[-1])
+    largest = Condition(torque=1e3 * basis.case.offline.torques_Nm[-1], axes=axes_of(basis.case))
+    depth = window_depth(meshed, largest)
     if isinstance(basis.shapes, ContactShapes):
         # Their forces may reach beyond the windows, but not beyond the flanks.
         depth = meshed.pair.pinion.base_radius
     worst = 0.0
     for phi in meshed.pair.pitch * rng.random(ANGLES):
-        position = active_patches(meshed, float(phi), depth)
+        position = active_patches(meshed, float(phi), depth, largest.axes)
         compliance = full_elasticity(model.pinion, model.wheel, position).compliance
         members = reduced.elasticity_at(position).basis.reshape(len(compliance), -1)
         energy = members.T @ _forces_behind(compliance, members)
@@ -176,10 +178,7 @@ def _training_states(basis: Basis) -> Check:
     training, rng = basis.training, np.random.default_rng(SEED)
     states = np.argwhere(training.converged)
     states = states[np.sort(rng.permutation(len(states))[:TRAINING_STATES])]
-    conditions = [
-        OperatingCondition(float(training.torque[t, i]), Misalignment(*map(float, training.misalignment[t, i])))
-        for t, i in states
-    ]
+    conditions = [training.conditions[i][t] for t, i in states]
     ste, estimate = estimate_errors(basis, training.phi[states[:, 1]], conditions, TOLERANCE)
     trained = training.ste_um[states[:, 0], states[:, 1]]
     if basis.compliance is None:
@@ -200,8 +199,8 @@ def _unseen_states(basis: Basis, model: ElasticModel, advance: Callable[[], None
     ste, estimate = estimate_errors(basis, phi, conditions, TOLERANCE)
     truth = np.empty(len(phi))
     for i, condition in enumerate(conditions):
-        meshed = replace(model.mesh.meshed, misalignment=condition.misalignment)
-        state = solve_position(meshed, float(phi[i]), [condition.torque], model.elasticity_at).equilibria[0]
+        meshed = model.mesh.meshed
+        state = solve_position(meshed, float(phi[i]), [condition], model.elasticity_at).equilibria[0]
         truth[i] = 1e3 * meshed.pair.pinion.base_radius * state.lead if state else np.nan
         advance()
     # Where full FE does not converge there is nothing to hold an estimate against.
@@ -216,17 +215,13 @@ def _unseen_states(basis: Basis, model: ElasticModel, advance: Callable[[], None
     )  # fmt: skip
 
 
-def _random_states(basis: Basis, model: ElasticModel) -> tuple[FloatArray, list[OperatingCondition]]:
+def _random_states(basis: Basis, model: ElasticModel) -> tuple[FloatArray, list[Condition]]:
     offline, pair, rng = basis.case.offline, model.mesh.meshed.pair, np.random.default_rng(SEED)
-    ranges = (offline.in_plane_um, offline.out_of_plane_um, offline.centre_distance_um, offline.torques_Nm)
+    ranges = training_values(offline)
     draws = rng.random((UNSEEN_STATES, 1 + len(ranges)))
     low, high = np.array([r[0] for r in ranges]), np.array([r[-1] for r in ranges])
     states = low + draws[:, 1:] * (high - low)
-    conditions = [
-        OperatingCondition(1e3 * float(torque), Misalignment(*map(float, deviations)))
-        for *deviations, torque in states
-    ]
-    return pair.roll_position_range[0] + pair.pitch * draws[:, 0], conditions
+    return pair.roll_position_range[0] + pair.pitch * draws[:, 0], [condition_at(state) for state in states]
 
 
 def _factors(estimated: FloatArray, true: FloatArray) -> FloatArray:

@@ -15,7 +15,6 @@ from pmor.case.width import meshed_width
 from pmor.contact.elasticity import full_elasticity
 from pmor.contact.flank import ContactScheme, MeshedPair, SurfaceLayer, make_flank
 from pmor.contact.line_contact import approach_constants, check_half_width, line_compliance
-from pmor.contact.misalignment import Misalignment
 from pmor.contact.solve import ElasticityAt
 from pmor.errors import GeometryError, MeshError
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance
@@ -195,9 +194,7 @@ def assemble_pair(
     if scheme.kind == "line":
         layers = _layer(case, case.pair.pinion, pair.pinion), _layer(case, case.pair.wheel, pair.wheel)
     flanks = [make_flank(n, u, scheme, mirrored) for n, u in zip(nodes, roll_angles, strict=True)]
-    off = case.misalignment
-    misalignment = Misalignment(off.in_plane_um, off.out_of_plane_um, off.centre_distance_um)
-    return MeshedPair(pair, flanks[0], flanks[1], scheme, stiffness_estimate(case), mirrored, layers, misalignment)
+    return MeshedPair(pair, flanks[0], flanks[1], scheme, stiffness_estimate(case), mirrored, layers)
 
 
 def elastic_model(case: Case, mesh: MeshModel, keep_volume: bool = False) -> ElasticModel:

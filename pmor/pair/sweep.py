@@ -1,4 +1,4 @@
-"""Sweep over pinion angles and torques, with any elastic model: full and reduced go the same way."""
+"""Sweep over pinion angles and conditions, with any elastic model: full and reduced go the same way."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from pmor.arrays import FloatArray
+from pmor.contact.condition import Condition
 from pmor.contact.flank import MeshedPair
 from pmor.contact.solve import ElasticityAt, SolvedPosition, solve_position
 from pmor.results.sweep import SteSweep
@@ -17,10 +18,10 @@ def sweep_ste(
     meshed: MeshedPair,
     elasticity_at: ElasticityAt,
     phi: FloatArray,
-    torques: Sequence[float],
+    conditions: Sequence[Condition],
     advance: Callable[[], None] = lambda: None,
 ) -> SteSweep:
-    """Solve all angles and torques.
+    """Solve all angles under all conditions.
 
     Parameters
     ----------
@@ -29,8 +30,8 @@ def sweep_ste(
         Gives the elastic model of a position's windows.
     phi : ndarray, shape (n,)
         Pinion angles, rad.
-    torques : sequence of float
-        N mm.
+    conditions : sequence of Condition
+        Torques with the same axes.
     advance : callable
         Called after each angle, for progress.
 
@@ -41,17 +42,18 @@ def sweep_ste(
     start = time.perf_counter()
     solved = []
     for angle in phi:
-        solved.append(solve_position(meshed, float(angle), torques, elasticity_at))
+        solved.append(solve_position(meshed, float(angle), conditions, elasticity_at))
         advance()
-    return collect_sweep(meshed, solved, phi, torques, time.perf_counter() - start)
+    return collect_sweep(meshed, solved, phi, conditions, time.perf_counter() - start)
 
 
 def collect_sweep(
-    meshed: MeshedPair, solved: Sequence[SolvedPosition], phi: FloatArray, torques: Sequence[float], seconds: float
-) -> SteSweep:
+    meshed: MeshedPair, solved: Sequence[SolvedPosition], phi: FloatArray, conditions: Sequence[Condition],
+    seconds: float,
+) -> SteSweep:  # fmt: skip
     """Collect solved positions into a sweep; arguments as in `sweep_ste`, `seconds` is its wall time."""
     pairs = np.unique(np.concatenate([s.position.pair_index for s in solved]))
-    grid = (len(torques), len(phi))
+    grid = (len(conditions), len(phi))
     ste, steps = np.full(grid, np.nan), np.zeros(grid, dtype=np.int64)
     converged, share = np.zeros(grid, dtype=bool), np.zeros((*grid, len(pairs)))
     for i, position in enumerate(solved):
@@ -66,7 +68,7 @@ def collect_sweep(
     used = np.flatnonzero(share.any(axis=(0, 1)))
     return SteSweep(
         phi_rad=np.asarray(phi, dtype=float),
-        torque_Nm=np.asarray(torques, dtype=float) * 1e-3,
+        torque_Nm=np.array([condition.given_torque for condition in conditions]) * 1e-3,
         ste_um=ste,
         pair_share=share[..., used],
         pair_index=pairs[used],

@@ -6,6 +6,7 @@ import numpy as np
 from pmor_online.model import ReducedPair
 
 from pmor.arrays import FloatArray
+from pmor.contact.condition import Condition
 from pmor.contact.flank import MeshedPair
 from pmor.contact.line_contact import line_contact
 from pmor.contact.position import Position
@@ -19,7 +20,7 @@ Pressure = tuple[FloatArray, FloatArray, FloatArray]
 PROFILE_POINTS = 61
 
 
-def contact_patterns(reduced: ReducedPair, phi: float, torque: float) -> list[Pattern]:
+def contact_patterns(reduced: ReducedPair, phi: float, condition: Condition) -> list[Pattern]:
     """Return the pressure of each loaded tooth pair on the active patches of the gear whose points carry it.
 
     Parameters
@@ -27,8 +28,7 @@ def contact_patterns(reduced: ReducedPair, phi: float, torque: float) -> list[Pa
     reduced : ReducedPair
     phi : float
         Pinion angle, rad.
-    torque : float
-        N mm.
+    condition : Condition
 
     Returns
     -------
@@ -37,7 +37,7 @@ def contact_patterns(reduced: ReducedPair, phi: float, torque: float) -> list[Pa
     """
     meshed = reduced.meshed
     pressure_of = {"nodal": _nodal_pressure, "strip": _strip_pressure, "line": _line_pressure}[meshed.scheme.kind]
-    solved = solve_position(meshed, phi, [torque], reduced.elasticity_at)
+    solved = solve_position(meshed, phi, [condition], reduced.elasticity_at)
     equilibrium, position = solved.equilibria[0], solved.position
     if equilibrium is None:
         return []
@@ -52,7 +52,7 @@ def contact_patterns(reduced: ReducedPair, phi: float, torque: float) -> list[Pa
         roll, z, pressure = pressure_of(meshed, position, contact, p, slave, mine)
         if meshed.mirrored:
             z, pressure = np.append(z, -z[-2::-1]), np.append(pressure, pressure[:, -2::-1], axis=1)
-        title = f"{('Pinion', 'Wheel')[slave]} flank, {100 * torques[p] / torque:.0f} % of torque"
+        title = f"{('Pinion', 'Wheel')[slave]} flank, {100 * torques[p] / condition.given_torque:.0f} % of torque"
         patterns.append((title, np.degrees(roll), z, pressure))
     return patterns
 

@@ -13,6 +13,7 @@ from pmor_online.run import OnlineResult
 from pmor.case import Case, describe
 from pmor.gear.classical.formulas import classical_results
 from pmor.mesh.sector import SectorMesh
+from pmor.pair.conditions import nominal_condition
 from pmor.report.contact_pattern import contact_patterns
 from pmor.report.mesh_figure import mesh_figure
 from pmor.report.page import Block, Heading, Picture, Warning, write_page
@@ -196,14 +197,14 @@ def _classical_arguments(case: Case) -> dict[str, Any]:
 
 def _patterns(result: OnlineResult) -> list[tuple[str, np.ndarray, np.ndarray, np.ndarray]]:
     """Contact patterns in the middle of the double and of the single contact."""
-    sweep, torque = result.sweep, 1e3 * result.reduced.basis.case.torque_Nm
+    sweep, condition = result.sweep, nominal_condition(result.reduced.basis.case)
     single = single_pair_zone(sweep, result.nominal)
     n = len(sweep.phi_rad)
     if len(single) in (0, n):
         middles = [n // 2]
     else:
         middles = [int(single[len(single) // 2] + n // 2) % n, int(single[len(single) // 2])]
-    return [p for i in middles for p in contact_patterns(result.reduced, float(sweep.phi_rad[i]), torque)]
+    return [p for i in middles for p in contact_patterns(result.reduced, float(sweep.phi_rad[i]), condition)]
 
 
 def _mesh_figure(mesh: SectorMesh) -> Figure:

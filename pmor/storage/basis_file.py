@@ -3,78 +3,23 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
 from pathlib import Path
 
 import h5py
 import numpy as np
 
-from pmor.arrays import BoolArray, FloatArray
+from pmor.arrays import FloatArray
 from pmor.case import Case, basis_key, describe, parse_case, text_of
 from pmor.errors import FileFormatError
+from pmor.reduction.basis import Basis, Training
 from pmor.reduction.contact_shapes import ContactShapes
 from pmor.reduction.error_estimate import FlankCompliance
 from pmor.reduction.flank_lines import FlankLineShapes, GearLines
+from pmor.storage.condition_table import read_conditions, write_conditions
 from pmor.storage.hdf5 import Field, Schema, attribute, create, open_checked, read, set_attributes, write
 
-BASIS_SCHEMA = Schema("pmor-basis", 4, "make it anew with 'pmor offline'")
+BASIS_SCHEMA = Schema("pmor-basis", 5, "make it anew with 'pmor offline'")
 GEARS = ("pinion", "wheel")
-
-
-@dataclass(frozen=True)
-class Training:
-    """The full-FE solutions that a basis was made from: n angles with T operating conditions each.
-
-    Parameters
-    ----------
-    phi : ndarray, shape (n,)
-        Pinion angles, rad.
-    torque : ndarray, shape (T, n)
-        N mm.
-    misalignment : ndarray, shape (T, n, 3)
-        In plane, out of plane, centre distance (`pmor.contact.misalignment`), um.
-    ste_um : ndarray, shape (T, n)
-        Static transmission error of full FE, um; NaN where it did not converge.
-    converged : ndarray of bool, shape (T, n)
-    estimate_percent : ndarray, shape (n,), or None
-        Of a greedy sampling: largest error estimate anywhere, over the STE, before each angle was solved; NaN for those
-        that it began with.
-    seconds : float
-        Wall time of the offline stage.
-    """
-
-    phi: FloatArray
-    torque: FloatArray
-    misalignment: FloatArray
-    ste_um: FloatArray
-    converged: BoolArray
-    estimate_percent: FloatArray | None
-    seconds: float
-
-
-@dataclass(frozen=True)
-class Basis:
-    """A reduced basis with all that the online stage needs.
-
-    Parameters
-    ----------
-    case : Case
-    flank_nodes : two ndarrays, shape (n + 1, m + 1, 3)
-        Pinion and wheel, mm; as much of the width as is meshed (`pmor.case.width`), like the shapes.
-    flank_roll_angle : two ndarrays, shape (n + 1,)
-        rad.
-    shapes : FlankLineShapes or ContactShapes
-    training : Training
-    compliance : FlankCompliance or None
-        For the error estimate; None when the case does not ask for it.
-    """
-
-    case: Case
-    flank_nodes: tuple[FloatArray, FloatArray]
-    flank_roll_angle: tuple[FloatArray, FloatArray]
-    shapes: FlankLineShapes | ContactShapes
-    training: Training
-    compliance: FlankCompliance | None
 
 
 def write_basis(path: Path, basis: Basis, force: FloatArray, overwrite: bool = False) -> None:
@@ -85,7 +30,7 @@ def write_basis(path: Path, basis: Basis, force: FloatArray, overwrite: bool = F
     path : Path
     basis : Basis
     force : ndarray, shape (M, T, 2, f)
-        Nodal forces of full FE over roll position and operating condition (off a grid: of M loaded tooth pairs, T = 1),
+        Nodal forces of full FE over roll position and condition (off a grid: of M loaded tooth pairs, T = 1),
         N, those on a node and on its image together: not needed online, kept for checks and for later enrichment.
     overwrite : bool
 
@@ -117,9 +62,7 @@ def write_basis(path: Path, basis: Basis, force: FloatArray, overwrite: bool = F
             _write_compliance(file.create_group("error_estimate"), basis.compliance)
         group = file.create_group("training")
         write(group, "phi", training.phi, Field("rad", "angle", "pinion angle"))
-        write(group, "torque", training.torque, Field("N mm", "condition, angle", "pinion torque"))
-        deviations = Field("um", "condition, angle, deviation", "misalignment in plane, out of plane, centre distance")
-        write(group, "misalignment", training.misalignment, deviations)
+        write_conditions(group, training.conditions)
         write(group, "ste", training.ste_um, Field("um", "condition, angle", "static transmission error of full FE"))
         write(group, "converged", training.converged, Field("1", "condition, angle", "whether full FE converged"))
         if training.estimate_percent is not None:
@@ -148,8 +91,7 @@ def read_basis(path: Path) -> Basis:
             shapes = _read_positions(file["shapes"])
         training = Training(
             phi=read(file["training"], "phi"),
-            torque=read(file["training"], "torque"),
-            misalignment=read(file["training"], "misalignment"),
+            conditions=read_conditions(file["training"]),
             ste_um=read(file["training"], "ste", finite=False),
             converged=read(file["training"], "converged"),
             estimate_percent=_read_decay(file["training"], case),

@@ -12,6 +12,7 @@ import pmor.contact.equilibrium
 import pmor.contact.flank
 import pmor.contact.solve
 from pmor.contact import kernel
+from pmor.contact.condition import at_torques
 from pmor.contact.position import active_patches
 from pmor.contact.solve import solve_position
 from pmor.pair.sweep import sweep_ste
@@ -31,7 +32,7 @@ def tight_leads_um(reduced, phi, torques):
     """STE by the slow twin, shape (torques, angles): solved to the last digit, and a last step like the sweep's."""
     ste = np.full((len(torques), len(phi)), np.nan)
     for i, angle in enumerate(phi):
-        solved = solve_position(reduced.meshed, float(angle), torques, reduced.elasticity_at)
+        solved = solve_position(reduced.meshed, float(angle), at_torques(torques), reduced.elasticity_at)
         elasticity = reduced.elasticity_at(solved.position)
         for t, e in enumerate(solved.equilibria):
             if e is None:
@@ -53,7 +54,7 @@ def test_compiled_sweep_is_its_slow_twin_to_the_last_places(slave, reduced, monk
     monkeypatch.setattr(pmor.contact.solve, "solve_equilibrium", solve)
     reduced = with_slave(reduced, slave)
     phi = reduced.meshed.pair.pitch * np.arange(40) / 40
-    fast = sweep_reduced_pair(reduced, phi, [60e3, 100e3], tolerance=1e-10)
+    fast = sweep_reduced_pair(reduced, phi, at_torques([60e3, 100e3]), tolerance=1e-10)
     slow = tight_leads_um(reduced, phi, [60e3, 100e3])
     both = fast.converged & np.isfinite(slow)
     assert both.mean() > 0.9, "round-off seldom stops Newton above 1e-10"
@@ -73,8 +74,8 @@ def with_slave(reduced, slave):
 def test_compiled_sweep_is_its_slow_twin(reduced):
     phi = reduced.meshed.pair.pitch * np.arange(5) / 5
     torques = [60e3, 100e3]
-    slow = sweep_ste(reduced.meshed, reduced.elasticity_at, phi, torques)
-    fast = sweep_reduced_pair(reduced, phi, torques)
+    slow = sweep_ste(reduced.meshed, reduced.elasticity_at, phi, at_torques(torques))
+    fast = sweep_reduced_pair(reduced, phi, at_torques(torques))
     assert slow.converged.all()
     assert fast.converged.all()
     assert_allclose(fast.ste_um, slow.ste_um, rtol=LAST_STEP)
@@ -88,7 +89,7 @@ def test_compiled_sweep_is_its_slow_twin(reduced):
 @pytest.mark.jit
 def test_the_last_step_leaves_next_to_nothing(reduced):
     phi = reduced.meshed.pair.pitch * np.arange(100) / 100
-    usual, tight = (sweep_reduced_pair(reduced, phi, [60e3, 100e3], **t) for t in ({}, {"tolerance": 1e-9}))
+    usual, tight = (sweep_reduced_pair(reduced, phi, at_torques([60e3, 100e3]), **t) for t in ({}, {"tolerance": 1e-9}))
     assert usual.converged.all()
     both = tight.converged
     assert both.mean() > 0.98, "round-off hardly ever stops Newton above 1e-9"
@@ -99,7 +100,7 @@ def test_the_last_step_leaves_next_to_nothing(reduced):
 
 def cold_sweeps(reduced, phi, torques, **options):
     """Each angle on its own."""
-    return [sweep_reduced_pair(reduced, phi[i : i + 1], torques, **options) for i in range(len(phi))]
+    return [sweep_reduced_pair(reduced, phi[i : i + 1], at_torques(torques), **options) for i in range(len(phi))]
 
 
 @pytest.mark.jit
@@ -107,7 +108,7 @@ def test_where_a_sweep_starts_does_not_change_it(reduced):
     """Each angle from the amplitudes of the one before, carried along with the contact, or from nothing."""
     phi, torques = reduced.meshed.pair.pitch * np.arange(7) / 7, [60e3, 100e3]
     cold = np.concatenate([sweep.ste_um for sweep in cold_sweeps(reduced, phi, torques, tolerance=1e-9)], axis=1)
-    forth, back = (sweep_reduced_pair(reduced, p, torques, tolerance=1e-9).ste_um for p in (phi, phi[::-1]))
+    forth, back = (sweep_reduced_pair(reduced, p, at_torques(torques), tolerance=1e-9).ste_um for p in (phi, phi[::-1]))
     assert_allclose(forth, cold, rtol=NEWTON)
     assert_allclose(back[:, ::-1], cold, rtol=NEWTON)
 
@@ -148,7 +149,7 @@ def test_amplitudes_of_lines_are_carried_along_with_the_contact(reduced_by):
 def test_a_start_from_the_neighbour_saves_steps(reduced):
     phi = reduced.meshed.pair.pitch * np.arange(200) / 200
     cold = np.mean([sweep.newton_steps for sweep in cold_sweeps(reduced, phi, [100e3])])
-    assert sweep_reduced_pair(reduced, phi, [100e3]).newton_steps.mean() < 0.95 * cold
+    assert sweep_reduced_pair(reduced, phi, at_torques([100e3])).newton_steps.mean() < 0.95 * cold
 
 
 def kernel_compliance(reduced, position):
@@ -157,7 +158,7 @@ def kernel_compliance(reduced, position):
     most = kernel.most_members(family, pairs, position.windows)
     ranges, gram, fields = np.zeros((2, 2), np.int64), np.full((most, most), np.nan), np.zeros((most, 3 * nodes))
     size = kernel.gather_members(
-        position.phi, pairs, position.pair_index, position.windows, position.first_row, reduced.meshed.geometry,
+        position.phi, pairs, position.pair_index, position.windows, position.first_row, position.kinematics,
         reduced.meshed.gears, family, (np.empty(most, np.int64), ranges, gram, np.empty((most, most)), fields),
     )  # fmt: skip
     basis = np.zeros((3 * nodes, size))
@@ -186,8 +187,8 @@ def test_compiled_members_are_those_of_the_slow_twin(phi, reduced):
 def test_threads_do_not_change_the_sweep(reduced):
     phi = reduced.meshed.pair.pitch * np.arange(30) / 30  # two blocks
     advanced = []
-    one = sweep_reduced_pair(reduced, phi, [100e3], jobs=1, advance=advanced.append)
-    two = sweep_reduced_pair(reduced, phi, [100e3], jobs=2)
+    one = sweep_reduced_pair(reduced, phi, at_torques([100e3]), jobs=1, advance=advanced.append)
+    two = sweep_reduced_pair(reduced, phi, at_torques([100e3]), jobs=2)
     assert sum(advanced) == len(phi)
     assert np.array_equal(one.ste_um, two.ste_um)
     assert np.array_equal(one.pair_share, two.pair_share)

@@ -1,11 +1,13 @@
 """The shapes at trained positions: energy, interpolation weights, smaller and redundant bases."""
 
+from functools import partial
 from itertools import product
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from pmor.contact.condition import at_torques
 from pmor.contact.elasticity import full_elasticity
 from pmor.contact.position import active_patches
 from pmor.pair.sweep import sweep_ste
@@ -181,7 +183,8 @@ def rebuilt(whole_model, by_position, forces, torques):
 
 
 def sweep_with(shapes, meshed, phi, torques):
-    return sweep_ste(meshed, lambda position: reduced_elasticity(shapes, position, meshed.pair.pitch), phi, torques)
+    elasticity_at = partial(reduced_elasticity, shapes, pitch=meshed.pair.pitch)
+    return sweep_ste(meshed, elasticity_at, phi, at_torques(torques))
 
 
 def test_dependent_training_torques_are_dropped_without_harm(whole_model, forces, by_position):
@@ -190,7 +193,7 @@ def test_dependent_training_torques_are_dropped_without_harm(whole_model, forces
     position = active_patches(by_position.meshed, 0.05, 0.05)
     n = by_position.elasticity_at(position).basis.shape[2]
     assert reduced_elasticity(twice, position, by_position.meshed.pair.pitch).basis.shape[2] == n
-    once = sweep_ste(by_position.meshed, by_position.elasticity_at, phi, torques)
+    once = sweep_ste(by_position.meshed, by_position.elasticity_at, phi, at_torques(torques))
     redundant = sweep_with(twice, by_position.meshed, phi, torques)
     # What is dropped is 1e-10 of the energy, its square root of the displacement.
     assert_allclose(redundant.ste_um, once.ste_um, rtol=1e-6)
@@ -209,6 +212,6 @@ def test_one_training_torque_is_a_basis(whole_model, forces, by_position):
 def test_without_shapes_only_the_penalty_yields(whole_model, forces, by_position):
     nothing = rebuilt(whole_model, by_position, 0.0 * forces, [0])
     stiff = sweep_with(nothing, by_position.meshed, np.array([0.05]), [90e3])
-    soft = sweep_ste(by_position.meshed, by_position.elasticity_at, np.array([0.05]), [90e3])
+    soft = sweep_ste(by_position.meshed, by_position.elasticity_at, np.array([0.05]), at_torques([90e3]))
     assert stiff.converged.all()
     assert stiff.ste_um[0, 0] < soft.ste_um[0, 0]

@@ -15,7 +15,7 @@ from pmor_online.sweep import sweep_reduced_pair
 
 from pmor.case import parse_case
 from pmor.case.width import whole_width
-from pmor.contact.misalignment import Misalignment, OperatingCondition
+from pmor.contact.condition import ALIGNED, Axes, Condition, at_torques
 from pmor.contact.solve import solve_position
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.reduction.error_estimate import discarded_energy, discarded_energy_slope
@@ -43,15 +43,15 @@ def setting(scheme="line", tilted=False, shapes="flank_lines"):
 def poor_basis(scheme="line", tilted=False, shapes="flank_lines"):
     case, model = setting(scheme, tilted, shapes)
     phi = model.mesh.meshed.pair.roll_position_range[0] + model.mesh.meshed.pair.pitch * np.arange(6) / 6
-    one = (OperatingCondition(1.5e5),)
+    one = (Condition(torque=1.5e5),)
     snapshots = [solve_snapshots(model, TrainingPosition(float(p), one)) for p in phi]
     if shapes == "flank_lines":
         case = replace(case, offline=replace(case.offline, sampling="sobol"))
     return make_basis(case, model, snapshots)[0]
 
 
-def states(reduced, phi):
-    solved = solve_position(reduced.meshed, phi, TORQUES, reduced.elasticity_at)
+def states(reduced, phi, axes=ALIGNED):
+    solved = solve_position(reduced.meshed, phi, at_torques(TORQUES, axes), reduced.elasticity_at)
     return solved.position, reduced.elasticity_at(solved.position), solved.equilibria
 
 
@@ -61,7 +61,7 @@ def test_the_kernel_estimates_what_its_slow_twin_does(scheme, shapes):
     reduced = reduced_pair(poor_basis(scheme, shapes=shapes))
     meshed = reduced.meshed
     phi = np.linspace(0.0, meshed.pair.pitch, 7)[:-1] + 0.003
-    sweep = sweep_reduced_pair(reduced, phi, TORQUES, tolerance=1e-10)
+    sweep = sweep_reduced_pair(reduced, phi, at_torques(TORQUES), tolerance=1e-10)
     for i, angle in enumerate(phi):
         position, elasticity, equilibria = states(reduced, float(angle))
         for t, state in enumerate(equilibria):
@@ -74,10 +74,10 @@ def test_the_kernel_estimates_what_its_slow_twin_does(scheme, shapes):
 
 def test_tilted_axes_on_the_whole_width_too():
     reduced = reduced_pair(poor_basis(tilted=True))
-    reduced = replace(reduced, meshed=replace(reduced.meshed, misalignment=Misalignment(10.0, -8.0)))
-    sweep = sweep_reduced_pair(reduced, np.array([0.05, 0.21]), TORQUES, tolerance=1e-10)
+    axes = Axes(10.0, -8.0)
+    sweep = sweep_reduced_pair(reduced, np.array([0.05, 0.21]), at_torques(TORQUES, axes), tolerance=1e-10)
     for i, angle in enumerate(sweep.phi_rad):
-        position, elasticity, equilibria = states(reduced, float(angle))
+        position, elasticity, equilibria = states(reduced, float(angle), axes)
         slopes = [discarded_energy_slope(reduced.basis.compliance, position, elasticity, e.contact) for e in equilibria]
         expected = 1e3 * reduced.meshed.pair.pinion.base_radius * np.array(slopes)
         assert_allclose(sweep.ste_error_um[:, i], expected, rtol=1e-5)
@@ -98,7 +98,7 @@ def test_discarded_energy_bounds_the_difference_of_the_potentials_from_above():
     # One pair alone, on the line of action.
     for phi in np.linspace(high - meshed.pair.pitch + 0.03, low + meshed.pair.pitch - 0.03, 5):
         position, elasticity, equilibria = states(reduced, float(phi))
-        exact = solve_position(full, float(phi), TORQUES, model.elasticity_at)
+        exact = solve_position(full, float(phi), at_torques(TORQUES), model.elasticity_at)
         for torque, state, true in zip(TORQUES, equilibria, exact.equilibria, strict=True):
             excess = potential(meshed, elasticity, state, torque) - potential(
                 full, model.elasticity_at(exact.position), true, torque
@@ -126,8 +126,7 @@ def test_estimate_is_near_the_error_at_states_that_no_training_saw(tilted, least
     ste, estimate = estimate_errors(basis, np.array([p.phi for p in unseen]), conditions)
     true = np.empty(len(unseen))
     for i, (position, condition) in enumerate(zip(unseen, conditions, strict=True)):
-        meshed = replace(model.mesh.meshed, misalignment=condition.misalignment)
-        state = solve_position(meshed, position.phi, [condition.torque], model.elasticity_at).equilibria[0]
+        state = solve_position(model.mesh.meshed, position.phi, [condition], model.elasticity_at).equilibria[0]
         true[i] = 1e3 * base_radius * state.lead - ste[i]
     counted = np.abs(true) > least_um
     assert counted.sum() > 5
@@ -140,13 +139,13 @@ def test_a_trained_state_has_no_error_and_says_so():
     """Shapes at positions: the trained force field itself is among them."""
     reduced = reduced_pair(poor_basis(shapes="positions"))
     training = reduced.basis.training
-    sweep = sweep_reduced_pair(reduced, training.phi, [1.5e5], tolerance=1e-11)
+    sweep = sweep_reduced_pair(reduced, training.phi, at_torques([1.5e5]), tolerance=1e-11)
     assert np.abs(sweep.ste_error_um).max() < 1e-7 * sweep.ste_um.max()
 
 
 def test_without_compliance_in_the_basis_there_is_no_error_bar():
     basis = replace(poor_basis(), compliance=None)
-    sweep = sweep_reduced_pair(reduced_pair(basis), np.array([0.1]), TORQUES)
+    sweep = sweep_reduced_pair(reduced_pair(basis), np.array([0.1]), at_torques(TORQUES))
     assert sweep.ste_error_um is None
     assert np.isfinite(sweep.ste_um).all()
 
@@ -155,10 +154,11 @@ def test_half_the_width_estimates_what_the_whole_width_does():
     case, _ = setting()
     whole = whole_width(replace(case, offline=replace(case.offline, sampling="sobol")))
     model = elastic_model(whole, mesh_model(whole))
-    one = (OperatingCondition(1.5e5),)
+    one = (Condition(torque=1.5e5),)
     snapshots = [solve_snapshots(model, TrainingPosition(float(p), one)) for p in poor_basis().training.phi]
     other = make_basis(whole, model, snapshots)[0]
     phi = np.linspace(0.0, 0.28, 6)
-    sweeps = [sweep_reduced_pair(reduced_pair(b), phi, TORQUES, tolerance=1e-10) for b in (poor_basis(), other)]
+    bases = map(reduced_pair, (poor_basis(), other))
+    sweeps = [sweep_reduced_pair(reduced, phi, at_torques(TORQUES), tolerance=1e-10) for reduced in bases]
     assert not reduced_pair(other).meshed.mirrored
     assert_allclose(sweeps[0].ste_error_um, sweeps[1].ste_error_um, rtol=1e-4, atol=1e-7)

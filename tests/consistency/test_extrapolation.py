@@ -1,7 +1,6 @@
 """Sweeps beyond the training: refused unless asked for, said to be so, and with an error bar that tells their error."""
 
 import json
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -12,7 +11,7 @@ from pmor_online.sweep import sweep_reduced_pair
 
 from pmor.app.cli import main
 from pmor.case import basis_key, beyond_training, parse_case
-from pmor.contact.misalignment import Misalignment
+from pmor.contact.condition import Axes, Condition
 from pmor.errors import CaseError
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.pair.sweep import sweep_ste
@@ -101,13 +100,12 @@ def model_of(tilted):
     return elastic_model(case, mesh_model(case))
 
 
-def error_and_bar(basis, model, torque, misalignment):
+def error_and_bar(basis, model, condition):
     """Largest error and largest error bar over a pitch, um."""
-    meshed = replace(model.mesh.meshed, misalignment=misalignment)
-    reduced = replace(reduced_pair(basis), meshed=meshed)
+    meshed, reduced = model.mesh.meshed, reduced_pair(basis)
     phi = meshed.pair.pitch * (np.arange(24) + 0.37) / 24
-    full = sweep_ste(meshed, model.elasticity_at, phi, [torque])
-    fast = sweep_reduced_pair(reduced, phi, [torque], tolerance=1e-9)
+    full = sweep_ste(meshed, model.elasticity_at, phi, [condition])
+    fast = sweep_reduced_pair(reduced, phi, [condition], tolerance=1e-9)
     assert full.converged.all()
     assert fast.converged.all()
     return np.abs(full.ste_um - fast.ste_um).max(), np.abs(fast.ste_error_um).max()
@@ -123,9 +121,9 @@ def test_the_error_bar_at_twice_the_trained_torque_tells_the_error(shapes, tmp_p
     model = model_of(False)
     run_offline(case_of(reduction={"shapes": shapes}), model, tmp_path / "b.h5")
     basis = read_basis(tmp_path / "b.h5")
-    _, inside = error_and_bar(basis, model, 1e5, Misalignment())
+    _, inside = error_and_bar(basis, model, Condition(torque=1e5))
     for torque in (1.5e5, 2e5):
-        error, bar = error_and_bar(basis, model, torque, Misalignment())
+        error, bar = error_and_bar(basis, model, Condition(torque=torque))
         assert bar > inside
         assert error / 5.0 < bar < 5.0 * error
 
@@ -135,8 +133,8 @@ def test_the_error_bar_at_twice_the_trained_tilt_tells_the_error(tmp_path):
     model = model_of(True)
     run_offline(case_of(True), model, tmp_path / "b.h5")
     basis = read_basis(tmp_path / "b.h5")
-    _, inside = error_and_bar(basis, model, 6e4, Misalignment(in_plane_um=10.0))
-    error, bar = error_and_bar(basis, model, 6e4, Misalignment(in_plane_um=20.0))
+    _, inside = error_and_bar(basis, model, Condition(torque=6e4, axes=Axes(in_plane_um=10.0)))
+    error, bar = error_and_bar(basis, model, Condition(torque=6e4, axes=Axes(in_plane_um=20.0)))
     assert bar > 5.0 * inside
     assert error / 5.0 < bar < 5.0 * error
 

@@ -14,7 +14,7 @@ from pmor_online.errors import estimate_errors
 
 from pmor.app.cli import main
 from pmor.case import basis_key, parse_case
-from pmor.contact.misalignment import OperatingCondition
+from pmor.contact.condition import Condition
 from pmor.errors import ConvergenceError, OutputError
 from pmor.storage.basis_file import read_basis
 from pmor.storage.snapshot_file import read_snapshots, write_snapshots
@@ -117,7 +117,7 @@ def test_parts_of_another_case_and_damaged_parts_are_solved_again(tiny, whole, t
     path = tmp_path / "basis.h5"
     parts = tmp_path / "basis.h5.parts"
     parts.mkdir()
-    conditions = OperatingCondition(1e3), OperatingCondition(2e3)
+    conditions = Condition(torque=1e3), Condition(torque=2e3)
     other = pmor_offline.jobs.solve_snapshots(model, TrainingPosition(0.0, conditions))
     write_snapshots(parts / "angle_00000.h5", other, "key of another case")
     (parts / "angle_00001.h5").write_bytes(b"half a file")

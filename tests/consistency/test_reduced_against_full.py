@@ -12,6 +12,7 @@ from pmor_online.model import reduced_pair
 from pmor_online.sweep import sweep_reduced_pair
 
 from pmor.case import load_case, parse_case
+from pmor.contact.condition import at_torques
 from pmor.contact.elasticity import full_elasticity
 from pmor.contact.solve import solve_position
 from pmor.pair.model import elastic_model, mesh_model
@@ -26,7 +27,7 @@ def relative_errors(model, case, path, phi, full):
     """Reduced against full STE at pinion angles of one's choice."""
     assert run_offline(case, model, path).failed == ()
     reduced = reduced_pair(read_basis(path))
-    sweep = sweep_reduced_pair(reduced, phi, 1e3 * full.torque_Nm)
+    sweep = sweep_reduced_pair(reduced, phi, at_torques(1e3 * full.torque_Nm))
     assert sweep.converged.all()
     return np.abs(sweep.ste_um / full.ste_um - 1.0)
 
@@ -39,7 +40,7 @@ def unseen_sweep(model, count=60):
     """Full FE at midpoints of parts of the pitch, which are never on a grid of training angles."""
     meshed = model.mesh.meshed
     phi = meshed.pair.roll_position_range[0] + meshed.pair.pitch * (np.arange(count) + 0.5) / count
-    full = sweep_ste(meshed, model.elasticity_at, phi, [60e3, 100e3])
+    full = sweep_ste(meshed, model.elasticity_at, phi, at_torques([60e3, 100e3]))
     assert full.converged.all()
     return phi, full
 
@@ -164,7 +165,7 @@ def roll(paper):
     offset = pair.pitch * (np.arange(angles) + 0.5) / angles
     states = []
     for phi in (0.5 * sum(pair.roll_position_range) + offset[:, None] + half * np.array([-1.0, 0.0, 1.0])).ravel():
-        solved = solve_position(meshed, float(phi), [torque], model.elasticity_at)
+        solved = solve_position(meshed, float(phi), at_torques([torque]), model.elasticity_at)
         assert solved.failures == ()
         (state,) = solved.equilibria
         elastic = full_elasticity(model.pinion, model.wheel, solved.position).energy_norm(state.coordinates)

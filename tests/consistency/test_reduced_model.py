@@ -12,6 +12,7 @@ from pmor_online.model import reduced_pair
 from pmor_online.sweep import sweep_reduced_pair
 
 from pmor.case import changed_text, parse_case
+from pmor.contact.condition import Condition, at_torques
 from pmor.contact.elasticity import ReducedElasticity, full_elasticity
 from pmor.contact.position import active_patches
 from pmor.contact.solve import solve_position, window_depth
@@ -35,10 +36,10 @@ def lead_um(meshed, solved):
 
 def assert_training_is_reproduced(reduced, rtol):
     training = reduced.basis.training
-    sweep = sweep_ste(reduced.meshed, reduced.elasticity_at, training.phi, training.torque[:, 0])
+    sweep = sweep_ste(reduced.meshed, reduced.elasticity_at, training.phi, at_torques(training.torque[:, 0]))
     assert sweep.converged.all()
     assert_allclose(sweep.ste_um, training.ste_um, rtol=rtol)
-    fast = sweep_reduced_pair(reduced, training.phi, training.torque[:, 0], tolerance=1e-9)
+    fast = sweep_reduced_pair(reduced, training.phi, at_torques(training.torque[:, 0]), tolerance=1e-9)
     assert_allclose(fast.ste_um, training.ste_um, rtol=rtol)
     return sweep
 
@@ -79,21 +80,22 @@ def test_a_complete_basis_is_the_full_model(small_model):
         return ReducedElasticity(basis.reshape(len(position.nodes), 3, -1))
 
     phi = 0.075  # two pairs share the load
-    full = solve_position(meshed, phi, [40e3, 120e3], model.elasticity_at)
-    identity = solve_position(meshed, phi, [40e3, 120e3], complete)
+    full = solve_position(meshed, phi, at_torques([40e3, 120e3]), model.elasticity_at)
+    identity = solve_position(meshed, phi, at_torques([40e3, 120e3]), complete)
     assert (identity.equilibria[1].pair_torque(len(full.position.pair_index)) > 0.0).sum() == 2
     assert_allclose(lead_um(meshed, identity), lead_um(meshed, full), rtol=NEWTON)
 
 
 def assert_periodic(meshed, elasticity_at):
-    torques = [60e3, 100e3]
+    conditions = at_torques([60e3, 100e3])
     for phi in (0.013, 0.21):
-        here, there = (solve_position(meshed, p, torques, elasticity_at) for p in (phi, phi + meshed.pair.pitch))
+        angles = phi, phi + meshed.pair.pitch
+        here, there = (solve_position(meshed, p, conditions, elasticity_at) for p in angles)
         assert_allclose(lead_um(meshed, there), lead_um(meshed, here), rtol=NEWTON)
         assert_allclose(there.position.pair_index, here.position.pair_index - 1)
         for a, b in zip(here.equilibria, there.equilibria, strict=True):
             n = len(here.position.pair_index)
-            assert_allclose(b.pair_torque(n), a.pair_torque(n), rtol=0.0, atol=1e-7 * max(torques))
+            assert_allclose(b.pair_torque(n), a.pair_torque(n), rtol=0.0, atol=1e-7 * conditions[-1].torque)
 
 
 def test_one_pitch_on_the_same_happens_to_the_next_pair(reduced):
@@ -106,7 +108,7 @@ def test_one_pitch_on_the_same_happens_to_the_next_pair_of_full_fe(small_model):
 
 def test_size_is_the_largest_number_of_unknowns(reduced):
     meshed = reduced.meshed
-    depth = window_depth(meshed, 1e3 * reduced.basis.case.torque_Nm)
+    depth = window_depth(meshed, Condition(torque=1e3 * reduced.basis.case.torque_Nm))
     sizes = [
         reduced.elasticity_at(active_patches(meshed, phi, depth)).basis.shape[2] + 1
         for phi in meshed.pair.pitch * np.arange(50) / 50
@@ -159,5 +161,5 @@ def test_unlike_gears_agree_with_full_fe_between_the_training_angles(shapes, bou
     assert comparison.full.converged.all()
     assert comparison.reduced.converged.all()
     assert comparison.max_relative_error < bound
-    for equilibrium in solve_position(reduced.meshed, 0.03, [100e3], reduced.elasticity_at).equilibria:
+    for equilibrium in solve_position(reduced.meshed, 0.03, at_torques([100e3]), reduced.elasticity_at).equilibria:
         assert_allclose(equilibrium.pair_torque(4).sum(), 100e3, rtol=NEWTON)

@@ -13,6 +13,7 @@ from pmor_online.model import reduced_pair, unseen_angles
 from pmor_online.sweep import sweep_reduced_pair
 
 from pmor.case import parse_case
+from pmor.contact.condition import at_torques
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.pair.sweep import sweep_ste
 from pmor.reduction.build import same_everywhere
@@ -35,7 +36,7 @@ def unseen(model, count=12):
 
 
 def ste_of(meshed, elasticity_at, phi, torques=(60e3, 100e3)):
-    sweep = sweep_ste(meshed, elasticity_at, phi, torques)
+    sweep = sweep_ste(meshed, elasticity_at, phi, at_torques(torques))
     assert sweep.converged.all()
     return sweep.ste_um
 
@@ -123,7 +124,7 @@ def test_the_compiled_sweep_gives_lines_beside_the_windows_their_shapes(tmp_path
     run_offline(case, model, path)
     reduced, phi = reduced_pair(read_basis(path)), unseen(model)
     assert reduced.basis.shapes.beside
-    fast = sweep_reduced_pair(reduced, phi, [60e3, 100e3], tolerance=1e-9)
+    fast = sweep_reduced_pair(reduced, phi, at_torques([60e3, 100e3]), tolerance=1e-9)
     full = ste_of(model.mesh.meshed, model.elasticity_at, phi)
     assert_allclose(fast.ste_um, full, rtol=EXACT)
 
@@ -231,5 +232,5 @@ def test_a_case_file_selects_each(reduction, small_model, small_basis_file):
     reduced = reduced_pair(read_basis(small_basis_file(**reduction)))
     assert reduced.basis.case.reduction.shapes == reduction["shapes"]
     phi = unseen(small_model[1], 5)
-    fast = sweep_reduced_pair(reduced, phi, [60e3, 100e3], tolerance=1e-9)
+    fast = sweep_reduced_pair(reduced, phi, at_torques([60e3, 100e3]), tolerance=1e-9)
     assert_allclose(fast.ste_um, ste_of(reduced.meshed, reduced.elasticity_at, phi), rtol=1e-8)

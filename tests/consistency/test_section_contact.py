@@ -9,6 +9,7 @@ from pmor_online.sweep import sweep_reduced_pair
 from scipy.integrate import trapezoid
 
 from pmor.case import parse_case
+from pmor.contact.condition import Condition, at_torques
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.pair.sweep import sweep_ste
 from pmor.report.contact_pattern import contact_patterns
@@ -52,30 +53,30 @@ def phi(pair):
 @pytest.mark.jit
 def test_compiled_sweep_is_its_slow_twin(pair, phi):
     reduced = pair[1][0]
-    fast = sweep_reduced_pair(reduced, phi, TORQUES)
-    slow = sweep_ste(reduced.meshed, reduced.elasticity_at, phi, TORQUES)
+    fast = sweep_reduced_pair(reduced, phi, at_torques(TORQUES))
+    slow = sweep_ste(reduced.meshed, reduced.elasticity_at, phi, at_torques(TORQUES))
     assert fast.converged.all()
     assert_allclose(fast.ste_um, slow.ste_um, rtol=LAST_STEP)
-    tight = sweep_reduced_pair(reduced, phi, TORQUES, tolerance=1e-10)
+    tight = sweep_reduced_pair(reduced, phi, at_torques(TORQUES), tolerance=1e-10)
     assert_allclose(tight.ste_um, slow.ste_um, rtol=1e-8)
 
 
 def test_reduced_model_agrees_with_full_fe(pair, phi):
     for model, reduced in zip(*pair, strict=True):
-        full = sweep_ste(model.mesh.meshed, model.elasticity_at, phi, TORQUES)
-        fast = sweep_reduced_pair(reduced, phi, TORQUES)
+        full = sweep_ste(model.mesh.meshed, model.elasticity_at, phi, at_torques(TORQUES))
+        fast = sweep_reduced_pair(reduced, phi, at_torques(TORQUES))
         assert_allclose(fast.ste_um, full.ste_um, rtol=REDUCED)
 
 
 def test_half_the_width_is_the_whole(pair, phi):
-    half, whole = (sweep_reduced_pair(reduced, phi, TORQUES, tolerance=1e-10) for reduced in pair[1][:2])
+    half, whole = (sweep_reduced_pair(reduced, phi, at_torques(TORQUES), tolerance=1e-10) for reduced in pair[1][:2])
     assert_allclose(half.ste_um, whole.ste_um, rtol=SAME_ANSWER)
 
 
 def test_drawn_pressure_carries_the_load(pair):
     for reduced in pair[1]:
         tooth, force = reduced.meshed.pair.pinion, 0.0
-        for _, roll_deg, z, pressure in contact_patterns(reduced, 0.1, 100e3):
+        for _, roll_deg, z, pressure in contact_patterns(reduced, 0.1, Condition(torque=100e3)):
             assert (pressure >= 0.0).all()
             assert_allclose(z[[0, -1]], [-10.0, 10.0], rtol=0.0, atol=1e-12)  # all of the width is drawn
             arc = 0.5 * tooth.base_radius * np.radians(roll_deg) ** 2

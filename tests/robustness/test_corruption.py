@@ -17,11 +17,12 @@ import pytest
 
 from pmor.app.cli import main
 from pmor.errors import FileFormatError
+from pmor.reduction.snapshots import Snapshots
 from pmor.storage.basis_file import read_basis
 from pmor.storage.describe import file_text
 from pmor.storage.hdf5 import Field, attribute, set_attributes, write
 from pmor.storage.seal import checksums
-from pmor.storage.snapshot_file import Snapshots, read_snapshots, write_snapshots
+from pmor.storage.snapshot_file import read_snapshots, write_snapshots
 from tests.small_case import case_text
 
 HANG = 20  # s

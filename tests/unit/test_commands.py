@@ -228,8 +228,8 @@ def test_a_reduced_position_that_fails_is_an_empty_field(out, tmp_path, monkeypa
     import pmor_online.run
     from pmor_online.sweep import sweep_reduced_pair
 
-    def with_a_gap(reduced, phi, torques, *rest, **more):
-        sweep = sweep_reduced_pair(reduced, phi, torques, *rest, **more)
+    def with_a_gap(*arguments, **more):
+        sweep = sweep_reduced_pair(*arguments, **more)
         sweep.ste_um[0, -1], sweep.converged[0, -1] = float("nan"), False
         return sweep
 

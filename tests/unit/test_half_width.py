@@ -9,6 +9,7 @@ from pmor_online.model import reduced_pair
 from pmor_online.sweep import sweep_reduced_pair
 
 from pmor.contact import kernel
+from pmor.contact.condition import at_torques
 from pmor.contact.flank import ContactScheme, make_flank
 from pmor.storage.basis_file import read_basis
 from tests.gear_models import SCHEME, sector, tooth
@@ -112,7 +113,8 @@ def test_half_the_width_gives_the_ste_and_the_shares_of_the_whole(slave, pairs):
     for reduced in pairs:
         meshed = replace(reduced.meshed, scheme=replace(reduced.meshed.scheme, slave=slave))
         phi = meshed.pair.pitch * np.arange(8) / 8
-        sweeps.append(sweep_reduced_pair(replace(reduced, meshed=meshed), phi, [60e3, 100e3], tolerance=1e-9))
+        conditions = at_torques([60e3, 100e3])
+        sweeps.append(sweep_reduced_pair(replace(reduced, meshed=meshed), phi, conditions, tolerance=1e-9))
     half, whole = sweeps
     assert half.converged.all()
     assert whole.converged.all()

@@ -16,6 +16,7 @@ import pmor.pair.model
 from pmor.app.left_out import computed, full_solves, left_out, rows_in_reach, scene, unknowns
 from pmor.app.plan import plan_text
 from pmor.case import load_case, parse_case
+from pmor.contact.condition import Condition, at_torques
 from pmor.contact.position import active_patches, pairs_in_reach
 from pmor.contact.solve import window_depth
 from pmor.fe.assembly import degrees_of_freedom
@@ -117,10 +118,10 @@ def test_identical_gears_solved_twice_have_the_ste_of_those_that_share_one_model
         assert (model.wheel is model.pinion) == (model.mesh.wheel is model.mesh.pinion) == share
         meshed = model.mesh.meshed
         phi = meshed.pair.pitch * np.arange(5) / 5
-        full.append(sweep_ste(meshed, model.elasticity_at, phi, [1e5]).ste_um)
+        full.append(sweep_ste(meshed, model.elasticity_at, phi, at_torques([1e5])).ste_um)
         run_offline(some, model, tmp_path / f"{share}.h5")
         basis = reduced_pair(read_basis(tmp_path / f"{share}.h5"))
-        reduced.append(sweep_reduced_pair(basis, phi, [1e5]).ste_um)
+        reduced.append(sweep_reduced_pair(basis, phi, at_torques([1e5])).ste_um)
     for shared, solved_twice in (full, reduced):
         assert np.isfinite(shared).all()
         assert_allclose(solved_twice, shared, rtol=1e-9)
@@ -142,7 +143,7 @@ def test_pairs_and_patches_out_of_reach_are_not_in_any_window():
     assert listed(some)["tooth pairs out of mesh"].saving == f"{30 - most} of 30 pairs in every position"
     rows = []
     for phi in meshed.pair.pitch * np.arange(12) / 12:
-        position = active_patches(meshed, float(phi), window_depth(meshed, 1e5))
+        position = active_patches(meshed, float(phi), window_depth(meshed, Condition(torque=1e5)))
         assert len(position.pair_index) <= most
         rows += position.windows[:, :, 3].ravel().tolist()
     assert abs(rows_in_reach(found) - np.mean(rows)) <= 1.5
@@ -186,9 +187,9 @@ def test_one_trained_torque_is_one_solve_an_angle(tmp_path, monkeypatch):
 
     genuine = solve.solve_equilibrium
 
-    def counted(meshed, position, elasticity, torque, start=None):
-        solved[torque] += 1
-        return genuine(meshed, position, elasticity, torque, start)
+    def counted(meshed, position, elasticity, condition, start=None):
+        solved[condition.torque] += 1
+        return genuine(meshed, position, elasticity, condition, start)
 
     monkeypatch.setattr(solve, "solve_equilibrium", counted)
     run_offline(some, elastic_model(some, mesh_model(some)), tmp_path / "b.h5")

@@ -14,6 +14,7 @@ from scipy.integrate import trapezoid
 
 import pmor.contact.solve
 import pmor.report.run_page
+from pmor.contact.condition import Condition
 from pmor.errors import ConvergenceError
 from pmor.report.contact_pattern import contact_patterns
 from pmor.report.page import Picture
@@ -231,7 +232,7 @@ def test_contact_pattern_carries_the_load(compared):
     """Pressure times area over the patches is the normal force of the torque."""
     reduced = compared.reduced
     torque = 100e3
-    patterns = contact_patterns(reduced, 0.0, torque)
+    patterns = contact_patterns(reduced, 0.0, Condition(torque=torque))
     assert patterns
     force = 0.0
     tooth = reduced.meshed.pair.pinion
@@ -250,7 +251,7 @@ def test_no_contact_pattern_where_nothing_converges(compared, monkeypatch):
         raise ConvergenceError("made to fail", [(1.0, 1.0)])
 
     monkeypatch.setattr(pmor.contact.solve, "solve_equilibrium", fail)
-    assert contact_patterns(compared.reduced, 0.0, 100e3) == []
+    assert contact_patterns(compared.reduced, 0.0, Condition(torque=100e3)) == []
     assert "contact_pattern.png" not in file_names(compared)
 
 

@@ -5,6 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.case import changed_text, load_case, parse_case
+from pmor.contact.condition import at_torques
 from pmor.contact.elasticity import FullElasticity, ReducedElasticity
 from pmor.contact.solve import solve_position
 from pmor.errors import PmorError
@@ -36,7 +37,7 @@ def bench(base, small_model):
 def solved(model, share, torques=(TORQUE, 1.01 * TORQUE)):
     pair = model.mesh.meshed.pair
     phi = pair.roll_position_range[0] + share * pair.pitch
-    position = solve_position(model.mesh.meshed, phi, torques, model.elasticity_at)
+    position = solve_position(model.mesh.meshed, phi, at_torques(torques), model.elasticity_at)
     return position, model.elasticity_at(position.position)
 
 

@@ -7,14 +7,17 @@ import numpy as np
 import pytest
 
 from pmor.case import basis_key, parse_case
+from pmor.contact.condition import Axes, Condition
 from pmor.errors import FileFormatError, OutputError, PmorError
+from pmor.reduction.basis import Basis, Training
 from pmor.reduction.contact_shapes import ContactShapes
 from pmor.reduction.error_estimate import FlankCompliance
 from pmor.reduction.flank_lines import FlankLineShapes, GearLines
-from pmor.storage.basis_file import Basis, Training, read_basis, write_basis
+from pmor.reduction.snapshots import Snapshots
+from pmor.storage.basis_file import read_basis, write_basis
 from pmor.storage.describe import file_text
 from pmor.storage.hdf5 import Field, Schema, attribute, create, write
-from pmor.storage.snapshot_file import Snapshots, read_snapshots, write_snapshots
+from pmor.storage.snapshot_file import read_snapshots, write_snapshots
 from tests.small_case import case_text
 
 POSITIONS, TORQUES, UNKNOWNS = 7, 2, 6
@@ -57,6 +60,10 @@ def position_shapes(rng, geodesic):
     )
 
 
+def some_conditions(rng, count):
+    return tuple(Condition(torque=rng.random(), axes=Axes(*rng.normal(size=3))) for _ in range(count))
+
+
 @pytest.fixture
 def basis(case, rng):
     family = case.reduction.shapes
@@ -67,8 +74,8 @@ def basis(case, rng):
     ste_um = rng.normal(size=(TORQUES, 4))
     ste_um[1, 2] = np.nan
     training = Training(
-        phi=rng.normal(size=4), torque=rng.normal(size=(TORQUES, 4)), misalignment=rng.normal(size=(TORQUES, 4, 3)),
-        ste_um=ste_um, converged=np.isfinite(ste_um), estimate_percent=None, seconds=1.5,
+        phi=rng.normal(size=4), conditions=tuple(some_conditions(rng, TORQUES) for _ in range(4)), ste_um=ste_um,
+        converged=np.isfinite(ste_um), estimate_percent=None, seconds=1.5,
     )  # fmt: skip
     nodes = rng.normal(size=(2, 3, 2, 3))
     roll = np.sort(rng.random((2, 3)))
@@ -92,8 +99,7 @@ def path(tmp_path, basis, force):
 def snapshots(rng):
     ste_um = np.array([2.5, np.nan])
     force = rng.normal(size=(2, 2, 2, UNKNOWNS))
-    conditions = rng.normal(size=2), rng.normal(size=(2, 3))
-    return Snapshots(0.25, *conditions, np.array([-1, 0]), force, ste_um, np.isfinite(ste_um), 0.5)
+    return Snapshots(0.25, some_conditions(rng, 2), np.array([-1, 0]), force, ste_um, np.isfinite(ste_um), 0.5)
 
 
 def assert_same(found, expected):
@@ -165,7 +171,8 @@ def test_basis_comes_back_bit_for_bit(path, basis, force):
     assert found.compliance.components == 2
     for gear in range(2):
         assert_same(found.compliance.gears[gear], basis.compliance.gears[gear])
-    for name in ("phi", "torque", "misalignment", "ste_um", "converged"):
+    assert found.training.conditions == basis.training.conditions
+    for name in ("phi", "ste_um", "converged"):
         assert_same(getattr(found.training, name), getattr(basis.training, name))
     assert found.training.seconds == basis.training.seconds
     with h5py.File(path) as file:

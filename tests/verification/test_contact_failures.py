@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from pmor.contact.condition import Condition, at_torques
 from pmor.contact.elasticity import ReducedElasticity
 from pmor.contact.equilibrium import solve_equilibrium
 from pmor.contact.position import active_patches
@@ -35,14 +36,14 @@ def test_flanks_that_do_not_face_each_other_raise():
 
     elasticity = Apart(np.zeros((len(position.nodes), 3, 0)))
     with pytest.raises(ConvergenceError, match="no flank faces its mate"):
-        solve_equilibrium(model.meshed, position, elasticity, TORQUE)
+        solve_equilibrium(model.meshed, position, elasticity, Condition(torque=TORQUE))
 
 
 def test_without_shapes_only_the_penalty_yields():
     model = Model(PAIRS["paper"])
     position = active_patches(model.meshed, model.phi(0.8), DEPTH)
     rigid = ReducedElasticity(np.zeros((len(position.nodes), 3, 0)))
-    equilibrium = solve_equilibrium(model.meshed, position, rigid, TORQUE)
+    equilibrium = solve_equilibrium(model.meshed, position, rigid, Condition(torque=TORQUE))
     contact = equilibrium.contact
     assert_allclose(-(contact.force @ contact.lever), TORQUE, rtol=NEWTON)
     assert rigid.displacement(equilibrium.coordinates).shape == position.nodes.shape
@@ -60,8 +61,9 @@ def test_a_window_too_small_is_noticed(overloaded):
     model, phi, torque = overloaded
     small, large = (active_patches(model.meshed, phi, depth) for depth in (1e-5, DEPTH))
     assert small.windows[:, :, 3].max() < large.windows[:, :, 3].min()
+    condition = Condition(torque=torque)
     touching = [
-        solve_equilibrium(model.meshed, position, model.elasticity(position), torque).contact.touches_border
+        solve_equilibrium(model.meshed, position, model.elasticity(position), condition).contact.touches_border
         for position in (small, large)
     ]
     assert touching == [True, False]
@@ -70,9 +72,10 @@ def test_a_window_too_small_is_noticed(overloaded):
 def test_solve_position_grows_its_windows_until_they_hold_the_contact(overloaded, monkeypatch):
     monkeypatch.setattr("pmor.contact.solve.WINDOW_MARGIN", 1e-3)
     model, phi, torque = overloaded
-    solved = solve_position(model.meshed, phi, [0.5 * torque, torque], model.elasticity)
+    conditions = at_torques([0.5 * torque, torque])
+    solved = solve_position(model.meshed, phi, conditions, model.elasticity)
     assert solved.failures == ()
-    assert solved.position.depth > 2.9 * window_depth(model.meshed, torque), "it was too small at first"
+    assert solved.position.depth > 2.9 * window_depth(model.meshed, conditions[1]), "it was too small at first"
     assert not solved.equilibria[1].contact.touches_border
     assert_allclose(
         [e.lead * model.base_radius * 1e3 for e in solved.equilibria],
@@ -82,14 +85,14 @@ def test_solve_position_grows_its_windows_until_they_hold_the_contact(overloaded
 
 
 def test_solve_position_reports_what_failed_and_goes_on(monkeypatch):
-    def never(meshed, position, elasticity, torque, start=None):
-        if torque > TORQUE:
+    def never(meshed, position, elasticity, condition, start=None):
+        if condition.torque > TORQUE:
             raise ConvergenceError("too much", [(1.0, 1.0)])
-        return solve_equilibrium(meshed, position, elasticity, torque, start)
+        return solve_equilibrium(meshed, position, elasticity, condition, start)
 
     monkeypatch.setattr("pmor.contact.solve.solve_equilibrium", never)
     model = Model(PAIRS["paper"])
-    solved = solve_position(model.meshed, model.phi(0.8), [2.0 * TORQUE, TORQUE], model.elasticity)
+    solved = solve_position(model.meshed, model.phi(0.8), at_torques([2.0 * TORQUE, TORQUE]), model.elasticity)
     assert solved.equilibria[0] is None
     assert solved.equilibria[1] is not None
     assert solved.failures == ("too much",)

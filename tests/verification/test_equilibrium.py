@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from pmor.contact.condition import Condition, at_torques
 from pmor.contact.elasticity import ReducedElasticity
 from pmor.contact.equilibrium import solve_equilibrium
 from pmor.contact.position import active_patches
@@ -114,7 +115,7 @@ def test_identity_basis_is_the_full_model(share):
     position, full, dual = model.solve(model.phi(share))
     factor = np.linalg.cholesky(full.compliance)
     reduced = ReducedElasticity(factor.reshape(-1, 3, factor.shape[1]))
-    primal = solve_equilibrium(model.meshed, position, reduced, TORQUE)
+    primal = solve_equilibrium(model.meshed, position, reduced, Condition(torque=TORQUE))
     assert_allclose(primal.lead, dual.lead, rtol=SAME_STATE)
     assert_allclose(primal.wheel_torque, dual.wheel_torque, rtol=SAME_STATE)
     displacement = full.displacement(dual.coordinates)
@@ -150,7 +151,7 @@ def test_a_start_a_millimetre_off_converges_to_the_same_state(start_mm, share):
     model = Model(PAIRS["paper"])
     position, elasticity, expected = model.solve(model.phi(share))
     start = elasticity.zero(), start_mm / model.base_radius
-    found = solve_equilibrium(model.meshed, position, elasticity, TORQUE, start)
+    found = solve_equilibrium(model.meshed, position, elasticity, Condition(torque=TORQUE), start)
     assert_allclose(found.lead, expected.lead, rtol=SAME_STATE)
     assert np.array_equal(found.contact.place, expected.contact.place)
 
@@ -160,9 +161,10 @@ def test_warm_starts_need_fewer_steps():
     cold_steps = warm_steps = 0
     for share in (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9):
         position, elasticity, cold = model.solve(model.phi(share))
-        warm = solve_equilibrium(model.meshed, position, elasticity, 1.02 * TORQUE, cold.scaled_start(1.02))
+        usual, more = at_torques([TORQUE, 1.02 * TORQUE])
+        warm = solve_equilibrium(model.meshed, position, elasticity, more, cold.scaled_start(1.02))
         cold_steps, warm_steps = cold_steps + cold.steps, warm_steps + warm.steps
-        again = solve_equilibrium(model.meshed, position, elasticity, TORQUE, (cold.coordinates, cold.lead))
+        again = solve_equilibrium(model.meshed, position, elasticity, usual, (cold.coordinates, cold.lead))
         assert again.steps == 0
         assert again.lead == cold.lead
     assert warm_steps < cold_steps
@@ -214,7 +216,7 @@ def test_every_scheme_converges_to_a_plausible_state(scheme):
 )  # fmt: skip
 def test_extreme_loads_and_schemes_converge(share, torque, scheme):
     model = Model(PAIRS["paper"], **scheme)
-    solved = solve_position(model.meshed, model.phi(share), [torque], model.elasticity)
+    solved = solve_position(model.meshed, model.phi(share), at_torques([torque]), model.elasticity)
     assert solved.failures == ()
 
 

@@ -6,6 +6,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.case import parse_case
+from pmor.contact.condition import at_torques
 from pmor.contact.solve import solve_position
 from pmor.errors import ConvergenceError, ExternalProgramError
 from pmor.lab.rivals.calculix import PROGRAM, calculix_available, calculix_ste, input_deck
@@ -51,8 +52,8 @@ class Pair:
     def ste_um(self, share, torque=TORQUE, **contact):
         """Our STE, with another contact scheme on the same elastic gears."""
         meshed = mesh_model(replace(self.case, contact=replace(self.case.contact, **contact))).meshed
-        (equilibrium,) = solve_position(meshed, self.phi(share), [torque], self.elastic.elasticity_at).equilibria
-        return equilibrium.lead * meshed.pair.pinion.base_radius * 1e3
+        solved = solve_position(meshed, self.phi(share), at_torques([torque]), self.elastic.elasticity_at)
+        return solved.equilibria[0].lead * meshed.pair.pinion.base_radius * 1e3
 
     def calculix_um(self, share, torque=TORQUE, **options):
         return calculix_ste(self.case, self.mesh, self.phi(share), torque, **options).ste_um

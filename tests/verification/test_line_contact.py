@@ -11,6 +11,7 @@ from numpy.testing import assert_allclose
 
 from pmor.case import changed_text, load_case, parse_case
 from pmor.contact import kernel
+from pmor.contact.condition import ALIGNED, at_torques
 from pmor.contact.line_contact import approach_constants, bonded_layer_constant, line_compliance, line_contact
 from pmor.contact.position import relative_motion
 from pmor.contact.solve import solve_position
@@ -201,7 +202,7 @@ def test_levers_are_the_derivatives_of_the_gap(unlike):
         for lead in (-step, 0.0, step):
             at = np.empty(9)
             motion = np.zeros((3, 3)), np.zeros(3), np.zeros((3, 3)), np.zeros(3)
-            kernel._closest_approach(meshed.geometry, meshed.gears, roll_position, lead, 0.0, motion, at)
+            kernel._closest_approach(meshed.kinematics(ALIGNED), meshed.gears, roll_position, lead, 0.0, motion, at)
             found.append(at)
         assert_allclose((found[2][0] - found[0][0]) / (2.0 * step), found[1][7], rtol=1e-5)
 
@@ -219,7 +220,7 @@ def paper_model(elements, width=4, **contact):
 
 def curve(model, angles=48, torque=TORQUE):
     phi = model.mesh.meshed.pair.pitch * np.arange(angles) / angles
-    sweep = sweep_ste(model.mesh.meshed, model.elasticity_at, phi, [torque])
+    sweep = sweep_ste(model.mesh.meshed, model.elasticity_at, phi, at_torques([torque]))
     assert sweep.converged.all()
     return sweep
 
@@ -269,8 +270,8 @@ def test_strip_of_ten_elements_has_hertz_width_and_pressure():
     meshed = model.mesh.meshed
     pair = meshed.pair
     pitch_point = math.tan(pair.working_pressure_angle)
-    solved = solve_position(meshed, pair.roll_position(pitch_point), [torque], model.elasticity_at).equilibria[0]
-    contact = solved.contact
+    solved = solve_position(meshed, pair.roll_position(pitch_point), at_torques([torque]), model.elasticity_at)
+    contact = solved.equilibria[0].contact
     mine = (contact.place[:, 1] == column) & (contact.pair == contact.pair[contact.force.argmax()])
     width = 2.0 * meshed.section_widths[column]  # and its image
     line_load, length = contact.force[mine].sum() / width, contact.stiffness[mine].sum() / (1e7 * width)
@@ -289,7 +290,7 @@ def test_line_contact_gives_hertz_width_and_pressure_on_elements_as_large_as_the
         model = paper_model(elements, **contact)
         meshed = model.mesh.meshed
         phi = meshed.pair.roll_position(math.tan(meshed.pair.working_pressure_angle))
-        solved = solve_position(meshed, phi, [2.5e6], model.elasticity_at)
+        solved = solve_position(meshed, phi, at_torques([2.5e6]), model.elasticity_at)
         state, column = solved.equilibria[0].contact, 2
         mine = state.place[:, 1] == column
         if contact:
@@ -335,7 +336,7 @@ def test_exchanging_the_gears_changes_nothing(share):
     angle = mirrored.roll_position(roll_wheel)
 
     def solve(model, at, load):
-        return solve_position(model.mesh.meshed, at, [load], model.elasticity_at).equilibria[0]
+        return solve_position(model.mesh.meshed, at, at_torques([load]), model.elasticity_at).equilibria[0]
 
     here = solve(one, phi, TORQUE)
     back = 0.0
@@ -353,7 +354,7 @@ def test_torque_ratio_is_that_of_the_teeth_unless_a_corner_carries(share, unlike
     meshed = unlike.mesh.meshed
     start, end = meshed.pair.roll_position_range
     phi = start + share * meshed.pair.pitch
-    solved = solve_position(meshed, phi, [TORQUE], unlike.elasticity_at)
+    solved = solve_position(meshed, phi, at_torques([TORQUE]), unlike.elasticity_at)
     equilibrium, roll = solved.equilibria[0], phi + solved.position.pair_index * meshed.pair.pitch
     loaded = roll[equilibrium.pair_torque(len(roll)) > 0.0]
     ratio = equilibrium.wheel_torque / TORQUE * 17 / 31 - 1.0
@@ -366,7 +367,7 @@ def test_both_gears_get_the_same_force_and_moment(unlike):
     pair = meshed.pair
     for share in (0.05, 0.5, 0.9):
         phi = pair.roll_position_range[0] + share * pair.pitch
-        solved = solve_position(meshed, phi, [TORQUE], unlike.elasticity_at)
+        solved = solve_position(meshed, phi, at_torques([TORQUE]), unlike.elasticity_at)
         equilibrium, position = solved.equilibria[0], solved.position
         nodal = equilibrium.contact.nodal_forces(equilibrium.contact.force, len(position.nodes))
         resultants = []
@@ -393,7 +394,7 @@ def test_transmission_error_grows_less_than_the_torque(unlike):
     meshed = unlike.mesh.meshed
     phi = meshed.pair.roll_position(math.tan(meshed.pair.working_pressure_angle))
     torques = TORQUE * np.array([0.01, 0.1, 1.0, 10.0])
-    solved = solve_position(meshed, phi, torques, unlike.elasticity_at)
+    solved = solve_position(meshed, phi, at_torques(torques), unlike.elasticity_at)
     lead = np.array([e.lead for e in solved.equilibria])
     exponents = np.diff(np.log(lead)) / np.diff(np.log(torques))
     assert np.all((exponents > 0.9) & (exponents < 0.99))
@@ -409,7 +410,8 @@ def test_slope_over_the_angle_is_continuous_between_entry_and_exit():
                           for a, b in ((start, end - pitch), (end - pitch, start + pitch))])  # fmt: skip
     slopes = []
     for step in (1e-3, 5e-4, 2.5e-4):
-        ends = [sweep_ste(meshed, model.elasticity_at, phi + s * step * pitch, [TORQUE]).ste_um[0] for s in (-1.0, 1.0)]
+        places = (phi + side * step * pitch for side in (-1.0, 1.0))
+        ends = [sweep_ste(meshed, model.elasticity_at, place, at_torques([TORQUE])).ste_um[0] for place in places]
         slopes.append((ends[1] - ends[0]) / (2.0 * step))  # um per pitch
     assert np.abs(slopes[0] - slopes[1]).max() < 0.02
     assert np.abs(slopes[1] - slopes[2]).max() < 0.02

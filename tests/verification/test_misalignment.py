@@ -1,6 +1,5 @@
 """Misaligned axes: the gaps they make, in sections and in space, and the equilibria that follow."""
 
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -9,14 +8,14 @@ from numpy.testing import assert_allclose
 
 from pmor.case import parse_case
 from pmor.contact import kernel
-from pmor.contact.misalignment import Misalignment
+from pmor.contact.condition import ALIGNED, Axes, Condition
 from pmor.contact.position import active_patches, relative_motion
 from pmor.contact.search import search_contact
 from pmor.contact.solve import solve_position
 from pmor.pair.model import elastic_model, mesh_model
 from tests.small_case import case_text
 
-TILTED = Misalignment(in_plane_um=30.0, out_of_plane_um=-20.0, centre_distance_um=40.0)
+TILTED = Axes(in_plane_um=30.0, out_of_plane_um=-20.0, centre_distance_um=40.0)
 TORQUE = 1e5  # N mm
 
 
@@ -37,14 +36,15 @@ def model(*arguments, **contact):
     return elastic_model(case, mesh_model(case))
 
 
-def misaligned(meshed, misalignment=TILTED):
-    return replace(meshed, misalignment=misalignment)
+def under_torque(axes):
+    return [Condition(torque=TORQUE, axes=axes)]
 
 
 def section_at(meshed, roll_position, lead, z):
+    """Gap and the like of a section on tilted axes."""
     motion = np.zeros((3, 3)), np.zeros(3), np.zeros((3, 3)), np.zeros(3)
     at = np.empty(9)
-    kernel._closest_approach(meshed.geometry, meshed.gears, roll_position, lead, z, motion, at)
+    kernel._closest_approach(meshed.kinematics(TILTED), meshed.gears, roll_position, lead, z, motion, at)
     return at, motion
 
 
@@ -52,7 +52,7 @@ def section_at(meshed, roll_position, lead, z):
 @pytest.mark.parametrize("fraction", [0.1, 0.5, 0.9])
 def test_gap_of_a_section_is_the_least_distance_of_the_displaced_involutes(z, fraction):
     """Against points of both flanks, found by brute force: where they do not touch the least distance is the gap."""
-    meshed = misaligned(model().mesh.meshed)
+    meshed = model().mesh.meshed
     pair = meshed.pair
     start, end = pair.roll_position_range
     lead = -2e-3  # apart in every section
@@ -69,7 +69,7 @@ def test_gap_of_a_section_is_the_least_distance_of_the_displaced_involutes(z, fr
 
 
 def test_lead_counts_from_where_the_unloaded_flanks_first_touch():
-    meshed = misaligned(model().mesh.meshed)
+    meshed = model().mesh.meshed
     for roll_position in np.linspace(*meshed.pair.roll_position_range, 5)[1:-1]:
         gaps = [section_at(meshed, roll_position, 0.0, z)[0][0] for z in np.linspace(-10.0, 10.0, 11)]
         assert abs(min(gaps)) < 1e-13
@@ -77,20 +77,20 @@ def test_lead_counts_from_where_the_unloaded_flanks_first_touch():
 
 
 def test_levers_are_the_derivatives_of_the_gap_in_a_displaced_section():
-    meshed, step = misaligned(model().mesh.meshed), 1e-6
+    meshed, step = model().mesh.meshed, 1e-6
     start, end = meshed.pair.roll_position_range
     for roll_position in (start - 0.03, 0.5 * (start + end), end + 0.03):
         below, here, above = (section_at(meshed, roll_position, s * step, 8.0)[0] for s in (-1.0, 0.0, 1.0))
         assert_allclose((above[0] - below[0]) / (2.0 * step), here[7], rtol=1e-5)
 
 
-def test_relative_motion_is_rigid_and_puts_the_wheels_axis_where_the_misalignment_says():
-    meshed = misaligned(model().mesh.meshed)
-    rotation, shift = relative_motion(meshed, 0.07, 1e-3)
+def test_relative_motion_is_rigid_and_puts_the_wheels_axis_where_a_condition_says():
+    meshed = model().mesh.meshed
+    rotation, shift = relative_motion(meshed, 0.07, 1e-3, TILTED)
     assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-14)
     # Points of the wheel's axis, seen from the pinion: at z = 0 offset, and along a direction with the slopes.
     to_pinion = lambda x: rotation.T @ (x - shift)  # noqa: E731
-    angle = 0.07 + 1e-3 + meshed.geometry[13]
+    angle = 0.07 + 1e-3 + meshed.kinematics(TILTED)[13]
     turn = np.array([[np.cos(angle), -np.sin(angle), 0.0], [np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]])
     origin, above = (turn @ to_pinion(np.array([0.0, 0.0, z])) for z in (0.0, 10.0))
     assert_allclose(origin, [0.0, meshed.pair.centre_distance + 0.04, 0.0], atol=1e-12)
@@ -100,10 +100,10 @@ def test_relative_motion_is_rigid_and_puts_the_wheels_axis_where_the_misalignmen
 
 def test_surfaces_in_space_and_sections_see_the_same_gaps():
     """Unloaded: the smallest gap of each column of points, against the exact section there."""
-    meshed = misaligned(mesh_model(unlike_case("direct", elements=16, lodm_profile=16, slave="pinion")).meshed)
-    exact = misaligned(model().mesh.meshed)
+    meshed = mesh_model(unlike_case("direct", elements=16, lodm_profile=16, slave="pinion")).meshed
+    exact = model().mesh.meshed
     phi, lead = 0.4 * meshed.pair.pitch, 1e-3
-    position = active_patches(meshed, phi, 0.2)
+    position = active_patches(meshed, phi, 0.2, TILTED)
     contact = search_contact(meshed, position, np.zeros((len(position.nodes), 3)), lead)
     for pair, index in enumerate(position.pair_index):
         roll_position = phi + index * meshed.pair.pitch
@@ -120,25 +120,24 @@ def test_another_centre_distance_is_another_pair(scheme):
     """An offset along the centre line against the pair that has this centre distance from the start."""
     # Which gear is the slave would depend on where the path of contact is.
     near = model(scheme, slave="pinion")
-    aligned = near.mesh.meshed
-    far = model(scheme, aligned.pair.centre_distance + 0.1, slave="pinion")
-    meshed = misaligned(aligned, Misalignment(centre_distance_um=100.0))
-    slack = meshed.geometry[13]
+    meshed, apart = near.mesh.meshed, Axes(centre_distance_um=100.0)
+    far = model(scheme, meshed.pair.centre_distance + 0.1, slave="pinion")
+    slack = meshed.kinematics(apart)[13]
     for fraction in (0.2, 0.45, 0.7):
         phi = fraction * meshed.pair.pitch
-        here = solve_position(meshed, phi, [TORQUE], near.elasticity_at).equilibria[0]
-        there = solve_position(far.mesh.meshed, phi + slack, [TORQUE], far.elasticity_at).equilibria[0]
+        here = solve_position(meshed, phi, under_torque(apart), near.elasticity_at).equilibria[0]
+        there = solve_position(far.mesh.meshed, phi + slack, under_torque(ALIGNED), far.elasticity_at).equilibria[0]
         assert_allclose(here.lead, there.lead, rtol=1e-7)
 
 
 @pytest.mark.parametrize("scheme", ["line", "strip", "direct"])
 def test_the_mirrored_tilt_mirrors_the_load(scheme):
     full = model(scheme)
-    tilt = Misalignment(in_plane_um=10.0, out_of_plane_um=15.0)
-    back = Misalignment(in_plane_um=-10.0, out_of_plane_um=-15.0)
+    tilt = Axes(in_plane_um=10.0, out_of_plane_um=15.0)
+    back = Axes(in_plane_um=-10.0, out_of_plane_um=-15.0)
     states = [
-        solve_position(misaligned(full.mesh.meshed, m), 0.05, [TORQUE], full.elasticity_at).equilibria[0]
-        for m in (tilt, back)
+        solve_position(full.mesh.meshed, 0.05, under_torque(axes), full.elasticity_at).equilibria[0]
+        for axes in (tilt, back)
     ]
     loads = [np.bincount(e.contact.place[:, 1], e.contact.force, minlength=5) for e in states]
     assert_allclose(states[0].lead, states[1].lead, rtol=1e-8)
@@ -147,23 +146,24 @@ def test_the_mirrored_tilt_mirrors_the_load(scheme):
 
 
 @pytest.mark.parametrize("scheme", ["line", "direct"])
-def test_torque_on_the_misaligned_pinion_is_balanced(scheme):
+def test_torque_on_the_pinion_of_tilted_axes_is_balanced(scheme):
     full = model(scheme)
-    state = solve_position(misaligned(full.mesh.meshed), 0.05, [TORQUE], full.elasticity_at).equilibria[0]
+    state = solve_position(full.mesh.meshed, 0.05, under_torque(TILTED), full.elasticity_at).equilibria[0]
     assert_allclose(-state.contact.force @ state.contact.lever, TORQUE, rtol=1e-8)
 
 
 def test_aligned_is_what_it_was_without_the_parameter():
     meshed = model().mesh.meshed
-    assert np.all(meshed.geometry[9:] == 0.0)
-    assert kernel.section_offset(meshed.geometry, meshed.gears, 7.0) == (0.0, 0.0, 0.0, 0.0)
+    kinematics = meshed.kinematics(ALIGNED)
+    assert np.all(kinematics[9:] == 0.0)
+    assert kernel.section_offset(kinematics, meshed.gears, 7.0) == (0.0, 0.0, 0.0, 0.0)
 
 
 @pytest.mark.parametrize("torque", [1e2, 1e4, 1e6])
 def test_expected_closing_balances_a_bed_of_springs_under_a_wedge(torque):
-    meshed = misaligned(model().mesh.meshed)
-    closing, spread = meshed.expected_closing(torque), meshed.misalignment.spread
+    meshed = model().mesh.meshed
+    closing, spread = meshed.expected_closing(torque, TILTED), TILTED.spread
     place = (np.arange(200_000) + 0.5) / 200_000
     mean = np.maximum(closing - spread * place, 0.0).mean()
     assert_allclose(mean, meshed.expected_approach(torque), rtol=1e-6)  # of the sum
-    assert misaligned(meshed, Misalignment()).expected_closing(torque) == meshed.expected_approach(torque)
+    assert meshed.expected_closing(torque, ALIGNED) == meshed.expected_approach(torque)

@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose
 from scipy.optimize import nnls
 
 from pmor.contact import equilibrium
+from pmor.contact.condition import at_torques
 from pmor.contact.equilibrium import _unilateral, expected_penetration
 from pmor.contact.solve import solve_position
 from tests.gear_models import body, gear_pair, meshed_pair, tooth
@@ -29,7 +30,7 @@ class Model:
 
     def solve(self, share, torque=TORQUE):
         phi = PAIR.roll_position_range[0] + share * PAIR.pitch
-        return solve_position(self.meshed, phi, [torque], self.elasticity).equilibria[0]
+        return solve_position(self.meshed, phi, at_torques([torque]), self.elasticity).equilibria[0]
 
 
 def lcp_by_trying_all(matrix, gap):

@@ -10,6 +10,7 @@ import pmor.contact.equilibrium
 import pmor.contact.solve
 from pmor.case import parse_case
 from pmor.case.width import elements_across, meshed_width, mirrors_at_mid_width, whole_width
+from pmor.contact.condition import at_torques
 from pmor.errors import MeshError
 from pmor.fe.cyclic import elastic_gear, volume_displacement
 from pmor.lab.rivals.conventional import conventional_pair
@@ -46,7 +47,7 @@ def case_of(width, across=ACROSS, contact=None, **sections):
 def ste_um(case, angles=5, torque=TORQUE):
     model = elastic_model(case, mesh_model(case))
     meshed = model.mesh.meshed
-    sweep = sweep_ste(meshed, model.elasticity_at, meshed.pair.pitch * np.arange(angles) / angles, [torque])
+    sweep = sweep_ste(meshed, model.elasticity_at, meshed.pair.pitch * np.arange(angles) / angles, at_torques([torque]))
     assert sweep.converged.all()
     return sweep.ste_um[0]
 

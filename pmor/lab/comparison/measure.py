@@ -20,7 +20,8 @@ from pmor.lab.comparison.training import TrainingSet
 from pmor.lab.comparison.variants import Variant
 from pmor.lab.study.measures import max_and_rms
 from pmor.pair.model import ElasticModel
-from pmor.storage.basis_file import Basis, write_basis
+from pmor.reduction.basis import Basis
+from pmor.storage.basis_file import write_basis
 
 
 @dataclass(frozen=True)

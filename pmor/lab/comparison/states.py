@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -12,9 +12,9 @@ from pmor_offline.sampling import SEED, sobol_positions
 
 from pmor.arrays import FloatArray
 from pmor.case import OfflineCase
+from pmor.contact.condition import Condition
 from pmor.contact.flank import MeshedPair
 from pmor.contact.line_contact import line_contact
-from pmor.contact.misalignment import OperatingCondition
 from pmor.contact.solve import ElasticityAt, solve_position
 from pmor.gear.pair import GearPair
 
@@ -30,22 +30,19 @@ class States:
     ----------
     phi : ndarray, shape (n,)
         Pinion angles, rad.
-    conditions : tuple of n OperatingCondition
+    conditions : tuple of n Condition
     """
 
     phi: FloatArray
-    conditions: tuple[OperatingCondition, ...]
+    conditions: tuple[Condition, ...]
 
     def where(self, i: int) -> dict[str, float]:
         """Return where a state is, in the units of a case."""
         condition = self.conditions[i]
-        off = condition.misalignment
         return {
             "phi_deg": float(np.degrees(self.phi[i])),
-            "torque_Nm": 1e-3 * condition.torque,
-            "in_plane_um": off.in_plane_um,
-            "out_of_plane_um": off.out_of_plane_um,
-            "centre_distance_um": off.centre_distance_um,
+            "torque_Nm": 1e-3 * condition.given_torque,
+            **asdict(condition.axes),
         }
 
 
@@ -92,9 +89,8 @@ def solve_states(
     Solved
     """
 
-    def solve(phi: float, condition: OperatingCondition) -> tuple[float, dict[int, FloatArray]]:
-        own = replace(meshed, misalignment=condition.misalignment)
-        return _solve(own, elasticity_at, phi, condition.torque)
+    def solve(phi: float, condition: Condition) -> tuple[float, dict[int, FloatArray]]:
+        return _solve(meshed, elasticity_at, phi, condition)
 
     found = []
     with ThreadPoolExecutor(max_workers=jobs) as pool:
@@ -106,9 +102,9 @@ def solve_states(
 
 
 def _solve(
-    meshed: MeshedPair, elasticity_at: ElasticityAt, phi: float, torque: float
+    meshed: MeshedPair, elasticity_at: ElasticityAt, phi: float, condition: Condition
 ) -> tuple[float, dict[int, FloatArray]]:
-    solved = solve_position(meshed, phi, [torque], elasticity_at)
+    solved = solve_position(meshed, phi, [condition], elasticity_at)
     equilibrium, position = solved.equilibria[0], solved.position
     if equilibrium is None:
         return float("nan"), {}

@@ -9,7 +9,8 @@ from pmor_online.model import online_angles, reduced_pair
 from pmor_online.sweep import sweep_reduced_pair
 
 from pmor.lab.comparison.measure import without_estimate
-from pmor.storage.basis_file import Basis
+from pmor.pair.conditions import nominal_condition
+from pmor.reduction.basis import Basis
 
 ANGLES = 200  # a full pitch
 # A model with hundreds of unknowns takes seconds for a sweep: it is repeated until it had this share, s.
@@ -43,7 +44,7 @@ def online_times_ms(
             # In turn first: neither has the warmer cache, or the quieter machine.
             for reduced, own in list(zip(both, found, strict=True))[:: 1 if repeat % 2 else -1]:
                 phi = online_angles(reduced.meshed.pair.pitch, ANGLES)
-                seconds = sweep_reduced_pair(reduced, phi, [1e3 * reduced.basis.case.torque_Nm]).seconds
+                seconds = sweep_reduced_pair(reduced, phi, [nominal_condition(reduced.basis.case)]).seconds
                 if repeat:
                     own.append(seconds)
         if repeat:

@@ -14,7 +14,7 @@ from pmor_online.errors import estimate_errors
 from pmor.case import Case
 from pmor.lab.comparison.variants import Grid
 from pmor.pair.model import ElasticModel
-from pmor.storage.snapshot_file import Snapshots
+from pmor.reduction.snapshots import Snapshots
 
 
 @dataclass(frozen=True)
@@ -39,12 +39,7 @@ class TrainingSet:
     @property
     def failures(self) -> list[str]:
         """Name the solves that did not converge."""
-        return [
-            f"full FE at phi = {s.phi:.6g} rad, torque = {1e-3 * torque:g} N m"
-            for s in self.snapshots
-            for torque, ok in zip(s.torque, s.converged, strict=True)
-            if not ok
-        ]
+        return [f"full FE at {failure}" for s in self.snapshots for failure in s.failures]
 
     def first(self, positions: int) -> TrainingSet:
         """Return what was there after so many positions."""

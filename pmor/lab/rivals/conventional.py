@@ -24,6 +24,7 @@ import scipy.sparse as sp
 
 from pmor.arrays import FloatArray, IntArray
 from pmor.case import Case, GearCase
+from pmor.contact.condition import Condition
 from pmor.contact.equilibrium import round_off_residual
 from pmor.contact.flank import MeshedPair
 from pmor.contact.position import Position, active_patches
@@ -182,7 +183,7 @@ def conventional_pair(case: Case, mesh: MeshModel) -> ConventionalPair:
 
 
 def solve_conventional(
-    pair: ConventionalPair, phi: float, torque: float, max_steps: int = 40, tolerance: float = 1e-9
+    pair: ConventionalPair, phi: float, condition: Condition, max_steps: int = 40, tolerance: float = 1e-9
 ) -> ConventionalSolution:
     """Solve for the equilibrium at one pinion angle, from the undeformed pair at the expected approach.
 
@@ -191,8 +192,7 @@ def solve_conventional(
     pair : ConventionalPair
     phi : float
         Pinion angle, rad.
-    torque : float
-        On the pinion, N mm, positive.
+    condition : Condition
     max_steps : int
     tolerance : float
         On the relative residuals: nodal forces, and torque.
@@ -206,12 +206,12 @@ def solve_conventional(
     ConvergenceError
         With the residual history, when the tolerance is not reached or nothing touches.
     """
-    start, meshed = time.perf_counter(), pair.meshed
+    start, meshed, torque = time.perf_counter(), pair.meshed, condition.given_torque
     tolerance = max(tolerance, round_off_residual(meshed, torque))
-    depth = window_depth(meshed, torque)
+    depth = window_depth(meshed, condition)
     factor_seconds: list[float] = []
     while True:
-        problem = _problem(pair, active_patches(meshed, phi, depth), torque)
+        problem = _problem(pair, active_patches(meshed, phi, depth, condition.axes), torque)
         state, history = _newton(problem, max_steps, tolerance, factor_seconds)
         if not state.contact.touches_border:
             break

@@ -18,6 +18,7 @@ from pmor.lab.stability.places import NEIGHBOUR, mirrored_angles, pinion_angles
 from pmor.lab.stability.reduced import train
 from pmor.lab.stability.solve import Solved, solve_variant, ste_from_other_load, ste_only
 from pmor.lab.stability.variants import Variant
+from pmor.pair.conditions import nominal_condition
 from pmor.pair.limits import range_warnings
 from pmor.pair.model import ElasticModel, approach_estimate, elastic_model, mesh_model
 
@@ -126,12 +127,12 @@ def measure(variant: Variant, bench: Bench) -> Entry:
 
 def _solved_entry(entry: Entry, variant: Variant, case: Case, bench: Bench) -> Entry:
     model = bench.model_of(case)
-    meshed, torque = model.mesh.meshed, 1e3 * case.torque_Nm
+    meshed, condition = model.mesh.meshed, nominal_condition(case)
     phi = pinion_angles(meshed, variant.places)
     if variant.basis is not None:
         solved = _reduced(case, model, phi, variant.basis)
     else:
-        solved = solve_variant(meshed, model.elasticity_at, phi, torque, variant.start_mm, variant.rising)
+        solved = solve_variant(meshed, model.elasticity_at, phi, condition, variant.start_mm, variant.rising)
     reference = variant.factor * _reference(variant, case, model, phi, bench)
     difference = float(np.max(np.abs(solved.ste_um - reference)) / np.mean(np.abs(reference)))
     notes = _complaints(variant, solved, difference)
@@ -160,10 +161,10 @@ def _known(value: float) -> float | None:
 
 def _reference(variant: Variant, case: Case, model: ElasticModel, phi: FloatArray, bench: Bench) -> FloatArray:
     """STE of what a variant is held against, um."""
-    meshed, torque = model.mesh.meshed, 1e3 * case.torque_Nm
+    meshed, condition = model.mesh.meshed, nominal_condition(case)
     if variant.against == "base":
         base = bench.model
-        return ste_only(base.mesh.meshed, base.elasticity_at, phi, 1e3 * bench.base.torque_Nm)
+        return ste_only(base.mesh.meshed, base.elasticity_at, phi, nominal_condition(bench.base))
     if variant.against == "finer":
         fine = _ste_of(_finer(case), phi)
         # What the coarse mesh misses anyway, it misses in the base case too.
@@ -172,11 +173,11 @@ def _reference(variant: Variant, case: Case, model: ElasticModel, phi: FloatArra
         return _mirrored(case, model, phi)
     if variant.against == "neighbours":
         step = NEIGHBOUR * meshed.pair.pitch
-        near = [ste_only(meshed, model.elasticity_at, phi + sign * step, torque) for sign in (-1.0, 1.0)]
+        near = [ste_only(meshed, model.elasticity_at, phi + sign * step, condition) for sign in (-1.0, 1.0)]
         return np.asarray(0.5 * (near[0] + near[1]))
     if variant.against == "full":
-        return ste_only(meshed, model.elasticity_at, phi, torque)
-    return ste_from_other_load(meshed, model.elasticity_at, phi, torque)
+        return ste_only(meshed, model.elasticity_at, phi, condition)
+    return ste_from_other_load(meshed, model.elasticity_at, phi, condition)
 
 
 def _finer(case: Case) -> Case:
@@ -186,7 +187,7 @@ def _finer(case: Case) -> Case:
 
 def _ste_of(case: Case, phi: FloatArray) -> FloatArray:
     model = elastic_model(case, mesh_model(case))
-    return ste_only(model.mesh.meshed, model.elasticity_at, phi, 1e3 * case.torque_Nm)
+    return ste_only(model.mesh.meshed, model.elasticity_at, phi, nominal_condition(case))
 
 
 def _mirrored(case: Case, model: ElasticModel, phi: FloatArray) -> FloatArray:
@@ -202,15 +203,15 @@ def _mirrored(case: Case, model: ElasticModel, phi: FloatArray) -> FloatArray:
     exchanged = parse_case(text, case.name, "gears exchanged")
     mirror = ElasticModel(mesh_model(exchanged), model.wheel, model.pinion)
     angles = mirrored_angles(model.mesh.meshed.pair, phi, mirror.mesh.meshed.pair)
-    return ste_only(mirror.mesh.meshed, mirror.elasticity_at, angles, 1e3 * exchanged.torque_Nm)
+    return ste_only(mirror.mesh.meshed, mirror.elasticity_at, angles, nominal_condition(exchanged))
 
 
 def _reduced(case: Case, model: ElasticModel, phi: FloatArray, way: str) -> Solved:
     """Solve by a reduced model: its sweep gives STE and steps, its slow twin the balances."""
     reduced = train(case, model, way)
-    torque = 1e3 * case.torque_Nm
-    sweep = sweep_reduced_pair(reduced, phi, [torque])
-    twin = solve_variant(reduced.meshed, reduced.elasticity_at, phi, torque)
+    condition = nominal_condition(case)
+    sweep = sweep_reduced_pair(reduced, phi, [condition])
+    twin = solve_variant(reduced.meshed, reduced.elasticity_at, phi, condition)
     failures = [f"no equilibrium of the sweep at phi = {angle:.6g} rad" for angle in phi[~sweep.converged[0]]]
     return replace(twin, ste_um=sweep.ste_um[0], steps=max(int(sweep.newton_steps.max()), twin.steps),
                    failures=(*failures, *twin.failures))  # fmt: skip

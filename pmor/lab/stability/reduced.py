@@ -10,7 +10,7 @@ from pmor_offline.snapshots import solve_snapshots
 from pmor_online.model import ReducedPair, reduced_pair
 
 from pmor.case import Case
-from pmor.contact.misalignment import OperatingCondition
+from pmor.contact.condition import at_torques
 from pmor.pair.model import ElasticModel
 
 ANGLES = 8
@@ -41,8 +41,7 @@ def train(case: Case, model: ElasticModel, way: str) -> ReducedPair:
     """
     meshed = model.mesh.meshed
     angles = training_angles(meshed.pair, ANGLES)[: 1 if way == "single_angle" else ANGLES]
-    torques = tuple(1e3 * case.torque_Nm * load for load in LOADS[way])
-    conditions = tuple(OperatingCondition(torque) for torque in torques)
+    conditions = at_torques(1e3 * case.torque_Nm * load for load in LOADS[way])
     snapshots = [solve_snapshots(model, TrainingPosition(float(phi), conditions)) for phi in angles]
     if way == "duplicated":
         snapshots *= 3

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmor.arrays import FloatArray
+from pmor.contact.condition import Condition, at_torques
 from pmor.contact.equilibrium import Equilibrium, round_off_residual, solve_equilibrium
 from pmor.contact.flank import MeshedPair
 from pmor.contact.solve import ElasticityAt, SolvedPosition, solve_position
@@ -47,10 +48,10 @@ class Solved:
 
 
 def solve_variant(
-    meshed: MeshedPair, elasticity_at: ElasticityAt, phi: FloatArray, torque: float, start_mm: float | None = None,
-    rising: tuple[float, ...] = (),
+    meshed: MeshedPair, elasticity_at: ElasticityAt, phi: FloatArray, condition: Condition,
+    start_mm: float | None = None, rising: tuple[float, ...] = (),
 ) -> Solved:  # fmt: skip
-    """Solve all positions at one torque.
+    """Solve all positions under one torque.
 
     Parameters
     ----------
@@ -58,8 +59,7 @@ def solve_variant(
     elasticity_at : callable
     phi : ndarray, shape (n,)
         rad.
-    torque : float
-        N mm.
+    condition : Condition
     start_mm : float, optional
         Solve each position from an undeformed pair that is so far ahead, mm along the line of action.
     rising : tuple of float
@@ -71,13 +71,13 @@ def solve_variant(
     """
     # Under the smallest loads, energies differ by less than their round-off; and the energy of line contact is not half
     # its force times the gap, which is what is stored here.
-    line = meshed.scheme.kind == "line"
+    torque, line = condition.given_torque, meshed.scheme.kind == "line"
     balanced = not line and round_off_residual(meshed, torque) < LEAST_DIGITS * LITTLE_MORE
     torques = [*(load * torque for load in rising), torque, (1.0 + LITTLE_MORE) * torque]
     ste, measures, steps = np.full(len(phi), np.nan), [], [0]
     failures: list[str] = []
     for i, angle in enumerate(phi):
-        solved = solve_position(meshed, float(angle), torques, elasticity_at)
+        solved = solve_position(meshed, float(angle), at_torques(torques, condition.axes), elasticity_at)
         failures += solved.failures
         first, second = solved.equilibria[-2:]
         if first is None or second is None:
@@ -85,7 +85,7 @@ def solve_variant(
         elasticity = elasticity_at(solved.position)
         if start_mm is not None:
             try:
-                first = _from_afar(meshed, solved, elasticity_at, torque, start_mm)
+                first = _from_afar(meshed, solved, elasticity_at, condition, start_mm)
             except ConvergenceError as error:
                 failures.append(str(error))
                 continue
@@ -96,31 +96,34 @@ def solve_variant(
             energy_imbalance(elasticity, (first, second), (torques[-2], torques[-1])) if balanced else np.nan,
             torque_imbalance(solved.position, elasticity, first, torque),
         ))  # fmt: skip
-    condition, energy, balance = np.max(measures, axis=0) if measures else (np.nan,) * 3
-    return Solved(ste, max(steps), float(condition), float(energy), float(balance), tuple(failures))
+    worst, energy, balance = np.max(measures, axis=0) if measures else (np.nan,) * 3
+    return Solved(ste, max(steps), float(worst), float(energy), float(balance), tuple(failures))
 
 
-def ste_from_other_load(meshed: MeshedPair, elasticity_at: ElasticityAt, phi: FloatArray, torque: float) -> FloatArray:
+def ste_from_other_load(
+    meshed: MeshedPair, elasticity_at: ElasticityAt, phi: FloatArray, condition: Condition
+) -> FloatArray:
     """Return the STE, um, when each position is first solved under half the torque; NaN where that fails."""
-    return _last(meshed, elasticity_at, phi, [OTHER_LOAD * torque, torque])
+    torque = condition.given_torque
+    return _last(meshed, elasticity_at, phi, at_torques([OTHER_LOAD * torque, torque], condition.axes))
 
 
-def ste_only(meshed: MeshedPair, elasticity_at: ElasticityAt, phi: FloatArray, torque: float) -> FloatArray:
+def ste_only(meshed: MeshedPair, elasticity_at: ElasticityAt, phi: FloatArray, condition: Condition) -> FloatArray:
     """Return the STE, um; NaN where a position did not converge."""
-    return _last(meshed, elasticity_at, phi, [torque])
+    return _last(meshed, elasticity_at, phi, [condition])
 
 
 def _last(
-    meshed: MeshedPair, elasticity_at: ElasticityAt, phi: FloatArray, torques: Sequence[float]
+    meshed: MeshedPair, elasticity_at: ElasticityAt, phi: FloatArray, conditions: Sequence[Condition]
 ) -> FloatArray:
-    states = [solve_position(meshed, float(angle), torques, elasticity_at).equilibria[-1] for angle in phi]
+    states = [solve_position(meshed, float(angle), conditions, elasticity_at).equilibria[-1] for angle in phi]
     leads = [np.nan if state is None else state.lead for state in states]
     return np.array(leads) * meshed.pair.pinion.base_radius * 1e3
 
 
 def _from_afar(
-    meshed: MeshedPair, solved: SolvedPosition, elasticity_at: ElasticityAt, torque: float, start_mm: float
+    meshed: MeshedPair, solved: SolvedPosition, elasticity_at: ElasticityAt, condition: Condition, start_mm: float
 ) -> Equilibrium:
     elasticity = elasticity_at(solved.position)
     start = elasticity.zero(), start_mm / meshed.pair.pinion.base_radius
-    return solve_equilibrium(meshed, solved.position, elasticity, torque, start)
+    return solve_equilibrium(meshed, solved.position, elasticity, condition, start)

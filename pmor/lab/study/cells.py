@@ -12,6 +12,7 @@ import numpy as np
 
 from pmor.arrays import FloatArray
 from pmor.case import Case, changed_text, load_case, parse_case
+from pmor.contact.condition import Condition
 from pmor.contact.solve import solve_position
 from pmor.lab.study.settings import Cell, Member, Sections, Study, TrainingSettings
 from pmor.pair.model import ElasticModel, elastic_model, mesh_model
@@ -125,7 +126,7 @@ class FullSweep:
     torque_ratio_error: FloatArray
 
 
-def solve_full(model: ElasticModel, phi: FloatArray, torques_Nm: Sequence[float], jobs: int) -> FullSweep:
+def solve_full(model: ElasticModel, phi: FloatArray, conditions: Sequence[Condition], jobs: int) -> FullSweep:
     """Solve condensed full FE at all angles and torques.
 
     Parameters
@@ -133,8 +134,7 @@ def solve_full(model: ElasticModel, phi: FloatArray, torques_Nm: Sequence[float]
     model : ElasticModel
     phi : ndarray, shape (n,)
         Pinion angles, rad.
-    torques_Nm : sequence of float
-        N m.
+    conditions : sequence of Condition
     jobs : int
         Angles solved at a time.
 
@@ -142,12 +142,13 @@ def solve_full(model: ElasticModel, phi: FloatArray, torques_Nm: Sequence[float]
     -------
     FullSweep
     """
-    meshed, torques = model.mesh.meshed, [1e3 * t for t in torques_Nm]
-    pair = meshed.pair
+    meshed, pair = model.mesh.meshed, model.mesh.meshed.pair
     started = time.perf_counter()
     with ThreadPoolExecutor(max_workers=jobs) as pool:
-        solved = list(pool.map(lambda angle: solve_position(meshed, float(angle), torques, model.elasticity_at), phi))
-    sweep = collect_sweep(meshed, solved, phi, torques, time.perf_counter() - started)
+        solved = list(
+            pool.map(lambda angle: solve_position(meshed, float(angle), conditions, model.elasticity_at), phi)
+        )
+    sweep = collect_sweep(meshed, solved, phi, conditions, time.perf_counter() - started)
     first, last = pair.roll_position_range
     margin = ENTRY_EXIT_MARGIN * pair.pitch
     ratio = np.full(sweep.ste_um.shape, np.nan)

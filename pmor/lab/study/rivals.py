@@ -13,6 +13,7 @@ from pmor.lab.rivals.calculix import calculix_available, calculix_ste
 from pmor.lab.rivals.conventional import conventional_pair, solve_conventional
 from pmor.lab.rivals.conventional_cost import newton_step_seconds
 from pmor.lab.study.cells import ModelStore, solve_full
+from pmor.pair.conditions import nominal_condition
 from pmor.pair.model import mesh_model
 
 
@@ -29,13 +30,13 @@ def conventional_cell(case: Case, angles: int, store: ModelStore) -> dict[str, A
     model, _ = store.model(case)
     pair = conventional_pair(case, model.mesh)
     phi = online_angles(model.mesh.meshed.pair.pitch, angles)
-    solutions = [solve_conventional(pair, float(angle), 1e3 * case.torque_Nm) for angle in phi]
+    solutions = [solve_conventional(pair, float(angle), nominal_condition(case)) for angle in phi]
     seconds = [solution.seconds for solution in solutions]
     factored = sum(solution.factorisations for solution in solutions)
     return {
         "phi_rad": phi.tolist(),
         "ste_um": [solution.ste_um for solution in solutions],
-        "condensed_ste_um": solve_full(model, phi, [case.torque_Nm], jobs=1).sweep.ste_um[0].tolist(),
+        "condensed_ste_um": solve_full(model, phi, [nominal_condition(case)], jobs=1).sweep.ste_um[0].tolist(),
         "newton_steps": [solution.steps for solution in solutions],
         "factorisations": [solution.factorisations for solution in solutions],
         "unknowns": pair.unknowns,
@@ -78,7 +79,7 @@ def peer_cell(case: Case, angles: int, store: ModelStore) -> dict[str, Any]:
         "program": "CalculiX",
         "phi_rad": phi.tolist(),
         "ste_um": [solution.ste_um for solution in solutions],
-        "condensed_ste_um": solve_full(model, phi, [case.torque_Nm], jobs=1).sweep.ste_um[0].tolist(),
+        "condensed_ste_um": solve_full(model, phi, [nominal_condition(case)], jobs=1).sweep.ste_um[0].tolist(),
         "unknowns": solutions[0].unknowns,
         "iterations": [solution.iterations for solution in solutions],
         "solve_s": [solution.seconds for solution in solutions],

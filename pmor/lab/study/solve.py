@@ -19,6 +19,7 @@ from pmor.fe.assembly import degrees_of_freedom
 from pmor.lab.study.cells import FullSweep, ModelStore, solve_full
 from pmor.lab.study.measures import max_and_rms
 from pmor.lab.study.settings import Study
+from pmor.pair.conditions import conditions_of, nominal_condition
 from pmor.pair.model import ElasticModel, MeshModel, elastic_model, mesh_model
 from pmor.results.sweep import SteSweep, ripple_um
 from pmor.storage.basis_file import read_basis
@@ -41,19 +42,19 @@ def variant_cell(case: Case, study: Study, store: ModelStore, jobs: int) -> dict
 def grid_cell(case: Case, study: Study, store: ModelStore, basis_path: Path, jobs: int) -> dict[str, Any]:
     """Solve a cell by condensed full FE, train its reduced model on one thread, and compare the two."""
     model, elastic_s = store.model(case)
-    pair, torque = model.mesh.meshed.pair, [case.torque_Nm]
+    pair, conditions = model.mesh.meshed.pair, [nominal_condition(case)]
     grid = online_angles(pair.pitch, study.grid.angles_per_pitch)
     full = _full_on_grid(model, case, study, jobs)
     # The compiled code is warm by now, so that the offline time below is that of a second run.
     offline = run_offline(case, model, basis_path, overwrite=True, estimate=estimate_errors)
     reduced = reduced_pair(read_basis(basis_path))
     training = reduced.basis.training
-    on_grid = sweep_reduced_pair(reduced, grid, [1e3 * t for t in torque])
-    curve = sweep_reduced_pair(reduced, online_angles(pair.pitch, study.grid.curve_angles), [1e3 * t for t in torque])
+    on_grid = sweep_reduced_pair(reduced, grid, conditions)
+    curve = sweep_reduced_pair(reduced, online_angles(pair.pitch, study.grid.curve_angles), conditions)
     unseen = unseen_angles(
         pair.roll_position_range[0], pair.pitch, case.compare.angles, case.offline.angles_per_pitch
     )
-    comparison = compare_at(reduced, solve_full(model, unseen, case.compare.torques_Nm, jobs))
+    comparison = compare_at(reduced, solve_full(model, unseen, conditions_of(case, case.compare.torques_Nm), jobs))
     return full | {
         "reduced": sweep_data(on_grid),
         "reduced_curve": sweep_data(curve),
@@ -79,7 +80,7 @@ def trainings(
     model, _ = store.model(some)
     pair = model.mesh.meshed.pair
     unseen = unseen_angles(pair.roll_position_range[0], pair.pitch, some.compare.angles, most)
-    full = solve_full(model, unseen, some.compare.torques_Nm, jobs)
+    full = solve_full(model, unseen, conditions_of(some, some.compare.torques_Nm), jobs)
     entries = []
     path = folder / "training.h5"
     for (angles, torques), case in cases.items():
@@ -106,7 +107,7 @@ def trainings(
 def compare_at(reduced: ReducedPair, full: FullSweep) -> dict[str, Any]:
     """Solve the positions of a full sweep with the reduced model as well."""
     sweep = full.sweep
-    fast = sweep_reduced_pair(reduced, sweep.phi_rad, [1e3 * t for t in sweep.torque_Nm])
+    fast = sweep_reduced_pair(reduced, sweep.phi_rad, conditions_of(reduced.basis.case, sweep.torque_Nm))
     largest, rms = max_and_rms((fast.ste_um - sweep.ste_um) / sweep.ste_um)
     return {"full": sweep_data(sweep), "reduced": sweep_data(fast), "max_rel": largest, "rms_rel": rms}
 
@@ -129,7 +130,7 @@ def basis_is_valid(path: Path, case: Case) -> bool:
 
 def _full_on_grid(model: ElasticModel, case: Case, study: Study, jobs: int) -> dict[str, Any]:
     phi = online_angles(model.mesh.meshed.pair.pitch, study.grid.angles_per_pitch)
-    full = solve_full(model, phi, [case.torque_Nm], jobs)
+    full = solve_full(model, phi, [nominal_condition(case)], jobs)
     return {
         "full": sweep_data(full.sweep),
         "full_ripple_um": ripple_um(full.sweep, 0),

@@ -18,8 +18,10 @@ from pmor_online.sweep import sweep_reduced_pair
 
 from pmor.arrays import FloatArray
 from pmor.case import Case
+from pmor.contact.condition import Condition
 from pmor.lab.study.cells import ModelStore
 from pmor.lab.study.settings import Cell, TimingSettings
+from pmor.pair.conditions import nominal_condition
 from pmor.pair.model import ElasticModel
 from pmor.pair.sweep import sweep_ste
 from pmor.storage.basis_file import read_basis
@@ -50,13 +52,13 @@ def time_cells(
     work: dict[tuple[str, str], Callable[[], int]] = {}
     for cell, (case, basis_path) in cells.items():
         model, _ = store.model(case)
-        reduced, torque = reduced_pair(read_basis(basis_path)), [1e3 * case.torque_Nm]
+        reduced, conditions = reduced_pair(read_basis(basis_path)), [nominal_condition(case)]
         pitch = model.mesh.meshed.pair.pitch
         few, many = (online_angles(pitch, n) for n in (settings.condensed_angles, settings.reduced_angles))
         work |= {
-            (cell.label, "condensed"): partial(_condensed, model, few, torque),
-            (cell.label, "reduced"): partial(_reduced, reduced, many, torque, 1),
-            (cell.label, "reduced_all_threads"): partial(_reduced, reduced, many, torque, threads),
+            (cell.label, "condensed"): partial(_condensed, model, few, conditions),
+            (cell.label, "reduced"): partial(_reduced, reduced, many, conditions, 1),
+            (cell.label, "reduced_all_threads"): partial(_reduced, reduced, many, conditions, threads),
         }
     for run in work.values():
         run()
@@ -72,12 +74,12 @@ def time_cells(
     return result
 
 
-def _condensed(model: ElasticModel, phi: FloatArray, torques: list[float]) -> int:
-    return int(sweep_ste(model.mesh.meshed, model.elasticity_at, phi, torques).ste_um.size)
+def _condensed(model: ElasticModel, phi: FloatArray, conditions: list[Condition]) -> int:
+    return int(sweep_ste(model.mesh.meshed, model.elasticity_at, phi, conditions).ste_um.size)
 
 
-def _reduced(reduced: ReducedPair, phi: FloatArray, torques: list[float], threads: int) -> int:
-    return int(sweep_reduced_pair(reduced, phi, torques, threads).ste_um.size)
+def _reduced(reduced: ReducedPair, phi: FloatArray, conditions: list[Condition], threads: int) -> int:
+    return int(sweep_reduced_pair(reduced, phi, conditions, threads).ste_um.size)
 
 
 def machine() -> dict[str, Any]:

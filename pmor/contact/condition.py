@@ -1,0 +1,110 @@
+"""The condition that a gear pair is in: what drives it, and where its parts are.
+
+A pair *is* its gears, their meshes and the way contact is evaluated (`pmor.contact.flank.MeshedPair`). The state it
+comes to depends on the pinion's angle and on a condition: the torque on the pinion, or its lead; and where the wheel's
+axis is. Shafts and housings give way and are not machined exactly: the wheel's axis is then off by some hundredths of a
+millimetre. The finite-element models of the gears know nothing of it, since each is made in its own frame, so that
+axes out of place are a parameter like the torque. Deviations of the flanks will be another one: they belong here,
+beside the axes, and in a column of their own in files (`pmor.storage.condition_table`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Axes:
+    """Offset and tilt of the wheel's axis as a rigid body; by default it is where it belongs.
+
+    Deviations in and across the plane of the axes are those of ISO/TR 10064-3.
+
+    Parameters
+    ----------
+    in_plane_um : float
+        Deviation from parallel in the plane of the axes, over the face width: at the face with the larger z the axes
+        are farther apart by half of it, um.
+    out_of_plane_um : float
+        Deviation across that plane, over the face width: at the face with the larger z the wheel's axis is off along
+        +x by half of it, um.
+    centre_distance_um : float
+        Increase of the centre distance at mid width, um.
+    """
+
+    in_plane_um: float = 0.0
+    out_of_plane_um: float = 0.0
+    centre_distance_um: float = 0.0
+
+    @property
+    def tilted(self) -> bool:
+        """Whether the axes are not parallel."""
+        return self.in_plane_um != 0.0 or self.out_of_plane_um != 0.0
+
+    @property
+    def spread(self) -> float:
+        """Most that the gap between aligned flanks can differ over the face width, mm."""
+        return 1e-3 * (abs(self.in_plane_um) + abs(self.out_of_plane_um))
+
+
+ALIGNED = Axes()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Condition:
+    """Everything that a state of a pair depends on beside the pinion's angle.
+
+    Parameters
+    ----------
+    torque : float, optional
+        On the pinion, N mm, positive.
+    lead : float, optional
+        Rotation of the pinion ahead of where the unloaded flanks first touch, rad: instead of the torque, which then
+        follows from the contact forces.
+    axes : Axes
+
+    Raises
+    ------
+    ValueError
+        Unless one of torque and lead is given.
+    """
+
+    torque: float | None = None
+    lead: float | None = None
+    axes: Axes = ALIGNED
+
+    def __post_init__(self) -> None:
+        """Refuse a pair that nothing drives, or two things at once."""
+        if (self.torque is None) == (self.lead is None):
+            raise ValueError(f"give either the torque or the lead, not torque = {self.torque}, lead = {self.lead}")
+
+    @property
+    def given_torque(self) -> float:
+        """The torque, N mm; ValueError where the lead is given instead."""
+        if self.torque is None:
+            raise ValueError(f"needs a condition with a torque, not with the lead {self.lead} rad")
+        return self.torque
+
+
+def at_torques(torques: Iterable[float], axes: Axes = ALIGNED) -> tuple[Condition, ...]:
+    """Return a condition for each torque (N mm), all with the same axes."""
+    return tuple(Condition(torque=float(torque), axes=axes) for torque in torques)
+
+
+def at_leads(leads: Iterable[float], axes: Axes = ALIGNED) -> tuple[Condition, ...]:
+    """Return a condition for each lead (rad), all with the same axes."""
+    return tuple(Condition(lead=float(lead), axes=axes) for lead in leads)
+
+
+def common_axes(conditions: Iterable[Condition]) -> Axes:
+    """Return the axes of conditions that are solved together.
+
+    Raises
+    ------
+    ValueError
+        When they differ, or there is no condition.
+    """
+    found = {condition.axes for condition in conditions}
+    if len(found) != 1:
+        raise ValueError(f"conditions that are solved together need the same axes, not {len(found)} of them")
+    return found.pop()

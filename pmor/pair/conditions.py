@@ -1,0 +1,38 @@
+"""The conditions that a case speaks of: of its sweeps, and the ranges of its training."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import asdict, fields
+
+from pmor.arrays import FloatArray
+from pmor.case import Case, OfflineCase
+from pmor.contact.condition import Axes, Condition, at_torques
+
+DEVIATIONS = tuple(field.name for field in fields(Axes))
+
+
+def axes_of(case: Case) -> Axes:
+    """Return where the wheel's axis is in sweep and comparison of a case."""
+    return Axes(**asdict(case.misalignment))
+
+
+def conditions_of(case: Case, torques_Nm: Iterable[float]) -> tuple[Condition, ...]:
+    """Return the conditions of a sweep of a case under torques in N m."""
+    return at_torques((1e3 * torque for torque in torques_Nm), axes_of(case))
+
+
+def nominal_condition(case: Case) -> Condition:
+    """Return the condition of a case under its nominal torque."""
+    return conditions_of(case, (case.torque_Nm,))[0]
+
+
+def training_values(offline: OfflineCase) -> tuple[tuple[float, ...], ...]:
+    """Return the values of each parameter of a training: deviations of the axes in um, and the torque in N m, last."""
+    return (*(getattr(offline, name) for name in DEVIATIONS), offline.torques_Nm)
+
+
+def condition_at(values: Iterable[float] | FloatArray) -> Condition:
+    """Return the condition with one value of each parameter, in the order and the units of `training_values`."""
+    *deviations, torque = map(float, values)
+    return Condition(torque=1e3 * torque, axes=Axes(*deviations))

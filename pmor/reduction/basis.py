@@ -1,0 +1,72 @@
+"""The basis: what the offline stage hands to the online stage."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmor.arrays import BoolArray, FloatArray
+from pmor.case import Case
+from pmor.contact.condition import Condition
+from pmor.reduction.contact_shapes import ContactShapes
+from pmor.reduction.error_estimate import FlankCompliance
+from pmor.reduction.flank_lines import FlankLineShapes
+
+
+@dataclass(frozen=True)
+class Training:
+    """The full-FE solutions that a basis was made from: n angles with T conditions each.
+
+    Parameters
+    ----------
+    phi : ndarray, shape (n,)
+        Pinion angles, rad.
+    conditions : tuple of n tuples of T Condition
+    ste_um : ndarray, shape (T, n)
+        Static transmission error of full FE, um; NaN where it did not converge.
+    converged : ndarray of bool, shape (T, n)
+    estimate_percent : ndarray, shape (n,), or None
+        Of a greedy sampling: largest error estimate anywhere, over the STE, before each angle was solved; NaN for those
+        that it began with.
+    seconds : float
+        Wall time of the offline stage.
+    """
+
+    phi: FloatArray
+    conditions: tuple[tuple[Condition, ...], ...]
+    ste_um: FloatArray
+    converged: BoolArray
+    estimate_percent: FloatArray | None
+    seconds: float
+
+    @property
+    def torque(self) -> FloatArray:
+        """Pinion torques, shape (T, n), N mm."""
+        torques = [[condition.given_torque for condition in there] for there in self.conditions]
+        return np.array(torques).reshape(len(torques), -1).T if torques else np.empty((0, 0))
+
+
+@dataclass(frozen=True)
+class Basis:
+    """A reduced basis with all that the online stage needs.
+
+    Parameters
+    ----------
+    case : Case
+    flank_nodes : two ndarrays, shape (n + 1, m + 1, 3)
+        Pinion and wheel, mm; as much of the width as is meshed (`pmor.case.width`), like the shapes.
+    flank_roll_angle : two ndarrays, shape (n + 1,)
+        rad.
+    shapes : FlankLineShapes or ContactShapes
+    training : Training
+    compliance : FlankCompliance or None
+        For the error estimate; None when the case does not ask for it.
+    """
+
+    case: Case
+    flank_nodes: tuple[FloatArray, FloatArray]
+    flank_roll_angle: tuple[FloatArray, FloatArray]
+    shapes: FlankLineShapes | ContactShapes
+    training: Training
+    compliance: FlankCompliance | None
