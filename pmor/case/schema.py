@@ -262,7 +262,7 @@ class OfflineCase:
 
 @dataclass(frozen=True, kw_only=True)
 class MisalignmentCase:
-    """Where the wheel's axis is in sweep and comparison (section `[misalignment]`; `pmor.contact.misalignment`).
+    """Where the wheel's axis is in sweep and comparison (section `[misalignment]`; `pmor.contact.condition`).
 
     Parameters
     ----------
