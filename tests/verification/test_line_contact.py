@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose
 from pmor.case import changed_text, load_case, parse_case
 from pmor.contact import kernel
 from pmor.contact.condition import ALIGNED, at_torques
-from pmor.contact.line_contact import approach_constants, bonded_layer_constant, line_compliance, line_contact
+from pmor.contact.line_contact import approach_constants, line_compliance, line_contact
 from pmor.contact.position import relative_motion
 from pmor.contact.solve import solve_position
 from pmor.conventions import rotation_z
@@ -34,7 +34,7 @@ TORQUE = 1e5  # N mm
 # --- the closed form -----------------------------------------------------------------------------------------------
 
 
-def layer_approach(half_width, elements, reach=6.0):
+def layer_approach(half_width, poisson, elements=20, reach=6.0):
     """Displacement under the middle of Hertz's pressure, 1 N/mm, on a bonded layer 1 mm deep, by finite elements."""
     depth = np.linspace(0.0, 1.0, elements + 1)
     fine = np.linspace(0.0, 1.0, elements + 1)
@@ -44,7 +44,7 @@ def layer_approach(half_width, elements, reach=6.0):
     grid = np.arange(len(x) * len(depth) * 2).reshape(len(x), len(depth), 2)
     nodes = np.stack(np.meshgrid(x, -depth[::-1], [0.0, 1.0], indexing="ij"), axis=-1).reshape(-1, 3)
     lower = np.stack([grid[:-1, :-1, 0], grid[1:, :-1, 0], grid[1:, 1:, 0], grid[:-1, 1:, 0]], axis=-1).reshape(-1, 4)
-    stiffness = assemble(nodes, np.concatenate([lower, lower + 1], axis=1), YOUNG, POISSON, "hex8i")
+    stiffness = assemble(nodes, np.concatenate([lower, lower + 1], axis=1), YOUNG, poisson, "hex8i")
     held = np.concatenate([degrees_of_freedom(grid[:, 0]), 3 * np.arange(len(nodes)) + 2])  # bonded; plane strain
     free = np.setdiff1d(np.arange(stiffness.shape[0]), held)
     # Consistent nodal loads of the pressure, by fine midpoint sums over the hat functions.
@@ -61,16 +61,14 @@ def layer_approach(half_width, elements, reach=6.0):
     return -moved[3 * grid[len(x) // 2, -1, 0] + 1]
 
 
-@pytest.mark.parametrize(("half_width", "bound"), [(0.1, 0.002), (0.25, 0.006), (0.5, 0.035)])
-def test_approach_is_that_of_a_bonded_layer_under_hertz_pressure(half_width, bound):
-    closed = line_compliance(YOUNG, POISSON) * (approach_constants(np.array(1.0), POISSON) - math.log(half_width))
-    assert abs(closed / layer_approach(half_width, 40) - 1.0) < bound
-
-
-def test_layer_constant_is_that_of_the_literature_for_an_incompressible_layer():
-    """Where the layer's volume cannot change, it is stiffer the nearer Poisson's ratio is to one half."""
-    values = [bonded_layer_constant(nu) for nu in (0.0, 0.3, 0.45, 0.499)]
-    assert np.all(np.diff(values) < 0.0)
+# Measured: 0.12, 0.53, 3.1, 0.35 and 0.81 %. Another ratio's constant would be 3 to 8 % off.
+@pytest.mark.parametrize(
+    ("poisson", "half_width", "bound"),
+    [(0.3, 0.1, 0.002), (0.3, 0.25, 0.006), (0.3, 0.5, 0.035), (0.0, 0.25, 0.006), (0.45, 0.25, 0.01)],
+)
+def test_approach_is_that_of_a_bonded_layer_under_hertz_pressure(poisson, half_width, bound):
+    closed = line_compliance(YOUNG, poisson) * (approach_constants(np.array(1.0), poisson) - math.log(half_width))
+    assert abs(closed / layer_approach(half_width, poisson) - 1.0) < bound
 
 
 @pytest.mark.parametrize("penetration", [1e-9, 1e-6, 1e-3, 5e-3, 0.05, 1.0])
@@ -348,18 +346,37 @@ def test_exchanging_the_gears_changes_nothing(share):
     assert_allclose(there.wheel_torque, TORQUE, rtol=1e-6)
 
 
-@pytest.mark.parametrize("share", np.linspace(0.0, 0.95, 20))
-def test_torque_ratio_is_that_of_the_teeth_unless_a_corner_carries(share, unlike):
-    """Exactly on the line of action; where a corner has left it, the gears' stored energy changes with the angle."""
-    meshed = unlike.mesh.meshed
-    start, end = meshed.pair.roll_position_range
-    phi = start + share * meshed.pair.pitch
-    solved = solve_position(meshed, phi, at_torques([TORQUE]), unlike.elasticity_at)
-    equilibrium, roll = solved.equilibria[0], phi + solved.position.pair_index * meshed.pair.pitch
-    loaded = roll[equilibrium.pair_torque(len(roll)) > 0.0]
-    ratio = equilibrium.wheel_torque / TORQUE * 17 / 31 - 1.0
-    on_the_line = loaded.min() >= start and loaded.max() + equilibrium.lead <= end
-    assert abs(ratio) < (1e-4 if on_the_line else 2e-2)
+# Place beside the end of the path of contact at which a pair enters (0) or leaves (1), rad.
+@pytest.mark.parametrize(
+    ("end", "beside", "corner"),
+    [(0, -0.0125, -4.3e-3), (0, -0.008, -5.2e-3), (0, 0.01, 0), (1, -0.01, 0), (1, 0.005, 3.8e-3), (1, 0.01, 5.5e-3)],
+)
+def test_wheel_torque_follows_from_the_balance_of_energy(end, beside, corner, unlike):
+    """T_1 (d phi + d lead) = T_2 d phi z_1 / z_2 + d (elastic energy and that of the layers), by finite differences.
+
+    On the line of action the levers are the base radii and the torques in the ratio of the teeth, whatever is solved;
+    that the slope of the STE then is the energy that the teeth store is not. A corner off the line has other levers.
+    """
+    meshed, step = unlike.mesh.meshed, 1e-4
+    compliance = sum(layer.compliance for layer in meshed.layers)
+    widths = meshed.section_widths * (2.0 if meshed.mirrored else 1.0)
+
+    def state(phi):
+        solved = solve_position(meshed, phi, at_torques([TORQUE]), unlike.elasticity_at)
+        equilibrium, contact = solved.equilibria[0], solved.equilibria[0].contact
+        width = widths[contact.place[:, 1]]
+        load = contact.force / width
+        # The integral of w d delta over delta = C w (A - ln(w) / 2).
+        layers = width * (-0.5 * load * contact.gap - compliance * load**2 / 8.0)
+        elastic = 0.5 * unlike.elasticity_at(solved.position).energy_norm(equilibrium.coordinates) ** 2
+        return equilibrium, elastic + layers.sum()
+
+    phi = meshed.pair.roll_position_range[end] + beside
+    (before, energy_before), (here, _), (after, energy_after) = (state(phi + s * step) for s in (-1.0, 0.0, 1.0))
+    expected = (after.lead - before.lead - (energy_after - energy_before) / TORQUE) / (2.0 * step)
+    ratio = here.wheel_torque / TORQUE * 17 / 31 - 1.0
+    assert_allclose(ratio, corner, rtol=0.0, atol=1e-4)
+    assert_allclose(expected, ratio, rtol=0.0, atol=4e-4)  # measured 2.8e-4 at the outermost, elsewhere 1e-4
 
 
 def test_both_gears_get_the_same_force_and_moment(unlike):
