@@ -2,6 +2,8 @@
 
 import os
 import shutil
+import subprocess
+import sys
 import tempfile
 from functools import cache
 
@@ -26,6 +28,25 @@ _OWN_CACHE = None
 if "NUMBA_CACHE_DIR" not in os.environ:
     _OWN_CACHE = tempfile.mkdtemp(prefix="pmor-numba-")
     os.environ["NUMBA_CACHE_DIR"] = _OWN_CACHE
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_configure(config):
+    """Compile the kernels before the workers of a whole run start: each of them would take a minute or two for it."""
+    whole_run = config.args_source is pytest.Config.ArgsSource.TESTPATHS and not config.option.collectonly
+    if not whole_run or hasattr(config, "workerinput") or not config.getoption("numprocesses", None):
+        return
+    from tests.small_case import case_text
+
+    config.get_terminal_writer().line("compiling the kernels, once for all workers")
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, "tiny.toml")
+        with open(path, "w") as file:
+            file.write(case_text(output={"plots": False, "report": False}))
+        subprocess.run(
+            [sys.executable, "-m", "pmor", "run", path, "--out", folder],
+            env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}, capture_output=True, check=True,
+        )  # fmt: skip
 
 
 def pytest_unconfigure():
