@@ -52,6 +52,7 @@ def make_basis(
         case=case,
         flank_nodes=flanks,
         flank_roll_angle=(mesh.pinion.flank_roll_angle, mesh.wheel.flank_roll_angle),
+        layers=mesh.meshed.layers,
         shapes=shapes,
         training=_training(snapshots, case.offline.sampling == "greedy", seconds),
         compliance=_compliance(case, model),

@@ -97,7 +97,8 @@ def reduced_pair(basis: Basis) -> ReducedPair:
     """
     pair = gear_pair(basis.case)
     half = mirrors_at_mid_width(basis.case)
-    return ReducedPair(basis, assemble_pair(basis.case, pair, basis.flank_nodes, basis.flank_roll_angle, half))
+    flanks = basis.flank_nodes, basis.flank_roll_angle
+    return ReducedPair(basis, assemble_pair(basis.case, pair, *flanks, basis.layers, half))
 
 
 def online_angles(pitch: float, count: int) -> FloatArray:

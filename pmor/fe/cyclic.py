@@ -33,6 +33,8 @@ class ElasticGear:
     sector : CondensedSector
     side_displacement : ndarray, shape (2 reach + 2, n_left, n)
         Displacement of the left side face of sectors -reach - 1 ... reach under the same forces, mm/N.
+    layer_columns : int
+        Columns of elements below the flank whose local compliance was taken out.
     """
 
     mesh: SectorMesh
@@ -40,6 +42,7 @@ class ElasticGear:
     compliance: FloatArray
     sector: CondensedSector
     side_displacement: FloatArray
+    layer_columns: int = 0
 
     def tooth_compliance(self, offset: int) -> FloatArray:
         """Return the displacement of tooth `offset` under unit forces on tooth 0, shape (n, n), mm/N.
@@ -116,7 +119,7 @@ def elastic_gear(
     compliance[reach, held, held] = 0.0
     # Reciprocity holds to round-off; make it hold exactly, the solvers count on it.
     compliance = 0.5 * (compliance + compliance[::-1].transpose(0, 2, 1))
-    return ElasticGear(mesh, reach, compliance, sector, displacement)
+    return ElasticGear(mesh, reach, compliance, sector, displacement, layer_columns)
 
 
 def volume_displacement(gear: ElasticGear, offset: int, flank_forces: FloatArray) -> FloatArray:

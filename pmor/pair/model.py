@@ -61,11 +61,30 @@ class ElasticModel:
     mesh : MeshModel
     pinion, wheel : ElasticGear
         The same object when the gears are identical.
+
+    Raises
+    ------
+    ValueError
+        When a compliance is that of another mesh, or has another layer below the flank taken out of it.
     """
 
     mesh: MeshModel
     pinion: ElasticGear
     wheel: ElasticGear
+
+    def __post_init__(self) -> None:
+        """Refuse what does not belong together: sizes may agree, and every result be wrong."""
+        for gear, (sector, body) in enumerate(((self.mesh.pinion, self.pinion), (self.mesh.wheel, self.wheel))):
+            name = ("pinion", "wheel")[gear]
+            if not _same_sector(sector, body.mesh):
+                raise ValueError(f"{name}: the compliance is that of another mesh than the flanks are of")
+            layers = self.mesh.meshed.layers
+            columns = layers[gear].columns if layers else 0
+            if body.layer_columns != columns:
+                raise ValueError(
+                    f"{name}: contact takes {columns} columns of elements below the flank for its layer, "
+                    f"the compliance is without {body.layer_columns}"
+                )
 
     @property
     def elasticity_at(self) -> ElasticityAt:
@@ -138,7 +157,8 @@ def mesh_model(case: Case) -> MeshModel:
     pinion, wheel = sector_meshes(case, pair)
     qualities = [mesh_quality(mesh.nodes, mesh.elements) for mesh in (pinion, wheel)]
     meshed = assemble_pair(case, pair, (pinion.flank_nodes, wheel.flank_nodes),
-                           (pinion.flank_roll_angle, wheel.flank_roll_angle), pinion.mirrored)  # fmt: skip
+                           (pinion.flank_roll_angle, wheel.flank_roll_angle), surface_layers(case, pair),
+                           pinion.mirrored)  # fmt: skip
     refuse_loads(case, meshed)
     if meshed.scheme.kind == "strip":
         flank = meshed.pinion.nodes[:, 0]
@@ -163,6 +183,7 @@ def assemble_pair(
     pair: GearPair,
     nodes: tuple[FloatArray, FloatArray],
     roll_angles: tuple[FloatArray, FloatArray],
+    layers: tuple[SurfaceLayer, ...] = (),
     mirrored: bool = False,
 ) -> MeshedPair:
     """Put two meshed flanks (pinion first) and the case's contact scheme together.
@@ -175,6 +196,8 @@ def assemble_pair(
         mm.
     roll_angles : two ndarrays, shape (n + 1,)
         rad.
+    layers : two SurfaceLayer
+        Below the flanks, of the scheme "line" alone.
     mirrored : bool
         The flanks are halves up to a plane of symmetry at their last column.
 
@@ -190,11 +213,15 @@ def assemble_pair(
     if case.pair.helix_angle_deg != 0.0:
         raise GeometryError(f"helix_angle_deg = {case.pair.helix_angle_deg:g}: helical gears are not supported yet: 0")
     scheme = contact_scheme(case)
-    layers: tuple[SurfaceLayer, ...] = ()
-    if scheme.kind == "line":
-        layers = _layer(case, case.pair.pinion, pair.pinion), _layer(case, case.pair.wheel, pair.wheel)
     flanks = [make_flank(n, u, scheme, mirrored) for n, u in zip(nodes, roll_angles, strict=True)]
     return MeshedPair(pair, flanks[0], flanks[1], scheme, stiffness_estimate(case), mirrored, layers)
+
+
+def surface_layers(case: Case, pair: GearPair) -> tuple[SurfaceLayer, ...]:
+    """Return the layers below the flanks of pinion and wheel, on the mesh that a case asks for; none without lines."""
+    if case.contact.kind != "line":
+        return ()
+    return _layer(case, case.pair.pinion, pair.pinion), _layer(case, case.pair.wheel, pair.wheel)
 
 
 def elastic_model(case: Case, mesh: MeshModel, keep_volume: bool = False) -> ElasticModel:
@@ -242,6 +269,14 @@ def _layer(case: Case, gear: GearCase, tooth: Tooth) -> SurfaceLayer:
     columns, depth = surface_layer(tooth, case.mesh.profile_elements, case.mesh.spacing, wanted)
     compliance = line_compliance(gear.youngs_modulus_GPa * 1e3, gear.poisson_ratio)
     return SurfaceLayer(depth, compliance, approach_constants(depth, gear.poisson_ratio), columns)
+
+
+def _same_sector(one: SectorMesh, other: SectorMesh) -> bool:
+    return one is other or (
+        (one.teeth, one.width) == (other.teeth, other.width)
+        and np.array_equal(one.nodes, other.nodes)
+        and np.array_equal(one.elements, other.elements)
+    )
 
 
 def _same_blank(case: Case) -> bool:

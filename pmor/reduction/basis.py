@@ -9,6 +9,7 @@ import numpy as np
 from pmor.arrays import BoolArray, FloatArray
 from pmor.case import Case
 from pmor.contact.condition import Condition
+from pmor.contact.flank import SurfaceLayer
 from pmor.reduction.contact_shapes import ContactShapes
 from pmor.reduction.error_estimate import FlankCompliance
 from pmor.reduction.flank_lines import FlankLineShapes
@@ -58,6 +59,8 @@ class Basis:
         Pinion and wheel, mm; as much of the width as is meshed (`pmor.case.width`), like the shapes.
     flank_roll_angle : two ndarrays, shape (n + 1,)
         rad.
+    layers : two SurfaceLayer, or none
+        Below the flanks of pinion and wheel, as the compliance was without them; of line contact alone.
     shapes : FlankLineShapes or ContactShapes
     training : Training
     compliance : FlankCompliance or None
@@ -67,6 +70,7 @@ class Basis:
     case: Case
     flank_nodes: tuple[FloatArray, FloatArray]
     flank_roll_angle: tuple[FloatArray, FloatArray]
+    layers: tuple[SurfaceLayer, ...]
     shapes: FlankLineShapes | ContactShapes
     training: Training
     compliance: FlankCompliance | None

@@ -10,6 +10,7 @@ import numpy as np
 
 from pmor.arrays import FloatArray
 from pmor.case import Case, basis_key, describe, parse_case, text_of
+from pmor.contact.flank import SurfaceLayer
 from pmor.errors import FileFormatError
 from pmor.reduction.basis import Basis, Training
 from pmor.reduction.contact_shapes import ContactShapes
@@ -52,6 +53,8 @@ def write_basis(path: Path, basis: Basis, force: FloatArray, overwrite: bool = F
             group = file.create_group(f"flank/{gear}")
             write(group, "nodes", nodes, Field("mm", "profile, width, xyz", "undeformed flank nodes, tooth frame"))
             write(group, "roll_angle", roll, Field("rad", "profile", "roll angle of the flank nodes"))
+        for gear, layer in zip(GEARS, basis.layers, strict=False):
+            _write_layer(file.create_group(f"layer/{gear}"), layer)
         if isinstance(shapes, ContactShapes):
             _write_positions(file.create_group("shapes"), shapes)
         else:
@@ -83,6 +86,7 @@ def read_basis(path: Path) -> Basis:
         case = parse_case(attribute(file, "case_text"), attribute(file, "case_name"), f"{path} (case text)")
         if attribute(file, "basis_key") != basis_key(case):
             raise ValueError("its case text does not say what it was made from")
+        layers = tuple(_read_layer(file[f"layer/{gear}"]) for gear in GEARS if case.contact.kind == "line")
         shapes: FlankLineShapes | ContactShapes
         if case.reduction.by_line:
             pinion, wheel = (_read_lines(file[f"shapes/{gear}"]) for gear in GEARS)
@@ -101,7 +105,7 @@ def read_basis(path: Path) -> Basis:
             raise ValueError("its training has numbers where it did not converge, or none where it did")
         nodes, roll = ([read(file[f"flank/{gear}"], name) for gear in GEARS] for name in ("nodes", "roll_angle"))
         compliance = _read_compliance(file["error_estimate"]) if case.reduction.error_estimate else None
-        return Basis(case, (nodes[0], nodes[1]), (roll[0], roll[1]), shapes, training, compliance)
+        return Basis(case, (nodes[0], nodes[1]), (roll[0], roll[1]), layers, shapes, training, compliance)
 
 
 def require_made_from(path: Path, basis: Basis, case: Case) -> None:
@@ -126,6 +130,17 @@ def require_made_from(path: Path, basis: Basis, case: Case) -> None:
         if own[name] != value
     )
     raise FileFormatError(f"{path}: is the basis of another case: {next(differences)}; {BASIS_SCHEMA.remedy}")
+
+
+def _write_layer(group: h5py.Group, layer: SurfaceLayer) -> None:
+    set_attributes(group, compliance=layer.compliance, columns=layer.columns)
+    write(group, "depth", layer.depth, Field("mm", "profile", "depth of the layer that line contact stands on"))
+    write(group, "constant", layer.constant, Field("1", "profile", "constant of the approach, ln(2 depth) + 1/2 + a"))
+
+
+def _read_layer(group: h5py.Group) -> SurfaceLayer:
+    compliance, columns = float(attribute(group, "compliance")), int(attribute(group, "columns"))
+    return SurfaceLayer(read(group, "depth"), compliance, read(group, "constant"), columns)
 
 
 def _write_lines(group: h5py.Group, lines: GearLines) -> None:

@@ -80,7 +80,7 @@ def basis(case, rng):
     nodes = rng.normal(size=(2, 3, 2, 3))
     roll = np.sort(rng.random((2, 3)))
     compliance = FlankCompliance((rng.normal(size=(2, 12, 12)), rng.normal(size=(2, 12, 12))), 2)
-    return Basis(case, (nodes[0], nodes[1]), (roll[0], roll[1]), shapes, training, compliance)
+    return Basis(case, (nodes[0], nodes[1]), (roll[0], roll[1]), (), shapes, training, compliance)
 
 
 @pytest.fixture

@@ -1,0 +1,61 @@
+"""Line contact stands on the layer that the compliance of its basis is without, whatever a mesh would give today."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+from pmor_offline.jobs import run_offline
+from pmor_online.model import reduced_pair
+from pmor_online.sweep import sweep_reduced_pair
+
+import pmor.pair.model
+from pmor.case import parse_case
+from pmor.pair.conditions import nominal_condition
+from pmor.pair.model import elastic_model, mesh_model
+from pmor.storage.basis_file import read_basis
+from tests.small_case import case_text
+
+ANGLES = np.array([0.02, 0.17])
+
+
+@pytest.fixture(scope="module")
+def basis_of_lines(tmp_path_factory):
+    text = case_text(mesh={"profile_elements": 5, "width_elements": 2}, contact={"scheme": "line"})
+    case, path = parse_case(text, "small", "lines"), tmp_path_factory.mktemp("lines") / "basis.h5"
+    mesh = mesh_model(case)
+    run_offline(case, elastic_model(case, mesh), path)
+    return path, mesh.meshed.layers
+
+
+def test_the_layer_comes_back_from_the_file(basis_of_lines):
+    path, layers = basis_of_lines
+    found = reduced_pair(read_basis(path)).meshed.layers
+    assert len(found) == len(layers) == 2
+    for layer, expected in zip(found, layers, strict=True):
+        assert_array_equal(layer.depth, expected.depth)
+        assert_array_equal(layer.constant, expected.constant)
+        assert (layer.compliance, layer.columns) == (expected.compliance, expected.columns)
+
+
+def test_another_grading_of_the_mesh_does_not_move_what_a_basis_says(basis_of_lines, monkeypatch):
+    """On the way of 0.4.0, which took the layer from a mesh made anew, the STE moved by parts in a thousand."""
+    path, layers = basis_of_lines
+
+    def ste_um(layers_now=None):
+        reduced = reduced_pair(read_basis(path))
+        if layers_now:
+            reduced = replace(reduced, meshed=replace(reduced.meshed, layers=layers_now))
+        return sweep_reduced_pair(reduced, ANGLES, [nominal_condition(reduced.basis.case)]).ste_um
+
+    before, grading = ste_um(), pmor.pair.model.surface_layer
+
+    def deeper(*arguments):
+        columns, depth = grading(*arguments)
+        return columns, 1.1 * depth
+
+    monkeypatch.setattr(pmor.pair.model, "surface_layer", deeper)
+    assert_array_equal(ste_um(), before)
+    case = read_basis(path).case
+    otherwise = ste_um(pmor.pair.model.surface_layers(case, pmor.pair.model.gear_pair(case)))
+    assert np.abs(otherwise / before - 1.0).min() > 1e-3, "the test would see it"
