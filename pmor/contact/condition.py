@@ -85,6 +85,11 @@ class Condition:
             raise ValueError(f"needs a condition with a torque, not with the lead {self.lead} rad")
         return self.torque
 
+    @property
+    def drive(self) -> str:
+        """What drives the pair, for messages."""
+        return f"lead = {self.lead:.6g} rad" if self.torque is None else f"torque = {self.torque * 1e-3:.6g} N m"
+
 
 def at_torques(torques: Iterable[float], axes: Axes = ALIGNED) -> tuple[Condition, ...]:
     """Return a condition for each torque (N mm), all with the same axes."""

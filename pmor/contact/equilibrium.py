@@ -1,11 +1,14 @@
-"""Static equilibrium of the pair under a pinion torque, the wheel held: Newton on the geometry, guarded.
+"""Static equilibrium of the pair under a torque on the pinion or with its lead given: Newton on the geometry, guarded.
 
-One solver for the full and the reduced model. A step solves the contact problem that is linearised about the present
-geometry, unilateral as it is: which points carry load is settled on the linearised gaps, of all points that penetrate
-or nearly do. What is left to iterate is the geometry alone, so that a stiff penalty costs no more steps than a soft
-one. Residual *forces* would be no guide there: they are the penalty times errors of the gap, and off by orders of
-magnitude in a state whose forces are right to a per mille. What counts instead is the correction that the next step
-would make, in the energy norm: the error itself, whatever the penalty.
+The wheel is held. With the lead given it is the same solution with one row less, and the torque that the contact forces
+make is the result: the force law by displacement. This solves full FE, and any other elastic model behind the same
+interface; of the reduced model it takes what the compiled sweep (`pmor_online.sweep`) leaves to it. A step solves the
+contact problem that is linearised about the present geometry, unilateral as it is: which points carry load is settled
+on the linearised gaps, of all points that penetrate or nearly do. What is left to iterate is the geometry alone, so
+that a stiff penalty costs no more steps than a soft one. Residual *forces* would be no guide there: they are the
+penalty times errors of the gap, and off by orders of magnitude in a state whose forces are right to a per mille. What
+counts instead is the correction that the next step would make, in the energy norm: the error itself, whatever the
+penalty.
 """
 
 from __future__ import annotations
@@ -37,6 +40,8 @@ PIVOT_PATIENCE, MOST_PIVOTS = 3, 20
 # Shares of the penalty by which it is softened and hardened again where that does not end, and the smallest.
 SOFTER, HARDER, SOFTEST = 1e-2, 10.0, 1e-9
 HALVINGS = 8
+# Torque whose approach is the least that counts, N mm: a measure where the lead keeps the flanks apart.
+LEAST_TORQUE = 1.0
 # Penetration of a start, over the expected approach, above which it is turned back.
 DEEP = 3.0
 # Corrections that fall by less than this factor fall linearly; the last ones, so many, then say where they lead.
@@ -130,7 +135,7 @@ def solve_equilibrium(
     max_steps: int = 40,
     tolerance: float = 1e-9,
 ) -> Equilibrium:
-    """Solve for the elastic coordinates and the pinion rotation.
+    """Solve for the elastic coordinates and, under a torque, for the pinion's lead.
 
     Parameters
     ----------
@@ -141,6 +146,7 @@ def solve_equilibrium(
         With the axes of the position.
     start : (ndarray, float), optional
         Elastic coordinates and lead (rad) to start from; by default the undeformed pair at the expected approach.
+        A lead that the condition gives stays as it is.
     max_steps : int
     tolerance : float
         On the relative corrections of the coordinates (energy norm) and of the lead.
@@ -148,25 +154,26 @@ def solve_equilibrium(
     Returns
     -------
     Equilibrium
+        Where the lead is given and nothing touches, without any contact.
 
     Raises
     ------
     ConvergenceError
-        With the history of corrections, when the tolerance is not reached or nothing touches.
+        With the history of corrections, when the tolerance is not reached or, under a torque, nothing touches.
     """
-    torque, base_radius = condition.given_torque, meshed.pair.pinion.base_radius
-    if meshed.scheme.kind == "line":
-        # An undeformed tooth would take all of it by its dent, which is steep: better too little than too much.
-        approach = meshed.expected_approach(torque)
-    else:
+    base_radius, driven = meshed.pair.pinion.base_radius, condition.lead is None
+    approach = expected_approach(meshed, condition)
+    tolerance = max(tolerance, _round_off(meshed, approach))
+    if driven and meshed.scheme.kind != "line":
+        torque = condition.given_torque
         approach = meshed.expected_closing(torque, position.axes) + expected_penetration(meshed, torque)
-    tolerance = max(tolerance, round_off_residual(meshed, torque))
 
     def evaluate(coordinates: FloatArray, lead: float, depth: float) -> _State:
-        return _evaluate(meshed, position, elasticity, torque, approach, coordinates, lead, depth)
+        return _evaluate(meshed, position, elasticity, condition.torque, approach, coordinates, lead, depth)
 
-    state = evaluate(*(start or (elasticity.zero(), approach / base_radius)), NEARBY * approach)
-    if state.smallest_gap < -DEEP * approach:
+    coordinates, lead = start or (elasticity.zero(), approach / base_radius)
+    state = evaluate(coordinates, lead if condition.lead is None else condition.lead, NEARBY * approach)
+    if driven and state.smallest_gap < -DEEP * approach:
         # So deep inside each other the flanks' nearest points say nothing: begin where they should be.
         lead = state.lead + (state.smallest_gap + approach) / base_radius
         state = evaluate(state.coordinates, lead, NEARBY * approach)
@@ -184,23 +191,41 @@ def solve_equilibrium(
             limit = min(max(max(s.error) for s in passed[-PATIENCE:]), MOST_GROWTH * max(state.error))
             state = _guarded_step(state, target, limit, evaluate, approach)
             continue
+        if not driven:
+            state = evaluate(elasticity.zero(), state.lead, NEARBY * approach)
+            continue
         if not math.isfinite(state.smallest_gap):
             raise ConvergenceError(f"no flank faces its mate at phi = {position.phi:.6g} rad", history)
         lead = state.lead + (state.smallest_gap + approach) / base_radius
         state = evaluate(state.coordinates, lead, NEARBY * approach)
     raise ConvergenceError(
-        f"no equilibrium at phi = {position.phi:.6g} rad, torque = {torque * 1e-3:.6g} N m after {max_steps} Newton "
-        f"steps (last corrections: deformation {history[-1][0]:.2g}, lead {history[-1][1]:.2g})",
+        f"no equilibrium at phi = {position.phi:.6g} rad, {condition.drive} after {max_steps} Newton steps "
+        f"(last corrections: deformation {history[-1][0]:.2g}, lead {history[-1][1]:.2g})",
         history,
     )
 
 
 def round_off_residual(meshed: MeshedPair, torque: float) -> float:
     """Return the relative error below which a state under a pinion torque (N mm) is round-off of the coordinates."""
+    return _round_off(meshed, meshed.expected_approach(torque))
+
+
+def _round_off(meshed: MeshedPair, approach: float) -> float:
     coordinate_error = np.finfo(float).eps * meshed.pair.centre_distance
     # Gaps of exact flanks come from displacements alone; only where a tip corner is do coordinates enter, directly.
     factor = 1.0 if meshed.scheme.exact else ROUND_OFF_FACTOR
-    return float(factor * coordinate_error / meshed.expected_approach(torque))
+    return float(factor * coordinate_error / approach)
+
+
+def expected_approach(meshed: MeshedPair, condition: Condition) -> float:
+    """Return the approach of the flanks to expect in a condition, mm.
+
+    Of line contact it is where to start: an undeformed tooth would take all of a lead by its dent, which is steep, so
+    that too little is better than too much. A lead that keeps the flanks apart still has a small one, as a measure.
+    """
+    if condition.lead is None:
+        return meshed.expected_approach(condition.given_torque)
+    return max(condition.lead * meshed.pair.pinion.base_radius, meshed.expected_approach(LEAST_TORQUE))
 
 
 def expected_penetration(meshed: MeshedPair, torque: float) -> float:
@@ -220,7 +245,7 @@ def _evaluate(
     meshed: MeshedPair,
     position: Position,
     elasticity: Elasticity,
-    torque: float,
+    torque: float | None,
     approach: float,
     coordinates: FloatArray,
     lead: float,
@@ -237,11 +262,15 @@ def _evaluate(
         ahead = depth / base_radius
         contact = search_contact(meshed, position, displacement, lead + ahead)
     smallest_gap = contact.smallest_gap + ahead * base_radius
-    if not len(contact.gap):
-        return _State(lead, coordinates, contact, elasticity.zero(), 0.0, (math.inf, math.inf), smallest_gap)
     present = contact.gap - contact.lever * ahead
     free = present - contact.gap_change(displacement)
     round_off = np.finfo(float).eps * meshed.pair.centre_distance
+    apart = torque is None and not (free < -round_off).any()
+    if apart or not len(contact.gap):
+        # With a given lead that is the answer, if the flanks are not merely deformed apart by what we started from.
+        error = 0.0 if apart and not coordinates.any() else math.inf
+        nothing = _select(contact, np.zeros(len(free), dtype=bool))
+        return _State(lead, coordinates, nothing, elasticity.zero(), 0.0, (error, error), smallest_gap)
 
     def solve(active: np.ndarray, hardness: float) -> _Linear:
         points = _select(contact, active)
@@ -323,7 +352,7 @@ def _pivot(
 
 def _closer(state: _State, evaluate: Evaluate, approach: float) -> _State:
     """Look again at a state that is better than was expected, at the points that are near by its own measure."""
-    while max(state.error) < CLOSE:
+    while 0.0 < max(state.error) < CLOSE:
         closer = evaluate(state.coordinates, state.lead, NEARBY * max(state.error) * approach)
         if max(closer.error) > 0.5 * max(state.error):
             break

@@ -9,7 +9,7 @@ import numpy as np
 
 from pmor.contact.condition import Condition, common_axes
 from pmor.contact.elasticity import Elasticity
-from pmor.contact.equilibrium import Equilibrium, expected_penetration, solve_equilibrium
+from pmor.contact.equilibrium import Equilibrium, expected_approach, expected_penetration, solve_equilibrium
 from pmor.contact.flank import MeshedPair
 from pmor.contact.position import Position, active_patches
 from pmor.errors import ConvergenceError
@@ -81,13 +81,12 @@ def _solve_within(
     elasticity = elasticity_at(position)
     equilibria: list[Equilibrium | None] = []
     failures: list[str] = []
-    previous: tuple[Equilibrium, float] | None = None
+    previous: tuple[Equilibrium, Condition] | None = None
     for condition in conditions:
-        torque = condition.given_torque
-        start = previous[0].scaled_start(torque / previous[1]) if previous else None
+        start = previous[0].scaled_start(_ratio(condition, previous[1])) if previous else None
         try:
             equilibrium = solve_equilibrium(meshed, position, elasticity, condition, start)
-            previous = equilibrium, torque
+            previous = equilibrium, condition
             equilibria.append(equilibrium)
         except ConvergenceError as error:
             equilibria.append(None)
@@ -95,9 +94,16 @@ def _solve_within(
     return SolvedPosition(position, tuple(equilibria), tuple(failures))
 
 
+def _ratio(condition: Condition, before: Condition) -> float:
+    """How much further a condition drives the pair than the one before, to begin with."""
+    if condition.torque is not None and before.torque is not None:
+        return condition.torque / before.torque
+    return condition.lead / before.lead if condition.lead and before.lead else 1.0
+
+
 def window_depth(meshed: MeshedPair, condition: Condition) -> float:
     """Return the approach of the flanks for which windows are first cut, mm."""
-    return WINDOW_MARGIN * meshed.expected_approach(condition.given_torque) + standing_depth(meshed, condition)
+    return WINDOW_MARGIN * expected_approach(meshed, condition) + standing_depth(meshed, condition)
 
 
 def standing_depth(meshed: MeshedPair, condition: Condition) -> float:
@@ -107,8 +113,9 @@ def standing_depth(meshed: MeshedPair, condition: Condition) -> float:
 
     Where the penetration is less than the elastic approach, the margin of the windows covers it.
     """
-    torque = condition.given_torque
-    excess = expected_penetration(meshed, torque) - meshed.expected_approach(torque)
+    excess = 0.0
+    if condition.torque is not None:
+        excess = expected_penetration(meshed, condition.torque) - meshed.expected_approach(condition.torque)
     return surface_error(meshed) + condition.axes.spread + WINDOW_MARGIN * max(excess, 0.0)
 
 

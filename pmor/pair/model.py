@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
@@ -89,7 +90,7 @@ class ElasticModel:
     @property
     def elasticity_at(self) -> ElasticityAt:
         """Full compliance of the windows of a position."""
-        return lambda position: full_elasticity(self.pinion, self.wheel, position)
+        return partial(full_elasticity, self.pinion, self.wheel)
 
 
 def gear_pair(case: Case) -> GearPair:

@@ -1,26 +1,27 @@
-"""Sweep over pinion angles and conditions, with any elastic model: full and reduced go the same way."""
+"""Sweeps over pinion angles and conditions, with any elastic model: full and reduced go the same way."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from functools import partial
 
 import numpy as np
 
-from pmor.arrays import FloatArray
-from pmor.contact.condition import Condition
+from pmor.arrays import FloatArray, IntArray
+from pmor.contact.condition import ALIGNED, Axes, Condition, at_leads
 from pmor.contact.flank import MeshedPair
 from pmor.contact.solve import ElasticityAt, SolvedPosition, solve_position
+from pmor.parallel import in_order
+from pmor.results.force_law import ForceLaw
 from pmor.results.sweep import SteSweep
 
 
 def sweep_ste(
-    meshed: MeshedPair,
-    elasticity_at: ElasticityAt,
-    phi: FloatArray,
-    conditions: Sequence[Condition],
-    advance: Callable[[], None] = lambda: None,
-) -> SteSweep:
+    meshed: MeshedPair, elasticity_at: ElasticityAt, phi: FloatArray, conditions: Sequence[Condition],
+    advance: Callable[[], None] = lambda: None, executor: Executor | None = None,
+) -> SteSweep:  # fmt: skip
     """Solve all angles under all conditions.
 
     Parameters
@@ -34,17 +35,58 @@ def sweep_ste(
         Torques with the same axes.
     advance : callable
         Called after each angle, for progress.
+    executor : concurrent.futures.Executor, optional
+        Solves several angles at a time.
 
     Returns
     -------
     SteSweep
     """
     start = time.perf_counter()
-    solved = []
-    for angle in phi:
-        solved.append(solve_position(meshed, float(angle), conditions, elasticity_at))
-        advance()
+    solved = solve_positions(meshed, elasticity_at, phi, conditions, advance, executor)
     return collect_sweep(meshed, solved, phi, conditions, time.perf_counter() - start)
+
+
+def force_law(
+    meshed: MeshedPair, elasticity_at: ElasticityAt, phi: FloatArray, leads: Sequence[float], axes: Axes = ALIGNED,
+    advance: Callable[[], None] = lambda: None, executor: Executor | None = None,
+) -> ForceLaw:  # fmt: skip
+    """Find the torque that the contact forces make where the pinion's lead is given: F(phi, lead, axes).
+
+    Parameters
+    ----------
+    leads : sequence of float
+        rad; rising ones take the fewest steps, since each solution starts from the one before.
+    axes : Axes
+    meshed, elasticity_at, phi, advance, executor
+        As in `sweep_ste`.
+
+    Returns
+    -------
+    ForceLaw
+    """
+    start = time.perf_counter()
+    solved = solve_positions(meshed, elasticity_at, phi, at_leads(leads, axes), advance, executor)
+    torque, steps, pairs = _torques(solved, len(leads))
+    converged = np.asarray(np.isfinite(torque).all(axis=2))
+    return ForceLaw(
+        phi_rad=np.asarray(phi, dtype=float),
+        lead_rad=np.asarray(leads, dtype=float),
+        pair_torque_Nm=1e-3 * torque,
+        pair_index=pairs,
+        newton_steps=steps,
+        converged=converged,
+        seconds=time.perf_counter() - start,
+    )
+
+
+def solve_positions(
+    meshed: MeshedPair, elasticity_at: ElasticityAt, phi: FloatArray, conditions: Sequence[Condition],
+    advance: Callable[[], None] = lambda: None, executor: Executor | None = None,
+) -> list[SolvedPosition]:  # fmt: skip
+    """Solve all angles, each by itself under all conditions; arguments as in `sweep_ste`."""
+    solve = partial(_solve, meshed, conditions, elasticity_at)
+    return list(in_order(solve, map(float, phi), executor, advance))
 
 
 def collect_sweep(
@@ -52,24 +94,16 @@ def collect_sweep(
     seconds: float,
 ) -> SteSweep:  # fmt: skip
     """Collect solved positions into a sweep; arguments as in `sweep_ste`, `seconds` is its wall time."""
-    pairs = np.unique(np.concatenate([s.position.pair_index for s in solved]))
-    grid = (len(conditions), len(phi))
-    ste, steps = np.full(grid, np.nan), np.zeros(grid, dtype=np.int64)
-    converged, share = np.zeros(grid, dtype=bool), np.zeros((*grid, len(pairs)))
-    for i, position in enumerate(solved):
-        columns = np.searchsorted(pairs, position.position.pair_index)
-        for t, equilibrium in enumerate(position.equilibria):
-            if equilibrium is None:
-                continue
-            ste[t, i] = equilibrium.lead * meshed.pair.pinion.base_radius * 1e3
-            steps[t, i], converged[t, i] = equilibrium.steps, True
-            torque = equilibrium.pair_torque(len(columns))
-            share[t, i, columns] = torque / torque.sum()
+    torque, steps, pairs = _torques(solved, len(conditions))
+    converged = np.asarray(np.isfinite(torque).all(axis=2))
+    share = np.zeros(torque.shape)
+    share[converged] = torque[converged] / torque[converged].sum(axis=1, keepdims=True)
+    leads = [[np.nan if e is None else e.lead for e in position.equilibria] for position in solved]
     used = np.flatnonzero(share.any(axis=(0, 1)))
     return SteSweep(
         phi_rad=np.asarray(phi, dtype=float),
         torque_Nm=np.array([condition.given_torque for condition in conditions]) * 1e-3,
-        ste_um=ste,
+        ste_um=np.array(leads).T * meshed.pair.pinion.base_radius * 1e3,
         pair_share=share[..., used],
         pair_index=pairs[used],
         newton_steps=steps,
@@ -77,3 +111,23 @@ def collect_sweep(
         seconds=seconds,
         pitch_rad=meshed.pair.pitch,
     )
+
+
+def _solve(
+    meshed: MeshedPair, conditions: Sequence[Condition], elasticity_at: ElasticityAt, phi: float
+) -> SolvedPosition:
+    return solve_position(meshed, phi, conditions, elasticity_at)
+
+
+def _torques(solved: Sequence[SolvedPosition], count: int) -> tuple[FloatArray, IntArray, IntArray]:
+    """Torque of each tooth pair, (count, angles, pairs), N mm, NaN where not converged; steps; and the pairs."""
+    pairs = np.unique(np.concatenate([s.position.pair_index for s in solved]))
+    torque, steps = np.zeros((count, len(solved), len(pairs))), np.zeros((count, len(solved)), dtype=np.int64)
+    for i, position in enumerate(solved):
+        columns = np.searchsorted(pairs, position.position.pair_index)
+        for t, equilibrium in enumerate(position.equilibria):
+            if equilibrium is None:
+                torque[t, i] = np.nan
+                continue
+            torque[t, i, columns], steps[t, i] = equilibrium.pair_torque(len(columns)), equilibrium.steps
+    return torque, steps, pairs
