@@ -16,9 +16,12 @@ from pmor.errors import PmorError
 INTERRUPTED = 130
 # Results have messages of their own (pmor.storage.atomic); this is for the files that libraries write.
 OUT_OF_SPACE = (errno.ENOSPC, errno.EDQUOT)
+KEPT = "finished pieces are kept; the same command goes on where it stopped"
 RESUME_HINTS = {
     "offline": "the same command with --resume goes on where it stopped",
-    "study": "finished pieces are kept; the same command goes on where it stopped",
+    "study": KEPT,
+    "stability": KEPT,
+    "reductions": KEPT,
 }
 USUAL_HINT = "no file was left half written; the same command starts again"
 

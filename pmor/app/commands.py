@@ -5,7 +5,6 @@ Imports of what is heavy or belongs to a stage stand inside the functions, so th
 
 from __future__ import annotations
 
-import json
 import sys
 import time
 from dataclasses import replace
@@ -164,7 +163,7 @@ def stability(case_path: Path, out: Path | None = None, jobs: int = 1, only: str
     started = time.perf_counter()
     with only_writer_in_folder(folder):
         with Progress(total, "variants") as progress:
-            result = run_matrix(case, jobs, only, progress.advance)
+            result = run_matrix(case, folder, jobs, only, progress.advance)
         write_stability(result, time.perf_counter() - started, folder)
     print(stability_text(result))
     print(f"  results in {folder}")
@@ -187,7 +186,7 @@ def reductions(case_path: Path, out: Path | None = None, jobs: int = 1) -> None:
 
     folder = ensure_writable(out or Path("out") / f"{case.name}_reductions")
     with only_writer_in_folder(folder):
-        result = compare_reductions(case, _elastic_model(case, mesh), jobs)
+        result = compare_reductions(case, _elastic_model(case, mesh), folder, jobs)
         write_comparison(result, time.perf_counter() - started, folder)
     print(comparison_text(result))
     print(f"  results in {folder}")
@@ -201,15 +200,14 @@ def bench(case_path: Path, json_path: Path, jobs: int = 2) -> None:
 
     use_one_thread()  # before anything loads numpy
     from pmor.case import load_case
-    from pmor.lab.bench import bench_text, read_bench, run_bench
-    from pmor.storage.atomic import atomic_path, ensure_writable
+    from pmor.lab.bench import bench_text, read_bench, run_bench, write_bench
+    from pmor.storage.atomic import ensure_writable
 
     case = load_case(case_path)
     ensure_writable(json_path.parent)
     before = read_bench(json_path)
     result = run_bench(case, jobs)
-    with atomic_path(json_path) as temporary:
-        temporary.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    write_bench(result, before, json_path)
     print(bench_text(result, before))
 
 

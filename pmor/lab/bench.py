@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-import os
-import platform
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -21,7 +20,7 @@ from pmor_online.errors import estimate_errors
 from pmor_online.model import ReducedPair, online_angles, reduced_pair
 from pmor_online.sweep import TOLERANCE, sweep_reduced_pair, sweep_scheme
 
-from pmor.case import Case, changed_text, parse_case
+from pmor.case import Case, changed_case
 from pmor.contact import kernel
 from pmor.contact.position import pairs_in_reach
 from pmor.contact.search import clearance
@@ -29,9 +28,15 @@ from pmor.contact.solve import window_depth
 from pmor.fe.assembly import assemble
 from pmor.fe.condensation import condense_sector
 from pmor.fe.cyclic import elastic_gear
+from pmor.lab.core.machine import machine
+from pmor.lab.core.table import Columns, table, text_lines
+from pmor.lab.core.timing import ms_per_position, times_in_turn
 from pmor.pair.conditions import conditions_of, nominal_condition
 from pmor.pair.model import elastic_model, mesh_model, neighbour_reach
 from pmor.progress import Progress
+from pmor.report.data_files import write_summary_json
+from pmor.report.markdown import write_markdown
+from pmor.report.table import Table
 from pmor.storage.basis_file import read_basis
 
 REPEATS = 15
@@ -46,13 +51,7 @@ Row = dict[str, Any]
 
 @dataclass(frozen=True)
 class Variant:
-    """A case whose reduced model is timed.
-
-    Parameters
-    ----------
-    label : str
-    case : Case
-    """
+    """A case whose reduced model is timed."""
 
     label: str
     case: Case
@@ -145,19 +144,16 @@ def offline_rows(case: Case) -> list[Row]:
 
 def sweep_rows(listed: list[Variant], models: list[ReducedPair]) -> list[Row]:
     """Time one position of each variant: sweeps over a pitch, one thread, all variants in turn."""
-    times: list[list[float]] = [[] for _ in listed]
+    work = {}
+    for i, (variant, model) in enumerate(zip(listed, models, strict=True)):
+        phi = online_angles(model.meshed.pair.pitch, ANGLES)
+        sweep = partial(sweep_reduced_pair, model, phi, [nominal_condition(variant.case)])
+        work[i] = partial(ms_per_position, sweep)
     with Progress(REPEATS, "sweeps") as progress:
-        for repeat in range(-1, REPEATS):  # the first round warms up
-            for variant, model, found in zip(listed, models, times, strict=True):
-                phi = online_angles(model.meshed.pair.pitch, ANGLES)
-                sweep = sweep_reduced_pair(model, phi, [nominal_condition(variant.case)])
-                if repeat >= 0:
-                    found.append(1e3 * sweep.seconds / ANGLES)
-            if repeat >= 0:
-                progress.advance()
+        times = times_in_turn(work, REPEATS, progress.advance)
     return [
-        {**_row(f"position: {variant.label}", variant.case, found), "unknowns": model.size}
-        for variant, model, found in zip(listed, models, times, strict=True)
+        {**_row(f"position: {variant.label}", variant.case, times[i]), "unknowns": models[i].size}
+        for i, variant in enumerate(listed)
     ]
 
 
@@ -197,12 +193,13 @@ def parallel_rows(case: Case, model: ReducedPair, jobs: int) -> list[Row]:
     """Time a sweep of 100 angles x 100 torques with one thread and with `jobs`; say whether they agree to the bit."""
     phi = online_angles(model.meshed.pair.pitch, 100)
     loads = case.torque_Nm * np.linspace(0.1, case.offline.torques_Nm[-1] / case.torque_Nm, 100)
-    times: dict[int, list[float]] = {1: [], jobs: []}
     results = {}
-    for _ in range(5):
-        for threads, found in times.items():
-            results[threads] = sweep_reduced_pair(model, phi, conditions_of(case, loads), jobs=threads)
-            found.append(1e3 * results[threads].seconds)
+
+    def sweep_ms(threads: int) -> float:
+        results[threads] = sweep_reduced_pair(model, phi, conditions_of(case, loads), jobs=threads)
+        return 1e3 * results[threads].seconds
+
+    times = times_in_turn({threads: partial(sweep_ms, threads) for threads in (1, jobs)}, 5)
     same = bool(np.array_equal(results[1].ste_um, results[jobs].ste_um))
     efficiency = median(times[1]) / (jobs * median(times[jobs]))
     return [
@@ -214,38 +211,48 @@ def parallel_rows(case: Case, model: ReducedPair, jobs: int) -> list[Row]:
 
 def start_rows(case: Case) -> list[Row]:
     """Time how long the command needs to answer at all."""
-    times = []
-    for _ in range(5):
+
+    def start_ms() -> float:
         start = time.perf_counter()
-        subprocess.run([sys.executable, "-m", "pmor.app.cli", "--help"], check=True, capture_output=True)
-        times.append(1e3 * (time.perf_counter() - start))
-    return [_row("start: pmor --help", case, times)]
+        subprocess.run([sys.executable, "-m", "pmor", "--help"], check=True, capture_output=True)
+        return 1e3 * (time.perf_counter() - start)
+
+    return [_row("start: pmor --help", case, times_in_turn({"start": start_ms}, 5)["start"])]
 
 
-def machine() -> dict[str, Any]:
-    """Return what the figures were measured on."""
-    cpu = platform.processor() or platform.machine()
-    info = Path("/proc/cpuinfo")
-    if info.exists():
-        names = [line.partition(":")[2].strip() for line in info.read_text().splitlines() if "model name" in line]
-        cpu = names[0] if names else cpu
-    return {"cpu": cpu, "cores": os.cpu_count(), "system": platform.system(), "python": platform.python_version()}
+def bench_table(result: dict[str, Any], before: dict[str, Any] | None) -> Table:
+    """Return the table; with an earlier result, each time as a ratio to the one measured then."""
+    old = {_key(row): row["median_ms"] for row in before["rows"]} if before else {}
+    columns: Columns = {
+        "phase": _name,
+        "scheme": "scheme",
+        "mesh": lambda row: f"{row['n_profile']} x {row['n_width']}",
+        "LoDM": lambda row: f"{row['lodm_profile']}, {row['lodm_width']}" if row["lodm_profile"] else "-",
+        "ms": "median_ms",
+    }
+    if before:
+        ratios = {key: f"{row['median_ms'] / old[key]:.2f}" for row in result["rows"] if (key := _key(row)) in old}
+        columns = {**columns, "ratio to the earlier run": lambda row: ratios.get(_key(row), "")}
+    m = result["machine"]
+    note = f"medians, one thread unless said; {m['cpu']}, {m['cores']} cores, Python {m['python']}"
+    return table("Run time by phase and by size", columns, result["rows"], note)
 
 
 def bench_text(result: dict[str, Any], before: dict[str, Any] | None) -> str:
-    """Return the table; with an earlier result, each time as a ratio to the one measured then."""
-    old = {_key(row): row["median_ms"] for row in before["rows"]} if before else {}
-    title = f"{'phase':<48} {'scheme':>7} {'mesh':>7} {'LoDM':>6} {'ms':>10}"
-    lines = [title + ("   ratio to the earlier run" if before else "")]
-    for row in result["rows"]:
-        mesh = f"{row['n_profile']} x {row['n_width']}"
-        lodm = f"{row['lodm_profile']}, {row['lodm_width']}" if row["lodm_profile"] else "-"
-        line = f"{_name(row):<48} {row['scheme']:>7} {mesh:>7} {lodm:>6} {row['median_ms']:>10.4g}"
-        if _key(row) in old:
-            line += f"   {row['median_ms'] / old[_key(row)]:.2f}"
-        lines.append(line)
-    m = result["machine"]
-    return "\n".join([*lines, f"medians, one thread unless said; {m['cpu']}, {m['cores']} cores, Python {m['python']}"])
+    """Return the table for the screen."""
+    shown = bench_table(result, before)
+    return "\n".join([*text_lines(shown), shown.note])
+
+
+def write_bench(result: dict[str, Any], before: dict[str, Any] | None, path: Path) -> None:
+    """Write the JSON file, and the table as Markdown beside it.
+
+    Raises
+    ------
+    OutputError
+    """
+    write_summary_json(path, result)
+    write_markdown(path.with_suffix(".md"), "Benchmark", [bench_table(result, before)])
 
 
 def read_bench(path: Path) -> dict[str, Any] | None:
@@ -281,8 +288,7 @@ def _row(phase: str, case: Case, times: list[float], repeats: int | None = None)
 
 def _changed(case: Case, **changes: dict[str, Any]) -> Case:
     """The case with other keys, and trained at few angles."""
-    offline = {"offline": {"angles_per_pitch": TRAINING_ANGLES}}
-    return parse_case(changed_text(case.text, changes | offline), case.name, f"{case.name}, benchmark")
+    return changed_case(case, **changes, offline={"angles_per_pitch": TRAINING_ANGLES})
 
 
 def _basis(case: Case, path: Path) -> ReducedPair:

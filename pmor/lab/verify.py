@@ -20,8 +20,10 @@ from pmor.arrays import FloatArray
 from pmor.contact.condition import Condition
 from pmor.contact.elasticity import full_elasticity
 from pmor.contact.position import active_patches
-from pmor.contact.solve import solve_position, window_depth
+from pmor.contact.solve import window_depth
 from pmor.fe.cyclic import ElasticGear
+from pmor.lab.core.measures import SMALLEST_ERROR_UM
+from pmor.lab.core.states import States, solve_states
 from pmor.pair.conditions import axes_of, condition_at, training_values
 from pmor.pair.model import ElasticModel
 from pmor.reduction.basis import Basis
@@ -51,8 +53,6 @@ COVERED = 5.0
 OF_THE_SIZE = 10.0
 WITHOUT_ESTIMATE = 5e-4
 SOLVED_STE = 1e-6
-# Errors below this say nothing about an estimate, um.
-LEAST_ERROR_UM = 0.002
 
 
 @dataclass(frozen=True)
@@ -197,12 +197,8 @@ def _unseen_states(basis: Basis, model: ElasticModel, advance: Callable[[], None
     """Estimate against truth at states drawn at random from the ranges of the training."""
     phi, conditions = _random_states(basis, model)
     ste, estimate = estimate_errors(basis, phi, conditions, TOLERANCE)
-    truth = np.empty(len(phi))
-    for i, condition in enumerate(conditions):
-        meshed = model.mesh.meshed
-        state = solve_position(meshed, float(phi[i]), [condition], model.elasticity_at).equilibria[0]
-        truth[i] = 1e3 * meshed.pair.pinion.base_radius * state.lead if state else np.nan
-        advance()
+    states = States(phi, tuple(conditions))
+    truth = solve_states(model.mesh.meshed, model.elasticity_at, states, advance=advance).ste_um
     # Where full FE does not converge there is nothing to hold an estimate against.
     solved = np.isfinite(truth)
     true, estimated = np.abs(truth - ste)[solved], np.abs(estimate)[solved]
@@ -210,7 +206,7 @@ def _unseen_states(basis: Basis, model: ElasticModel, advance: Callable[[], None
     largest = ", ".join(f"{np.max(error, initial=0.0):.2g}" for error in (estimated, true))
     return Check(
         "unseen states", value, OF_THE_SIZE,
-        f"factor between error bar and error where that is above {LEAST_ERROR_UM:g} um, at {solved.sum()} states; "
+        f"factor between error bar and error where that is above {SMALLEST_ERROR_UM:g} um, at {solved.sum()} states; "
         f"largest of each {largest} um",
     )  # fmt: skip
 
@@ -226,7 +222,7 @@ def _random_states(basis: Basis, model: ElasticModel) -> tuple[FloatArray, list[
 
 def _factors(estimated: FloatArray, true: FloatArray) -> FloatArray:
     """By what factor estimates miss errors, either way; those of errors that are too small to tell left out."""
-    counted = ~(true <= LEAST_ERROR_UM)  # a reduced state that did not converge is NaN, and counts
+    counted = ~(true <= SMALLEST_ERROR_UM)  # a reduced state that did not converge is NaN, and counts
     with np.errstate(divide="ignore"):
         ratio = estimated[counted] / true[counted]
         return np.asarray(np.where(np.isnan(ratio), np.inf, np.maximum(ratio, 1.0 / ratio)))

@@ -44,8 +44,8 @@ def model(case):
 
 
 @pytest.fixture(scope="module")
-def compared(case, model):
-    return compare_reductions(case, model, jobs=2, **FEW)
+def compared(case, model, tmp_path_factory):
+    return compare_reductions(case, model, tmp_path_factory.mktemp("out"), jobs=2, **FEW)
 
 
 @pytest.fixture
@@ -62,9 +62,9 @@ def test_the_command_leaves_numbers_page_and_pictures(case_path, capsys):
     text = capsys.readouterr().out
     assert code == 0, text
     pictures = {"error_run_time.png", "decay.png", "estimate.png"}
-    assert {path.name for path in out.iterdir()} == {"reductions.json", "reductions.html", *pictures}
+    assert {path.name for path in out.iterdir()} == {"reductions.json", "reductions.md", "reductions.html", *pictures}
     found = json.loads((out / "reductions.json").read_text())
-    assert text.count("\n| flank_lines | ") == sum(entry["shapes"] == "flank_lines" for entry in found["entries"])
+    assert text.count("\n  flank_lines ") == sum(entry["shapes"] == "flank_lines" for entry in found["entries"])
     assert (out / "reductions.html").read_text().count("data:image/png;base64,") == len(pictures)
     for entry in found["entries"]:
         assert 0.0 < entry["online_without_ms"] < 100.0
@@ -80,9 +80,7 @@ def test_the_json_holds_what_was_measured(compared, tmp_path):
     assert compared.failures == ()
     assert found["seconds"] == 1.5
     for read, entry in zip(found["entries"], compared.entries, strict=True):
-        assert read["label"] == entry.label
-        assert_array_equal(read["ste_error_um"], entry.errors.error_um)
-        assert read["effectivity"] == vars(entry.errors.effectivity)
+        assert read == entry
         full = np.array([state["ste_um"] for state in found["states"]])
         percent = 100.0 * np.abs(np.array(read["ste_error_um"]) / full)
         assert_allclose(read["ste_error_max_percent"], percent.max())
@@ -93,17 +91,17 @@ def test_the_json_holds_what_was_measured(compared, tmp_path):
 
 def test_static_modes_have_the_least_error(compared):
     *trained, static = compared.entries
-    assert static.shapes == "static_modes"
-    assert static.solves == 0
+    assert static["shapes"] == "static_modes"
+    assert static["solves"] == 0
     # The sweep's own tolerance is what they leave of the STE; its slow twin solves the loads to 1e-9.
-    assert static.errors.max_percent < 1e-4
-    assert static.errors.max_percent < min(entry.errors.max_percent for entry in trained)
-    assert static.load_error_percent < 1e-3 < min(entry.load_error_percent for entry in trained)
+    assert static["ste_error_max_percent"] < 1e-4
+    assert static["ste_error_max_percent"] < min(entry["ste_error_max_percent"] for entry in trained)
+    assert static["load_error_percent"] < 1e-3 < min(entry["load_error_percent"] for entry in trained)
 
 
 def test_counted_solves_are_those_of_the_offline_stage(case, model, compared, tmp_path):
-    by_label = {entry.label: entry for entry in compared.entries}
-    greedy = compared.entries[0].solves
+    by_label = {entry["label"]: entry for entry in compared.entries}
+    greedy = compared.entries[0]["solves"]
     assert 4 < greedy < len(compared.decay.estimate) + 4  # it ended by its tolerance, and was followed further
     checked = {f"flank_lines, greedy {greedy}", "flank_lines, sobol 24", "pod, linear, grid 4 x 3 x 2", "static_modes"}
     for i, variant in enumerate(v for v in variants(case, greedy) if v.label in checked):
@@ -112,9 +110,9 @@ def test_counted_solves_are_those_of_the_offline_stage(case, model, compared, tm
         done = run_offline(variant.case, model, path, estimate=estimate_errors)
         basis = read_basis(path)
         assert done.solved == len(basis.training.phi)
-        assert by_label[variant.label].solves == basis.training.converged.size
+        assert by_label[variant.label]["solves"] == basis.training.converged.size
         ste, _ = estimate_errors(basis, compared.truth.states.phi, compared.truth.states.conditions)
-        assert_allclose(compared.truth.full.ste_um - ste, by_label[variant.label].errors.error_um, atol=1e-9)
+        assert_allclose(compared.truth.full.ste_um - ste, by_label[variant.label]["ste_error_um"], atol=1e-9)
     assert not checked
 
 
@@ -140,6 +138,27 @@ def test_nested_trainings_are_those_of_the_smaller_ones(case, model):
         assert_allclose([s.ste_um for s in own.snapshots], [s.ste_um for s in alone.snapshots], rtol=1e-12)
     few, many = (sobol_training(case, model, count) for count in (6, 20))
     assert_array_equal([s.ste_um for s in few.snapshots], [s.ste_um for s in many.first(6).snapshots])
+
+
+def test_an_interrupted_run_goes_on_where_it_stopped(case_path, capsys, monkeypatch):
+    genuine, measured, out = pmor.lab.comparison.run.worth, [], case_path.parent / "out"
+
+    def counting(reduction, truth):
+        if len(measured) == 3 and not resumed:
+            raise KeyboardInterrupt
+        measured.append(reduction.variant.label)
+        return genuine(reduction, truth)
+
+    monkeypatch.setattr(pmor.lab.comparison.run, "worth", counting)
+    resumed = False
+    assert main(["reductions", str(case_path), "--out", str(out)]) == 130
+    assert "the same command goes on where it stopped" in capsys.readouterr().err
+    assert {path.name for path in out.iterdir()} == {"parts"}
+    resumed = True
+    assert main(["reductions", str(case_path), "--out", str(out)]) == 0
+    labels = [entry["label"] for entry in json.loads((out / "reductions.json").read_text())["entries"]]
+    assert sorted(measured) == sorted(labels)  # each of them once
+    assert not (out / "parts").exists()
 
 
 def test_an_unusable_folder_is_refused_before_anything_is_solved(case_path, capsys, monkeypatch):

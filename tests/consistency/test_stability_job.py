@@ -5,6 +5,7 @@ import json
 import pytest
 
 import pmor.lab.stability.measure
+import pmor.lab.stability.run
 from pmor.app.cli import main
 from tests.small_case import case_text
 
@@ -32,7 +33,7 @@ def test_everything_is_there_and_holds(case_path, capsys):
     code, out = run(case_path, "--only", "torque", "--jobs", "2")
     text = capsys.readouterr().out
     assert code == 0, text
-    assert {path.name for path in out.iterdir()} == {"stability.json", "report.html"}
+    assert {path.name for path in out.iterdir()} == {"stability.json", "stability.md", "report.html", "steps.png"}
     found = json.loads((out / "stability.json").read_text())
     entries = {entry["name"]: entry for entry in found["entries"]}
     assert len(entries) == found["n_entries"] == 14
@@ -58,10 +59,10 @@ def test_everything_is_there_and_holds(case_path, capsys):
 def test_a_variant_that_crashes_is_named_and_stops_nothing(case_path, capsys, monkeypatch):
     genuine = pmor.lab.stability.measure.solve_variant
 
-    def sometimes(meshed, elasticity_at, phi, torque, *rest):
-        if torque == 1e3:
+    def sometimes(meshed, elasticity_at, phi, condition, *rest):
+        if condition.given_torque == 1e3:
             raise RuntimeError("made to crash")
-        return genuine(meshed, elasticity_at, phi, torque, *rest)
+        return genuine(meshed, elasticity_at, phi, condition, *rest)
 
     monkeypatch.setattr(pmor.lab.stability.measure, "solve_variant", sometimes)
     code, out = run(case_path, "--only", "torque 1")
@@ -72,6 +73,32 @@ def test_a_variant_that_crashes_is_named_and_stops_nothing(case_path, capsys, mo
     failed = [e["name"] for e in json.loads((out / "stability.json").read_text())["entries"] if not e["ok"]]
     assert failed == ["torque 1 N m", "torque 100000 N m"]
     assert '<p class="warning">' in (out / "report.html").read_text()
+
+
+def test_an_interrupted_run_goes_on_where_it_stopped(case_path, capsys, monkeypatch):
+    genuine, measured = pmor.lab.stability.run.measure, []
+
+    def stopping(variant, *rest):
+        if len(measured) == 2:
+            raise KeyboardInterrupt
+        measured.append(variant.name)
+        return genuine(variant, *rest)
+
+    monkeypatch.setattr(pmor.lab.stability.run, "measure", stopping)
+    code, out = run(case_path, "--only", "cold start")
+    assert code == 130
+    assert "the same command goes on where it stopped" in capsys.readouterr().err
+    assert {path.name for path in out.iterdir()} == {"parts"}
+
+    def counting(variant, *rest):
+        measured.append(variant.name)
+        return genuine(variant, *rest)
+
+    monkeypatch.setattr(pmor.lab.stability.run, "measure", counting)
+    assert run(case_path, "--only", "cold start")[0] == 0
+    names = [entry["name"] for entry in json.loads((out / "stability.json").read_text())["entries"]]
+    assert sorted(measured) == sorted(names)  # each of them once
+    assert not (out / "parts").exists()
 
 
 def test_a_text_that_no_variant_has_is_refused(case_path, capsys):

@@ -14,7 +14,7 @@ import pmor.lab.study.run
 from pmor.app.cli import main
 from pmor.case import parse_case
 from pmor.errors import ConvergenceError
-from pmor.lab.study.cells import ModelStore
+from pmor.lab.core.models import ModelStore
 from pmor.lab.study.loader import load_study
 from pmor.lab.study.solve import grid_cell
 from tests.small_case import case_text, fail_where

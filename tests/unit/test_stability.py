@@ -4,18 +4,18 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.case import changed_text, load_case, parse_case
+from pmor.case import changed_case, changed_text, load_case, parse_case
 from pmor.contact.condition import at_torques
 from pmor.contact.elasticity import FullElasticity, ReducedElasticity
 from pmor.contact.solve import solve_position
 from pmor.errors import PmorError
+from pmor.lab.core.models import ModelStore
 from pmor.lab.stability.balances import energy_imbalance, newton_condition, torque_imbalance
 from pmor.lab.stability.matrix import base_case, matrix
-from pmor.lab.stability.measure import Bench, measure
+from pmor.lab.stability.measure import measure
 from pmor.lab.stability.places import mirrored_angles, pinion_angles
 from pmor.lab.stability.run import _penalty_law
 from pmor.lab.stability.variants import REFERENCES, Variant
-from pmor.pair.model import ElasticModel, mesh_model
 from tests.small_case import case_text
 
 TORQUE = 1e5
@@ -27,11 +27,13 @@ def base():
 
 
 @pytest.fixture(scope="module")
-def bench(base, small_model):
-    found = Bench(base)
-    _, model = small_model
-    found.__dict__["model"] = ElasticModel(mesh_model(base), model.pinion, model.wheel)
-    return found
+def store():
+    return ModelStore()
+
+
+@pytest.fixture(scope="module")
+def model(base, store):
+    return store.model(base)[0]
 
 
 def solved(model, share, torques=(TORQUE, 1.01 * TORQUE)):
@@ -60,26 +62,23 @@ def test_the_matrix_is_large_and_every_change_is_one_that_a_case_file_may_say(pa
     assert refused == {v.name for v in variants if v.against == "nothing"}
 
 
-def test_energy_balances_with_facets_and_would_show_a_wrong_force(bench):
-    case = parse_case(changed_text(bench.base.text, {"contact": {"scheme": "facet"}}), "f", "f")
-    model = bench.model_of(case)
-    position, elasticity = solved(model, 0.3)
+def test_energy_balances_with_facets_and_would_show_a_wrong_force(base, store):
+    position, elasticity = solved(store.model(changed_case(base, scheme="facet"))[0], 0.3)
     states = position.equilibria
     assert energy_imbalance(elasticity, states, (TORQUE, 1.01 * TORQUE)) < 1e-5
     assert energy_imbalance(elasticity, states, (1.1 * TORQUE, 1.11 * TORQUE)) > 0.05
 
 
-def test_torque_of_the_nodal_forces_is_the_applied_one(bench):
-    position, elasticity = solved(bench.model, 0.1)
+def test_torque_of_the_nodal_forces_is_the_applied_one(model):
+    position, elasticity = solved(model, 0.1)
     first = position.equilibria[0]
     assert torque_imbalance(position.position, elasticity, first, TORQUE) < 1e-4
     assert_allclose(torque_imbalance(position.position, elasticity, first, 2.0 * TORQUE), 0.5, rtol=1e-3)
 
 
-def test_condition_is_that_of_the_matrix_of_a_step(bench):
+def test_condition_is_that_of_the_matrix_of_a_step(base, store):
     # A penalty so soft that its own compliance counts.
-    soft = parse_case(changed_text(bench.base.text, {"contact": {"penalty_N_mm3": 1e4}}), "s", "s")
-    position, full = solved(bench.model_of(soft), 0.3)
+    position, full = solved(store.model(changed_case(base, penalty_N_mm3=1e4))[0], 0.3)
     state = position.equilibria[0]
     contact = state.contact
     rows = np.stack([contact.nodal_forces(p, len(position.position.nodes)).ravel() for p in np.eye(len(contact.gap))])
@@ -96,8 +95,8 @@ def test_condition_is_that_of_the_matrix_of_a_step(bench):
     assert 0.3 * exact < newton_condition(reduced, state) <= 1.01 * exact
 
 
-def test_usual_places_hold_exact_entry_and_exit_and_the_borders_are_nodes(bench):
-    meshed = bench.model.mesh.meshed
+def test_usual_places_hold_exact_entry_and_exit_and_the_borders_are_nodes(model):
+    meshed = model.mesh.meshed
     first, last = meshed.pair.roll_position_range
     usual = pinion_angles(meshed, "usual")
     assert len(usual) == 8
@@ -109,46 +108,46 @@ def test_usual_places_hold_exact_entry_and_exit_and_the_borders_are_nodes(bench)
     assert np.minimum(*distance).max() < 1e-12
 
 
-def test_mirrored_angles_are_as_far_from_the_other_end(bench):
-    pair = bench.model.mesh.meshed.pair
+def test_mirrored_angles_are_as_far_from_the_other_end(model):
+    pair = model.mesh.meshed.pair
     first, last = pair.roll_position_range
     phi = np.array([first, 0.5 * (first + last), last])
     assert_allclose(mirrored_angles(pair, phi, pair), [last, 0.5 * (first + last), first], atol=1e-12)
 
 
-def test_an_entry_says_what_is_wrong_and_a_crash_becomes_one(bench, monkeypatch):
+def test_an_entry_says_what_is_wrong_and_a_crash_becomes_one(base, store, monkeypatch):
     held = Variant("strict", "g", "a", {"contact": {"penalty_N_mm3": 1e4}}, "base", tolerance=1e-3)
-    entry = measure(held, bench)
+    entry = measure(held, base, store)
     assert entry.converged
     assert not entry.ok
     assert not entry.explained
     assert entry.note.startswith("differs by")
-    refused = measure(Variant("none", "g", "a", {"load": {"torque_Nm": 0.0}}), bench)
+    refused = measure(Variant("none", "g", "a", {"load": {"torque_Nm": 0.0}}), base, store)
     assert refused.explained
     assert "nothing to solve" in refused.note
-    reversed_ = measure(Variant("back", "g", "a", {"load": {"torque_Nm": -1.0}}), bench)
+    reversed_ = measure(Variant("back", "g", "a", {"load": {"torque_Nm": -1.0}}), base, store)
     assert "mirror image" in reversed_.note
 
     known = Variant("locks", "g", "a", {"mesh": {"element": "hex8"}, "pinion": {"poisson_ratio": 0.499}}, "base",
                     tolerance=1e-3, limit="they lock")  # fmt: skip
-    entry = measure(known, bench)
+    entry = measure(known, base, store)
     assert (entry.ok, entry.explained, entry.converged) == (False, True, True)
 
     def crash(*arguments):
         raise ZeroDivisionError("made to crash")
 
     monkeypatch.setattr("pmor.lab.stability.measure.solve_variant", crash)
-    entry = measure(Variant("crash", "g", "a"), bench)
+    entry = measure(Variant("crash", "g", "a"), base, store)
     assert (entry.ok, entry.explained, entry.converged) == (False, False, False)
     assert entry.note == "ZeroDivisionError: made to crash"
 
 
-def test_the_law_of_the_penalty_is_fitted_where_it_is_stiff(bench):
+def test_the_law_of_the_penalty_is_fitted_where_it_is_stiff(base, store):
     from dataclasses import replace
 
     from pmor.lab.stability.contact_variants import PENALTY_EXPONENTS, PENALTY_LIMIT, penalty_name
 
-    some = replace(measure(Variant("refused", "g", "a", {"load": {"torque_Nm": 0.0}}), bench), converged=True)
+    some = replace(measure(Variant("refused", "g", "a", {"load": {"torque_Nm": 0.0}}), base, store), converged=True)
 
     def entries(exponent):
         ste = {penalty_name(10.0**e): 5.0 + 10.0 ** (exponent * e + 4) for e in PENALTY_EXPONENTS}

@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from pmor.lab.core.measures import fitted_exponent, max_and_rms
 from pmor.lab.study.measures import (
     Curve,
     break_even,
-    fitted_exponent,
     load_share_error,
-    max_and_rms,
     mean_error_um,
     pareto_front,
     peak_to_peak_error_um,

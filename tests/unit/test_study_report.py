@@ -4,8 +4,8 @@ from pathlib import Path
 
 from numpy.testing import assert_allclose
 
-from pmor.lab.study.claims import checked_claims, checked_time_claims, paper_ratios
 from pmor.lab.study.loader import parse_study
+from pmor.lab.study.paper import checked_claims, checked_time_claims, paper_ratios
 from pmor.lab.study.settings import Cell, PaperRatio
 
 STUDY = """

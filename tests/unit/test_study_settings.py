@@ -68,7 +68,7 @@ def test_a_study_says_what_its_file_says():
     assert study.reference.members == (Member(6, 1, 2), Member(8, 1, 2))
     assert study.trainings[0].torques_Nm == ((180.0,), (40.0, 180.0))
     assert study.paper.seconds == ((Cell(6, 1), 29.0),)
-    assert (study.paper.ratio[0].value, study.paper.ratio[0].kind) == (3.7, "about")
+    assert (study.paper.ratios[0].value, study.paper.ratios[0].kind) == (3.7, "about")
     assert study.timing.repeats == 5
     assert study.peer is None
     assert study.title == "small"
@@ -139,6 +139,7 @@ def test_the_shipped_study_is_the_papers_table():
         ('"6@1" = 29.0', '"6@1" = -29.0', r"\[paper\] seconds = .*above 0"),
         ("value = 3.7", 'value = "3.7"', r"\[paper.ratio\] value = .*must be a number"),
         ("[grid]", "[conventional]\nsolved = [\"9@9\"]\n[grid]", r"solved: 9@9: is not among the \[grid\] cells"),
+        ("[grid]", "[conventional]\nstepped = [48]\n[grid]", r"stepped: 48: no cell has as many elements: .* \[4, 6\]"),
         ("[grid]", "[peer]\nangles = 0\ncell = \"4@2\"\n[grid]", r"\[peer\] angles = 0: must be between"),
         ("[grid]", "[[grid]]", "grid: must be a section"),
         ("[[variant]]", "[variant]", "variant: must be a list of sections"),

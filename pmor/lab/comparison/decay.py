@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from pmor_offline.gather import make_basis
 
 from pmor.case import Case
-from pmor.lab.comparison.measure import Truth, ste_errors
-from pmor.lab.comparison.measures import Effectivity, solves_to_reach
+from pmor.lab.comparison.measure import Row, Truth, ste_errors
+from pmor.lab.comparison.measures import solves_to_reach
 from pmor.lab.comparison.training import TrainingSet, grid_training, nested_trainings, sobol_training
 from pmor.lab.comparison.variants import Variant, counts_up_to, flank_line_case, grid_keys, nested_grids
-from pmor.progress import Progress
 
 SAMPLINGS = ("greedy", "sobol", "grid")
 
@@ -24,19 +23,20 @@ class Point:
 
     Parameters
     ----------
-    solves : int
+    variant : Variant
+    training : TrainingSet
     label : str
         Which grid; empty for the other samplings.
-    max_percent, rms_percent : float
-        STE error over the unseen states.
-    effectivity : Effectivity
     """
 
-    solves: int
+    variant: Variant
+    training: TrainingSet
     label: str
-    max_percent: float
-    rms_percent: float
-    effectivity: Effectivity
+
+    @property
+    def name(self) -> str:
+        """Unique."""
+        return f"decay {self.variant.sampling} {self.label} {self.training.solves}"
 
 
 @dataclass(frozen=True)
@@ -45,28 +45,28 @@ class Decay:
 
     Parameters
     ----------
-    points : dict
-        By sampling, in the order of the solves.
+    points : mapping
+        Rows by sampling, in the order of the solves: ``solves``, ``label``, ``max_percent``, ``rms_percent`` and
+        ``effectivity``.
     estimate : list of (solves, per cent)
         What the greedy sampling itself took for the largest error after so many solves.
     target_percent : float
         Accuracy that the samplings are compared at: the tolerance of the greedy one.
     """
 
-    points: dict[str, list[Point]]
+    points: Mapping[str, Sequence[Mapping[str, Any]]]
     estimate: list[tuple[int, float]]
     target_percent: float
 
     def reached(self, sampling: str) -> int | None:
         """Return the fewest solves with which a sampling is as accurate as wanted; None where it never is."""
         own = self.points[sampling]
-        return solves_to_reach([p.solves for p in own], [p.max_percent for p in own], self.target_percent)
+        errors = [float("nan") if p["max_percent"] is None else p["max_percent"] for p in own]
+        return solves_to_reach([p["solves"] for p in own], errors, self.target_percent)
 
 
-def decay_curves(
-    case: Case, truth: Truth, greedy: TrainingSet, most_solves: int, jobs: int
-) -> tuple[Decay, list[str]]:
-    """Follow the error of flank lines over growing trainings.
+def decay_points(case: Case, truth: Truth, greedy: TrainingSet, most_solves: int) -> tuple[list[Point], list[str]]:
+    """Return growing trainings of flank lines.
 
     Parameters
     ----------
@@ -76,41 +76,43 @@ def decay_curves(
         Its curve ends with it.
     most_solves : int
         Of the other samplings.
-    jobs : int
-        Bases made and tried at a time.
 
     Returns
     -------
-    Decay, list of str
+    list of Point, list of str
         And the full solves that did not converge.
     """
-    failures: list[str] = []
-
-    def prefixes(sampling: str, training: TrainingSet) -> Iterable[tuple[Variant, TrainingSet, str]]:
-        own = Variant("flank_lines", sampling, None, None, flank_line_case(case, {"sampling": sampling}))
-        return [(own, training.first(n), "") for n in counts_up_to(training.solves)]
-
     sobol = sobol_training(case, truth.model, most_solves)
-    failures += sobol.failures
-    wanted = [*prefixes("greedy", greedy), *prefixes("sobol", sobol)]
+    failures, points = [*sobol.failures], []
+    for sampling, training in (("greedy", greedy), ("sobol", sobol)):
+        own = Variant("flank_lines", sampling, None, None, flank_line_case(case, {"sampling": sampling}))
+        points += [Point(own, training.first(n), "") for n in counts_up_to(training.solves)]
     for grids in nested_grids(case.offline, most_solves):
-        own = [Variant("flank_lines", "grid", None, grid, flank_line_case(case, grid_keys(grid))) for grid in grids]
-        largest = grid_training(own[-1].case, truth.model)
+        listed = [Variant("flank_lines", "grid", None, grid, flank_line_case(case, grid_keys(grid))) for grid in grids]
+        largest = grid_training(listed[-1].case, truth.model)
         failures += largest.failures
         trainings = nested_trainings(largest, grids)
-        wanted += zip(own, trainings, (grid.label for grid in grids), strict=True)
+        points += [Point(*found) for found in zip(listed, trainings, (grid.label for grid in grids), strict=True)]
+    return points, failures
 
-    def follow(item: tuple[Variant, TrainingSet, str]) -> tuple[str, Point]:
-        variant, training, label = item
-        errors = ste_errors(make_basis(variant.case, truth.model, training.snapshots)[0], truth)
-        point = Point(training.solves, label, errors.max_percent, errors.rms_percent, errors.effectivity)
-        return variant.sampling, point
 
-    points: dict[str, list[Point]] = {sampling: [] for sampling in SAMPLINGS}
-    with ThreadPoolExecutor(max_workers=jobs) as pool, Progress(len(wanted), "decay of the error") as progress:
-        for sampling, point in pool.map(follow, wanted):
-            points[sampling].append(point)
-            progress.advance()
-    ordered = {name: sorted(own, key=lambda p: p.solves) for name, own in points.items()}
+def measure_point(point: Point, truth: Truth) -> Row:
+    """Measure a point of a curve."""
+    found = ste_errors(make_basis(point.variant.case, truth.model, point.training.snapshots)[0], truth)
+    return {
+        "solves": point.training.solves,
+        "label": point.label,
+        "max_percent": found["ste_error_max_percent"],
+        "rms_percent": found["ste_error_rms_percent"],
+        "effectivity": found["effectivity"],
+    }
+
+
+def decay_of(case: Case, points: Sequence[Point], rows: Sequence[Mapping[str, Any]], greedy: TrainingSet) -> Decay:
+    """Return the curves from the rows of their points."""
+    curves: dict[str, list[Mapping[str, Any]]] = {sampling: [] for sampling in SAMPLINGS}
+    for point, row in zip(points, rows, strict=True):
+        curves[point.variant.sampling].append(row)
+    ordered = {name: sorted(own, key=lambda row: row["solves"]) for name, own in curves.items()}
     estimate = [(i, s.estimate_percent) for i, s in enumerate(greedy.snapshots) if s.estimate_percent >= 0.0]
-    return Decay(ordered, estimate, case.offline.tolerance_percent), failures
+    return Decay(ordered, estimate, case.offline.tolerance_percent)

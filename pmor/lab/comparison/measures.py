@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmor.arrays import FloatArray
+from pmor.lab.core.measures import SMALLEST_ERROR_UM
 
-# True errors below this, um, are not held against an estimate: no measurement of a gear resolves them.
-SMALLEST_ERROR_UM = 0.002
 # Effectivities that serve an engineer: the right order of magnitude, rather too large than too small.
 WANTED_EFFECTIVITY = (0.3, 5.0)
 
@@ -46,10 +45,6 @@ def effectivity(error_um: FloatArray, estimate_um: FloatArray) -> Effectivity:
     ----------
     error_um, estimate_um : ndarray, shape (n,)
         NaN where not converged.
-
-    Returns
-    -------
-    Effectivity
     """
     known = np.isfinite(error_um) & np.isfinite(estimate_um)
     true, estimate = np.abs(error_um[known]), np.abs(estimate_um[known])

@@ -2,39 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from pmor.lab.bench import machine
 from pmor.lab.comparison.decay import SAMPLINGS
 from pmor.lab.comparison.figures import SAMPLING_NAMES, decay_figure, estimate_figure, run_time_figure
-from pmor.lab.comparison.measure import plain_entry
-from pmor.lab.comparison.measures import SMALLEST_ERROR_UM, WANTED_EFFECTIVITY
+from pmor.lab.comparison.measures import WANTED_EFFECTIVITY
 from pmor.lab.comparison.run import Comparison
-from pmor.lab.comparison.states import state_text
-from pmor.lab.comparison.table import (
-    COLUMNS,
-    EFFORT,
-    NAMES,
-    WORTH,
-    effort_note,
-    free_parameters,
-    table_of,
-    table_rows,
-    worth_note,
-)
+from pmor.lab.comparison.table import EFFORT, NAMES, WORTH, comparison_table, effort_note, free_parameters, worth_note
+from pmor.lab.core.machine import machine
+from pmor.lab.core.measures import SMALLEST_ERROR_UM
+from pmor.lab.core.parts import PARTS
+from pmor.lab.core.results import write_results
+from pmor.lab.core.states import state_text
+from pmor.lab.core.table import Columns, table, text_lines
 from pmor.progress import format_time
-from pmor.report.data_files import write_summary_json
-from pmor.report.page import Block, Heading, Picture, Warning, write_page
+from pmor.report.page import Block, Heading, Picture, Warning
 from pmor.report.provenance import provenance
-from pmor.report.style import save_png
-from pmor.report.table import Table, format_cell
+from pmor.report.table import Table
+from pmor.storage.atomic import remove_folder
 
 
 def write_comparison(comparison: Comparison, seconds: float, out: Path) -> None:
-    """Write `reductions.json`, `reductions.html` and the pictures.
+    """Write `reductions.json`, `reductions.md`, `reductions.html` and the pictures.
 
     Parameters
     ----------
@@ -47,26 +37,20 @@ def write_comparison(comparison: Comparison, seconds: float, out: Path) -> None:
     ------
     OutputError
     """
-    write_summary_json(out / "reductions.json", content(comparison, seconds))
-    pictures = _pictures(comparison)
-    for picture in pictures:
-        save_png(picture.figure, out / picture.file_name)
     title = f"Reductions and error bars: {comparison.case.title}"
-    write_page(out / "reductions.html", title, _blocks(comparison, pictures, seconds))
+    blocks = _blocks(comparison, seconds)
+    write_results(out, "reductions", content(comparison, seconds), title, blocks, "reductions.html")
+    remove_folder(out / PARTS)
 
 
 def content(comparison: Comparison, seconds: float) -> dict[str, Any]:
     """Return everything that was measured as plain data."""
     truth, decay = comparison.truth, comparison.decay
-    timed = zip(comparison.entries, comparison.online_ms, strict=True)
     return {
         "case": comparison.case.name,
         "states": [truth.states.where(i) | {"ste_um": ste} for i, ste in enumerate(truth.full.ste_um.tolist())],
-        "entries": [
-            plain_entry(entry, truth.states) | {"online_ms": slow, "online_without_ms": fast}
-            for entry, (slow, fast) in timed
-        ],
-        "decay": {name: [asdict(point) for point in points] for name, points in decay.points.items()},
+        "entries": comparison.entries,
+        "decay": decay.points,
         "greedy_estimate": [{"solves": n, "percent": percent} for n, percent in decay.estimate],
         "target_percent": decay.target_percent,
         "solves_to_target": {name: decay.reached(name) for name in decay.points},
@@ -77,15 +61,10 @@ def content(comparison: Comparison, seconds: float) -> dict[str, Any]:
 
 
 def comparison_text(comparison: Comparison) -> str:
-    """Return the summary for the screen: the table as Markdown, and the solves that an accuracy takes."""
-    lines = [f"Reductions: {comparison.case.title}", "", _line(COLUMNS), _line(["---"] * len(COLUMNS))]
-    lines += [_line([format_cell(cell) for cell in row]) for row in table_rows(comparison)]
-    lines += ["", *(f"  {sentence}" for sentence in _reached(comparison))]
-    return "\n".join([*lines, *(f"  ! {failure}" for failure in comparison.failures)])
-
-
-def _line(cells: Sequence[str]) -> str:
-    return "| " + " | ".join(cells) + " |"
+    """Return the summary for the screen: the table, and the solves that an accuracy takes."""
+    whole = comparison_table(comparison, "", {**EFFORT, **WORTH})
+    lines = [*text_lines(whole), "", *_reached(comparison), *(f"! {failure}" for failure in comparison.failures)]
+    return "\n".join([f"Reductions: {comparison.case.title}", *(f"  {line}" for line in lines)])
 
 
 def _reached(comparison: Comparison) -> list[str]:
@@ -94,7 +73,7 @@ def _reached(comparison: Comparison) -> list[str]:
     greedy = decay.reached("greedy")
     sentences = []
     for name in SAMPLINGS:
-        found, most = decay.reached(name), max(p.solves for p in decay.points[name])
+        found, most = decay.reached(name), max(p["solves"] for p in decay.points[name])
         goal = f"at most {decay.target_percent:g} % everywhere"
         if found is None:
             sentences.append(f"{SAMPLING_NAMES[name]}: not {goal} with up to {most} solves")
@@ -112,7 +91,7 @@ def _pictures(comparison: Comparison) -> list[Picture]:
             "error_run_time.png",
             "Largest STE error over the unseen states against the run time of a position. Static modes, without "
             "training, show what is left to full FE by the solver alone.",
-            run_time_figure(entries, comparison.online_ms),
+            run_time_figure(entries),
         ),
         Picture(
             "decay.png",
@@ -130,21 +109,23 @@ def _pictures(comparison: Comparison) -> list[Picture]:
     ]
 
 
-def _blocks(comparison: Comparison, pictures: list[Picture], seconds: float) -> list[Block]:
-    case, states = comparison.case, comparison.truth.states
+def _blocks(comparison: Comparison, seconds: float) -> list[Block]:
+    case, states, pictures = comparison.case, comparison.truth.states, _pictures(comparison)
     ranges = ((NAMES[name], getattr(case.offline, name)) for name in free_parameters(case))
     declared = ", ".join(f"{name} {v[0]:g} to {v[-1]:g} {unit}" for (name, unit), v in ranges)
-    places = [(entry.label, state_text(states.where(entry.errors.worst)),
-               "–" if entry.worst_load is None else state_text(states.where(entry.worst_load)))
-              for entry in comparison.entries]  # fmt: skip
+    places: Columns = {
+        "reduction": "label",
+        "STE": lambda e: state_text(e["worst_ste_at"]),
+        "line load": lambda e: None if e["worst_load_at"] is None else state_text(e["worst_load_at"]),
+    }
     return [
         *(Warning(f"not converged: {failure}") for failure in comparison.failures),
         f"The reductions of this program over one pitch and all that the case declares ({declared or 'one torque'}), "
         f"each made from at most {case.offline.solves} full solves, and held against full FE on the same mesh "
         f"({case.mesh.profile_elements} x {case.mesh.width_elements} elements on a flank) at {len(states.phi)} states "
         f"that none of them was trained at. {format_time(seconds)} in all.",
-        table_of(comparison, "What they cost", EFFORT, effort_note(comparison)),
-        table_of(comparison, "What they are worth", WORTH, worth_note()),
+        comparison_table(comparison, "What they cost", EFFORT, effort_note(comparison)),
+        comparison_table(comparison, "What they are worth", WORTH, worth_note()),
         "The default is flank_lines with what [offline] sampling says: nothing is interpolated over the angle or any "
         "parameter, so that any training serves it, and the greedy sampling can go by its error estimate.",
         *pictures[:1],
@@ -153,7 +134,7 @@ def _blocks(comparison: Comparison, pictures: list[Picture], seconds: float) -> 
         *pictures[1:2],
         Heading("Error estimate"),
         *pictures[2:],
-        Table("Where the largest errors sit", ("reduction", "STE", "line load"), places),
+        table("Where the largest errors sit", places, comparison.entries),
         Heading("Provenance"),
         Table("Machine and software", ("item", "value"), provenance(case)),
     ]

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
 
 from pmor_offline.sampling import first_positions
 from pmor_offline.snapshots import solve_snapshots
 
 from pmor.case import Case
-from pmor.lab.comparison.decay import Decay, decay_curves
-from pmor.lab.comparison.measure import Entry, Truth, measure
-from pmor.lab.comparison.states import not_converged, solve_states, unseen_states
+from pmor.errors import ConvergenceError
+from pmor.lab.comparison.decay import Decay, Point, decay_of, decay_points, measure_point
+from pmor.lab.comparison.measure import Reduction, Row, Truth, build, effort, worth
 from pmor.lab.comparison.timing import online_times_ms
 from pmor.lab.comparison.training import TrainingSet, greedy_training, grid_training, sobol_training, solves_until
 from pmor.lab.comparison.variants import Variant, flank_line_case, grid_keys, table_grids, variants
+from pmor.lab.core.parts import PARTS, Piece, run_pieces
+from pmor.lab.core.states import not_converged, solve_states, unseen_states
 from pmor.pair.model import ElasticModel
 from pmor.progress import Progress
 
@@ -30,10 +36,9 @@ class Comparison:
     ----------
     case : Case
     truth : Truth
-    entries : tuple of Entry
-        Reductions, in the order of the table.
-    online_ms : tuple of (float, float)
-        Of each: ms per position with and without the error estimate.
+    entries : tuple of dict
+        Plain data of each reduction, in the order of the table: `pmor.lab.comparison.measure.effort` and `worth`, and
+        ``online_ms``, ``online_without_ms`` per position, with and without the error estimate.
     decay : Decay
     failures : tuple of str
         States that did not converge anywhere.
@@ -41,15 +46,15 @@ class Comparison:
 
     case: Case
     truth: Truth
-    entries: tuple[Entry, ...]
-    online_ms: tuple[tuple[float, float], ...]
+    entries: tuple[Row, ...]
     decay: Decay
     failures: tuple[str, ...]
 
 
 def compare_reductions(
-    case: Case, model: ElasticModel, jobs: int = 1, states: int = 200, repeats: int = 31, most_solves: int = 512
-) -> Comparison:
+    case: Case, model: ElasticModel, out: Path, jobs: int = 1, states: int = 200, repeats: int = 31,
+    most_solves: int = 512,
+) -> Comparison:  # fmt: skip
     """Compare all reductions over the ranges of a case's training.
 
     Parameters
@@ -58,41 +63,50 @@ def compare_reductions(
         Whatever its own sampling and shapes are.
     model : ElasticModel
         Full FE of the case.
+    out : Path
+        Folder of the results, where finished reductions are kept until these are written.
     jobs : int
-        States, or bases of the curves, at a time; what is timed runs on one thread.
+        States, or reductions, at a time; what is timed runs on one thread.
     states : int
         Unseen states.
     repeats : int
         Sweeps whose median is the run time.
     most_solves : int
         At which the curves of the samplings that are not greedy end.
-
-    Returns
-    -------
-    Comparison
     """
     truth = _truth(case, model, jobs, states)
     trainings = _trainings(case, truth)
     greedy = trainings["greedy"]
     listed = variants(case, solves_until(greedy, case.offline.tolerance_percent))
-    entries, bases = [], []
-    with Progress(len(listed), "reductions") as progress:
-        for variant in listed:
-            entry, basis = measure(variant, _training_of(variant, trainings), truth, jobs)
-            entries.append(entry)
-            bases.append(basis)
-            progress.advance()
+    reductions = [build(variant, _training_of(variant, trainings), model) for variant in listed]
+    # The Sobol training of the table is the beginning of that of the curves.
+    points, failures = decay_points(case, truth, greedy, most_solves)
+
+    def piece(name: str, of: Reduction | Point, work: Callable[[], Row]) -> Piece:
+        return Piece(name, {"case": case, "own": of.variant.case}, [states, of.training.solves], work)
+
+    pieces = [
+        *(piece(r.variant.label, r, partial(worth, r, truth)) for r in reductions),
+        *(piece(p.name, p, partial(measure_point, p, truth)) for p in points),
+    ]
+    with ThreadPoolExecutor(max_workers=jobs) as pool, Progress(len(pieces), "reductions") as progress:
+        found, broken = run_pieces(pieces, out / PARTS, pool, finished=lambda piece: progress.advance())
+    if broken:
+        raise ConvergenceError(f"{len(broken)} reductions did not converge at all, first: {broken[0]}", [])
     with Progress(repeats, "run times") as progress:
-        online_ms = online_times_ms(bases, repeats, progress.advance)
-    decay, failures = decay_curves(case, truth, greedy, most_solves, jobs)
+        online = online_times_ms([r.basis for r in reductions], repeats, progress.advance)
+    entries = [
+        {**effort(r), **found[r.variant.label], "online_ms": slow, "online_without_ms": fast}
+        for r, (slow, fast) in zip(reductions, online, strict=True)
+    ]
     failed = [
         *not_converged(truth.states, truth.full.ste_um, "full FE"),
         *(failure for training in trainings.values() for failure in training.failures),
-        *(failure for entry in entries for failure in entry.failures),
+        *(failure for entry in entries for failure in entry["failures"]),
         *failures,
     ]
-    # The Sobol training of the table is the beginning of that of the curves.
-    return Comparison(case, truth, tuple(entries), tuple(online_ms), decay, tuple(dict.fromkeys(failed)))
+    decay = decay_of(case, points, [found[point.name] for point in points], greedy)
+    return Comparison(case, truth, tuple(entries), decay, tuple(dict.fromkeys(failed)))
 
 
 def _truth(case: Case, model: ElasticModel, jobs: int, count: int) -> Truth:

@@ -2,66 +2,72 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from pmor.case import Case
-from pmor.lab.comparison.measure import Entry
-from pmor.lab.comparison.measures import SMALLEST_ERROR_UM, WANTED_EFFECTIVITY
+from pmor.lab.comparison.measure import Row
+from pmor.lab.comparison.measures import WANTED_EFFECTIVITY
 from pmor.lab.comparison.run import Comparison
 from pmor.lab.comparison.variants import PARAMETERS
-from pmor.report.table import Cell, Table
+from pmor.lab.core.measures import SMALLEST_ERROR_UM
+from pmor.lab.core.table import Columns, table
+from pmor.report.table import Table
 
-COLUMNS = (
-    "reduction", "training", "solves", "unknowns", "offline, s", "basis, MiB", "online, ms",
-    "STE error max / rms, %", "line load, %", "estimate / error", "in 0.3-5, %", "rank corr.",
-)  # fmt: skip
-
-
-# Columns of the table that says what a reduction costs, and of the one that says what it is worth.
-EFFORT, WORTH = (0, 1, 2, 3, 4, 5, 6), (0, 1, 7, 8, 9, 10, 11)
 NAMES = {
     "torques_Nm": ("torque", "N m"), "in_plane_um": ("tilt in plane", "µm"),
     "out_of_plane_um": ("tilt out of plane", "µm"), "centre_distance_um": ("centre distance", "µm"),
 }  # fmt: skip
+DASH = "–"
+
+ENTRY: Columns = {
+    "reduction": lambda e: _unbroken(e["shapes"]),
+    "training": lambda e: _unbroken(e["training"]) if e["solves"] else DASH,
+}
+# What a reduction costs, and what it is worth.
+EFFORT: Columns = {
+    "solves": "solves",
+    "unknowns": "unknowns",
+    "offline, s": lambda e: _short(e["offline_s"]),
+    "basis, MiB": lambda e: _with_estimate(e["basis_without_mib"], e["basis_mib"]),
+    "online, ms": lambda e: _with_estimate(e["online_without_ms"], e["online_ms"]),
+}
+WORTH: Columns = {
+    "STE error max / rms, %": lambda e: _joined(e["ste_error_max_percent"], e["ste_error_rms_percent"]),
+    "line load, %": lambda e: _short(e["load_error_percent"]),
+    "estimate / error": lambda e: _spread(e["effectivity"]),
+    "in 0.3-5, %": lambda e: _fixed(e["effectivity"]["wanted_share"], 100.0, 1),
+    "rank corr.": lambda e: _fixed(e["effectivity"]["rank_correlation"], 1.0, 3),
+}
 
 
-def table_rows(comparison: Comparison) -> list[tuple[Cell, ...]]:
-    """Return the cells under `COLUMNS`, a row for each reduction."""
-    return [_row(entry, times) for entry, times in zip(comparison.entries, comparison.online_ms, strict=True)]
+def comparison_table(comparison: Comparison, title: str, columns: Columns, note: str = "") -> Table:
+    """Return columns of the table, a row for each reduction; text stays on one line, and the table may scroll."""
+    return table(title, {**ENTRY, **columns}, comparison.entries, note)
 
 
-def table_of(comparison: Comparison, title: str, columns: Sequence[int], note: str) -> Table:
-    """Return some columns of the table for the page; text stays on one line, and the table may scroll instead."""
-    rows = [[_unbroken(row[i]) for i in columns] for row in table_rows(comparison)]
-    return Table(title, [COLUMNS[i] for i in columns], rows, note)
+def _unbroken(text: str) -> str:
+    return text.replace(" ", "\u00a0")
 
 
-def _unbroken(cell: Cell) -> Cell:
-    return cell.replace(" ", "\u00a0") if isinstance(cell, str) else cell
+def _joined(*values: float | None) -> str:
+    return _unbroken(" / ".join(map(_short, values)))
 
 
-def _row(entry: Entry, times: tuple[float, float]) -> tuple[Cell, ...]:
-    errors, found = entry.errors, entry.errors.effectivity
-    slow, fast = times
-    spread = f"{_short(found.low)} / {_short(found.median)} / {_short(found.high)} ({found.states})"
-    return (
-        entry.shapes, entry.training if entry.solves else "–", entry.solves, entry.unknowns, _short(entry.offline_s),
-        _with_estimate(entry.basis_without_mib, entry.basis_mib), _with_estimate(fast, slow),
-        f"{_short(errors.max_percent)} / {_short(errors.rms_percent)}", _short(entry.load_error_percent),
-        spread if found.states else "–",
-        "–" if found.wanted_share is None else f"{100.0 * found.wanted_share:.1f}",
-        "–" if found.rank_correlation is None else f"{found.rank_correlation:.3f}",
-    )  # fmt: skip
+def _spread(found: Row) -> str:
+    quantiles = _joined(found["low"], found["median"], found["high"])
+    return f"{quantiles}\u00a0({found['states']})" if found["states"] else DASH
+
+
+def _fixed(value: float | None, factor: float, digits: int) -> str:
+    return DASH if value is None else f"{factor * value:.{digits}f}"
 
 
 def _with_estimate(without: float, with_it: float) -> str:
     """A quantity without the error estimate, and by how much the estimate raises it."""
-    return f"{_short(without)} ({100.0 * (with_it / without - 1.0):+.0f} %)"
+    return _unbroken(f"{_short(without)} ({100.0 * (with_it / without - 1.0):+.0f} %)")
 
 
 def _short(value: float | None) -> str:
     """Three digits, or a dash."""
-    return "–" if value is None or value != value else f"{value:.3g}"
+    return DASH if value is None or value != value else f"{value:.3g}"
 
 
 def effort_note(comparison: Comparison) -> str:

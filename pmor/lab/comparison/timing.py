@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from statistics import median
 
 from pmor_online.model import online_angles, reduced_pair
 from pmor_online.sweep import sweep_reduced_pair
 
 from pmor.lab.comparison.measure import without_estimate
+from pmor.lab.core.timing import ms_per_position, times_in_turn
 from pmor.pair.conditions import nominal_condition
 from pmor.reduction.basis import Basis
 
 ANGLES = 200  # a full pitch
-# A model with hundreds of unknowns takes seconds for a sweep: it is repeated until it had this share, s.
-LONGEST = 5.0
+# A model with hundreds of unknowns takes seconds for a sweep: it is repeated until it had this share.
+LONGEST_MS = 2500.0
 
 
 def online_times_ms(
@@ -35,18 +37,12 @@ def online_times_ms(
     list of (with, without)
         Medians, ms; one thread.
     """
-    pairs = [(reduced_pair(basis), reduced_pair(without_estimate(basis))) for basis in bases]
-    times: list[tuple[list[float], list[float]]] = [([], []) for _ in bases]
-    for repeat in range(repeats + 1):  # the first round warms up
-        for both, found in zip(pairs, times, strict=True):
-            if repeat > 1 and sum(found[0]) + sum(found[1]) > LONGEST:
-                continue
-            # In turn first: neither has the warmer cache, or the quieter machine.
-            for reduced, own in list(zip(both, found, strict=True))[:: 1 if repeat % 2 else -1]:
-                phi = online_angles(reduced.meshed.pair.pitch, ANGLES)
-                seconds = sweep_reduced_pair(reduced, phi, [nominal_condition(reduced.basis.case)]).seconds
-                if repeat:
-                    own.append(seconds)
-        if repeat:
-            advance()
-    return [(1e3 * median(slow) / ANGLES, 1e3 * median(fast) / ANGLES) for slow, fast in times]
+    work = {}
+    for i, basis in enumerate(bases):
+        for estimated in (True, False):
+            reduced = reduced_pair(basis if estimated else without_estimate(basis))
+            phi = online_angles(reduced.meshed.pair.pitch, ANGLES)
+            sweep = partial(sweep_reduced_pair, reduced, phi, [nominal_condition(basis.case)])
+            work[i, estimated] = partial(ms_per_position, sweep)
+    times = times_in_turn(work, repeats, advance, LONGEST_MS / ANGLES)
+    return [(median(times[i, True]), median(times[i, False])) for i in range(len(bases))]

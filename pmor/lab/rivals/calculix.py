@@ -157,10 +157,6 @@ def input_deck(
         As in `calculix_ste`.
     lead : float
         How far ahead of its kinematic position the undeformed pinion is placed, rad.
-
-    Returns
-    -------
-    str
     """
     meshed = mesh.meshed
     gears = _place_gears(case, mesh, phi, lead)

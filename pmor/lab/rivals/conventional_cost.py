@@ -53,12 +53,7 @@ class GearCost:
 
 @dataclass(frozen=True)
 class StepEstimate:
-    """Cost of one Newton step of a whole pair, extrapolated: a pair too large to be factored has no measured one.
-
-    Parameters
-    ----------
-    pinion, wheel : GearCost
-    """
+    """Cost of one Newton step of a whole pair, extrapolated: a pair too large to be factored has no measured one."""
 
     pinion: GearCost
     wheel: GearCost
@@ -100,10 +95,6 @@ def newton_step_seconds(
         Arcs are measured as long as their factors are expected to need less, those of two and four in any case.
     most_sectors : int
         Of the longest arc.
-
-    Returns
-    -------
-    StepEstimate
     """
     return StepEstimate(
         *per_gear(case, mesh, lambda sector, gear: _gear_cost(case, sector, gear, memory_bytes, most_sectors))

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from pmor.case import Case
+from pmor.lab.core.variants import merged
 from pmor.lab.stability.contact_variants import load, short
-from pmor.lab.stability.variants import Variant, merged
+from pmor.lab.stability.variants import Variant
 
 
 def basis_variants(case: Case) -> list[Variant]:

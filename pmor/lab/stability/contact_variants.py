@@ -5,7 +5,8 @@ from __future__ import annotations
 from itertools import product
 
 from pmor.case import Case
-from pmor.lab.stability.variants import Sections, Variant, merged
+from pmor.lab.core.variants import Sections, merged
+from pmor.lab.stability.variants import Variant
 
 # Penalties are those of contact points: what selects such a scheme is changed with them.
 PENALTY_EXPONENTS = range(2, 13)

@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from pmor.case import Case, GearCase
+from pmor.lab.core.variants import merged
 from pmor.lab.stability.contact_variants import load
-from pmor.lab.stability.variants import Variant, merged
+from pmor.lab.stability.variants import Variant
 
 RATIOS = (1e-3, 1e-1, 10.0, 1e3)
 # Rim between bore and root circle that gears with other tooth numbers get, in modules.

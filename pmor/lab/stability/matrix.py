@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from pmor.case import Case, changed_text, parse_case
+from pmor.case import Case, changed_case
+from pmor.lab.core.variants import merged
 from pmor.lab.stability.basis_variants import basis_variants
 from pmor.lab.stability.contact_variants import contact_variants, line_variants, load
 from pmor.lab.stability.gear_variants import gear_variants
-from pmor.lab.stability.variants import Variant, merged
+from pmor.lab.stability.variants import Variant
 
 # A mesh on which a position takes milliseconds: what is asked here is whether the program holds, not the last digit.
 MOST_PROFILE_ELEMENTS = 16
@@ -27,7 +28,7 @@ def base_case(case: Case) -> Case:
     changes = merged(mesh, load(case.torque_Nm))
     if case.contact.scheme == "line":
         changes = merged(changes, {"contact": {"scheme": "direct"}})
-    return parse_case(changed_text(case.text, changes), case.name, case.name)
+    return changed_case(case, **changes)
 
 
 def matrix(base: Case) -> tuple[Variant, ...]:

@@ -4,23 +4,24 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
+from typing import Any
 
 import numpy as np
 from pmor_online.sweep import sweep_reduced_pair
 
 from pmor.arrays import FloatArray
-from pmor.case import Case, changed_text, parse_case
-from pmor.case.width import meshed_width
+from pmor.case import Case, changed_case
 from pmor.errors import CaseError, GeometryError, MeshError
+from pmor.lab.core.models import ModelStore
 from pmor.lab.stability.places import NEIGHBOUR, mirrored_angles, pinion_angles
 from pmor.lab.stability.reduced import train
 from pmor.lab.stability.solve import Solved, solve_variant, ste_from_other_load, ste_only
 from pmor.lab.stability.variants import Variant
 from pmor.pair.conditions import nominal_condition
 from pmor.pair.limits import range_warnings
-from pmor.pair.model import ElasticModel, approach_estimate, elastic_model, mesh_model
+from pmor.pair.model import ElasticModel, approach_estimate, mesh_model
 
 MOST_STEPS = 12
 # Refinement of the reference mesh of a variant that is held against one.
@@ -74,50 +75,26 @@ class Entry:
     note: str
 
 
-@dataclass(frozen=True)
-class Bench:
-    """The base case with its model, which variants share that change the contact alone.
-
-    Parameters
-    ----------
-    base : Case
-    """
-
-    base: Case
-
-    @cached_property
-    def model(self) -> ElasticModel:
-        """Full FE of the base case."""
-        return elastic_model(self.base, mesh_model(self.base))
-
-    def model_of(self, case: Case) -> ElasticModel:
-        """Full FE of a case; the bodies are those of the base case where gears and mesh are.
-
-        Line contact takes the surface layer out of them.
-        """
-        alike = (case.pair, case.mesh, meshed_width(case)) == (self.base.pair, self.base.mesh, meshed_width(self.base))
-        if case.contact.scheme == "line" or not alike:
-            return elastic_model(case, mesh_model(case))
-        return ElasticModel(mesh_model(case), self.model.pinion, self.model.wheel)
+def entry_of(data: Mapping[str, Any]) -> Entry:
+    """Return an entry from plain data."""
+    ste = data["ste_um"]
+    return Entry(**{**data, "ste_um": None if ste is None else tuple(math.nan if s is None else s for s in ste)})
 
 
-def measure(variant: Variant, bench: Bench) -> Entry:
+def measure(variant: Variant, base: Case, store: ModelStore) -> Entry:
     """Run a variant; whatever goes wrong becomes part of the entry.
 
     Parameters
     ----------
     variant : Variant
-    bench : Bench
-
-    Returns
-    -------
-    Entry
+    base : Case
+        That it changes.
+    store : ModelStore
     """
     started = time.perf_counter()
     entry = Entry(variant.name, variant.group, variant.about, *(None,) * 8, 0.0, False, False, "")
     try:
-        case = parse_case(changed_text(bench.base.text, variant.changes), bench.base.name, "the variant")
-        entry = _solved_entry(entry, variant, case, bench)
+        entry = _solved_entry(entry, variant, changed_case(base, **variant.changes), base, store)
     except (CaseError, GeometryError, MeshError) as error:
         entry = replace(entry, explained=True, note=f"refused: {error}")
     except Exception as error:  # a crash is a result too: it is named, and the other variants go on
@@ -125,15 +102,15 @@ def measure(variant: Variant, bench: Bench) -> Entry:
     return replace(entry, seconds=time.perf_counter() - started)
 
 
-def _solved_entry(entry: Entry, variant: Variant, case: Case, bench: Bench) -> Entry:
-    model = bench.model_of(case)
+def _solved_entry(entry: Entry, variant: Variant, case: Case, base: Case, store: ModelStore) -> Entry:
+    model, _ = store.model(case)
     meshed, condition = model.mesh.meshed, nominal_condition(case)
     phi = pinion_angles(meshed, variant.places)
     if variant.basis is not None:
         solved = _reduced(case, model, phi, variant.basis)
     else:
         solved = solve_variant(meshed, model.elasticity_at, phi, condition, variant.start_mm, variant.rising)
-    reference = variant.factor * _reference(variant, case, model, phi, bench)
+    reference = variant.factor * _reference(variant, case, model, phi, base, store)
     difference = float(np.max(np.abs(solved.ste_um - reference)) / np.mean(np.abs(reference)))
     notes = _complaints(variant, solved, difference)
     warnings = range_warnings(case, meshed.pair, approach_estimate(case, meshed.pair))
@@ -159,16 +136,17 @@ def _known(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def _reference(variant: Variant, case: Case, model: ElasticModel, phi: FloatArray, bench: Bench) -> FloatArray:
+def _reference(
+    variant: Variant, case: Case, model: ElasticModel, phi: FloatArray, base: Case, store: ModelStore
+) -> FloatArray:
     """STE of what a variant is held against, um."""
     meshed, condition = model.mesh.meshed, nominal_condition(case)
     if variant.against == "base":
-        base = bench.model
-        return ste_only(base.mesh.meshed, base.elasticity_at, phi, nominal_condition(bench.base))
+        return _ste_of(base, phi, store)
     if variant.against == "finer":
-        fine = _ste_of(_finer(case), phi)
+        fine = _ste_of(_finer(case), phi, store)
         # What the coarse mesh misses anyway, it misses in the base case too.
-        return np.asarray(fine * _ste_of(bench.base, phi) / _ste_of(_finer(bench.base), phi))
+        return np.asarray(fine * _ste_of(base, phi, store) / _ste_of(_finer(base), phi, store))
     if variant.against == "mirror":
         return _mirrored(case, model, phi)
     if variant.against == "neighbours":
@@ -182,11 +160,11 @@ def _reference(variant: Variant, case: Case, model: ElasticModel, phi: FloatArra
 
 def _finer(case: Case) -> Case:
     elements = math.ceil(FINER * case.mesh.profile_elements)
-    return parse_case(changed_text(case.text, {"mesh": {"profile_elements": elements}}), case.name, "finer mesh")
+    return changed_case(case, mesh={"profile_elements": elements})
 
 
-def _ste_of(case: Case, phi: FloatArray) -> FloatArray:
-    model = elastic_model(case, mesh_model(case))
+def _ste_of(case: Case, phi: FloatArray, store: ModelStore) -> FloatArray:
+    model, _ = store.model(case)
     return ste_only(model.mesh.meshed, model.elasticity_at, phi, nominal_condition(case))
 
 
@@ -195,12 +173,11 @@ def _mirrored(case: Case, model: ElasticModel, phi: FloatArray) -> FloatArray:
     slaves = {"pinion": "wheel", "wheel": "pinion"}
     ratio = gears[1].teeth / gears[0].teeth
     loads = {name: [ratio * t for t in getattr(case, name).torques_Nm] for name in ("offline", "online", "compare")}
-    text = changed_text(case.text, {
-        "pinion": dict(vars(gears[1])), "wheel": dict(vars(gears[0])), "load": {"torque_Nm": ratio * case.torque_Nm},
-        "contact": {"slave": slaves.get(case.contact.slave, case.contact.slave)},
+    exchanged = changed_case(
+        case, pinion=vars(gears[1]), wheel=vars(gears[0]), load={"torque_Nm": ratio * case.torque_Nm},
+        contact={"slave": slaves.get(case.contact.slave, case.contact.slave)},
         **{name: {"torques_Nm": torques} for name, torques in loads.items()},
-    })  # fmt: skip
-    exchanged = parse_case(text, case.name, "gears exchanged")
+    )  # fmt: skip
     mirror = ElasticModel(mesh_model(exchanged), model.wheel, model.pinion)
     angles = mirrored_angles(model.mesh.meshed.pair, phi, mirror.mesh.meshed.pair)
     return ste_only(mirror.mesh.meshed, mirror.elasticity_at, angles, nominal_condition(exchanged))

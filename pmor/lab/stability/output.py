@@ -2,27 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 
+from pmor.lab.core.parts import PARTS
+from pmor.lab.core.results import write_results
+from pmor.lab.core.table import Columns, table
 from pmor.lab.stability.figures import penalty_figure, steps_figure
 from pmor.lab.stability.matrix import matrix
 from pmor.lab.stability.measure import MOST_STEPS, Entry
 from pmor.lab.stability.run import Stability
 from pmor.lab.stability.variants import REFERENCES
 from pmor.progress import format_time
-from pmor.report.data_files import write_summary_json
-from pmor.report.page import Block, Heading, Picture, Warning, write_page
+from pmor.report.page import Block, Heading, Picture, Warning
 from pmor.report.provenance import provenance
-from pmor.report.table import Cell, Table
-
-COLUMNS = (
-    "variant", "result", "steps", "condition", "difference", "against", "energy", "torque", "STE, µm", "s",
-)  # fmt: skip
+from pmor.report.table import Table
+from pmor.storage.atomic import remove_folder
 
 
 def write_stability(stability: Stability, seconds: float, out: Path) -> None:
-    """Write `stability.json` and `report.html`.
+    """Write `stability.json`, `stability.md`, `report.html` and the pictures; finished variants are given up.
 
     Parameters
     ----------
@@ -45,8 +45,9 @@ def write_stability(stability: Stability, seconds: float, out: Path) -> None:
         "ste_penalty_free_um": None if law is None else law.limit_um,
         "seconds": seconds,
     }
-    write_summary_json(out / "stability.json", content)
-    write_page(out / "report.html", f"Stability: {stability.case.title}", _blocks(stability, seconds))
+    title = f"Stability: {stability.case.title}"
+    write_results(out, "stability", content, title, _blocks(stability, seconds))
+    remove_folder(out / PARTS)
 
 
 def stability_text(stability: Stability) -> str:
@@ -94,22 +95,28 @@ def _blocks(stability: Stability, seconds: float) -> list[Block]:
         caption = "Newton steps over the condition of the matrix that they factor, largest of all positions."
         blocks.append(Picture("steps.png", caption, steps_figure(entries)))
     blocks.append(Heading("All variants"))
+    columns = _columns(against)
     for group in dict.fromkeys(entry.group for entry in entries):
-        rows = [_row(entry, against.get(entry.name)) for entry in entries if entry.group == group]
-        notes = [f"{entry.name}: {entry.note}." for entry in entries if entry.group == group and entry.note]
-        blocks += [Table(group, COLUMNS, rows), *notes]
-    table = Table("Machine and software", ("item", "value"), provenance(stability.case))
-    return [*blocks, Heading("Provenance"), table]
+        own = [entry for entry in entries if entry.group == group]
+        blocks += [table(group, columns, own), *(f"{entry.name}: {entry.note}." for entry in own if entry.note)]
+    provenance_table = Table("Machine and software", ("item", "value"), provenance(stability.case))
+    return [*blocks, Heading("Provenance"), provenance_table]
 
 
-def _row(entry: Entry, against: str | None) -> tuple[Cell, ...]:
-    held = "" if entry.difference_rel is None or against is None else against
-    return (
+def _columns(against: Mapping[str, str]) -> Columns:
+    return {
         # Names stay on one line; the table may scroll instead.
-        entry.name.replace(" ", "\u00a0"), verdict(entry), entry.newton_steps, _short(entry.condition),
-        _short(entry.difference_rel), held, _short(entry.energy_balance_rel), _short(entry.torque_balance_rel),
-        entry.ste_mean_um, round(entry.seconds, 1),
-    )  # fmt: skip
+        "variant": lambda e: e.name.replace(" ", "\u00a0"),
+        "result": verdict,
+        "steps": lambda e: e.newton_steps,
+        "condition": lambda e: _short(e.condition),
+        "difference": lambda e: _short(e.difference_rel),
+        "against": lambda e: "" if e.difference_rel is None else against.get(e.name, ""),
+        "energy": lambda e: _short(e.energy_balance_rel),
+        "torque": lambda e: _short(e.torque_balance_rel),
+        "STE, µm": lambda e: e.ste_mean_um,
+        "s": lambda e: round(e.seconds, 1),
+    }
 
 
 def _short(value: float | None) -> float | None:

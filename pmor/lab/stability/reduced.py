@@ -34,10 +34,6 @@ def train(case: Case, model: ElasticModel, way: str) -> ReducedPair:
     model : ElasticModel
     way : str
         Key of `LOADS`; ``single_angle`` trains at one position alone, ``duplicated`` takes every solution three times.
-
-    Returns
-    -------
-    ReducedPair
     """
     meshed = model.mesh.meshed
     angles = training_angles(meshed.pair, ANGLES)[: 1 if way == "single_angle" else ANGLES]

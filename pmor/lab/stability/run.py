@@ -4,16 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import dataclass
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict, dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from pmor.case import Case
+from pmor.lab.core.measures import fitted_exponent
+from pmor.lab.core.models import ModelStore
+from pmor.lab.core.parts import PARTS, Piece, run_pieces
 from pmor.lab.stability.contact_variants import PENALTY_EXPONENTS, PENALTY_LIMIT, STIFF_EXPONENT, penalty_name
 from pmor.lab.stability.matrix import base_case, matrix
-from pmor.lab.stability.measure import Bench, Entry, measure
-from pmor.lab.study.measures import fitted_exponent
+from pmor.lab.stability.measure import Entry, entry_of, measure
+from pmor.lab.stability.variants import Variant
 
 # Distance of the fitted exponent from -1: at 1e6 N/mm3 the strip of contact still changes a little with the penalty.
 EXPONENT_TOLERANCE = 0.05
@@ -70,43 +76,45 @@ class Stability:
         return tuple(entry for entry in self.entries if not (entry.ok or entry.explained))
 
 
-def run_matrix(case: Case, jobs: int = 1, only: str = "", advance: Callable[[], None] = lambda: None) -> Stability:
+def run_matrix(
+    case: Case, out: Path, jobs: int = 1, only: str = "", advance: Callable[[], None] = lambda: None
+) -> Stability:
     """Run the variants of a case.
 
     Parameters
     ----------
     case : Case
+    out : Path
+        Folder of the results, where finished variants are kept until these are written.
     jobs : int
         Variants at a time, in threads.
     only : str
         Run the variants whose name or group has this text in it.
     advance : callable
         Called after each variant, for progress.
-
-    Returns
-    -------
-    Stability
     """
-    base = base_case(case)
-    variants = [v for v in matrix(base) if only.lower() in f"{v.group} {v.name}".lower()]
-    bench = Bench(base)
-    found: dict[str, Entry] = {}
+    base, store = base_case(case), ModelStore()
+
+    def work(variant: Variant) -> dict[str, Any]:
+        return asdict(measure(variant, base, store))
+
+    pieces = [Piece(v.name, {"base": base}, asdict(v), partial(work, v)) for v in wanted_variants(base, only)]
     with ThreadPoolExecutor(max_workers=jobs) as pool:
-        futures = {pool.submit(measure, variant, bench): variant for variant in variants}
-        try:
-            for future in as_completed(futures):
-                found[futures[future].name] = future.result()
-                advance()
-        finally:
-            pool.shutdown(cancel_futures=True)
+        results, _ = run_pieces(pieces, out / PARTS, pool, finished=lambda piece: advance())
+    found = {name: entry_of(result) for name, result in results.items()}
     law = _penalty_law(found)
-    entries = [found[v.name] for v in variants]
+    entries = [found[piece.name] for piece in pieces]
     return Stability(case, base, (*entries, *([_law_entry(law)] if law else [])), law)
+
+
+def wanted_variants(base: Case, only: str) -> list[Variant]:
+    """Return the variants of a base case whose name or group has a text in it."""
+    return [v for v in matrix(base) if only.lower() in f"{v.group} {v.name}".lower()]
 
 
 def number_of_variants(case: Case, only: str = "") -> int:
     """Return how many variants `run_matrix` will run."""
-    return sum(only.lower() in f"{v.group} {v.name}".lower() for v in matrix(base_case(case)))
+    return len(wanted_variants(base_case(case), only))
 
 
 def _penalty_law(found: dict[str, Entry]) -> PenaltyLaw | None:

@@ -64,10 +64,6 @@ def solve_variant(
         Solve each position from an undeformed pair that is so far ahead, mm along the line of action.
     rising : tuple of float
         Loads over the torque that are solved before it.
-
-    Returns
-    -------
-    Solved
     """
     # Under the smallest loads, energies differ by less than their round-off; and the energy of line contact is not half
     # its force times the gap, which is what is stored here.

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Literal
 
-Sections = Mapping[str, Mapping[str, Any]]
+from pmor.lab.core.variants import Sections
+
 Against = Literal["start", "base", "finer", "mirror", "neighbours", "full", "nothing"]
 
 # How an answer is held against what it should be, for the report.
@@ -74,11 +74,3 @@ class Variant:
     limit: str = ""
     energy: float = MESH_ENERGY
     torque: float = 1e-3
-
-
-def merged(first: Sections, second: Sections) -> dict[str, dict[str, Any]]:
-    """Return the changes of both; where they name the same key the second one counts."""
-    result = {name: dict(keys) for name, keys in first.items()}
-    for name, keys in second.items():
-        result.setdefault(name, {}).update(keys)
-    return result

@@ -1,4 +1,1 @@
-"""The study: a grid of meshes and refinements, three models, error against run time, in one report.
-
-The only package below the commands that uses both stages.
-"""
+"""A grid of meshes and refinements, three models: error against run time, in one report."""

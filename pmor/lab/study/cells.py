@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,8 +13,9 @@ from pmor.arrays import FloatArray
 from pmor.case import Case, changed_text, load_case, parse_case
 from pmor.contact.condition import Condition
 from pmor.contact.solve import solve_position
-from pmor.lab.study.settings import Cell, Member, Sections, Study, TrainingSettings
-from pmor.pair.model import ElasticModel, elastic_model, mesh_model
+from pmor.lab.core.variants import Sections, merged
+from pmor.lab.study.settings import Cell, Member, Study, TrainingSettings
+from pmor.pair.model import ElasticModel
 from pmor.pair.sweep import collect_sweep
 from pmor.results.sweep import SteSweep
 
@@ -55,10 +55,8 @@ def study_cases(study: Study) -> StudyCases:
     base = load_case(study.base).text
 
     def case(cell: Cell, changes: Sections) -> Case:
-        merged = {name: dict(keys) for name, keys in study.changes_of(cell).items()}
-        for name, keys in changes.items():
-            merged.setdefault(name, {}).update(keys)
-        return parse_case(changed_text(base, merged), cell.label, f"{study.where}: cell {cell.label}")
+        text = changed_text(base, merged(study.changes_of(cell), changes))
+        return parse_case(text, cell.label, f"{study.where}: cell {cell.label}")
 
     def training(settings: TrainingSettings) -> dict[tuple[int, tuple[float, ...]], Case]:
         reduction = {"shapes": settings.shapes, "interpolation": settings.interpolation}
@@ -82,32 +80,6 @@ def study_cases(study: Study) -> StudyCases:
         trainings=tuple(map(training, study.trainings)),
         peer=case(study.peer.cell, study.peer.changes) if study.peer is not None else None,
     )
-
-
-@dataclass
-class ModelStore:
-    """Elastic models of the study's meshes: LoDM changes the contact alone, so its cells share one.
-
-    Line contact takes the surface layer's compliance out of the elastic model, and has its own.
-
-    Parameters
-    ----------
-    models : dict
-        Filled on the way: elastic model and the seconds it took, by gear pair, mesh and surface layer.
-    """
-
-    models: dict[str, tuple[ElasticModel, float]] = field(default_factory=dict)
-
-    def model(self, case: Case) -> tuple[ElasticModel, float]:
-        """Return the full model of a case and the wall time of its finite elements, meshing included, s."""
-        layer = case.contact.layer_depth if case.contact.scheme == "line" else None
-        key = json.dumps([asdict(case.pair), asdict(case.mesh), layer], sort_keys=True)
-        if key not in self.models:
-            started = time.perf_counter()
-            model = elastic_model(case, mesh_model(case))
-            self.models[key] = model, time.perf_counter() - started
-        model, seconds = self.models[key]
-        return ElasticModel(mesh_model(case), model.pinion, model.wheel), seconds
 
 
 @dataclass(frozen=True)
@@ -137,10 +109,6 @@ def solve_full(model: ElasticModel, phi: FloatArray, conditions: Sequence[Condit
     conditions : sequence of Condition
     jobs : int
         Angles solved at a time.
-
-    Returns
-    -------
-    FullSweep
     """
     meshed, pair = model.mesh.meshed, model.mesh.meshed.pair
     started = time.perf_counter()

@@ -7,17 +7,20 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pmor.lab.study.measures import fitted_exponent, pareto_front
+from pmor.lab.core.figures import log_log, name_points, panels
+from pmor.lab.core.measures import fitted_exponent
+from pmor.lab.study.measures import pareto_front
+from pmor.lab.study.paper import MODELS
 from pmor.lab.study.run import StudyParts
 from pmor.lab.study.settings import Cell
 from pmor.lab.study.table import Row, StudyTable, curve_of
+from pmor.report.page import Picture
 from pmor.report.style import COLOURS, new_figure, plot_style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-MODELS = ("conventional", "condensed", "reduced")
 MODEL_NAMES = {
     "conventional": "(a) conventional full FE",
     "condensed": "(b) condensed full FE",
@@ -31,71 +34,55 @@ LINES = ("-", "--", ":", "-.")
 TORQUE_MARKERS = "osv^D"
 
 
-def study_figures(parts: StudyParts, table: StudyTable) -> list[tuple[str, str, Figure]]:
-    """Return the pictures that the parts allow, as (file name, caption, figure)."""
-    study = parts.study
-    figures = []
+def study_pictures(parts: StudyParts, found: StudyTable) -> list[Picture]:
+    """Return the pictures that the parts allow."""
+    study, pictures = parts.study, []
+
+    def add(name: str, caption: str, figure: Figure) -> None:
+        pictures.append(Picture(f"{name}.png", caption, figure))
+
     details = [e for e in study.figures.details if any(c.detail == e for c in _solved(parts, study.grid.cells))]
     if details:
-        caption = (
-            "Static transmission error over one pitch at equal level of detail E = elements x LoDM (the paper's Figure "
-            "5): reduced models, elements over the profile with the LoDM in parentheses, and the reference mesh."
-        )
-        figures.append(("figure5.png", caption, _ste_by_detail(parts, details)))
-    if any(row["ms_per_position"] is not None for row in table.rows):
-        caption = (
-            "Error against the reference over run time per position, one marker per cell and model, with the Pareto "
-            "front. Conventional and condensed full FE solve the same equations and have the same error. Offline time "
-            "is not in it: see the break-even numbers. Below the dashed line the reference itself is uncertain."
-        )
-        figures.append(("error_run_time.png", caption, _error_over_time(table)))
-        panels = _cost_panels(table)
-        if panels:
-            caption = "Run time per position over LoDM and over mesh, with the exponents of fitted power laws."
-            figures.append(("cost.png", caption, _cost(panels)))
-    if table.trainings:
-        caption = (
-            f"Reduced against full FE on the same mesh ({table.trainings[0]['cell']}) at unseen positions, over the "
-            "number of training angles."
-        )
-        figures.append(("training.png", caption, _training(table.trainings)))
+        add("figure5", "Static transmission error over one pitch at equal level of detail E = elements x LoDM (the "
+            "paper's Figure 5): reduced models, elements over the profile with the LoDM in parentheses, and the "
+            "reference mesh.", _ste_by_detail(parts, details))  # fmt: skip
+    if any(row["ms_per_position"] is not None for row in found.rows):
+        add("error_run_time", "Error against the reference over run time per position, one marker per cell and model, "
+            "with the Pareto front. Conventional and condensed full FE solve the same equations and have the same "
+            "error. Offline time is not in it: see the break-even numbers. Below the dashed line the reference itself "
+            "is uncertain.", _error_over_time(found))  # fmt: skip
+        shown = _cost_panels(found)
+        if shown:
+            add("cost", "Run time per position over LoDM and over mesh, with the exponents of fitted power laws.",
+                _cost(shown))  # fmt: skip
+    if found.trainings:
+        add("training", f"Reduced against full FE on the same mesh ({found.trainings[0]['cell']}) at unseen positions, "
+            "over the number of training angles.", _training(found.trainings))  # fmt: skip
     if study.rungs:
-        caption = (
-            "The ladder of contact schemes on coarse meshes: error against the reference, noise where one pair carries "
-            "the load, and run time per position. Filled: condensed full FE; open: reduced model."
-        )
-        figures.append(("ladder.png", caption, _ladder(parts, table)))
-    shown = _solved(parts, study.figures.along_angle)
-    if shown:
-        caption = (
-            "Where the errors sit. Above: reduced against full FE on the same mesh, at unseen angles and the torques "
-            "of the comparison. Below: condensed full FE against the reference at nominal torque. Grey: two pairs in "
-            "mesh."
-        )
-        figures.append(("error_over_angle.png", caption, _error_over_angle(parts, shown)))
-    return figures
+        add("ladder", "The ladder of contact schemes on coarse meshes: error against the reference, noise where one "
+            "pair carries the load, and run time per position. Filled: condensed full FE; open: reduced model.",
+            _ladder(parts, found))  # fmt: skip
+    cells = _solved(parts, study.figures.along_angle)
+    if cells:
+        add("error_over_angle", "Where the errors sit. Above: reduced against full FE on the same mesh, at unseen "
+            "angles and the torques of the comparison. Below: condensed full FE against the reference at nominal "
+            "torque. Grey: two pairs in mesh.", _error_over_angle(parts, cells))  # fmt: skip
+    return pictures
 
 
 def _ste_by_detail(parts: StudyParts, details: Sequence[int]) -> Figure:
-    colours = _mesh_colours(parts)
-    with plot_style():
-        figure = new_figure(3.4 * len(details) + 0.6, 4.3)
-        panels = np.atleast_1d(figure.subplots(1, len(details), sharey=True))
-        for panel, detail in zip(panels, details, strict=True):
-            for cell in sorted(_solved(parts, parts.study.grid.cells)):
-                if cell.detail != detail:
-                    continue
+    colours, reference = _mesh_colours(parts), _reference_curve(parts)
+    with panels(len(details), 3.4 * len(details) + 0.6, 4.3, sharey=True) as (figure, shown):
+        for axes, detail in zip(shown, details, strict=True):
+            for cell in sorted(cell for cell in _solved(parts, parts.study.grid.cells) if cell.detail == detail):
                 phi, ste = _closed(parts.results[f"cell {cell.label}"]["reduced_curve"])
-                panel.plot(phi, ste, color=colours[cell.n_profile], label=f"{cell.n_profile} ({cell.lodm}x)")
-            reference = _reference_curve(parts)
+                axes.plot(phi, ste, color=colours[cell.n_profile], label=f"{cell.n_profile} ({cell.lodm}x)")
             if reference is not None:
                 phi, ste = _closed(reference)
-                panel.plot(phi, ste, color="black", lw=1.0, ls="--", label="reference")
-            panel.set_title(f"E{detail}")
-            panel.set_xlabel("Pinion roll angle [deg]")
-            panel.set_xlim(0.0, float(phi[-1]))
-            panel.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2)
-        panels[0].set_ylabel("Static transmission error [µm]")
+                axes.plot(phi, ste, color="black", lw=1.0, ls="--", label="reference")
+            axes.set(title=f"E{detail}", xlabel="Pinion roll angle [deg]", xlim=(0.0, float(phi[-1])))
+            axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2)
+        shown[0].set_ylabel("Static transmission error [µm]")
     return figure
 
 
@@ -129,14 +116,12 @@ def _ladder(parts: StudyParts, table: StudyTable) -> Figure:
 
 
 def _error_over_time(table: StudyTable) -> Figure:
-    with plot_style():
-        figure = new_figure(9.6, 4.9)
-        for axes, key, label in zip(
-            figure.subplots(1, 2),
-            ("shape_error_um", "mean_error_um"),
-            ("Shape error of the STE [µm]", "Error of the mean STE, magnitude [µm]"),
-            strict=True,
-        ):
+    labels = {
+        "shape_error_um": "Shape error of the STE [µm]",
+        "mean_error_um": "Error of the mean STE, magnitude [µm]",
+    }
+    with panels(2, 11.0, 4.9, legend=3) as (figure, shown):
+        for axes, (key, label) in zip(shown, labels.items(), strict=True):
             points = [
                 (row["ms_per_position"], abs(row[key]), row)
                 for row in table.rows
@@ -155,31 +140,9 @@ def _error_over_time(table: StudyTable) -> Figure:
                 axes.axhline(floor, color="black", lw=0.9, ls="--", label="estimated error of the reference")
             axes.margins(x=0.08, y=0.08)
             log_log(axes)
-            _name_cells(axes, [(x, y, row["cell"]) for x, y, row in points if row["model"] == "reduced"])
-            axes.set_xlabel("Run time per position [ms]")
-            axes.set_ylabel(label)
-        figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3)
+            name_points(axes, [(x, y, row["cell"]) for x, y, row in points if row["model"] == "reduced"])
+            axes.set(xlabel="Run time per position [ms]", ylabel=label)
     return figure
-
-
-def _name_cells(axes: Axes, points: Sequence[tuple[float, float, str]]) -> None:
-    """Name points in a column left of them, spread so that no name covers another, each with a line to its point."""
-    low, high = np.log10(axes.get_ylim())
-    step = (high - low) / 26.0
-    ordered = sorted(points, key=lambda point: point[1])
-    places = np.log10([y for _, y, _ in ordered])
-    for _ in range(200):  # neighbours that are too close push each other apart
-        overlap = np.maximum(step - np.diff(places), 0.0)
-        if overlap.max(initial=0.0) < 1e-3 * step:
-            break
-        places[:-1] -= 0.5 * overlap
-        places[1:] += 0.5 * overlap
-    left = min(x for x, _, _ in points)
-    axes.set_xlim(left=left / 10.0 ** (0.22 * np.log10(axes.get_xlim()[1] / left)))
-    column = left / 10.0 ** (0.06 * np.log10(axes.get_xlim()[1] / left))
-    line = {"arrowstyle": "-", "lw": 0.5, "color": "#999999", "shrinkA": 0, "shrinkB": 3}
-    for place, (x, y, name) in zip(places, ordered, strict=True):
-        axes.annotate(name, (x, y), (column, 10.0**place), fontsize=8, ha="right", va="center", arrowprops=line)
 
 
 def _cost_panels(table: StudyTable) -> list[tuple[str, str, str, list[Row]]]:
@@ -194,16 +157,12 @@ def _cost_panels(table: StudyTable) -> list[tuple[str, str, str, list[Row]]]:
     return [panel for panel in panels if len({row[panel[2]] for row in panel[3]}) > 1]
 
 
-def _cost(panels: Sequence[tuple[str, str, str, list[Row]]]) -> Figure:
-    with plot_style():
-        figure = new_figure(4.6 * len(panels) + 0.4, 4.4)
-        for axes, (title, label, key, rows) in zip(
-            np.atleast_1d(figure.subplots(1, len(panels), sharey=True)), panels, strict=True
-        ):
+def _cost(shown: Sequence[tuple[str, str, str, list[Row]]]) -> Figure:
+    with panels(len(shown), 4.6 * len(shown) + 0.4, 4.4, sharey=True) as (figure, all_axes):
+        for axes, (title, label, key, rows) in zip(all_axes, shown, strict=True):
             _cost_panel(axes, rows, key)
-            axes.set_title(title)
-            axes.set_xlabel(label)
-        figure.axes[0].set_ylabel("Run time per position [ms]")
+            axes.set(title=title, xlabel=label)
+        all_axes[0].set_ylabel("Run time per position [ms]")
     return figure
 
 
@@ -224,12 +183,9 @@ def _training(rows: Sequence[Row]) -> Figure:
     labels = list(dict.fromkeys(row["label"] for row in rows))
     torques = sorted({row["n_torques_trained"] for row in rows})
     angles = sorted({row["n_angles_trained"] for row in rows})
-    with plot_style():
-        figure = new_figure(9.6, 4.9)
-        panels = figure.subplots(1, 2, sharey=True)
-        for axes, key, title in zip(
-            panels, ("rom_vs_full_ste_max_rel", "rom_vs_full_ste_rms_rel"), ("largest", "root mean square"), strict=True
-        ):
+    titles = {"rom_vs_full_ste_max_rel": "largest", "rom_vs_full_ste_rms_rel": "root mean square"}
+    with panels(2, 9.6, 4.9, legend=len(labels), sharey=True) as (figure, shown):
+        for axes, (key, title) in zip(shown, titles.items(), strict=True):
             for line, label in zip(LINES, labels, strict=False):
                 for colour, count in zip(COLOURS, torques, strict=False):
                     own = sorted(
@@ -241,10 +197,8 @@ def _training(rows: Sequence[Row]) -> Figure:
                     axes.plot(*zip(*own, strict=True), line, marker="o", ms=4, color=colour,
                               label=f"{label}, {count} torque{plural}")  # fmt: skip
             log_log(axes, angles)
-            axes.set_title(f"STE error, {title}")
-            axes.set_xlabel("Training angles per pitch [-]")
-        panels[0].set_ylabel("|STE reduced / full - 1| [%]")
-        figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=len(labels))
+            axes.set(title=f"STE error, {title}", xlabel="Training angles per pitch [-]")
+        shown[0].set_ylabel("|STE reduced / full - 1| [%]")
     return figure
 
 
@@ -281,32 +235,6 @@ def _error_over_angle(parts: StudyParts, cells: Sequence[Cell]) -> Figure:
         above.legend(handles=[*names, *torques], loc="center left", bbox_to_anchor=(1.01, 0.5))
         below.legend(handles=names, loc="center left", bbox_to_anchor=(1.01, 0.5))
     return figure
-
-
-def log_log(axes: Axes, ticks: Sequence[int] = ()) -> None:
-    """Logarithmic axes, with plain numbers while they are few digits; `ticks` are the only ones below, if given."""
-    from matplotlib.ticker import (
-        FixedLocator,
-        FuncFormatter,
-        LogFormatterMathtext,
-        LogLocator,
-        NullFormatter,
-        NullLocator,
-    )
-
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    plain = FuncFormatter(lambda value, _: f"{value:g}")
-    for axis in (axes.xaxis, axes.yaxis):
-        low, high = axis.get_view_interval()
-        # Within two decades whole powers of ten are too few to read a number off.
-        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 100.0 * low else (1.0,)))
-        axis.set_major_formatter(plain if high < 1e4 * low else LogFormatterMathtext())
-        axis.set_minor_formatter(NullFormatter())
-    if ticks:
-        axes.xaxis.set_major_locator(FixedLocator(ticks))
-        axes.xaxis.set_major_formatter(plain)
-        axes.xaxis.set_minor_locator(NullLocator())
 
 
 def _shade_double_contact(panels: Sequence[Axes], data: Any) -> None:

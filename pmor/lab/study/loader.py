@@ -1,51 +1,27 @@
-"""Read a study file: TOML -> sections -> checked values -> `Study`."""
+"""Read a study file: TOML -> sections -> checked values -> `Study`.
+
+The fields of the dataclasses are the keys of the file. A tuple of dataclasses is a list of sections, named without the
+plural's s; what is no field of a section that has `changes` belongs to the case file, which `pmor.case` checks.
+"""
 
 from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Callable
-from dataclasses import MISSING, dataclass, fields, replace
+from collections.abc import Callable, Mapping
+from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
 from pathlib import Path
-from typing import Any, get_type_hints
+from types import MappingProxyType
+from typing import Any, get_args, get_origin, get_type_hints
 
 from pmor.case.schema import Range
 from pmor.case.values import Refused, convert, did_you_mean, toml_text
 from pmor.errors import CaseError
-from pmor.lab.study.settings import (
-    Cell,
-    ConventionalSettings,
-    FigureSettings,
-    GridSettings,
-    Member,
-    PaperRatio,
-    PaperSettings,
-    PeerSettings,
-    QuickSettings,
-    ReferenceSettings,
-    Rung,
-    Study,
-    TimingSettings,
-    TrainingSettings,
-    Variant,
-)
-
-# Sections that stand alone, and those that may be there several times.
-SECTIONS: dict[str, type] = {
-    "grid": GridSettings,
-    "reference": ReferenceSettings,
-    "conventional": ConventionalSettings,
-    "timing": TimingSettings,
-    "paper": PaperSettings,
-    "figures": FigureSettings,
-    "quick": QuickSettings,
-}
-OTHERS = ("variant", "rung", "training", "peer")
-REQUIRED = ("grid", "reference")
+from pmor.lab.core.variants import Sections
+from pmor.lab.study.settings import Cell, Member, Study
 
 CELL = re.compile(r"([1-9]\d{0,2})@([1-9]\d?)")
 WHOLE = Range(1, 10_000)
-PEER_ANGLES = get_type_hints(PeerSettings, include_extras=True)["angles"]
 
 
 def load_study(path: Path) -> Study:
@@ -82,120 +58,81 @@ def parse_study(text: str, name: str, where: str, folder: Path) -> Study:
         What error messages call the text, usually the path.
     folder : Path
         Where the base case is looked for.
-
-    Returns
-    -------
-    Study
     """
     try:
         document = tomllib.loads(text)
     except ValueError as error:
         raise CaseError(f"{where}: not valid TOML: {error}: correct that place in the file") from None
-    reader = _Reader(where)
-    reader.refuse_unknown(document, [*SECTIONS, *OTHERS, "title", "base"], "")
-    if "base" not in document:
-        raise CaseError(f"{where}: base: is missing: add 'base = \"...\"', a case file beside it")
-    sections = {
-        key: reader.section(document.get(key, {}), kind, key)
-        for key, kind in SECTIONS.items()
-        if key in document or key in REQUIRED
-    }
-    study = Study(
-        name=name,
-        title=reader.value(document.get("title", name), str, "", "title"),
-        base=folder / reader.value(document["base"], str, "", "base"),
-        grid=sections["grid"],
-        variants=tuple(map(reader.variant, reader.tables(document, "variant"))),
-        rungs=tuple(map(reader.rung, reader.tables(document, "rung"))),
-        reference=sections["reference"],
-        conventional=sections.get("conventional", ConventionalSettings()),
-        timing=sections.get("timing", TimingSettings()),
-        trainings=tuple(
-            reader.section(table, TrainingSettings, "training") for table in reader.tables(document, "training")
-        ),
-        paper=sections.get("paper", PaperSettings()),
-        peer=reader.peer(document["peer"]) if "peer" in document else None,
-        figures=sections.get("figures", FigureSettings()),
-        quick=sections.get("quick"),
-        where=where,
-    )
+    study: Study = _Reader(where).section(document, Study, "", {"name": name, "where": where, "changes": {}})
+    study = replace(study, title=study.title or name, base=folder / study.base)
     _check_together(study)
     return study
 
 
 @dataclass(frozen=True)
 class _Reader:
-    """Turns TOML tables into settings, with file, section and key in every refusal."""
+    """Turns TOML tables into dataclasses, with file, section and key in every refusal."""
 
     where: str
 
-    def tables(self, document: dict[str, Any], name: str) -> list[dict[str, Any]]:
-        tables = document.get(name, [])
-        if isinstance(tables, list) and all(isinstance(table, dict) for table in tables):
-            return tables
-        raise CaseError(f"{self.where}: {name}: must be a list of sections: write [[{name}]]")
-
-    def section(self, table: Any, kind: type, name: str) -> Any:
+    def section(self, table: Any, kind: Any, name: str, given: Mapping[str, Any] = MappingProxyType({})) -> Any:
+        """Read a section; `given` are fields that the file does not have."""
         if not isinstance(table, dict):
             raise CaseError(f"{self.where}: {name}: must be a section: write [{name}] on a line of its own")
-        hints = get_type_hints(kind, include_extras=True)
-        self.refuse_unknown(table, list(hints), f"[{name}] ")
-        values = {}
-        for key, hint in hints.items():
-            if key not in table:
-                continue
-            if hint == tuple[PaperRatio, ...]:
-                values[key] = tuple(self.section(item, PaperRatio, f"{name}.{key}") for item in self.tables(table, key))
-            else:
-                values[key] = self.value(table[key], hint, f"[{name}] ", key)
-        for item in fields(kind):
-            if item.name not in values and item.default is MISSING:
-                raise CaseError(f"{self.where}: [{name}] {item.name}: is missing: add '{item.name} = ...' there")
+        place, hints = f"[{name}] " if name else "", get_type_hints(kind, include_extras=True)
+        values = dict(given)
+        keys = {_key(item.name, hints[item.name]): item for item in fields(kind)
+                if item.name not in given and hints[item.name] != Sections}  # fmt: skip
+        if "changes" in hints and "changes" not in given:
+            values["changes"] = self.changes({k: v for k, v in table.items() if k not in keys}, place)
+        else:
+            for key in table:
+                if key not in keys:
+                    raise CaseError(f"{self.where}: {place}{key}: unknown key: {did_you_mean(key, list(keys))}")
+        for key, item in keys.items():
+            hint = hints[item.name]
+            if key in table:
+                values[item.name] = self.field(table[key], hint, name, key)
+            elif item.default is MISSING and _section_in(hint) is not None:
+                values[item.name] = self.section({}, hint, key)
+            elif item.default is MISSING:
+                raise CaseError(f"{self.where}: {place}{key}: is missing: add '{key} = ...' there")
         return kind(**values)
 
-    def variant(self, table: dict[str, Any]) -> Variant:
-        values, changes = self.with_changes(table, {"name": str, "cell": Cell}, "variant")
-        for key in ("name", "cell"):
-            if key not in values:
-                raise CaseError(f"{self.where}: [variant] {key}: is missing: add '{key} = ...' there")
-        return Variant(replace(values["cell"], variant=values["name"]), changes)
+    def field(self, value: Any, hint: Any, section: str, key: str) -> Any:
+        """Read what stands under a key: a section, a list of sections, or a value."""
+        inner, name = _section_in(hint), f"{section}.{key}" if section else key
+        if inner is None:
+            try:
+                return FORMS[hint](value) if hint in FORMS else convert(value, hint)
+            except Refused as refused:
+                place = f"[{section}] " if section else ""
+                raise CaseError(f"{self.where}: {place}{key} = {toml_text(value)}: {refused}") from None
+        if get_origin(hint) is not tuple:
+            return self.section(value, inner, name)
+        if isinstance(value, list) and all(isinstance(table, dict) for table in value):
+            return tuple(self.section(table, inner, name) for table in value)
+        raise CaseError(f"{self.where}: {name}: must be a list of sections: write [[{name}]]")
 
-    def rung(self, table: dict[str, Any]) -> Rung:
-        values, changes = self.with_changes(table, {"name": str, "cells": tuple[Cell, ...]}, "rung")
-        for key in ("name", "cells"):
-            if key not in values:
-                raise CaseError(f"{self.where}: [rung] {key}: is missing: add '{key} = ...' there")
-        cells = tuple(replace(cell, variant=values["name"]) for cell in values["cells"])
-        return Rung(values["name"], cells, changes)
-
-    def peer(self, table: Any) -> PeerSettings:
-        values, changes = self.with_changes(table, {"cell": Cell, "angles": PEER_ANGLES}, "peer")
-        if "cell" not in values:
-            raise CaseError(f"{self.where}: [peer] cell: is missing: add 'cell = ...' there")
-        return PeerSettings(**values, changes=changes)
-
-    def with_changes(self, table: Any, known: dict[str, Any], name: str) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Read a table of known keys and of sections of the case file, which `pmor.case` checks."""
-        if not isinstance(table, dict):
-            raise CaseError(f"{self.where}: {name}: must be a section: write [{name}] on a line of its own")
-        changes = {key: value for key, value in table.items() if key not in known}
-        for key, value in changes.items():
+    def changes(self, tables: dict[str, Any], place: str) -> dict[str, Any]:
+        """Return sections of the case file."""
+        for key, value in tables.items():
             if not isinstance(value, dict):
                 remedy = 'give sections of the case file, as in contact = { scheme = "facet" }'
-                raise CaseError(f"{self.where}: [{name}] {key} = {toml_text(value)}: unknown key: {remedy}")
-        values = {key: self.value(table[key], hint, f"[{name}] ", key) for key, hint in known.items() if key in table}
-        return values, changes
+                raise CaseError(f"{self.where}: {place}{key} = {toml_text(value)}: unknown key: {remedy}")
+        return tables
 
-    def value(self, value: Any, hint: Any, place: str, key: str) -> Any:
-        try:
-            return FORMS[hint](value) if hint in FORMS else convert(value, hint)
-        except Refused as refused:
-            raise CaseError(f"{self.where}: {place}{key} = {toml_text(value)}: {refused}") from None
 
-    def refuse_unknown(self, table: dict[str, Any], valid: list[str], place: str) -> None:
-        for key in table:
-            if key not in valid:
-                raise CaseError(f"{self.where}: {place}{key}: unknown key: {did_you_mean(key, valid)}")
+def _key(name: str, hint: Any) -> str:
+    listed = get_origin(hint) is tuple and _section_in(hint) is not None
+    return name.removesuffix("s") if listed else name
+
+
+def _section_in(hint: Any) -> Any:
+    """The dataclass that a field holds one or several of, if it is a section; values have their own forms."""
+    if hint in FORMS:
+        return None
+    return next((kind for kind in (hint, *get_args(hint)) if isinstance(kind, type) and is_dataclass(kind)), None)
 
 
 def _cell(value: Any) -> Cell:
@@ -250,6 +187,7 @@ def _seconds(value: Any) -> tuple[tuple[Cell, float], ...]:
 
 # How values that a case file does not know are read.
 FORMS: dict[Any, Callable[[Any], Any]] = {
+    Path: lambda value: Path(convert(value, str)),
     Cell: _cell,
     tuple[Cell, ...]: _list_of(_cell),
     tuple[int, ...]: _list_of(_whole),
@@ -270,7 +208,7 @@ def _check_together(study: Study) -> None:
         finer = all(a[0] < b[0] and a[1] <= b[1] for a, b in zip(sizes[:-1], sizes[1:], strict=True))
         if len(sizes) not in (2, 3) or not finer:
             refuse(f"[{section}] members", "must be two or three meshes, from coarse to fine over the profile")
-    varied = [variant.cell for variant in study.variants] + [cell for rung in study.rungs for cell in rung.cells]
+    varied = study.cells[len(study.grid.cells) :]
     if len(set(varied)) < len(varied):
         refuse("[variant], [rung] name", "two variants of a cell have the same name: rename one")
     for training in study.trainings:
@@ -284,3 +222,7 @@ def _check_together(study: Study) -> None:
         for cell in cells:
             if cell not in grid:
                 refuse(f"{place}: {cell.label}", "is not among the [grid] cells: add it there or remove it here")
+    meshes = sorted({cell.n_profile for cell in study.cells})
+    for n in study.conventional.stepped:
+        if n not in meshes:
+            refuse(f"[conventional] stepped: {n}", f"no cell has as many elements: choose of {meshes} or add a cell")

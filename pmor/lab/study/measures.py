@@ -8,12 +8,13 @@ positions that were never trained. It says what the reduction costs.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from pmor.arrays import FloatArray, IntArray
+from pmor.lab.core.measures import statistic
 
 # What refinement can show: below, the error falls too slowly to extrapolate; above, the differences are mere chance.
 OBSERVABLE_ORDERS = (0.3, 6.0)
@@ -41,17 +42,17 @@ class Curve:
     @property
     def mean_um(self) -> float:
         """Mean over the converged angles, um."""
-        return _statistic(self.ste_um, np.mean)
+        return statistic(self.ste_um, np.mean)
 
     @property
     def peak_to_peak_um(self) -> float:
         """Largest minus smallest, um."""
-        return _statistic(self.ste_um, np.ptp)
+        return statistic(self.ste_um, np.ptp)
 
 
 def mean_error_um(curve: Curve, reference: Curve) -> float:
     """Mean over the angles of the difference to the reference, um (signed)."""
-    return _statistic(curve.ste_um - reference.ste_um, np.mean)
+    return statistic(curve.ste_um - reference.ste_um, np.mean)
 
 
 def peak_to_peak_error_um(curve: Curve, reference: Curve) -> float:
@@ -61,7 +62,7 @@ def peak_to_peak_error_um(curve: Curve, reference: Curve) -> float:
 
 def shape_error_um(curve: Curve, reference: Curve) -> float:
     """Standard deviation over the angles of the difference to the reference, um: blind to a constant offset."""
-    return _statistic(curve.ste_um - reference.ste_um, np.std)
+    return statistic(curve.ste_um - reference.ste_um, np.std)
 
 
 def load_share_error(curve: Curve, reference: Curve) -> float:
@@ -70,11 +71,6 @@ def load_share_error(curve: Curve, reference: Curve) -> float:
     pairs = np.union1d(curve.pair_index, reference.pair_index)
     difference = np.abs(_shares(curve, pairs) - _shares(reference, pairs))[known]
     return float(difference.max()) if difference.size else math.nan
-
-
-def max_and_rms(error: FloatArray) -> tuple[float, float]:
-    """Largest magnitude and root mean square over the finite entries; NaN without any."""
-    return _statistic(error, lambda e: np.max(np.abs(e))), _statistic(error, lambda e: np.sqrt(np.mean(e**2)))
 
 
 @dataclass(frozen=True)
@@ -139,15 +135,6 @@ def richardson(spacing: Sequence[float], distance_to_finest: Sequence[float]) ->
     return Convergence(order, last / (middle ** min(order, LARGEST_TRUSTED_ORDER) - 1.0))
 
 
-def fitted_exponent(x: Sequence[float], y: Sequence[float]) -> float:
-    """Exponent p of the power law ``y ~ x^p`` by least squares in logarithms; NaN below two points."""
-    known = [(a, b) for a, b in zip(x, y, strict=True) if math.isfinite(b) and b > 0.0]
-    if len({a for a, _ in known}) < 2:
-        return math.nan
-    log_x, log_y = np.log(np.array(known)).T
-    return float(np.polynomial.Polynomial.fit(log_x, log_y, deg=1).convert().coef[1])
-
-
 def break_even(offline_s: float, slow_ms: float, fast_ms: float) -> int | None:
     """Return from how many positions on the offline stage pays; None when it never does.
 
@@ -177,8 +164,3 @@ def _shares(curve: Curve, pairs: IntArray) -> FloatArray:
     share = np.zeros((len(curve.ste_um), len(pairs)))
     share[:, np.searchsorted(pairs, curve.pair_index)] = curve.pair_share
     return share
-
-
-def _statistic(values: FloatArray, statistic: Callable[[FloatArray], float]) -> float:
-    known = values[np.isfinite(values)]
-    return float(statistic(known)) if len(known) else math.nan

@@ -5,18 +5,15 @@ from __future__ import annotations
 from dataclasses import asdict
 from pathlib import Path
 
-from pmor.lab.study.content import study_blocks
-from pmor.lab.study.figures import study_figures
+from pmor.lab.core.results import write_results
+from pmor.lab.core.table import Columns, percent, table, text_lines
+from pmor.lab.study.figures import study_pictures
+from pmor.lab.study.page import study_blocks
 from pmor.lab.study.run import StudyParts
 from pmor.lab.study.table import StudyTable
-from pmor.report.data_files import write_summary_json
-from pmor.report.markdown import write_markdown
-from pmor.report.page import write_page
-from pmor.report.style import save_png
-from pmor.report.table import format_cell
 
 
-def write_study(parts: StudyParts, table: StudyTable, out: Path) -> None:
+def write_study(parts: StudyParts, found: StudyTable, out: Path) -> None:
     """Write `study.json`, `study.md`, `report.html` and the pictures.
 
     Raises
@@ -24,37 +21,25 @@ def write_study(parts: StudyParts, table: StudyTable, out: Path) -> None:
     OutputError
     """
     study = parts.study
-    write_summary_json(out / "study.json", {"study": study.name, "title": study.title} | asdict(table))
-    figures = study_figures(parts, table)
-    for name, _, figure in figures:
-        save_png(figure, out / name)
-    blocks = study_blocks(parts, table, figures)
-    write_page(out / "report.html", study.title, blocks)
-    write_markdown(out / "study.md", study.title, blocks)
+    data = {"study": study.name, "title": study.title} | asdict(found)
+    write_results(out, "study", data, study.title, study_blocks(study, found, study_pictures(parts, found)))
 
 
-def study_text(parts: StudyParts, table: StudyTable) -> str:
+def study_text(parts: StudyParts, found: StudyTable) -> str:
     """Return the short summary for the screen: error and run time of every cell."""
-    name = max(len(cell.label) for cell in parts.cases.cells)
-    lines = [
-        parts.study.title,
-        f"  {'cell':<{name}}    mean    shape    ripple   reduced/full   (b) ms   (c) ms   (a)/(c)",
-        f"  {'':<{name}}      um       um        um         max, %",
-    ]
-    for cell in parts.cases.cells:
-        full, reduced = table.row(cell, "condensed"), table.row(cell, "reduced")
-        if full is None:
-            continue
-        fast = reduced or {}
-        largest = fast.get("rom_vs_full_ste_max_rel")
-        values = (
-            full["ste_mean_um"], full["shape_error_um"], full["ripple_um"],
-            None if largest is None else 100.0 * largest,
-            full["ms_per_position"], fast.get("ms_per_position"), fast.get("time_ratio_conventional_to_reduced"),
-        )  # fmt: skip
-        widths = (8, 9, 10, 15, 9, 9, 10)
-        numbers = "".join(f"{format_cell(value):>{width}}" for value, width in zip(values, widths, strict=True))
-        lines.append(f"  {cell.label:<{name}}{numbers}")
-    for claim in (*table.claims, *table.time_claims):
-        lines.append(f"  {'confirmed' if claim['confirmed'] else 'not confirmed':<14} {claim['claim']}")
-    return "\n".join([*lines, *(f"  ! {failure}" for failure in table.failures)])
+    fast = {row["cell"]: row for row in found.rows_of("reduced")}
+    columns: Columns = {
+        "cell": "cell",
+        "mean, um": "ste_mean_um",
+        "shape, um": "shape_error_um",
+        "ripple, um": "ripple_um",
+        "reduced/full max, %": lambda row: percent("rom_vs_full_ste_max_rel")(fast.get(row["cell"], {})),
+        "(b) ms": "ms_per_position",
+        "(c) ms": lambda row: fast.get(row["cell"], {}).get("ms_per_position"),
+        "(a)/(c)": lambda row: fast.get(row["cell"], {}).get("time_ratio_conventional_to_reduced"),
+    }
+    claims = [f"{'confirmed' if claim['confirmed'] else 'not confirmed':<14} {claim['claim']}"
+              for claim in (*found.claims, *found.time_claims)]  # fmt: skip
+    lines = [*text_lines(table("", columns, found.rows_of("condensed"))), *claims]
+    lines += [f"! {failure}" for failure in found.failures]
+    return "\n".join([parts.study.title, *(f"  {line}" for line in lines)])

@@ -9,10 +9,11 @@ from pmor_online.model import online_angles
 
 from pmor.case import Case
 from pmor.case.width import whole_width
+from pmor.lab.core.models import ModelStore
 from pmor.lab.rivals.calculix import calculix_available, calculix_ste
 from pmor.lab.rivals.conventional import conventional_pair, solve_conventional
 from pmor.lab.rivals.conventional_cost import newton_step_seconds
-from pmor.lab.study.cells import ModelStore, solve_full
+from pmor.lab.study.cells import solve_full
 from pmor.pair.conditions import nominal_condition
 from pmor.pair.model import mesh_model
 

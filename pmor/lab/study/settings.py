@@ -5,15 +5,14 @@ A study names a base case and varies it; what a case may say is checked by `pmor
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pmor.case.schema import Positions, Range
 from pmor.errors import CaseError
+from pmor.lab.core.variants import Sections, merged
 
-Sections = Mapping[str, Mapping[str, Any]]
 Count = Annotated[int, Range(1, 10_000)]
 
 
@@ -46,23 +45,29 @@ class Cell:
         return f"{self.n_profile}@{self.lodm}{' ' * bool(self.variant)}{self.variant}"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Variant:
     """A cell with other settings (section ``[[variant]]``), solved by condensed full FE alone.
 
     Parameters
     ----------
+    name : str
     cell : Cell
-        Its `variant` is the name.
     changes : mapping
         Sections of the case file with the keys that differ.
     """
 
+    name: str
     cell: Cell
     changes: Sections
 
+    @property
+    def varied_cells(self) -> tuple[Cell, ...]:
+        """The cell under the variant's name."""
+        return (replace(self.cell, variant=self.name),)
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, kw_only=True)
 class Rung:
     """A step of a ladder of schemes (section ``[[rung]]``), in the order of the file: full and reduced model.
 
@@ -70,7 +75,6 @@ class Rung:
     ----------
     name : str
     cells : tuple of Cell
-        Each with the name as its `variant`.
     changes : mapping
         Sections of the case file with the keys that differ.
     """
@@ -78,6 +82,11 @@ class Rung:
     name: str
     cells: tuple[Cell, ...]
     changes: Sections
+
+    @property
+    def varied_cells(self) -> tuple[Cell, ...]:
+        """The cells under the rung's name."""
+        return tuple(replace(cell, variant=self.name) for cell in self.cells)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -219,11 +228,11 @@ class PaperSettings:
     ----------
     seconds : tuple of (Cell, float)
         Of the cells whose time is known.
-    ratio : tuple of PaperRatio
+    ratios : tuple of PaperRatio
     """
 
     seconds: tuple[tuple[Cell, float], ...] = ()
-    ratio: tuple[PaperRatio, ...] = ()
+    ratios: tuple[PaperRatio, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -241,7 +250,7 @@ class PeerSettings:
 
     cell: Cell
     angles: Annotated[int, Range(1, 100)] = 3
-    changes: Sections = field(default_factory=dict)
+    changes: Sections
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -291,55 +300,55 @@ class Study:
     ----------
     name : str
         Stem of the file name; it names the output folder.
+    where : str
+        What error messages call the file.
+    changes : mapping
+        Keys of the base case that differ in every cell: what ``--quick`` shortens.
     title : str
     base : Path
         Case file that the cells vary.
     grid, variants, rungs, reference, conventional, timing, trainings, paper, peer, figures, quick
         One per section; `peer` and `quick` are None where the file has none.
-    changes : mapping
-        Keys of the base case that differ in every cell: what ``--quick`` shortens.
-    where : str
-        What error messages call the file.
     """
 
     name: str
-    title: str
+    where: str
+    changes: Sections
+    title: str = ""
     base: Path
     grid: GridSettings
-    variants: tuple[Variant, ...]
-    rungs: tuple[Rung, ...]
+    variants: tuple[Variant, ...] = ()
+    rungs: tuple[Rung, ...] = ()
     reference: ReferenceSettings
-    conventional: ConventionalSettings
-    timing: TimingSettings
-    trainings: tuple[TrainingSettings, ...]
-    paper: PaperSettings
-    peer: PeerSettings | None
-    figures: FigureSettings
-    quick: QuickSettings | None
-    changes: Sections = field(default_factory=dict)
-    where: str = ""
+    conventional: ConventionalSettings = ConventionalSettings()
+    timing: TimingSettings = TimingSettings()
+    trainings: tuple[TrainingSettings, ...] = ()
+    paper: PaperSettings = PaperSettings()
+    peer: PeerSettings | None = None
+    figures: FigureSettings = FigureSettings()
+    quick: QuickSettings | None = None
 
     @property
     def cells(self) -> tuple[Cell, ...]:
         """Cells of the grid, of the ladder, and of the variants."""
-        return (*self.reduced_cells, *(variant.cell for variant in self.variants))
+        return (*self.reduced_cells, *(cell for variant in self.variants for cell in variant.varied_cells))
+
+    @property
+    def ladder_cells(self) -> tuple[Cell, ...]:
+        """Cells of the ladder, rung after rung."""
+        return tuple(cell for rung in self.rungs for cell in rung.varied_cells)
 
     @property
     def reduced_cells(self) -> tuple[Cell, ...]:
         """Cells with a reduced model: of the grid, then of the ladder."""
-        return (*self.grid.cells, *(cell for rung in self.rungs for cell in rung.cells))
+        return (*self.grid.cells, *self.ladder_cells)
 
     def changes_of(self, cell: Cell) -> dict[str, dict[str, Any]]:
         """Sections and keys in which a cell differs from the base case."""
-        sections: dict[str, dict[str, Any]] = {name: dict(keys) for name, keys in self.changes.items()}
-        varied = [variant.changes for variant in self.variants if variant.cell == cell]
-        varied += [rung.changes for rung in self.rungs if cell in rung.cells]
-        for changes in varied:
-            for name, keys in changes.items():
-                sections.setdefault(name, {}).update(keys)
-        sections.setdefault("mesh", {})["profile_elements"] = cell.n_profile
-        sections.setdefault("contact", {})["lodm_profile"] = cell.lodm
-        return sections
+        listed: list[Variant | Rung] = [*self.variants, *self.rungs]
+        varied = [v.changes for v in listed if cell in v.varied_cells]
+        own = {"mesh": {"profile_elements": cell.n_profile}, "contact": {"lodm_profile": cell.lodm}}
+        return merged(self.changes, *varied, own)
 
 
 def quick_study(study: Study) -> Study:

@@ -16,8 +16,9 @@ from pmor_online.sweep import sweep_reduced_pair
 
 from pmor.case import Case, basis_key
 from pmor.fe.assembly import degrees_of_freedom
-from pmor.lab.study.cells import FullSweep, ModelStore, solve_full
-from pmor.lab.study.measures import max_and_rms
+from pmor.lab.core.measures import max_and_rms
+from pmor.lab.core.models import ModelStore
+from pmor.lab.study.cells import FullSweep, solve_full
 from pmor.lab.study.settings import Study
 from pmor.pair.conditions import conditions_of, nominal_condition
 from pmor.pair.model import ElasticModel, MeshModel, elastic_model, mesh_model

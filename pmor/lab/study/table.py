@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from pmor.lab.core.measures import max_and_rms
 from pmor.lab.study import measures
-from pmor.lab.study.claims import checked_claims, checked_time_claims, paper_ratios
 from pmor.lab.study.measures import Curve
+from pmor.lab.study.paper import checked_claims, checked_time_claims, paper_ratios
 from pmor.lab.study.run import StudyParts
 from pmor.lab.study.settings import Cell
 
@@ -56,6 +57,10 @@ class StudyTable:
         found = [row for row in self.rows if (row["cell"], row["model"]) == (cell.label, model)]
         return found[0] if found else None
 
+    def rows_of(self, model: str) -> list[Row]:
+        """Return the rows of a model."""
+        return [row for row in self.rows if row["model"] == model]
+
 
 def study_table(parts: StudyParts) -> StudyTable:
     """Gather the parts of a study."""
@@ -66,7 +71,7 @@ def study_table(parts: StudyParts) -> StudyTable:
         trainings=training_rows(parts),
         claims=checked_claims(rows, parts.study),
         time_claims=checked_time_claims(rows),
-        paper_ratios=paper_ratios(rows, parts.study.paper.ratio),
+        paper_ratios=paper_ratios(rows, parts.study.paper.ratios),
         peer=peer_row(parts),
         machine=dict(parts.results.get("run times", {}).get("machine", {})),
         failures=failed_positions(parts),
@@ -255,7 +260,7 @@ def _conventional(cell: Cell, condensed: Row, parts: StudyParts) -> Row | None:
             "unknowns": solved["unknowns"],
             "newton_steps_mean": float(np.mean(solved["newton_steps"])),
             "n_positions_solved": len(solved["ste_um"]),
-            "conventional_vs_condensed_ste_max_rel": measures.max_and_rms(slow / fast - 1.0)[0],
+            "conventional_vs_condensed_ste_max_rel": max_and_rms(slow / fast - 1.0)[0],
             "offline_s": solved["assembly_s"],
             "newton_step_s": solved["factor_s"],
             "ms_per_position": solved["ms_per_position"],

@@ -1,11 +1,14 @@
-"""The paper's qualitative claims, checked by number."""
+"""What Cosco et al. (ISMA 2016) say, held against a study: claims, seconds and ratios of run times (its Table 3)."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from pmor.lab.core.table import Columns, table
 from pmor.lab.study.settings import Cell, PaperRatio, Study
+from pmor.report.page import Block, Heading
+from pmor.report.table import Table
 
 Row = dict[str, Any]
 
@@ -35,15 +38,15 @@ def checked_claims(rows: Sequence[Row], study: Study) -> list[Row]:
     """
     by_cell = {row["cell"]: row for row in rows if row["model"] == "condensed"}
     fine = by_cell.get(YARDSTICK.label)
-    claims = []
-    ladder = {cell for rung in study.rungs for cell in rung.cells}
-    for cell in study.cells if fine is not None else ():
-        if cell in ladder:
-            continue
-        row, place = by_cell.get(cell.label), (cell.n_profile, cell.lodm)
-        if row is not None and fine is not None and place in ((8, 8), (16, 4)):
-            claims.append(_quality(cell, row, fine, reaches=place == (16, 4)))
-    return claims
+    if fine is None:
+        return []
+    # True: the paper says that this cell reaches the yardstick; False: that it does not.
+    reaches = {(8, 8): False, (16, 4): True}
+    return [
+        _quality(cell, by_cell[cell.label], fine, reaches[cell.n_profile, cell.lodm])
+        for cell in study.cells
+        if cell not in study.ladder_cells and cell.label in by_cell and (cell.n_profile, cell.lodm) in reaches
+    ]
 
 
 def checked_time_claims(rows: Sequence[Row]) -> list[Row]:
@@ -109,3 +112,49 @@ def paper_ratios(rows: Sequence[Row], ratios: Sequence[PaperRatio]) -> list[Row]
             row[f"time_ratio_{model}"] = slow / fast if slow is not None and fast is not None else None
         found.append(row)
     return found
+
+
+def claim_blocks(claims: Sequence[Row]) -> list[Block]:
+    """Return the table of verdicts; nothing without claims."""
+    columns: Columns = {
+        "claim": "claim",
+        "verdict": lambda claim: "confirmed" if claim["confirmed"] else "not confirmed",
+        "criterion": "criterion",
+        "measured": _measured,
+    }
+    return [Heading("The paper's claims, checked"), table("Claims", columns, claims)] if claims else []
+
+
+def ratio_table(ratios: Sequence[Row]) -> Table:
+    """Return the ratios that the paper states beside ours."""
+    columns: Columns = {
+        "cells": lambda r: f"{r['cell']} / {r['to']}",
+        "paper": lambda r: f"{'more than' if r['kind'] == 'above' else 'about'} {r['paper']:g}",
+        **{f"({letter})": f"time_ratio_{model}" for letter, model in zip("abc", MODELS, strict=True)},
+    }
+    note = "The paper does not say what its seconds cover, so there is no verdict."
+    return table("Ratios of run times that the paper states, and ours", columns, ratios, note)
+
+
+def seconds_table(rows: Sequence[Row], cells: Sequence[Cell], model: str) -> Table:
+    """Return the paper's Table 3 for one model: elements down, LoDM across, seconds in the cells."""
+    lodms = sorted({cell.lodm for cell in cells})
+    seconds = {
+        (row["n_profile"], row["lodm"]): 1e-3 * row["ms_per_position"]
+        for row in rows
+        if row["model"] == model and row["variant"] is None and row["ms_per_position"] is not None
+    }
+    lines = [(n, *(seconds.get((n, lodm)) for lodm in lodms)) for n in sorted({cell.n_profile for cell in cells})]
+    columns = ("elements \\ LoDM", *(f"{lodm}x" for lodm in lodms))
+    return Table(f"Seconds per position, ({'abc'[MODELS.index(model)]}) {model}", columns, lines if seconds else [])
+
+
+def _measured(claim: Row) -> str:
+    """Each number as the reader says it, `shape_error_um` as shape error (um), beside that of the yardstick."""
+    texts = []
+    for key, value in claim["measured"].items():
+        name, unit = (key[:-3], " (um)") if key.endswith("_um") else (key.removeprefix("time_ratio_"), "")
+        held = claim.get("yardstick", {}).get(key)
+        against = "" if held is None else f" against {held:.3g}"
+        texts.append(f"{name.replace('_', ' ')}{unit} {value:.3g}{against}")
+    return "; ".join(texts)

@@ -83,10 +83,6 @@ def solve_states(
         States solved at a time.
     advance : callable
         Called after each state, for progress.
-
-    Returns
-    -------
-    Solved
     """
 
     def solve(phi: float, condition: Condition) -> tuple[float, dict[int, FloatArray]]:

@@ -1,0 +1,72 @@
+"""Parts of pictures that more than one laboratory draws."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pmor.report.style import new_figure, plot_style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+@contextmanager
+def panels(
+    columns: int, width_in: float, height_in: float, legend: int = 0, sharex: bool = False, sharey: bool = False
+) -> Iterator[tuple[Figure, list[Axes]]]:
+    """Give a figure with panels beside each other.
+
+    Parameters
+    ----------
+    columns : int
+    width_in, height_in : float
+    legend : int
+        Columns of a legend below all panels, with the entries of the first; 0: none.
+    sharex, sharey : bool
+    """
+    with plot_style():
+        figure = new_figure(width_in, height_in)
+        axes = list(np.atleast_1d(figure.subplots(1, columns, sharex=sharex, sharey=sharey)))
+        yield figure, axes
+        if legend:
+            figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=legend)
+
+
+def log_log(axes: Axes, ticks: Sequence[int] = ()) -> None:
+    """Logarithmic axes, with plain numbers while they are few digits; `ticks` are the only ones below, if given."""
+    from matplotlib.ticker import (
+        FixedLocator,
+        FuncFormatter,
+        LogFormatterMathtext,
+        LogLocator,
+        NullFormatter,
+        NullLocator,
+    )
+
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    plain = FuncFormatter(lambda value, _: f"{value:g}")
+    for axis in (axes.xaxis, axes.yaxis):
+        low, high = axis.get_view_interval()
+        # Within two decades whole powers of ten are too few to read a number off.
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 100.0 * low else (1.0,)))
+        axis.set_major_formatter(plain if high < 1e4 * low else LogFormatterMathtext())
+        axis.set_minor_formatter(NullFormatter())
+    if ticks:
+        axes.xaxis.set_major_locator(FixedLocator(ticks))
+        axes.xaxis.set_major_formatter(plain)
+        axes.xaxis.set_minor_locator(NullLocator())
+
+
+def name_points(axes: Axes, points: Sequence[tuple[float, float, str]]) -> None:
+    """Name points (x, y, name) in a column right of the axes, in the order of y, with a line to each."""
+    ordered = sorted(points, key=lambda point: (point[1], -point[0]))
+    line = {"arrowstyle": "-", "lw": 0.5, "color": "#999999", "shrinkA": 1, "shrinkB": 4, "relpos": (0.0, 0.5)}
+    for height, (x, y, name) in zip(np.linspace(0.01, 0.99, len(ordered)), ordered, strict=True):
+        axes.annotate(name, (x, y), (1.02, height), textcoords="axes fraction", fontsize=8, ha="left", va="center",
+                      arrowprops=line)  # fmt: skip

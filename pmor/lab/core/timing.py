@@ -1,0 +1,50 @@
+"""Run times that compare: measured in turn, so that all see the same machine."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import TypeVar
+
+from pmor.results.sweep import SteSweep
+
+Key = TypeVar("Key")
+
+
+def times_in_turn(
+    work: Mapping[Key, Callable[[], float]], repeats: int, advance: Callable[[], None] = lambda: None,
+    longest: float = math.inf,
+) -> dict[Key, list[float]]:  # fmt: skip
+    """Measure pieces of work in rounds; the first round warms up.
+
+    Parameters
+    ----------
+    work : mapping of key to callable
+        Each does its work and gives its time, in any unit.
+    repeats : int
+        Rounds; every other one goes through the work backwards, so that neither neighbour has the warmer cache.
+    advance : callable
+        Called after each round, for progress.
+    longest : float
+        Sum of its times after which a piece of work is left out of further rounds.
+
+    Returns
+    -------
+    dict
+        What was measured in each round, by key.
+    """
+    found: dict[Key, list[float]] = {key: [] for key in work}
+    for run in work.values():
+        run()
+    for repeat in range(repeats):
+        for key in list(work)[:: -1 if repeat % 2 else 1]:
+            if not repeat or sum(found[key]) <= longest:
+                found[key].append(work[key]())
+        advance()
+    return found
+
+
+def ms_per_position(solve: Callable[[], SteSweep]) -> float:
+    """Do a sweep and return its time per position, ms."""
+    sweep = solve()
+    return 1e3 * sweep.seconds / sweep.ste_um.size

@@ -1,0 +1,17 @@
+"""Changes of a case by section and key: what every laboratory varies."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+Sections = Mapping[str, Mapping[str, Any]]
+
+
+def merged(*changes: Sections) -> dict[str, dict[str, Any]]:
+    """Return all changes in one; where they name the same key the last one counts."""
+    result: dict[str, dict[str, Any]] = {}
+    for sections in changes:
+        for name, keys in sections.items():
+            result.setdefault(name, {}).update(keys)
+    return result

@@ -1,0 +1,232 @@
+"""What the report of a study says, from its table and its pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from pmor.lab.core.table import Columns, percent, table
+from pmor.lab.study.cells import ENTRY_EXIT_MARGIN
+from pmor.lab.study.paper import MODELS, claim_blocks, ratio_table, seconds_table
+from pmor.lab.study.settings import Study
+from pmor.lab.study.table import Row, StudyTable
+from pmor.report.page import Block, Heading, Picture, Warning
+from pmor.report.table import Table
+
+INTRODUCTION = (
+    "How fine a mesh, how much refinement, how many shapes? Cells are written elements over the profile @ LoDM "
+    "(contact points per element). Three models solve each: (a) conventional full FE, both whole gears in one sparse "
+    "system that is factored in every Newton step; (b) condensed full FE, the same equations on the flank compliance "
+    "obtained once from one sector; (c) the reduced model. STE is in micrometres along the line of action."
+)
+MEASURES = (
+    ("mean error", "mean over the angles of STE minus reference STE"),
+    ("peak-to-peak error", "peak-to-peak STE minus that of the reference"),
+    ("shape error", "standard deviation over the angles of STE minus reference STE: blind to a constant offset"),
+    ("ripple", "standard deviation about a quartic where one pair carries the load; needs no reference"),
+    ("load-share error", "largest difference of a tooth pair's share of the torque to the reference at the same angle"),
+    (
+        "torque ratio error",
+        "largest |T2 z1 / (T1 z2) - 1| of the contact torques, all loaded pairs at least "
+        f"{ENTRY_EXIT_MARGIN:g} of a pitch inside the path of contact",
+    ),
+    (
+        "reduced against full",
+        "STE of the reduced over that of the condensed model on the same mesh, minus 1, at angles and torques that "
+        "were never trained: largest magnitude and root mean square",
+    ),
+)
+ERRORS: Columns = {"max, %": percent("rom_vs_full_ste_max_rel"), "rms, %": percent("rom_vs_full_ste_rms_rel")}
+
+
+def study_blocks(study: Study, found: StudyTable, pictures: Sequence[Picture]) -> list[Block]:
+    """Return the report, in the order of reading."""
+
+    def picture(name: str) -> list[Block]:
+        return [picture for picture in pictures if picture.file_name == f"{name}.png"]
+
+    figure5 = picture("figure5")
+    return [
+        *(Warning(text) for text in found.failures),
+        INTRODUCTION,
+        *([Heading("Transmission error over one pitch"), *figure5] if figure5 else []),
+        *(_ladder(study, found) if study.rungs else []),
+        *picture("ladder"),
+        *claim_blocks([*found.claims, *found.time_claims]),
+        Heading("Error against run time"),
+        *picture("error_run_time"),
+        Heading("Mesh against reference"),
+        Table("Error measures", ("measure", "definition"), MEASURES),
+        _mesh_errors(found),
+        *_reference(found.reference),
+        Heading("Reduced against full FE on the same mesh"),
+        _reduced_errors(found),
+        *picture("error_over_angle"),
+        *picture("training"),
+        _trainings(found),
+        Heading("Run times"),
+        *_run_times(study, found),
+        *picture("cost"),
+        *(_peer(study, found.peer) if study.peer else []),
+        Heading("Provenance"),
+        Table("Machine and software", ("item", "value"), tuple(found.machine.items())),
+    ]
+
+
+def _ladder(study: Study, found: StudyTable) -> list[Block]:
+    """The schemes one step at a time, condensed and reduced beside each other."""
+    both = [(found.row(cell, "condensed"), found.row(cell, "reduced")) for cell in study.ladder_cells]
+    columns: Columns = {
+        "scheme": lambda r: r[0]["variant"],
+        "elements": lambda r: r[0]["n_profile"],
+        "mean, um": lambda r: r[0]["ste_mean_um"],
+        "mean error, um": lambda r: r[0]["mean_error_um"],
+        "shape error, um": lambda r: r[0]["shape_error_um"],
+        "of (c)": lambda r: r[1]["shape_error_um"],
+        "ripple, um": lambda r: r[0]["ripple_um"],
+        "ripple of (c)": lambda r: r[1]["ripple_um"],
+        "(c) vs (b), max %": lambda r: percent("rom_vs_full_ste_max_rel")(r[1]),
+        "(b) ms": lambda r: r[0]["ms_per_position"],
+        "(c) ms": lambda r: r[1]["ms_per_position"],
+    }
+    rows = [pair for pair in both if None not in pair]
+    return [Heading("The ladder of contact schemes"), table("One step at a time", columns, rows)]
+
+
+def _mesh_errors(found: StudyTable) -> Table:
+    columns: Columns = {
+        "cell": "cell",
+        "E": "detail",
+        "STE mean, um": "ste_mean_um",
+        "mean error, um": "mean_error_um",
+        "peak-to-peak, um": "ste_peak_to_peak_um",
+        "peak-to-peak error, um": "peak_to_peak_error_um",
+        "shape error, um": "shape_error_um",
+        "ripple, um": "ripple_um",
+        "load-share error": "load_share_error",
+        "torque ratio error": "torque_ratio_error",
+    }
+    note = "Condensed full FE at nominal torque on a regular grid of angles; model (a) solves the same equations."
+    return table("Condensed full FE against the reference", columns, found.rows_of("condensed"), note)
+
+
+def _reference(reference: Row) -> list[Block]:
+    members: Columns = {
+        "elements, profile x width": lambda m: f"{m['n_profile']} x {m['n_width']}",
+        "LoDM": "lodm",
+        "STE mean, um": "ste_mean_um",
+        "peak-to-peak, um": "ste_peak_to_peak_um",
+        "ripple, um": "ripple_um",
+        "FE unknowns": "fe_unknowns",
+        "s": lambda m: m["elastic_s"] + m["solve_s"],
+    }
+    estimates: Columns = {
+        "quantity": lambda name: name.replace("_", "-"),
+        "error, um": lambda name: reference[f"{name}_error_um"],
+        "observed order": lambda name: reference.get(f"{name}_order"),
+        "differences to the finest, um": lambda name: _list(reference[f"{name}_differences_um"]),
+    }
+    known = [name for name in ("mean", "peak_to_peak", "shape") if reference[f"{name}_error_um"] is not None]
+    note = (
+        "From the differences of the coarser meshes to the finest, with the observed order of convergence where there "
+        "is one, at most that of linear elements, 2. A dash: no order can be observed, and the estimate is the last "
+        "difference itself."
+    )
+    return [
+        table("The reference's family of meshes; the last is the reference", members, reference["members"]),
+        table("Estimated discretisation error of the reference", estimates, known, note),
+    ]
+
+
+def _reduced_errors(found: StudyTable) -> Table:
+    columns: Columns = {
+        "cell": "cell",
+        "E": "detail",
+        **ERRORS,
+        "unseen positions": "n_unseen_positions",
+        "trained angles x torques": lambda row: f"{row['n_angles_trained']} x {row['n_torques_trained']}",
+        "unknowns at most": "rom_size",
+        "FE unknowns": "fe_unknowns",
+        "basis, MiB": "basis_mib",
+    }
+    note = "This says what the reduction costs, and nothing about the mesh: that is the table above."
+    title = "STE of the reduced model against condensed full FE, same mesh"
+    return table(title, columns, found.rows_of("reduced"), note)
+
+
+def _trainings(found: StudyTable) -> Table:
+    columns: Columns = {
+        "shapes": "label",
+        "cell": "cell",
+        "angles": "n_angles_trained",
+        "torques, N m": lambda row: _list(row["torques_Nm"]),
+        **ERRORS,
+        "unknowns at most": "rom_size",
+        "basis, MiB": "basis_mib",
+    }
+    note = "All compared with full FE at the same positions, which none of them has seen."
+    return table("Trainings", columns, found.trainings, note)
+
+
+def _run_times(study: Study, found: StudyTable) -> list[Block]:
+    timing, known = study.timing, {cell.label: seconds for cell, seconds in study.paper.seconds}
+    text = (
+        "One position is one angle at nominal torque. (b) and (c) were timed in one phase of one process after a "
+        f"warm-up, cells in turn, {timing.repeats} rounds of {timing.condensed_angles} and {timing.reduced_angles} "
+        "positions; the median counts. Linear algebra ran on as many threads as stated below; (c) also on all cores. "
+        "(a) was timed in the same process, once. Where it was not solved to the end, its time is that of a Newton "
+        "step, extrapolated from arcs of the gears, times the Newton steps counted in (b), which starts alike."
+    )
+    rivals = {(row["cell"], row["model"]): row for row in found.rows}
+
+    def of(model: str, key: str) -> Callable[[Row], Any]:
+        return lambda row: rivals.get((row["cell"], model), {}).get(key)
+
+    how = of("conventional", "n_positions_solved")
+    columns: Columns = {
+        "cell": "cell",
+        "(a) ms": of("conventional", "ms_per_position"),
+        "(a) how": lambda row: {None: "", 0: "extrapolated"}.get(how(row), "solved"),
+        "(b) ms": of("condensed", "ms_per_position"),
+        "(c) ms": "ms_per_position",
+        "(c) all threads, ms": lambda row: row.get("ms_per_position_all_threads"),
+        "a / c": lambda row: row.get("time_ratio_conventional_to_reduced"),
+        "b / c": lambda row: row.get("time_ratio_condensed_to_reduced"),
+        "offline, s": "offline_s",
+        "break-even a": lambda row: row.get("time_break_even_positions_conventional"),
+        "break-even b": lambda row: row.get("time_break_even_positions_condensed"),
+        "paper, s": lambda row: known.get(row["cell"]),
+    }
+    note = (
+        "Break-even: positions from which the offline stage has paid. The paper's seconds are for its own, unstated "
+        "number of positions; those of the other cells are not available to us."
+    )
+    title = "Run times per position, ratios, and what the offline stage costs"
+    return [
+        text,
+        *(seconds_table(found.rows, study.grid.cells, model) for model in MODELS),
+        table(title, columns, found.rows_of("reduced"), note),
+        ratio_table(found.paper_ratios),
+    ]
+
+
+def _peer(study: Study, peer: Row | None) -> list[Block]:
+    heading, settings = Heading("An independent solver"), study.peer
+    assert settings is not None
+    if peer is None:
+        return [heading, "CalculiX is not installed here, so it was not run."]
+    rows = [
+        (f"{phi:.5g}", theirs, ours, None if theirs is None or ours is None else 100.0 * (theirs / ours - 1.0), seconds)
+        for phi, theirs, ours, seconds in zip(
+            peer["phi_rad"], peer["ste_um"], peer["condensed_ste_um"], peer["solve_s"], strict=True
+        )
+    ]
+    columns = ("pinion angle, rad", f"STE, {peer['program']}, um", "STE, condensed, um", "difference, %",
+               f"{peer['program']}, s")  # fmt: skip
+    changes = ", ".join(f"{k} = {v}" for keys in settings.changes.values() for k, v in keys.items())
+    note = f"Both whole gears on the mesh of {settings.cell.label} ({changes}); {peer['unknowns']} unknowns."
+    return [heading, Table(f"{peer['program']} on the same mesh", columns, rows, note)]
+
+
+def _list(values: Sequence[float]) -> str:
+    return ", ".join(f"{value:.4g}" for value in values)

@@ -1,0 +1,153 @@
+"""What the laboratories share: models that are not mixed up, pieces that are kept, times in turn, tables."""
+
+import json
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import pytest
+from numpy.testing import assert_allclose
+
+from pmor.case import changed_case, parse_case
+from pmor.contact.condition import at_torques
+from pmor.contact.solve import solve_position
+from pmor.errors import ConvergenceError
+from pmor.lab.core.models import ModelStore
+from pmor.lab.core.parts import Announcer, Piece, run_pieces
+from pmor.lab.core.table import percent, table, text_lines
+from pmor.lab.core.timing import times_in_turn
+from pmor.lab.core.variants import merged
+from pmor.pair.model import elastic_model, mesh_model
+from tests.small_case import case_text, small_case
+
+SAME_MODEL = 1e-12
+
+
+@pytest.mark.parametrize("first", ["aligned", "tilted"])
+def test_axes_that_may_tilt_and_axes_that_do_not_have_models_of_their_own(first):
+    """Half of the width is meshed for one, all of it for the other, with the same keys in [mesh]."""
+    aligned = small_case()
+    cases = {"aligned": aligned, "tilted": changed_case(aligned, offline={"in_plane_um": [-10.0, 10.0]})}
+    store = ModelStore()
+    for name in sorted(cases, key=lambda name: name != first):
+        model, _ = store.model(cases[name])
+        alone = elastic_model(cases[name], mesh_model(cases[name]))
+        phi = model.mesh.meshed.pair.roll_position_range[0]
+        leads = [
+            solve_position(m.mesh.meshed, phi, at_torques([1e5]), m.elasticity_at).equilibria[0].lead
+            for m in (model, alone)
+        ]
+        assert_allclose(*leads, rtol=SAME_MODEL)
+
+
+def test_cases_that_differ_in_the_contact_alone_share_a_model_but_line_contact_has_its_own():
+    store, case = ModelStore(), parse_case(case_text(), "small", "small case")
+    model, seconds = store.model(case)
+    other, same_seconds = store.model(changed_case(case, penalty_N_mm3=1e5))
+    assert other.pinion is model.pinion
+    assert other.mesh.meshed.scheme.penalty != model.mesh.meshed.scheme.penalty
+    assert same_seconds == seconds
+    assert store.model(changed_case(case, scheme="line"))[0].pinion is not model.pinion
+
+
+def piece(name, run, settings="same"):
+    return Piece(name, {}, settings, run)
+
+
+def test_finished_pieces_are_taken_over_and_a_failed_one_is_done_again(tmp_path):
+    done = []
+
+    def work(name, fail=False):
+        done.append(name)
+        if fail:
+            raise ConvergenceError("made to fail", [])
+        return {"name": name}
+
+    def run(fail):
+        pieces = [piece("a", lambda: work("a")), piece("b", lambda: work("b", fail)), piece("c", lambda: work("c"))]
+        return run_pieces(pieces, tmp_path / "parts")
+
+    results, failures = run(fail=True)
+    assert results == {"a": {"name": "a"}, "c": {"name": "c"}}
+    assert failures == ("b: made to fail",)
+    results, failures = run(fail=False)
+    assert done == ["a", "b", "c", "b"]
+    assert failures == ()
+    assert set(results) == {"a", "b", "c"}
+
+
+def test_a_piece_of_other_settings_a_damaged_one_and_half_a_one_are_done_again(tmp_path):
+    def run(*pieces):
+        return run_pieces(pieces, tmp_path)[0]
+
+    run(*(piece(name, lambda: {"n": 1}) for name in "abc"))
+    (tmp_path / "b.json").write_text("{")
+    found = run(
+        piece("a", lambda: {"n": 2}, "other"), piece("b", lambda: {"n": 2}),
+        Piece("c", {}, "same", lambda: {"n": 2}, is_whole=lambda result: False),
+    )  # fmt: skip
+    assert [found[name]["n"] for name in "abc"] == [2, 2, 2]
+    assert json.loads((tmp_path / "a.json").read_text())["result"] == {"n": 2}
+
+
+def test_what_stops_one_piece_stops_the_rest_and_keeps_what_is_finished(tmp_path):
+    started = []
+
+    def stop():
+        raise KeyboardInterrupt
+
+    pieces = [piece("a", dict), piece("b", stop), piece("c", dict)]
+    with pytest.raises(KeyboardInterrupt):
+        run_pieces(pieces, tmp_path, started=lambda p: started.append(p.name))
+    assert started == ["a", "b"]
+    started.clear()
+    pieces[1] = piece("b", dict)
+    with ThreadPoolExecutor(max_workers=2) as pool:
+        run_pieces(pieces, tmp_path, pool, started=lambda p: started.append(p.name))
+    assert sorted(started) == ["b", "c"]
+
+
+def test_a_key_is_of_what_a_case_says_and_not_of_how_it_is_written():
+    case = parse_case(case_text(), "small", "small case")
+    commented = parse_case("# a comment\n" + case_text(), "small", "small case")
+    plain = Piece("a", {"case": case}, None, dict)
+    assert replace(plain, cases={"case": commented}).key == plain.key
+    harder = {"case": changed_case(case, penalty_N_mm3=1e5)}
+    others = [replace(plain, name="b"), replace(plain, settings=1), replace(plain, cases=harder)]
+    assert plain.key not in [other.key for other in others]
+
+
+def test_announced_pieces_are_counted_with_those_taken_over():
+    said = []
+    pieces = [piece(name, dict) for name in "abc"]
+    announcer = Announcer(len(pieces), said.append)
+    announcer.finished(pieces[0])
+    for later in pieces[1:]:
+        announcer.started(later)
+        announcer.finished(later)
+    assert said[0] == "1 of 3 pieces are finished and taken over"
+    assert [line.partition(" (")[0] for line in said[1:]] == ["[2/3] b", "[3/3] c"]
+
+
+def test_work_is_timed_in_turn_after_a_warm_up_and_what_takes_long_less_often():
+    done, rounds = [], []
+
+    def work(name, seconds):
+        done.append(name)
+        return seconds
+
+    times = times_in_turn(
+        {"slow": lambda: work("slow", 3.0), "fast": lambda: work("fast", 1.0)}, 3, lambda: rounds.append(1), longest=2.0
+    )
+    assert times == {"slow": [3.0], "fast": [1.0, 1.0, 1.0]}
+    assert done == ["slow", "fast"] * 2 + ["fast"] * 2
+    assert len(rounds) == 3
+
+
+def test_the_last_change_of_a_key_counts():
+    assert merged({"a": {"x": 1, "y": 1}}, {"b": {"z": 1}}, {"a": {"x": 2}}) == {"a": {"x": 2, "y": 1}, "b": {"z": 1}}
+
+
+def test_a_table_takes_keys_and_what_is_made_of_a_row():
+    rows = [{"n": 8, "e": 0.5}, {"n": 16, "e": None}]
+    shown = table("", {"n": "n", "twice": lambda row: 2 * row["n"], "e, %": percent("e")}, rows)
+    assert text_lines(shown) == ["n   twice  e, %", "8      16    50", "16     32     –"]
