@@ -37,7 +37,6 @@ def whole(tiny, tmp_path_factory):
     path = tmp_path_factory.mktemp("whole") / "basis.h5"
     done = run_offline(*tiny, path)
     assert (done.solved, done.resumed, done.failed) == (4, 0, ())
-    assert done.seconds > 0.0
     return path
 
 

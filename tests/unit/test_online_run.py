@@ -76,7 +76,7 @@ def test_sweep_covers_the_angles_and_torques_of_the_case(compared):
     assert compared.nominal == 1
 
 
-def test_summary_holds_the_promised_keys(compared):
+def test_summary_holds_the_promised_keys(compared, small_basis_path):
     s, sweep = summary(compared), compared.sweep
     assert set(s) >= SUMMARY_KEYS
     assert (s["case"], s["n_profile"], s["lodm"], s["n_angles"], s["torque_Nm"]) == ("small", 5, 2, 8, 100.0)
@@ -84,8 +84,8 @@ def test_summary_holds_the_promised_keys(compared):
     assert s["ste_peak_to_peak_um"] == peak_to_peak_um(sweep)[1]
     assert s["rom_vs_full_ste_max_rel"] == np.abs(compared.comparison.relative_error).max()
     assert 0.0 < s["rom_vs_full_ste_rms_rel"] <= s["rom_vs_full_ste_max_rel"] < 0.1
-    assert s["basis_mib"] > 0.0
-    assert s["offline_s"] > 0.0
+    assert s["basis_mib"] == small_basis_path.stat().st_size / 2**20
+    assert s["offline_s"] == compared.reduced.basis.training.seconds
     assert s["n_positions_failed"] == 0
     assert s["full_ms_per_position"] == 1e3 * compared.comparison.full.seconds / 4
 

@@ -96,7 +96,6 @@ def test_pair_has_all_free_unknowns_and_the_rotation(pair):
         free += 3 * (len(nodes) - len(np.unique(numbers[:, mesh.bore])))
     assert whole.unknowns == free + 1
     assert whole.stiffness[-1:].nnz == whole.stiffness[:, -1:].nnz == 0
-    assert whole.assembly_seconds > 0.0
 
 
 # --- order of elimination -------------------------------------------------------------------------------------------
@@ -171,7 +170,6 @@ def test_arcs_foretell_the_cost_of_the_whole_pair(name):
     assert estimate.unknowns == whole.unknowns
     assert estimate.sectors == (2, 4, 8)
     for gear in (estimate.pinion, estimate.wheel):
-        assert min(gear.seconds) > 0.0
         first, second = np.diff(gear.entries) / np.diff(gear.sectors)
         assert_allclose(first, second, rtol=0.1)  # linear, but for the separators at the top
     regular = whole.stiffness + sp.coo_array(([1.0], ([whole.unknowns - 1], [whole.unknowns - 1]))).tocsc()
