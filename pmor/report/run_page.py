@@ -48,7 +48,7 @@ def run_pictures(result: OnlineResult, mesh: SectorMesh | None) -> list[Picture]
         Picture(
             "ste.png",
             f"Static transmission error over one pitch: {models}.",
-            ste_figure(sweep, comparison.full if comparison else None),
+            ste_figure(sweep, comparison.full, comparison.reduced) if comparison else ste_figure(sweep),
         ),
         Picture(
             "load_sharing.png", "Share of the pinion torque that each tooth pair carries.", load_sharing_figure(sweep)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,23 +18,37 @@ if TYPE_CHECKING:
 
 SHARE_COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#000000")
 N_MESH_ORDERS = 10
+# Sweeps with more positions than that over a pitch are drawn without dots.
+MOST_DOTS = 48
 
 
-def ste_figure(reduced: SteSweep, full: SteSweep | None = None) -> Figure:
-    """STE over one pitch, a curve per torque; the full model (any angles, some of the torques) as markers."""
+def ste_figure(reduced: SteSweep, full: SteSweep | None = None, reduced_there: SteSweep | None = None) -> Figure:
+    """STE over one pitch, a curve per torque, and full FE as markers.
+
+    Parameters
+    ----------
+    reduced : SteSweep
+    full : SteSweep, optional
+        Full FE at any angles and torques.
+    reduced_there : SteSweep, optional
+        The reduced model at the angles and torques of `full`; the curves go through these positions as well, so that
+        the chords of a coarse sweep do not look like an error.
+    """
+    sweeps = [reduced] if reduced_there is None else [reduced, reduced_there]
     with plot_style():
         figure = new_figure(7.6, 4.4)
         axes = figure.add_subplot()
-        colours = _torque_colours(reduced.torque_Nm, full.torque_Nm if full is not None else ())
-        for torque, ste in zip(reduced.torque_Nm, reduced.ste_um, strict=True):
-            phi, closed = _close_pitch(reduced, ste)
-            axes.plot(np.degrees(phi), closed, color=colours[float(torque)], label=f"{torque:g} N m")
-        if reduced.ste_error_um is not None:
-            _error_band(axes, reduced, colours)
+        colours = _torque_colours(*(sweep.torque_Nm for sweep in sweeps), () if full is None else full.torque_Nm)
+        for torque, colour in colours.items():
+            phi, ste, error = _curve(sweeps, torque)
+            line = "-" if torque in reduced.torque_Nm else ":"  # few positions, which are there to be compared
+            axes.plot(np.degrees(phi), ste, line, color=colour, marker=_position_marker(phi), label=f"{torque:g} N m")
+            # Of a good basis no wider than the line.
+            axes.fill_between(np.degrees(phi), ste - error, ste + error, color=colour, alpha=0.3, lw=0.0)
         if full is not None:
             for torque, ste in zip(full.torque_Nm, full.ste_um, strict=True):
                 colour = colours[float(torque)]
-                axes.plot(np.degrees(full.phi_rad), ste, "o", ms=4, mfc="white", mec=colour, mew=1.1)
+                axes.plot(np.degrees(full.phi_rad), ste, "o", ms=8, mfc="none", mec=colour, mew=1.1)
         axes.set_ylabel("Static transmission error [µm]")
         _angle_axes(axes, reduced)
         _ste_legend(axes, colours, full is not None)
@@ -52,18 +66,19 @@ def load_sharing_figure(sweep: SteSweep) -> Figure:
         panels = np.atleast_1d(figure.subplots(n, 1, sharex=True))
         # A pair that never touches at any torque would only lengthen the legend.
         ever = np.flatnonzero((np.nan_to_num(sweep.pair_share) > 0).any(axis=(0, 1)))
+        phi = np.append(sweep.phi_rad, sweep.phi_rad[0] + sweep.pitch_rad)
         for panel, torque, share in zip(panels, sweep.torque_Nm, sweep.pair_share, strict=True):
             for colour, j in enumerate(ever):
                 panel.plot(
-                    np.degrees(np.append(sweep.phi_rad, sweep.phi_rad[0] + sweep.pitch_rad)),
+                    np.degrees(phi),
                     100.0 * _close_share(sweep, share, int(j)),
+                    marker=_position_marker(phi),
                     color=SHARE_COLOURS[colour % len(SHARE_COLOURS)],
                     label=f"pair {sweep.pair_index[j]:+d}" if sweep.pair_index[j] else "pair 0",
                 )
             panel.set_ylim(-4, 104)
             panel.set_yticks([0, 25, 50, 75, 100])
-            panel.set_ylabel("Share of torque [%]")
-            panel.set_title(f"{torque:g} N m", loc="left")
+            panel.set_ylabel(f"Share of {torque:g} N m [%]")
         _angle_axes(panels[-1], sweep, top=panels[0])
         handles, labels = panels[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside right upper")
@@ -71,27 +86,27 @@ def load_sharing_figure(sweep: SteSweep) -> Figure:
 
 
 def spectrum_figure(sweep: SteSweep, n_orders: int = N_MESH_ORDERS) -> Figure:
-    """Amplitudes of the orders of the mesh frequency, bars per torque on a logarithmic axis."""
+    """Amplitudes of the orders of the mesh frequency that the sweep resolves, bars per torque on a logarithmic axis."""
     with plot_style():
         figure = new_figure(7.6, 4.0)
         axes = figure.add_subplot()
         n = len(sweep.torque_Nm)
-        orders = np.arange(1, n_orders + 1)
+        amplitudes = np.array([mesh_orders(sweep, i, n_orders) for i in range(n)])
+        resolved = np.isfinite(amplitudes).any(axis=0)
+        orders = np.arange(1, n_orders + 1)[resolved]
         width = 0.8 / n
         colours = _torque_colours(sweep.torque_Nm)
-        amplitudes = np.array([mesh_orders(sweep, i, n_orders) for i in range(n)])
         floor, top = _log_limits(amplitudes)
         for i, torque in enumerate(sweep.torque_Nm):
+            shown = np.maximum(amplitudes[i, resolved], floor)  # a torque with gaps stays without bars
             place = orders + (i - 0.5 * (n - 1)) * width
-            shown = np.where(np.isfinite(amplitudes[i]), np.maximum(amplitudes[i], floor), np.nan)
             axes.bar(place, shown - floor, width, bottom=floor, color=colours[float(torque)], label=f"{torque:g} N m")
-        axes.set_yscale("log")
-        axes.set_ylim(floor, top)
+        _log_axis(axes, floor, top)
         axes.set_xticks(orders)
         axes.grid(False, axis="x")
         axes.set_xlabel("Order of the mesh frequency [-]")
         axes.set_ylabel("STE amplitude, zero to peak [µm]")
-        if not np.isfinite(amplitudes).any():
+        if not resolved.any():
             axes.text(0.5, 0.5, "no spectrum: positions are missing", ha="center", transform=axes.transAxes)
         figure.legend(loc="outside right upper", title="Pinion torque")
     return figure
@@ -128,8 +143,7 @@ def error_figure(
             for torque, row in zip(torques, 100.0 * np.abs(np.asarray(estimate, float)), strict=True):
                 axes.plot(np.degrees(phi), np.maximum(row, floor), "s", ms=6, mfc="none", mec=colours[float(torque)])
             axes.plot([], [], "s", ms=6, mfc="none", mec="black", label="estimated online")
-        axes.set_yscale("log")
-        axes.set_ylim(floor, top)
+        _log_axis(axes, floor, top)
         axes.set_xlabel("Pinion roll angle [deg]")
         axes.set_ylabel("|STE reduced / full - 1| [%]")
         figure.legend(loc="outside right upper", title="Pinion torque")
@@ -142,16 +156,36 @@ def _torque_colours(*torques: ArrayLike) -> dict[float, str]:
     return {torque: COLOURS[i % len(COLOURS)] for i, torque in enumerate(distinct)}
 
 
-def _close_pitch(sweep: SteSweep, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Repeat the first position one pitch later: the curve is periodic and should not stop short of the pitch."""
-    phi = np.append(sweep.phi_rad, sweep.phi_rad[0] + sweep.pitch_rad)
-    return phi, np.append(values, values[0])
+def _curve(sweeps: Sequence[SteSweep], torque: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Angles (rad), STE and error bar (um) of all positions at a torque, in order, and on to either side.
+
+    The curve is periodic and should not stop short of the pitch.
+    """
+    found = []
+    for sweep in sweeps:
+        error = np.zeros_like(sweep.ste_um) if sweep.ste_error_um is None else np.abs(sweep.ste_error_um)
+        rows = np.flatnonzero(sweep.torque_Nm == torque)
+        found += [np.stack([sweep.phi_rad, sweep.ste_um[i], error[i]]) for i in rows]
+    start, pitch = sweeps[0].phi_rad[0], sweeps[0].pitch_rad
+    phi, ste, error = np.concatenate(found, axis=1) if found else np.empty((3, 0))
+    phi = start + (phi - start) % pitch
+    order = np.argsort(phi)
+    order = np.concatenate([order[-1:], order, order[:1]])
+    phi = phi[order]
+    phi[:1] -= pitch
+    phi[-1:] += pitch
+    return phi, ste[order], error[order]
+
+
+def _position_marker(phi: FloatArray) -> str:
+    """A coarse sweep shows which positions were solved: between them there are chords."""
+    return "." if len(phi) <= MOST_DOTS else ""
 
 
 def _close_share(sweep: SteSweep, share: FloatArray, j: int) -> FloatArray:
     """Share of pair column j (n_angles + 1,): one pitch on, a pair stands where its successor stood at the start."""
     successor = np.flatnonzero(sweep.pair_index == sweep.pair_index[j] + 1)
-    return np.append(share[:, j], share[0, successor[0]] if successor.size else np.nan)
+    return np.append(share[:, j], share[0, successor[0]] if successor.size else 0.0)
 
 
 def _angle_axes(axes: Axes, sweep: SteSweep, top: Axes | None = None) -> None:
@@ -169,32 +203,29 @@ def _over(divisor: float) -> Callable[[ArrayLike], FloatArray]:
     return lambda x: np.asarray(x, float) / divisor
 
 
-def _error_band(axes: Axes, sweep: SteSweep, colours: dict[float, str]) -> None:
-    """Draw the error bars of a sweep as a band about each curve; of a good basis it is no wider than the line."""
-    assert sweep.ste_error_um is not None
-    for torque, ste, error in zip(sweep.torque_Nm, sweep.ste_um, np.abs(sweep.ste_error_um), strict=True):
-        phi, low = _close_pitch(sweep, ste - error)
-        axes.fill_between(
-            np.degrees(phi), low, _close_pitch(sweep, ste + error)[1], color=colours[float(torque)], alpha=0.3, lw=0.0
-        )
-
-
 def _ste_legend(axes: Axes, colours: dict[float, str], with_full: bool) -> None:
     """Torques by colour, models by line or marker, outside the curves."""
     from matplotlib.lines import Line2D
 
     handles = [Line2D([], [], color=c, label=f"{t:g} N m") for t, c in sorted(colours.items(), reverse=True)]
     if with_full:
-        handles.append(Line2D([], [], color="#555555", label="reduced"))
-        handles.append(Line2D([], [], ls="", marker="o", ms=4, mfc="white", mec="#555555", label="full FE"))
+        handles.append(Line2D([], [], color="#555555", marker=".", label="reduced"))
+        handles.append(Line2D([], [], ls="", marker="o", ms=8, mfc="none", mec="#555555", label="full FE"))
     axes.get_figure().legend(handles=handles, loc="outside right upper", title="Pinion torque")  # type: ignore[union-attr]
 
 
+def _log_axis(axes: Axes, floor: float, top: float) -> None:
+    """Logarithmic, with plain numbers: 0.01, not a power of ten."""
+    axes.set_yscale("log")
+    axes.set_ylim(floor, top)
+    axes.yaxis.set_major_formatter("{x:g}")
+
+
 def _log_limits(values: FloatArray, decades: int = 5) -> tuple[float, float]:
-    """Whole decades around the positive finite values, at most ``decades`` below the largest."""
+    """From the decade below the smallest positive value, at most ``decades``, to a little above the largest."""
     positive = values[np.isfinite(values) & (values > 0)]
     if not positive.size:
         return 1e-3, 1.0
-    top = 10.0 ** np.ceil(np.log10(positive.max() * 1.05))
-    floor = 10.0 ** np.floor(np.log10(positive.min()))
-    return float(min(max(floor, top * 10.0**-decades), top / 10.0)), float(top)
+    top = 1.5 * float(positive.max())
+    floor = max(float(positive.min()), float(positive.max()) * 10.0**-decades)
+    return 10.0 ** float(np.floor(np.log10(0.8 * floor))), top

@@ -2,7 +2,10 @@
 
 import base64
 import re
+from dataclasses import replace
 
+import matplotlib
+import matplotlib.style
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -13,6 +16,7 @@ from pmor.report.style import png_base64, save_png
 from pmor.report.sweep_figures import error_figure, load_sharing_figure, spectrum_figure, ste_figure
 from pmor.results.sweep import SteSweep
 
+ROUND_OFF = 1e-12
 UNIT = re.compile(r"\[[^\]]+\]")
 PITCH = 2 * np.pi / 21
 
@@ -104,11 +108,25 @@ def test_ste_figure_gives_both_models_one_colour_per_torque():
     assert len({line.get_color() for line in lines[:3]}) == 3
 
 
-def test_ste_curve_closes_over_the_pitch():
+def test_ste_curve_covers_the_pitch_and_is_periodic():
     sweep = make_sweep((100.0,))
     x, y = ste_figure(sweep).axes[0].get_lines()[0].get_data()
-    assert_allclose(x[-1] - x[0], 360 / 21)
-    assert y[-1] == y[0]
+    assert_allclose(np.interp([0.0, 360 / 21], x, y), sweep.ste_um[0, 0], rtol=ROUND_OFF)
+    assert (np.diff(x) > 0.0).all()
+
+
+def test_ste_curve_goes_through_the_positions_that_are_compared():
+    """Chords of a coarse sweep must not look like an error of the reduced model."""
+    fine = make_sweep((30.0, 100.0), 48)
+    odd = replace(
+        fine, phi_rad=fine.phi_rad[1::6], ste_um=fine.ste_um[:, 1::6], pair_share=fine.pair_share[:, 1::6],
+        newton_steps=fine.newton_steps[:, 1::6], converged=fine.converged[:, 1::6],
+    )  # fmt: skip
+    figure = ste_figure(make_sweep((100.0,), 6), odd, odd)
+    curves = figure.axes[0].get_lines()[:2]
+    assert [curve.get_linestyle() for curve in curves] == [":", "-"], "30 N m is only compared"
+    for curve, ste in zip(curves, odd.ste_um, strict=True):
+        assert_allclose(np.interp(np.degrees(odd.phi_rad), *curve.get_data()), ste, rtol=ROUND_OFF)
 
 
 def test_second_axis_shows_the_fraction_of_the_pitch():
@@ -146,6 +164,10 @@ def test_spectrum_has_ten_orders_per_torque_on_a_logarithmic_axis():
     assert axes.get_yscale() == "log"
     assert [len(bars) for bars in axes.containers] == [10, 10, 10]
     assert_allclose(axes.get_xticks(), np.arange(1, 11))
+
+
+def test_spectrum_shows_no_order_that_the_sweep_cannot_resolve():
+    assert_allclose(spectrum_figure(make_sweep(n=12)).axes[0].get_xticks(), np.arange(1, 6))
 
 
 def test_spectrum_of_an_incomplete_curve_says_so():
@@ -197,11 +219,20 @@ def test_contact_pattern_of_one_strip_over_the_width():
 
 
 def test_style_does_not_leak():
-    import matplotlib
-
     before = dict(matplotlib.rcParams)
     ste_figure(make_sweep())
     assert dict(matplotlib.rcParams) == before
+
+
+def test_pictures_look_the_same_whatever_the_users_settings():
+    def picture():
+        return png_base64(ste_figure(make_sweep(), make_sweep((100.0,), 7)))
+
+    expected = picture()
+    with matplotlib.rc_context():
+        matplotlib.style.use("dark_background")
+        matplotlib.rcParams.update({"text.usetex": True, "font.size": 30, "savefig.dpi": 20, "savefig.bbox": "tight"})
+        assert picture() == expected
 
 
 def test_png_file(tmp_path):
