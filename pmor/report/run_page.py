@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from pmor_online.contact_pattern import ContactPattern, contact_patterns
 from pmor_online.run import OnlineResult
 
 from pmor.case import Case, describe
 from pmor.gear.classical.formulas import classical_results
 from pmor.mesh.sector import SectorMesh
 from pmor.pair.conditions import nominal_condition
-from pmor.report.contact_pattern import contact_patterns
 from pmor.report.mesh_figure import mesh_figure
 from pmor.report.page import Block, Heading, Picture, Warning, write_page
 from pmor.report.pattern_figure import contact_pattern_figure
@@ -195,7 +195,7 @@ def _classical_arguments(case: Case) -> dict[str, Any]:
     }
 
 
-def _patterns(result: OnlineResult) -> list[tuple[str, np.ndarray, np.ndarray, np.ndarray]]:
+def _patterns(result: OnlineResult) -> list[ContactPattern]:
     """Contact patterns in the middle of the double and of the single contact."""
     sweep, condition = result.sweep, nominal_condition(result.reduced.basis.case)
     single = single_pair_zone(sweep, result.nominal)

@@ -9,6 +9,7 @@ import matplotlib.style
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from pmor_online.contact_pattern import ContactPattern
 
 from pmor.report.mesh_figure import LOADED_FLANK_COLOUR, mesh_figure
 from pmor.report.pattern_figure import contact_pattern_figure
@@ -67,23 +68,21 @@ def sector():
     return nodes, quads, nodes[i[2:, 0]]
 
 
-def pattern():
-    roll, width = np.linspace(10, 30, 12), np.linspace(0, 20, 5)
-    pressure = np.zeros((12, 5))
-    pressure[4:6] = 400.0
-    return roll, width, pressure
+def pattern(pressure=400.0):
+    cells = np.zeros((12, 5))
+    cells[4:6] = pressure
+    return ContactPattern(0, 40.0, 0.5, np.radians(np.linspace(10, 30, 13)), np.linspace(-10, 10, 6), cells)
 
 
 def all_figures():
     sweep = make_sweep()
-    roll, width, pressure = pattern()
     return {
         "ste": ste_figure(sweep, make_sweep((100.0,), 7)),
         "load sharing": load_sharing_figure(sweep),
         "spectrum": spectrum_figure(sweep),
         "error": error_figure(sweep.phi_rad, sweep.torque_Nm, 1e-3 * sweep.ste_um),
         "mesh": mesh_figure(*sector()),
-        "contact pattern": contact_pattern_figure([("pair 0", roll, width, pressure)] * 2),
+        "contact pattern": contact_pattern_figure([pattern()] * 2),
     }
 
 
@@ -199,23 +198,22 @@ def test_mesh_figure_highlights_the_loaded_flank_and_zooms_on_it():
 
 
 def test_contact_pattern_uses_one_scale_and_states_the_peaks():
-    roll, width, pressure = pattern()
-    figure = contact_pattern_figure([("a", roll, width, pressure), ("b", roll, width, 0 * pressure)])
+    figure = contact_pattern_figure([pattern(), pattern(0.0)])
     draw(figure)
     first, second, _ = figure.axes
-    assert first.get_title() == "a\npeak 400 MPa"
-    assert second.get_title() == "b\nno contact"
+    assert first.get_title() == "Pinion flank, 50 % of torque\npeak 400 MPa"
+    assert second.get_title() == "Pinion flank, 50 % of torque\nno contact"
     assert first.collections[0].get_clim() == second.collections[0].get_clim() == (0.0, 400.0)
+
+
+def test_contact_pattern_is_as_wide_as_the_face():
+    axes = contact_pattern_figure([pattern()]).axes[0]
+    assert_allclose(axes.get_xlim(), [-10.0, 10.0])
 
 
 def test_contact_pattern_of_nothing_is_refused():
     with pytest.raises(ValueError, match="no tooth pair"):
         contact_pattern_figure([])
-
-
-def test_contact_pattern_of_one_strip_over_the_width():
-    roll, _, pressure = pattern()
-    draw(contact_pattern_figure([("a", roll, np.array([10.0]), pressure[:, :1])]))
 
 
 def test_style_does_not_leak():

@@ -1,0 +1,174 @@
+"""Contact pressure on unrolled flanks at one position, in cells that carry the load to the last newton."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmor.arrays import BoolArray, FloatArray
+from pmor.contact.condition import Condition
+from pmor.contact.flank import MeshedPair
+from pmor.contact.line_contact import line_contact
+from pmor.contact.position import Position
+from pmor.contact.search import Contact
+from pmor.contact.solve import solve_position
+from pmor_online.model import ReducedPair
+
+# Cells over the profile in which the pressure of exact flanks is given, and how far they reach beyond the contact.
+PROFILE_CELLS, REACH = 60, 1.3
+
+
+@dataclass(frozen=True)
+class ContactPattern:
+    """Pressure of one tooth pair on the flank of the gear whose points carry it, in n x m cells.
+
+    Parameters
+    ----------
+    gear : int
+        0 pinion, 1 wheel.
+    base_radius : float
+        Of that gear, mm.
+    share : float
+        Of the torque, 0 to 1.
+    roll_angle : ndarray, shape (n + 1,)
+        Edges of the cells along the profile, rising from root to tip, rad.
+    width : ndarray, shape (m + 1,)
+        Edges of the cells over the face width, from face to face, mm.
+    pressure : ndarray, shape (n, m)
+        Mean over each cell, MPa.
+    """
+
+    gear: int
+    base_radius: float
+    share: float
+    roll_angle: FloatArray
+    width: FloatArray
+    pressure: FloatArray
+
+    @property
+    def force(self) -> FloatArray:
+        """Normal force that each cell carries, shape (n, m), N."""
+        return self.pressure * _areas(self.base_radius, self.roll_angle, self.width)
+
+
+def contact_patterns(reduced: ReducedPair, phi: float, condition: Condition) -> tuple[ContactPattern, ...]:
+    """Return the pressure of each loaded tooth pair.
+
+    Parameters
+    ----------
+    reduced : ReducedPair
+    phi : float
+        Pinion angle, rad.
+    condition : Condition
+
+    Returns
+    -------
+    tuple of ContactPattern
+        Empty when the position does not converge.
+    """
+    meshed = reduced.meshed
+    solved = solve_position(meshed, phi, [condition], reduced.elasticity_at)
+    equilibrium, position = solved.equilibria[0], solved.position
+    if equilibrium is None:
+        return ()
+    torques = equilibrium.pair_torque(len(position.pair_index))
+    shares = torques / torques.sum()
+    return tuple(_pattern(meshed, position, equilibrium.contact, int(p), shares[p]) for p in np.flatnonzero(shares))
+
+
+def section_roll_angle(meshed: MeshedPair, position: Position, contact: Contact, gear: int) -> FloatArray:
+    """Return the roll angles of the points of sections on a gear, shape (n,), rad.
+
+    The weights of their nodes reproduce the arc length, and with it the square of the roll angle.
+    """
+    flank = (meshed.pinion, meshed.wheel)[gear]
+    squares = np.empty(len(contact.gap))
+    for n in range(len(squares)):
+        own = slice(0, 4) if contact.slave[n] == gear else slice(4, 8)
+        weights = contact.weight[n, own]
+        row = position.first_row[contact.pair[n], gear] + contact.place[n, 0 if own.start == 0 else 2] + np.arange(4)
+        direction = weights.sum(axis=0)
+        squares[n] = weights @ direction @ flank.roll_angle[np.minimum(row, flank.element_rows)] ** 2
+    return np.sqrt(squares)
+
+
+def _pattern(meshed: MeshedPair, position: Position, contact: Contact, p: int, share: float) -> ContactPattern:
+    of_pair = contact.pair == p
+    gear = int(2 * np.count_nonzero(contact.slave[of_pair]) > np.count_nonzero(of_pair))
+    mine = of_pair & (contact.slave == gear)
+    cells = {"nodal": _nodal_forces, "strip": _strip_forces, "line": _line_forces}[meshed.scheme.kind]
+    roll, z, force = cells(meshed, position, contact, gear, mine)
+    # Where points of both gears carry load (two-pass), each side has a part of it.
+    force *= contact.force[of_pair].sum() / contact.force[mine].sum()
+    radius = (meshed.pair.pinion, meshed.pair.wheel)[gear].base_radius
+    width = _edges(z)
+    if meshed.mirrored:  # the forces are those of both halves
+        pressure = 0.5 * force / _areas(radius, roll, width)
+        width, pressure = np.append(width[:-1], -width[-2::-1]), np.append(pressure, pressure[:, -2::-1], axis=1)
+    else:
+        pressure = force / _areas(radius, roll, width)
+    return ContactPattern(gear, radius, share, roll, width, pressure)
+
+
+def _nodal_forces(
+    meshed: MeshedPair, position: Position, contact: Contact, gear: int, mine: BoolArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Edges over the profile, points over the width, and the force in each cell, about each refined point."""
+    flank, scheme, p = (meshed.pinion, meshed.wheel)[gear], meshed.scheme, contact.pair[mine][0]
+    roll, z = _points(flank.roll_angle, scheme.lodm_profile), _points(flank.nodes[0, :, 2], scheme.lodm_width)
+    first = position.first_row[p, gear] * scheme.lodm_profile
+    rows = position.windows[p, gear, 3] * scheme.lodm_profile + 1
+    force = np.zeros((rows, len(z)))
+    np.add.at(force, (contact.place[mine, 0], contact.place[mine, 1]), contact.force[mine])
+    return np.sqrt(_edges(roll**2)[first : first + rows + 1]), z, force
+
+
+def _line_forces(
+    meshed: MeshedPair, position: Position, contact: Contact, gear: int, mine: BoolArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """As `_nodal_forces`, of Hertz's semi-ellipses."""
+    found, z = line_contact(meshed, position, contact), meshed.pinion.nodes[0, :, 2]
+    radius = (meshed.pair.pinion, meshed.pair.wheel)[gear].base_radius
+    arc = 0.5 * radius * section_roll_angle(meshed, position, contact, gear)[mine] ** 2
+    half_width = found.half_width[mine]
+    reach = REACH * half_width.max()
+    edges = np.linspace(arc.min() - reach, arc.max() + reach, PROFILE_CELLS + 1)
+    x = np.clip((edges[:, None] - arc) / half_width, -1.0, 1.0)
+    below = (x * np.sqrt(1.0 - x**2) + np.arcsin(x)) / np.pi  # part of the load below an edge, less one half
+    force = np.zeros((PROFILE_CELLS, len(z)))
+    force[:, found.column[mine]] = contact.force[mine] * np.diff(below, axis=0)
+    return np.sqrt(2.0 * edges / radius), z, force
+
+
+def _strip_forces(
+    meshed: MeshedPair, position: Position, contact: Contact, gear: int, mine: BoolArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """As `_nodal_forces`, each Gauss point's force spread evenly about it, halfway to its neighbours."""
+    z, radius = meshed.pinion.nodes[0, :, 2], (meshed.pair.pinion, meshed.pair.wheel)[gear].base_radius
+    arc = 0.5 * radius * section_roll_angle(meshed, position, contact, gear)[mine] ** 2
+    column, load = contact.place[mine, 1], contact.force[mine]
+    middle, reach = 0.5 * (arc.max() + arc.min()), 0.5 * REACH * (arc.max() - arc.min())
+    edges = np.linspace(middle - reach, middle + reach, PROFILE_CELLS + 1)
+    force = np.zeros((PROFILE_CELLS, len(z)))
+    for k in np.unique(column):
+        order = np.flatnonzero(column == k)[np.argsort(arc[column == k])]
+        inner = 0.5 * (arc[order][1:] + arc[order][:-1])
+        ends = np.concatenate([arc[order][:1], inner, arc[order][-1:]])
+        force[:, k] = np.diff(np.interp(edges, ends, np.append(0.0, np.cumsum(load[order]))))
+    return np.sqrt(2.0 * edges / radius), z, force
+
+
+def _areas(base_radius: float, roll_angle: FloatArray, width: FloatArray) -> FloatArray:
+    """Areas of cells (n, m) between edges, mm^2; the arc length of an involute is r_b u^2 / 2."""
+    return 0.5 * base_radius * np.outer(np.diff(roll_angle**2), np.diff(width))
+
+
+def _points(nodes: FloatArray, subdivisions: int) -> FloatArray:
+    """Positions of the refined points between nodes."""
+    return np.interp(np.arange((len(nodes) - 1) * subdivisions + 1) / subdivisions, np.arange(len(nodes)), nodes)
+
+
+def _edges(points: FloatArray) -> FloatArray:
+    """Edges (n + 1,) of cells about points (n,): halfway between neighbours, and the outer points themselves."""
+    return np.concatenate([points[:1], 0.5 * (points[1:] + points[:-1]), points[-1:]])
