@@ -97,8 +97,10 @@ class PairCase:
     ----------
     module_mm : float
         Normal module in mm.
-    pressure_angle_deg, helix_angle_deg : float
-        Normal pressure angle and helix angle at the reference cylinder, in degrees.
+    pressure_angle_deg : float
+        Normal pressure angle at the reference cylinder, in degrees.
+    helix_angle_deg : float
+        Helix angle at the reference cylinder, in degrees.
     face_width_mm : float
         Face width in mm, common to both gears.
     centre_distance_mm : float or None
@@ -266,8 +268,10 @@ class MisalignmentCase:
 
     Parameters
     ----------
-    in_plane_um, out_of_plane_um : float
-        Deviation from parallel in the plane of the axes and across it, over the face width, in um.
+    in_plane_um : float
+        Deviation from parallel in the plane of the axes, over the face width, in um.
+    out_of_plane_um : float
+        Deviation from parallel across the plane of the axes, over the face width, in um.
     centre_distance_um : float
         Increase of the centre distance at mid width in um.
     """
@@ -330,7 +334,13 @@ class OutputCase:
 
 @dataclass(frozen=True, kw_only=True)
 class LoadCase:
-    """The nominal load (section `[load]`): `torque_Nm`, the torque on the pinion in N m."""
+    """The nominal load (section `[load]`).
+
+    Parameters
+    ----------
+    torque_Nm : float
+        Torque on the pinion in N m.
+    """
 
     torque_Nm: Torque
 
@@ -382,6 +392,6 @@ class Case:
         pair, mesh = self.pair, self.mesh
         return (
             f"<Case {self.name!r}: {pair.pinion.teeth}/{pair.wheel.teeth} teeth, module {pair.module_mm:g} mm,"
-            f" face width {pair.face_width_mm:g} mm, {self.torque_Nm:g} N m, {self.contact.scheme}, {mesh.profile_elements} x"
-            f" {mesh.width_elements} elements>"
+            f" face width {pair.face_width_mm:g} mm, {self.torque_Nm:g} N m, {self.contact.scheme},"
+            f" {mesh.profile_elements} x {mesh.width_elements} elements>"
         )

@@ -141,12 +141,13 @@ def _increasing_numbers(value: object, allowed: Range) -> tuple[float, ...]:
 
 def _check_range(value: int | float, allowed: Range) -> None:
     if isinstance(value, float) and not math.isfinite(value):
-        raise Refused(f"must be a finite number: write one that is {_range_text(allowed)}")
+        raise Refused(f"must be a finite number: write one that is {range_text(allowed)}")
     if not allowed.contains(value):
-        raise Refused(f"must be {_range_text(allowed)}: {_remedy(value, allowed)}")
+        raise Refused(f"must be {range_text(allowed)}: {_remedy(value, allowed)}")
 
 
-def _range_text(allowed: Range) -> str:
+def range_text(allowed: Range) -> str:
+    """Return the range in words, with its unit: `above 0 and below 1`."""
     if not (allowed.low_excluded or allowed.high_excluded):
         text = f"between {allowed.low:g} and {allowed.high:g}"
     else:
