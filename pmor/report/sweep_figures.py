@@ -128,20 +128,19 @@ def error_figure(
     """
     phi, torques = np.asarray(phi_rad, float), np.atleast_1d(np.asarray(torque_Nm, float))
     percent = 100.0 * np.abs(np.atleast_2d(np.asarray(relative_error, float)))
+    estimated = np.full_like(percent, np.nan) if estimate is None else 100.0 * np.abs(np.asarray(estimate, float))
     with plot_style():
         figure = new_figure(7.6, 3.8)
         axes = figure.add_subplot()
+        floor, top = _log_limits(percent, estimated, decades=6)
         colours = _torque_colours(torques)
-        floor, top = _log_limits(percent, decades=6)
-        for torque, row in zip(torques, percent, strict=True):
+        for torque, row, bars in zip(torques.tolist(), percent, estimated, strict=True):
+            colour = colours[torque]
             # An error of exactly zero (an identity basis) sits on the floor instead of vanishing from the picture.
             shown = np.maximum(row, floor)
-            axes.plot(
-                np.degrees(phi), shown, "o-", ms=3.5, lw=0.9, color=colours[float(torque)], label=f"{torque:g} N m"
-            )
+            axes.plot(np.degrees(phi), shown, "o-", ms=3.5, lw=0.9, color=colour, label=f"{torque:g} N m")
+            axes.plot(np.degrees(phi), np.maximum(bars, floor), "s", ms=6, mfc="none", mec=colour)
         if estimate is not None:
-            for torque, row in zip(torques, 100.0 * np.abs(np.asarray(estimate, float)), strict=True):
-                axes.plot(np.degrees(phi), np.maximum(row, floor), "s", ms=6, mfc="none", mec=colours[float(torque)])
             axes.plot([], [], "s", ms=6, mfc="none", mec="black", label="estimated online")
         _log_axis(axes, floor, top)
         axes.set_xlabel("Pinion roll angle [deg]")
@@ -209,23 +208,27 @@ def _ste_legend(axes: Axes, colours: dict[float, str], with_full: bool) -> None:
 
     handles = [Line2D([], [], color=c, label=f"{t:g} N m") for t, c in sorted(colours.items(), reverse=True)]
     if with_full:
-        handles.append(Line2D([], [], color="#555555", marker=".", label="reduced"))
+        handles.append(Line2D([], [], color="#555555", label="reduced"))
         handles.append(Line2D([], [], ls="", marker="o", ms=8, mfc="none", mec="#555555", label="full FE"))
     axes.get_figure().legend(handles=handles, loc="outside right upper", title="Pinion torque")  # type: ignore[union-attr]
 
 
 def _log_axis(axes: Axes, floor: float, top: float) -> None:
-    """Logarithmic, with plain numbers: 0.01, not a power of ten."""
+    """Logarithmic, with plain numbers: 0.01, not a power of ten; with 2 and 5 between where decades are few."""
+    from matplotlib.ticker import LogLocator, NullFormatter
+
     axes.set_yscale("log")
     axes.set_ylim(floor, top)
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if top < 100.0 * floor else (1.0,)))
     axes.yaxis.set_major_formatter("{x:g}")
+    axes.yaxis.set_minor_formatter(NullFormatter())
 
 
-def _log_limits(values: FloatArray, decades: int = 5) -> tuple[float, float]:
-    """From the decade below the smallest positive value, at most ``decades``, to a little above the largest."""
-    positive = values[np.isfinite(values) & (values > 0)]
+def _log_limits(*values: FloatArray, decades: int = 5) -> tuple[float, float]:
+    """From a little below the smallest positive value, at most ``decades``, to a little above the largest."""
+    found = np.concatenate([array.ravel() for array in values])
+    positive = found[np.isfinite(found) & (found > 0)]
     if not positive.size:
         return 1e-3, 1.0
     top = 1.5 * float(positive.max())
-    floor = max(float(positive.min()), float(positive.max()) * 10.0**-decades)
-    return 10.0 ** float(np.floor(np.log10(0.8 * floor))), top
+    return max(0.6 * float(positive.min()), top * 10.0**-decades), top
