@@ -7,18 +7,27 @@ import numpy as np
 import pytest
 
 from pmor.case import basis_key, parse_case
-from pmor.contact.condition import Axes, Condition
 from pmor.errors import FileFormatError, OutputError, PmorError
 from pmor.reduction.basis import Basis, Training
 from pmor.reduction.contact_shapes import ContactShapes
 from pmor.reduction.error_estimate import FlankCompliance
 from pmor.reduction.flank_lines import FlankLineShapes, GearLines
-from pmor.reduction.snapshots import Snapshots
 from pmor.storage.basis_file import read_basis, write_basis
 from pmor.storage.describe import file_text
 from pmor.storage.hdf5 import Field, Schema, attribute, create, write
-from pmor.storage.snapshot_file import read_snapshots, write_snapshots
 from tests.small_case import case_text
+from tests.stored_files import (
+    flip_a_byte,
+    is_a_folder,
+    is_empty,
+    is_half,
+    is_missing,
+    is_text,
+    is_truncated,
+    lacks,
+    set_attribute,
+    some_conditions,
+)
 
 POSITIONS, TORQUES, UNKNOWNS = 7, 2, 6
 DATASETS = {"flank_lines": 19, "static_modes": 19, "positions": 15, "pod": 15}
@@ -60,10 +69,6 @@ def position_shapes(rng, geodesic):
     )
 
 
-def some_conditions(rng, count):
-    return tuple(Condition(torque=rng.random(), axes=Axes(*rng.normal(size=3))) for _ in range(count))
-
-
 @pytest.fixture
 def basis(case, rng):
     family = case.reduction.shapes
@@ -95,25 +100,9 @@ def path(tmp_path, basis, force):
     return target
 
 
-@pytest.fixture
-def snapshots(rng):
-    ste_um = np.array([2.5, np.nan])
-    force = rng.normal(size=(2, 2, 2, UNKNOWNS))
-    return Snapshots(0.25, some_conditions(rng, 2), np.array([-1, 0]), force, ste_um, np.isfinite(ste_um), 0.5)
-
-
 def assert_same(found, expected):
     assert found.dtype == expected.dtype
     np.testing.assert_array_equal(found, expected)
-
-
-def flip_a_byte(path, dataset):
-    """Change one bit of a dataset's stored numbers, as a failing disk would."""
-    with h5py.File(path) as file:
-        offset = file[dataset].id.get_offset()
-    content = bytearray(path.read_bytes())
-    content[offset] ^= 1
-    path.write_bytes(content)
 
 
 # --- round trips -----------------------------------------------------------------------------------------------------
@@ -220,64 +209,7 @@ def test_a_case_file_with_long_comments_fits(tmp_path, basis, force, family):
     assert read_basis(tmp_path / "long.h5").case.text == text
 
 
-def test_snapshots_come_back_bit_for_bit(tmp_path, snapshots):
-    path = tmp_path / "angle.h5"
-    write_snapshots(path, snapshots, "key")
-    found = read_snapshots(path, "key")
-    assert found.phi == snapshots.phi
-    for name in ("pair_index", "force", "ste_um", "converged"):
-        assert_same(getattr(found, name), getattr(snapshots, name))
-
-
-def test_snapshots_are_replaced(tmp_path, snapshots):
-    path = tmp_path / "angle.h5"
-    write_snapshots(path, snapshots, "key")
-    write_snapshots(path, replace(snapshots, phi=0.5), "key")
-    assert read_snapshots(path, "key").phi == 0.5
-
-
 # --- what is refused -------------------------------------------------------------------------------------------------
-
-
-def is_missing(path):
-    path.unlink()
-
-
-def is_truncated(path):
-    path.write_bytes(path.read_bytes()[:-200])
-
-
-def is_half(path):
-    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
-
-
-def is_empty(path):
-    path.write_bytes(b"")
-
-
-def is_text(path):
-    path.write_text("phi_rad, ste_um\n")
-
-
-def is_a_folder(path):
-    path.unlink()
-    path.mkdir()
-
-
-def set_attribute(name, value):
-    def damage(path):
-        with h5py.File(path, "r+") as file:
-            file.attrs[name] = value
-
-    return damage
-
-
-def lacks(name):
-    def damage(path):
-        with h5py.File(path, "r+") as file:
-            del (file.attrs if name in file.attrs else file)[name]
-
-    return damage
 
 
 def gram_of(path):
@@ -347,13 +279,6 @@ def test_another_version_is_named(version, word, path):
         read_basis(path)
 
 
-def test_a_file_that_is_not_ours_is_named(tmp_path, snapshots):
-    path = tmp_path / "angle.h5"
-    write_snapshots(path, snapshots, "key")
-    with pytest.raises(FileFormatError, match="not a pmor-basis file .*pmor-snapshots"):
-        read_basis(path)
-
-
 def test_a_case_text_that_this_version_refuses_names_the_basis_file(path):
     set_attribute("case_text", case_text(load={"torque_Nm": -1.0}))(path)
     with pytest.raises(PmorError) as caught:
@@ -411,38 +336,6 @@ def test_missing_folder_and_full_disk_are_output_errors(tmp_path, basis, force, 
     assert list(tmp_path.iterdir()) == []
 
 
-# --- snapshots that do not count -------------------------------------------------------------------------------------
-
-
-def test_no_snapshots_yet(tmp_path):
-    assert read_snapshots(tmp_path / "angle.h5", "key") is None
-
-
-def test_snapshots_of_another_case_do_not_count(tmp_path, snapshots):
-    path = tmp_path / "angle.h5"
-    write_snapshots(path, snapshots, "key of another case")
-    assert read_snapshots(path, "key") is None
-
-
-@pytest.mark.parametrize(
-    "damage",
-    [is_truncated, is_empty, is_text, set_attribute("schema_version", np.int64(99)), lacks("phi"), lacks("force")],
-    ids=["truncated", "empty", "text", "newer", "no angle", "no dataset"],
-)
-def test_damaged_snapshots_count_as_absent(damage, tmp_path, snapshots):
-    path = tmp_path / "angle.h5"
-    write_snapshots(path, snapshots, "key")
-    damage(path)
-    assert read_snapshots(path, "key") is None
-
-
-def test_snapshots_with_a_flipped_bit_count_as_absent(tmp_path, snapshots):
-    path = tmp_path / "angle.h5"
-    write_snapshots(path, snapshots, "key")
-    flip_a_byte(path, "force")
-    assert read_snapshots(path, "key") is None
-
-
 # --- what is in a file -----------------------------------------------------------------------------------------------
 
 
@@ -464,24 +357,8 @@ def test_file_text_lists_attributes_and_datasets(path, case, family):
     assert not any("[load]" in line for line in lines), "the case text would swamp the rest"
 
 
-def test_file_text_knows_snapshots(tmp_path, snapshots):
-    path = tmp_path / "angle.h5"
-    write_snapshots(path, snapshots, "key")
-    text = file_text(path)
-    assert text.startswith(f"{path}: pmor-snapshots")
-    assert "2 x 2 x 2 x 6" in text
-
-
 @pytest.mark.parametrize("damage", [is_missing, is_truncated, is_text, lacks("schema"), is_flipped])
 def test_file_text_refuses_what_cannot_be_trusted(damage, path):
     damage(path)
     with pytest.raises(FileFormatError, match=r"basis\.h5"):
-        file_text(path)
-
-
-def test_file_text_says_that_snapshots_are_damaged(tmp_path, snapshots):
-    path = tmp_path / "angle.h5"
-    write_snapshots(path, snapshots, "key")
-    flip_a_byte(path, "force")
-    with pytest.raises(FileFormatError, match="damaged"):
         file_text(path)
