@@ -79,11 +79,11 @@ def _ladder(study: Study, found: StudyTable) -> list[Block]:
     columns: Columns = {
         "scheme": lambda r: r[0]["variant"],
         "elements": lambda r: r[0]["n_profile"],
-        "mean, um": lambda r: r[0]["ste_mean_um"],
-        "mean error, um": lambda r: r[0]["mean_error_um"],
-        "shape error, um": lambda r: r[0]["shape_error_um"],
+        "mean, µm": lambda r: r[0]["ste_mean_um"],
+        "mean error, µm": lambda r: r[0]["mean_error_um"],
+        "shape error, µm": lambda r: r[0]["shape_error_um"],
         "of (c)": lambda r: r[1]["shape_error_um"],
-        "ripple, um": lambda r: r[0]["ripple_um"],
+        "ripple, µm": lambda r: r[0]["ripple_um"],
         "ripple of (c)": lambda r: r[1]["ripple_um"],
         "(c) vs (b), max %": lambda r: percent("rom_vs_full_ste_max_rel")(r[1]),
         "(b) ms": lambda r: r[0]["ms_per_position"],
@@ -97,12 +97,12 @@ def _mesh_errors(found: StudyTable) -> Table:
     columns: Columns = {
         "cell": "cell",
         "E": "detail",
-        "STE mean, um": "ste_mean_um",
-        "mean error, um": "mean_error_um",
-        "peak-to-peak, um": "ste_peak_to_peak_um",
-        "peak-to-peak error, um": "peak_to_peak_error_um",
-        "shape error, um": "shape_error_um",
-        "ripple, um": "ripple_um",
+        "STE mean, µm": "ste_mean_um",
+        "mean error, µm": "mean_error_um",
+        "peak-to-peak, µm": "ste_peak_to_peak_um",
+        "peak-to-peak error, µm": "peak_to_peak_error_um",
+        "shape error, µm": "shape_error_um",
+        "ripple, µm": "ripple_um",
         "load-share error": "load_share_error",
         "torque ratio error": "torque_ratio_error",
     }
@@ -114,17 +114,17 @@ def _reference(reference: Row) -> list[Block]:
     members: Columns = {
         "elements, profile x width": lambda m: f"{m['n_profile']} x {m['n_width']}",
         "LoDM": "lodm",
-        "STE mean, um": "ste_mean_um",
-        "peak-to-peak, um": "ste_peak_to_peak_um",
-        "ripple, um": "ripple_um",
+        "STE mean, µm": "ste_mean_um",
+        "peak-to-peak, µm": "ste_peak_to_peak_um",
+        "ripple, µm": "ripple_um",
         "FE unknowns": "fe_unknowns",
         "s": lambda m: m["elastic_s"] + m["solve_s"],
     }
     estimates: Columns = {
         "quantity": lambda name: name.replace("_", "-"),
-        "error, um": lambda name: reference[f"{name}_error_um"],
+        "error, µm": lambda name: reference[f"{name}_error_um"],
         "observed order": lambda name: reference.get(f"{name}_order"),
-        "differences to the finest, um": lambda name: _list(reference[f"{name}_differences_um"]),
+        "differences to the finest, µm": lambda name: _list(reference[f"{name}_differences_um"]),
     }
     known = [name for name in ("mean", "peak_to_peak", "shape") if reference[f"{name}_error_um"] is not None]
     note = (
@@ -221,7 +221,7 @@ def _peer(study: Study, peer: Row | None) -> list[Block]:
             peer["phi_rad"], peer["ste_um"], peer["condensed_ste_um"], peer["solve_s"], strict=True
         )
     ]
-    columns = ("pinion angle, rad", f"STE, {peer['program']}, um", "STE, condensed, um", "difference, %",
+    columns = ("pinion angle, rad", f"STE, {peer['program']}, µm", "STE, condensed, um", "difference, %",
                f"{peer['program']}, s")  # fmt: skip
     changes = ", ".join(f"{k} = {v}" for keys in settings.changes.values() for k, v in keys.items())
     note = f"Both whole gears on the mesh of {settings.cell.label} ({changes}); {peer['unknowns']} unknowns."

@@ -153,7 +153,7 @@ def _measured(claim: Row) -> str:
     """Each number as the reader says it, `shape_error_um` as shape error (um), beside that of the yardstick."""
     texts = []
     for key, value in claim["measured"].items():
-        name, unit = (key[:-3], " (um)") if key.endswith("_um") else (key.removeprefix("time_ratio_"), "")
+        name, unit = (key[:-3], " (µm)") if key.endswith("_um") else (key.removeprefix("time_ratio_"), "")
         held = claim.get("yardstick", {}).get(key)
         against = "" if held is None else f" against {held:.3g}"
         texts.append(f"{name.replace('_', ' ')}{unit} {value:.3g}{against}")
