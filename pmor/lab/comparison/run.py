@@ -112,8 +112,8 @@ def compare_reductions(
 def _truth(case: Case, model: ElasticModel, jobs: int, count: int) -> Truth:
     meshed = model.mesh.meshed
     states = unseen_states(case.offline, meshed.pair, count)
-    with Progress(count, "full FE, unseen states") as progress:
-        full = solve_states(meshed, model.elasticity_at, states, jobs, progress.advance)
+    with ThreadPoolExecutor(max_workers=jobs) as pool, Progress(count, "full FE, unseen states") as progress:
+        full = solve_states(meshed, model.elasticity_at, states, pool, progress.advance)
     return Truth(model, states, full)
 
 

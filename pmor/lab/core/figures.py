@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+# Of the axes' height.
+NAME_HEIGHT = 0.04
+
 
 @contextmanager
 def panels(
@@ -63,10 +66,29 @@ def log_log(axes: Axes, ticks: Sequence[int] = ()) -> None:
         axes.xaxis.set_minor_locator(NullLocator())
 
 
-def name_points(axes: Axes, points: Sequence[tuple[float, float, str]]) -> None:
-    """Name points (x, y, name) in a column right of the axes, in the order of y, with a line to each."""
+def name_points(axes: Axes, points: Sequence[tuple[float, float, str]], left: bool = False) -> None:
+    """Name points (x, y, name) on logarithmic axes in a column beside them, a line to each, no name on another.
+
+    Parameters
+    ----------
+    axes : Axes
+    points : sequence of (float, float, str)
+    left : bool
+        Left of all that is drawn, for which the axes are widened; otherwise right of the axes.
+    """
     ordered = sorted(points, key=lambda point: (point[1], -point[0]))
-    line = {"arrowstyle": "-", "lw": 0.5, "color": "#999999", "shrinkA": 1, "shrinkB": 4, "relpos": (0.0, 0.5)}
-    for height, (x, y, name) in zip(np.linspace(0.01, 0.99, len(ordered)), ordered, strict=True):
-        axes.annotate(name, (x, y), (1.02, height), textcoords="axes fraction", fontsize=8, ha="left", va="center",
+    low, high = np.log10(axes.get_ylim())
+    heights = (np.log10([y for _, y, _ in ordered]) - low) / (high - low)
+    for _ in range(200):  # neighbours that are too close push each other apart
+        overlap = np.maximum(NAME_HEIGHT - np.diff(heights), 0.0)
+        heights[:-1] -= 0.5 * overlap
+        heights[1:] += 0.5 * overlap
+    if left:
+        first, last = np.log10(axes.get_xlim())
+        axes.set_xlim(left=10.0 ** (first - 0.2 * (last - first)))
+    line = {"arrowstyle": "-", "lw": 0.5, "color": "#999999", "shrinkA": 1, "shrinkB": 4,
+            "relpos": (1.0 if left else 0.0, 0.5)}  # fmt: skip
+    column, side = (0.12, "right") if left else (1.02, "left")
+    for height, (x, y, name) in zip(heights, ordered, strict=True):
+        axes.annotate(name, (x, y), (column, height), textcoords="axes fraction", fontsize=8, ha=side, va="center",
                       arrowprops=line)  # fmt: skip

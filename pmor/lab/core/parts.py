@@ -6,7 +6,7 @@ import hashlib
 import json
 import time
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Executor, as_completed
+from concurrent.futures import Executor
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ from typing import Any
 import pmor
 from pmor.case import Case
 from pmor.errors import ConvergenceError
+from pmor.parallel import in_order
 from pmor.progress import format_time
 from pmor.report.data_files import write_summary_json
 from pmor.storage.atomic import ensure_folder
@@ -135,17 +136,8 @@ def run_pieces(
         finished(piece)
 
     missing = [piece for piece in pieces if piece.name not in results]
-    if executor is None:
-        for piece in missing:
-            work(piece)
-    else:
-        futures = [executor.submit(work, piece) for piece in missing]
-        try:
-            for future in as_completed(futures):
-                future.result()
-        finally:
-            for future in futures:
-                future.cancel()
+    for _ in in_order(work, missing, executor):
+        pass
     return results, tuple(failures[piece.name] for piece in pieces if piece.name in failures)
 
 

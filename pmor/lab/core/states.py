@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -17,6 +17,7 @@ from pmor.contact.flank import MeshedPair
 from pmor.contact.line_contact import line_contact
 from pmor.contact.solve import ElasticityAt, solve_position
 from pmor.gear.pair import GearPair
+from pmor.parallel import in_order
 
 # The training draws from SEED, the greedy candidates from the one after it.
 UNSEEN_SEED = SEED + 2
@@ -69,7 +70,7 @@ def unseen_states(offline: OfflineCase, pair: GearPair, count: int) -> States:
 
 
 def solve_states(
-    meshed: MeshedPair, elasticity_at: ElasticityAt, states: States, jobs: int = 1,
+    meshed: MeshedPair, elasticity_at: ElasticityAt, states: States, executor: Executor | None = None,
     advance: Callable[[], None] = lambda: None,
 ) -> Solved:  # fmt: skip
     """Solve all states with any elastic model, full or reduced.
@@ -79,20 +80,16 @@ def solve_states(
     meshed : MeshedPair
     elasticity_at : callable
     states : States
-    jobs : int
-        States solved at a time.
+    executor : Executor, optional
+        Solves several states at a time.
     advance : callable
         Called after each state, for progress.
     """
 
-    def solve(phi: float, condition: Condition) -> tuple[float, dict[int, FloatArray]]:
-        return _solve(meshed, elasticity_at, phi, condition)
+    def solve(state: tuple[float, Condition]) -> tuple[float, dict[int, FloatArray]]:
+        return _solve(meshed, elasticity_at, *state)
 
-    found = []
-    with ThreadPoolExecutor(max_workers=jobs) as pool:
-        for result in pool.map(solve, states.phi.tolist(), states.conditions):
-            found.append(result)
-            advance()
+    found = list(in_order(solve, zip(states.phi.tolist(), states.conditions, strict=True), executor, advance))
     loads = tuple(load for _, load in found) if meshed.scheme.kind == "line" else None
     return Solved(np.array([ste for ste, _ in found]), loads)
 

@@ -12,11 +12,10 @@ import numpy as np
 from pmor.arrays import FloatArray
 from pmor.case import Case, changed_text, load_case, parse_case
 from pmor.contact.condition import Condition
-from pmor.contact.solve import solve_position
 from pmor.lab.core.variants import Sections, merged
 from pmor.lab.study.settings import Cell, Member, Study, TrainingSettings
 from pmor.pair.model import ElasticModel
-from pmor.pair.sweep import collect_sweep
+from pmor.pair.sweep import collect_sweep, solve_positions
 from pmor.results.sweep import SteSweep
 
 # A loaded pair counts as inside the path of contact at this fraction of a pitch from where it enters or leaves mesh.
@@ -113,9 +112,7 @@ def solve_full(model: ElasticModel, phi: FloatArray, conditions: Sequence[Condit
     meshed, pair = model.mesh.meshed, model.mesh.meshed.pair
     started = time.perf_counter()
     with ThreadPoolExecutor(max_workers=jobs) as pool:
-        solved = list(
-            pool.map(lambda angle: solve_position(meshed, float(angle), conditions, model.elasticity_at), phi)
-        )
+        solved = solve_positions(meshed, model.elasticity_at, phi, conditions, executor=pool)
     sweep = collect_sweep(meshed, solved, phi, conditions, time.perf_counter() - started)
     first, last = pair.roll_position_range
     margin = ENTRY_EXIT_MARGIN * pair.pitch

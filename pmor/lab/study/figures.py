@@ -120,7 +120,7 @@ def _error_over_time(table: StudyTable) -> Figure:
         "shape_error_um": "Shape error of the STE [µm]",
         "mean_error_um": "Error of the mean STE, magnitude [µm]",
     }
-    with panels(2, 11.0, 4.9, legend=3) as (figure, shown):
+    with panels(2, 9.6, 4.9, legend=3) as (figure, shown):
         for axes, (key, label) in zip(shown, labels.items(), strict=True):
             points = [
                 (row["ms_per_position"], abs(row[key]), row)
@@ -140,7 +140,7 @@ def _error_over_time(table: StudyTable) -> Figure:
                 axes.axhline(floor, color="black", lw=0.9, ls="--", label="estimated error of the reference")
             axes.margins(x=0.08, y=0.08)
             log_log(axes)
-            name_points(axes, [(x, y, row["cell"]) for x, y, row in points if row["model"] == "reduced"])
+            name_points(axes, [(x, y, row["cell"]) for x, y, row in points if row["model"] == "reduced"], left=True)
             axes.set(xlabel="Run time per position [ms]", ylabel=label)
     return figure
 
