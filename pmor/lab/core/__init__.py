@@ -1,1 +1,1 @@
-"""What all laboratories share: changed cases, models, pieces of work, timing, tables, pages."""
+"""What all laboratories share: models, states, pieces of work that are kept, timing, tables, parts of pictures, results."""

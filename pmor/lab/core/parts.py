@@ -133,11 +133,10 @@ def run_pieces(
             results[piece.name] = write_part(_file(folder, piece), piece.key, piece.run())
         except ConvergenceError as error:
             failures[piece.name] = f"{piece.name}: {error}"
-        finished(piece)
 
     missing = [piece for piece in pieces if piece.name not in results]
-    for _ in in_order(work, missing, executor):
-        pass
+    for piece, _ in zip(missing, in_order(work, missing, executor), strict=True):
+        finished(piece)
     return results, tuple(failures[piece.name] for piece in pieces if piece.name in failures)
 
 
