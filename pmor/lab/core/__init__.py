@@ -1,1 +1,1 @@
-"""What all laboratories share: models, states, pieces of work that are kept, timing, tables, parts of pictures, results."""
+"""What all laboratories share: models, states, pieces of work that are kept, timing, tables, pictures, results."""
