@@ -1,9 +1,9 @@
-"""Grids of nodes with the surface that the kernel lays over them."""
+"""Grids of nodes with the surface that the kernels lay over them."""
 
 import numpy as np
 
-from pmor.contact import kernel
 from pmor.contact.flank import FOOT_STEP
+from pmor.contact.kernels import projection, surface, types
 
 ROUND_OFF = 1e-13  # mm or 1, for surfaces of size 1
 # The projection stops when a step is below FOOT_STEP of an element; the foot is that far off, the gap by its square.
@@ -12,21 +12,13 @@ GAP = 1e-11
 
 
 class Surface:
-    """A grid of nodes with everything that the kernel prepares for it."""
+    """A grid of nodes with everything that the kernels prepare for it."""
 
     def __init__(self, nodes, smooth=True, parabolic=True, edges=(True, True), mirrored=False):
         self.nodes, self.smooth = np.ascontiguousarray(nodes, dtype=float), smooth
-        shape = (*self.nodes.shape[:2], 2, 3)
-        self.along_rows, self.along_columns = np.zeros(shape), np.zeros(shape)
         self.normals = np.empty_like(self.nodes)
-        kernel.node_normals(self.nodes, *edges, parabolic, mirrored, self.normals)
-        kernel.prepare_surface(
-            self.nodes, *edges, smooth, parabolic, mirrored, self.along_rows, self.along_columns
-        )
-
-    @property
-    def parts(self):
-        return self.nodes, self.along_rows, self.along_columns, self.smooth
+        surface.node_normals(self.nodes, *edges, parabolic, mirrored, self.normals)
+        self.prepared = surface.prepare_surface(self.nodes, *edges, smooth, parabolic, mirrored)
 
     @property
     def elements(self):
@@ -34,7 +26,7 @@ class Surface:
 
     def at(self, i, k, s, t):
         point, tangent_s, tangent_t = np.empty(3), np.empty(3), np.empty(3)
-        kernel.surface_point(*self.parts, i, k, s, t, point, tangent_s, tangent_t)
+        surface.surface_point(self.prepared, i, k, s, t, point, tangent_s, tangent_t)
         return point, tangent_s, tangent_t
 
     def normal(self, i, k, s, t):
@@ -44,14 +36,13 @@ class Surface:
 
     def project(self, x, start=(0, 0), guess=(0.5, 0.5), foot_step=FOOT_STEP):
         """Element, parameters, foot and signed gap."""
-        element, guess = np.array(start, dtype=np.int64), np.array(guess, dtype=float)
-        tangent_s, tangent_t, foot = np.empty(3), np.empty(3), np.empty(3)
-        kernel.project(
-            *self.parts, 0, self.nodes.shape[0] - 1, np.asarray(x, float), element, guess, tangent_s, tangent_t, foot,
-            foot_step,
-        )  # fmt: skip
-        normal = np.cross(tangent_t, tangent_s)
-        return element, guess, foot, float((x - foot) @ normal / np.linalg.norm(normal)), (tangent_s, tangent_t)
+        foot = types.Foot(
+            np.array(start, dtype=np.int64), np.array(guess, dtype=float), np.empty(3), np.empty(3), np.empty(3)
+        )
+        projection.project(self.prepared, 0, self.nodes.shape[0] - 1, np.asarray(x, float), foot, foot_step)
+        normal = np.cross(foot.tangent_t, foot.tangent_s)
+        gap = float((x - foot.point) @ normal / np.linalg.norm(normal))
+        return foot.element, foot.guess, foot.point, gap, (foot.tangent_s, foot.tangent_t)
 
 
 def cylinder(profile, x, columns=4, width=1.0):

@@ -9,6 +9,7 @@ import numpy as np
 from pmor.arrays import BoolArray, FloatArray
 from pmor.contact.condition import Condition
 from pmor.contact.flank import MeshedPair
+from pmor.contact.kernels.types import ELEMENT_ROWS, FIRST_ROW
 from pmor.contact.line_contact import line_contact
 from pmor.contact.position import Position
 from pmor.contact.search import Contact
@@ -87,7 +88,8 @@ def section_roll_angle(meshed: MeshedPair, position: Position, contact: Contact,
     for n in range(len(squares)):
         own = slice(0, 4) if contact.slave[n] == gear else slice(4, 8)
         weights = contact.weight[n, own]
-        row = position.first_row[contact.pair[n], gear] + contact.place[n, 0 if own.start == 0 else 2] + np.arange(4)
+        first = position.windows[contact.pair[n], gear, FIRST_ROW]
+        row = first + contact.place[n, 0 if own.start == 0 else 2] + np.arange(4)
         direction = weights.sum(axis=0)
         squares[n] = weights @ direction @ flank.roll_angle[np.minimum(row, flank.element_rows)] ** 2
     return np.sqrt(squares)
@@ -117,8 +119,9 @@ def _nodal_forces(
     """Edges over the profile, points over the width, and the force in each cell, about each refined point."""
     flank, scheme, p = (meshed.pinion, meshed.wheel)[gear], meshed.scheme, contact.pair[mine][0]
     roll, z = _points(flank.roll_angle, scheme.lodm_profile), _points(flank.nodes[0, :, 2], scheme.lodm_width)
-    first = position.first_row[p, gear] * scheme.lodm_profile
-    rows = position.windows[p, gear, 3] * scheme.lodm_profile + 1
+    window = position.windows[p, gear]
+    first = window[FIRST_ROW] * scheme.lodm_profile
+    rows = window[ELEMENT_ROWS] * scheme.lodm_profile + 1
     force = np.zeros((rows, len(z)))
     np.add.at(force, (contact.place[mine, 0], contact.place[mine, 1]), contact.force[mine])
     return np.sqrt(_edges(roll**2)[first : first + rows + 1]), z, force

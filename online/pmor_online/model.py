@@ -8,21 +8,19 @@ from functools import cached_property
 
 import numpy as np
 
-from pmor.arrays import FloatArray, IntArray
+from pmor.arrays import FloatArray
 from pmor.case.width import mirrors_at_mid_width
 from pmor.contact.elasticity import ReducedElasticity
 from pmor.contact.flank import MeshedPair
-from pmor.contact.position import Position, active_patches
+from pmor.contact.kernels.sweep import place_position
+from pmor.contact.kernels.types import Family, GearLines, PositionShapes
+from pmor.contact.position import Position, pairs_in_reach
 from pmor.contact.solve import window_depth
 from pmor.pair.conditions import nominal_condition
 from pmor.pair.model import assemble_pair, gear_pair
 from pmor.reduction.basis import Basis
 from pmor.reduction.contact_shapes import ContactShapes, reduced_elasticity
 from pmor.reduction.flank_lines import line_elasticity
-
-LineArrays = tuple[IntArray, FloatArray, FloatArray]
-PositionArrays = tuple[float, float, np.ndarray, FloatArray, FloatArray, FloatArray, FloatArray]
-KernelFamily = tuple[bool, tuple[LineArrays, LineArrays], PositionArrays, int]
 
 
 @dataclass(frozen=True)
@@ -47,23 +45,23 @@ class ReducedPair:
         return lambda position: line_elasticity(shapes, position)
 
     @cached_property
-    def family(self) -> KernelFamily:
-        """Shapes for the kernel (`pmor.contact.kernel`, the reduced pair)."""
+    def family(self) -> Family:
+        """Shapes for the kernels."""
         shapes = self.basis.shapes
         if isinstance(shapes, ContactShapes):
             step = shapes.roll_position[1] - shapes.roll_position[0]
             path = shapes.geodesics
-            positions = (
-                shapes.roll_position[0], step, shapes.loaded, shapes.displacement, shapes.gram, path.turn, path.angle,
-            )  # fmt: skip
-            none = (np.zeros(1, dtype=np.int64), np.empty((1, 0, 0)), np.empty((1, 0, 0)))
-            return False, (none, none), positions, 0
-        lines = tuple((gear.start, gear.displacement, gear.gram) for gear in shapes.gears)
-        nowhere = (
+            positions = PositionShapes(
+                shapes.roll_position[0], step, shapes.loaded, shapes.displacement, shapes.gram, path.turn, path.angle
+            )
+            none = GearLines(np.zeros(1, dtype=np.int64), np.empty((1, 0, 0)), np.empty((1, 0, 0)))
+            return Family(False, (none, none), positions, 0)
+        pinion, wheel = (GearLines(gear.start, gear.displacement, gear.gram) for gear in shapes.gears)
+        nowhere = PositionShapes(
             0.0, 1.0, np.zeros((0, 0), dtype=bool), np.empty((0, 0, 2, 1, 0)), np.empty((0, 0, 2, 2, 0, 0)),
             np.empty((0, 0, 0)), np.empty((0, 0)),
         )  # fmt: skip
-        return True, (lines[0], lines[1]), nowhere, int(shapes.beside)
+        return Family(True, (pinion, wheel), nowhere, int(shapes.beside))
 
     @property
     def kernel_compliance(self) -> tuple[FloatArray, FloatArray]:
@@ -74,14 +72,13 @@ class ReducedPair:
     @cached_property
     def size(self) -> int:
         """Largest number of unknowns over a pitch under the nominal torque: amplitudes of shapes, and the rotation."""
-        meshed, elasticity_at = self.meshed, self.elasticity_at
-        condition = nominal_condition(self.basis.case)
-        depth = window_depth(meshed, condition)
-        sizes = (
-            len(elasticity_at(active_patches(meshed, float(phi), depth, condition.axes)).zero())
-            for phi in online_angles(meshed.pair.pitch, 50)
+        meshed, condition = self.meshed, nominal_condition(self.basis.case)
+        depth, pair = window_depth(meshed, condition), meshed.for_kernels(condition.axes)
+        positions = (
+            place_position(phi, depth, pair, self.family, pairs_in_reach(meshed), meshed.scheme.clearance)
+            for phi in online_angles(meshed.pair.pitch, 50).tolist()
         )
-        return max(sizes) + 1
+        return max(position.members.size for position in positions) + 1
 
 
 def reduced_pair(basis: Basis) -> ReducedPair:

@@ -13,12 +13,12 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from pmor.arrays import FloatArray
-from pmor.contact.condition import Condition, common_axes
+from pmor.contact.condition import Axes, Condition, common_axes
 from pmor.contact.equilibrium import round_off_residual
-from pmor.contact.flank import KernelScheme, MeshedPair
-from pmor.contact.kernel import sweep_reduced
+from pmor.contact.flank import MeshedPair
+from pmor.contact.kernels.sweep import Results, Settings, sweep_reduced
+from pmor.contact.kernels.types import Pair
 from pmor.contact.position import pairs_in_reach
-from pmor.contact.search import clearance
 from pmor.contact.solve import WINDOW_MARGIN, solve_position, standing_depth
 from pmor.reduction.error_estimate import discarded_energy_slope
 from pmor.results.sweep import SteSweep
@@ -68,97 +68,92 @@ def sweep_reduced_pair(
     """
     start = time.perf_counter()
     angles, loads = np.ascontiguousarray(phi, dtype=float), np.array([c.given_torque for c in conditions])
-    kinematics = reduced.meshed.kinematics(common_axes(conditions))
-    reach = pairs_in_reach(reduced.meshed)
-    grid = len(loads), len(angles)
-    lead, steps, converged = np.zeros(grid), np.zeros(grid, dtype=np.int64), np.zeros(grid, dtype=bool)
-    pairs, pair_torque = np.zeros((len(angles), reach), dtype=np.int64), np.zeros((*grid, reach))
-    slope = np.full(grid, np.nan)
+    whole = _no_results(len(loads), len(angles), pairs_in_reach(reduced.meshed))
 
     def solve(block: slice) -> int:
-        whole = lead, steps, converged, slope
-        outputs = tuple(np.ascontiguousarray(a[:, block]) for a in whole)
-        block_pairs, block_torque = pairs[block], np.ascontiguousarray(pair_torque[:, block])
-        _solve_block(reduced, kinematics, angles[block], conditions, tolerance, outputs, block_pairs, block_torque)
-        for array, part in zip(whole, outputs, strict=True):
-            array[:, block] = part
-        pair_torque[:, block] = block_torque
-        return len(block_pairs)
+        part = _no_results(len(loads), len(angles[block]), whole.pair.shape[1])
+        _solve_block(reduced, angles[block], conditions, tolerance, part)
+        for name, values in part._asdict().items():
+            where = (block,) if name == "pair" else (slice(None), block)
+            getattr(whole, name)[where] = values
+        return len(part.pair)
 
     blocks = [slice(i, i + ANGLES_PER_BLOCK) for i in range(0, len(angles), ANGLES_PER_BLOCK)]
     with ThreadPoolExecutor(max_workers=jobs) as pool:
         for done in pool.map(solve, blocks):
             advance(done)
-    for i in np.flatnonzero(~converged.all(axis=0)):
-        outputs = lead[:, i], steps[:, i], converged[:, i], slope[:, i]
-        _solve_again(reduced, float(angles[i]), conditions, outputs, pairs[i], pair_torque[:, i])
+    for i in np.flatnonzero(~whole.converged.all(axis=0)):
+        _solve_again(reduced, float(angles[i]), conditions, whole, int(i))
     base_radius = reduced.meshed.pair.pinion.base_radius
-    ste = np.where(converged, lead, np.nan) * base_radius * 1e3
-    share, pair_index = _shares(pairs, pair_torque)
+    share, pair_index = _shares(whole.pair, whole.pair_torque)
     return SteSweep(
         phi_rad=angles,
         torque_Nm=loads * 1e-3,
-        ste_um=ste,
+        ste_um=np.where(whole.converged, whole.lead, np.nan) * base_radius * 1e3,
         pair_share=share,
         pair_index=pair_index,
-        newton_steps=steps,
-        converged=converged,
+        newton_steps=whole.steps,
+        converged=whole.converged,
         seconds=time.perf_counter() - start,
         pitch_rad=reduced.meshed.pair.pitch,
-        ste_error_um=1e3 * base_radius * slope if reduced.basis.compliance else None,
+        ste_error_um=1e3 * base_radius * whole.slope if reduced.basis.compliance else None,
     )
 
 
-def sweep_scheme(meshed: MeshedPair) -> KernelScheme:
-    """Return the contact scheme for the kernel with the sweep's own way to the feet of the contact points."""
-    scheme = meshed.kernel_scheme
-    return (*scheme[:7], FOOT_STEP, *scheme[8:])
+def sweep_pair(meshed: MeshedPair, axes: Axes) -> Pair:
+    """Return the pair for the kernels with the sweep's own way to the feet of the contact points."""
+    pair = meshed.for_kernels(axes)
+    return pair._replace(scheme=pair.scheme._replace(foot_step=FOOT_STEP))
+
+
+def _no_results(torques: int, angles: int, reach: int) -> Results:
+    grid = torques, angles
+    return Results(
+        lead=np.zeros(grid),
+        steps=np.zeros(grid, dtype=np.int64),
+        converged=np.zeros(grid, dtype=bool),
+        pair=np.zeros((angles, reach), dtype=np.int64),
+        pair_torque=np.zeros((*grid, reach)),
+        slope=np.full(grid, np.nan),
+    )
 
 
 def _solve_block(
-    reduced: ReducedPair,
-    kinematics: FloatArray,
-    phi: FloatArray,
-    conditions: Sequence[Condition],
-    tolerance: float,
-    outputs: tuple[np.ndarray, ...],
-    pairs: np.ndarray,
-    pair_torque: np.ndarray,
+    reduced: ReducedPair, phi: FloatArray, conditions: Sequence[Condition], tolerance: float, results: Results
 ) -> None:
-    meshed = reduced.meshed
-    lead, steps, converged, slope = outputs
-    torques = np.array([condition.given_torque for condition in conditions])
-    tolerance = max(tolerance, round_off_residual(meshed, float(torques.min())))
-    depth = standing_depth(meshed, max(conditions, key=lambda condition: condition.given_torque))
-    sweep_reduced(
-        phi, torques, meshed.expected_approach(1.0), kinematics, meshed.gears, sweep_scheme(meshed),
-        reduced.family, reduced.kernel_compliance, WINDOW_MARGIN, depth, clearance(meshed.scheme), MAX_STEPS, tolerance,
-        lead, steps, converged, pairs, pair_torque, slope,
-    )  # fmt: skip
+    meshed, torques = reduced.meshed, np.array([condition.given_torque for condition in conditions])
+    settings = Settings(
+        reachable=results.pair.shape[1],
+        approach_rate=meshed.expected_approach(1.0),
+        margin=WINDOW_MARGIN,
+        standing_depth=standing_depth(meshed, max(conditions, key=lambda condition: condition.given_torque)),
+        clearance=meshed.scheme.clearance,
+        max_steps=MAX_STEPS,
+        tolerance=max(tolerance, round_off_residual(meshed, float(torques.min()))),
+    )
+    pair = sweep_pair(meshed, common_axes(conditions))
+    sweep_reduced(phi, torques, pair, reduced.family, reduced.kernel_compliance, settings, results)
 
 
 def _solve_again(
-    reduced: ReducedPair,
-    phi: float,
-    conditions: Sequence[Condition],
-    outputs: tuple[np.ndarray, ...],
-    pairs: np.ndarray,
-    pair_torque: np.ndarray,
+    reduced: ReducedPair, phi: float, conditions: Sequence[Condition], results: Results, i: int
 ) -> None:
-    """Solve an angle by the slow twin, which takes any penalty; fill the torques that the compiled sweep left open."""
-    lead, steps, converged, slope = outputs
+    """Solve angle number i, under all conditions, by the slow twin, which takes any penalty."""
     compliance = reduced.basis.compliance
     solved = solve_position(reduced.meshed, phi, conditions, reduced.elasticity_at)
     index = solved.position.pair_index
-    pairs[: len(index)], pairs[len(index) :] = index, index.min() - 1
+    elasticity = reduced.elasticity_at(solved.position) if compliance is not None else None
+    results.pair[i, : len(index)], results.pair[i, len(index) :] = index, index.min() - 1
     for t, equilibrium in enumerate(solved.equilibria):
         if equilibrium is None:
             continue
-        lead[t], steps[t], converged[t] = equilibrium.lead, equilibrium.steps, True
-        pair_torque[t], pair_torque[t, : len(index)] = 0.0, equilibrium.pair_torque(len(index))
-        if compliance is not None:
-            elasticity = reduced.elasticity_at(solved.position)
-            slope[t] = discarded_energy_slope(compliance, solved.position, elasticity, equilibrium.contact)
+        results.lead[t, i], results.steps[t, i] = equilibrium.lead, equilibrium.steps
+        results.converged[t, i] = True
+        results.pair_torque[t, i] = 0.0
+        results.pair_torque[t, i, : len(index)] = equilibrium.pair_torque(len(index))
+        if compliance is not None and elasticity is not None:
+            found = discarded_energy_slope(compliance, solved.position, elasticity, equilibrium.contact)
+            results.slope[t, i] = found
 
 
 def _shares(pairs: np.ndarray, pair_torque: np.ndarray) -> tuple[FloatArray, np.ndarray]:

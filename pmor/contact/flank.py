@@ -10,21 +10,30 @@ import numpy as np
 
 from pmor.arrays import FloatArray
 from pmor.contact.condition import Axes
-from pmor.contact.kernel import prepare_surface, refine, section_offset
+from pmor.contact.kernels.motion import section_offset
+from pmor.contact.kernels.surface import prepare_surface, refine
+from pmor.contact.kernels.types import LINE, NODAL, STRIP, Gear, Kinematics, Pair, Scheme
 from pmor.gear.pair import GearPair
+from pmor.gear.tooth import Tooth
 
 # Share of the approach by which flanks interpenetrate where they meet, and which windows must hold: the rest is
 # deflection of the teeth as a whole. Facets also stand off the involute between their edges. Too small costs a
 # repetition with a larger window, never accuracy.
 LOCAL_SHARE = 1.0 / 16.0
+# The search goes outwards from the kinematic contact and ends at the first row of points that is clear of the mate by
+# this share of the depth for which the windows were cut: flanks separate quadratically, so all rows behind are clear.
+SMOOTH_CLEARANCE = 0.04
+# Facets stand off the involute between their edges, by at most the surface error that the depth contains.
+FACET_CLEARANCE = 1.0
 # Last step to a foot, in elements: changes the gap by its square times the element's sagitta, which is nothing.
 FOOT_STEP = 1e-6
 
 # Gauss points in each piece of a strip: exact for the pressure of a gap that is a cubic over the arc length.
 STRIP_POINTS = 3
 
-KIND = {"nodal": 0, "strip": 1, "line": 2}
-KernelScheme = tuple[int, int, bool, bool, bool, bool, float, float, float, int, FloatArray]
+KIND = {"nodal": NODAL, "strip": STRIP, "line": LINE}
+# Negative: the gear whose tip is nearer is the slave.
+PINION_SHARE = {"pinion": 1.0, "wheel": 0.0, "both": 0.5, "tip": -1.0}
 
 
 @dataclass(frozen=True)
@@ -81,6 +90,11 @@ class ContactScheme:
     def parabolic(self) -> bool:
         """Whether edge normals come from one-sided parabolas."""
         return self.edge_normals == "parabolic"
+
+    @property
+    def clearance(self) -> float:
+        """Share of the windows' depth at which a row of points counts as clear of the mate."""
+        return SMOOTH_CLEARANCE if self.smooth or self.exact else FACET_CLEARANCE
 
 
 @dataclass(frozen=True)
@@ -166,40 +180,55 @@ class MeshedPair:
         half = 0.5 * np.diff(self.pinion.nodes[0, :, 2])
         return np.asarray(np.append(half, 0.0) + np.insert(half, 0, 0.0))
 
-    def kinematics(self, axes: Axes) -> FloatArray:
-        """Kinematics with the wheel's axis in a place, for the kernel (`pmor.contact.kernel`, windows)."""
+    def kinematics(self, axes: Axes) -> Kinematics:
+        """Kinematics for the kernels, with the wheel's axis in a place."""
         pair, width = self.pair, self.pair.face_width
-        smallest_radius = 0.1 * pair.pinion.module
         spacing = 2.0 * max(float(flank.extents[:, :, :2].max()) for flank in (self.pinion, self.wheel))
-        local = LOCAL_SHARE if self.scheme.smooth or self.scheme.exact else 1.0
         if self.scheme.kind == "line":
             spacing = 0.0  # contact is where the line of action is, not in rows of points around it
-        axis = 1e-3 * np.array([0.0, axes.centre_distance_um, axes.out_of_plane_um / width, axes.in_plane_um / width])
-        geometry = np.array([pair.action_length, pair.working_pressure_angle, pair.centre_distance, pair.pitch,
-                             *pair.roll_position_range, smallest_radius, local, spacing, *axis, 0.0])  # fmt: skip
-        first = min(section_offset(geometry, self.gears, side * 0.5 * width)[3] for side in (-1.0, 1.0))
-        geometry[-1] = first / pair.pinion.base_radius
-        return geometry
+        start, end = pair.roll_position_range
+        kinematics = Kinematics(
+            action_length=pair.action_length,
+            pressure_angle=pair.working_pressure_angle,
+            centre_distance=pair.centre_distance,
+            pitch=pair.pitch,
+            path_start=start,
+            path_end=end,
+            least_radius=0.1 * pair.pinion.module,
+            local_share=LOCAL_SHARE if self.scheme.smooth or self.scheme.exact else 1.0,
+            row_spacing=spacing,
+            offset_y=1e-3 * axes.centre_distance_um,
+            slope_x=1e-3 * (axes.out_of_plane_um / width),
+            slope_y=1e-3 * (axes.in_plane_um / width),
+        )
+        first = min(section_offset(kinematics, self.gears, side * 0.5 * width)[3] for side in (-1.0, 1.0))
+        return kinematics._replace(first_touch=first / pair.pinion.base_radius)
 
     @cached_property
-    def gears(self) -> tuple[tuple[FloatArray, ...], ...]:
-        """Flanks for the kernel: nodes, roll angles, extents, circles, layer and widths of sections of both gears."""
-        flanks, teeth = (self.pinion, self.wheel), (self.pair.pinion, self.pair.wheel)
+    def gears(self) -> tuple[Gear, Gear]:
+        """Flanks of pinion and wheel for the kernels."""
         none = SurfaceLayer(np.empty(0), 0.0, np.empty(0), 0)
-        return tuple(
-            (flank.nodes, flank.roll_angle, flank.extents,
-             np.array([tooth.base_radius, tooth.form_roll_angle, tooth.tip_roll_angle, tooth.base_half_angle,
-                       layer.compliance]), layer.constant, self.section_widths)
-            for flank, tooth, layer in zip(flanks, teeth, self.layers or (none, none), strict=True)
+        layers = self.layers or (none, none)
+        return self._gear(self.pinion, self.pair.pinion, layers[0]), self._gear(self.wheel, self.pair.wheel, layers[1])
+
+    def _gear(self, flank: Flank, tooth: Tooth, layer: SurfaceLayer) -> Gear:
+        return Gear(
+            flank.nodes, flank.roll_angle, flank.extents, tooth.base_radius, tooth.form_roll_angle,
+            tooth.tip_roll_angle, tooth.base_half_angle, layer.compliance, layer.constant, self.section_widths,
         )  # fmt: skip
 
     @cached_property
-    def kernel_scheme(self) -> KernelScheme:
-        """Contact scheme for the kernel; a negative slave mode lets the gear whose tip is nearer be the slave."""
+    def _kernel_scheme(self) -> Scheme:
         s = self.scheme
-        mode = {"pinion": 1.0, "wheel": 0.0, "both": 0.5, "tip": -1.0}[s.slave]
-        return (s.lodm_profile, s.lodm_width, s.smooth, s.direct, s.parabolic, self.mirrored, s.penalty, FOOT_STEP,
-                mode, KIND[s.kind], np.stack(np.polynomial.legendre.leggauss(STRIP_POINTS), axis=-1))  # fmt: skip
+        points, weights = np.polynomial.legendre.leggauss(STRIP_POINTS)
+        return Scheme(
+            KIND[s.kind], s.lodm_profile, s.lodm_width, s.smooth, s.direct, s.parabolic, self.mirrored, s.penalty,
+            FOOT_STEP, PINION_SHARE[s.slave], points, weights,
+        )  # fmt: skip
+
+    def for_kernels(self, axes: Axes) -> Pair:
+        """Return the pair as the kernels see it, with the wheel's axis in a place."""
+        return Pair(self.kinematics(axes), self.gears, self._kernel_scheme)
 
     def expected_approach(self, torque: float) -> float:
         """Return the approach of the flanks to expect under a pinion torque (N mm), mm."""
@@ -246,8 +275,6 @@ def make_flank(
 def _refined_points(nodes: FloatArray, scheme: ContactScheme, mirrored: bool) -> FloatArray:
     elements, across = nodes.shape[0] - 1, nodes.shape[1] - 1
     points = np.empty((elements * scheme.lodm_profile + 1, across * scheme.lodm_width + 1, 3))
-    along_rows, along_columns = np.empty((*nodes.shape[:2], 2, 3)), np.empty((*nodes.shape[:2], 2, 3))
-    prepare_surface(nodes, True, True, scheme.smooth, scheme.parabolic, mirrored, along_rows, along_columns)
-    refine(nodes, along_rows, along_columns, scheme.smooth, 0, elements, scheme.lodm_profile, scheme.lodm_width,
-           points)  # fmt: skip
+    surface = prepare_surface(nodes, True, True, scheme.smooth, scheme.parabolic, mirrored)
+    refine(surface, 0, elements, scheme.lodm_profile, scheme.lodm_width, points)
     return points

@@ -50,8 +50,8 @@ from functools import cache
 import numpy as np
 
 from pmor.arrays import FloatArray
-from pmor.contact import kernel
 from pmor.contact.flank import MeshedPair
+from pmor.contact.kernels.windows import relative_radius
 from pmor.contact.position import Position
 from pmor.contact.search import Contact
 from pmor.errors import GeometryError
@@ -130,7 +130,8 @@ def line_contact(meshed: MeshedPair, position: Position, contact: Contact) -> Li
     column = contact.place[:, 1]
     load = np.maximum(contact.force, 0.0) / widths[column]
     roll_positions = position.phi + position.pair_index * meshed.pair.pitch
-    radii = [kernel.relative_radius(position.kinematics, meshed.gears, float(roll)) for roll in roll_positions]
+    kinematics, gears = position.kernel_pair.kinematics, position.kernel_pair.gears
+    radii = [relative_radius(kinematics, gears, float(roll)) for roll in roll_positions]
     radius = np.array(radii)[contact.pair]
     compliance = sum(meshed.layers[gear].compliance for gear in range(2))
     half_width = np.sqrt(2.0 * compliance * load * radius)

@@ -13,9 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmor.arrays import FloatArray, IntArray
-from pmor.contact import kernel
 from pmor.contact.condition import ALIGNED, Axes
 from pmor.contact.flank import MeshedPair
+from pmor.contact.kernels import motion, windows
+from pmor.contact.kernels.types import AT_ROOT, AT_TIP, FIRST, FIRST_ROW, NODE_ROWS, OFFSET, Motion, Pair, Reach
 
 
 @dataclass(frozen=True)
@@ -24,42 +25,50 @@ class Position:
 
     Parameters
     ----------
-    phi : float
-        Pinion angle, rad.
     axes : Axes
         Where the wheel's axis is.
-    kinematics : ndarray
-        With the axis there, for the kernel (`MeshedPair.kinematics`).
-    pair_index : ndarray of int, shape (p,)
-        Tooth pairs in reach.
-    windows : ndarray of int, shape (p, 2, 6)
-        Pinion's and wheel's window of each pair (`pmor.contact.kernel`).
-    first_row : ndarray of int, shape (p, 2)
-        Element row of the flank with which each window's elements begin.
+    kernel_pair : Pair
+        The gears with the axis there, for the kernels.
+    reach : Reach
+        Tooth pairs and windows, for the kernels.
     flank_nodes : tuple of ndarray of int
         For each pair the flank-grid numbers (row-major) of the pinion window's and the wheel window's nodes.
     nodes : ndarray, shape (n, 3)
         Undeformed nodes of all windows, each in its tooth's frame, mm.
-    centre : ndarray, shape (p, 2)
-        Kinematic contact of each pair on pinion and wheel, in element rows of the flank.
     depth : float
         Approach of the flanks for which the windows are cut, mm.
     """
 
-    phi: float
     axes: Axes
-    kinematics: FloatArray
-    pair_index: IntArray
-    windows: IntArray
-    first_row: IntArray
+    kernel_pair: Pair
+    reach: Reach
     flank_nodes: tuple[tuple[IntArray, IntArray], ...]
     nodes: FloatArray
-    centre: FloatArray
     depth: float
+
+    @property
+    def phi(self) -> float:
+        """Pinion angle, rad."""
+        return self.reach.phi
+
+    @property
+    def pair_index(self) -> IntArray:
+        """Tooth pairs in reach, shape (p,)."""
+        return self.reach.tooth_pair[: self.reach.pairs]
+
+    @property
+    def windows(self) -> IntArray:
+        """Pinion's and wheel's window of each pair, shape (p, 2, 7); the columns are named in the kernels' types."""
+        return self.reach.windows[: self.reach.pairs]
+
+    @property
+    def whole(self) -> bool:
+        """Whether all windows hold their whole flanks."""
+        return bool(self.windows[:, :, [AT_ROOT, AT_TIP]].all())
 
     def window_slice(self, pair: int, gear: int) -> slice:
         """Return the nodes of a window (gear 0: pinion, 1: wheel) in `nodes`."""
-        offset = int(self.windows[pair, gear, 0])
+        offset = int(self.windows[pair, gear, OFFSET])
         return slice(offset, offset + len(self.flank_nodes[pair][gear]))
 
 
@@ -79,34 +88,31 @@ def active_patches(meshed: MeshedPair, phi: float, depth: float, axes: Axes = AL
     -------
     Position
     """
-    reachable = pairs_in_reach(meshed)
-    indices, windows = np.zeros(reachable, dtype=np.int64), np.zeros((reachable, 2, 6), dtype=np.int64)
-    first_row, centre = np.zeros((reachable, 2), dtype=np.int64), np.zeros((reachable, 2))
-    kinematics = meshed.kinematics(axes)
-    pairs, _ = kernel.place_windows(phi, depth, kinematics, meshed.gears, indices, windows, first_row, centre)
+    clear, reachable = meshed.scheme.clearance * depth, pairs_in_reach(meshed)
+    kernel_pair = meshed.for_kernels(axes)
+    reach, _ = windows.place_windows(phi, depth, clear, reachable, kernel_pair.kinematics, kernel_pair.gears)
     flank_nodes, coordinates = [], []
-    for p in range(pairs):
+    for pair in reach.windows[: reach.pairs]:
         numbers = []
-        for gear, flank in enumerate((meshed.pinion, meshed.wheel)):
-            low = first_row[p, gear] - windows[p, gear, 2]
-            rows = np.arange(low, low + windows[p, gear, 1])
+        for window, flank in zip(pair, (meshed.pinion, meshed.wheel), strict=True):
+            low = window[FIRST_ROW] - window[FIRST]
+            rows = np.arange(low, low + window[NODE_ROWS])
             numbers.append((rows[:, None] * flank.columns + np.arange(flank.columns)).ravel())
             coordinates.append(flank.nodes[rows].reshape(-1, 3))
         flank_nodes.append((numbers[0], numbers[1]))
     nodes = np.concatenate(coordinates) if coordinates else np.empty((0, 3))
-    return Position(phi, axes, kinematics, indices[:pairs], windows[:pairs], first_row[:pairs], tuple(flank_nodes),
-                    nodes, centre[:pairs], depth)  # fmt: skip
+    return Position(axes, kernel_pair, reach, tuple(flank_nodes), nodes, depth)
 
 
 def pairs_in_reach(meshed: MeshedPair) -> int:
     """Return the largest number of tooth pairs that can be in reach together."""
-    # The overshoot on either side of the path of contact is at most half a pitch (`kernel.overshoot`).
+    # The overshoot on either side of the path of contact is at most half a pitch (`windows.overshoot`).
     return math.floor(meshed.pair.contact_ratio + 1.0) + 1
 
 
 def overshoot(meshed: MeshedPair, depth: float) -> float:
     """Return how far beyond the path of contact an approach `depth` (mm) makes a pair touch, rad of roll position."""
-    return float(kernel.overshoot(meshed.kinematics(ALIGNED), meshed.gears, depth))
+    return float(windows.overshoot(meshed.kinematics(ALIGNED), meshed.gears, depth))
 
 
 def relative_motion(
@@ -129,6 +135,6 @@ def relative_motion(
     shift : ndarray, shape (3,)
         ``x_wheel = rotation x_pinion + shift``; `shift` is also where the pinion's axis is, mm.
     """
-    rotation, shift = np.empty((3, 3)), np.empty(3)
-    kernel.relative_motion(meshed.kinematics(axes), meshed.gears, roll_position, lead, rotation, shift)
-    return rotation, shift
+    forward, back = Motion(np.empty((3, 3)), np.empty(3)), Motion(np.empty((3, 3)), np.empty(3))
+    motion.relative_motion(meshed.kinematics(axes), meshed.gears, roll_position, lead, forward, back)
+    return forward.rotation, forward.shift

@@ -7,15 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmor.arrays import FloatArray, IntArray
-from pmor.contact.flank import ContactScheme, MeshedPair
-from pmor.contact.kernel import point_room, search_all
+from pmor.contact.flank import MeshedPair
+from pmor.contact.kernels.search import search_all, search_room
+from pmor.contact.kernels.types import Points
 from pmor.contact.position import Position
-
-# The search goes outwards from the kinematic contact and ends at the first row of points that is clear of the mate by
-# this share of the depth for which the windows were cut: flanks separate quadratically, so all rows behind are clear.
-SMOOTH_CLEARANCE = 0.04
-# Facets stand off the involute between their edges, by at most the surface error that the depth contains.
-FACET_CLEARANCE = 1.0
 
 
 @dataclass(frozen=True)
@@ -74,11 +69,6 @@ class Contact:
         return np.einsum("nad,nad...->n...", self.weight, displacement[self.index])
 
 
-def clearance(scheme: ContactScheme) -> float:
-    """Return the share of the windows' depth at which a row of points counts as clear of the mate."""
-    return SMOOTH_CLEARANCE if scheme.smooth or scheme.exact else FACET_CLEARANCE
-
-
 def search_contact(
     meshed: MeshedPair, position: Position, displacement: FloatArray, lead: float, largest_gap: float = 0.0
 ) -> Contact:
@@ -99,22 +89,12 @@ def search_contact(
     -------
     Contact
     """
-    pairs = len(position.pair_index)
-    scheme = meshed.kernel_scheme
-    room, *grid = point_room(pairs, position.windows, meshed.gears, scheme)
-    memory = (pairs, 2, *grid, 2)
-    index, place = np.empty((room, 8), dtype=np.int64), np.empty((room, 4), dtype=np.int64)
-    weight, gap, stiffness = np.empty((room, 8, 3)), np.empty(room), np.empty(room)
-    lever, mate_lever = np.empty(room), np.empty(room)
-    pair, slave = np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int64)
     nodes = displacement if meshed.scheme.exact else position.nodes + displacement
-    count, smallest, touches_border = search_all(
-        position.phi, lead, nodes, pairs, position.pair_index, position.windows,
-        position.first_row, position.centre, position.kinematics, meshed.gears, scheme,
-        clearance(meshed.scheme) * position.depth, largest_gap, np.full(memory, -1), np.empty(memory), pair, slave,
-        (index, weight, gap, stiffness, lever, mate_lever, place, np.empty(room)),
-    )  # fmt: skip
+    pair, reach = position.kernel_pair, position.reach
+    room = search_room(pair, reach)
+    found = search_all(pair, reach, lead, nodes, largest_gap, room)
+    points = Points(*(values[: found.listed] for values in room.points))
     return Contact(
-        pair[:count], slave[:count], index[:count], weight[:count], gap[:count], stiffness[:count], lever[:count],
-        mate_lever[:count], place[:count], smallest, touches_border,
+        points.pair, points.slave, points.node, points.weight, points.gap, points.stiffness, points.lever,
+        points.mate_lever, points.place, found.smallest, found.border,
     )  # fmt: skip

@@ -64,15 +64,10 @@ def solve_position(
         position = active_patches(meshed, phi, depth, axes)
         solved = _solve_within(position, meshed, conditions, elasticity_at)
         # Contact that comes and goes at a window's border has no equilibrium there.
-        failed = bool(solved.failures) and not _whole(position)
+        failed = bool(solved.failures) and not position.whole
         if not failed and not any(e is not None and e.contact.touches_border for e in solved.equilibria):
             return solved
         depth *= 3.0  # ends at the latest when the windows hold the whole flanks, which have no inner border
-
-
-def _whole(position: Position) -> bool:
-    """Whether all windows hold their whole flanks."""
-    return bool(position.windows[:, :, 4:].all())
 
 
 def _solve_within(

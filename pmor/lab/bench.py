@@ -18,12 +18,13 @@ import numpy as np
 from pmor_offline.jobs import run_offline
 from pmor_online.errors import estimate_errors
 from pmor_online.model import ReducedPair, online_angles, reduced_pair
-from pmor_online.sweep import TOLERANCE, sweep_reduced_pair, sweep_scheme
+from pmor_online.sweep import TOLERANCE, sweep_pair, sweep_reduced_pair
 
 from pmor.case import Case, changed_case
-from pmor.contact import kernel
+from pmor.contact.kernels.newton import solve_state
+from pmor.contact.kernels.sweep import place_position
+from pmor.contact.kernels.types import Drive
 from pmor.contact.position import pairs_in_reach
-from pmor.contact.search import clearance
 from pmor.contact.solve import window_depth
 from pmor.fe.assembly import assemble
 from pmor.fe.condensation import condense_sector
@@ -31,6 +32,7 @@ from pmor.fe.cyclic import elastic_gear
 from pmor.lab.core.machine import machine
 from pmor.lab.core.table import Columns, table, text_lines
 from pmor.lab.core.timing import ms_per_position, times_in_turn
+from pmor.lab.phases import PHASES, repeat_phase
 from pmor.pair.conditions import conditions_of, nominal_condition
 from pmor.pair.model import elastic_model, mesh_model, neighbour_reach
 from pmor.progress import Progress
@@ -43,7 +45,6 @@ REPEATS = 15
 ANGLES = 200  # a full pitch
 # Online cost does not depend on how densely the basis was trained: few angles keep the benchmark short.
 TRAINING_ANGLES = 12
-PHASES = ("shapes in reach", "surfaces", "surfaces and projection", "gap derivatives", "residuals", "Newton step")
 PHASE_LOOPS = 300
 
 Row = dict[str, Any]
@@ -160,25 +161,22 @@ def sweep_rows(listed: list[Variant], models: list[ReducedPair]) -> list[Row]:
 def phase_rows(case: Case, model: ReducedPair) -> list[Row]:
     """Time the phases of one evaluation, averaged over a pitch."""
     meshed, condition = model.meshed, nominal_condition(case)
-    torque, kinematics = condition.given_torque, meshed.kinematics(condition.axes)
-    scheme, family, reach = sweep_scheme(meshed), model.family, pairs_in_reach(meshed)
-    approach, depth = meshed.expected_approach(torque), window_depth(meshed, condition)
-    problem = kinematics, scheme, torque
+    pair, family, reach = sweep_pair(meshed, condition.axes), model.family, pairs_in_reach(meshed)
+    depth = window_depth(meshed, condition)
+    drive = Drive(condition.given_torque, meshed.expected_approach(condition.given_torque), False)
     # Exact flanks have no surfaces to prepare.
     phases = [i for i, name in enumerate(PHASES) if name != "surfaces" or not meshed.scheme.exact]
     found: dict[int, list[float]] = {phase: [] for phase in phases}
     points = []
-    for phi in online_angles(meshed.pair.pitch, 20):
-        state, position, members = kernel.place_position(
-            float(phi), depth, reach, kinematics, meshed.gears, scheme, family, clearance(meshed.scheme)
-        )
-        coordinates = np.zeros(position[7])
-        lead = kernel.solve_cold(state, position, problem, members, approach, coordinates, 40, TOLERANCE)[0]
+    for phi in online_angles(meshed.pair.pitch, 20).tolist():
+        position = place_position(phi, depth, pair, family, reach, meshed.scheme.clearance)
+        coordinates, start_lead = np.zeros(position.members.size), drive.approach / meshed.pair.pinion.base_radius
+        lead = solve_state(pair, position, drive, coordinates, start_lead, 40, TOLERANCE).lead
         for phase in phases:
-            arguments = (state, position, problem, members, family, coordinates, lead)
-            points.append(kernel.repeat_phase(phase, 1, *arguments))
+            arguments = pair, position, family, drive, coordinates, lead
+            points.append(repeat_phase(phase, 1, *arguments))
             start = time.perf_counter()
-            kernel.repeat_phase(phase, PHASE_LOOPS, *arguments)
+            repeat_phase(phase, PHASE_LOOPS, *arguments)
             found[phase].append(1e3 * (time.perf_counter() - start) / PHASE_LOOPS)
     sweep = sweep_reduced_pair(model, online_angles(meshed.pair.pitch, ANGLES), [condition])
     evaluations = float(np.mean(sweep.newton_steps)) + 1.0

@@ -21,6 +21,7 @@ import numpy as np
 
 from pmor.arrays import FloatArray, IntArray
 from pmor.contact.elasticity import ReducedElasticity
+from pmor.contact.kernels.types import ELEMENT_ROWS, FIRST_ROW
 from pmor.contact.position import Position
 from pmor.errors import ConvergenceError
 from pmor.reduction.energy import DEPENDENCE_TOLERANCE
@@ -184,8 +185,8 @@ def independent_members(gram: FloatArray) -> IntArray:
 
 def _window_members(lines: GearLines, position: Position, pair: int, gear: int, beside: bool) -> IntArray:
     """Shapes of the lines that bound the window's elements, and of those beside them."""
-    first = position.first_row[pair, gear]
-    last = first + position.windows[pair, gear, 3]
+    first = position.windows[pair, gear, FIRST_ROW]
+    last = first + position.windows[pair, gear, ELEMENT_ROWS]
     low, high = max(first - beside, 0), min(last + beside, len(lines.start) - 2)
     return np.arange(lines.start[low], lines.start[high + 1])
 

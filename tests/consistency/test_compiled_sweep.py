@@ -11,9 +11,10 @@ from pmor_online.sweep import sweep_reduced_pair
 import pmor.contact.equilibrium
 import pmor.contact.flank
 import pmor.contact.solve
-from pmor.contact import kernel
-from pmor.contact.condition import at_torques
-from pmor.contact.position import active_patches
+from pmor.contact.condition import ALIGNED, at_torques
+from pmor.contact.kernels.shapes import gather_members, member_slots
+from pmor.contact.kernels.sweep import Neighbour, carry_along, place_position
+from pmor.contact.position import active_patches, pairs_in_reach
 from pmor.contact.solve import solve_position
 from pmor.pair.sweep import sweep_ste
 
@@ -113,17 +114,27 @@ def test_where_a_sweep_starts_does_not_change_it(reduced):
     assert_allclose(back[:, ::-1], cold, rtol=NEWTON)
 
 
+def placed(reduced, tooth_pairs, centre, slots):
+    """A position with given members; only which and where they are matters."""
+    meshed, pairs = reduced.meshed, len(tooth_pairs)
+    position = place_position(
+        0.1, 0.01, meshed.for_kernels(ALIGNED), reduced.family, pairs_in_reach(meshed), meshed.scheme.clearance
+    )
+    reach = position.reach._replace(pairs=pairs, tooth_pair=tooth_pairs, centre=centre)
+    return position._replace(reach=reach, members=position.members._replace(size=len(slots), slot=slots))
+
+
 def test_amplitudes_of_lines_are_carried_along_with_the_contact(reduced_by):
     """From the position before: of the same pair, as far back along the flank as the contact has moved on it."""
     family = reduced_by("lines").family
-    starts = [lines[0] for lines in family[1]]
+    starts = [lines.start for lines in family.lines]
     first_lines = [(gear, line) for gear in range(2) for line in range(len(starts[gear]) - 1)]
     slot = {(gear, line): starts[gear][line] + gear * starts[0][-1] for gear, line in first_lines}
 
     def amplitude_of(pair, gear, line):  # a cubic, which the interpolation between lines does exactly
         return (1.0 + pair) * (2.0 - gear) * (line - 1.5) ** 3 + line
 
-    slots = kernel.member_slots(family)
+    slots = member_slots(family)
     assert slots == starts[0][-1] + starts[1][-1]
     before = np.zeros((3, slots))
     for pair in range(3):
@@ -135,7 +146,8 @@ def test_amplitudes_of_lines_are_carried_along_with_the_contact(reduced_by):
     now = np.vstack([then[1:], then[:1]]) + moved
     kept = np.array([p * slots + slot[gear, line] for p in range(3) for gear, line in first_lines])
     coordinates = np.full(len(kept), np.nan)
-    kernel._warm_start(family, len(kept), kept, indices, now, before, 5, then, coordinates)
+    neighbour = Neighbour(np.ones(1, dtype=bool), np.zeros(1), before[None], np.arange(5, 8), then)
+    carry_along(0, family, placed(reduced_by("lines"), indices, now, kept), neighbour, coordinates)
     found = coordinates.reshape(3, len(first_lines))
     assert not found[2].any(), "a pair that has just come into reach"
     last = len(starts[0]) - 2
@@ -154,13 +166,9 @@ def test_a_start_from_the_neighbour_saves_steps(reduced):
 
 def kernel_compliance(reduced, position):
     """The compliance that the compiled sweep gives to the windows: displacements of the members and their energy."""
-    pairs, nodes, family = len(position.pair_index), len(position.nodes), reduced.family
-    most = kernel.most_members(family, pairs, position.windows)
-    ranges, gram, fields = np.zeros((2, 2), np.int64), np.full((most, most), np.nan), np.zeros((most, 3 * nodes))
-    size = kernel.gather_members(
-        position.phi, pairs, position.pair_index, position.windows, position.first_row, position.kinematics,
-        reduced.meshed.gears, family, (np.empty(most, np.int64), ranges, gram, np.empty((most, most)), fields),
-    )  # fmt: skip
+    pairs, nodes = len(position.pair_index), len(position.nodes)
+    members = gather_members(position.kernel_pair, position.reach, nodes, reduced.family)
+    size, ranges, gram, fields = members.size, members.ranges, members.gram, members.fields
     basis = np.zeros((3 * nodes, size))
     for gear in range(2):
         low, high = ranges[gear]

@@ -8,6 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.contact.elasticity import full_elasticity
+from pmor.contact.kernels.types import ELEMENT_ROWS, FIRST_ROW
 from pmor.contact.position import active_patches
 from pmor.conventions import rotation_z
 from pmor.errors import ConvergenceError
@@ -103,7 +104,7 @@ def test_basis_of_a_position_is_orthonormal_and_made_of_line_loads_with_their_di
     for gear, lines in enumerate(shapes.gears):
         force, line = by_line(lines)
         for p in range(2):
-            first, rows = position.first_row[p, gear], position.windows[p, gear, 3]
+            first, rows = position.windows[p, gear, [FIRST_ROW, ELEMENT_ROWS]]
             for member in force[(line >= first) & (line <= first + rows)]:
                 embedded = np.zeros((len(position.nodes), 3))
                 nodes = position.flank_nodes[p][gear]

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.contact import kernel
+from pmor.contact.kernels.shapes import member_weights
+from pmor.contact.kernels.types import PositionShapes
 from pmor.reduction.alignment import procrustes
 from pmor.reduction.contact_shapes import ContactShapes
 from pmor.reduction.grassmann import geodesic_weights, geodesics
@@ -122,9 +123,9 @@ def test_on_the_grid_a_training_position_stands_alone(k, family):
 def test_the_compiled_weights_are_those_of_the_slow_twin(geodesic, place, family):
     shapes = family if geodesic else ContactShapes(**{**vars(family), "geodesic": False})
     path = shapes.geodesics
-    positions = (FIRST, STEP, LOADED, shapes.displacement, shapes.gram, path.turn, path.angle)
+    positions = PositionShapes(FIRST, STEP, LOADED, shapes.displacement, shapes.gram, path.turn, path.angle)
     found = np.zeros((2, MODES, MODES))
-    k = kernel._member_weights(positions, FIRST + place * STEP, found)
+    k = member_weights(positions, FIRST + place * STEP, found)
     below, expected = shapes.combination(FIRST + place * STEP)
     assert k == below
     assert_allclose(found, expected, rtol=0.0, atol=ROUND_OFF)

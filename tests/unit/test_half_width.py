@@ -8,9 +8,9 @@ from numpy.testing import assert_allclose
 from pmor_online.model import reduced_pair
 from pmor_online.sweep import sweep_reduced_pair
 
-from pmor.contact import kernel
 from pmor.contact.condition import at_torques
 from pmor.contact.flank import ContactScheme, make_flank
+from pmor.contact.kernels.surface import node_normals, prepare_surface
 from pmor.storage.basis_file import read_basis
 from tests.gear_models import SCHEME, sector, tooth
 
@@ -31,10 +31,10 @@ def barrel(columns, rows=5):
 
 
 def prepared(nodes, edges, parabolic, mirrored):
-    normals, (rows, columns) = np.empty_like(nodes), np.zeros((2, *nodes.shape[:2], 2, 3))
-    kernel.node_normals(nodes, *edges, parabolic, mirrored, normals)
-    kernel.prepare_surface(nodes, *edges, True, parabolic, mirrored, rows, columns)
-    return normals, rows, columns
+    normals = np.empty_like(nodes)
+    node_normals(nodes, *edges, parabolic, mirrored, normals)
+    surface = prepare_surface(nodes, *edges, True, parabolic, mirrored)
+    return normals, surface.along_rows, surface.along_columns
 
 
 @pytest.mark.parametrize("edges", [(True, True), (False, True), (False, False)], ids=str)

@@ -36,8 +36,7 @@ def test_windows_hold_the_contact_and_one_row_of_neighbours(pair):
             rolls = pair.contact_roll_angles(np.array(position.phi + index * pair.pitch))
             for gear, flank in enumerate((meshed.pinion, meshed.wheel)):
                 window = position.nodes[position.window_slice(number, gear)].reshape(-1, flank.columns, 3)
-                offset, rows, first, elements, at_root, at_tip = position.windows[number, gear]
-                low = position.first_row[number, gear]
+                offset, rows, first, elements, at_root, at_tip, low = position.windows[number, gear]
                 assert offset == position.window_slice(number, gear).start
                 assert_allclose(window[first : first + elements + 1], flank.nodes[low : low + elements + 1])
                 assert (first, rows - first - elements - 1) == (0 if at_root else 1, 0 if at_tip else 1)

@@ -10,8 +10,10 @@ import scipy.sparse.linalg as spla
 from numpy.testing import assert_allclose
 
 from pmor.case import changed_text, load_case, parse_case
-from pmor.contact import kernel
 from pmor.contact.condition import ALIGNED, at_torques
+from pmor.contact.kernels.line import line_load
+from pmor.contact.kernels.sections import closest_approach, cubic_rows, involute_foot, roll_of
+from pmor.contact.kernels.types import Motion
 from pmor.contact.line_contact import approach_constants, line_compliance, line_contact
 from pmor.contact.position import relative_motion
 from pmor.contact.solve import solve_position
@@ -74,12 +76,12 @@ def test_approach_is_that_of_a_bonded_layer_under_hertz_pressure(poisson, half_w
 @pytest.mark.parametrize("penetration", [1e-9, 1e-6, 1e-3, 5e-3, 0.05, 1.0])
 def test_line_load_solves_the_law_and_its_slope_is_the_derivative(penetration):
     compliance, constant, least = 5.5e-6, 6.3, 1e-4
-    load, slope = kernel.line_load(penetration, compliance, constant, least)
+    load, slope = line_load(penetration, compliance, constant, least)
     widest = math.exp(2.0 * constant - 2.0)
     if least < load < widest:
         assert_allclose(compliance * load * (constant - 0.5 * math.log(load)), penetration, rtol=1e-13)
     step = 1e-6 * penetration
-    ends = [kernel.line_load(penetration + s * step, compliance, constant, least)[0] for s in (-1.0, 1.0)]
+    ends = [line_load(penetration + s * step, compliance, constant, least)[0] for s in (-1.0, 1.0)]
     assert_allclose((ends[1] - ends[0]) / (2.0 * step), slope, rtol=1e-6)
     assert ends[0] < load < ends[1]
 
@@ -89,7 +91,7 @@ def test_line_load_is_continuous_where_the_law_is_continued():
     widest = math.exp(2.0 * constant - 2.0)
     for load in (least, widest):
         at = compliance * load * (constant - 0.5 * math.log(load))
-        below, above = (kernel.line_load(at * f, compliance, constant, least)[0] for f in (1.0 - 1e-9, 1.0 + 1e-9))
+        below, above = (line_load(at * f, compliance, constant, least)[0] for f in (1.0 - 1e-9, 1.0 + 1e-9))
         assert_allclose([below, above], load, rtol=1e-8)
 
 
@@ -148,7 +150,7 @@ ROLL = np.sqrt(np.linspace(0.2**2, 0.6**2, 8))
 @pytest.mark.parametrize("u", np.linspace(0.2, 0.6, 23))
 def test_cubic_along_the_profile_reproduces_quadratics_in_the_arc_length(u):
     weights = np.empty(4)
-    first = kernel.cubic_rows(ROLL, u, 0, len(ROLL) - 1, weights)
+    first = cubic_rows(ROLL, u, 0, len(ROLL) - 1, weights)
     rows = np.minimum(first + np.arange(4), len(ROLL) - 1)
     for power in range(3):
         assert_allclose(weights @ ROLL[rows] ** (2 * power), u ** (2 * power), rtol=1e-12)
@@ -158,7 +160,7 @@ def test_cubic_along_the_profile_has_no_kink_at_the_nodes(rng):
     value, weights = rng.normal(size=len(ROLL)), np.empty(4)
 
     def at(arc):
-        first = kernel.cubic_rows(ROLL, math.sqrt(arc), 0, len(ROLL) - 1, weights)
+        first = cubic_rows(ROLL, math.sqrt(arc), 0, len(ROLL) - 1, weights)
         return weights @ value[np.minimum(first + np.arange(4), len(ROLL) - 1)]
 
     for arc in ROLL[1:-1] ** 2:
@@ -179,16 +181,17 @@ def test_a_corner_meets_the_involute_at_its_distance(slave, beyond, unlike):
     rotation, shift = relative_motion(meshed, roll_position, 3e-4)
     if slave == 1:
         rotation, shift = rotation.T, -rotation.T @ shift
-    at = np.empty(9)
-    kernel._involute_foot(meshed.gears, slave, own.tip_roll_angle, rotation, shift, at)
+    motion = Motion(np.ascontiguousarray(rotation), shift)
+    meeting = involute_foot(meshed.gears, slave, own.tip_roll_angle, motion)
     corner = rotation[:2, :2] @ own.flank_section(np.array([own.tip_roll_angle]))[0] + shift[:2]
 
     # Around the foot: the tooth's other side is near too.
-    roll = at[2 - slave] + np.linspace(-0.05, 0.05, 100_001)
+    foot = roll_of(meeting, 1 - slave)
+    roll = foot + np.linspace(-0.05, 0.05, 100_001)
     distance = np.linalg.norm(mate.flank_section(roll) - corner, axis=1)
-    assert_allclose(abs(at[0]), distance.min(), rtol=1e-6, atol=1e-9)
-    assert_allclose(at[2 - slave], roll[distance.argmin()], atol=2e-6)
-    assert_allclose(abs(at[8] if slave == 0 else at[7]), mate.base_radius, rtol=ROUND_OFF)
+    assert_allclose(abs(meeting.gap), distance.min(), rtol=1e-6, atol=1e-9)
+    assert_allclose(foot, roll[distance.argmin()], atol=2e-6)
+    assert_allclose(abs(meeting.mate_lever if slave == 0 else meeting.lever), mate.base_radius, rtol=ROUND_OFF)
 
 
 def test_levers_are_the_derivatives_of_the_gap(unlike):
@@ -196,13 +199,12 @@ def test_levers_are_the_derivatives_of_the_gap(unlike):
     start, end = meshed.pair.roll_position_range
     step = 1e-6
     for roll_position in (start - 0.05, start - 0.02, 0.5 * (start + end), end + 0.02, end + 0.05):
-        found = []
-        for lead in (-step, 0.0, step):
-            at = np.empty(9)
-            motion = np.zeros((3, 3)), np.zeros(3), np.zeros((3, 3)), np.zeros(3)
-            kernel._closest_approach(meshed.kinematics(ALIGNED), meshed.gears, roll_position, lead, 0.0, motion, at)
-            found.append(at)
-        assert_allclose((found[2][0] - found[0][0]) / (2.0 * step), found[1][7], rtol=1e-5)
+        kinematics, motions = meshed.kinematics(ALIGNED), [Motion(np.zeros((3, 3)), np.zeros(3)) for _ in range(2)]
+        below, here, above = (
+            closest_approach(kinematics, meshed.gears, roll_position, turn, 0.0, *motions)
+            for turn in (-step, 0.0, step)
+        )
+        assert_allclose((above.gap - below.gap) / (2.0 * step), here.lever, rtol=1e-5)
 
 
 # --- equilibria ----------------------------------------------------------------------------------------------------

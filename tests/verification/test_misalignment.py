@@ -7,8 +7,10 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.case import parse_case
-from pmor.contact import kernel
 from pmor.contact.condition import ALIGNED, Axes, Condition
+from pmor.contact.kernels.motion import section_offset
+from pmor.contact.kernels.sections import closest_approach
+from pmor.contact.kernels.types import Motion
 from pmor.contact.position import active_patches, relative_motion
 from pmor.contact.search import search_contact
 from pmor.contact.solve import solve_position
@@ -42,10 +44,9 @@ def under_torque(axes):
 
 def section_at(meshed, roll_position, lead, z):
     """Gap and the like of a section on tilted axes."""
-    motion = np.zeros((3, 3)), np.zeros(3), np.zeros((3, 3)), np.zeros(3)
-    at = np.empty(9)
-    kernel._closest_approach(meshed.kinematics(TILTED), meshed.gears, roll_position, lead, z, motion, at)
-    return at, motion
+    forward, back = Motion(np.zeros((3, 3)), np.zeros(3)), Motion(np.zeros((3, 3)), np.zeros(3))
+    kinematics = meshed.kinematics(TILTED)
+    return closest_approach(kinematics, meshed.gears, roll_position, lead, z, forward, back), forward
 
 
 @pytest.mark.parametrize("z", [-10.0, 3.0, 10.0])
@@ -56,13 +57,14 @@ def test_gap_of_a_section_is_the_least_distance_of_the_displaced_involutes(z, fr
     pair = meshed.pair
     start, end = pair.roll_position_range
     lead = -2e-3  # apart in every section
-    at, (rotation, shift, _, _) = section_at(meshed, start + fraction * (end - start), lead, z)
-    pinion = pair.pinion.flank_section(at[1] + np.linspace(-0.02, 0.02, 1001)) @ rotation[:2, :2].T + shift[:2]
-    wheel = pair.wheel.flank_section(at[2] + np.linspace(-0.02, 0.02, 1001))
+    meeting, (rotation, shift) = section_at(meshed, start + fraction * (end - start), lead, z)
+    around = np.linspace(-0.02, 0.02, 1001)
+    pinion = pair.pinion.flank_section(meeting.pinion_roll + around) @ rotation[:2, :2].T + shift[:2]
+    wheel = pair.wheel.flank_section(meeting.wheel_roll + around)
     distance = np.linalg.norm(pinion[:, None] - wheel[None], axis=2)
-    assert at[0] > 0.0
+    assert meeting.gap > 0.0
     # The points are 0.3 um apart on either flank, which costs the square of that over the radii.
-    assert_allclose(distance.min(), at[0], rtol=2e-4)
+    assert_allclose(distance.min(), meeting.gap, rtol=2e-4)
     i, j = np.unravel_index(distance.argmin(), distance.shape)
     assert abs(i - 500) < 25
     assert abs(j - 500) < 25
@@ -71,7 +73,7 @@ def test_gap_of_a_section_is_the_least_distance_of_the_displaced_involutes(z, fr
 def test_lead_counts_from_where_the_unloaded_flanks_first_touch():
     meshed = model().mesh.meshed
     for roll_position in np.linspace(*meshed.pair.roll_position_range, 5)[1:-1]:
-        gaps = [section_at(meshed, roll_position, 0.0, z)[0][0] for z in np.linspace(-10.0, 10.0, 11)]
+        gaps = [section_at(meshed, roll_position, 0.0, z)[0].gap for z in np.linspace(-10.0, 10.0, 11)]
         assert abs(min(gaps)) < 1e-13
         assert max(gaps) > 0.01
 
@@ -81,7 +83,7 @@ def test_levers_are_the_derivatives_of_the_gap_in_a_displaced_section():
     start, end = meshed.pair.roll_position_range
     for roll_position in (start - 0.03, 0.5 * (start + end), end + 0.03):
         below, here, above = (section_at(meshed, roll_position, s * step, 8.0)[0] for s in (-1.0, 0.0, 1.0))
-        assert_allclose((above[0] - below[0]) / (2.0 * step), here[7], rtol=1e-5)
+        assert_allclose((above.gap - below.gap) / (2.0 * step), here.lever, rtol=1e-5)
 
 
 def test_relative_motion_is_rigid_and_puts_the_wheels_axis_where_a_condition_says():
@@ -90,7 +92,7 @@ def test_relative_motion_is_rigid_and_puts_the_wheels_axis_where_a_condition_say
     assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-14)
     # Points of the wheel's axis, seen from the pinion: at z = 0 offset, and along a direction with the slopes.
     to_pinion = lambda x: rotation.T @ (x - shift)  # noqa: E731
-    angle = 0.07 + 1e-3 + meshed.kinematics(TILTED)[13]
+    angle = 0.07 + 1e-3 + meshed.kinematics(TILTED).first_touch
     turn = np.array([[np.cos(angle), -np.sin(angle), 0.0], [np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]])
     origin, above = (turn @ to_pinion(np.array([0.0, 0.0, z])) for z in (0.0, 10.0))
     assert_allclose(origin, [0.0, meshed.pair.centre_distance + 0.04, 0.0], atol=1e-12)
@@ -109,7 +111,7 @@ def test_surfaces_in_space_and_sections_see_the_same_gaps():
         roll_position = phi + index * meshed.pair.pitch
         for column, z in enumerate(meshed.pinion.nodes[0, :, 2]):
             here = (contact.pair == pair) & (contact.place[:, 1] == column)
-            gap = section_at(exact, roll_position, lead, z)[0][0]
+            gap = section_at(exact, roll_position, lead, z)[0].gap
             if gap < 0.0:
                 # A surface through the nodes of 16 elements misses the involute by some hundredths of a micrometre.
                 assert_allclose(contact.gap[here].min(), gap, atol=1e-4)
@@ -122,7 +124,7 @@ def test_another_centre_distance_is_another_pair(scheme):
     near = model(scheme, slave="pinion")
     meshed, apart = near.mesh.meshed, Axes(centre_distance_um=100.0)
     far = model(scheme, meshed.pair.centre_distance + 0.1, slave="pinion")
-    slack = meshed.kinematics(apart)[13]
+    slack = meshed.kinematics(apart).first_touch
     for fraction in (0.2, 0.45, 0.7):
         phi = fraction * meshed.pair.pitch
         here = solve_position(meshed, phi, under_torque(apart), near.elasticity_at).equilibria[0]
@@ -155,8 +157,9 @@ def test_torque_on_the_pinion_of_tilted_axes_is_balanced(scheme):
 def test_aligned_is_what_it_was_without_the_parameter():
     meshed = model().mesh.meshed
     kinematics = meshed.kinematics(ALIGNED)
-    assert np.all(kinematics[9:] == 0.0)
-    assert kernel.section_offset(kinematics, meshed.gears, 7.0) == (0.0, 0.0, 0.0, 0.0)
+    away = kinematics.offset_x, kinematics.offset_y, kinematics.slope_x, kinematics.slope_y, kinematics.first_touch
+    assert away == (0.0, 0.0, 0.0, 0.0, 0.0)
+    assert section_offset(kinematics, meshed.gears, 7.0) == (0.0, 0.0, 0.0, 0.0)
 
 
 @pytest.mark.parametrize("torque", [1e2, 1e4, 1e6])

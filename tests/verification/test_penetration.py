@@ -4,7 +4,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.contact import kernel
+from pmor.contact.condition import ALIGNED
+from pmor.contact.kernels.nodal import Facing, search_pair
+from pmor.contact.kernels.search import search_room
+from pmor.contact.kernels.types import ELEMENT_ROWS, FIRST_ROW, Feet, Motion
 from pmor.contact.position import active_patches, relative_motion
 from pmor.contact.search import search_contact
 from tests.gear_models import gear_pair, meshed_pair, tooth
@@ -13,22 +16,30 @@ from tests.surfaces import random_rotation
 
 def all_penetrations(meshed, position, turn):
     """Gaps, stiffnesses and weights of one pair when the frames of both teeth are turned by the same rotation."""
-    scheme, windows = meshed.kernel_scheme, position.windows[0]
+    pair, reach, (pinion, wheel) = position.kernel_pair, position.reach, position.windows[0]
     roll_position = position.phi + position.pair_index[0] * meshed.pair.pitch
-    rotation, shift = relative_motion(meshed, roll_position, 2e-3)
-    room = 4000
-    lists = (np.zeros((room, 8), dtype=np.int64), np.zeros((room, 8, 3)), *(np.zeros(room) for _ in range(4)),
-             np.zeros((room, 4), dtype=np.int64))  # fmt: skip
-    first = position.first_row[0, 0] * scheme[0]
-    extents = meshed.pinion.extents[first : first + windows[0, 3] * scheme[0] + 1]
-    memory = (*extents.shape[:2], 2)
-    count, smallest, _ = kernel.search_pair(
-        position.nodes @ turn.T, windows[0], meshed.pinion.columns, windows[1], meshed.wheel.columns, extents,
-        *scheme[:6], np.ascontiguousarray(turn @ rotation @ turn.T), turn @ shift, True, scheme[6], 0,
-        position.centre[0, 0] - position.first_row[0, 0], position.centre[0, 1] - position.first_row[0, 1],
-        1.0, 0.0, scheme[7], np.full(memory, -1), np.empty(memory), lists,
-    )  # fmt: skip
-    index, weight, gap, stiffness = (values[:count] for values in lists[:4])
+    rotation, shift = relative_motion(meshed, roll_position, 2e-3, ALIGNED)
+    lodm_profile = pair.scheme.lodm_profile
+    first = pinion[FIRST_ROW] * lodm_profile
+    facing = Facing(
+        slave=pinion,
+        master=wheel,
+        slave_columns=meshed.pinion.columns,
+        master_columns=meshed.wheel.columns,
+        extents=meshed.pinion.extents[first : first + pinion[ELEMENT_ROWS] * lodm_profile + 1],
+        motion=Motion(np.ascontiguousarray(turn @ rotation @ turn.T), turn @ shift),
+        slave_is_pinion=True,
+        penalty=pair.scheme.penalty,
+        slave_centre=reach.centre[0, 0] - pinion[FIRST_ROW],
+        master_centre=reach.centre[0, 1] - wheel[FIRST_ROW],
+        clear=1.0,
+    )
+    room = search_room(pair, reach)
+    feet, points = Feet(room.feet.element[0, 0], room.feet.guess[0, 0]), room.points
+    nodes = np.ascontiguousarray(position.nodes @ turn.T)
+    listed, smallest, _ = search_pair(pair.scheme, facing, nodes, 0.0, feet, 0, points)
+    index, weight, gap, stiffness = (values[:listed] for values in (points.node, points.weight, points.gap,
+                                                                    points.stiffness))  # fmt: skip
     return index, weight @ turn, gap, stiffness, smallest
 
 

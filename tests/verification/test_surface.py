@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.contact import kernel
+from pmor.contact.kernels.surface import refine, surface_point
+from pmor.contact.kernels.types import Surface as KernelSurface
 from pmor.mesh.outline import tooth_outline
 from tests.gear_models import tooth
 from tests.surfaces import ROUND_OFF, Surface, circle, cylinder, random_rotation, saddle
@@ -91,7 +92,7 @@ def test_tangents_are_the_derivatives_of_the_point(smooth, place):
 def test_refined_points_are_points_of_the_surface(smooth, first, count):
     surface = Surface(saddle(), smooth)
     points = np.empty((count * 4 + 1, 5 * 3 + 1, 3))
-    kernel.refine(*surface.parts, first, count, 4, 3, points)
+    refine(surface.prepared, first, count, 4, 3, points)
     for row in range(points.shape[0]):
         for column in range(points.shape[1]):
             i, k = min(row // 4, count - 1), min(column // 3, 4)
@@ -117,7 +118,7 @@ def test_patch_with_exact_tangents_reproduces_a_cubic(rng):
             rows[0, t, s], columns[s, 0, t] = value(f, s, True), value(g, t, True)
     point, tangent_s, tangent_t = np.empty(3), np.empty(3), np.empty(3)
     for s, t in rng.uniform(-0.2, 1.2, (10, 2)):
-        kernel.surface_point(nodes, rows, columns, True, 0, 0, s, t, point, tangent_s, tangent_t)
+        surface_point(KernelSurface(nodes, rows, columns, True), 0, 0, s, t, point, tangent_s, tangent_t)
         assert_allclose(point, value(f, s) + value(g, t), atol=1e-12)
         assert_allclose(tangent_s, value(f, s, True), atol=1e-12)
         assert_allclose(tangent_t, value(g, t, True), atol=1e-12)

@@ -1,0 +1,23 @@
+"""Compiled contact: from the kinematics of a pair of flanks to sweeps of the reduced pair. One idea to a file.
+
+========== ===================================================================================================
+types      what the kernels pass to each other: named tuples of arrays and scalars, columns of arrays by name
+compiling  how they are compiled, and how numba's cache notices an edit
+surface    nodal scheme: node normals, edge tangents, Ferguson patches and facets through deformed nodes
+projection nodal scheme: the closest point on a grid of patches
+nodal      nodal scheme: points of the slave that penetrate the master, row by row
+motion     where the flanks are to each other, axes out of place and all
+windows    which tooth pairs can touch, and which part of their flanks
+sections   schemes "line" and "strip": where two involutes meet in a transverse section, and which nodes carry that
+line       one line load for each section
+strip      penalty pressure over the strips in which exact flanks overlap
+search     all points of all tooth pairs, whichever the scheme
+shapes     members of the reduced pair: the shapes in reach at a position, with their energy
+linear     small dense systems
+newton     the reduced pair in equilibrium under a torque, or at a given lead
+estimate   what the members do not carry
+sweep      equilibria over angles, each started from its neighbour
+========== ===================================================================================================
+
+Imports go down that list the other way round. Kernels see arrays, scalars and named tuples of them.
+"""

@@ -1,0 +1,93 @@
+"""One line load for each section, nonlinear in the approach of the flanks (`pmor.contact.line_contact`)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pmor.contact.kernels.compiling import compiled
+from pmor.contact.kernels.sections import carry, closest_approach, gap_change, list_point, roll_of
+from pmor.contact.kernels.types import Found
+
+
+@compiled
+def line_load(penetration, compliance, constant, least):
+    """Line load and its derivative for an approach of the flanks.
+
+    Solves penetration = C w (A - ln(w) / 2), C the compliance, A the constant. Below the load `least` the logarithm is
+    held (the contact is then narrower than any roughness); where the half-width comes near the depth of the layer,
+    beyond A - ln(w) / 2 = 1, the law goes on linearly, so that Newton finds its way back from there.
+
+    Returns
+    -------
+    load, slope : float
+        N/mm, N/mm^2.
+    """
+    secant = compliance * (constant - 0.5 * np.log(least))
+    if penetration <= secant * least:
+        return max(penetration, 0.0) / secant, 1.0 / secant
+    widest = np.exp(2.0 * constant - 2.0)
+    if penetration >= compliance * widest:
+        return widest + 2.0 * (penetration / compliance - widest), 2.0 / compliance
+    load = penetration / secant
+    for _ in range(50):
+        shape = constant - 0.5 * np.log(load)
+        step = (penetration - compliance * load * shape) / (compliance * (shape - 0.5))
+        load = min(load + step, widest)
+        if abs(step) <= 1e-15 * load:
+            break
+    return load, 1.0 / (compliance * (constant - 0.5 * np.log(load) - 0.5))
+
+
+@compiled
+def _line_law(gears, meeting, carriers):
+    """Compliance and constant of `line_load` where two flanks meet, and the load below which it is linear."""
+    compliance, constant, curvature = 0.0, 0.0, 0.0
+    for gear in range(2):
+        flank, value = gears[gear], 0.0
+        for a in range(4):
+            row = min(carriers.row[gear] + a, len(flank.line_constant) - 1)
+            value += carriers.weight[gear, a] * flank.line_constant[row]
+        compliance += flank.line_compliance
+        constant += flank.line_compliance * value
+        curvature += 1.0 / max(flank.base_radius * roll_of(meeting, gear), 1e-3 * flank.base_radius)
+    constant = constant / compliance - 0.5 * np.log(2.0 * compliance / curvature)
+    return compliance, constant, 1e-9 / (compliance * curvature)
+
+
+@compiled
+def _meet(pair, windows, roll_position, lead, z, room):
+    """Meeting in the section at z, whether it is inside both windows, and the law there."""
+    gears = pair.gears
+    meeting = closest_approach(pair.kinematics, gears, roll_position, lead, z, room.forward, room.back)
+    inside = carry(gears, windows, meeting, room.carriers)
+    return meeting, inside, _line_law(gears, meeting, room.carriers)
+
+
+@compiled
+def search_line(pair, reach, p, lead, moved, largest_gap, count, room):
+    """List the sections of tooth pair `p`, one point each, at the closest approach; see `search_all`.
+
+    The load is not proportional to the gap. Listed are the tangent stiffness and the gap that, times it, gives the
+    load: a Newton step on these is the exact tangent of the nonlinear law.
+    """
+    kinematics, gears, windows = pair.kinematics, pair.gears, reach.windows[p]
+    roll_position = reach.phi + reach.tooth_pair[p] * kinematics.pitch
+    z, width = gears[0].nodes[0, :, 2], gears[0].section_width
+    alike = kinematics.slope_x == 0.0 and kinematics.slope_y == 0.0
+    images = 2.0 if pair.scheme.mirrored else 1.0
+    smallest, border = np.inf, False
+    meeting, inside, law = _meet(pair, windows, roll_position, lead, z[0], room)
+    for column in range(len(z)):
+        if column > 0 and not alike:
+            meeting, inside, law = _meet(pair, windows, roll_position, lead, z[column], room)
+        gap = meeting.gap + gap_change(moved, gears, windows, meeting, room.carriers, column)
+        smallest = min(smallest, gap)
+        if gap >= largest_gap:
+            continue
+        border = border or (gap < 0.0 and not inside)
+        load, slope = line_load(-gap, *law)
+        effective = gap if gap >= 0.0 else -load / slope
+        stiffness = images * slope * width[column]
+        list_point(gears, windows, meeting, room.carriers, column, 0, effective, stiffness, count, room.points)
+        count += 1
+    return Found(count, smallest, border)

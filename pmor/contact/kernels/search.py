@@ -1,0 +1,117 @@
+"""Points of all tooth pairs in reach that penetrate, or nearly do, whichever the scheme."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pmor.contact.kernels.compiling import allocating, compiled
+from pmor.contact.kernels.line import search_line
+from pmor.contact.kernels.motion import pinion_slave_share, relative_motion
+from pmor.contact.kernels.nodal import Facing, search_pair
+from pmor.contact.kernels.strip import search_strip
+from pmor.contact.kernels.types import (
+    ELEMENT_ROWS,
+    FIRST_ROW,
+    LINE,
+    NODAL,
+    STRIP,
+    Carriers,
+    Feet,
+    Found,
+    Motion,
+    Points,
+    SearchRoom,
+)
+
+
+@compiled
+def _grid_size(pair, reach):
+    """Points that can be listed, and the grid on which feet are remembered (profile, width)."""
+    scheme, elements = pair.scheme, 0
+    for p in range(reach.pairs):
+        elements = max(elements, reach.windows[p, 0, ELEMENT_ROWS], reach.windows[p, 1, ELEMENT_ROWS])
+    columns = max(pair.gears[0].nodes.shape[1], pair.gears[1].nodes.shape[1])
+    if scheme.kind == LINE:
+        return reach.pairs * columns, 0, 0
+    if scheme.kind == STRIP:
+        return 2 * reach.pairs * (elements + 3) * len(scheme.gauss_points) * columns, 0, 0
+    profile_points, width_points = elements * scheme.lodm_profile + 1, (columns - 1) * scheme.lodm_width + 1
+    return 2 * reach.pairs * profile_points * width_points, profile_points, width_points
+
+
+@allocating
+def search_room(pair, reach):
+    """Return room for all points that `search_all` can list."""
+    size, profile_points, width_points = _grid_size(pair, reach)
+    points = Points(
+        np.empty(size, dtype=np.int64), np.empty(size, dtype=np.int64), np.empty((size, 8), dtype=np.int64),
+        np.empty((size, 8, 3)), np.empty(size), np.empty(size), np.empty(size), np.empty(size),
+        np.empty((size, 4), dtype=np.int64),
+    )  # fmt: skip
+    grid = (reach.pairs, 2, profile_points, width_points, 2)
+    forward, back = Motion(np.empty((3, 3)), np.empty(3)), Motion(np.empty((3, 3)), np.empty(3))
+    carriers = Carriers(np.empty(2, dtype=np.int64), np.empty((2, 4)))
+    return SearchRoom(points, Feet(np.full(grid, -1), np.empty(grid)), forward, back, carriers)
+
+
+@compiled
+def _search_nodal(pair, reach, p, slave, penalty, nodes, largest_gap, count, room):
+    """The points of one gear of tooth pair `p` with a penalty (N/mm^3); see `search_all`."""
+    gears, master, lodm_profile = pair.gears, 1 - slave, pair.scheme.lodm_profile
+    own, mate = reach.windows[p, slave], reach.windows[p, master]
+    first = own[FIRST_ROW] * lodm_profile
+    facing = Facing(
+        own, mate, gears[slave].nodes.shape[1], gears[master].nodes.shape[1],
+        gears[slave].extents[first : first + own[ELEMENT_ROWS] * lodm_profile + 1],
+        room.forward if slave == 0 else room.back, slave == 0, penalty,
+        reach.centre[p, slave] - own[FIRST_ROW], reach.centre[p, master] - mate[FIRST_ROW], reach.clear,
+    )  # fmt: skip
+    feet = Feet(room.feet.element[p, slave], room.feet.guess[p, slave])
+    return search_pair(pair.scheme, facing, nodes, largest_gap, feet, count, room.points)
+
+
+@compiled
+def search_all(pair, reach, lead, nodes, largest_gap, room):
+    """List the points of all tooth pairs in reach that penetrate, or nearly do.
+
+    Parameters
+    ----------
+    pair : Pair
+    reach : Reach
+    lead : float
+        Rotation of the pinion ahead of its kinematic position, rad.
+    nodes : ndarray, shape (n, 3)
+        Deformed nodes of all windows, mm; for exact flanks their displacements alone (`Work`).
+    largest_gap : float
+        Points with a gap below it are listed, mm; strips list what penetrates.
+    room : SearchRoom
+        Its points are filled.
+
+    Returns
+    -------
+    Found
+    """
+    kinematics, scheme, points = pair.kinematics, pair.scheme, room.points
+    images = 2.0 if scheme.mirrored else 1.0
+    count, smallest, border = 0, np.inf, False
+    for p in range(reach.pairs):
+        roll_position = reach.phi + reach.tooth_pair[p] * kinematics.pitch
+        if scheme.kind == NODAL:
+            relative_motion(kinematics, pair.gears, roll_position, lead, room.forward, room.back)
+        # Line contact knows no slave: its points are listed as the pinion's.
+        share = 1.0 if scheme.kind == LINE else pinion_slave_share(kinematics, scheme, roll_position)
+        for slave in range(2):
+            before, portion = count, images * (share if slave == 0 else 1.0 - share)
+            if portion == 0.0:
+                continue
+            if scheme.kind == LINE:
+                found = search_line(pair, reach, p, lead, nodes, largest_gap, count, room)
+            elif scheme.kind == STRIP:
+                found = search_strip(pair, reach, p, slave, lead, portion * scheme.penalty, nodes, count, room)
+            else:
+                penalty = portion * scheme.penalty
+                found = _search_nodal(pair, reach, p, slave, penalty, nodes, largest_gap, count, room)
+            count = found.listed
+            smallest, border = min(smallest, found.smallest), border or found.border
+            points.pair[before:count], points.slave[before:count] = p, slave
+    return Found(count, smallest, border)

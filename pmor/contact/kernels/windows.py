@@ -1,0 +1,115 @@
+"""Which tooth pairs can touch, and which element rows of their flanks: everything follows from the kinematics."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pmor.contact.kernels.compiling import allocating, compiled
+from pmor.contact.kernels.motion import roll_angle
+from pmor.contact.kernels.types import (
+    AT_ROOT,
+    AT_TIP,
+    ELEMENT_ROWS,
+    FIRST,
+    FIRST_ROW,
+    NODE_ROWS,
+    OFFSET,
+    Reach,
+)
+
+
+@compiled
+def _on_flank(gear, roll):
+    return min(max(roll, gear.form_roll), gear.tip_roll)
+
+
+@compiled
+def relative_radius(kinematics, gears, roll_position):
+    """Relative radius of curvature of the flanks where a pair at a roll position (rad) touches, mm."""
+    curvature = 0.0
+    for gear in range(2):
+        roll = _on_flank(gears[gear], roll_angle(kinematics, gears, gear, roll_position))
+        curvature += 1.0 / max(roll * gears[gear].base_radius, kinematics.least_radius)
+    return 1.0 / curvature
+
+
+@compiled
+def overshoot(kinematics, gears, depth):
+    """How far beyond the path of contact an approach `depth` (mm) makes a pair touch, rad of roll position."""
+    at_start = relative_radius(kinematics, gears, kinematics.path_start)
+    radius = max(at_start, relative_radius(kinematics, gears, kinematics.path_end))
+    return min(np.sqrt(2.0 * depth * radius) / gears[0].base_radius, 0.5 * kinematics.pitch)
+
+
+@compiled
+def _place_window(gear, roll, half, offset, window):
+    """Cut the element rows within the arc length `half` of a roll angle; return where that is, in element rows."""
+    rows = len(gear.roll) - 1
+    reach = 2.0 * half / gear.base_radius  # arc length s = r_b u^2 / 2
+    low = np.searchsorted(gear.roll, np.sqrt(max(roll**2 - reach, 0.0)), side="right") - 1
+    high = np.searchsorted(gear.roll, np.sqrt(roll**2 + reach), side="left")
+    low = min(max(low, 0), rows - 1)
+    high = min(max(high, low + 1), rows)
+    node_low, node_high = max(low - 1, 0), min(high + 1, rows)
+    window[OFFSET], window[NODE_ROWS], window[FIRST] = offset, node_high - node_low + 1, low - node_low
+    window[ELEMENT_ROWS], window[FIRST_ROW] = high - low, low
+    window[AT_ROOT], window[AT_TIP] = 1 if low == 0 else 0, 1 if high == rows else 0
+    row = min(max(np.searchsorted(gear.roll, roll, side="right") - 1, 0), rows - 1)
+    return row + (roll - gear.roll[row]) / (gear.roll[row + 1] - gear.roll[row])
+
+
+@allocating
+def place_windows(phi, depth, clear, reachable, kinematics, gears):
+    """Find the tooth pairs and windows that can touch.
+
+    Parameters
+    ----------
+    phi : float
+        Pinion angle, rad.
+    depth : float
+        Approach of the flanks to allow for, mm.
+    clear : float
+        Gap beyond which a row of contact points is clear of the mate, mm.
+    reachable : int
+        Tooth pairs that can be in reach at most.
+    kinematics : Kinematics
+    gears : two Gear
+
+    Returns
+    -------
+    reach : Reach
+    nodes : int
+        Number of nodes of all windows.
+    """
+    index, windows = np.zeros(reachable, dtype=np.int64), np.zeros((reachable, 2, 7), dtype=np.int64)
+    centre = np.zeros((reachable, 2))
+    pitch, margin = kinematics.pitch, overshoot(kinematics, gears, depth)
+    low = int(np.ceil((kinematics.path_start - margin - phi) / pitch - 1e-12))
+    high = int(np.floor((kinematics.path_end + margin - phi) / pitch + 1e-12))
+    pairs, offset = 0, 0
+    for number in range(low, high + 1):
+        roll_position = phi + number * pitch
+        # Wherever contact lies, a row of points on either side of it is inside, not on the border.
+        half = np.sqrt(2.0 * kinematics.local_share * depth * relative_radius(kinematics, gears, roll_position))
+        half = max(half, 1.5 * kinematics.row_spacing)
+        for gear in range(2):
+            flank, window = gears[gear], windows[pairs, gear]
+            roll = _on_flank(flank, roll_angle(kinematics, gears, gear, roll_position))
+            centre[pairs, gear] = _place_window(flank, roll, half, offset, window)
+            offset += window[NODE_ROWS] * flank.nodes.shape[1]
+        index[pairs] = number
+        pairs += 1
+    return Reach(phi, pairs, index, windows, centre, clear), offset
+
+
+@compiled
+def load_windows(reach, gears, out):
+    """Fill `out`, shape (nodes, 3), with the undeformed nodes of all windows (mm)."""
+    for p in range(reach.pairs):
+        for gear in range(2):
+            nodes, window = gears[gear].nodes, reach.windows[p, gear]
+            low = window[FIRST_ROW] - window[FIRST]
+            for i in range(window[NODE_ROWS]):
+                for k in range(nodes.shape[1]):
+                    for d in range(3):
+                        out[window[OFFSET] + i * nodes.shape[1] + k, d] = nodes[low + i, k, d]

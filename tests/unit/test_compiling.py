@@ -1,0 +1,86 @@
+"""numba's cache must notice an edit in any file of the kernels, not only in the one of the function itself."""
+
+import importlib
+import os
+import pkgutil
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import pmor
+import pmor.contact.kernels
+from pmor.contact.kernels.compiling import compiled, sources_stamp
+
+CHECKOUT = Path(pmor.__file__).parents[1]
+# `relative_radius` stands on `roll_angle` in another file, and that on the constant it is given here in a third one.
+CALL = """
+import numpy as np
+from pmor.contact.kernels.windows import relative_radius
+from pmor.contact.kernels.types import Gear, Kinematics
+flank = np.zeros((2, 2, 3)), np.zeros(2), np.zeros((2, 2, 4))
+gear = Gear(*flank, 40.0, 0.1, 0.6, 0.0, 0.0, np.zeros(0), np.zeros(2))
+print(relative_radius(Kinematics(30.0, 0.35, 84.0, 0.3, -0.1, 0.1, 0.4, 0.1, 0.1), (gear, gear), 0.0))
+"""
+
+
+def dispatchers():
+    """All compiled functions of the package, by name."""
+    found = {}
+    for module in pkgutil.iter_modules(pmor.contact.kernels.__path__):
+        path = f"pmor.contact.kernels.{module.name}"
+        for name, value in vars(importlib.import_module(path)).items():
+            if hasattr(value, "py_func") and value.py_func.__module__ == path:
+                found[f"{module.name}.{name}"] = value
+    return found
+
+
+@pytest.mark.jit
+def test_every_dispatcher_is_stamped_with_all_sources_of_the_package():
+    stamps = {name: d._cache._cache_file._source_stamp for name, d in dispatchers().items()}
+    assert len(stamps) > 50
+    assert set(stamps.values()) == {sources_stamp()}, [n for n, stamp in stamps.items() if stamp != sources_stamp()]
+
+
+@pytest.mark.jit
+def test_a_kernel_outside_the_package_is_stamped_with_its_own_file_too():
+    def outside(x):
+        return x
+
+    assert compiled(outside)._cache._cache_file._source_stamp == sources_stamp(Path(__file__))
+
+
+def relative_radius_of(copy):
+    """What a fresh process finds with the kernels in a folder and the cache beside them."""
+    environment = os.environ | {"PYTHONPATH": str(copy), "NUMBA_CACHE_DIR": str(copy / "cache")}
+    done = subprocess.run(
+        [sys.executable, "-c", CALL], env=environment, cwd=copy, capture_output=True, text=True, check=True
+    )
+    return float(done.stdout)
+
+
+@pytest.mark.jit
+def test_an_edit_two_files_down_is_noticed(tmp_path):
+    kernels = tmp_path / "pmor" / "contact" / "kernels"
+    shutil.copytree(CHECKOUT / "pmor" / "contact" / "kernels", kernels, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(CHECKOUT / "pmor" / "arrays.py", tmp_path / "pmor" / "arrays.py")
+    for package in (kernels.parent, kernels.parents[1]):
+        (package / "__init__.py").touch()
+    # A file below the one below that of the function that is called.
+    (kernels / "lowest.py").write_text(
+        "from pmor.contact.kernels.compiling import compiled\n\n\n@compiled\ndef base(x):\n    return x + 0.0\n"
+    )
+    motion = kernels / "motion.py"
+    text = motion.read_text()
+    assert "pinion = roll_position + " in text
+    text = text.replace("pinion = roll_position + ", "pinion = base(roll_position) + ")
+    text = text.replace("import compiled\n", "import compiled\nfrom pmor.contact.kernels.lowest import base\n", 1)
+    motion.write_text(text)
+    before, again = relative_radius_of(tmp_path), relative_radius_of(tmp_path)
+    assert again == before
+    assert list((tmp_path / "cache").rglob("*.nbc")), "nothing was kept: there is nothing to notice"
+    lowest = kernels / "lowest.py"
+    lowest.write_text(lowest.read_text().replace("x + 0.0", "x + 0.1"))
+    assert relative_radius_of(tmp_path) != before
