@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Executor
+from concurrent.futures import Executor, ThreadPoolExecutor
+from contextlib import contextmanager
 from typing import TypeVar
 
 Item = TypeVar("Item")
@@ -38,3 +39,13 @@ def in_order(
     for result in (map if executor is None else executor.map)(work, items):
         advance()
         yield result
+
+
+@contextmanager
+def threads(count: int) -> Iterator[Executor | None]:
+    """Give an executor of so many threads; none for one, whose work is done where it is asked for."""
+    if count == 1:
+        yield None
+        return
+    with ThreadPoolExecutor(max_workers=count) as executor:
+        yield executor

@@ -11,6 +11,9 @@ Zhang, ESAIM: M2AN 48 (2014) 259); before it ends all of them are.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor
+from functools import partial
+from typing import Protocol
 
 import numpy as np
 
@@ -19,15 +22,27 @@ from pmor.case import Case
 from pmor.contact.condition import Condition
 from pmor.pair.conditions import training_values
 from pmor.pair.model import ElasticModel
+from pmor.parallel import in_order
 from pmor.reduction.basis import Basis
 from pmor.reduction.snapshots import Snapshots
 from pmor_offline.gather import make_basis
 from pmor_offline.sampling import SEED, TrainingPosition, first_positions, sobol_positions
 from pmor_offline.snapshots import solve_snapshots
 
-# STE and estimate of what it lacks, um, of a basis at pinion angles under as many conditions; NaN where not converged.
-ErrorEstimate = Callable[[Basis, FloatArray, Sequence[Condition]], tuple[FloatArray, FloatArray]]
 
+class ErrorEstimate(Protocol):
+    """What a greedy sampling asks a basis for."""
+
+    def __call__(
+        self, basis: Basis, phi: FloatArray, conditions: Sequence[Condition], *, executor: Executor | None = None
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return STE and estimate of what it lacks, um, at pinion angles under as many conditions.
+
+        NaN where not converged; the executor may take several at a time.
+        """
+
+
+Estimate = Callable[[Basis, FloatArray, Sequence[Condition]], tuple[FloatArray, FloatArray]]
 # States at which the error is estimated for each dimension: angle, and every parameter with a range. With a quarter of
 # them, the sampling of a pair with misaligned axes ended at a fifth of the largest error at 200 other states.
 CANDIDATES_PER_DIMENSION = 512
@@ -36,8 +51,9 @@ BATCH = 64
 
 
 def greedy_snapshots(
-    case: Case, model: ElasticModel, estimate: ErrorEstimate, known: Sequence[Snapshots]
-) -> Iterator[Snapshots]:
+    case: Case, model: ElasticModel, estimate: ErrorEstimate, known: Sequence[Snapshots],
+    executor: Executor | None = None,
+) -> Iterator[Snapshots]:  # fmt: skip
     """Solve full FE state by state, each where the estimate is largest.
 
     Parameters
@@ -48,6 +64,8 @@ def greedy_snapshots(
         See `ErrorEstimate`.
     known : sequence of Snapshots
         What is solved already; grows while this runs, by what it yields.
+    executor : concurrent.futures.Executor, optional
+        Estimates several errors, and solves several of the positions to begin with, at a time.
 
     Yields
     ------
@@ -56,16 +74,16 @@ def greedy_snapshots(
     """
     offline, pair = case.offline, model.mesh.meshed.pair
     begin = first_positions(offline, pair)
-    while len(known) < min(len(begin), offline.solves):
-        yield solve_snapshots(model, begin[len(known)])
+    yield from in_order(partial(solve_snapshots, model), begin[len(known) : offline.solves], executor)
     candidates = _candidates(case, model)
     percent = np.full(len(candidates), np.inf)
+    ask = partial(estimate, executor=executor)
     # What is solved already is chosen again, without being solved: the estimates go on as if there had been no break.
     for count in range(len(begin), offline.solves):
         basis, _ = make_basis(case, model, known[:count])
-        _update(percent, candidates, basis, estimate, 0.0)
+        _update(percent, candidates, basis, ask, 0.0)
         if percent.max() <= offline.tolerance_percent:
-            _update(percent, candidates, basis, estimate, -np.inf)
+            _update(percent, candidates, basis, ask, -np.inf)
             if percent.max() <= offline.tolerance_percent:
                 return
         worst = int(np.argmax(percent))
@@ -84,7 +102,7 @@ def _candidates(case: Case, model: ElasticModel) -> tuple[TrainingPosition, ...]
 
 
 def _update(
-    percent: FloatArray, candidates: tuple[TrainingPosition, ...], basis: Basis, estimate: ErrorEstimate, largest: float
+    percent: FloatArray, candidates: tuple[TrainingPosition, ...], basis: Basis, estimate: Estimate, largest: float
 ) -> None:
     """Estimate candidates anew, those with the largest known error first, until the others are below the largest found.
 

@@ -1,26 +1,24 @@
-"""The offline stage as a job: full solves over angles, saved one by one, resumed, gathered into a basis file."""
+"""Training as a job: on the screen, in files that an interrupted run leaves for the next, one writer at a time."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
 from pmor.case import Case, basis_key
-from pmor.errors import ConvergenceError
 from pmor.pair.model import ElasticModel
+from pmor.parallel import threads
 from pmor.progress import Progress
 from pmor.reduction.snapshots import Snapshots
 from pmor.storage.atomic import ensure_folder, refuse_existing, remove_abandoned, remove_folder
 from pmor.storage.basis_file import write_basis
 from pmor.storage.lock import only_writer_of_file
 from pmor.storage.snapshot_file import read_snapshots, write_snapshots
-from pmor_offline.adaptive import ErrorEstimate, greedy_snapshots
-from pmor_offline.gather import make_basis
-from pmor_offline.sampling import TrainingPosition, grid_positions, sobol_positions
-from pmor_offline.snapshots import solve_snapshots
+from pmor_offline.adaptive import ErrorEstimate
+from pmor_offline.sampling import most_positions
+from pmor_offline.train import train
 
 
 @dataclass(frozen=True)
@@ -57,7 +55,7 @@ def run_offline(
         Of the basis file. Snapshots are kept beside it, in a folder of the same name with ``.parts``, until it is
         written.
     jobs : int
-        Angles solved at a time.
+        Angles solved, and errors estimated, at a time.
     resume : bool
         Take over the snapshots that an interrupted run has left.
     overwrite : bool
@@ -82,84 +80,38 @@ def run_offline(
     ensure_folder(path.parent)
     with only_writer_of_file(path):
         refuse_existing(path, overwrite)
-        return _run(case, model, path, jobs, resume, overwrite, started, estimate)
+        remove_abandoned(path.parent, path.name)
+        parts = path.with_name(path.name + ".parts")
+        if parts.exists() and not resume:
+            remove_folder(parts)
+        remove_abandoned(ensure_folder(parts))
+        key, known, solved = basis_key(case), _kept(case, parts), list[int]()
 
+        def keep(number: int, snapshots: Snapshots) -> None:
+            write_snapshots(_part(parts, number), snapshots, key)
+            solved.append(number)
 
-def _run(
-    case: Case, model: ElasticModel, path: Path, jobs: int, resume: bool, overwrite: bool, started: float,
-    estimate: ErrorEstimate | None,
-) -> OfflineSummary:  # fmt: skip
-    remove_abandoned(path.parent, path.name)
-    parts = path.with_name(path.name + ".parts")
-    if parts.exists() and not resume:
+        positions = most_positions(case)
+        shown = Progress(positions, "full FE", done=len(known)) if positions else nullcontext()
+        with threads(jobs) as executor, shown as progress:
+            advance = progress.advance if progress else lambda: None
+            trained = train(case, model, estimate, executor, advance, known, keep, started)
+        write_basis(path, trained.basis, trained.force, overwrite)
         remove_folder(parts)
-    remove_abandoned(ensure_folder(parts))
-    if not case.reduction.trained:
-        snapshots, resumed = list[Snapshots](), 0
-    elif case.offline.sampling == "greedy":
-        snapshots, resumed = _sample_greedily(case, model, parts, estimate)
-    else:
-        snapshots, resumed = _solve_positions(case, model, parts, jobs)
-    failed = tuple(failure for s in snapshots for failure in s.failures)
-    if failed and len(failed) == sum(len(s.converged) for s in snapshots):
-        raise ConvergenceError(f"no full solve converged, first: {failed[0]}", [])
-    basis, force = make_basis(case, model, snapshots, time.perf_counter() - started)
-    write_basis(path, basis, force, overwrite)
-    remove_folder(parts)
-    return OfflineSummary(len(snapshots) - resumed, resumed, failed, time.perf_counter() - started)
+    return OfflineSummary(len(solved), len(known), trained.failures, time.perf_counter() - started)
 
 
-def _solve_positions(case: Case, model: ElasticModel, parts: Path, jobs: int) -> tuple[list[Snapshots], int]:
-    """Solve all positions of a sampling that is known beforehand; return them and how many were there already."""
-    pair, offline = model.mesh.meshed.pair, case.offline
-    if offline.sampling == "grid":
-        positions = grid_positions(offline, pair)
-    else:
-        positions = sobol_positions(offline, pair, offline.solves)
-    key = basis_key(case)
-    files = [_part(parts, i) for i in range(len(positions))]
-    # A solve that failed is tried again: the program may have learnt to do it.
-    kept = ((i, read_snapshots(file, key)) for i, file in enumerate(files))
-    found = {i: s for i, s in kept if s is not None and s.converged.all()}
-    resumed = len(found)
-    with Progress(len(positions), "full FE", done=resumed) as progress:
-        missing = [i for i in range(len(positions)) if i not in found]
-        for i, snapshots in _solve_all(model, positions, missing, jobs):
-            write_snapshots(files[i], snapshots, key)
-            found[i] = snapshots
-            progress.advance()
-    return [found[i] for i in range(len(positions))], resumed
-
-
-def _solve_all(
-    model: ElasticModel, positions: tuple[TrainingPosition, ...], missing: list[int], jobs: int
-) -> Iterator[tuple[int, Snapshots]]:
-    """Solve in threads: compiled kernels and linear algebra run outside Python's lock, and nothing is copied."""
-    with ThreadPoolExecutor(max_workers=jobs) as pool:
-        futures = {pool.submit(solve_snapshots, model, positions[i]): i for i in missing}
-        try:
-            for future in as_completed(futures):
-                yield futures[future], future.result()
-        finally:
-            pool.shutdown(cancel_futures=True)
-
-
-def _sample_greedily(
-    case: Case, model: ElasticModel, parts: Path, estimate: ErrorEstimate | None
-) -> tuple[list[Snapshots], int]:
-    """Let the error estimate choose; each solution is kept as soon as it is there, in order."""
-    if estimate is None:
-        raise TypeError("a greedy sampling needs something that estimates errors")
-    key, known = basis_key(case), list[Snapshots]()
-    while (snapshots := read_snapshots(_part(parts, len(known)), key)) is not None:
-        known.append(snapshots)
-    resumed = len(known)
-    with Progress(case.offline.solves, "full FE", done=resumed) as progress:
-        for snapshots in greedy_snapshots(case, model, estimate, known):
-            write_snapshots(_part(parts, len(known)), snapshots, key)
-            known.append(snapshots)
-            progress.advance()
-    return known, resumed
+def _kept(case: Case, parts: Path) -> dict[int, Snapshots]:
+    """Read what an interrupted run has left."""
+    key, greedy, found = basis_key(case), case.offline.sampling == "greedy", dict[int, Snapshots]()
+    for number in range(most_positions(case)):
+        snapshots = read_snapshots(_part(parts, number), key)
+        if snapshots is None and greedy:
+            break  # each was chosen by those before it
+        # A solve that failed is tried again: the program may have learnt to do it.
+        if snapshots is not None and (greedy or snapshots.converged.all()):
+            found[number] = snapshots
+    return found
 
 
 def _part(parts: Path, number: int) -> Path:

@@ -14,7 +14,7 @@ from itertools import product
 import numpy as np
 
 from pmor.arrays import FloatArray
-from pmor.case import OfflineCase
+from pmor.case import Case, OfflineCase
 from pmor.contact.condition import Condition
 from pmor.contact.flank import MeshedPair
 from pmor.contact.position import overshoot
@@ -39,6 +39,20 @@ class TrainingPosition:
 
     phi: float
     conditions: tuple[Condition, ...]
+
+
+def most_positions(case: Case) -> int:
+    """Return how many positions a training solves; of a greedy sampling, at most."""
+    if not case.reduction.trained:
+        return 0
+    return case.offline.angles_per_pitch if case.offline.sampling == "grid" else case.offline.solves
+
+
+def planned_positions(offline: OfflineCase, pair: GearPair) -> tuple[TrainingPosition, ...]:
+    """Return the positions of a sampling that is known beforehand."""
+    if offline.sampling == "grid":
+        return grid_positions(offline, pair)
+    return sobol_positions(offline, pair, offline.solves)
 
 
 def grid_positions(offline: OfflineCase, pair: GearPair) -> tuple[TrainingPosition, ...]:

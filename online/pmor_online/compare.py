@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
@@ -49,8 +50,9 @@ class Comparison:
 
 
 def compare_models(
-    reduced: ReducedPair, model: ElasticModel, advance: Callable[[], None] = lambda: None
-) -> Comparison:
+    reduced: ReducedPair, model: ElasticModel, advance: Callable[[], None] = lambda: None,
+    executor: Executor | None = None,
+) -> Comparison:  # fmt: skip
     """Solve the case's comparison positions with the reduced and the full model.
 
     Parameters
@@ -60,6 +62,8 @@ def compare_models(
         Full FE of the same case.
     advance : callable
         Called after each angle of the full model, for progress.
+    executor : concurrent.futures.Executor, optional
+        Solves several angles of the full model at a time.
 
     Returns
     -------
@@ -72,7 +76,7 @@ def compare_models(
     conditions = conditions_of(case, case.compare.torques_Nm)
     return Comparison(
         reduced=sweep_reduced_pair(reduced, phi, conditions),
-        full=sweep_ste(model.mesh.meshed, model.elasticity_at, phi, conditions, advance),
+        full=sweep_ste(model.mesh.meshed, model.elasticity_at, phi, conditions, advance, executor),
     )
 
 

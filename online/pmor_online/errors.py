@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import Executor
 
 import numpy as np
 
 from pmor.arrays import FloatArray
 from pmor.contact.condition import Condition
+from pmor.parallel import in_order
 from pmor.reduction.basis import Basis
 from pmor_online.model import reduced_pair
 from pmor_online.sweep import TOLERANCE, sweep_reduced_pair
 
 
 def estimate_errors(
-    basis: Basis, phi: FloatArray, conditions: Sequence[Condition], tolerance: float = TOLERANCE
-) -> tuple[FloatArray, FloatArray]:
+    basis: Basis, phi: FloatArray, conditions: Sequence[Condition], tolerance: float = TOLERANCE,
+    executor: Executor | None = None,
+) -> tuple[FloatArray, FloatArray]:  # fmt: skip
     """Solve the reduced model at scattered states.
 
     Parameters
@@ -27,6 +30,8 @@ def estimate_errors(
     conditions : sequence of n Condition
     tolerance : float
         See `pmor_online.sweep.sweep_reduced_pair`.
+    executor : concurrent.futures.Executor, optional
+        Takes several states at a time.
 
     Returns
     -------
@@ -34,10 +39,10 @@ def estimate_errors(
         STE and the estimate of what it lacks, um; NaN where not converged.
     """
     reduced = reduced_pair(basis)
-    ste, error = np.full((2, len(phi)), np.nan)
-    for i, condition in enumerate(conditions):
-        sweep = sweep_reduced_pair(reduced, phi[i : i + 1], [condition], tolerance=tolerance)
-        ste[i] = sweep.ste_um[0, 0]
-        if sweep.ste_error_um is not None:
-            error[i] = sweep.ste_error_um[0, 0]
-    return ste, error
+
+    def solve(i: int) -> tuple[float, float]:
+        sweep = sweep_reduced_pair(reduced, phi[i : i + 1], [conditions[i]], tolerance=tolerance)
+        return sweep.ste_um[0, 0], np.nan if sweep.ste_error_um is None else sweep.ste_error_um[0, 0]
+
+    found = np.array(list(in_order(solve, range(len(phi)), executor))).reshape(-1, 2)
+    return found[:, 0], found[:, 1]

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from pmor.pair.conditions import conditions_of
 from pmor.pair.model import ElasticModel
+from pmor.parallel import threads
 from pmor.progress import Progress
 from pmor.results.sweep import SteSweep
 from pmor_online.compare import Comparison, compare_models, failed_positions, training_failures
@@ -44,7 +45,7 @@ class OnlineResult:
 
 
 def run_online(
-    reduced: ReducedPair, basis_path: Path, model: ElasticModel | None = None
+    reduced: ReducedPair, basis_path: Path, model: ElasticModel | None = None, jobs: int = 1
 ) -> OnlineResult:
     """Sweep with the reduced model and, given the full one, compare.
 
@@ -55,6 +56,8 @@ def run_online(
         Where the basis came from.
     model : ElasticModel, optional
         Full FE of the same case.
+    jobs : int
+        Angles of the full model solved at a time. The reduced sweep is timed, and runs on one thread.
 
     Returns
     -------
@@ -69,8 +72,8 @@ def run_online(
     failures = training_failures(reduced.basis.training) + failed_positions(sweep, "reduced model")
     comparison = None
     if model is not None:
-        with Progress(case.compare.angles, "full FE, unseen angles") as progress:
-            comparison = compare_models(reduced, model, progress.advance)
+        with threads(jobs) as executor, Progress(case.compare.angles, "full FE, unseen angles") as progress:
+            comparison = compare_models(reduced, model, progress.advance, executor)
         failures += failed_positions(comparison.full, "full FE")
         failures += failed_positions(comparison.reduced, "reduced model, unseen angle")
     mib = basis_path.stat().st_size / 2**20

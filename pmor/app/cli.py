@@ -97,6 +97,7 @@ def build_parser() -> argparse.ArgumentParser:
     compare = command("compare", "reduced against full FE: error and run time")
     _add_case(compare)
     _add_out(compare, "--out")
+    _add_jobs(compare)
 
     study = command("study", "a grid of meshes, refinements and models: error against run time, in one report")
     study.add_argument("study_path", metavar="STUDY", type=Path, help="study file (TOML)")

@@ -95,7 +95,7 @@ def online(basis_path: Path, out: Path | None = None, case_path: Path | None = N
     _require_convergence(result)
 
 
-def compare(case_path: Path, out: Path | None = None) -> None:
+def compare(case_path: Path, out: Path | None = None, jobs: int = 1) -> None:
     """Compare the reduced with the full model: error and run time."""
     started = time.perf_counter()
     case, mesh = _meshed_case(case_path)
@@ -105,7 +105,7 @@ def compare(case_path: Path, out: Path | None = None) -> None:
 
     folder = ensure_folder(out or Path("out") / case.name)
     with only_writer_in_folder(folder):
-        result = _reduced_and_full(case, mesh, folder, jobs=1, overwrite=False, started=started)
+        result = _reduced_and_full(case, mesh, folder, jobs, overwrite=False, started=started)
         write_results(result, folder)
     print(result_text(result))
     _require_convergence(result)
@@ -267,7 +267,7 @@ def _reduced_and_full(
         basis = read_basis(basis_path)
     # The basis is valid, but sweep and outputs of the case may have changed since.
     basis = replace(basis, case=case)
-    return run_online(reduced_pair(basis), basis_path, model)
+    return run_online(reduced_pair(basis), basis_path, model, jobs)
 
 
 def _valid_basis(path: Path, case: Case) -> Basis | None:

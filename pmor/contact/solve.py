@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -32,11 +33,14 @@ class SolvedPosition:
         One for each condition; None where Newton did not converge.
     failures : tuple of str
         What went wrong, for the conditions that failed.
+    seconds : float
+        Wall time.
     """
 
     position: Position
     equilibria: tuple[Equilibrium | None, ...]
     failures: tuple[str, ...]
+    seconds: float = 0.0
 
 
 def solve_position(
@@ -58,7 +62,7 @@ def solve_position(
     -------
     SolvedPosition
     """
-    axes = common_axes(conditions)
+    start, axes = time.perf_counter(), common_axes(conditions)
     depth = max(window_depth(meshed, condition) for condition in conditions)
     while True:
         position = active_patches(meshed, phi, depth, axes)
@@ -66,7 +70,7 @@ def solve_position(
         # Contact that comes and goes at a window's border has no equilibrium there.
         failed = bool(solved.failures) and not position.whole
         if not failed and not any(e is not None and e.contact.touches_border for e in solved.equilibria):
-            return solved
+            return replace(solved, seconds=time.perf_counter() - start)
         depth *= 3.0  # ends at the latest when the windows hold the whole flanks, which have no inner border
 
 

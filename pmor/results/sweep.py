@@ -35,7 +35,7 @@ class SteSweep:
     newton_steps : (n_torques, n_angles) int
     converged : (n_torques, n_angles) bool
     seconds : float
-        Wall time of the sweep.
+        Wall time of the sweep, or of its positions, added up.
     pitch_rad : float
         2 pi / z1.
     ste_error_um : (n_torques, n_angles) or None

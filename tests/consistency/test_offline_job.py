@@ -5,7 +5,7 @@ import time
 import h5py
 import numpy as np
 import pmor_offline.adaptive
-import pmor_offline.jobs
+import pmor_offline.train
 import pytest
 from numpy.testing import assert_allclose
 from pmor_offline.jobs import run_offline
@@ -48,7 +48,7 @@ def names(folder):
     return {path.name for path in folder.iterdir()}
 
 
-def interrupt_after(count, monkeypatch, parts=None, module=pmor_offline.jobs):
+def interrupt_after(count, monkeypatch, parts=None, module=pmor_offline.train):
     """Let the solve after `count` others fail, once `count` files are in the folder `parts`."""
     solve, calls = module.solve_snapshots, []
 
@@ -117,7 +117,7 @@ def test_parts_of_another_case_and_damaged_parts_are_solved_again(tiny, whole, t
     parts = tmp_path / "basis.h5.parts"
     parts.mkdir()
     conditions = Condition(torque=1e3), Condition(torque=2e3)
-    other = pmor_offline.jobs.solve_snapshots(model, TrainingPosition(0.0, conditions))
+    other = pmor_offline.train.solve_snapshots(model, TrainingPosition(0.0, conditions))
     write_snapshots(parts / "angle_00000.h5", other, "key of another case")
     (parts / "angle_00001.h5").write_bytes(b"half a file")
     done = run_offline(case, model, path, resume=True)

@@ -4,7 +4,7 @@ from functools import cache
 
 import h5py
 import numpy as np
-import pmor_offline.jobs
+import pmor_offline.train
 import pytest
 from numpy.testing import assert_allclose
 from pmor_offline.jobs import run_offline
@@ -104,7 +104,7 @@ def test_static_modes_need_no_full_solve(small_model, tmp_path, monkeypatch):
     def solve(*_):
         raise AssertionError("a full solve")
 
-    monkeypatch.setattr(pmor_offline.jobs, "solve_snapshots", solve)
+    monkeypatch.setattr(pmor_offline.train, "solve_snapshots", solve)
     case, path = small_case(shapes="static_modes"), tmp_path / "basis.h5"
     done = run_offline(case, small_model[1], path)
     assert (done.solved, done.resumed, done.failed) == (0, 0, ())

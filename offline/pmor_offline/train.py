@@ -1,0 +1,122 @@
+"""Training: from a case and its full FE to a basis, in memory. Whoever calls it says what is kept, shown, and where."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from functools import partial
+
+from pmor.arrays import FloatArray
+from pmor.case import Case
+from pmor.errors import ConvergenceError
+from pmor.pair.model import ElasticModel
+from pmor.parallel import in_order
+from pmor.reduction.basis import Basis
+from pmor.reduction.snapshots import Snapshots
+from pmor_offline.adaptive import ErrorEstimate, greedy_snapshots
+from pmor_offline.gather import make_basis
+from pmor_offline.sampling import planned_positions
+from pmor_offline.snapshots import solve_snapshots
+
+# Takes the number of a position in the sampling, and its solution.
+Keep = Callable[[int, Snapshots], None]
+
+
+@dataclass(frozen=True)
+class Trained:
+    """What a training gives.
+
+    Parameters
+    ----------
+    basis : Basis
+    force : ndarray, shape (M, T, 2, f)
+        Nodal forces of full FE, N (`pmor_offline.gather.make_basis`).
+    failures : tuple of str
+        Angle and torque of each full solve that did not converge.
+    """
+
+    basis: Basis
+    force: FloatArray
+    failures: tuple[str, ...]
+
+
+def train(
+    case: Case, model: ElasticModel, estimate: ErrorEstimate | None = None, executor: Executor | None = None,
+    advance: Callable[[], None] = lambda: None, known: Mapping[int, Snapshots] | None = None,
+    keep: Keep = lambda number, snapshots: None, started: float | None = None,
+) -> Trained:  # fmt: skip
+    """Solve full FE over the training set of a case and make a basis of it.
+
+    Parameters
+    ----------
+    case : Case
+    model : ElasticModel
+    estimate : callable, optional
+        What a greedy sampling asks for errors (`pmor_offline.adaptive`).
+    executor : concurrent.futures.Executor, optional
+        Solves several positions, and estimates several errors, at a time. The basis does not depend on it.
+    advance : callable
+        Called after each position that was solved, for progress.
+    known : mapping of int to Snapshots, optional
+        Positions that are solved already, by their number in the sampling; of a greedy one the unbroken beginning.
+    keep : callable
+        Given each solution as soon as it is there, with its number.
+    started : float, optional
+        ``time.perf_counter()`` at the start of the offline stage, when meshing and finite elements shall count.
+
+    Returns
+    -------
+    Trained
+
+    Raises
+    ------
+    ConvergenceError
+        When no full solve converged at all.
+    """
+    started = time.perf_counter() if started is None else started
+    if not case.reduction.trained:
+        snapshots: list[Snapshots] = []
+    elif case.offline.sampling == "greedy":
+        snapshots = _chosen(case, model, estimate, executor, advance, known or {}, keep)
+    else:
+        snapshots = _planned(case, model, executor, advance, known or {}, keep)
+    failures = tuple(failure for s in snapshots for failure in s.failures)
+    if failures and len(failures) == sum(len(s.converged) for s in snapshots):
+        raise ConvergenceError(f"no full solve converged, first: {failures[0]}", [])
+    basis, force = make_basis(case, model, snapshots, time.perf_counter() - started)
+    return Trained(basis, force, failures)
+
+
+def _planned(
+    case: Case, model: ElasticModel, executor: Executor | None, advance: Callable[[], None],
+    known: Mapping[int, Snapshots], keep: Keep,
+) -> list[Snapshots]:  # fmt: skip
+    """Solve all positions of a sampling that is known beforehand."""
+    positions = planned_positions(case.offline, model.mesh.meshed.pair)
+    missing = [i for i in range(len(positions)) if i not in known]
+    found = dict(known)
+    solved = in_order(partial(solve_snapshots, model), [positions[i] for i in missing], executor)
+    for i, snapshots in zip(missing, solved, strict=True):
+        keep(i, snapshots)
+        found[i] = snapshots
+        advance()
+    return [found[i] for i in range(len(positions))]
+
+
+def _chosen(
+    case: Case, model: ElasticModel, estimate: ErrorEstimate | None, executor: Executor | None,
+    advance: Callable[[], None], known: Mapping[int, Snapshots], keep: Keep,
+) -> list[Snapshots]:  # fmt: skip
+    """Let the error estimate choose; each solution is kept as soon as it is there, in order."""
+    if estimate is None:
+        raise TypeError("a greedy sampling needs something that estimates errors")
+    found: list[Snapshots] = []
+    while len(found) in known:
+        found.append(known[len(found)])
+    for snapshots in greedy_snapshots(case, model, estimate, found, executor):
+        keep(len(found), snapshots)
+        found.append(snapshots)
+        advance()
+    return found
