@@ -3,12 +3,15 @@
 import numpy as np
 import pytest
 
+from pmor.case import parse_case
 from pmor.contact.condition import Condition
 from pmor.contact.elasticity import full_elasticity
 from pmor.contact.equilibrium import solve_equilibrium
 from pmor.contact.position import active_patches
 from pmor.contact.search import search_contact
+from pmor.pair.model import elastic_model, mesh_model
 from tests.gear_models import body, gear_pair, meshed_pair, tooth
+from tests.small_case import case_text
 
 TORQUE = 1e5  # N mm, the paper pair's nominal load
 NEWTON = 1e-9  # relative residual at which the solver stops
@@ -57,3 +60,10 @@ def rigid_lead(meshed, phi):
         if abs(gap) < 1e-10:
             return lead
     raise AssertionError("the rigid flanks did not meet")
+
+
+def line_model(elements, width, **sections):
+    """Full FE of the small case with line contact on another mesh."""
+    changed = {"mesh": {"profile_elements": elements, "width_elements": width}, "contact": None} | sections
+    case = parse_case(case_text(**changed), "line", "line case")
+    return elastic_model(case, mesh_model(case))
