@@ -1,7 +1,11 @@
 """The reduced sweep: one compiled call per block of angles, blocks in parallel.
 
-The same mechanics as `pmor.pair.sweep.sweep_ste` with a reduced elasticity, which is its slow and obvious twin in the
-tests. Blocks have a fixed size, so that the result does not depend on the number of threads, to the last bit.
+The mechanics of the reduced pair stand in the code twice, for a reason. The compiled sweep iterates on contact forces:
+fast, a few microseconds a step, but the stiffer the penalty, the more steps, until there are too many. What it does not
+solve goes to `pmor.contact.equilibrium` with a reduced elasticity, whose steps do not depend on the penalty, and which
+is the one that full FE goes through as well. In the tests that is the slow and obvious twin of the compiled sweep.
+
+Blocks have a fixed size, so that the result does not depend on the number of threads, to the last bit.
 """
 
 from __future__ import annotations
@@ -11,16 +15,21 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
+from pmor.results.force_law import ForceLaw
 
 from pmor.arrays import FloatArray
-from pmor.contact.condition import Axes, Condition, common_axes
-from pmor.contact.equilibrium import round_off_residual
+from pmor.contact.condition import ALIGNED, Axes, Condition, at_leads, common_axes
+from pmor.contact.equilibrium import expected_approach, round_off_residual
 from pmor.contact.flank import MeshedPair
+from pmor.contact.kernels.loads import Loads, empty_loads, list_loads, trimmed
+from pmor.contact.kernels.shapes import gather_members, member_slots
 from pmor.contact.kernels.sweep import Results, Settings, sweep_reduced
-from pmor.contact.kernels.types import Pair
-from pmor.contact.position import pairs_in_reach
+from pmor.contact.kernels.types import Pair, Points
+from pmor.contact.position import Position, pairs_in_reach
+from pmor.contact.search import Contact
 from pmor.contact.solve import WINDOW_MARGIN, solve_position, standing_depth
 from pmor.reduction.error_estimate import discarded_energy_slope
+from pmor.results.loads import ContactLoads, SweepStates
 from pmor.results.sweep import SteSweep
 from pmor_online.model import ReducedPair
 
@@ -45,6 +54,7 @@ def sweep_reduced_pair(
     jobs: int = 1,
     tolerance: float = TOLERANCE,
     advance: Callable[[int], None] = lambda n: None,
+    recorded: bool = False,
 ) -> SteSweep:
     """Solve all angles under all conditions with the reduced model.
 
@@ -61,42 +71,72 @@ def sweep_reduced_pair(
         On the relative residuals that are evaluated, before a last step.
     advance : callable
         Called with the number of angles done, for progress.
+    recorded : bool
+        Keep lead, amplitudes and contact forces of all states too.
 
     Returns
     -------
     SteSweep
     """
     start = time.perf_counter()
-    angles, loads = np.ascontiguousarray(phi, dtype=float), np.array([c.given_torque for c in conditions])
-    whole = _no_results(len(loads), len(angles), pairs_in_reach(reduced.meshed))
-
-    def solve(block: slice) -> int:
-        part = _no_results(len(loads), len(angles[block]), whole.pair.shape[1])
-        _solve_block(reduced, angles[block], conditions, tolerance, part)
-        for name, values in part._asdict().items():
-            where = (block,) if name == "pair" else (slice(None), block)
-            getattr(whole, name)[where] = values
-        return len(part.pair)
-
-    blocks = [slice(i, i + ANGLES_PER_BLOCK) for i in range(0, len(angles), ANGLES_PER_BLOCK)]
-    with ThreadPoolExecutor(max_workers=jobs) as pool:
-        for done in pool.map(solve, blocks):
-            advance(done)
-    for i in np.flatnonzero(~whole.converged.all(axis=0)):
-        _solve_again(reduced, float(angles[i]), conditions, whole, int(i))
+    torques = np.array([condition.given_torque for condition in conditions])
+    found, loads = _solve(reduced, phi, conditions, jobs, tolerance, advance, recorded)
     base_radius = reduced.meshed.pair.pinion.base_radius
-    share, pair_index = _shares(whole.pair, whole.pair_torque)
+    lead = np.where(found.converged, found.lead, np.nan)
+    share, pair_index = _shares(found.pair, found.pair_torque)
     return SteSweep(
-        phi_rad=angles,
-        torque_Nm=loads * 1e-3,
-        ste_um=np.where(whole.converged, whole.lead, np.nan) * base_radius * 1e3,
+        phi_rad=np.asarray(phi, dtype=float),
+        torque_Nm=torques * 1e-3,
+        ste_um=lead * base_radius * 1e3,
         pair_share=share,
         pair_index=pair_index,
-        newton_steps=whole.steps,
-        converged=whole.converged,
+        newton_steps=found.steps,
+        converged=found.converged,
         seconds=time.perf_counter() - start,
         pitch_rad=reduced.meshed.pair.pitch,
-        ste_error_um=1e3 * base_radius * whole.slope if reduced.basis.compliance else None,
+        ste_error_um=1e3 * base_radius * found.slope if reduced.basis.compliance else None,
+        states=SweepStates(lead, found.pair, found.amplitude, loads) if recorded else None,
+    )
+
+
+def reduced_force_law(
+    reduced: ReducedPair,
+    phi: FloatArray,
+    leads: Sequence[float],
+    axes: Axes = ALIGNED,
+    jobs: int = 1,
+    tolerance: float = TOLERANCE,
+    advance: Callable[[int], None] = lambda n: None,
+) -> ForceLaw:
+    """Find the torque that the contact forces make where the pinion's lead is given: F(phi, lead, axes).
+
+    Parameters
+    ----------
+    leads : sequence of float
+        rad, from where the unloaded flanks first touch.
+    axes : Axes
+    reduced, phi, jobs, tolerance, advance
+        As in `sweep_reduced_pair`.
+
+    Returns
+    -------
+    ForceLaw
+    """
+    start = time.perf_counter()
+    found, _ = _solve(reduced, phi, at_leads(leads, axes), jobs, tolerance, advance, False)
+    pairs = np.unique(found.pair)
+    torque = np.zeros((*found.lead.shape, len(pairs)))
+    for column, index in enumerate(pairs):
+        torque[:, :, column] = np.where(found.pair == index, found.pair_torque, 0.0).sum(axis=2)
+    torque[~found.converged] = np.nan
+    return ForceLaw(
+        phi_rad=np.asarray(phi, dtype=float),
+        lead_rad=np.asarray(leads, dtype=float),
+        pair_torque_Nm=1e-3 * torque,
+        pair_index=pairs,
+        newton_steps=found.steps,
+        converged=found.converged,
+        seconds=time.perf_counter() - start,
     )
 
 
@@ -106,8 +146,57 @@ def sweep_pair(meshed: MeshedPair, axes: Axes) -> Pair:
     return pair._replace(scheme=pair.scheme._replace(foot_step=FOOT_STEP))
 
 
-def _no_results(torques: int, angles: int, reach: int) -> Results:
-    grid = torques, angles
+def _solve(
+    reduced: ReducedPair, phi: FloatArray, conditions: Sequence[Condition], jobs: int, tolerance: float,
+    advance: Callable[[int], None], recorded: bool,
+) -> tuple[Results, ContactLoads]:  # fmt: skip
+    """Solve all angles in blocks, and again by the slow twin what took the compiled sweep too many steps."""
+    angles = np.ascontiguousarray(phi, dtype=float)
+    settings, drives = _settings(reduced, conditions, tolerance, recorded)
+    slots = member_slots(reduced.family) if recorded else 0
+    whole = _no_results(len(drives), len(angles), settings.reachable, slots)
+    pair = sweep_pair(reduced.meshed, common_axes(conditions))
+
+    def solve(block: slice) -> tuple[Results, Loads]:
+        part = _no_results(len(drives), len(angles[block]), settings.reachable, slots)
+        compliance = reduced.kernel_compliance
+        return part, sweep_reduced(angles[block], drives, pair, reduced.family, compliance, settings, part)
+
+    blocks = [slice(i, i + ANGLES_PER_BLOCK) for i in range(0, len(angles), ANGLES_PER_BLOCK)]
+    listed: list[Loads] = []
+    with ThreadPoolExecutor(max_workers=jobs) as pool:
+        for block, (part, loads) in zip(blocks, pool.map(solve, blocks), strict=True):
+            part.load_first[:] += sum(len(before.z) for before in listed)
+            for name, values in part._asdict().items():
+                getattr(whole, name)[(block,) if name == "pair" else (slice(None), block)] = values
+            listed.append(loads)
+            advance(len(part.pair))
+    for i in np.flatnonzero(~whole.converged.all(axis=0)):
+        _solve_again(reduced, float(angles[i]), conditions, whole, int(i), listed if recorded else None)
+    return whole, _in_order(whole, listed)
+
+
+def _settings(
+    reduced: ReducedPair, conditions: Sequence[Condition], tolerance: float, recorded: bool
+) -> tuple[Settings, FloatArray]:
+    """How the kernel solves for some conditions, and their torques (N mm) or leads (rad)."""
+    meshed, held = reduced.meshed, conditions[0].torque is None
+    drives = np.array([condition.lead if held else condition.given_torque for condition in conditions])
+    hardest, rate = conditions[int(np.argmax(drives))], meshed.expected_approach(1.0)
+    standing, least = standing_depth(meshed, hardest), float(drives.min())
+    if held:
+        # Windows that hold something, and round-off of the largest forces, where the flanks may be apart.
+        standing += WINDOW_MARGIN * rate
+        rate, least = meshed.pair.pinion.base_radius, max(expected_approach(meshed, hardest) / rate, 1.0)
+    tolerance = max(tolerance, round_off_residual(meshed, least))
+    return Settings(
+        held, recorded, pairs_in_reach(meshed), rate, WINDOW_MARGIN, standing, meshed.scheme.clearance, MAX_STEPS,
+        tolerance,
+    ), drives  # fmt: skip
+
+
+def _no_results(drives: int, angles: int, reach: int, slots: int) -> Results:
+    grid = drives, angles
     return Results(
         lead=np.zeros(grid),
         steps=np.zeros(grid, dtype=np.int64),
@@ -115,34 +204,21 @@ def _no_results(torques: int, angles: int, reach: int) -> Results:
         pair=np.zeros((angles, reach), dtype=np.int64),
         pair_torque=np.zeros((*grid, reach)),
         slope=np.full(grid, np.nan),
+        amplitude=np.zeros((*grid, reach, slots)),
+        load_first=np.zeros(grid, dtype=np.int64),
+        load_count=np.zeros(grid, dtype=np.int64),
     )
-
-
-def _solve_block(
-    reduced: ReducedPair, phi: FloatArray, conditions: Sequence[Condition], tolerance: float, results: Results
-) -> None:
-    meshed, torques = reduced.meshed, np.array([condition.given_torque for condition in conditions])
-    settings = Settings(
-        reachable=results.pair.shape[1],
-        approach_rate=meshed.expected_approach(1.0),
-        margin=WINDOW_MARGIN,
-        standing_depth=standing_depth(meshed, max(conditions, key=lambda condition: condition.given_torque)),
-        clearance=meshed.scheme.clearance,
-        max_steps=MAX_STEPS,
-        tolerance=max(tolerance, round_off_residual(meshed, float(torques.min()))),
-    )
-    pair = sweep_pair(meshed, common_axes(conditions))
-    sweep_reduced(phi, torques, pair, reduced.family, reduced.kernel_compliance, settings, results)
 
 
 def _solve_again(
-    reduced: ReducedPair, phi: float, conditions: Sequence[Condition], results: Results, i: int
-) -> None:
+    reduced: ReducedPair, phi: float, conditions: Sequence[Condition], results: Results, i: int,
+    listed: list[Loads] | None,
+) -> None:  # fmt: skip
     """Solve angle number i, under all conditions, by the slow twin, which takes any penalty."""
     compliance = reduced.basis.compliance
     solved = solve_position(reduced.meshed, phi, conditions, reduced.elasticity_at)
-    index = solved.position.pair_index
-    elasticity = reduced.elasticity_at(solved.position) if compliance is not None else None
+    position, index = solved.position, solved.position.pair_index
+    elasticity = reduced.elasticity_at(position)
     results.pair[i, : len(index)], results.pair[i, len(index) :] = index, index.min() - 1
     for t, equilibrium in enumerate(solved.equilibria):
         if equilibrium is None:
@@ -151,9 +227,49 @@ def _solve_again(
         results.converged[t, i] = True
         results.pair_torque[t, i] = 0.0
         results.pair_torque[t, i, : len(index)] = equilibrium.pair_torque(len(index))
-        if compliance is not None and elasticity is not None:
-            found = discarded_energy_slope(compliance, solved.position, elasticity, equilibrium.contact)
+        if compliance is not None and conditions[t].lead is None:
+            found = discarded_energy_slope(compliance, position, elasticity, equilibrium.contact)
             results.slope[t, i] = found
+        if listed is not None:
+            results.load_first[t, i] = sum(len(before.z) for before in listed)
+            listed.append(_loads_of(position, equilibrium.contact))
+            results.load_count[t, i] = len(listed[-1].z)
+            results.amplitude[t, i] = _amplitudes_of(reduced, position, equilibrium.contact, results.amplitude[t, i])
+
+
+def _loads_of(position: Position, contact: Contact) -> Loads:
+    points = Points(
+        contact.pair, contact.slave, contact.index, contact.weight, contact.gap, contact.stiffness, contact.lever,
+        contact.mate_lever, contact.place,
+    )  # fmt: skip
+    room = empty_loads(len(contact.gap))
+    count = list_loads(len(contact.gap), position.kernel_pair.gears, position.reach, points, 0, room)
+    return trimmed(room, count)
+
+
+def _amplitudes_of(reduced: ReducedPair, position: Position, contact: Contact, like: FloatArray) -> FloatArray:
+    """Amplitudes with which the members carry contact forces, shape (P, slots)."""
+    members = gather_members(position.kernel_pair, position.reach, len(position.nodes), reduced.family)
+    force, work = contact.nodal_forces(contact.force, len(position.nodes)), np.zeros(members.size)
+    for gear, (low, high) in enumerate(members.ranges):
+        for p in range(len(position.pair_index)):
+            window = position.window_slice(p, gear)
+            fields = members.fields[: high - low, 3 * window.start : 3 * window.stop]
+            work[low:high] += fields @ force[window].ravel()
+    found = np.zeros(like.size)
+    found[members.slot[: members.size]] = np.linalg.solve(members.gram[: members.size, : members.size], work)
+    return found.reshape(like.shape)
+
+
+def _in_order(results: Results, listed: list[Loads]) -> ContactLoads:
+    """Bring loads into the order of the states, (torques, angles)."""
+    count = results.load_count.ravel()
+    after = np.cumsum(count)
+    shift = np.repeat(results.load_first.ravel() - (after - count), count)
+    order = np.arange(len(shift)) + shift
+    columns = [np.concatenate(parts)[order] for parts in zip(*listed, strict=True)]
+    first = (after - count).reshape(results.load_count.shape)
+    return ContactLoads(first, results.load_count, *columns)
 
 
 def _shares(pairs: np.ndarray, pair_torque: np.ndarray) -> tuple[FloatArray, np.ndarray]:

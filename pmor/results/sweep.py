@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmor.arrays import BoolArray, FloatArray, IntArray
+from pmor.results.loads import SweepStates
 
 MIN_RIPPLE_POINTS = 8  # a quartic takes five; fewer than three beyond that say nothing about ripple
 
@@ -40,6 +41,8 @@ class SteSweep:
         2 pi / z1.
     ste_error_um : (n_torques, n_angles) or None
         Estimate of what a reduced model's STE lacks (`pmor.reduction.error_estimate`), um; None where there is none.
+    states : SweepStates or None
+        Leads, amplitudes and contact forces of a reduced sweep that was asked to keep them.
     """
 
     phi_rad: FloatArray
@@ -52,6 +55,7 @@ class SteSweep:
     seconds: float
     pitch_rad: float
     ste_error_um: FloatArray | None = None
+    states: SweepStates | None = None
 
     def __post_init__(self) -> None:
         """Refuse arrays that do not belong together: a wrong shape would broadcast silently further on."""

@@ -15,6 +15,7 @@ search     all points of all tooth pairs, whichever the scheme
 shapes     members of the reduced pair: the shapes in reach at a position, with their energy
 linear     small dense systems
 newton     the reduced pair in equilibrium under a torque, or at a given lead
+loads      the forces of a solved state, and where on the flanks they act
 estimate   what the members do not carry
 sweep      equilibria over angles, each started from its neighbour
 ========== ===================================================================================================

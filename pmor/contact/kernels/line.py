@@ -80,7 +80,7 @@ def search_line(pair, reach, p, lead, moved, largest_gap, count, room):
     for column in range(len(z)):
         if column > 0 and not alike:
             meeting, inside, law = _meet(pair, windows, roll_position, lead, z[column], room)
-        gap = meeting.gap + gap_change(moved, gears, windows, meeting, room.carriers, column)
+        gap = meeting.gap + gap_change(moved, len(z), windows, meeting, room.carriers, column)
         smallest = min(smallest, gap)
         if gap >= largest_gap:
             continue
@@ -88,6 +88,6 @@ def search_line(pair, reach, p, lead, moved, largest_gap, count, room):
         load, slope = line_load(-gap, *law)
         effective = gap if gap >= 0.0 else -load / slope
         stiffness = images * slope * width[column]
-        list_point(gears, windows, meeting, room.carriers, column, 0, effective, stiffness, count, room.points)
+        list_point(len(z), windows, meeting, room.carriers, column, 0, effective, stiffness, count, room.points)
         count += 1
     return Found(count, smallest, border)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmor.contact.kernels.compiling import compiled
+from pmor.contact.kernels.compiling import compiled, merged
 from pmor.contact.kernels.linear import cholesky, solve_factored, solve_transposed
 from pmor.contact.kernels.search import search_all
 from pmor.contact.kernels.types import NODE_ROWS, OFFSET
@@ -218,7 +218,7 @@ def evaluate(pair, position, coordinates, lead, drive):
     return State(found.listed, touching, found.smallest, found.border, residual, potential)
 
 
-@compiled
+@merged
 def _last_step(count, members, work, coordinates, drive):
     """Take a step without evaluating the geometry again: `coordinates` and the gaps are updated, the rotation returned.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pmor.contact.kernels.compiling import allocating, compiled
+from pmor.contact.kernels.compiling import allocating, compiled, merged
 from pmor.contact.kernels.line import search_line
 from pmor.contact.kernels.motion import pinion_slave_share, relative_motion
 from pmor.contact.kernels.nodal import Facing, search_pair
@@ -43,10 +43,10 @@ def _grid_size(pair, reach):
 def search_room(pair, reach):
     """Return room for all points that `search_all` can list."""
     size, profile_points, width_points = _grid_size(pair, reach)
+    owners, values = np.empty((2, size), dtype=np.int64), np.empty((4, size))
     points = Points(
-        np.empty(size, dtype=np.int64), np.empty(size, dtype=np.int64), np.empty((size, 8), dtype=np.int64),
-        np.empty((size, 8, 3)), np.empty(size), np.empty(size), np.empty(size), np.empty(size),
-        np.empty((size, 4), dtype=np.int64),
+        owners[0], owners[1], np.empty((size, 8), dtype=np.int64), np.empty((size, 8, 3)), values[0], values[1],
+        values[2], values[3], np.empty((size, 4), dtype=np.int64),
     )  # fmt: skip
     grid = (reach.pairs, 2, profile_points, width_points, 2)
     forward, back = Motion(np.empty((3, 3)), np.empty(3)), Motion(np.empty((3, 3)), np.empty(3))
@@ -54,7 +54,7 @@ def search_room(pair, reach):
     return SearchRoom(points, Feet(np.full(grid, -1), np.empty(grid)), forward, back, carriers)
 
 
-@compiled
+@merged
 def _search_nodal(pair, reach, p, slave, penalty, nodes, largest_gap, count, room):
     """The points of one gear of tooth pair `p` with a penalty (N/mm^3); see `search_all`."""
     gears, master, lodm_profile = pair.gears, 1 - slave, pair.scheme.lodm_profile

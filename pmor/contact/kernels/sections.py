@@ -167,12 +167,12 @@ def carry(gears, windows, meeting, carriers):
 
 
 @compiled
-def gap_change(moved, gears, windows, meeting, carriers, column):
-    """Change of the gap (mm) by the displacements `moved`, shape (nodes, 3), in one section."""
+def gap_change(moved, columns, windows, meeting, carriers, column):
+    """Change of the gap (mm) by the displacements `moved`, shape (nodes, 3), in one section of `columns`."""
     change = 0.0
     for gear in range(2):
-        window, columns = windows[gear], gears[gear].nodes.shape[1]
-        first, (x, y) = window[FIRST_ROW] - window[FIRST], opening_of(meeting, gear)
+        window, (x, y) = windows[gear], opening_of(meeting, gear)
+        first = window[FIRST_ROW] - window[FIRST]
         for a in range(4):
             weight = carriers.weight[gear, a]
             if weight != 0.0:
@@ -182,15 +182,15 @@ def gap_change(moved, gears, windows, meeting, carriers, column):
 
 
 @compiled
-def list_point(gears, windows, meeting, carriers, column, slave, gap, stiffness, count, points):
-    """Write a point of a section into the list."""
+def list_point(columns, windows, meeting, carriers, column, slave, gap, stiffness, count, points):
+    """Write a point of a section, of `columns`, into the list."""
     points.gap[count], points.stiffness[count] = gap, stiffness
     points.lever[count], points.mate_lever[count] = meeting.lever, meeting.mate_lever
     node, weight, place = points.node, points.weight, points.place
     for side in range(2):
         gear = slave ^ side
-        window, columns = windows[gear], gears[gear].nodes.shape[1]
-        first, (x, y) = window[FIRST_ROW] - window[FIRST], opening_of(meeting, gear)
+        window, (x, y) = windows[gear], opening_of(meeting, gear)
+        first = window[FIRST_ROW] - window[FIRST]
         for a in range(4):
             row = min(carriers.row[gear] + a - first, window[NODE_ROWS] - 1)
             node[count, 4 * side + a] = window[OFFSET] + row * columns + column

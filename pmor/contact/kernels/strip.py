@@ -15,7 +15,8 @@ def _strip_gap(moved, gears, windows, slave, u, motion, column, carriers):
     """Gap of the slave's point at roll angle u in a section, whether both windows hold the point, and the meeting."""
     meeting = involute_foot(gears, slave, u, motion)
     inside = carry(gears, windows, meeting, carriers)
-    return meeting.gap + gap_change(moved, gears, windows, meeting, carriers, column), inside, meeting
+    change = gap_change(moved, gears[0].nodes.shape[1], windows, meeting, carriers, column)
+    return meeting.gap + change, inside, meeting
 
 
 @compiled
@@ -74,14 +75,14 @@ def _strip_borders(gears, window, slave, centre, motion, borders):
 @compiled
 def _list_piece(moved, pair, windows, slave, low, high, motion, column, penalty, count, room):
     """List the Gauss points between two roll angles of the slave."""
-    gears, scheme, carriers = pair.gears, pair.scheme, room.carriers
+    gears, scheme, carriers, columns = pair.gears, pair.scheme, room.carriers, pair.gears[0].nodes.shape[1]
     for a in range(len(scheme.gauss_points)):
         u = 0.5 * (low + high) + 0.5 * (high - low) * scheme.gauss_points[a]
         gap, _inside, meeting = _strip_gap(moved, gears, windows, slave, u, motion, column, carriers)
         # An element of the involute's length is r_b u du.
         length = 0.5 * (high - low) * scheme.gauss_weights[a] * gears[slave].base_radius * u
         stiffness = penalty * length * gears[slave].section_width[column]
-        list_point(gears, windows, meeting, carriers, column, slave, gap, stiffness, count, room.points)
+        list_point(columns, windows, meeting, carriers, column, slave, gap, stiffness, count, room.points)
         count += 1
     return count
 

@@ -7,8 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from pmor.arrays import BoolArray, FloatArray, IntArray
-from pmor.contact.kernels.compiling import allocating, compiled
+from pmor.contact.kernels.compiling import allocating, compiled, merged
 from pmor.contact.kernels.estimate import discarded_energy_slope
+from pmor.contact.kernels.loads import empty_loads, list_loads, trimmed, with_room
 from pmor.contact.kernels.newton import Solution, solve_state
 from pmor.contact.kernels.search import search_room
 from pmor.contact.kernels.shapes import cubic_weights, gather_members, member_slots
@@ -21,12 +22,16 @@ class Settings(NamedTuple):
 
     Attributes
     ----------
+    held : bool
+        The pinion's leads are given, not torques.
+    recorded : bool
+        Amplitudes and loads are kept as well.
     reachable : int
         Tooth pairs that can be in reach at most: P.
     approach_rate : float
-        Approach of the flanks to expect per torque, mm / (N mm).
+        Approach of the flanks to expect per torque, mm / (N mm), or per lead, mm / rad.
     margin, standing_depth : float
-        Windows are cut for the depth margin x approach at the largest torque + standing depth (mm).
+        Windows are cut for the depth margin x largest approach + standing depth (mm).
     clearance : float
         Share of the depth that counts as clear.
     max_steps : int
@@ -34,6 +39,8 @@ class Settings(NamedTuple):
         Of Newton.
     """
 
+    held: bool
+    recorded: bool
     reachable: int
     approach_rate: float
     margin: float
@@ -44,20 +51,24 @@ class Settings(NamedTuple):
 
 
 class Results(NamedTuple):
-    """What a sweep gives; filled by it.
+    """What a sweep over D torques or leads gives; filled by it.
 
     Attributes
     ----------
-    lead : ndarray, shape (torques, angles)
+    lead : ndarray, shape (D, angles)
         rad.
-    steps : ndarray of int, shape (torques, angles)
-    converged : ndarray of bool, shape (torques, angles)
+    steps : ndarray of int, shape (D, angles)
+    converged : ndarray of bool, shape (D, angles)
     pair : ndarray of int, shape (angles, P)
         Tooth pairs in reach.
-    pair_torque : ndarray, shape (torques, angles, P)
+    pair_torque : ndarray, shape (D, angles, P)
         Torque on the pinion that each of them carries, N mm; 0 beyond their number.
-    slope : ndarray, shape (torques, angles)
+    slope : ndarray, shape (D, angles)
         Of `discarded_energy_slope`, rad; left alone where there is none.
+    amplitude : ndarray, shape (D, angles, P, slots)
+        Of the shapes of each pair, where that is recorded.
+    load_first, load_count : ndarray of int, shape (D, angles)
+        Where the loads of a state are among the `Loads`, where these are recorded.
     """
 
     lead: FloatArray
@@ -66,6 +77,9 @@ class Results(NamedTuple):
     pair: IntArray
     pair_torque: FloatArray
     slope: FloatArray
+    amplitude: FloatArray
+    load_first: IntArray
+    load_count: IntArray
 
 
 class Neighbour(NamedTuple):
@@ -73,11 +87,11 @@ class Neighbour(NamedTuple):
 
     Attributes
     ----------
-    known : ndarray of bool, shape (torques,)
+    known : ndarray of bool, shape (D,)
         Whether it converged.
-    lead : ndarray, shape (torques,)
+    lead : ndarray, shape (D,)
         rad.
-    amplitude : ndarray, shape (torques, P, slots)
+    amplitude : ndarray, shape (D, P, slots)
     tooth_pair : ndarray of int, shape (P,)
         Its tooth pairs.
     centre : ndarray, shape (P, 2)
@@ -93,7 +107,7 @@ class Neighbour(NamedTuple):
 
 @allocating
 def place_position(phi, depth, pair, family, reachable, clearance):
-    """Set up all that one position needs, for any torque.
+    """Set up all that one position needs, whatever drives it.
 
     Parameters
     ----------
@@ -116,11 +130,10 @@ def place_position(phi, depth, pair, family, reachable, clearance):
     if pair.scheme.kind == NODAL:
         load_windows(reach, pair.gears, undeformed)
     room, size = search_room(pair, reach), members.size
-    points = len(room.points.gap)
+    points, vectors, matrices = len(room.points.gap), np.empty((5, size + 1)), np.empty((2, size + 1, size + 1))
     work = Work(
         undeformed, np.empty((nodes, 3)), np.empty((points, size)), np.empty(points), np.empty(points, dtype=np.bool_),
-        np.empty(size + 1), np.empty(size + 1), np.empty(size + 1), np.empty(size + 1), np.empty(size + 1),
-        np.empty((size + 1, size + 1)), np.empty((size + 1, size + 1)), room,
+        vectors[0], vectors[1], vectors[2], vectors[3], vectors[4], matrices[0], matrices[1], room,
     )  # fmt: skip
     return Position(reach, members, work)
 
@@ -135,7 +148,7 @@ def _line_amplitude(start, line, order, before, amplitude):
 
 @compiled
 def carry_along(t, family, position, neighbour, coordinates):
-    """Start from the neighbour's amplitudes of load number `t`, carried along with the contact where lines have them.
+    """Start from the neighbour's amplitudes number `t`, carried along with the contact where lines have them.
 
     Parameters
     ----------
@@ -199,13 +212,15 @@ def _pair_torques(count, points, out):
 
 
 @allocating
-def sweep_reduced(phi, torques, pair, family, compliance, settings, results):
-    """Reduced equilibria over angles and torques, each started from its neighbour.
+def sweep_reduced(phi, drives, pair, family, compliance, settings, results):
+    """Reduced equilibria over angles and torques, or leads, each started from its neighbour.
 
     Parameters
     ----------
-    phi, torques : ndarray
-        Pinion angles (rad) and torques (N mm).
+    phi : ndarray
+        Pinion angles, rad.
+    drives : ndarray
+        Torques, N mm, or leads, rad.
     pair : Pair
     family : Family
     compliance : two ndarrays
@@ -213,42 +228,61 @@ def sweep_reduced(phi, torques, pair, family, compliance, settings, results):
     settings : Settings
     results : Results
         Filled.
+
+    Returns
+    -------
+    Loads
+        Of all states that converged, if they are recorded.
     """
-    reachable, count = settings.reachable, len(torques)
+    reachable, count = settings.reachable, len(drives)
     neighbour = Neighbour(
         np.zeros(count, dtype=np.bool_), np.zeros(count), np.zeros((count, reachable, member_slots(family))),
         np.zeros(reachable, dtype=np.int64), np.zeros((reachable, 2)),
     )  # fmt: skip
+    loads, filled = empty_loads(16 * count * len(phi) if settings.recorded else 0), 0
     for i in range(len(phi)):
-        depth = settings.margin * settings.approach_rate * torques.max() + settings.standing_depth
+        depth = settings.margin * settings.approach_rate * max(drives.max(), 0.0) + settings.standing_depth
         while True:
             position = place_position(phi[i], depth, pair, family, reachable, settings.clearance)
-            border, coordinates = False, np.zeros(position.members.size)
+            border, coordinates, end = False, np.zeros(position.members.size), filled
             for t in range(count):
                 solution = _solve_from_neighbour(
-                    t, i, torques, pair, family, position, neighbour, coordinates, settings, results
+                    t, i, drives, pair, family, position, neighbour, coordinates, settings, results
                 )
                 border = border or solution.border
-                if solution.converged and len(compliance[0]) > 0:
+                if not solution.converged:
+                    continue
+                if len(compliance[0]) > 0:
                     results.slope[t, i] = discarded_energy_slope(
                         solution.listed, pair, position, coordinates, compliance
                     )
+                if settings.recorded:
+                    results.amplitude[t, i] = neighbour.amplitude[t]
+                    loads = with_room(loads, end + solution.listed)
+                    results.load_first[t, i] = end
+                    end = list_loads(
+                        solution.listed, pair.gears, position.reach, position.work.room.points, end, loads
+                    )
+                    results.load_count[t, i] = end - results.load_first[t, i]
             reach = position.reach
             _remember_position(reach, results.converged[:, i], neighbour)
             if not border:
                 break
             depth *= 3.0
+        filled = end
         results.pair[i] = neighbour.tooth_pair[0] - 1
         results.pair[i, : reach.pairs] = reach.tooth_pair[: reach.pairs]
+    return trimmed(loads, filled)
 
 
-@compiled
-def _solve_from_neighbour(t, i, torques, pair, family, position, neighbour, coordinates, settings, results):
-    """Solve for torque number `t` at angle number `i`; fill the results, return the `Solution`.
+@merged
+def _solve_from_neighbour(t, i, drives, pair, family, position, neighbour, coordinates, settings, results):
+    """Solve for torque or lead number `t` at angle number `i`; fill the results, return the `Solution`.
 
-    Started from the angle before, else from the torque before, else from the undeformed pair.
+    Started from the angle before, else from the torque or lead before, else from the undeformed pair.
     """
-    drive = Drive(torques[t], settings.approach_rate * torques[t], False)
+    held = settings.held
+    drive = Drive(0.0 if held else drives[t], settings.approach_rate * drives[t], held)
     scaled = t > 0 and results.converged[t - 1, i]
     solution = Solution(0.0, 0, False, 0, False)
     for cold in range(0 if neighbour.known[t] or scaled else 1, 2):
@@ -259,9 +293,13 @@ def _solve_from_neighbour(t, i, torques, pair, family, position, neighbour, coor
             lead = neighbour.lead[t]
             carry_along(t, family, position, neighbour, coordinates)
         else:
-            lead = results.lead[t - 1, i] * torques[t] / torques[t - 1]
+            before = 1.0 if held else drives[t - 1]
+            ahead = 1.0 if held else drives[t]
+            lead = results.lead[t - 1, i] * ahead / before
             for j in range(len(coordinates)):
-                coordinates[j] *= torques[t] / torques[t - 1]
+                coordinates[j] *= ahead / before
+        if held:
+            lead = drives[t]
         solution = solve_state(pair, position, drive, coordinates, lead, settings.max_steps, settings.tolerance)
         if solution.converged:
             break

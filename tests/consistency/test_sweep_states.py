@@ -1,0 +1,162 @@
+"""What a reduced sweep gives beside STE: contact forces, amplitudes, and the force law where the lead is given."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+import pmor_online.sweep
+from numpy.testing import assert_allclose
+from pmor_offline.gather import make_basis
+from pmor_offline.sampling import TrainingPosition
+from pmor_offline.snapshots import solve_snapshots
+from pmor_online.model import reduced_pair
+from pmor_online.sweep import reduced_force_law, sweep_reduced_pair
+
+from pmor.case import parse_case
+from pmor.contact.condition import ALIGNED, Axes, Condition, at_torques
+from pmor.contact.solve import solve_position
+from pmor.pair.model import elastic_model, mesh_model
+from tests.small_case import case_text
+
+pytestmark = pytest.mark.jit
+TORQUES = 4e4, 1e5  # N mm
+TIGHT = {"tolerance": 1e-9}
+SAME_STATE = 1e-8  # of two ways to solve for a state to a residual of 1e-9
+# Forces in a state that takes one step more after a residual of 1e-9, over the largest.
+FORCES = 1e-6
+TILTED = Axes(in_plane_um=10.0, out_of_plane_um=-6.0)
+
+
+@cache
+def reduced_with(scheme):
+    text = case_text(
+        contact={"scheme": scheme}, mesh={"profile_elements": 6, "width_elements": 2, "width": "whole"},
+        offline={"angles_per_pitch": 6},
+    )  # fmt: skip
+    case = parse_case(text, "small", "small case")
+    model = elastic_model(case, mesh_model(case))
+    pair = model.mesh.meshed.pair
+    phi = pair.roll_position_range[0] + pair.pitch * np.arange(6) / 6
+    snapshots = [solve_snapshots(model, TrainingPosition(float(p), (Condition(torque=1.5e5),))) for p in phi]
+    return reduced_pair(make_basis(case, model, snapshots)[0])
+
+
+def angles(reduced, count=5):
+    return reduced.meshed.pair.pitch * (np.arange(count) + 0.3) / count
+
+
+@pytest.mark.parametrize("axes", [ALIGNED, TILTED], ids=["aligned", "tilted"])
+@pytest.mark.parametrize("scheme", ["line", "strip", "direct"])
+def test_contact_forces_of_a_sweep_carry_the_torque_pair_by_pair(scheme, axes):
+    reduced = reduced_with(scheme)
+    sweep = sweep_reduced_pair(reduced, angles(reduced), at_torques(TORQUES, axes), recorded=True, **TIGHT)
+    loads = sweep.states.loads
+    assert sweep.converged.all()
+    assert loads.count.min() > 0
+    assert loads.count.sum() == len(loads.force_N)
+    assert np.all(loads.force_N > 0.0)
+    for t, torque in enumerate(TORQUES):
+        for i in range(len(sweep.phi_rad)):
+            state = loads.of(t, i)
+            parts = -loads.force_N[state] * loads.lever_mm[state]
+            found = [parts[loads.pair[state] == index].sum() / torque for index in sweep.pair_index]
+            assert_allclose(found, sweep.pair_share[t, i], rtol=0.0, atol=SAME_STATE)
+            assert_allclose(parts.sum(), torque, rtol=SAME_STATE)
+
+
+@pytest.mark.parametrize("scheme", ["line", "strip", "direct"])
+def test_contact_forces_act_where_the_slow_twin_has_them(scheme):
+    """Each at its place on both flanks: on the line of action of the pair, to the width of the contact."""
+    reduced = reduced_with(scheme)
+    pair, phi = reduced.meshed.pair, angles(reduced)
+    sweep = sweep_reduced_pair(reduced, phi, at_torques(TORQUES), recorded=True, **TIGHT)
+    loads, columns = sweep.states.loads, reduced.meshed.pinion.nodes[0, :, 2]
+    for i, angle in enumerate(phi):
+        solved = solve_position(reduced.meshed, angle, at_torques(TORQUES), reduced.elasticity_at)
+        for t, equilibrium in enumerate(solved.equilibria):
+            state, contact = loads.of(t, i), equilibrium.contact
+            for p, index in enumerate(solved.position.pair_index):
+                mine, twin = loads.pair[state] == index, contact.pair == p
+                force = loads.force_N[state][mine]
+                # By columns of the width.
+                found = [force[np.abs(loads.z_mm[state][mine] - z) < 1e-9].sum() for z in columns]
+                expected = [contact.force[twin & (contact.place[:, 1] == k)].sum() for k in range(len(columns))]
+                if scheme != "direct":
+                    assert_allclose(found, expected, rtol=0.0, atol=FORCES * contact.force.max())
+                if force.sum() > 0.2 * contact.force.sum():
+                    rolls = pair.contact_roll_angles(np.array(angle + index * pair.pitch))
+                    inside = [np.clip(r, f.roll_angle[0], f.roll_angle[-1]) for r, f in
+                              zip(rolls, (reduced.meshed.pinion, reduced.meshed.wheel), strict=True)]  # fmt: skip
+                    assert_allclose(np.average(loads.roll_rad[state][mine], axis=0, weights=force), inside, atol=0.05)
+
+
+def test_a_plain_sweep_is_the_same_sweep_and_keeps_nothing():
+    reduced = reduced_with("line")
+    phi = angles(reduced, 30)
+    plain, recorded = (sweep_reduced_pair(reduced, phi, at_torques(TORQUES), recorded=r) for r in (False, True))
+    assert plain.states is None
+    assert np.array_equal(plain.ste_um, recorded.ste_um)
+    assert_allclose(1e3 * recorded.states.lead_rad * reduced.meshed.pair.pinion.base_radius, plain.ste_um, rtol=1e-15)
+
+
+def test_threads_do_not_change_what_is_recorded():
+    reduced = reduced_with("direct")
+    phi = angles(reduced, 60)  # three blocks
+    one, two = (sweep_reduced_pair(reduced, phi, at_torques(TORQUES), jobs=jobs, recorded=True) for jobs in (1, 2))
+    for name, values in vars(one.states.loads).items():
+        assert np.array_equal(values, getattr(two.states.loads, name)), name
+    assert np.array_equal(one.states.amplitude, two.states.amplitude)
+
+
+@pytest.mark.parametrize("scheme", ["line", "direct"])
+def test_what_is_left_to_the_slow_twin_is_recorded_too(scheme, monkeypatch):
+    reduced = reduced_with(scheme)
+    phi = angles(reduced)
+    compiled = sweep_reduced_pair(reduced, phi, at_torques(TORQUES), recorded=True, **TIGHT)
+    monkeypatch.setattr(pmor_online.sweep, "MAX_STEPS", 0)
+    slow = sweep_reduced_pair(reduced, phi, at_torques(TORQUES), recorded=True, **TIGHT)
+    a, b = compiled.states, slow.states
+    assert_allclose(b.lead_rad, a.lead_rad, rtol=1e-6)
+    assert np.array_equal(b.loads.count, a.loads.count)
+    assert_allclose(b.loads.force_N, a.loads.force_N, rtol=0.0, atol=1e-5 * a.loads.force_N.max())
+    assert_allclose(b.loads.z_mm, a.loads.z_mm, atol=1e-9)
+    # The twins may list another number of idle pairs; those that carry load come first.
+    first = [np.argmax(states.pair == 0, axis=1) for states in (a, b)]
+    for i in range(len(phi)):
+        mine, other = a.amplitude[:, i, first[0][i]], b.amplitude[:, i, first[1][i]]
+        assert_allclose(other, mine, rtol=0.0, atol=1e-4 * np.abs(mine).max())
+
+
+@pytest.mark.parametrize("axes", [ALIGNED, TILTED], ids=["aligned", "tilted"])
+@pytest.mark.parametrize("scheme", ["line", "direct"])
+def test_the_force_at_the_lead_of_an_equilibrium_is_its_torque(scheme, axes):
+    reduced = reduced_with(scheme)
+    phi = angles(reduced)
+    sweep = sweep_reduced_pair(reduced, phi, at_torques(TORQUES, axes), recorded=True, **TIGHT)
+    for i in range(len(phi)):
+        law = reduced_force_law(reduced, phi[i : i + 1], sweep.states.lead_rad[:, i], axes, **TIGHT)
+        assert law.converged.all()
+        assert_allclose(1e3 * law.torque_Nm[:, 0], TORQUES, rtol=SAME_STATE)
+
+
+@pytest.mark.parametrize("scheme", ["line", "strip", "direct"])
+def test_the_force_is_zero_out_of_contact_and_grows_with_the_lead(scheme):
+    reduced = reduced_with(scheme)
+    leads = np.linspace(-1e-3, 3e-4, 14)
+    law = reduced_force_law(reduced, angles(reduced), leads)
+    assert law.converged.all()
+    # Surfaces through nodes stand a little inside or outside the involutes whose first touch the lead counts from.
+    assert np.all(law.torque_Nm[leads < -2e-4] == 0.0)
+    rising = np.diff(law.torque_Nm, axis=0)
+    assert np.all(rising >= 0.0)
+    assert np.all(rising[leads[:-1] > 5e-5] > 0.0)
+
+
+def test_a_lead_that_takes_the_compiled_law_too_long_is_left_to_the_slow_twin(monkeypatch):
+    reduced = reduced_with("direct")
+    leads, phi = [1e-4, 2e-4], angles(reduced)
+    compiled = reduced_force_law(reduced, phi, leads, **TIGHT)
+    monkeypatch.setattr(pmor_online.sweep, "MAX_STEPS", 0)
+    slow = reduced_force_law(reduced, phi, leads, **TIGHT)
+    assert slow.converged.all()
+    assert_allclose(slow.torque_Nm, compiled.torque_Nm, rtol=1e-6)
