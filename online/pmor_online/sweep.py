@@ -15,7 +15,6 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
-from pmor.results.force_law import ForceLaw
 
 from pmor.arrays import FloatArray
 from pmor.contact.condition import ALIGNED, Axes, Condition, at_leads, common_axes
@@ -29,6 +28,7 @@ from pmor.contact.position import Position, pairs_in_reach
 from pmor.contact.search import Contact
 from pmor.contact.solve import WINDOW_MARGIN, solve_position, standing_depth
 from pmor.reduction.error_estimate import discarded_energy_slope
+from pmor.results.force_law import ForceLaw
 from pmor.results.loads import ContactLoads, SweepStates
 from pmor.results.sweep import SteSweep
 from pmor_online.model import ReducedPair

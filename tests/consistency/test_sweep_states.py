@@ -3,8 +3,8 @@
 from functools import cache
 
 import numpy as np
-import pytest
 import pmor_online.sweep
+import pytest
 from numpy.testing import assert_allclose
 from pmor_offline.gather import make_basis
 from pmor_offline.sampling import TrainingPosition
