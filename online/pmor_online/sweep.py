@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from pmor.contact.kernels.types import Pair, Points
 from pmor.contact.position import Position, pairs_in_reach
 from pmor.contact.search import Contact
 from pmor.contact.solve import WINDOW_MARGIN, solve_position, standing_depth
+from pmor.parallel import in_order
 from pmor.reduction.error_estimate import discarded_energy_slope
 from pmor.results.force_law import ForceLaw
 from pmor.results.loads import ContactLoads, SweepStates
@@ -51,7 +52,7 @@ def sweep_reduced_pair(
     reduced: ReducedPair,
     phi: FloatArray,
     conditions: Sequence[Condition],
-    jobs: int = 1,
+    executor: Executor | None = None,
     tolerance: float = TOLERANCE,
     advance: Callable[[int], None] = lambda n: None,
     recorded: bool = False,
@@ -65,8 +66,8 @@ def sweep_reduced_pair(
         Pinion angles, rad; neighbours should be close, each starts from the one before.
     conditions : sequence of Condition
         Torques with the same axes.
-    jobs : int
-        Threads.
+    executor : concurrent.futures.Executor, optional
+        Of threads; solves several blocks of angles at a time.
     tolerance : float
         On the relative residuals that are evaluated, before a last step.
     advance : callable
@@ -80,7 +81,7 @@ def sweep_reduced_pair(
     """
     start = time.perf_counter()
     torques = np.array([condition.given_torque for condition in conditions])
-    found, loads = _solve(reduced, phi, conditions, jobs, tolerance, advance, recorded)
+    found, loads = _solve(reduced, phi, conditions, executor, tolerance, advance, recorded)
     base_radius = reduced.meshed.pair.pinion.base_radius
     lead = np.where(found.converged, found.lead, np.nan)
     share, pair_index = _shares(found.pair, found.pair_torque)
@@ -95,7 +96,7 @@ def sweep_reduced_pair(
         seconds=time.perf_counter() - start,
         pitch_rad=reduced.meshed.pair.pitch,
         ste_error_um=1e3 * base_radius * found.slope if reduced.basis.compliance else None,
-        states=SweepStates(lead, found.pair, found.amplitude, loads) if recorded else None,
+        states=SweepStates(lead, found.pair, found.amplitude, loads) if loads is not None else None,
     )
 
 
@@ -104,7 +105,7 @@ def reduced_force_law(
     phi: FloatArray,
     leads: Sequence[float],
     axes: Axes = ALIGNED,
-    jobs: int = 1,
+    executor: Executor | None = None,
     tolerance: float = TOLERANCE,
     advance: Callable[[int], None] = lambda n: None,
 ) -> ForceLaw:
@@ -115,7 +116,7 @@ def reduced_force_law(
     leads : sequence of float
         rad, from where the unloaded flanks first touch.
     axes : Axes
-    reduced, phi, jobs, tolerance, advance
+    reduced, phi, executor, tolerance, advance
         As in `sweep_reduced_pair`.
 
     Returns
@@ -123,7 +124,7 @@ def reduced_force_law(
     ForceLaw
     """
     start = time.perf_counter()
-    found, _ = _solve(reduced, phi, at_leads(leads, axes), jobs, tolerance, advance, False)
+    found, _ = _solve(reduced, phi, at_leads(leads, axes), executor, tolerance, advance, False)
     pairs = np.unique(found.pair)
     torque = np.zeros((*found.lead.shape, len(pairs)))
     for column, index in enumerate(pairs):
@@ -147,9 +148,9 @@ def sweep_pair(meshed: MeshedPair, axes: Axes) -> Pair:
 
 
 def _solve(
-    reduced: ReducedPair, phi: FloatArray, conditions: Sequence[Condition], jobs: int, tolerance: float,
+    reduced: ReducedPair, phi: FloatArray, conditions: Sequence[Condition], executor: Executor | None, tolerance: float,
     advance: Callable[[int], None], recorded: bool,
-) -> tuple[Results, ContactLoads]:  # fmt: skip
+) -> tuple[Results, ContactLoads | None]:  # fmt: skip
     """Solve all angles in blocks, and again by the slow twin what took the compiled sweep too many steps."""
     angles = np.ascontiguousarray(phi, dtype=float)
     settings, drives = _settings(reduced, conditions, tolerance, recorded)
@@ -164,16 +165,15 @@ def _solve(
 
     blocks = [slice(i, i + ANGLES_PER_BLOCK) for i in range(0, len(angles), ANGLES_PER_BLOCK)]
     listed: list[Loads] = []
-    with ThreadPoolExecutor(max_workers=jobs) as pool:
-        for block, (part, loads) in zip(blocks, pool.map(solve, blocks), strict=True):
-            part.load_first[:] += sum(len(before.z) for before in listed)
-            for name, values in part._asdict().items():
-                getattr(whole, name)[(block,) if name == "pair" else (slice(None), block)] = values
-            listed.append(loads)
-            advance(len(part.pair))
+    for block, (part, loads) in zip(blocks, in_order(solve, blocks, executor), strict=True):
+        part.load_first[:] += sum(len(before.z) for before in listed)
+        for name, values in part._asdict().items():
+            getattr(whole, name)[(block,) if name == "pair" else (slice(None), block)] = values
+        listed.append(loads)
+        advance(len(part.pair))
     for i in np.flatnonzero(~whole.converged.all(axis=0)):
         _solve_again(reduced, float(angles[i]), conditions, whole, int(i), listed if recorded else None)
-    return whole, _in_order(whole, listed)
+    return whole, _in_order(whole, listed) if recorded else None
 
 
 def _settings(

@@ -35,6 +35,7 @@ from pmor.lab.core.timing import ms_per_position, times_in_turn
 from pmor.lab.phases import PHASES, repeat_phase
 from pmor.pair.conditions import conditions_of, nominal_condition
 from pmor.pair.model import elastic_model, mesh_model, neighbour_reach
+from pmor.parallel import threads
 from pmor.progress import Progress
 from pmor.report.data_files import write_summary_json
 from pmor.report.markdown import write_markdown
@@ -193,17 +194,18 @@ def parallel_rows(case: Case, model: ReducedPair, jobs: int) -> list[Row]:
     loads = case.torque_Nm * np.linspace(0.1, case.offline.torques_Nm[-1] / case.torque_Nm, 100)
     results = {}
 
-    def sweep_ms(threads: int) -> float:
-        results[threads] = sweep_reduced_pair(model, phi, conditions_of(case, loads), jobs=threads)
-        return 1e3 * results[threads].seconds
+    def sweep_ms(count: int) -> float:
+        with threads(count) as executor:
+            results[count] = sweep_reduced_pair(model, phi, conditions_of(case, loads), executor)
+        return 1e3 * results[count].seconds
 
-    times = times_in_turn({threads: partial(sweep_ms, threads) for threads in (1, jobs)}, 5)
+    times = times_in_turn({count: partial(sweep_ms, count) for count in (1, jobs)}, 5)
     same = bool(np.array_equal(results[1].ste_um, results[jobs].ste_um))
     efficiency = median(times[1]) / (jobs * median(times[jobs]))
     return [
-        {**_row("sweep: 100 angles x 100 torques", case, found), "threads": threads, "equal_to_the_bit": same,
+        {**_row("sweep: 100 angles x 100 torques", case, found), "threads": count, "equal_to_the_bit": same,
          "efficiency": efficiency}
-        for threads, found in times.items()
+        for count, found in times.items()
     ]  # fmt: skip
 
 

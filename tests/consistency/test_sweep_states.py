@@ -1,5 +1,6 @@
 """What a reduced sweep gives beside STE: contact forces, amplitudes, and the force law where the lead is given."""
 
+from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 
 import numpy as np
@@ -102,7 +103,9 @@ def test_a_plain_sweep_is_the_same_sweep_and_keeps_nothing():
 def test_threads_do_not_change_what_is_recorded():
     reduced = reduced_with("direct")
     phi = angles(reduced, 60)  # three blocks
-    one, two = (sweep_reduced_pair(reduced, phi, at_torques(TORQUES), jobs=jobs, recorded=True) for jobs in (1, 2))
+    one = sweep_reduced_pair(reduced, phi, at_torques(TORQUES), recorded=True)
+    with ThreadPoolExecutor(2) as executor:
+        two = sweep_reduced_pair(reduced, phi, at_torques(TORQUES), executor, recorded=True)
     for name, values in vars(one.states.loads).items():
         assert np.array_equal(values, getattr(two.states.loads, name)), name
     assert np.array_equal(one.states.amplitude, two.states.amplitude)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
+from concurrent.futures import Executor
 from functools import partial
 from pathlib import Path
 from statistics import median
@@ -18,6 +19,7 @@ from pmor.lab.core.timing import ms_per_position, times_in_turn
 from pmor.lab.study.settings import Cell, TimingSettings
 from pmor.pair.conditions import nominal_condition
 from pmor.pair.sweep import sweep_ste
+from pmor.parallel import threads
 from pmor.results.sweep import SteSweep
 from pmor.storage.basis_file import read_basis
 
@@ -42,7 +44,19 @@ def time_cells(
     dict
         By label of the cell: milliseconds per position of each model.
     """
-    threads = os.cpu_count() or 1
+    with threads(os.cpu_count() or 1) as executor:
+        work = _sweeps(cells, settings, store, executor)
+        times = times_in_turn(work, settings.repeats)
+    result: dict[str, dict[str, Any]] = {}
+    for (label, name), found in times.items():
+        result.setdefault(label, {})[name] = median(found)
+    return result
+
+
+def _sweeps(
+    cells: Mapping[Cell, tuple[Case, Path]], settings: TimingSettings, store: ModelStore, executor: Executor | None
+) -> dict[tuple[str, str], Callable[[], float]]:
+    """What is timed, in milliseconds per position, by the label of the cell and the name of the model."""
     work: dict[tuple[str, str], Callable[[], float]] = {}
     for cell, (case, basis_path) in cells.items():
         model, _ = store.model(case)
@@ -51,11 +65,8 @@ def time_cells(
         few, many = (online_angles(pitch, n) for n in (settings.condensed_angles, settings.reduced_angles))
         sweeps: dict[str, Callable[[], SteSweep]] = {
             "ms_condensed": partial(sweep_ste, model.mesh.meshed, model.elasticity_at, few, conditions),
-            "ms_reduced": partial(sweep_reduced_pair, reduced, many, conditions, 1),
-            "ms_reduced_all_threads": partial(sweep_reduced_pair, reduced, many, conditions, threads),
+            "ms_reduced": partial(sweep_reduced_pair, reduced, many, conditions),
+            "ms_reduced_all_threads": partial(sweep_reduced_pair, reduced, many, conditions, executor),
         }
         work |= {(cell.label, name): partial(ms_per_position, sweep) for name, sweep in sweeps.items()}
-    result: dict[str, dict[str, Any]] = {}
-    for (label, name), times in times_in_turn(work, settings.repeats).items():
-        result.setdefault(label, {})[name] = median(times)
-    return result
+    return work
