@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pmor_offline.gather import make_basis
+from pmor_online.errors import estimate_errors
 
 from pmor.case import Case
 from pmor.lab.comparison.measure import Row, Truth, ste_errors
@@ -98,7 +99,8 @@ def decay_points(case: Case, truth: Truth, greedy: TrainingSet, most_solves: int
 
 def measure_point(point: Point, truth: Truth) -> Row:
     """Measure a point of a curve."""
-    found = ste_errors(make_basis(point.variant.case, truth.model, point.training.snapshots)[0], truth)
+    basis, _ = make_basis(point.variant.case, truth.model, point.training.snapshots)
+    found = ste_errors(*estimate_errors(basis, truth.states.phi, truth.states.conditions), truth)
     return {
         "solves": point.training.solves,
         "label": point.label,

@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 from pmor_offline.sampling import SEED, sobol_positions
+from pmor_online.model import ReducedPair
+from pmor_online.sweep import sweep_reduced_pair
 
 from pmor.arrays import FloatArray
 from pmor.case import OfflineCase
@@ -18,6 +20,7 @@ from pmor.contact.line_contact import line_contact
 from pmor.contact.solve import ElasticityAt, solve_position
 from pmor.gear.pair import GearPair
 from pmor.parallel import in_order
+from pmor.results.sweep import SteSweep
 
 # The training draws from SEED, the greedy candidates from the one after it.
 UNSEEN_SEED = SEED + 2
@@ -73,7 +76,7 @@ def solve_states(
     meshed: MeshedPair, elasticity_at: ElasticityAt, states: States, executor: Executor | None = None,
     advance: Callable[[], None] = lambda: None,
 ) -> Solved:  # fmt: skip
-    """Solve all states with any elastic model, full or reduced.
+    """Solve all states with any elastic model.
 
     Parameters
     ----------
@@ -108,6 +111,42 @@ def _solve(
     loads = np.zeros((len(position.pair_index), len(meshed.section_widths)))
     loads[found.pair, found.column] = found.line_load
     return ste, {int(index): load for index, load in zip(position.pair_index, loads, strict=True)}
+
+
+def sweep_states(reduced: ReducedPair, states: States) -> tuple[Solved, FloatArray]:
+    """Solve all states by the compiled sweep of a reduced model, each by itself.
+
+    Parameters
+    ----------
+    reduced : ReducedPair
+    states : States
+
+    Returns
+    -------
+    Solved
+    estimate_um : ndarray, shape (n,)
+        What the model says that its STE lacks; NaN where not converged, or without an estimate.
+    """
+    meshed = reduced.meshed
+    ste, estimate = np.full((2, len(states.phi)), np.nan)
+    loads = []
+    for i, condition in enumerate(states.conditions):
+        sweep = sweep_reduced_pair(reduced, states.phi[i : i + 1], [condition], recorded=True)
+        ste[i] = sweep.ste_um[0, 0]
+        if sweep.ste_error_um is not None:
+            estimate[i] = sweep.ste_error_um[0, 0]
+        loads.append(_line_loads(meshed, sweep))
+    return Solved(ste, tuple(loads) if meshed.scheme.kind == "line" else None), estimate
+
+
+def _line_loads(meshed: MeshedPair, sweep: SteSweep) -> dict[int, FloatArray]:
+    """Line loads of the only state of a sweep."""
+    assert sweep.states is not None
+    found, widths = sweep.states.loads, meshed.section_widths * (2.0 if meshed.mirrored else 1.0)
+    loads = {int(index): np.zeros(len(widths)) for index in np.unique(found.pair)}
+    for index, column, force in zip(found.pair, found.column, found.force_N, strict=True):
+        loads[int(index)][column] = force / widths[column]
+    return loads
 
 
 def load_errors_percent(reduced: Solved, full: Solved) -> FloatArray | None:
