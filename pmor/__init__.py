@@ -1,6 +1,95 @@
-"""Parametric model order reduction for gear contact: the foundation that both stages stand on.
+"""Static transmission error of gear pairs: full finite-element contact once, then a reduced model in microseconds.
 
-Units inside are mm, N, MPa, rad and N mm; the keys of a case file carry their own.
+    import pmor
+
+    case = pmor.load_case("cases/paper_spur.toml")
+    model = pmor.train(case)
+    result = model.sweep(torques_Nm=[50, 100, 150])
+    result.plot_ste()
+
+Cases
+    `load_case` reads a case file, `make_case` makes a `Case` from keywords, `change_case` changes one by keywords.
+Models
+    `train` solves full FE over the training of a case and gives a `ReducedModel`; `load` reads one that was saved.
+    `full_model` gives the full FE of a case, a `FullModel`. Both have `sweep`.
+Results
+    `SweepResult`: named arrays, figures over the pitch, pictures, CSV. `compare` holds a reduced model against full FE:
+    a `Comparison`.
+Conditions
+    `Axes`: where the wheel's axis is.
+Errors
+    `PmorError` is the base of all that an engineer can mend: `CaseError`, `GeometryError`, `MeshError`,
+    `FileFormatError`, `OutputError`; `ConvergenceError` where no equilibrium was found.
+
+Units in names are those of the values; what has none in its name is in mm, N, MPa or rad (`pmor.conventions`). What
+runs long takes a `concurrent.futures.Executor` and a callback for progress. Nothing heavy is imported before its use.
 """
 
-__version__ = "0.4.0"
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from pmor.version import __version__
+
+if TYPE_CHECKING:
+    from pmor.app.model import FullModel, ReducedModel, compare, full_model, load, train
+    from pmor.app.result import SweepResult
+    from pmor.case import Case, change_case, load_case, make_case
+    from pmor.contact.condition import Axes
+    from pmor.errors import (
+        CaseError,
+        ConvergenceError,
+        FileFormatError,
+        GeometryError,
+        MeshError,
+        OutputError,
+        PmorError,
+    )
+    from pmor_online.compare import Comparison
+
+_HOMES = {
+    "pmor.app.model": ("FullModel", "ReducedModel", "compare", "full_model", "load", "train"),
+    "pmor.app.result": ("SweepResult",),
+    "pmor.case": ("Case", "change_case", "load_case", "make_case"),
+    "pmor.contact.condition": ("Axes",),
+    "pmor.errors": (
+        "CaseError", "ConvergenceError", "FileFormatError", "GeometryError", "MeshError", "OutputError", "PmorError",
+    ),
+    "pmor_online.compare": ("Comparison",),
+}  # fmt: skip
+_HOME = {name: module for module, names in _HOMES.items() for name in names}
+
+__all__ = [
+    "Axes",
+    "Case",
+    "CaseError",
+    "Comparison",
+    "ConvergenceError",
+    "FileFormatError",
+    "FullModel",
+    "GeometryError",
+    "MeshError",
+    "OutputError",
+    "PmorError",
+    "ReducedModel",
+    "SweepResult",
+    "__version__",
+    "change_case",
+    "compare",
+    "full_model",
+    "load",
+    "load_case",
+    "make_case",
+    "train",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module 'pmor' has no attribute {name!r}")
+    return getattr(import_module(_HOME[name]), name)
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *__all__])

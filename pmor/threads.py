@@ -1,15 +1,24 @@
-"""Threads of the linear algebra library: one, so that run times of different models compare.
+"""Threads: of the linear algebra library, and of those who share out the same work for many items.
 
 Nothing here may import numpy: the libraries read their variables once, when numpy loads them.
 """
 
+from __future__ import annotations
+
 import os
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Executor, ThreadPoolExecutor
+from contextlib import contextmanager
+from typing import TypeVar
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 
 VARIABLES = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
 
 
 def use_one_thread() -> None:
-    """Ask for one thread unless the engineer's environment says otherwise; call before numpy is loaded."""
+    """Ask for one thread, so that run times of models compare, unless the environment says otherwise; before numpy."""
     if not any(name in os.environ for name in VARIABLES):
         os.environ.update(dict.fromkeys(VARIABLES, "1"))
 
@@ -17,3 +26,43 @@ def use_one_thread() -> None:
 def linear_algebra_threads() -> str:
     """What the environment asks for, for the report."""
     return next((os.environ[name] for name in VARIABLES if name in os.environ), "the library's choice")
+
+
+def in_order(
+    work: Callable[[Item], Result],
+    items: Iterable[Item],
+    executor: Executor | None = None,
+    advance: Callable[[], None] = lambda: None,
+) -> Iterator[Result]:
+    """Do a piece of work for each item.
+
+    Compiled kernels and linear algebra run outside Python's lock: threads suffice, and nothing is copied.
+
+    Parameters
+    ----------
+    work : callable
+        Independent of what was done before it.
+    items : iterable
+    executor : concurrent.futures.Executor, optional
+        By default the work is done in the calling thread.
+    advance : callable
+        Called after each item, for progress.
+
+    Yields
+    ------
+    object
+        Results in the order of the items.
+    """
+    for result in (map if executor is None else executor.map)(work, items):
+        advance()
+        yield result
+
+
+@contextmanager
+def threads(count: int) -> Iterator[Executor | None]:
+    """Give an executor of so many threads; none for one, whose work is done where it is asked for."""
+    if count == 1:
+        yield None
+        return
+    with ThreadPoolExecutor(max_workers=count) as executor:
+        yield executor

@@ -22,9 +22,9 @@ from pmor.case import Case
 from pmor.contact.condition import Condition
 from pmor.pair.conditions import training_values
 from pmor.pair.model import ElasticModel
-from pmor.parallel import in_order
 from pmor.reduction.basis import Basis
 from pmor.reduction.snapshots import Snapshots
+from pmor.threads import in_order
 from pmor_offline.gather import make_basis
 from pmor_offline.sampling import SEED, TrainingPosition, first_positions, sobol_positions
 from pmor_offline.snapshots import solve_snapshots

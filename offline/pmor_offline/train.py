@@ -12,9 +12,9 @@ from pmor.arrays import FloatArray
 from pmor.case import Case
 from pmor.errors import ConvergenceError
 from pmor.pair.model import ElasticModel
-from pmor.parallel import in_order
 from pmor.reduction.basis import Basis
 from pmor.reduction.snapshots import Snapshots
+from pmor.threads import in_order
 from pmor_offline.adaptive import ErrorEstimate, greedy_snapshots
 from pmor_offline.gather import make_basis
 from pmor_offline.sampling import planned_positions

@@ -9,8 +9,8 @@ import numpy as np
 
 from pmor.arrays import FloatArray
 from pmor.contact.condition import Condition
-from pmor.parallel import in_order
 from pmor.reduction.basis import Basis
+from pmor.threads import in_order
 from pmor_online.model import reduced_pair
 from pmor_online.sweep import TOLERANCE, sweep_reduced_pair
 

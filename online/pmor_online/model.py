@@ -12,8 +12,8 @@ from pmor.arrays import FloatArray
 from pmor.case.width import mirrors_at_mid_width
 from pmor.contact.elasticity import ReducedElasticity
 from pmor.contact.flank import MeshedPair
+from pmor.contact.kernels.state import Family, GearLines, PositionShapes
 from pmor.contact.kernels.sweep import place_position
-from pmor.contact.kernels.types import Family, GearLines, PositionShapes
 from pmor.contact.position import Position, pairs_in_reach
 from pmor.contact.solve import window_depth
 from pmor.pair.conditions import nominal_condition

@@ -1,16 +1,14 @@
-"""The online stage as a job: sweep, comparison, and everything that is written about them."""
+"""What a case asks of the online stage: its sweep, and all that is known when it is done."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from concurrent.futures import Executor
 from dataclasses import dataclass
-from pathlib import Path
 
 from pmor.pair.conditions import conditions_of
-from pmor.pair.model import ElasticModel
-from pmor.parallel import threads
-from pmor.progress import Progress
 from pmor.results.sweep import SteSweep
-from pmor_online.compare import Comparison, compare_models, failed_positions, training_failures
+from pmor_online.compare import Comparison, failed_positions, training_failures
 from pmor_online.model import ReducedPair, online_angles
 from pmor_online.sweep import sweep_reduced_pair
 
@@ -28,53 +26,50 @@ class OnlineResult:
         None when it was not asked for.
     basis_mib : float
         Size of the basis file.
-    failures : tuple of str
-        Positions that did not converge.
+    jobs : int
+        Angles that were solved at a time.
     """
 
     reduced: ReducedPair
     sweep: SteSweep
     comparison: Comparison | None
     basis_mib: float
-    failures: tuple[str, ...]
+    jobs: int = 1
 
     @property
     def nominal(self) -> int:
         """Index of the nominal torque in the sweep."""
         return self.reduced.basis.case.online.torques_Nm.index(self.reduced.basis.case.torque_Nm)
 
+    @property
+    def failures(self) -> tuple[str, ...]:
+        """Positions that did not converge: of the training, of the sweep, of the comparison."""
+        found = training_failures(self.reduced.basis.training) + failed_positions(self.sweep, "reduced model")
+        if self.comparison is not None:
+            found += failed_positions(self.comparison.full, "full FE")
+            found += failed_positions(self.comparison.reduced, "reduced model, unseen angle")
+        return tuple(found)
 
-def run_online(
-    reduced: ReducedPair, basis_path: Path, model: ElasticModel | None = None, jobs: int = 1
-) -> OnlineResult:
-    """Sweep with the reduced model and, given the full one, compare.
+
+def sweep_case(
+    reduced: ReducedPair, executor: Executor | None = None, advance: Callable[[int], None] = lambda n: None
+) -> SteSweep:
+    """Sweep over the angles and torques that a case asks for.
 
     Parameters
     ----------
     reduced : ReducedPair
-    basis_path : Path
-        Where the basis came from.
-    model : ElasticModel, optional
-        Full FE of the same case.
-    jobs : int
-        Angles of the full model solved at a time. The reduced sweep is timed, and runs on one thread.
+    executor : concurrent.futures.Executor, optional
+        Shares out blocks of angles between threads.
+    advance : callable
+        Called with the number of angles done, for progress.
 
     Returns
     -------
-    OnlineResult
+    SteSweep
     """
-    case, pair = reduced.basis.case, reduced.meshed.pair
-    phi = online_angles(pair.pitch, case.online.angles_per_pitch)
+    case = reduced.basis.case
+    phi = online_angles(reduced.meshed.pair.pitch, case.online.angles_per_pitch)
     conditions = conditions_of(case, case.online.torques_Nm)
     sweep_reduced_pair(reduced, phi[:1], conditions)  # compiles: run times are those of warm code
-    with Progress(len(phi), "reduced model") as progress:
-        sweep = sweep_reduced_pair(reduced, phi, conditions, advance=progress.advance)
-    failures = training_failures(reduced.basis.training) + failed_positions(sweep, "reduced model")
-    comparison = None
-    if model is not None:
-        with threads(jobs) as executor, Progress(case.compare.angles, "full FE, unseen angles") as progress:
-            comparison = compare_models(reduced, model, progress.advance, executor)
-        failures += failed_positions(comparison.full, "full FE")
-        failures += failed_positions(comparison.reduced, "reduced model, unseen angle")
-    mib = basis_path.stat().st_size / 2**20
-    return OnlineResult(reduced, sweep, comparison, mib, tuple(failures))
+    return sweep_reduced_pair(reduced, phi, conditions, executor=executor, advance=advance)

@@ -22,16 +22,17 @@ from pmor.contact.equilibrium import expected_approach, round_off_residual
 from pmor.contact.flank import MeshedPair
 from pmor.contact.kernels.loads import Loads, empty_loads, list_loads, trimmed
 from pmor.contact.kernels.shapes import gather_members, member_slots
+from pmor.contact.kernels.state import Points
 from pmor.contact.kernels.sweep import Results, Settings, sweep_reduced
-from pmor.contact.kernels.types import Pair, Points
+from pmor.contact.kernels.types import Pair
 from pmor.contact.position import Position, pairs_in_reach
 from pmor.contact.search import Contact
 from pmor.contact.solve import WINDOW_MARGIN, solve_position, standing_depth
-from pmor.parallel import in_order
 from pmor.reduction.error_estimate import discarded_energy_slope
 from pmor.results.force_law import ForceLaw
 from pmor.results.loads import ContactLoads, SweepStates
 from pmor.results.sweep import SteSweep
+from pmor.threads import in_order
 from pmor_online.model import ReducedPair
 
 # A block starts cold: long enough that this does not count, short enough to share out between threads.

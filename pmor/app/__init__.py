@@ -1,1 +1,1 @@
-"""Roof: the command line, one function a command, and the plan."""
+"""Roof: the two front doors, command line and Python API, and the plan."""

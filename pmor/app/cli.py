@@ -9,9 +9,9 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from pmor import __version__
 from pmor.app import commands
 from pmor.errors import PmorError
+from pmor.version import __version__
 
 INTERRUPTED = 130
 # Results have messages of their own (pmor.storage.atomic); this is for the files that libraries write.
@@ -93,6 +93,7 @@ def build_parser() -> argparse.ArgumentParser:
         "--case", dest="case_path", metavar="CASE", type=Path,
         help="sweep that this case asks for, instead of the one that the basis was made from",
     )  # fmt: skip
+    _add_jobs(online)
 
     compare = command("compare", "reduced against full FE: error and run time")
     _add_case(compare)

@@ -12,11 +12,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from pmor_online.run import OnlineResult
-
     from pmor.case import Case
     from pmor.pair.model import ElasticModel, MeshModel
     from pmor.reduction.basis import Basis
+    from pmor_online.run import OnlineResult
 
 
 def run(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False) -> None:
@@ -56,7 +55,7 @@ def offline(case_path: Path, basis_path: Path, resume: bool = False, jobs: int =
     case, mesh = _meshed_case(case_path)
     ensure_writable(basis_path.parent)
     model = _elastic_model(case, mesh)
-    from pmor_offline.jobs import run_offline
+    from pmor.jobs.offline import run_offline
     from pmor_online.errors import estimate_errors
 
     done = run_offline(case, model, basis_path, jobs, resume, overwrite, started, estimate_errors)
@@ -65,18 +64,17 @@ def offline(case_path: Path, basis_path: Path, resume: bool = False, jobs: int =
         raise ConvergenceError(f"{len(done.failed)} full solves did not converge: {'; '.join(done.failed)}", [])
 
 
-def online(basis_path: Path, out: Path | None = None, case_path: Path | None = None) -> None:
+def online(basis_path: Path, out: Path | None = None, case_path: Path | None = None, jobs: int = 1) -> None:
     """Sweep the static transmission error with the reduced model of a basis file."""
-    from pmor_online.model import reduced_pair
-    from pmor_online.run import run_online
-
     from pmor.case import load_case
+    from pmor.jobs.online import run_online
     from pmor.pair.model import refuse_loads
     from pmor.report.run_page import write_pages
     from pmor.report.summary import result_text, write_results
     from pmor.storage.atomic import ensure_folder
     from pmor.storage.basis_file import read_basis, require_made_from
     from pmor.storage.lock import only_writer_in_folder
+    from pmor_online.model import reduced_pair
 
     basis = read_basis(basis_path)
     if case_path is not None:
@@ -87,7 +85,7 @@ def online(basis_path: Path, out: Path | None = None, case_path: Path | None = N
     refuse_loads(basis.case, reduced.meshed)  # a sweep may go beyond those that the training has been through
     folder = ensure_folder(out or Path("out") / basis.case.name)
     with only_writer_in_folder(folder):
-        result = run_online(reduced, basis_path)
+        result = run_online(reduced, basis_path, jobs=jobs)
         write_results(result, folder)
         write_pages(result, None, folder)
     print(result_text(result))
@@ -252,12 +250,11 @@ def _reduced_and_full(
     case: Case, mesh: MeshModel, folder: Path, jobs: int, overwrite: bool, started: float
 ) -> OnlineResult:
     """Build or reuse the basis in a folder, sweep, and compare with full FE."""
-    from pmor_offline.jobs import run_offline
+    from pmor.jobs.offline import run_offline
+    from pmor.jobs.online import run_online
+    from pmor.storage.basis_file import read_basis
     from pmor_online.errors import estimate_errors
     from pmor_online.model import reduced_pair
-    from pmor_online.run import run_online
-
-    from pmor.storage.basis_file import read_basis
 
     basis_path = folder / "basis.h5"
     model = _elastic_model(case, mesh)

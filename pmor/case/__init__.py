@@ -3,7 +3,8 @@
 Lengths carry their unit in the name of the key; those without one are in (normal) modules.
 """
 
-from pmor.case.change import changed_case, changed_text, make_case, text_of
+from pmor.case.change import change_case, changed_text, make_case, text_of
+from pmor.case.checks import refuse_uneven_load
 from pmor.case.describe import basis_key, describe
 from pmor.case.extrapolation import beyond_training
 from pmor.case.loader import load_case, parse_case
@@ -35,11 +36,12 @@ __all__ = [
     "ReductionCase",
     "basis_key",
     "beyond_training",
-    "changed_case",
+    "change_case",
     "changed_text",
     "describe",
     "load_case",
     "make_case",
     "parse_case",
+    "refuse_uneven_load",
     "text_of",
 ]

@@ -43,7 +43,7 @@ def make_case(name: str = "case", **settings: Any) -> Case:
     return parse_case(_text(_changed({}, settings, name)), name, name)
 
 
-def changed_case(case: Case, **settings: Any) -> Case:
+def change_case(case: Case, **settings: Any) -> Case:
     """Return a case with some settings changed; see `make_case`."""
     return parse_case(_text(_changed(tomllib.loads(text_of(case)), settings, case.name)), case.name, case.name)
 

@@ -171,30 +171,29 @@ def _check_misalignment(case: Case, where: str) -> None:
                 f"{where}: [offline] {key} = {toml_text(trained)}: tilted axes load the width unevenly, and [mesh] "
                 'width = "plane_strain" has one section for all of it: write "whole", or 0.0 here'
             )
+    refuse_uneven_load(case, where)
     for key in MISALIGNMENTS:
         value, trained = getattr(case.misalignment, key), getattr(case.offline, key)
-        if trained[0] <= value <= trained[-1]:
-            continue
-        if key in tilts:
-            _refuse_uneven_load(case, key, value, where)
-        if not case.online.extrapolate:
+        if not trained[0] <= value <= trained[-1] and not case.online.extrapolate:
             raise CaseError(
                 f"{where}: [misalignment] {key} = {value}: is beyond the training, {trained[0]:g} to {trained[-1]:g} "
                 f"um: widen [offline] {key}, or write {EXTRAPOLATE}"
             )
 
 
-def _refuse_uneven_load(case: Case, key: str, value: float, where: str) -> None:
-    """Refuse a tilt where the mesh has not the whole width to load unevenly, whatever may be extrapolated."""
+def refuse_uneven_load(case: Case, where: str) -> None:
+    """Raise CaseError for a tilt where the mesh has not the whole width to load unevenly, whatever is extrapolated."""
     width = meshed_width(case)
-    if width == "whole":
-        return
-    held = "half the width, which stands for both halves" if width == "half" else "one section for all of the width"
-    remedy = f"give [offline] {key} a range with it" if width == "half" else 'write [mesh] width = "whole"'
-    raise CaseError(
-        f"{where}: [misalignment] {key} = {value}: tilted axes load the width unevenly, and the basis of parallel "
-        f"ones has {held}: {remedy}"
-    )
+    for key in ("in_plane_um", "out_of_plane_um"):
+        value = getattr(case.misalignment, key)
+        if width == "whole" or value == 0.0:
+            continue
+        held = "half the width, which stands for both halves" if width == "half" else "one section for all of the width"
+        remedy = f"give [offline] {key} a range with it" if width == "half" else 'write [mesh] width = "whole"'
+        raise CaseError(
+            f"{where}: [misalignment] {key} = {value}: tilted axes load the width unevenly, and the basis of parallel "
+            f"ones has {held}: {remedy}"
+        )
 
 
 def _check_extrapolation(case: Case, where: str) -> None:

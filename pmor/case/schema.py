@@ -5,7 +5,7 @@ The ranges are wide enough for extreme gears; they exist to catch slips, above a
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 
 @dataclass(frozen=True)
@@ -376,17 +376,6 @@ class Case:
     compare: CompareCase
     output: OutputCase
     text: str
-
-    def changed(self, **settings: Any) -> "Case":
-        """Return the case with some settings changed, checked like a file; see `pmor.make_case` for the keywords.
-
-        Raises
-        ------
-        CaseError
-        """
-        from pmor.case.change import changed_case  # which stands on this module
-
-        return changed_case(self, **settings)
 
     def __repr__(self) -> str:
         pair, mesh = self.pair, self.mesh

@@ -9,7 +9,7 @@ import numpy as np
 from pmor.arrays import FloatArray, IntArray
 from pmor.contact.flank import MeshedPair
 from pmor.contact.kernels.search import search_all, search_room
-from pmor.contact.kernels.types import Points
+from pmor.contact.kernels.state import Points
 from pmor.contact.position import Position
 
 

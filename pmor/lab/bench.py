@@ -15,32 +15,32 @@ from statistics import median
 from typing import Any
 
 import numpy as np
-from pmor_offline.jobs import run_offline
-from pmor_online.errors import estimate_errors
-from pmor_online.model import ReducedPair, online_angles, reduced_pair
-from pmor_online.sweep import TOLERANCE, sweep_pair, sweep_reduced_pair
 
-from pmor.case import Case, changed_case
+from pmor.case import Case, change_case
 from pmor.contact.kernels.newton import solve_state
+from pmor.contact.kernels.state import Drive
 from pmor.contact.kernels.sweep import place_position
-from pmor.contact.kernels.types import Drive
 from pmor.contact.position import pairs_in_reach
 from pmor.contact.solve import window_depth
 from pmor.fe.assembly import assemble
 from pmor.fe.condensation import condense_sector
 from pmor.fe.cyclic import elastic_gear
+from pmor.jobs.offline import run_offline
 from pmor.lab.core.machine import machine
 from pmor.lab.core.table import Columns, table, text_lines
 from pmor.lab.core.timing import ms_per_position, times_in_turn
 from pmor.lab.phases import PHASES, repeat_phase
 from pmor.pair.conditions import conditions_of, nominal_condition
 from pmor.pair.model import elastic_model, mesh_model, neighbour_reach
-from pmor.parallel import threads
 from pmor.progress import Progress
 from pmor.report.data_files import write_summary_json
 from pmor.report.markdown import write_markdown
 from pmor.report.table import Table
 from pmor.storage.basis_file import read_basis
+from pmor.threads import threads
+from pmor_online.errors import estimate_errors
+from pmor_online.model import ReducedPair, online_angles, reduced_pair
+from pmor_online.sweep import TOLERANCE, sweep_pair, sweep_reduced_pair
 
 REPEATS = 15
 ANGLES = 200  # a full pitch
@@ -288,7 +288,7 @@ def _row(phase: str, case: Case, times: list[float], repeats: int | None = None)
 
 def _changed(case: Case, **changes: dict[str, Any]) -> Case:
     """The case with other keys, and trained at few angles."""
-    return changed_case(case, **changes, offline={"angles_per_pitch": TRAINING_ANGLES})
+    return change_case(case, **changes, offline={"angles_per_pitch": TRAINING_ANGLES})
 
 
 def _basis(case: Case, path: Path) -> ReducedPair:

@@ -13,8 +13,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from pmor_online.errors import estimate_errors
-from pmor_online.model import reduced_pair
 
 from pmor.arrays import FloatArray
 from pmor.contact.condition import Condition
@@ -30,6 +28,8 @@ from pmor.reduction.basis import Basis
 from pmor.reduction.contact_shapes import ContactShapes, shapes_of
 from pmor.reduction.error_estimate import flank_compliance
 from pmor.reduction.flank_lines import FlankLineShapes, gear_lines
+from pmor_online.errors import estimate_errors
+from pmor_online.model import reduced_pair
 
 Bodies = tuple[ElasticGear, ElasticGear]
 

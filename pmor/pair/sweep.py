@@ -13,9 +13,9 @@ from pmor.arrays import FloatArray, IntArray
 from pmor.contact.condition import ALIGNED, Axes, Condition, at_leads
 from pmor.contact.flank import MeshedPair
 from pmor.contact.solve import ElasticityAt, SolvedPosition, solve_position
-from pmor.parallel import in_order
 from pmor.results.force_law import ForceLaw
 from pmor.results.sweep import SteSweep
+from pmor.threads import in_order
 
 
 def sweep_ste(

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from pmor_online.contact_pattern import ContactPattern
 
 from pmor.report.style import new_figure, plot_style
+from pmor_online.contact_pattern import ContactPattern
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

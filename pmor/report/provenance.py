@@ -10,8 +10,8 @@ from datetime import UTC, datetime
 
 import numpy as np
 
-import pmor
 from pmor.case import Case
+from pmor.version import __version__
 
 
 def provenance(case: Case) -> list[tuple[str, str]]:
@@ -22,7 +22,7 @@ def provenance(case: Case) -> list[tuple[str, str]]:
 
     return [
         ("date", datetime.now(UTC).isoformat(timespec="seconds")),
-        ("pmor", pmor.__version__),
+        ("pmor", __version__),
         ("Python", sys.version.split()[0]),
         ("numpy, scipy, numba, h5py", ", ".join(m.__version__ for m in (np, scipy, numba, h5py))),
         ("machine", f"{platform.machine()}, {os.cpu_count()} cores, {platform.system()}"),

@@ -8,8 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from pmor_online.contact_pattern import ContactPattern, contact_patterns
-from pmor_online.run import OnlineResult
 
 from pmor.case import Case, describe
 from pmor.gear.classical.formulas import classical_results
@@ -24,6 +22,8 @@ from pmor.report.summary import ms_per_position, summary_rows, warnings
 from pmor.report.sweep_figures import error_figure, load_sharing_figure, spectrum_figure, ste_figure
 from pmor.report.table import Table
 from pmor.results.sweep import peak_to_peak_um, single_pair_zone, ste_mean_um
+from pmor_online.contact_pattern import ContactPattern, contact_patterns
+from pmor_online.run import OnlineResult
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

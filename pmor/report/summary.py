@@ -6,12 +6,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from pmor_online.run import OnlineResult
-
 from pmor.case import beyond_training
 from pmor.report.data_files import write_ste_csv, write_summary_json
 from pmor.report.table import Cell, format_cell
 from pmor.results.sweep import SteSweep, largest_error_um, peak_to_peak_um, ripple_um, ste_mean_um, torque_exponent
+from pmor_online.run import OnlineResult
 
 
 def summary(result: OnlineResult) -> dict[str, Any]:
@@ -52,7 +51,7 @@ def summary_rows(result: OnlineResult) -> list[tuple[str, float | int | None, st
         ("STE error bar, max", s["ste_error_estimate_max_um"], "um", "what the reduction costs, estimated online"),
         ("reduced model size", s["rom_size"], "", "unknowns at most"),
         ("online time", s["online_ms_per_position"], "ms", f"per position, {len(result.sweep.phi_rad)} angles x "
-         f"{len(result.sweep.torque_Nm)} torques"),
+         f"{len(result.sweep.torque_Nm)} torques" + (f", {result.jobs} threads" if result.jobs > 1 else "")),
     ]  # fmt: skip
     if comparison is not None:
         positions = f"{comparison.full.ste_um.size} unseen positions"

@@ -20,10 +20,10 @@ from typing import Any
 import h5py
 import numpy as np
 
-import pmor
 from pmor.errors import CaseError, FileFormatError
 from pmor.storage.atomic import atomic_path, refuse_existing
 from pmor.storage.seal import CONTENTS, DESCRIPTIONS, checksums, contents_checksum, descriptions_checksum
+from pmor.version import __version__
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 # The first format whose own structures (headers, tables of contents) carry checksums, so that the HDF5 library notices
@@ -100,7 +100,7 @@ def create(path: Path, schema: Schema, attributes: dict[str, Any], overwrite: bo
                 schema=schema.name,
                 schema_version=schema.version,
                 created=datetime.now(UTC).isoformat(timespec="seconds"),
-                pmor_version=pmor.__version__,
+                pmor_version=__version__,
                 numpy_version=np.__version__,
                 h5py_version=h5py.__version__,
                 python_version=platform.python_version(),

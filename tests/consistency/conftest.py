@@ -3,9 +3,9 @@
 import h5py
 import numpy as np
 import pytest
-from pmor_online.model import reduced_pair
 
 from pmor.storage.basis_file import read_basis
+from pmor_online.model import reduced_pair
 
 # The meshed width and the keys of [reduction]; the small model has two elements over the width, of which one is held.
 REDUCTIONS = {

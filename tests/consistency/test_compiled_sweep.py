@@ -7,7 +7,6 @@ from functools import partial
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from pmor_online.sweep import sweep_reduced_pair
 
 import pmor.contact.equilibrium
 import pmor.contact.flank
@@ -18,6 +17,7 @@ from pmor.contact.kernels.sweep import Neighbour, carry_along, place_position
 from pmor.contact.position import active_patches, pairs_in_reach
 from pmor.contact.solve import solve_position
 from pmor.pair.sweep import sweep_ste
+from pmor_online.sweep import sweep_reduced_pair
 
 NEWTON = 1e-8  # the equilibrium is solved to a relative residual of 1e-9; a different path may leave some of it
 # The compiled sweep takes a last step from a relative residual of 1e-4, and its feet may be a hundredth of an element

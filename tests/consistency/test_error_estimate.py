@@ -6,12 +6,6 @@ from functools import cache
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from pmor_offline.gather import make_basis
-from pmor_offline.sampling import TrainingPosition, sobol_positions
-from pmor_offline.snapshots import solve_snapshots
-from pmor_online.errors import estimate_errors
-from pmor_online.model import reduced_pair
-from pmor_online.sweep import sweep_reduced_pair
 
 from pmor.case import parse_case
 from pmor.case.width import whole_width
@@ -19,6 +13,12 @@ from pmor.contact.condition import ALIGNED, Axes, Condition, at_torques
 from pmor.contact.solve import solve_position
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.reduction.error_estimate import discarded_energy, discarded_energy_slope
+from pmor_offline.gather import make_basis
+from pmor_offline.sampling import TrainingPosition, sobol_positions
+from pmor_offline.snapshots import solve_snapshots
+from pmor_online.errors import estimate_errors
+from pmor_online.model import reduced_pair
+from pmor_online.sweep import sweep_reduced_pair
 from tests.small_case import case_text
 
 pytestmark = pytest.mark.jit

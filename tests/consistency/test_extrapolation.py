@@ -5,17 +5,17 @@ from functools import cache
 
 import numpy as np
 import pytest
-from pmor_offline.jobs import run_offline
-from pmor_online.model import reduced_pair
-from pmor_online.sweep import sweep_reduced_pair
 
 from pmor.app.cli import main
 from pmor.case import basis_key, beyond_training, parse_case
 from pmor.contact.condition import Axes, Condition
 from pmor.errors import CaseError
+from pmor.jobs.offline import run_offline
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.pair.sweep import sweep_ste
 from pmor.storage.basis_file import read_basis
+from pmor_online.model import reduced_pair
+from pmor_online.sweep import sweep_reduced_pair
 from tests.small_case import case_text
 
 TILT = {"in_plane_um": [-10.0, 0.0, 10.0]}

@@ -4,20 +4,20 @@ import time
 
 import h5py
 import numpy as np
-import pmor_offline.adaptive
-import pmor_offline.train
 import pytest
 from numpy.testing import assert_allclose
-from pmor_offline.jobs import run_offline
-from pmor_offline.sampling import TrainingPosition
-from pmor_online.errors import estimate_errors
 
+import pmor_offline.adaptive
+import pmor_offline.train
 from pmor.app.cli import main
 from pmor.case import basis_key, parse_case
 from pmor.contact.condition import Condition
 from pmor.errors import ConvergenceError, OutputError
+from pmor.jobs.offline import run_offline
 from pmor.storage.basis_file import read_basis
 from pmor.storage.snapshot_file import read_snapshots, write_snapshots
+from pmor_offline.sampling import TrainingPosition
+from pmor_online.errors import estimate_errors
 from tests.small_case import case_text, fail_where
 
 SAME = 1e-12  # the same arithmetic in another order of the angles: equal but for threads of the linear algebra library

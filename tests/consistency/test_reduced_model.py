@@ -6,20 +6,20 @@ from functools import cache
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from pmor_offline.jobs import run_offline
-from pmor_online.compare import compare_models
-from pmor_online.model import reduced_pair
-from pmor_online.sweep import sweep_reduced_pair
 
 from pmor.case import changed_text, parse_case
 from pmor.contact.condition import Condition, at_torques
 from pmor.contact.elasticity import ReducedElasticity, full_elasticity
 from pmor.contact.position import active_patches
 from pmor.contact.solve import solve_position, window_depth
+from pmor.jobs.offline import run_offline
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.pair.sweep import sweep_ste
 from pmor.reduction import flank_lines
 from pmor.storage.basis_file import read_basis
+from pmor_online.compare import compare_models
+from pmor_online.model import reduced_pair
+from pmor_online.sweep import sweep_reduced_pair
 from tests.small_case import case_text
 
 NEWTON = 1e-8  # the equilibrium is solved to a relative residual of 1e-9; a different path may leave some of it

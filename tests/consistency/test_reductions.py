@@ -4,16 +4,13 @@ from functools import cache
 
 import h5py
 import numpy as np
-import pmor_offline.train
 import pytest
 from numpy.testing import assert_allclose
-from pmor_offline.jobs import run_offline
-from pmor_online.compare import compare_models
-from pmor_online.model import reduced_pair, unseen_angles
-from pmor_online.sweep import sweep_reduced_pair
 
+import pmor_offline.train
 from pmor.case import parse_case
 from pmor.contact.condition import at_torques
+from pmor.jobs.offline import run_offline
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.pair.sweep import sweep_ste
 from pmor.reduction.build import same_everywhere
@@ -21,6 +18,9 @@ from pmor.reduction.contact_shapes import contact_shapes, reduced_elasticity, sh
 from pmor.reduction.energy import own_displacement
 from pmor.reduction.pod import global_modes, local_modes
 from pmor.storage.basis_file import read_basis
+from pmor_online.compare import compare_models
+from pmor_online.model import reduced_pair, unseen_angles
+from pmor_online.sweep import sweep_reduced_pair
 from tests.small_case import case_text, small_case
 
 SAME_SPAN = 1e-9  # the equilibrium is solved to a relative residual of 1e-9

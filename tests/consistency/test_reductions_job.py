@@ -6,14 +6,11 @@ from functools import partial
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
-from pmor_offline.gather import make_basis
-from pmor_offline.jobs import run_offline
-from pmor_online.errors import estimate_errors
-from pmor_online.model import reduced_pair
 
 import pmor.lab.comparison.run
 from pmor.app.cli import main
 from pmor.case import parse_case
+from pmor.jobs.offline import run_offline
 from pmor.lab.comparison.measure import build
 from pmor.lab.comparison.output import content
 from pmor.lab.comparison.run import compare_reductions
@@ -29,6 +26,9 @@ from pmor.lab.core.states import load_errors_percent, solve_states, sweep_states
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.report.data_files import write_summary_json
 from pmor.storage.basis_file import read_basis
+from pmor_offline.gather import make_basis
+from pmor_online.errors import estimate_errors
+from pmor_online.model import reduced_pair
 from tests.small_case import case_text, fail_where
 
 pytestmark = pytest.mark.jit

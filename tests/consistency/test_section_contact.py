@@ -2,16 +2,16 @@
 
 import pytest
 from numpy.testing import assert_allclose
-from pmor_offline.jobs import run_offline
-from pmor_online.contact_pattern import contact_patterns
-from pmor_online.model import reduced_pair, unseen_angles
-from pmor_online.sweep import sweep_reduced_pair
 
 from pmor.case import parse_case
 from pmor.contact.condition import Condition, at_torques
+from pmor.jobs.offline import run_offline
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.pair.sweep import sweep_ste
 from pmor.storage.basis_file import read_basis
+from pmor_online.contact_pattern import contact_patterns
+from pmor_online.model import reduced_pair, unseen_angles
+from pmor_online.sweep import sweep_reduced_pair
 from tests.small_case import case_text
 
 TORQUES = [60e3, 100e3]

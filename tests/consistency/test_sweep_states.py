@@ -4,19 +4,19 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 
 import numpy as np
-import pmor_online.sweep
 import pytest
 from numpy.testing import assert_allclose
+
+import pmor_online.sweep
+from pmor.case import parse_case
+from pmor.contact.condition import ALIGNED, Axes, Condition, at_torques
+from pmor.contact.solve import solve_position
+from pmor.pair.model import elastic_model, mesh_model
 from pmor_offline.gather import make_basis
 from pmor_offline.sampling import TrainingPosition
 from pmor_offline.snapshots import solve_snapshots
 from pmor_online.model import reduced_pair
 from pmor_online.sweep import reduced_force_law, sweep_reduced_pair
-
-from pmor.case import parse_case
-from pmor.contact.condition import ALIGNED, Axes, Condition, at_torques
-from pmor.contact.solve import solve_position
-from pmor.pair.model import elastic_model, mesh_model
 from tests.small_case import case_text
 
 pytestmark = pytest.mark.jit

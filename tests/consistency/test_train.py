@@ -6,13 +6,13 @@ from dataclasses import fields
 import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
+
+from pmor.case import parse_case
+from pmor.pair.model import elastic_model, mesh_model
 from pmor_offline.train import train
 from pmor_online.compare import compare_models
 from pmor_online.errors import estimate_errors
 from pmor_online.model import reduced_pair
-
-from pmor.case import parse_case
-from pmor.pair.model import elastic_model, mesh_model
 from tests.small_case import case_text
 
 GREEDY = {"sampling": "greedy", "solves": 7, "tolerance_percent": 1e-9}  # four to begin with, three that are chosen

@@ -4,23 +4,23 @@ from dataclasses import replace
 
 import h5py
 import numpy as np
-import pmor_online.model
 import pytest
-from pmor_offline.jobs import run_offline
-from pmor_offline.sampling import TrainingPosition
-from pmor_offline.snapshots import solve_snapshots
-from pmor_online.errors import estimate_errors
 
 import pmor.lab.verify
+import pmor_online.model
 from pmor.app.cli import main
 from pmor.case import parse_case
 from pmor.contact.condition import Condition
 from pmor.contact.elasticity import ReducedElasticity
+from pmor.jobs.offline import run_offline
 from pmor.lab.verify import Check, checks_text, verify_basis
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.reduction.flank_lines import FlankLineShapes
 from pmor.storage.basis_file import read_basis, write_basis
 from pmor.storage.snapshot_file import write_snapshots
+from pmor_offline.sampling import TrainingPosition
+from pmor_offline.snapshots import solve_snapshots
+from pmor_online.errors import estimate_errors
 from tests.small_case import case_text
 
 pytestmark = pytest.mark.jit

@@ -5,7 +5,6 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from pmor_online.model import reduced_pair
 
 from pmor.case import load_case, parse_case
 from pmor.lab.bench import (
@@ -22,6 +21,7 @@ from pmor.lab.bench import (
     write_bench,
 )
 from pmor.lab.core.machine import machine
+from pmor_online.model import reduced_pair
 from tests.small_case import case_text
 
 KEYS = {"phase", "n_profile", "n_width", "lodm_profile", "lodm_width", "median_ms", "repeats"}

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from small_case import case_text
 
-from pmor.case import Case, load_case, make_case, parse_case, text_of
+from pmor.case import Case, change_case, load_case, make_case, parse_case, text_of
 from pmor.errors import CaseError, GeometryError
 from pmor.pair.model import mesh_model
 
@@ -25,7 +25,7 @@ def test_a_case_made_by_keywords_is_the_one_of_a_file():
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
-def test_the_text_of_a_changed_case_reads_back(path):
+def test_the_text_of_a_change_case_reads_back(path):
     case = load_case(path)
     assert text_of(case) == case.text
     other = replace(case, mesh=replace(case.mesh, profile_elements=9), title='"quoted" Ω')
@@ -36,10 +36,11 @@ def test_the_text_of_a_changed_case_reads_back(path):
 
 def test_a_key_of_the_gears_changes_both_and_a_section_one():
     case = make_case(**SMALL)
-    assert [gear.teeth for gear in (case.changed(teeth=30).pair.pinion, case.changed(teeth=30).pair.wheel)] == [30, 30]
-    unlike = case.changed(wheel={"teeth": 34, "bore_radius_mm": 30.0})
+    alike = change_case(case, teeth=30)
+    assert (alike.pair.pinion.teeth, alike.pair.wheel.teeth) == (30, 30)
+    unlike = change_case(case, wheel={"teeth": 34, "bore_radius_mm": 30.0})
     assert (unlike.pair.pinion.teeth, unlike.pair.wheel.teeth) == (21, 34)
-    assert unlike.changed(profile_shift=0.1).pair.wheel.profile_shift == 0.1
+    assert change_case(unlike, profile_shift=0.1).pair.wheel.profile_shift == 0.1
 
 
 @pytest.mark.parametrize(
@@ -54,7 +55,7 @@ def test_a_key_of_the_gears_changes_both_and_a_section_one():
 )
 def test_what_cannot_be_changed_is_named(settings, message):
     with pytest.raises(CaseError, match=message):
-        make_case(**SMALL).changed(**settings)
+        change_case(make_case(**SMALL), **settings)
 
 
 def test_helical_gears_are_refused_wherever_the_case_comes_from():

@@ -8,9 +8,9 @@ import sys
 from pathlib import Path
 
 import h5py
-import pmor_offline.jobs
 import pytest
 
+import pmor.jobs.offline
 import pmor.pair.model
 from pmor.app.cli import main
 from pmor.errors import MeshError
@@ -68,17 +68,17 @@ def forbid_offline(monkeypatch):
     def never(*_arguments, **_more):
         pytest.fail("the basis was there: no full solve is needed")
 
-    monkeypatch.setattr(pmor_offline.jobs, "run_offline", never)
+    monkeypatch.setattr(pmor.jobs.offline, "run_offline", never)
 
 
 def count_offline(monkeypatch):
-    calls, run_offline = [], pmor_offline.jobs.run_offline
+    calls, run_offline = [], pmor.jobs.offline.run_offline
 
     def counted(*arguments, **more):
         calls.append(arguments)
         return run_offline(*arguments, **more)
 
-    monkeypatch.setattr(pmor_offline.jobs, "run_offline", counted)
+    monkeypatch.setattr(pmor.jobs.offline, "run_offline", counted)
     return calls
 
 

@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.contact.kernels.shapes import member_weights
-from pmor.contact.kernels.types import PositionShapes
+from pmor.contact.kernels.state import PositionShapes
 from pmor.reduction.alignment import procrustes
 from pmor.reduction.contact_shapes import ContactShapes
 from pmor.reduction.grassmann import geodesic_weights, geodesics

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from pmor_online.model import reduced_pair
-from pmor_online.sweep import sweep_reduced_pair
 
 from pmor.contact.condition import at_torques
 from pmor.contact.flank import ContactScheme, make_flank
 from pmor.contact.kernels.surface import node_normals, prepare_surface
 from pmor.storage.basis_file import read_basis
+from pmor_online.model import reduced_pair
+from pmor_online.sweep import sweep_reduced_pair
 from tests.gear_models import SCHEME, sector, tooth
 
 ROUND_OFF = 1e-13

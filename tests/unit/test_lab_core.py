@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.case import changed_case, parse_case
+from pmor.case import change_case, parse_case
 from pmor.contact.condition import at_torques
 from pmor.contact.solve import solve_position
 from pmor.errors import ConvergenceError
@@ -26,7 +26,7 @@ SAME_MODEL = 1e-12
 def test_axes_that_may_tilt_and_axes_that_do_not_have_models_of_their_own(first):
     """Half of the width is meshed for one, all of it for the other, with the same keys in [mesh]."""
     aligned = small_case()
-    cases = {"aligned": aligned, "tilted": changed_case(aligned, offline={"in_plane_um": [-10.0, 10.0]})}
+    cases = {"aligned": aligned, "tilted": change_case(aligned, offline={"in_plane_um": [-10.0, 10.0]})}
     store = ModelStore()
     for name in sorted(cases, key=lambda name: name != first):
         model, _ = store.model(cases[name])
@@ -42,11 +42,11 @@ def test_axes_that_may_tilt_and_axes_that_do_not_have_models_of_their_own(first)
 def test_cases_that_differ_in_the_contact_alone_share_a_model_but_line_contact_has_its_own():
     store, case = ModelStore(), parse_case(case_text(), "small", "small case")
     model, seconds = store.model(case)
-    other, same_seconds = store.model(changed_case(case, penalty_N_mm3=1e5))
+    other, same_seconds = store.model(change_case(case, penalty_N_mm3=1e5))
     assert other.pinion is model.pinion
     assert other.mesh.meshed.scheme.penalty != model.mesh.meshed.scheme.penalty
     assert same_seconds == seconds
-    assert store.model(changed_case(case, scheme="line"))[0].pinion is not model.pinion
+    assert store.model(change_case(case, scheme="line"))[0].pinion is not model.pinion
 
 
 def piece(name, run, settings="same"):
@@ -111,7 +111,7 @@ def test_a_key_is_of_what_a_case_says_and_not_of_how_it_is_written():
     commented = parse_case("# a comment\n" + case_text(), "small", "small case")
     plain = Piece("a", {"case": case}, None, dict)
     assert replace(plain, cases={"case": commented}).key == plain.key
-    harder = {"case": changed_case(case, penalty_N_mm3=1e5)}
+    harder = {"case": change_case(case, penalty_N_mm3=1e5)}
     others = [replace(plain, name="b"), replace(plain, settings=1), replace(plain, cases=harder)]
     assert plain.key not in [other.key for other in others]
 

@@ -7,10 +7,6 @@ import h5py
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from pmor_offline.jobs import run_offline
-from pmor_online.errors import estimate_errors
-from pmor_online.model import reduced_pair
-from pmor_online.sweep import sweep_reduced_pair
 
 import pmor.pair.model
 from pmor.app.left_out import computed, full_solves, left_out, rows_in_reach, scene, unknowns
@@ -21,9 +17,13 @@ from pmor.contact.position import active_patches, pairs_in_reach
 from pmor.contact.solve import window_depth
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.condensation import condense_sector
+from pmor.jobs.offline import run_offline
 from pmor.pair.model import elastic_model, mesh_model, neighbour_reach
 from pmor.pair.sweep import sweep_ste
 from pmor.storage.basis_file import read_basis
+from pmor_online.errors import estimate_errors
+from pmor_online.model import reduced_pair
+from pmor_online.sweep import sweep_reduced_pair
 from tests.small_case import case_text
 
 CASES = ("paper_spur", "paper_64", "small_spur", "unequal_pair")

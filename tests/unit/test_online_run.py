@@ -4,24 +4,23 @@ import math
 from dataclasses import replace
 
 import numpy as np
-import pmor_online.run
 import pytest
 from numpy.testing import assert_allclose
-from pmor_online.compare import Comparison
-from pmor_online.contact_pattern import contact_patterns
-from pmor_online.model import online_angles, reduced_pair, unseen_angles
-from pmor_online.run import run_online
 
 import pmor.contact.solve
 import pmor.report.run_page
 from pmor.contact.condition import Condition
 from pmor.errors import ConvergenceError
+from pmor.jobs.online import run_online
 from pmor.report.page import Picture
 from pmor.report.provenance import provenance
 from pmor.report.run_page import run_pictures, write_pages
 from pmor.report.summary import result_text, summary, summary_rows, write_results
 from pmor.report.sweep_figures import error_figure
 from pmor.results.sweep import peak_to_peak_um, ste_mean_um
+from pmor_online.compare import Comparison
+from pmor_online.contact_pattern import contact_patterns
+from pmor_online.model import online_angles, reduced_pair, unseen_angles
 
 # DESIGN.md, section 5: scripts rely on these.
 SUMMARY_KEYS = {
@@ -57,8 +56,7 @@ def with_failures(result, where):
     ste, converged = sweep.ste_um.copy(), sweep.converged.copy()
     ste[where], converged[where] = np.nan, False
     sweep = replace(sweep, ste_um=ste, converged=converged)
-    failures = tuple(pmor_online.run.failed_positions(sweep, "reduced model"))
-    return replace(result, sweep=sweep, failures=failures)
+    return replace(result, sweep=sweep)
 
 
 # --- the sweep and its summary ---------------------------------------------------------------------------------------

@@ -36,5 +36,5 @@ def test_both_stages_run_beside_them(folder):
 
 
 def test_they_are_found_beside_the_package(folder):
-    words = "import pmor_offline.jobs, pmor_online.run, offline, online; print(offline.whose, online.whose, sep=', ')"
+    words = "import pmor_offline.train, pmor_online.run, offline, online; print(offline.whose, online.whose, sep=', ')"
     assert python(folder, "-c", words).stdout == "my own, my own\n"

@@ -9,13 +9,13 @@ import matplotlib.style
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from pmor_online.contact_pattern import ContactPattern
 
 from pmor.report.mesh_figure import LOADED_FLANK_COLOUR, mesh_figure
 from pmor.report.pattern_figure import contact_pattern_figure
 from pmor.report.style import png_base64, save_png
 from pmor.report.sweep_figures import error_figure, load_sharing_figure, spectrum_figure, ste_figure
 from pmor.results.sweep import SteSweep
+from pmor_online.contact_pattern import ContactPattern
 
 ROUND_OFF = 1e-12
 UNIT = re.compile(r"\[[^\]]+\]")

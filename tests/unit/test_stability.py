@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.case import changed_case, changed_text, load_case, parse_case
+from pmor.case import change_case, changed_text, load_case, parse_case
 from pmor.contact.condition import at_torques
 from pmor.contact.elasticity import FullElasticity, ReducedElasticity
 from pmor.contact.solve import solve_position
@@ -63,7 +63,7 @@ def test_the_matrix_is_large_and_every_change_is_one_that_a_case_file_may_say(pa
 
 
 def test_energy_balances_with_facets_and_would_show_a_wrong_force(base, store):
-    position, elasticity = solved(store.model(changed_case(base, scheme="facet"))[0], 0.3)
+    position, elasticity = solved(store.model(change_case(base, scheme="facet"))[0], 0.3)
     states = position.equilibria
     assert energy_imbalance(elasticity, states, (TORQUE, 1.01 * TORQUE)) < 1e-5
     assert energy_imbalance(elasticity, states, (1.1 * TORQUE, 1.11 * TORQUE)) > 0.05
@@ -78,7 +78,7 @@ def test_torque_of_the_nodal_forces_is_the_applied_one(model):
 
 def test_condition_is_that_of_the_matrix_of_a_step(base, store):
     # A penalty so soft that its own compliance counts.
-    position, full = solved(store.model(changed_case(base, penalty_N_mm3=1e4))[0], 0.3)
+    position, full = solved(store.model(change_case(base, penalty_N_mm3=1e4))[0], 0.3)
     state = position.equilibria[0]
     contact = state.contact
     rows = np.stack([contact.nodal_forces(p, len(position.position.nodes)).ravel() for p in np.eye(len(contact.gap))])

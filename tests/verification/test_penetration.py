@@ -7,7 +7,8 @@ from numpy.testing import assert_allclose
 from pmor.contact.condition import ALIGNED
 from pmor.contact.kernels.nodal import Facing, search_pair
 from pmor.contact.kernels.search import search_room
-from pmor.contact.kernels.types import ELEMENT_ROWS, FIRST_ROW, Feet, Motion
+from pmor.contact.kernels.state import Feet
+from pmor.contact.kernels.types import ELEMENT_ROWS, FIRST_ROW, Motion
 from pmor.contact.position import active_patches, relative_motion
 from pmor.contact.search import search_contact
 from tests.gear_models import gear_pair, meshed_pair, tooth

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from pmor.contact.kernels.state import Surface as KernelSurface
 from pmor.contact.kernels.surface import refine, surface_point
-from pmor.contact.kernels.types import Surface as KernelSurface
 from pmor.mesh.outline import tooth_outline
 from tests.gear_models import tooth
 from tests.surfaces import ROUND_OFF, Surface, circle, cylinder, random_rotation, saddle

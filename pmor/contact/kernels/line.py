@@ -6,7 +6,7 @@ import numpy as np
 
 from pmor.contact.kernels.compiling import compiled
 from pmor.contact.kernels.sections import carry, closest_approach, gap_change, list_point, roll_of
-from pmor.contact.kernels.types import Found
+from pmor.contact.kernels.state import Found
 
 
 @compiled

@@ -9,6 +9,7 @@ import numpy as np
 from pmor.arrays import FloatArray, IntArray
 from pmor.contact.kernels.compiling import allocating, compiled, inlined
 from pmor.contact.kernels.projection import project, share_on_master
+from pmor.contact.kernels.state import Foot, Found, Surface
 from pmor.contact.kernels.surface import prepare_surface, refine, row_points, unit_cross
 from pmor.contact.kernels.types import (
     AT_ROOT,
@@ -21,10 +22,7 @@ from pmor.contact.kernels.types import (
     TO_LOW_Z,
     TO_ROOT,
     TO_TIP,
-    Foot,
-    Found,
     Motion,
-    Surface,
 )
 
 

@@ -8,20 +8,9 @@ from pmor.contact.kernels.compiling import allocating, compiled, merged
 from pmor.contact.kernels.line import search_line
 from pmor.contact.kernels.motion import pinion_slave_share, relative_motion
 from pmor.contact.kernels.nodal import Facing, search_pair
+from pmor.contact.kernels.state import Carriers, Feet, Found, Points, SearchRoom
 from pmor.contact.kernels.strip import search_strip
-from pmor.contact.kernels.types import (
-    ELEMENT_ROWS,
-    FIRST_ROW,
-    LINE,
-    NODAL,
-    STRIP,
-    Carriers,
-    Feet,
-    Found,
-    Motion,
-    Points,
-    SearchRoom,
-)
+from pmor.contact.kernels.types import ELEMENT_ROWS, FIRST_ROW, LINE, NODAL, STRIP, Motion
 
 
 @compiled

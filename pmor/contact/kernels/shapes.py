@@ -8,7 +8,8 @@ from __future__ import annotations
 import numpy as np
 
 from pmor.contact.kernels.compiling import allocating, compiled
-from pmor.contact.kernels.types import ELEMENT_ROWS, FIRST, FIRST_ROW, NODE_ROWS, OFFSET, Members
+from pmor.contact.kernels.state import Members
+from pmor.contact.kernels.types import ELEMENT_ROWS, FIRST, FIRST_ROW, NODE_ROWS, OFFSET
 
 # Share of a member's energy that it must have beyond that of the members before it.
 INDEPENDENT = 1e-10

@@ -7,7 +7,8 @@ import numpy as np
 from pmor.contact.kernels.compiling import allocating, compiled
 from pmor.contact.kernels.motion import roll_angle, section_motion
 from pmor.contact.kernels.sections import carry, gap_change, involute_foot, list_point, roll_of
-from pmor.contact.kernels.types import AT_ROOT, AT_TIP, ELEMENT_ROWS, FIRST_ROW, Found
+from pmor.contact.kernels.state import Found
+from pmor.contact.kernels.types import AT_ROOT, AT_TIP, ELEMENT_ROWS, FIRST_ROW
 
 
 @compiled

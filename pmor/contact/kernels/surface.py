@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pmor.contact.kernels.compiling import allocating, compiled, inlined
-from pmor.contact.kernels.types import Surface
+from pmor.contact.kernels.state import Surface
 
 
 @inlined

@@ -13,7 +13,8 @@ from pmor.contact.kernels.loads import empty_loads, list_loads, trimmed, with_ro
 from pmor.contact.kernels.newton import Solution, solve_state
 from pmor.contact.kernels.search import search_room
 from pmor.contact.kernels.shapes import cubic_weights, gather_members, member_slots
-from pmor.contact.kernels.types import NODAL, Drive, Position, Work
+from pmor.contact.kernels.state import Drive, Position, Work
+from pmor.contact.kernels.types import NODAL
 from pmor.contact.kernels.windows import load_windows, place_windows
 
 

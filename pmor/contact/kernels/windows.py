@@ -6,16 +6,7 @@ import numpy as np
 
 from pmor.contact.kernels.compiling import allocating, compiled
 from pmor.contact.kernels.motion import roll_angle
-from pmor.contact.kernels.types import (
-    AT_ROOT,
-    AT_TIP,
-    ELEMENT_ROWS,
-    FIRST,
-    FIRST_ROW,
-    NODE_ROWS,
-    OFFSET,
-    Reach,
-)
+from pmor.contact.kernels.types import AT_ROOT, AT_TIP, ELEMENT_ROWS, FIRST, FIRST_ROW, NODE_ROWS, OFFSET, Reach
 
 
 @compiled

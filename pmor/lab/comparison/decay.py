@@ -6,14 +6,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from pmor_offline.gather import make_basis
-from pmor_online.errors import estimate_errors
-
 from pmor.case import Case
 from pmor.lab.comparison.measure import Row, Truth, ste_errors
 from pmor.lab.comparison.measures import solves_to_reach
 from pmor.lab.comparison.training import TrainingSet, grid_training, nested_trainings, sobol_training
 from pmor.lab.comparison.variants import Variant, counts_up_to, flank_line_case, grid_keys, nested_grids
+from pmor_offline.gather import make_basis
+from pmor_online.errors import estimate_errors
 
 SAMPLINGS = ("greedy", "sobol", "grid")
 

@@ -9,8 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pmor_offline.gather import make_basis
-from pmor_online.model import reduced_pair
 
 from pmor.arrays import FloatArray
 from pmor.lab.comparison.measures import effectivity
@@ -21,6 +19,8 @@ from pmor.lab.core.states import Solved, States, load_errors_percent, not_conver
 from pmor.pair.model import ElasticModel
 from pmor.reduction.basis import Basis
 from pmor.storage.basis_file import write_basis
+from pmor_offline.gather import make_basis
+from pmor_online.model import reduced_pair
 
 Row = dict[str, Any]
 

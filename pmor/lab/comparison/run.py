@@ -8,9 +8,6 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from pmor_offline.sampling import first_positions
-from pmor_offline.snapshots import solve_snapshots
-
 from pmor.case import Case
 from pmor.errors import ConvergenceError
 from pmor.lab.comparison.decay import Decay, Point, decay_of, decay_points, measure_point
@@ -22,6 +19,8 @@ from pmor.lab.core.parts import PARTS, Piece, run_pieces
 from pmor.lab.core.states import not_converged, solve_states, unseen_states
 from pmor.pair.model import ElasticModel
 from pmor.progress import Progress
+from pmor_offline.sampling import first_positions
+from pmor_offline.snapshots import solve_snapshots
 
 # The greedy sampling is followed beyond the tolerance of the case, to this share of it: its estimate is small where it
 # looked, and the error elsewhere may still be larger.

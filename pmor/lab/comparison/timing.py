@@ -6,13 +6,12 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from statistics import median
 
-from pmor_online.model import online_angles, reduced_pair
-from pmor_online.sweep import sweep_reduced_pair
-
 from pmor.lab.comparison.measure import without_estimate
 from pmor.lab.core.timing import ms_per_position, times_in_turn
 from pmor.pair.conditions import nominal_condition
 from pmor.reduction.basis import Basis
+from pmor_online.model import online_angles, reduced_pair
+from pmor_online.sweep import sweep_reduced_pair
 
 ANGLES = 200  # a full pitch
 # A model with hundreds of unknowns takes seconds for a sweep: it is repeated until it had this share.

@@ -6,15 +6,14 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
-from pmor_offline.adaptive import greedy_snapshots
-from pmor_offline.sampling import TrainingPosition, grid_positions, sobol_positions
-from pmor_offline.snapshots import solve_snapshots
-from pmor_online.errors import estimate_errors
-
 from pmor.case import Case
 from pmor.lab.comparison.variants import Grid
 from pmor.pair.model import ElasticModel
 from pmor.reduction.snapshots import Snapshots
+from pmor_offline.adaptive import greedy_snapshots
+from pmor_offline.sampling import TrainingPosition, grid_positions, sobol_positions
+from pmor_offline.snapshots import solve_snapshots
+from pmor_online.errors import estimate_errors
 
 
 @dataclass(frozen=True)

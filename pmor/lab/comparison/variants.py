@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from pmor.case import Case, OfflineCase, changed_case
+from pmor.case import Case, OfflineCase, change_case
 from pmor.errors import CaseError
 
 # Parameters of a training beside the angle, in the order in which a grid takes their middles in: tilts change the load
@@ -132,7 +132,7 @@ def variants(case: Case, greedy_solves: int) -> list[Variant]:
 
 def changed(case: Case, offline: dict[str, Any], reduction: dict[str, Any]) -> Case:
     """Return a case with other keys of its training and its reduction; the error estimate is always wanted."""
-    return changed_case(case, offline=offline, reduction={**reduction, "error_estimate": True})
+    return change_case(case, offline=offline, reduction={**reduction, "error_estimate": True})
 
 
 def flank_line_case(case: Case, offline: dict[str, Any]) -> Case:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from pmor.threads import linear_algebra_threads
+from pmor.version import __version__
 
 
 def machine() -> dict[str, Any]:
@@ -19,15 +20,13 @@ def machine() -> dict[str, Any]:
     import numba
     import scipy
 
-    import pmor
-
     return {
         "cpu": _cpu_model(),
         "cores": os.cpu_count(),
         "system": f"{platform.system()} {platform.machine()}",
         "python": sys.version.split()[0],
         "linear_algebra_threads": linear_algebra_threads(),
-        "pmor": pmor.__version__,
+        "pmor": __version__,
         "numpy": np.__version__,
         "scipy": scipy.__version__,
         "numba": numba.__version__,

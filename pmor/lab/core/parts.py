@@ -11,13 +11,13 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-import pmor
 from pmor.case import Case
 from pmor.errors import ConvergenceError
-from pmor.parallel import in_order
 from pmor.progress import format_time
 from pmor.report.data_files import write_summary_json
 from pmor.storage.atomic import ensure_folder
+from pmor.threads import in_order
+from pmor.version import __version__
 
 # Name of the folder of finished pieces, beside the results.
 PARTS = "parts"
@@ -58,7 +58,7 @@ class Piece:
             label: {name: value for name, value in asdict(case).items() if name not in ("text", "title")}
             for label, case in self.cases.items()
         }
-        content = [PART_VERSION, pmor.__version__, self.name, said, self.settings]
+        content = [PART_VERSION, __version__, self.name, said, self.settings]
         return hashlib.sha256(json.dumps(content, sort_keys=True, allow_nan=False).encode()).hexdigest()
 
 

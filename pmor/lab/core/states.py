@@ -8,9 +8,6 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-from pmor_offline.sampling import SEED, sobol_positions
-from pmor_online.model import ReducedPair
-from pmor_online.sweep import sweep_reduced_pair
 
 from pmor.arrays import FloatArray
 from pmor.case import OfflineCase
@@ -19,8 +16,11 @@ from pmor.contact.flank import MeshedPair
 from pmor.contact.line_contact import line_contact
 from pmor.contact.solve import ElasticityAt, solve_position
 from pmor.gear.pair import GearPair
-from pmor.parallel import in_order
 from pmor.results.sweep import SteSweep
+from pmor.threads import in_order
+from pmor_offline.sampling import SEED, sobol_positions
+from pmor_online.model import ReducedPair
+from pmor_online.sweep import sweep_reduced_pair
 
 # The training draws from SEED, the greedy candidates from the one after it.
 UNSEEN_SEED = SEED + 2

@@ -9,10 +9,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from pmor_online.sweep import sweep_reduced_pair
 
 from pmor.arrays import FloatArray
-from pmor.case import Case, changed_case
+from pmor.case import Case, change_case
 from pmor.errors import CaseError, GeometryError, MeshError
 from pmor.lab.core.models import ModelStore
 from pmor.lab.stability.places import NEIGHBOUR, mirrored_angles, pinion_angles
@@ -22,6 +21,7 @@ from pmor.lab.stability.variants import Variant
 from pmor.pair.conditions import nominal_condition
 from pmor.pair.limits import range_warnings
 from pmor.pair.model import ElasticModel, approach_estimate, mesh_model
+from pmor_online.sweep import sweep_reduced_pair
 
 MOST_STEPS = 12
 # Refinement of the reference mesh of a variant that is held against one.
@@ -94,7 +94,7 @@ def measure(variant: Variant, base: Case, store: ModelStore) -> Entry:
     started = time.perf_counter()
     entry = Entry(variant.name, variant.group, variant.about, *(None,) * 8, 0.0, False, False, "")
     try:
-        entry = _solved_entry(entry, variant, changed_case(base, **variant.changes), base, store)
+        entry = _solved_entry(entry, variant, change_case(base, **variant.changes), base, store)
     except (CaseError, GeometryError, MeshError) as error:
         entry = replace(entry, explained=True, note=f"refused: {error}")
     except Exception as error:  # a crash is a result too: it is named, and the other variants go on
@@ -160,7 +160,7 @@ def _reference(
 
 def _finer(case: Case) -> Case:
     elements = math.ceil(FINER * case.mesh.profile_elements)
-    return changed_case(case, mesh={"profile_elements": elements})
+    return change_case(case, mesh={"profile_elements": elements})
 
 
 def _ste_of(case: Case, phi: FloatArray, store: ModelStore) -> FloatArray:
@@ -173,7 +173,7 @@ def _mirrored(case: Case, model: ElasticModel, phi: FloatArray) -> FloatArray:
     slaves = {"pinion": "wheel", "wheel": "pinion"}
     ratio = gears[1].teeth / gears[0].teeth
     loads = {name: [ratio * t for t in getattr(case, name).torques_Nm] for name in ("offline", "online", "compare")}
-    exchanged = changed_case(
+    exchanged = change_case(
         case, pinion=vars(gears[1]), wheel=vars(gears[0]), load={"torque_Nm": ratio * case.torque_Nm},
         contact={"slave": slaves.get(case.contact.slave, case.contact.slave)},
         **{name: {"torques_Nm": torques} for name, torques in loads.items()},

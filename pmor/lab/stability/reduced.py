@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from pmor.case import Case
+from pmor.contact.condition import at_torques
+from pmor.pair.model import ElasticModel
 from pmor_offline.gather import make_basis
 from pmor_offline.sampling import TrainingPosition, training_angles
 from pmor_offline.snapshots import solve_snapshots
 from pmor_online.model import ReducedPair, reduced_pair
-
-from pmor.case import Case
-from pmor.contact.condition import at_torques
-from pmor.pair.model import ElasticModel
 
 ANGLES = 8
 # Trained loads over the nominal one. Nearly dependent: forces that differ in the seventh digit.

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from pmor_online.model import online_angles
 
 from pmor.case import Case
 from pmor.case.width import whole_width
@@ -16,6 +15,7 @@ from pmor.lab.rivals.conventional_cost import newton_step_seconds
 from pmor.lab.study.cells import solve_full
 from pmor.pair.conditions import nominal_condition
 from pmor.pair.model import mesh_model
+from pmor_online.model import online_angles
 
 
 def conventional_cell(case: Case, angles: int, store: ModelStore) -> dict[str, Any]:

@@ -8,14 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pmor_offline.jobs import run_offline
-from pmor_online.compare import training_failures
-from pmor_online.errors import estimate_errors
-from pmor_online.model import ReducedPair, online_angles, reduced_pair, unseen_angles
-from pmor_online.sweep import sweep_reduced_pair
 
 from pmor.case import Case, basis_key
 from pmor.fe.assembly import degrees_of_freedom
+from pmor.jobs.offline import run_offline
 from pmor.lab.core.measures import max_and_rms
 from pmor.lab.core.models import ModelStore
 from pmor.lab.study.cells import FullSweep, solve_full
@@ -24,6 +20,10 @@ from pmor.pair.conditions import conditions_of, nominal_condition
 from pmor.pair.model import ElasticModel, MeshModel, elastic_model, mesh_model
 from pmor.results.sweep import SteSweep, ripple_um
 from pmor.storage.basis_file import read_basis
+from pmor_online.compare import training_failures
+from pmor_online.errors import estimate_errors
+from pmor_online.model import ReducedPair, online_angles, reduced_pair, unseen_angles
+from pmor_online.sweep import sweep_reduced_pair
 
 
 def reference_member(case: Case, study: Study, jobs: int) -> dict[str, Any]:

@@ -10,18 +10,17 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from pmor_online.model import online_angles, reduced_pair
-from pmor_online.sweep import sweep_reduced_pair
-
 from pmor.case import Case
 from pmor.lab.core.models import ModelStore
 from pmor.lab.core.timing import ms_per_position, times_in_turn
 from pmor.lab.study.settings import Cell, TimingSettings
 from pmor.pair.conditions import nominal_condition
 from pmor.pair.sweep import sweep_ste
-from pmor.parallel import threads
 from pmor.results.sweep import SteSweep
 from pmor.storage.basis_file import read_basis
+from pmor.threads import threads
+from pmor_online.model import online_angles, reduced_pair
+from pmor_online.sweep import sweep_reduced_pair
 
 
 def time_cells(

@@ -9,13 +9,13 @@ from pathlib import Path
 
 from pmor.case import Case, basis_key
 from pmor.pair.model import ElasticModel
-from pmor.parallel import threads
 from pmor.progress import Progress
 from pmor.reduction.snapshots import Snapshots
 from pmor.storage.atomic import ensure_folder, refuse_existing, remove_abandoned, remove_folder
 from pmor.storage.basis_file import write_basis
 from pmor.storage.lock import only_writer_of_file
 from pmor.storage.snapshot_file import read_snapshots, write_snapshots
+from pmor.threads import threads
 from pmor_offline.adaptive import ErrorEstimate
 from pmor_offline.sampling import most_positions
 from pmor_offline.train import train

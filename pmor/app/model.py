@@ -1,0 +1,272 @@
+"""Models of a gear pair: full finite elements, and the reduced model that is trained on them."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterable
+from concurrent.futures import Executor
+from dataclasses import asdict, dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from pmor.app.result import SweepResult
+from pmor.arrays import FloatArray
+from pmor.case import Case, MisalignmentCase, beyond_training, refuse_uneven_load
+from pmor.contact.condition import Axes
+from pmor.contact.flank import MeshedPair
+from pmor.errors import CaseError
+from pmor.pair.conditions import conditions_of
+from pmor.pair.model import ElasticModel, elastic_model, mesh_model, refuse_loads
+from pmor.pair.sweep import sweep_ste
+from pmor.reduction.basis import Basis
+from pmor.storage.atomic import atomic_path, ensure_folder, refuse_existing
+from pmor.storage.basis_file import read_basis, write_basis
+from pmor_offline.train import train as train_basis
+from pmor_online.compare import Comparison, compare_models
+from pmor_online.errors import estimate_errors
+from pmor_online.model import ReducedPair, online_angles, reduced_pair
+from pmor_online.sweep import sweep_reduced_pair
+
+Progress = Callable[[int], None]
+
+
+def _quietly(steps: int) -> None:
+    """Nobody asked for progress."""
+
+
+@dataclass(frozen=True, repr=False)
+class FullModel:
+    """Full finite-element contact of a pair: the truth of its mesh, milliseconds to seconds per position.
+
+    Parameters
+    ----------
+    case : Case
+    elastic : ElasticModel
+        Meshes, and the compliance of both gears.
+    """
+
+    case: Case
+    elastic: ElasticModel
+
+    def sweep(
+        self,
+        torques_Nm: Iterable[float] | None = None,
+        angles: int | FloatArray | None = None,
+        axes: Axes | None = None,
+        executor: Executor | None = None,
+        progress: Progress = _quietly,
+    ) -> SweepResult:
+        """Solve full contact over angles and torques; see `ReducedModel.sweep`."""
+        case = _asked(self.case, torques_Nm, angles, axes)
+        refuse_loads(case, self.elastic.mesh.meshed)
+        meshed = self.elastic.mesh.meshed
+        sweep = sweep_ste(
+            meshed, self.elastic.elasticity_at, _angles(case, meshed, angles),
+            conditions_of(case, case.online.torques_Nm), lambda: progress(1),
+            executor,
+        )  # fmt: skip
+        return SweepResult(sweep, meshed.pair)
+
+    def __repr__(self) -> str:
+        return f"<FullModel of {self.case!r}>"
+
+
+@dataclass(frozen=True, repr=False)
+class ReducedModel:
+    """A trained model of a pair: full FE to hundredths of a per cent, in hundredths of a millisecond per position.
+
+    Parameters
+    ----------
+    basis : Basis
+    force : ndarray, shape (M, T, 2, f), or None
+        Nodal forces of the training, N, which a file keeps beside the basis; None where `source` has them.
+    source : Path or None
+        File that the model was read from.
+    """
+
+    basis: Basis
+    force: FloatArray | None = None
+    source: Path | None = None
+
+    @property
+    def case(self) -> Case:
+        """What the model was trained for."""
+        return self.basis.case
+
+    @cached_property
+    def reduced(self) -> ReducedPair:
+        """The basis made ready to answer."""
+        return reduced_pair(self.basis)
+
+    @property
+    def size(self) -> int:
+        """Largest number of unknowns of a position."""
+        return self.reduced.size
+
+    def sweep(
+        self,
+        torques_Nm: Iterable[float] | None = None,
+        angles: int | FloatArray | None = None,
+        axes: Axes | None = None,
+        extrapolate: bool = False,
+        executor: Executor | None = None,
+        progress: Progress = _quietly,
+    ) -> SweepResult:
+        """Solve for the static transmission error over angles and torques.
+
+        Parameters
+        ----------
+        torques_Nm : iterable of float, optional
+            Pinion torques, N m; those of the case by default.
+        angles : int or ndarray, optional
+            So many pinion angles over one pitch, or the angles themselves in rad; as many as the case says by default.
+        axes : Axes, optional
+            Where the wheel's axis is; as the case says by default.
+        extrapolate : bool
+            Go beyond the states of the training, where only the error bar says what the result is worth.
+        executor : concurrent.futures.Executor, optional
+            Shares out the angles between threads; the result is the same to the last bit.
+        progress : callable
+            Called with the number of angles done.
+
+        Returns
+        -------
+        SweepResult
+
+        Raises
+        ------
+        CaseError
+            When torques or axes are beyond the training, or a load beyond what the contact scheme holds.
+        """
+        case = _asked(self.case, torques_Nm, angles, axes)
+        beyond = beyond_training(case)
+        if beyond and not (extrapolate or case.online.extrapolate):
+            raise CaseError(f"beyond the training: {beyond[0]}: train over it, or pass extrapolate=True")
+        meshed = self.reduced.meshed
+        refuse_loads(case, meshed)
+        sweep = sweep_reduced_pair(
+            self.reduced, _angles(case, meshed, angles),
+            conditions_of(case, case.online.torques_Nm), executor=executor, advance=progress,
+        )  # fmt: skip
+        return SweepResult(sweep, meshed.pair)
+
+    def save(self, path: Path | str, overwrite: bool = False) -> None:
+        """Write the model to an HDF5 file, whole or not at all.
+
+        Raises
+        ------
+        OutputError
+            When the file exists and may not be replaced, or cannot be written.
+        """
+        target = Path(path)
+        ensure_folder(target.parent)
+        if self.force is not None:
+            write_basis(target, self.basis, self.force, overwrite)
+        elif self.source is not None:
+            refuse_existing(target, overwrite)
+            with atomic_path(target) as temporary:
+                shutil.copyfile(self.source, temporary)
+
+    def __repr__(self) -> str:
+        return f"<ReducedModel, {self.size} unknowns at most, of {self.case!r}>"
+
+
+def full_model(case: Case) -> FullModel:
+    """Mesh both gears and solve for the compliance of their flanks.
+
+    Raises
+    ------
+    CaseError, GeometryError, MeshError
+        When there is no such gear, pair or mesh, or the load is beyond it.
+    """
+    return FullModel(case, elastic_model(case, mesh_model(case)))
+
+
+def train(
+    case: Case, full: FullModel | None = None, executor: Executor | None = None, progress: Progress = _quietly
+) -> ReducedModel:
+    """Solve full FE over the training of a case and reduce it.
+
+    Parameters
+    ----------
+    case : Case
+    full : FullModel, optional
+        Of a case with the same pair, mesh and contact scheme, where there is one already.
+    executor : concurrent.futures.Executor, optional
+        Shares out the full solutions between threads; the result is the same to the last bit.
+    progress : callable
+        Called with the number of full solutions done.
+
+    Raises
+    ------
+    CaseError, GeometryError, MeshError
+        As `full_model`.
+    ConvergenceError
+        When no full solution converged.
+    """
+    model = (full or full_model(case)).elastic
+    trained = train_basis(case, model, estimate_errors, executor, lambda: progress(1))
+    return ReducedModel(trained.basis, trained.force)
+
+
+def load(path: Path | str) -> ReducedModel:
+    """Read a model that `ReducedModel.save` or `pmor offline` has written.
+
+    Raises
+    ------
+    FileFormatError
+        When the file is foreign, damaged, or of another version.
+    """
+    return ReducedModel(read_basis(Path(path)), source=Path(path))
+
+
+def compare(
+    model: ReducedModel, full: FullModel | None = None, executor: Executor | None = None, progress: Progress = _quietly
+) -> Comparison:
+    """Hold a reduced model against full FE at angles that no training has seen, as many as its case says.
+
+    Parameters
+    ----------
+    model : ReducedModel
+    full : FullModel, optional
+        Made anew where there is none.
+    executor, progress
+        As in `train`.
+    """
+    elastic = (full or full_model(model.case)).elastic
+    return compare_models(model.reduced, elastic, lambda: progress(1), executor)
+
+
+def _asked(case: Case, torques_Nm: Iterable[float] | None, angles: int | FloatArray | None, axes: Axes | None) -> Case:
+    """Return the case with the sweep that is asked for.
+
+    Raises
+    ------
+    CaseError
+    """
+    online, off = case.online, case.misalignment
+    if torques_Nm is not None:
+        torques = tuple(map(float, torques_Nm))
+        if not torques or not all(np.isfinite(torque) and torque > 0.0 for torque in torques):
+            raise CaseError(f"torques_Nm = {list(torques)}: must be positive numbers, and at least one")
+        online = replace(online, torques_Nm=torques)
+    if isinstance(angles, int):
+        if angles < 1:
+            raise CaseError(f"angles = {angles}: must be a whole number of at least 1, or angles in rad")
+        online = replace(online, angles_per_pitch=angles)
+    if axes is not None:
+        off = MisalignmentCase(**asdict(axes))
+    asked = replace(case, online=online, misalignment=off)
+    refuse_uneven_load(asked, case.name)
+    return asked
+
+
+def _angles(case: Case, meshed: MeshedPair, angles: int | FloatArray | None) -> FloatArray:
+    if angles is None or isinstance(angles, int):
+        return online_angles(meshed.pair.pitch, case.online.angles_per_pitch)
+    phi = np.atleast_1d(np.asarray(angles, dtype=float))
+    if not len(phi) or not np.isfinite(phi).all():
+        raise CaseError(f"angles = {phi.tolist()}: must be finite numbers in rad, and at least one")
+    return phi

@@ -1,0 +1,134 @@
+"""What a sweep of the Python API gives: named arrays, the figures an engineer reads off them, pictures and tables."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pmor.arrays import BoolArray, FloatArray, IntArray
+from pmor.gear.pair import GearPair
+from pmor.report.data_files import write_ste_csv
+from pmor.report.sweep_figures import load_sharing_figure, spectrum_figure, ste_figure
+from pmor.results.sweep import (
+    MeshStiffness,
+    SteSweep,
+    mesh_orders,
+    mesh_stiffness,
+    peak_to_peak_um,
+    ste_mean_um,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, repr=False)
+class SweepResult:
+    """Static transmission error, load sharing and stiffness over T torques and N pinion angles.
+
+    A position that did not converge is NaN in the arrays of floats, and ``converged`` is false there.
+
+    Parameters
+    ----------
+    sweep : SteSweep
+    pair : GearPair
+    """
+
+    sweep: SteSweep
+    pair: GearPair
+
+    @property
+    def phi_rad(self) -> FloatArray:
+        """Pinion angles, shape (N,), rad."""
+        return self.sweep.phi_rad
+
+    @property
+    def torque_Nm(self) -> FloatArray:
+        """Pinion torques, shape (T,), N m."""
+        return self.sweep.torque_Nm
+
+    @property
+    def ste_um(self) -> FloatArray:
+        """Static transmission error along the line of action, shape (T, N), um; positive: the pinion runs ahead."""
+        return self.sweep.ste_um
+
+    @property
+    def ste_urad(self) -> FloatArray:
+        """Static transmission error as rotation of the pinion, shape (T, N), urad."""
+        return np.asarray(1e3 * self.sweep.ste_um / self.pair.pinion.base_radius)
+
+    @property
+    def ste_error_um(self) -> FloatArray | None:
+        """Error bar: estimate of what the reduction lacks, shape (T, N), um; None of full FE, or where not kept."""
+        return self.sweep.ste_error_um
+
+    @property
+    def pair_share(self) -> FloatArray:
+        """Share of the pinion torque that each of P tooth pairs carries, shape (T, N, P)."""
+        return self.sweep.pair_share
+
+    @property
+    def pair_index(self) -> IntArray:
+        """Tooth pairs of ``pair_share``, shape (P,): pair j is at its own roll position phi + 2 pi j / z1."""
+        return self.sweep.pair_index
+
+    @property
+    def converged(self) -> BoolArray:
+        """Whether a position converged, shape (T, N)."""
+        return self.sweep.converged
+
+    @property
+    def newton_steps(self) -> IntArray:
+        """Newton steps of each position, shape (T, N)."""
+        return self.sweep.newton_steps
+
+    @property
+    def mean_um(self) -> FloatArray:
+        """Mean STE over the angles, shape (T,), um."""
+        return ste_mean_um(self.sweep)
+
+    @property
+    def peak_to_peak_um(self) -> FloatArray:
+        """Largest minus smallest STE over the angles, shape (T,), um."""
+        return peak_to_peak_um(self.sweep)
+
+    @property
+    def stiffness(self) -> MeshStiffness:
+        """Secant and tangent mesh stiffness per face width, N/(mm um)."""
+        return mesh_stiffness(self.sweep, self.pair.pinion.base_radius, self.pair.face_width)
+
+    def orders_um(self, count: int = 10) -> FloatArray:
+        """Amplitudes, zero to peak, of the first orders of the mesh frequency, shape (T, count), um.
+
+        Raises
+        ------
+        ValueError
+            When the angles do not divide one pitch uniformly.
+        """
+        return np.stack([mesh_orders(self.sweep, t, count) for t in range(len(self.torque_Nm))])
+
+    def plot_ste(self, full: SweepResult | None = None) -> Figure:
+        """Draw the STE over the angle, a curve for each torque; another result, such as full FE, as markers."""
+        return ste_figure(self.sweep, full.sweep if full else None)
+
+    def plot_load_sharing(self) -> Figure:
+        """Draw the share of the torque that each tooth pair carries."""
+        return load_sharing_figure(self.sweep)
+
+    def plot_orders(self) -> Figure:
+        """Draw the amplitudes of the orders of the mesh frequency."""
+        return spectrum_figure(self.sweep)
+
+    def to_csv(self, path: Path | str) -> None:
+        """Write the table ``ste.csv`` of a run: a row for each torque and angle, units in the header."""
+        write_ste_csv(Path(path), self.sweep)
+
+    def __repr__(self) -> str:
+        torques = ", ".join(f"{torque:g}" for torque in self.torque_Nm)
+        spans = ", ".join(f"{span:.4g}" for span in self.peak_to_peak_um)
+        failed = int(np.count_nonzero(~self.converged))
+        ending = f"; {failed} positions did not converge" if failed else ""
+        return f"<SweepResult: {len(self.phi_rad)} angles x {torques} N m, STE peak-to-peak {spans} um{ending}>"

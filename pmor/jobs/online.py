@@ -1,0 +1,41 @@
+"""The online stage as a job: sweep and comparison, with threads and progress on the screen."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pmor.pair.model import ElasticModel
+from pmor.progress import Progress
+from pmor.threads import threads
+from pmor_online.compare import compare_models
+from pmor_online.model import ReducedPair
+from pmor_online.run import OnlineResult, sweep_case
+
+
+def run_online(
+    reduced: ReducedPair, basis_path: Path, model: ElasticModel | None = None, jobs: int = 1
+) -> OnlineResult:
+    """Sweep with the reduced model and, given the full one, compare.
+
+    Parameters
+    ----------
+    reduced : ReducedPair
+    basis_path : Path
+        Where the basis came from.
+    model : ElasticModel, optional
+        Full FE of the same case.
+    jobs : int
+        Angles solved at a time.
+
+    Returns
+    -------
+    OnlineResult
+    """
+    case, comparison = reduced.basis.case, None
+    with threads(jobs) as executor:
+        with Progress(case.online.angles_per_pitch, "reduced model") as progress:
+            sweep = sweep_case(reduced, executor, progress.advance)
+        if model is not None:
+            with Progress(case.compare.angles, "full FE, unseen angles") as progress:
+                comparison = compare_models(reduced, model, progress.advance, executor)
+    return OnlineResult(reduced, sweep, comparison, basis_path.stat().st_size / 2**20, jobs)

@@ -1,0 +1,138 @@
+"""The Python API gives what the commands give, refuses what they refuse, and shows itself in one line."""
+
+from __future__ import annotations
+
+import csv
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+import pmor
+from pmor.app.cli import main
+
+
+@pytest.fixture(scope="module")
+def case():
+    small = {"profile_elements": 5, "width_elements": 2, "angles_per_pitch": 6}
+    return pmor.make_case(
+        "small", teeth=21, bore_radius_mm=20.0, module_mm=4.0, face_width_mm=20.0, torque_Nm=100.0,
+        mesh={"profile_elements": small["profile_elements"], "width_elements": small["width_elements"]},
+        offline={"angles_per_pitch": 6, "torques_Nm": [40.0, 160.0]}, online={"angles_per_pitch": 8},
+        compare={"angles": 3, "torques_Nm": [60.0]},
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def full(case):
+    return pmor.full_model(case)
+
+
+@pytest.fixture(scope="module")
+def model(case, full):
+    return pmor.train(case, full)
+
+
+def test_a_saved_model_answers_as_before(tmp_path, model):
+    model.save(tmp_path / "new" / "basis.h5")
+    again = pmor.load(tmp_path / "new" / "basis.h5")
+    np.testing.assert_array_equal(again.sweep().ste_um, model.sweep().ste_um)
+    with pytest.raises(pmor.OutputError, match="exists already"):
+        model.save(tmp_path / "new" / "basis.h5")
+
+
+def test_the_command_sweeps_a_saved_model_to_the_same_numbers(tmp_path, model):
+    model.save(tmp_path / "basis.h5")
+    assert main(["online", str(tmp_path / "basis.h5"), "-o", str(tmp_path / "out")]) == 0
+    with (tmp_path / "out" / "ste.csv").open(newline="") as file:
+        written = [float(row["ste_um"]) for row in csv.DictReader(file)]
+    result = model.sweep()
+    np.testing.assert_array_equal(written, result.ste_um.ravel())
+    result.to_csv(tmp_path / "own.csv")
+    assert (tmp_path / "own.csv").read_bytes() == (tmp_path / "out" / "ste.csv").read_bytes()
+
+
+def test_threads_change_nothing(case, full, model):
+    with ThreadPoolExecutor(2) as executor:
+        trained = pmor.train(case, full, executor=executor)
+        np.testing.assert_array_equal(trained.sweep(executor=executor).ste_um, model.sweep().ste_um)
+        np.testing.assert_array_equal(full.sweep(angles=3, executor=executor).ste_um, full.sweep(angles=3).ste_um)
+
+
+def test_progress_counts_every_solution(case, full):
+    done = []
+    pmor.train(case, full, progress=done.append)
+    assert sum(done) == case.offline.angles_per_pitch
+
+
+def test_a_sweep_is_over_the_torques_angles_and_axes_that_it_is_asked_for(model):
+    phi = np.array([0.0, 0.02, 0.11])
+    apart = pmor.Axes(centre_distance_um=10.0)
+    result = model.sweep([30, 90.0], phi, apart, extrapolate=True)
+    assert result.ste_um.shape == (2, 3)
+    np.testing.assert_array_equal(result.torque_Nm, [30.0, 90.0])
+    np.testing.assert_array_equal(result.phi_rad, phi)
+    assert np.abs(result.ste_um / model.sweep([30, 90], phi).ste_um - 1.0).min() > 1e-7  # the axes count
+    assert model.sweep(angles=5).phi_rad.shape == (5,)
+
+
+def test_what_a_result_says_belongs_together(model):
+    result = model.sweep([50, 150])
+    np.testing.assert_allclose(result.ste_urad * result.pair.pinion.base_radius, 1e3 * result.ste_um, rtol=1e-14)
+    np.testing.assert_allclose(result.pair_share.sum(axis=2), 1.0, rtol=1e-12)
+    np.testing.assert_allclose(result.mean_um, result.ste_um.mean(axis=1), rtol=1e-14)
+    np.testing.assert_allclose(result.peak_to_peak_um, np.ptp(result.ste_um, axis=1), rtol=1e-14)
+    load = 1e3 * result.torque_Nm / result.pair.pinion.base_radius / result.pair.face_width
+    np.testing.assert_allclose(result.stiffness.secant * result.ste_um, np.tile(load, (8, 1)).T, rtol=1e-13)
+    assert result.orders_um(3).shape == (2, 3)
+    assert result.converged.all()
+    assert result.newton_steps.min() >= 0
+
+
+def test_pictures_are_figures_with_a_curve_for_each_torque(model, full):
+    from matplotlib.figure import Figure
+
+    result, reference = model.sweep([50, 150]), full.sweep([50], angles=3)
+    for figure in (result.plot_ste(), result.plot_ste(reference), result.plot_load_sharing(), result.plot_orders()):
+        assert isinstance(figure, Figure)
+        assert figure.axes
+
+
+def test_a_comparison_is_at_angles_that_no_training_has_seen(model, full):
+    comparison = pmor.compare(model, full)
+    assert comparison.full.ste_um.shape == (1, 3)
+    assert 0.0 < comparison.max_relative_error < 0.01
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"torques_Nm": [200.0]}, "beyond the training: torque to 200 N m, trained to 160 N m: train over it, or pass"),
+        ({"axes": pmor.Axes(in_plane_um=3.0)}, "tilted axes"),
+        ({"axes": pmor.Axes(in_plane_um=3.0), "extrapolate": True}, "tilted axes"),
+        ({"torques_Nm": []}, "at least one"),
+        ({"torques_Nm": [0.0]}, "must be positive"),
+        ({"torques_Nm": [float("nan")]}, "must be positive"),
+        ({"angles": 0}, "angles = 0"),
+        ({"angles": [0.0, float("inf")]}, "finite"),
+    ],
+)
+def test_what_a_model_cannot_answer_is_refused(model, arguments, message):
+    with pytest.raises(pmor.CaseError, match=message):
+        model.sweep(**arguments)
+
+
+def test_models_and_results_show_themselves_in_one_line(model, full):
+    assert repr(model).startswith("<ReducedModel, ")
+    assert repr(full).startswith("<FullModel of <Case 'small': 21/21 teeth")
+    assert repr(model.sweep([50, 150])).startswith("<SweepResult: 8 angles x 50, 150 N m, STE peak-to-peak ")
+    assert all("\n" not in repr(thing) for thing in (model, full, model.sweep()))
+
+
+def test_importing_the_package_loads_nothing_heavy():
+    heavy = ("numpy", "scipy", "numba", "h5py", "matplotlib", "jinja2", "tqdm")
+    code = f"import sys, pmor; dir(pmor); print([name for name in {heavy!r} if name in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"

@@ -1,0 +1,78 @@
+"""What the README shows is what the program does: every code block runs, or is what the command line takes."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import shutil
+from pathlib import Path
+
+import pytest
+
+import pmor
+from pmor.app.cli import build_parser, main
+from pmor.case import parse_case
+
+ROOT = Path(__file__).parents[2]
+TEXT = (ROOT / "README.md").read_text(encoding="utf-8")
+FENCED = re.findall(r"```(\w+)\n(.*?)```", TEXT, re.DOTALL)
+INDENTED = [line.strip() for line in TEXT.splitlines() if re.match(r" {4}(\S*/)?(python|pmor|\.venv)", line)]
+
+
+def blocks(language):
+    return [text for name, text in FENCED if name == language]
+
+
+@pytest.fixture
+def checkout(tmp_path, monkeypatch):
+    """A folder that looks like the checkout, to write into."""
+    shutil.copytree(ROOT / "cases", tmp_path / "cases")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_the_lines_of_python_run(checkout, capsys):
+    (text,) = blocks("python")
+    exec(compile(text, "README.md", "exec"), {})
+    assert "SweepResult: 200 angles x 50, 100, 150 N m" in capsys.readouterr().out
+    assert (checkout / "ste.png").stat().st_size > 10_000
+
+
+def test_the_smallest_case_is_one():
+    (text,) = blocks("toml")
+    case = parse_case(text, "smallest", "README.md")
+    assert pmor.Case is type(case)
+
+
+def test_the_main_command_prints_what_the_readme_says(checkout, capsys):
+    """Labels, units and what depends on neither machine nor load; the figures of STE to the digits that are shown."""
+    (command,) = [line for line in INDENTED if "pmor run" in line]
+    assert main(shlex.split(command.rpartition("&&")[2])[1:]) == 0
+    printed = capsys.readouterr().out.splitlines()
+    shown = [line.strip() for line in TEXT.splitlines() if line.startswith("      ")]
+    timed = ("online time", "full FE time", "offline time")
+    for line in shown:
+        if not line.startswith(timed):
+            assert any(line == other.strip() for other in printed), line
+
+
+def test_the_commands_of_the_table_are_those_of_the_program():
+    usages = re.findall(r"^\| `pmor (\w+)([^`]*)`", TEXT, re.MULTILINE)
+    (subparsers,) = [a for a in build_parser()._actions if hasattr(a, "choices") and a.choices]
+    assert [name for name, _ in usages] == list(subparsers.choices)
+    for name, usage in usages:
+        known = {flag for action in subparsers.choices[name]._actions for flag in action.option_strings}
+        assert set(re.findall(r"(?<![\w-])--?\w+", usage)) == known - {"-h", "--help"}, name
+
+
+def test_the_page_of_the_interface_lists_every_public_name():
+    names = [name for name in pmor.__all__ if not name.startswith("_")]
+    assert [name for name in names if f"`{name}`" not in (pmor.__doc__ or "")] == []
+    assert sorted(dir(pmor)) == sorted(set(dir(pmor)))
+    for name in names:
+        assert getattr(pmor, name).__doc__, name
+
+
+def test_an_unknown_name_of_the_interface_is_refused():
+    with pytest.raises(AttributeError, match="module 'pmor' has no attribute 'sweep'"):
+        pmor.sweep  # noqa: B018
