@@ -3,7 +3,7 @@
 import numpy as np
 
 from pmor.contact.flank import FOOT_STEP
-from pmor.contact.kernels import projection, surface, types
+from pmor.contact.kernels import projection, state, surface
 
 ROUND_OFF = 1e-13  # mm or 1, for surfaces of size 1
 # The projection stops when a step is below FOOT_STEP of an element; the foot is that far off, the gap by its square.
@@ -36,7 +36,7 @@ class Surface:
 
     def project(self, x, start=(0, 0), guess=(0.5, 0.5), foot_step=FOOT_STEP):
         """Element, parameters, foot and signed gap."""
-        foot = types.Foot(
+        foot = state.Foot(
             np.array(start, dtype=np.int64), np.array(guess, dtype=float), np.empty(3), np.empty(3), np.empty(3)
         )
         projection.project(self.prepared, 0, self.nodes.shape[0] - 1, np.asarray(x, float), foot, foot_step)

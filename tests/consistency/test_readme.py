@@ -68,7 +68,7 @@ def test_the_commands_of_the_table_are_those_of_the_program():
 def test_the_page_of_the_interface_lists_every_public_name():
     names = [name for name in pmor.__all__ if not name.startswith("_")]
     assert [name for name in names if f"`{name}`" not in (pmor.__doc__ or "")] == []
-    assert sorted(dir(pmor)) == sorted(set(dir(pmor)))
+    assert set(names) <= set(dir(pmor))
     for name in names:
         assert getattr(pmor, name).__doc__, name
 

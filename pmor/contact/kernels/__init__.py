@@ -1,7 +1,8 @@
 """Compiled contact: from the kinematics of a pair of flanks to sweeps of the reduced pair. One idea to a file.
 
 ========== ===================================================================================================
-types      what the kernels pass to each other: named tuples of arrays and scalars, columns of arrays by name
+types      what the kernels know of a pair: named tuples of arrays and scalars, columns of arrays by name
+state      what they know of a state: surfaces, contact points, members, work space
 compiling  how they are compiled, and how numba's cache notices an edit
 surface    nodal scheme: node normals, edge tangents, Ferguson patches and facets through deformed nodes
 projection nodal scheme: the closest point on a grid of patches
