@@ -61,13 +61,32 @@ def relative_radius_of(copy):
     return float(done.stdout)
 
 
-@pytest.mark.jit
-def test_an_edit_two_files_down_is_noticed(tmp_path):
-    kernels = tmp_path / "pmor" / "contact" / "kernels"
-    shutil.copytree(CHECKOUT / "pmor" / "contact" / "kernels", kernels, ignore=shutil.ignore_patterns("__pycache__"))
+@pytest.fixture
+def kernels(tmp_path):
+    """A copy of the package that can be edited."""
+    folder = tmp_path / "pmor" / "contact" / "kernels"
+    shutil.copytree(CHECKOUT / "pmor" / "contact" / "kernels", folder, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copy(CHECKOUT / "pmor" / "arrays.py", tmp_path / "pmor" / "arrays.py")
-    for package in (kernels.parent, kernels.parents[1]):
+    for package in (folder.parent, folder.parents[1]):
         (package / "__init__.py").touch()
+    return folder
+
+
+@pytest.mark.jit
+def test_a_cache_of_types_that_are_no_more_is_passed_over(tmp_path, kernels):
+    """As after an upgrade: the kept index names a type that stands elsewhere now."""
+    before = relative_radius_of(tmp_path)
+    types = kernels / "types.py"
+    (kernels / "places.py").write_text(types.read_text())
+    types.write_text("from pmor.contact.kernels.places import *\n")
+    assert relative_radius_of(tmp_path) == before
+    (kernels / "places.py").rename(kernels / "rooms.py")
+    types.write_text("from pmor.contact.kernels.rooms import *\n")
+    assert relative_radius_of(tmp_path) == before
+
+
+@pytest.mark.jit
+def test_an_edit_two_files_down_is_noticed(tmp_path, kernels):
     # A file below the one below that of the function that is called.
     (kernels / "lowest.py").write_text(
         "from pmor.contact.kernels.compiling import compiled\n\n\n@compiled\ndef base(x):\n    return x + 0.0\n"

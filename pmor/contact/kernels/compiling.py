@@ -47,6 +47,8 @@ def _stamped(**options: Any) -> Callable[[Callable[..., Any]], Any]:
         if hasattr(file, "_source_stamp"):
             own = Path(function.__code__.co_filename)
             file._source_stamp = _STAMP if own.parent == _FOLDER else sources_stamp(own)
+            # Looked at before anything is unpickled: an index of other sources may name types that are no more.
+            file._version = f"{file._version} {file._source_stamp}"
         return dispatcher
 
     return compile_stamped
