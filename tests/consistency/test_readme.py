@@ -56,6 +56,13 @@ def test_the_main_command_prints_what_the_readme_says(checkout, capsys):
             assert any(line == other.strip() for other in printed), line
 
 
+def test_what_pages_refer_to_is_there():
+    pages = [ROOT / "README.md", *(ROOT / "cases").rglob("*.md")]
+    for page in pages:
+        targets = re.findall(r"\]\(([^)#:]+)\)", page.read_text(encoding="utf-8"))
+        assert [target for target in targets if not (page.parent / target).exists()] == [], page.name
+
+
 def test_the_commands_of_the_table_are_those_of_the_program():
     usages = re.findall(r"^\| `pmor (\w+)([^`]*)`", TEXT, re.MULTILINE)
     (subparsers,) = [a for a in build_parser()._actions if hasattr(a, "choices") and a.choices]
