@@ -16,7 +16,7 @@ from pmor.arrays import FloatArray
 from pmor.case import Case, MisalignmentCase, beyond_training, refuse_uneven_load
 from pmor.contact.condition import Axes
 from pmor.contact.flank import MeshedPair
-from pmor.errors import CaseError
+from pmor.errors import CaseError, OutputError
 from pmor.pair.conditions import conditions_of
 from pmor.pair.model import ElasticModel, elastic_model, mesh_model, refuse_loads
 from pmor.pair.sweep import sweep_ste
@@ -164,10 +164,12 @@ class ReducedModel:
         ensure_folder(target.parent)
         if self.force is not None:
             write_basis(target, self.basis, self.force, overwrite)
-        elif self.source is not None:
-            refuse_existing(target, overwrite)
-            with atomic_path(target) as temporary:
-                shutil.copyfile(self.source, temporary)
+            return
+        if self.source is None:
+            raise OutputError(f"{target}: the model has no forces of its training: save one of train() or load()")
+        refuse_existing(target, overwrite)
+        with atomic_path(target) as temporary:
+            shutil.copyfile(self.source, temporary)
 
     def __repr__(self) -> str:
         return f"<ReducedModel, {self.size} unknowns at most, of {self.case!r}>"

@@ -41,6 +41,10 @@ def test_a_saved_model_answers_as_before(tmp_path, model):
     np.testing.assert_array_equal(again.sweep().ste_um, model.sweep().ste_um)
     with pytest.raises(pmor.OutputError, match="exists already"):
         model.save(tmp_path / "new" / "basis.h5")
+    again.save(tmp_path / "copy.h5")
+    assert (tmp_path / "copy.h5").read_bytes() == (tmp_path / "new" / "basis.h5").read_bytes()
+    with pytest.raises(pmor.OutputError, match="no forces of its training"):
+        pmor.ReducedModel(model.basis).save(tmp_path / "bare.h5")
 
 
 def test_the_command_sweeps_a_saved_model_to_the_same_numbers(tmp_path, model):
