@@ -254,10 +254,10 @@ def _asked(case: Case, torques_Nm: Iterable[float] | None, angles: int | FloatAr
         if not torques or not all(np.isfinite(torque) and torque > 0.0 for torque in torques):
             raise CaseError(f"torques_Nm = {list(torques)}: must be positive numbers, and at least one")
         online = replace(online, torques_Nm=torques)
-    if isinstance(angles, int):
+    if isinstance(angles, int | np.integer):
         if angles < 1:
             raise CaseError(f"angles = {angles}: must be a whole number of at least 1, or angles in rad")
-        online = replace(online, angles_per_pitch=angles)
+        online = replace(online, angles_per_pitch=int(angles))
     if axes is not None:
         off = MisalignmentCase(**asdict(axes))
     asked = replace(case, online=online, misalignment=off)
@@ -266,7 +266,7 @@ def _asked(case: Case, torques_Nm: Iterable[float] | None, angles: int | FloatAr
 
 
 def _angles(case: Case, meshed: MeshedPair, angles: int | FloatArray | None) -> FloatArray:
-    if angles is None or isinstance(angles, int):
+    if angles is None or isinstance(angles, int | np.integer):
         return online_angles(meshed.pair.pitch, case.online.angles_per_pitch)
     phi = np.atleast_1d(np.asarray(angles, dtype=float))
     if not len(phi) or not np.isfinite(phi).all():

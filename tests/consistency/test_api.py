@@ -80,6 +80,7 @@ def test_a_sweep_is_over_the_torques_angles_and_axes_that_it_is_asked_for(model)
     np.testing.assert_array_equal(result.phi_rad, phi)
     assert np.abs(result.ste_um / model.sweep([30, 90], phi).ste_um - 1.0).min() > 1e-7  # the axes count
     assert model.sweep(angles=5).phi_rad.shape == (5,)
+    np.testing.assert_array_equal(model.sweep(angles=np.int64(5)).phi_rad, model.sweep(angles=5).phi_rad)
 
 
 def test_what_a_result_says_belongs_together(model):
