@@ -215,6 +215,7 @@ class MeshedPair:
         return Gear(
             flank.nodes, flank.roll_angle, flank.extents, tooth.base_radius, tooth.form_roll_angle,
             tooth.tip_roll_angle, tooth.base_half_angle, layer.compliance, layer.constant, self.section_widths,
+            tooth.twist_per_length,
         )  # fmt: skip
 
     @cached_property

@@ -95,6 +95,9 @@ class Gear(NamedTuple):
         Its constant at each row of nodes; empty for other schemes.
     section_width : ndarray, shape (m + 1,)
         Share of the face width that each column of nodes stands for, mm.
+    twist : float
+        Rotation of the transverse section per length along +z, rad/mm; 0 for spur gears, of opposite signs on the two
+        gears of a helical pair.
     """
 
     nodes: FloatArray
@@ -107,6 +110,7 @@ class Gear(NamedTuple):
     line_compliance: float
     line_constant: FloatArray
     section_width: FloatArray
+    twist: float
 
 
 class Scheme(NamedTuple):
