@@ -21,8 +21,8 @@ from pmor.gear.tooth import Tooth, inverse_involute, involute_function
 class GearPair:
     """A pinion and a wheel on parallel axes.
 
-    Where a tip would reach below the mate's form circle the path of contact ends at the form circle; whether the tip
-    then cuts into the fillet, or touches the root, is not checked.
+    Where a tip would reach below the mate's form circle the path of contact ends at the form circle. Whether tips clear
+    roots and fillets, `pmor.gear.clearance` says.
 
     Parameters
     ----------

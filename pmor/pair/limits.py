@@ -6,6 +6,7 @@ import math
 
 from pmor.case import Case
 from pmor.errors import CaseError
+from pmor.gear.clearance import clearance_warnings
 from pmor.gear.pair import GearPair
 
 # Hertz pressure over the modulus of the contact: 2.3 GPa for steel on steel, where hardened flanks begin to yield.
@@ -61,7 +62,7 @@ def refuse_impossible_load(case: Case, approach_mm: float) -> None:
 
 
 def range_warnings(case: Case, pair: GearPair, approach_mm: float) -> tuple[str, ...]:
-    """Say where a case leaves the range of linear elasticity under its nominal load, or of its finite elements.
+    """Say what is unusual about a pair, and where a case leaves the range of linear elasticity or of its elements.
 
     Parameters
     ----------
@@ -75,7 +76,7 @@ def range_warnings(case: Case, pair: GearPair, approach_mm: float) -> tuple[str,
     tuple of str
         Each with the number, what is usual, and what it means; empty for an ordinary case.
     """
-    warnings = []
+    warnings = list(clearance_warnings(pair))
     stiffest = max(case.pair.pinion.poisson_ratio, case.pair.wheel.poisson_ratio)
     if case.mesh.element == "hex8" and stiffest > LOCKING_POISSON_RATIO:
         warnings.append(

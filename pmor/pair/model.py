@@ -18,6 +18,7 @@ from pmor.contact.flank import ContactScheme, MeshedPair, SurfaceLayer, make_fla
 from pmor.contact.line_contact import approach_constants, check_half_width, line_compliance
 from pmor.contact.solve import ElasticityAt
 from pmor.errors import GeometryError, MeshError
+from pmor.gear.clearance import refuse_interference
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance
 from pmor.gear.tooth import Tooth
 from pmor.mesh.layer import surface_layer
@@ -99,11 +100,14 @@ def gear_pair(case: Case) -> GearPair:
     Raises
     ------
     GeometryError
+        When there are no such gears, they cannot mesh, or a tip meets the mate's root or fillet.
     """
     pair = case.pair
     pinion, wheel = _tooth(case, pair.pinion, 1.0), _tooth(case, pair.wheel, -1.0)
     distance = pair.centre_distance_mm or zero_backlash_centre_distance(pinion, wheel)
-    return GearPair(pinion, wheel, pair.face_width_mm, distance)
+    made = GearPair(pinion, wheel, pair.face_width_mm, distance)
+    refuse_interference(made)
+    return made
 
 
 def contact_scheme(case: Case) -> ContactScheme:

@@ -7,6 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from pmor.case import beyond_training
+from pmor.pair.limits import range_warnings
+from pmor.pair.model import approach_estimate
 from pmor.report.data_files import write_ste_csv, write_summary_json
 from pmor.report.table import Cell, format_cell
 from pmor.results.sweep import SteSweep, largest_error_um, peak_to_peak_um, ripple_um, ste_mean_um, torque_exponent
@@ -99,12 +101,12 @@ def summary_text(title: str, rows: Sequence[tuple[str, Cell, str, str]]) -> str:
 
 
 def warnings(result: OnlineResult) -> tuple[str, ...]:
-    """Return what a reader must know beside the numbers: extrapolation, and positions that failed."""
+    """Return what a reader must know beside the numbers: an unusual pair, extrapolation, and positions that failed."""
+    case, pair = result.reduced.basis.case, result.reduced.meshed.pair
     beyond = (
-        f"extrapolated: {text}; what the results are worth, their error bar says"
-        for text in beyond_training(result.reduced.basis.case)
+        f"extrapolated: {text}; what the results are worth, their error bar says" for text in beyond_training(case)
     )
-    return (*beyond, *result.failures)
+    return (*range_warnings(case, pair, approach_estimate(case, pair)), *beyond, *result.failures)
 
 
 def ms_per_position(sweep: SteSweep) -> float:

@@ -52,9 +52,9 @@ def text_of(document):
 def sound_gears(draw):
     """Keys of a gear such as somebody could want to make; about half of the pairs of them can mesh."""
     teeth = draw(st.one_of(st.integers(12, 60), st.integers(6, 200)))
-    addendum = draw(st.floats(0.7, 1.3))
-    shift = draw(st.one_of(st.just(0.0), st.floats(-0.5, 0.8)))
-    dedendum = addendum + draw(st.floats(0.1, 0.4))
+    addendum = draw(st.floats(0.7, 1.15))
+    shift = draw(st.one_of(st.just(0.0), st.floats(-0.4, 0.6)))
+    dedendum = draw(st.floats(1.15, 1.45))
     return {
         "teeth": teeth,
         "profile_shift": shift,

@@ -1,0 +1,157 @@
+"""Whether the teeth of a pair clear each other away from the working flanks: tips, roots and fillets.
+
+Everything is transverse, of the unloaded pair with its working flanks in contact, and holds for the other flanks as
+well: backlash only moves these apart. Sources: ISO 21771:2007 (tip clearance, tip land); Litvin & Fuentes, Gear
+Geometry and Applied Theory (2004), ch. 6 (the fillet that the rack leaves). The tip corner is followed on its way
+through the mate's tooth space, since no circle says where a fillet is.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from pmor.arrays import FloatArray
+from pmor.errors import GeometryError
+from pmor.gear.pair import GearPair
+from pmor.gear.tooth import Tooth
+
+# In modules. Less tip clearance than this is unusual (rack of ISO 53: 0.25), and a narrower tip land breaks off when
+# the teeth are hardened (ISO 21771).
+USUAL_TIP_CLEARANCE, USUAL_TIP_LAND = 0.1, 0.2
+# Depth in modules below which teeth count as just touching: round-off, and chords of the fillet.
+TOUCHING = 1e-7
+FILLET_POINTS, POSITIONS, REFINEMENTS = 4001, 201, 3
+NAMES = "pinion", "wheel"
+
+
+def refuse_interference(pair: GearPair) -> None:
+    """Raise GeometryError when a tip meets the mate's root circle, or cuts into its fillet or flank."""
+    for gear, (name, mate) in enumerate((NAMES, NAMES[::-1])):
+        clearance = tip_clearance(pair, gear)
+        if clearance < 0.0:
+            raise GeometryError(
+                f"the {name}'s tip circle reaches {-clearance:.4g} mm below the {mate}'s root circle, the tip "
+                f"clearance must not be below 0: reduce [{name}] addendum, or raise [{mate}] dedendum or centre_distance_mm"
+            )
+        depth = -corner_clearance(pair, gear)
+        if depth > TOUCHING * pair.pinion.module:
+            raise GeometryError(
+                f"the {name}'s tip cuts {depth:.3g} mm into the {mate}'s fillet, more than 0: reduce [{name}] addendum "
+                f"or raise centre_distance_mm, [{mate}] dedendum or profile_shift"
+            )
+
+
+def clearance_warnings(pair: GearPair) -> tuple[str, ...]:
+    """Say what is unusual about the teeth of a pair that runs: each with the number and what is usual."""
+    warnings = []
+    module = pair.pinion.module
+    for gear, (name, mate) in enumerate((NAMES, NAMES[::-1])):
+        clearance, land = tip_clearance(pair, gear), tip_land((pair.pinion, pair.wheel)[gear])
+        if clearance < (USUAL_TIP_CLEARANCE - TOUCHING) * module:
+            warnings.append(
+                f"tip clearance of the {name} is {clearance:.3g} mm, {clearance / module:.2g} modules, below the "
+                f"{USUAL_TIP_CLEARANCE:g} that deflection and tolerances need: reduce [{name}] addendum or raise "
+                f"[{mate}] dedendum"
+            )
+        if land < (USUAL_TIP_LAND - TOUCHING) * module:
+            warnings.append(
+                f"tip land of the {name} is {land:.3g} mm, {land / module:.2g} modules, below the {USUAL_TIP_LAND:g} "
+                f"that hardened teeth need: reduce [{name}] addendum or profile_shift"
+            )
+        excess = below_form_circle(pair, gear)
+        if excess > TOUCHING * module:
+            warnings.append(
+                f"the {mate}'s tip reaches {excess:.3g} mm of the line of action beyond the {name}'s form circle, "
+                f"where its flank ends (undercut): contact ends there, with a contact ratio of {pair.contact_ratio:.3f}"
+            )
+    return tuple(warnings)
+
+
+def tip_clearance(pair: GearPair, gear: int) -> float:
+    """Return the distance of a gear's tip circle (0 pinion, 1 wheel) from the mate's root circle, mm."""
+    own, mate = _own_and_mate(pair, gear)
+    return pair.centre_distance - own.tip_radius - mate.root_radius
+
+
+def tip_land(tooth: Tooth) -> float:
+    """Return the width of a tooth at its tip circle in the transverse section, mm (arc)."""
+    return 2.0 * tooth.tip_radius * tooth.half_thickness_angle(tooth.tip_roll_angle)
+
+
+def below_form_circle(pair: GearPair, gear: int) -> float:
+    """Return how far on the line of action the mate's tip reaches beyond a gear's form point, mm; 0 if it does not."""
+    own, mate = _own_and_mate(pair, gear)
+    length = own.base_radius * own.form_roll_angle + mate.base_radius * mate.tip_roll_angle
+    return max(0.0, length - pair.action_length)
+
+
+def corner_clearance(pair: GearPair, gear: int) -> float:
+    """Return the smallest gap between a gear's tip corner and the mate's flank and fillet, mm.
+
+    Negative where the corner cuts into the mate. The corner passes the mate's flank at a gap of 0 where the path of
+    contact ends at the tip.
+
+    Parameters
+    ----------
+    pair : GearPair
+    gear : int
+        Whose corner: 0 pinion, 1 wheel.
+    """
+    own, mate = _own_and_mate(pair, gear)
+    corner = own.tip_radius * np.exp(1j * (0.5 * math.pi + own.half_thickness_angle(own.tip_roll_angle)))
+    # Within the mate's tip circle the corner is no further than this from the line of centres.
+    reach = own.tip_radius**2 + pair.centre_distance**2 - mate.tip_radius**2
+    widest = math.acos(min(1.0, reach / (2.0 * own.tip_radius * pair.centre_distance)))
+    profile = _profile(mate)
+    middle, half = 0.0, widest
+    smallest = math.inf
+    for _ in range(REFINEMENTS + 1):
+        angle = np.linspace(middle - half, middle + half, POSITIONS)
+        gaps = _gaps(_in_mate(pair, gear, corner, angle), *profile)
+        lowest = int(np.argmin(gaps))
+        smallest = min(smallest, float(gaps[lowest]))
+        middle, half = float(angle[lowest]), 2.0 * half / (POSITIONS - 1)
+    return smallest
+
+
+def _own_and_mate(pair: GearPair, gear: int) -> tuple[Tooth, Tooth]:
+    return (pair.wheel, pair.pinion) if gear else (pair.pinion, pair.wheel)
+
+
+def _in_mate(pair: GearPair, gear: int, corner: complex, angle: FloatArray) -> FloatArray:
+    """Carry a tip corner that stands at angles (rad) from the line of centres into the frame of the mating tooth.
+
+    Returns
+    -------
+    ndarray, shape (2, n)
+        Distance from the mate's axis (mm) and angle from the centre line of its tooth (rad).
+    """
+    own, mate = _own_and_mate(pair, gear)
+    turned = angle - own.half_thickness_angle(own.tip_roll_angle)
+    # Each gear is to its mate what the mate is to it: turn the drawing by 180 degrees.
+    foot = turned + own.base_half_angle + pair.working_pressure_angle
+    mate_roll = (pair.action_length - foot * own.base_radius) / mate.base_radius
+    mate_turned = mate_roll - mate.base_half_angle - pair.working_pressure_angle
+    seen = (corner * np.exp(1j * turned) - 1j * pair.centre_distance) / np.exp(1j * (math.pi + mate_turned))
+    return np.array([np.abs(seen), np.arctan2(-seen.real, seen.imag)])
+
+
+def _profile(tooth: Tooth) -> tuple[FloatArray, FloatArray]:
+    """Return radii, rising, and half angles of a tooth from its root circle to its tip."""
+    fillet = tooth.root_section(np.linspace(1.0, 0.0, FILLET_POINTS))
+    flank = tooth.flank_section(np.linspace(tooth.form_roll_angle, tooth.tip_roll_angle, FILLET_POINTS)[1:])
+    points = np.concatenate([fillet, flank])
+    return np.hypot(points[:, 0], points[:, 1]), np.arctan2(-points[:, 0], points[:, 1])
+
+
+def _gaps(place: FloatArray, radius: FloatArray, half: FloatArray) -> FloatArray:
+    """Gaps of points from a profile, normal to it to first order, mm; infinite beyond its radii."""
+    distance, angle = place
+    inside = (distance > radius[0]) & (distance < radius[-1])
+    interval = np.clip(np.searchsorted(radius, distance) - 1, 0, len(radius) - 2)
+    run = radius[interval + 1] - radius[interval]
+    slope = (half[interval + 1] - half[interval]) / run
+    arc = (angle - half[interval] - slope * (distance - radius[interval])) * distance
+    return np.where(inside, arc / np.hypot(1.0, distance * slope), np.inf)
