@@ -3,49 +3,10 @@
 The ranges are wide enough for extreme gears; they exist to catch slips, above all wrong units.
 """
 
-import math
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-
-@dataclass(frozen=True)
-class WrongUnit:
-    """A unit that is easily written by mistake.
-
-    Parameters
-    ----------
-    name, symbol : str
-        The mistaken unit, spelt out and as a symbol.
-    factor : float
-        Multiply the value by this to get the unit that the key asks for.
-    """
-
-    name: str
-    symbol: str
-    factor: float
-
-
-@dataclass(frozen=True)
-class Range:
-    """Allowed range of a number, or of each number of a list; the ends belong to it unless said otherwise."""
-
-    low: float
-    high: float
-    unit: str = ""
-    low_excluded: bool = False
-    high_excluded: bool = False
-    mistaken_for: tuple[WrongUnit, ...] = ()
-
-    def contains(self, value: float) -> bool:
-        """Whether `value` lies in the range; never true for nan."""
-        above = value > self.low if self.low_excluded else value >= self.low
-        below = value < self.high if self.high_excluded else value <= self.high
-        return above and below
-
-
-METRES = WrongUnit("metres", "m", 1e3)
-RADIANS = WrongUnit("radians", "rad", math.degrees(1.0))
-PASCALS = (WrongUnit("MPa", "MPa", 1e-3), WrongUnit("Pa", "Pa", 1e-9))
+from pmor.ranges import METRES, PASCALS, RADIANS, Range
 
 Length = Annotated[float, Range(1e-3, 1e5, "mm", mistaken_for=(METRES,))]
 Torque = Annotated[float, Range(0.0, 1e12, "N m", low_excluded=True)]

@@ -10,7 +10,7 @@ import math
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, get_args, get_origin
 
-from pmor.case.schema import Range
+from pmor.ranges import Range
 
 LONGEST_SHOWN_VALUE = 60
 TORQUE_UNIT = "N m"

@@ -85,6 +85,13 @@ class GearPair:
         return start, end
 
     @property
+    def active_rolls(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Roll angles at which the active profiles of pinion and wheel start and end, rad."""
+        start, end = self.pinion_roll_range
+        first, last = (float(self.contact_roll_angles(np.array(self.roll_position(u)))[1]) for u in (end, start))
+        return (start, end), (first, last)
+
+    @property
     def contact_ratio(self) -> float:
         """Transverse contact ratio."""
         start, end = self.pinion_roll_range

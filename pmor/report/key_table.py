@@ -16,8 +16,8 @@ from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, get_args, get_origin
 
 from pmor.case.loader import COMPARE_TORQUES, OFFLINE_TORQUES, ONLINE_TORQUES, SECTIONS, keys_of
-from pmor.case.schema import Range
 from pmor.case.values import range_text, toml_text
+from pmor.ranges import Range
 from pmor.storage.atomic import atomic_path
 
 BEGIN, END = "<!-- keys: made by `python -m pmor.report.key_table cases/README.md` -->", "<!-- end of keys -->"

@@ -7,6 +7,7 @@ compiling  how they are compiled, and how numba's cache notices an edit
 surface    nodal scheme: node normals, edge tangents, Ferguson patches and facets through deformed nodes
 projection nodal scheme: the closest point on a grid of patches
 nodal      nodal scheme: points of the slave that penetrate the master, row by row
+deviation  what a gear's loaded flanks deviate by from the involute helicoid
 motion     where the flanks are to each other, axes out of place and all
 windows    which tooth pairs can touch, and which part of their flanks
 sections   schemes "line" and "strip": where two involutes meet in a transverse section, and which nodes carry that

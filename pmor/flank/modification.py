@@ -1,0 +1,89 @@
+"""Flank modifications of one gear, in the units and with the names of a case file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from pmor.flank.topography import Topography
+from pmor.ranges import METRES, RADIANS, Range
+
+Amount = Annotated[float, Range(-1000.0, 1000.0, "um")]
+Amounts = Annotated[tuple[float, ...], Range(-1000.0, 1000.0, "um")]
+RollAngle = Annotated[float, Range(0.0, 180.0, "deg", mistaken_for=(RADIANS,))]
+ReliefShape = Literal["linear", "parabolic"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Modification:
+    """What the loaded flanks of one gear deviate by (sections `[pinion.modification]` and `[wheel.modification]`).
+
+    Amounts are in um along the transverse line of action, positive removes material, zero at the reference; normal to
+    the flank they are cos(beta_b) times that, beta_b the base helix angle. Roll angles are the gear's own. The active
+    profile is what its mate can touch on parallel axes at the centre distance of the case. All laws go on beyond it.
+
+    Parameters
+    ----------
+    tip_relief_um : float
+        At the tip circle, in um.
+    tip_relief_start_roll_deg : float or None
+        Roll angle at which tip relief starts, in degrees; needed with `tip_relief_um`.
+    tip_relief_shape : {"linear", "parabolic"}
+        How tip relief E grows: with x or with x^2, where x goes from 0 at the start to 1 at the tip circle.
+    root_relief_um : float
+        At the start of the active profile, in um.
+    root_relief_end_roll_deg : float or None
+        Roll angle at which root relief ends, in degrees; needed with `root_relief_um`.
+    root_relief_shape : {"linear", "parabolic"}
+        How root relief grows from there towards the root.
+    profile_crowning_um : float
+        At both ends of the active profile, in um: a parabola, 0 at its middle (in roll angle).
+    profile_slope_um : float
+        From the start of the active profile to its end, in um: a straight line, half of it at the tip, minus half at
+        the start.
+    helix_crowning_um : float
+        At both faces, in um: a parabola, 0 at the gear's own mid width.
+    helix_slope_um : float
+        From face to face, in um: a straight line, half of it at the face with the larger z, minus half at the other.
+    end_relief_um : float
+        At both faces, in um: a straight line to 0 at the length below.
+    end_relief_length_mm : float or None
+        How far end relief reaches from each face, in mm; needed with `end_relief_um`.
+    twist_um : float
+        By which the helix slope at the end of the active profile exceeds the one at its start, in um: a quarter of it
+        in two corners of the active flank, minus a quarter in the others.
+    topography : Topography or None
+        Amounts on a grid; in a case file the name of a CSV file, relative to the case: the first row holds z in mm
+        from the gear's own mid width, the first column roll angles in degrees, the rest amounts in um.
+    pitch_deviations_um : tuple of float
+        Of each tooth's flank, in um, in the order in which the teeth follow counter-clockwise, the tooth on the line of
+        centres at pinion angle 0 first. They count from their median.
+    """
+
+    tip_relief_um: Amount = 0.0
+    tip_relief_start_roll_deg: RollAngle | None = None
+    tip_relief_shape: ReliefShape = "linear"
+    root_relief_um: Amount = 0.0
+    root_relief_end_roll_deg: RollAngle | None = None
+    root_relief_shape: ReliefShape = "linear"
+    profile_crowning_um: Amount = 0.0
+    profile_slope_um: Amount = 0.0
+    helix_crowning_um: Amount = 0.0
+    helix_slope_um: Amount = 0.0
+    end_relief_um: Amount = 0.0
+    end_relief_length_mm: Annotated[float, Range(1e-3, 1e5, "mm", mistaken_for=(METRES,))] | None = None
+    twist_um: Amount = 0.0
+    topography: Topography | None = None
+    pitch_deviations_um: Amounts = ()
+
+    @property
+    def present(self) -> bool:
+        """Whether any of it deviates from the involute helicoid."""
+        amounts = (
+            self.tip_relief_um, self.root_relief_um, self.profile_crowning_um, self.profile_slope_um,
+            self.helix_crowning_um, self.helix_slope_um, self.end_relief_um, self.twist_um,
+        )  # fmt: skip
+        return self.topography is not None or any(amounts) or any(self.pitch_deviations_um)
+
+
+UNMODIFIED = Modification()
