@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pmor.arrays import FloatArray
-from pmor.contact.kernels.compiling import compiled
+from pmor.contact.kernels.compiling import compiled, inlined
 
 
 class Deviation(NamedTuple):
@@ -80,7 +80,7 @@ class Deviation(NamedTuple):
     grid: FloatArray
 
 
-@compiled
+@inlined
 def flank_deviation(deviation, u, z, tooth):
     """Deviation of a gear's flank at one of its points, mm.
 
@@ -98,8 +98,7 @@ def flank_deviation(deviation, u, z, tooth):
     """
     if not deviation.present:
         return 0.0
-    d = deviation
-    amount = 0.0
+    d, amount = deviation, 0.0
     if d.tip_relief != 0.0 and u > d.tip_relief_start:
         amount += _relief((u - d.tip_relief_start) / d.tip_relief_span, d.tip_relief, d.tip_relief_parabolic)
     if d.root_relief != 0.0 and u < d.root_relief_end:
@@ -125,12 +124,12 @@ def deviations_at(deviation, u, z, tooth, out):
         out[i] = flank_deviation(deviation, u[i], z[i], tooth[i])
 
 
-@compiled
+@inlined
 def _relief(way, amount, parabolic):
     return amount * way * way if parabolic else amount * way
 
 
-@compiled
+@inlined
 def _on_grid(d, u, z):
     """Bicubic with continuous slopes through the grid's points; what lies beyond its border has the border's amount."""
     i, u0, u1, du0, du1 = _cell(d.grid_roll, u)
@@ -144,7 +143,7 @@ def _on_grid(d, u, z):
     return amount
 
 
-@compiled
+@inlined
 def _cell(grid, x):
     """Number of the interval that x is in, and the weights of value and slope at either end of it."""
     i = min(max(np.searchsorted(grid, x, side="right") - 1, 0), len(grid) - 2)
