@@ -14,6 +14,13 @@ Angles
       counter-clockwise on the pinion, clockwise on the wheel.
     * The *roll angle* of a flank point is ``u = tan(alpha_y)``: the arc unwound from the base circle over its radius.
 
+Face width
+    * Along z, the same for both gears; z = 0 is where the tooth frames are, in the middle of the pair's face width. The
+      faces of the gears may begin and end elsewhere.
+    * A *right-handed* tooth has a positive helix angle; its transverse section turns counter-clockwise along +z. The
+      helix angle of a pair is that of its pinion, the wheel has the opposite one. In the section at z the pair is the
+      spur pair at the roll position ``phi + 2 pi j / z1 + tau z``, tau the twist of the pinion per length.
+
 Signs
     * The pinion drives counter-clockwise with a positive torque; the wheel is held.
     * A gap is positive when open. The static transmission error is ``(phi_1 - phi_1,kinematic) r_b1``, positive when

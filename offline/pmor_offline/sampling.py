@@ -80,7 +80,7 @@ def sobol_positions(offline: OfflineCase, pair: GearPair, count: int, seed: int 
     points = qmc.Sobol(1 + len(free), seed=seed).random_base2(math.ceil(math.log2(max(count, 2))))[:count]
     states = np.tile(low, (count, 1))
     states[:, free] += points[:, 1:] * (high - low)[free]
-    angles = pair.roll_position_range[0] + pair.pitch * points[:, 0]
+    angles = pair.meshing_range[0] + pair.pitch * points[:, 0]
     return tuple(
         TrainingPosition(float(phi), (condition_at(state),)) for phi, state in zip(angles, states, strict=True)
     )
@@ -97,9 +97,9 @@ def first_positions(offline: OfflineCase, pair: GearPair) -> tuple[TrainingPosit
 def training_angles(pair: GearPair, angles_per_pitch: int) -> FloatArray:
     """Return the pinion angles of the full solves, shape (angles_per_pitch,), rad.
 
-    They begin where a pair enters the path of contact, so that its first and last positions are sampled closely.
+    They begin where a pair comes into mesh, so that its first and last positions are sampled closely.
     """
-    return np.asarray(pair.roll_position_range[0] + pair.pitch * np.arange(angles_per_pitch) / angles_per_pitch)
+    return np.asarray(pair.meshing_range[0] + pair.pitch * np.arange(angles_per_pitch) / angles_per_pitch)
 
 
 def roll_position_grid(meshed: MeshedPair, angles_per_pitch: int, largest_torque: float) -> FloatArray:
@@ -119,7 +119,7 @@ def roll_position_grid(meshed: MeshedPair, angles_per_pitch: int, largest_torque
     """
     pair = meshed.pair
     step = pair.pitch / angles_per_pitch
-    first, last = pair.roll_position_range
+    first, last = pair.meshing_range
     margin = overshoot(meshed, WINDOW_MARGIN * meshed.expected_approach(largest_torque))
     before = math.ceil(margin / step) + 1
     after = math.ceil((last - first + margin) / step) + 1

@@ -71,7 +71,7 @@ def compare_models(
     """
     case, pair = reduced.basis.case, reduced.meshed.pair
     phi = unseen_angles(
-        pair.roll_position_range[0], pair.pitch, case.compare.angles, case.offline.angles_per_pitch
+        pair.meshing_range[0], pair.pitch, case.compare.angles, case.offline.angles_per_pitch
     )
     conditions = conditions_of(case, case.compare.torques_Nm)
     return Comparison(

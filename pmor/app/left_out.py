@@ -208,11 +208,11 @@ def _torques(scene: Scene) -> LeftOut | None:
 
 
 def _idle_pairs(scene: Scene) -> LeftOut | None:
-    most = math.floor(scene.pair.contact_ratio + 1.0) + 1
+    most = math.floor(scene.pair.total_contact_ratio + 1.0) + 1
     teeth = min(sector.teeth for sector in scene.sectors)
     if most >= teeth:
         return None
-    why = f"contact ratio {scene.pair.contact_ratio:.3f}: at most {most} pairs can touch at a time"
+    why = f"{_contact_ratios(scene.pair)}: at most {most} pairs can touch at a time"
     return LeftOut("tooth pairs out of mesh", why, f"{teeth - most} of {teeth} pairs in every position")
 
 
@@ -295,6 +295,11 @@ RULES: tuple[Callable[[Scene], LeftOut | None], ...] = (
     _other_model, _other_flanks, _far_teeth, _volume, _training, _torques, _idle_pairs, _idle_patches, _width,
     _refinement, _width_refinement, _pictures, _picture_files, _page,
 )  # fmt: skip
+
+
+def _contact_ratios(pair: GearPair) -> str:
+    overlap = f" and overlap ratio {pair.overlap_ratio:.3f}" if pair.overlap_ratio > 0.0 else ""
+    return f"contact ratio {pair.contact_ratio:.3f}{overlap}"
 
 
 def _compliance(scene: Scene) -> str:

@@ -98,7 +98,7 @@ class SweepResult:
     @property
     def stiffness(self) -> MeshStiffness:
         """Secant and tangent mesh stiffness per face width, N/(mm um)."""
-        return mesh_stiffness(self.sweep, self.pair.pinion.base_radius, self.pair.face_width)
+        return mesh_stiffness(self.sweep, self.pair.pinion.base_radius, self.pair.common_width)
 
     def orders_um(self, count: int = 10) -> FloatArray:
         """Amplitudes, zero to peak, of the first orders of the mesh frequency, shape (T, count), um.

@@ -113,6 +113,8 @@ def _homes(key: str, document: Mapping[str, Any], where: str) -> tuple[str, ...]
     homes = tuple(name for name, kind in SECTIONS.items() if key in keys_of(kind))
     if homes == GEARS:
         return GEARS if "wheel" in document else GEARS[:1]  # a wheel that is not mentioned is like the pinion
+    if "pair" in homes:
+        return ("pair",)  # what both gears have in common, even where they may have their own
     if len(homes) > 1:
         choices = " or ".join(f"{name}={{'{key}': ...}}" for name in homes)
         raise CaseError(f"{where}: {key}: more than one section has it: write {choices}")

@@ -18,6 +18,8 @@ MOST_FLANK_NODES = 10_000
 MOST_CONTACT_POINTS = 1_000_000
 # Rim that must stay between bore and root circle, in modules.
 THINNEST_RIM = 0.5
+# Schemes in which each section of the face width may be at another place of the path of contact.
+UNEVEN_SECTIONS: tuple[str, ...] = ()
 # What lifts the rule that sweeps stay within the training.
 EXTRAPOLATE = "[online] extrapolate = true and read the error bar"
 
@@ -35,10 +37,9 @@ def check_together(case: Case, document: dict[str, Any], where: str) -> None:
         What error messages call the file.
     """
     pair = case.pair
-    if pair.helix_angle_deg != 0.0:
-        place = f"{where}: [pair] helix_angle_deg = {pair.helix_angle_deg}"
-        raise CaseError(f"{place}: helical gears are not supported yet: write 0.0")
     _check_length(pair.face_width_mm, pair.module_mm, f"{where}: [pair] face_width_mm")
+    _check_faces(pair, where)
+    refuse_uneven_sections(case, where)
     _check_bore(pair, pair.pinion, f"{where}: [pinion]")
     _check_bore(pair, pair.wheel, f"{where}: [wheel]")
     _check_centre_distance(pair, where)
@@ -83,6 +84,41 @@ def _check_length(length_mm: float, module_mm: float, place: str) -> None:
         if length_mm * 1e3 >= module_mm:
             remedy = wrong_unit_text(length_mm, "metres", "m", length_mm * 1e3, "mm")
         raise CaseError(f"{place} = {length_mm}: must be at least {smallest_mm:g} mm, 0.05 modules: {remedy}")
+
+
+def _check_faces(pair: PairCase, where: str) -> None:
+    faces = []
+    for name, gear in (("pinion", pair.pinion), ("wheel", pair.wheel)):
+        if gear.face_width_mm is not None:
+            _check_length(gear.face_width_mm, pair.module_mm, f"{where}: [{name}] face_width_mm")
+        faces.append(gear.face(pair.face_width_mm))
+    common_mm = min(high for _, high in faces) - max(low for low, _ in faces)
+    if common_mm < SMALLEST_LENGTH * pair.module_mm:
+        spans = " and ".join(f"{low:g} to {high:g}" for low, high in faces)
+        raise CaseError(
+            f"{where}: [pinion] face_offset_mm = {pair.pinion.face_offset_mm}: the faces of pinion and wheel, {spans} "
+            f"mm, share less than {SMALLEST_LENGTH * pair.module_mm:g} mm: bring them together, or widen one"
+        )
+
+
+def refuse_uneven_sections(case: Case, where: str) -> None:
+    """Raise CaseError for a helix or faces of their own where mesh or contact takes all sections for alike."""
+    pair, scheme = case.pair, case.contact.scheme
+    if pair.helix_angle_deg != 0.0:
+        place, what = f"[pair] helix_angle_deg = {pair.helix_angle_deg:g}", "is a helical pair"
+    elif pair.pinion.face(pair.face_width_mm) != pair.wheel.face(pair.face_width_mm):
+        place, what = "[pinion] and [wheel] face_width_mm, face_offset_mm", "are unequal faces"
+    else:
+        return
+    if case.mesh.width == "plane_strain":
+        raise CaseError(
+            f'{where}: {place}: {what}, and [mesh] width = "plane_strain" has one section for all of it: write "whole"'
+        )
+    if scheme not in UNEVEN_SECTIONS:
+        raise CaseError(
+            f'{where}: {place}: {what}, and [contact] scheme = "{scheme}" takes all sections for alike: not supported '
+            "yet"
+        )
 
 
 def _check_bore(pair: PairCase, gear: GearCase, place: str) -> None:

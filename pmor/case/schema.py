@@ -34,6 +34,10 @@ class GearCase:
         Tip radius of the generating rack, in modules; it makes the root fillet.
     bore_radius_mm : float
         Radius in mm at which the body is rigid on its shaft.
+    face_width_mm : float or None
+        Face width in mm; None is that of the pair.
+    face_offset_mm : float
+        Along the axis, from the middle of the pair to the middle of this gear's face, in mm.
     youngs_modulus_GPa : float
         Young's modulus in GPa.
     poisson_ratio : float
@@ -46,8 +50,15 @@ class GearCase:
     dedendum: Annotated[float, Range(0.1, 4.0, "modules")] = 1.25
     rack_tip_radius: Annotated[float, Range(0.0, 1.0, "modules")] = 0.38
     bore_radius_mm: Length
+    face_width_mm: Length | None = None
+    face_offset_mm: Annotated[float, Range(-1e5, 1e5, "mm")] = 0.0
     youngs_modulus_GPa: Annotated[float, Range(1e-3, 1e4, "GPa", mistaken_for=PASCALS)] = 210.0
     poisson_ratio: Annotated[float, Range(0.0, 0.5, high_excluded=True)] = 0.3
+
+    def face(self, pair_width_mm: float) -> tuple[float, float]:
+        """Return where the face begins and ends along z, mm, in a pair of a face width."""
+        half_mm = 0.5 * (self.face_width_mm or pair_width_mm)
+        return self.face_offset_mm - half_mm, self.face_offset_mm + half_mm
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,9 +72,9 @@ class PairCase:
     pressure_angle_deg : float
         Normal pressure angle at the reference cylinder, in degrees.
     helix_angle_deg : float
-        Helix angle at the reference cylinder, in degrees.
+        Helix angle at the reference cylinder, in degrees: positive with a right-handed pinion and a left-handed wheel.
     face_width_mm : float
-        Face width in mm, common to both gears.
+        Face width in mm of both gears, unless they have their own; misalignments count over it.
     centre_distance_mm : float or None
         Centre distance in mm; None is the one without backlash.
     pinion, wheel : GearCase
@@ -88,7 +99,7 @@ class MeshCase:
     profile_elements : int
         Elements along one flank, from the start of the involute to the tip.
     width_elements : int
-        Elements over the whole face width.
+        Elements over the whole face width, of each gear.
     element : {"hex8i", "hex8"}
         Linear hexahedron with or without incompatible modes.
     width : {"half", "whole", "plane_strain"}

@@ -1,9 +1,9 @@
 """How much of the face width is meshed.
 
-Deformation and contact of a spur pair with parallel axes mirror themselves at mid width, exactly. Half the width then
-stands for the whole: the plane at mid width keeps its nodes (u_z = 0), and what acts on a node counts together with
-what acts on its image. In plane strain all sections deform alike, each in its own plane, and one layer of elements is
-the whole.
+Deformation and contact of a spur pair with parallel axes and faces without offset mirror themselves at mid width. Half
+the width then stands for the whole: the plane at mid width keeps its nodes (u_z = 0), and what acts on a node counts
+together with what acts on its image. In plane strain all sections deform alike, each in its own plane, and one layer of
+elements is the whole.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from pmor.case.schema import Case, Width
 
 
 def mirrors_at_mid_width(case: Case) -> bool:
-    """Return whether half the width stands for the whole: spur, parallel axes, and nodes in the plane of symmetry."""
+    """Return whether half the width stands for the whole: spur, no offset, parallel axes, nodes in the middle plane."""
     return _mirrors_with_parallel_axes(case) and not _tilted(case)
 
 
@@ -37,8 +37,9 @@ def elements_across(case: Case) -> int:
 
 
 def _mirrors_with_parallel_axes(case: Case) -> bool:
-    mesh = case.mesh
-    return mesh.width == "half" and case.pair.helix_angle_deg == 0.0 and mesh.width_elements % 2 == 0
+    mesh, pair = case.mesh, case.pair
+    symmetric = pair.helix_angle_deg == pair.pinion.face_offset_mm == pair.wheel.face_offset_mm == 0.0
+    return mesh.width == "half" and symmetric and mesh.width_elements % 2 == 0
 
 
 def _tilted(case: Case) -> bool:

@@ -237,7 +237,7 @@ def expected_penetration(meshed: MeshedPair, torque: float) -> float:
     if meshed.scheme.kind == "line":
         return 0.0  # no penalty
     pair = meshed.pair
-    load = torque / pair.pinion.base_radius / pair.face_width
+    load = torque / pair.pinion.base_radius / pair.common_width
     return float((0.75 * load / (meshed.scheme.penalty * math.sqrt(2.0 * pair.pitch_point_radius))) ** (2.0 / 3.0))
 
 

@@ -155,7 +155,7 @@ def check_half_width(meshed: MeshedPair, torque: float) -> None:
     """
     pair = meshed.pair
     roll = math.tan(pair.working_pressure_angle)
-    line_load = torque / (pair.pinion.base_radius * pair.face_width)
+    line_load = torque / (pair.pinion.base_radius * pair.common_width)
     compliance = sum(layer.compliance for layer in meshed.layers)
     half_width = math.sqrt(2.0 * compliance * line_load * pair.pitch_point_radius)
     depth = min(

@@ -107,7 +107,7 @@ def active_patches(meshed: MeshedPair, phi: float, depth: float, axes: Axes = AL
 def pairs_in_reach(meshed: MeshedPair) -> int:
     """Return the largest number of tooth pairs that can be in reach together."""
     # The overshoot on either side of the path of contact is at most half a pitch (`windows.overshoot`).
-    return math.floor(meshed.pair.contact_ratio + 1.0) + 1
+    return math.floor(meshed.pair.total_contact_ratio + 1.0) + 1
 
 
 def overshoot(meshed: MeshedPair, depth: float) -> float:

@@ -1,8 +1,8 @@
 """Kinematics of a pair of involute gears: working geometry, contact ratio, where each tooth pair touches.
 
-Source: ISO 21771:2007; derivation of the frames in `pmor.conventions`. Everything is transverse. For helical gears it
-holds in the section z = 0: other sections mesh earlier or later, so that their contact ratio lacks the overlap and
-`pairs_in_reach` the pairs that touch at the ends of the face width.
+Source: ISO 21771:2007; derivation of the frames in `pmor.conventions`. What is transverse holds in the section z = 0.
+The section at z of a helical pair is the same spur pair at another roll position (`GearPair.section_roll_position`), so
+that over the face width a tooth pair comes into mesh earlier at one end and leaves it later at the other.
 """
 
 from __future__ import annotations
@@ -16,6 +16,9 @@ from pmor.arrays import FloatArray, IntArray
 from pmor.errors import GeometryError
 from pmor.gear.tooth import Tooth, inverse_involute, involute_function
 
+# Modules by which a centre distance may be tighter than without backlash: profile shifts on drawings are rounded.
+ROUNDING = 1e-4
+
 
 @dataclass(frozen=True)
 class GearPair:
@@ -27,39 +30,56 @@ class GearPair:
     Parameters
     ----------
     pinion, wheel : Tooth
-        Of one module and pressure angle, and opposite helix angles: taken on trust.
+        Of one module and pressure angle (taken on trust) and opposite helix angles: a right-handed pinion, with a
+        positive helix angle, meshes with a left-handed wheel.
     face_width : float
-        Common face width, mm.
+        Face width of both gears unless they have a face of their own, and what deviations of the axes count over, mm.
     centre_distance : float
         Distance of the axes, mm.
+    pinion_face, wheel_face : (float, float), optional
+        Where a gear's face begins and ends along z, mm; by default the face width, half of it on either side of z = 0.
 
     Raises
     ------
     GeometryError
-        When the flanks cannot mesh at this centre distance: below the sum of the base radii, teeth that jam, or a
-        contact ratio below 1.
+        When the flanks cannot mesh: below the sum of the base radii, teeth that jam, a total contact ratio below 1,
+        helix angles that are not opposite, or faces beside each other.
     """
 
     pinion: Tooth
     wheel: Tooth
     face_width: float
     centre_distance: float
+    pinion_face: tuple[float, float] | None = None
+    wheel_face: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
+        if abs(self.pinion.helix_angle + self.wheel.helix_angle) > 1e-12:
+            raise GeometryError(
+                f"helix angles {math.degrees(self.pinion.helix_angle):g} and {math.degrees(self.wheel.helix_angle):g} "
+                "deg: on parallel axes they must be opposite: give one of them the other sign"
+            )
+        if self.common_width <= 0.0:
+            (low_1, high_1), (low_2, high_2) = self.faces
+            raise GeometryError(
+                f"faces from z = {low_1:g} to {high_1:g} mm and from {low_2:g} to {high_2:g} mm: lie beside each "
+                "other: move one of them (face_offset_mm), or widen it"
+            )
         if self.centre_distance < self.pinion.base_radius + self.wheel.base_radius:
             raise GeometryError(
                 f"centre_distance_mm = {self.centre_distance:g}: below the sum of the base radii "
                 f"{self.pinion.base_radius + self.wheel.base_radius:.6g} mm; raise it"
             )
         tightest = zero_backlash_centre_distance(self.pinion, self.wheel)
-        if self.centre_distance < tightest * (1.0 - 1e-9):
+        if self.centre_distance < tightest - ROUNDING * self.pinion.module:
             raise GeometryError(
                 f"centre_distance_mm = {self.centre_distance:g}: the teeth jam below {tightest:.6g} mm (no backlash); "
                 "raise it or reduce the profile shifts"
             )
-        if self.contact_ratio < 1.0:
+        if self.contact_ratio <= 0.0 or self.total_contact_ratio < 1.0:
             raise GeometryError(
-                f"contact ratio {self.contact_ratio:.3f} is below 1: reduce centre_distance_mm or raise the addenda"
+                f"contact ratio {min(self.contact_ratio, self.total_contact_ratio):.3f} is below 1: "
+                "reduce centre_distance_mm or raise the addenda"
             )
 
     @property
@@ -98,6 +118,39 @@ class GearPair:
         return self.pinion.base_radius * (end - start) / self.pinion.base_pitch
 
     @property
+    def faces(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Where the faces of pinion and wheel begin and end along z, mm."""
+        middle = -0.5 * self.face_width, 0.5 * self.face_width
+        return self.pinion_face or middle, self.wheel_face or middle
+
+    @property
+    def common_face(self) -> tuple[float, float]:
+        """First and last z at which both gears have teeth, mm."""
+        (low_1, high_1), (low_2, high_2) = self.faces
+        return max(low_1, low_2), min(high_1, high_2)
+
+    @property
+    def common_width(self) -> float:
+        """Face width that both gears share, mm."""
+        low, high = self.common_face
+        return high - low
+
+    @property
+    def base_helix_angle(self) -> float:
+        """Helix angle of the pinion at its base cylinder, rad; the wheel has the opposite one."""
+        return math.atan(self.pinion.base_radius * self.pinion.twist_per_length)
+
+    @property
+    def overlap_ratio(self) -> float:
+        """Common face width times tan(base helix angle) over the base pitch; 0 for spur gears."""
+        return self.common_width * math.tan(abs(self.base_helix_angle)) / self.pinion.base_pitch
+
+    @property
+    def total_contact_ratio(self) -> float:
+        """Transverse contact ratio and overlap ratio together: tooth pairs in mesh on average."""
+        return self.contact_ratio + self.overlap_ratio
+
+    @property
     def pitch_point_radius(self) -> float:
         """Relative radius of curvature of the flanks at the pitch point, mm."""
         tangent = math.tan(self.working_pressure_angle)
@@ -105,9 +158,23 @@ class GearPair:
 
     @property
     def roll_position_range(self) -> tuple[float, float]:
-        """Roll positions of a tooth pair at which it enters and leaves contact on the path of contact, rad."""
+        """Roll positions at which the section z = 0 of a tooth pair enters and leaves the path of contact, rad."""
         start, end = self.pinion_roll_range
         return self.roll_position(start), self.roll_position(end)
+
+    @property
+    def meshing_range(self) -> tuple[float, float]:
+        """Roll positions of a tooth pair between which some section of the common face is on the path of contact, rad.
+
+        That of spur gears is `roll_position_range`; a helix makes it longer by the overlap ratio, in pitches.
+        """
+        first, last = self.roll_position_range
+        ahead = [self.pinion.twist_per_length * z for z in self.common_face]
+        return first - max(ahead), last - min(ahead)
+
+    def section_roll_position(self, roll_position: FloatArray, z: FloatArray) -> FloatArray:
+        """Return the roll position of the spur pair that a tooth pair is in its transverse section at z (mm), rad."""
+        return np.asarray(roll_position + self.pinion.twist_per_length * np.asarray(z, dtype=float))
 
     def roll_position(self, pinion_roll_angle: float) -> float:
         """Return the roll position of the pinion tooth whose contact point has the given roll angle, rad."""
@@ -139,7 +206,7 @@ class GearPair:
         return u2 - self.wheel.base_half_angle - self.working_pressure_angle
 
     def pairs_in_reach(self, phi: float, margin: float) -> IntArray:
-        """Return the indices j of the tooth pairs that can touch at pinion angle `phi`.
+        """Return the indices j of the tooth pairs that can touch somewhere on their width at pinion angle `phi`.
 
         Parameters
         ----------
@@ -153,7 +220,7 @@ class GearPair:
         -------
         ndarray of int
         """
-        first, last = self.roll_position_range
+        first, last = self.meshing_range
         low = math.ceil((first - margin - phi) / self.pitch - 1e-12)
         high = math.floor((last + margin - phi) / self.pitch + 1e-12)
         return np.arange(low, high + 1)

@@ -44,7 +44,8 @@ class Tooth:
     module : float
         Normal module, mm.
     pressure_angle, helix_angle : float
-        Normal pressure angle and helix angle at the reference cylinder, rad.
+        Normal pressure angle and helix angle at the reference cylinder, rad; a positive helix angle is a right-handed
+        tooth, whose transverse section turns counter-clockwise along +z.
     profile_shift, addendum, dedendum, rack_tip_radius : float
         In normal modules.
 
@@ -135,7 +136,10 @@ class Tooth:
 
     @property
     def twist_per_length(self) -> float:
-        """Rotation of the transverse section per unit of face width, rad/mm (0 for spur gears)."""
+        """Rotation of the transverse section per unit of face width, rad/mm: counter-clockwise along +z where positive.
+
+        ``tan(helix angle) / r = tan(base helix angle) / r_b``; 0 for spur gears.
+        """
         return math.tan(self.helix_angle) / self.reference_radius
 
     @property

@@ -43,7 +43,7 @@ class SectorMesh:
     flank_roll_angle : ndarray, shape (n + 1,)
         rad.
     z : ndarray, shape (m + 1,)
-        Axial node positions, mm, 0 at mid face width.
+        Axial node positions, mm, 0 in the middle of the pair.
     left, right : ndarray of int, shape (n_side,)
         Nodes of the counter-clockwise and clockwise side face without the bore; partners share an index.
     bore : ndarray of int, shape (n_bore,)
@@ -111,6 +111,7 @@ def build_sector(
     width_elements: int,
     spacing: str = "roll_angle",
     width: str = "whole",
+    offset: float = 0.0,
 ) -> SectorMesh:
     """Mesh one tooth sector.
 
@@ -126,6 +127,8 @@ def build_sector(
     width : {"whole", "half", "plane_strain"}
         How much of the face width is meshed (`SectorMesh`); half takes an even number of elements over the width, plane
         strain is one whatever their number.
+    offset : float
+        Middle of the face along z, mm; half a width takes none.
 
     Returns
     -------
@@ -155,7 +158,8 @@ def build_sector(
     section = np.concatenate([tooth_points.reshape(-1, 2), ring_points[~shared]])
     quads = np.concatenate([_quads(tooth_id), _quads(ring_id[::-1])])
 
-    z = np.linspace(-0.5 * face_width, 0.5 * face_width, 2 if width == "plane_strain" else width_elements + 1)
+    layers = 2 if width == "plane_strain" else width_elements + 1
+    z = np.linspace(offset - 0.5 * face_width, offset + 0.5 * face_width, layers)
     if width == "half":
         z = z[: width_elements // 2 + 1]
     layers = len(z)

@@ -104,5 +104,5 @@ def hertz_pressure(case: Case, pair: GearPair) -> tuple[float, float]:
     """
     gears = case.pair.pinion, case.pair.wheel
     modulus = 1.0 / sum((1.0 - g.poisson_ratio**2) / (1e3 * g.youngs_modulus_GPa) for g in gears)
-    load = 1e3 * case.torque_Nm / pair.pinion.base_radius / pair.face_width
+    load = 1e3 * case.torque_Nm / pair.pinion.base_radius / pair.common_width
     return math.sqrt(load * modulus / (math.pi * pair.pitch_point_radius)), modulus

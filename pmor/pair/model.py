@@ -12,12 +12,13 @@ import numpy as np
 
 from pmor.arrays import FloatArray
 from pmor.case import Case, GearCase
+from pmor.case.checks import refuse_uneven_sections
 from pmor.case.width import meshed_width
 from pmor.contact.elasticity import full_elasticity
 from pmor.contact.flank import ContactScheme, MeshedPair, SurfaceLayer, make_flank
 from pmor.contact.line_contact import approach_constants, check_half_width, line_compliance
 from pmor.contact.solve import ElasticityAt
-from pmor.errors import GeometryError, MeshError
+from pmor.errors import MeshError
 from pmor.gear.clearance import refuse_interference
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance
 from pmor.gear.tooth import Tooth
@@ -102,10 +103,10 @@ def gear_pair(case: Case) -> GearPair:
     GeometryError
         When there are no such gears, they cannot mesh, or a tip meets the mate's root or fillet.
     """
-    pair = case.pair
+    pair, width = case.pair, case.pair.face_width_mm
     pinion, wheel = _tooth(case, pair.pinion, 1.0), _tooth(case, pair.wheel, -1.0)
     distance = pair.centre_distance_mm or zero_backlash_centre_distance(pinion, wheel)
-    made = GearPair(pinion, wheel, pair.face_width_mm, distance)
+    made = GearPair(pinion, wheel, width, distance, pair.pinion.face(width), pair.wheel.face(width))
     refuse_interference(made)
     return made
 
@@ -120,15 +121,15 @@ def contact_scheme(case: Case) -> ContactScheme:
     return ContactScheme(surface, projection, c.slave, edge_normals, *lodm, c.penalty_N_mm3, c.kind)
 
 
-def stiffness_estimate(case: Case) -> float:
+def stiffness_estimate(case: Case, pair: GearPair) -> float:
     """Return a rough stiffness of one tooth pair, N/mm."""
     moduli = [gear.youngs_modulus_GPa * 1e3 for gear in (case.pair.pinion, case.pair.wheel)]
-    return PAIR_STIFFNESS_OVER_MODULUS * 2.0 / sum(1.0 / e for e in moduli) * case.pair.face_width_mm
+    return PAIR_STIFFNESS_OVER_MODULUS * 2.0 / sum(1.0 / e for e in moduli) * pair.common_width
 
 
 def approach_estimate(case: Case, pair: GearPair) -> float:
     """Return a rough approach of the flanks under the nominal torque, mm."""
-    return 1e3 * case.torque_Nm / pair.pinion.base_radius / stiffness_estimate(case)
+    return 1e3 * case.torque_Nm / pair.pinion.base_radius / stiffness_estimate(case, pair)
 
 
 def sector_meshes(case: Case, pair: GearPair) -> tuple[SectorMesh, SectorMesh]:
@@ -138,9 +139,10 @@ def sector_meshes(case: Case, pair: GearPair) -> tuple[SectorMesh, SectorMesh]:
     ------
     GeometryError, MeshError
     """
-    pinion = _sector(case, case.pair.pinion, pair.pinion)
-    same = case.mesh.share_identical and pair.pinion == pair.wheel and _same_blank(case)
-    return pinion, pinion if same else _sector(case, case.pair.wheel, pair.wheel)
+    faces = pair.faces
+    pinion = _sector(case, case.pair.pinion, pair.pinion, faces[0])
+    same = case.mesh.share_identical and pair.pinion == pair.wheel and faces[0] == faces[1] and _same_blank(case)
+    return pinion, pinion if same else _sector(case, case.pair.wheel, pair.wheel, faces[1])
 
 
 def same_body(case: Case, pinion: SectorMesh, wheel: SectorMesh) -> bool:
@@ -212,14 +214,13 @@ def assemble_pair(
 
     Raises
     ------
-    GeometryError
-        For helical gears, which neither the search nor the line loads can do.
+    CaseError
+        For helical gears, and unequal faces, in schemes that take all sections for alike.
     """
-    if case.pair.helix_angle_deg != 0.0:
-        raise GeometryError(f"helix_angle_deg = {case.pair.helix_angle_deg:g}: helical gears are not supported yet: 0")
+    refuse_uneven_sections(case, case.name)
     scheme = contact_scheme(case)
     flanks = [make_flank(n, u, scheme, mirrored) for n, u in zip(nodes, roll_angles, strict=True)]
-    return MeshedPair(pair, flanks[0], flanks[1], scheme, stiffness_estimate(case), mirrored, layers)
+    return MeshedPair(pair, flanks[0], flanks[1], scheme, stiffness_estimate(case, pair), mirrored, layers)
 
 
 def surface_layers(case: Case, pair: GearPair) -> tuple[SurfaceLayer, ...]:
@@ -266,7 +267,7 @@ def per_gear(case: Case, mesh: MeshModel, work: Callable[[SectorMesh, GearCase],
 
 def neighbour_reach(pair: GearPair) -> int:
     """Return how many neighbouring teeth can be loaded together with a tooth, counting contact beyond the path."""
-    return max(1, math.ceil(pair.contact_ratio + 1.0) - 1)
+    return max(1, math.ceil(pair.total_contact_ratio + 1.0) - 1)
 
 
 def _layer(case: Case, gear: GearCase, tooth: Tooth) -> SurfaceLayer:
@@ -301,10 +302,10 @@ def _tooth(case: Case, gear: GearCase, hand: float) -> Tooth:
     )
 
 
-def _sector(case: Case, gear: GearCase, tooth: Tooth) -> SectorMesh:
+def _sector(case: Case, gear: GearCase, tooth: Tooth, face: tuple[float, float]) -> SectorMesh:
     mesh = case.mesh
     try:
-        return build_sector(tooth, gear.bore_radius_mm, case.pair.face_width_mm, mesh.profile_elements,
-                            mesh.width_elements, mesh.spacing, meshed_width(case))  # fmt: skip
+        return build_sector(tooth, gear.bore_radius_mm, face[1] - face[0], mesh.profile_elements, mesh.width_elements,
+                            mesh.spacing, meshed_width(case), gear.face_offset_mm)  # fmt: skip
     except MeshError as error:
         raise MeshError(f"gear with {gear.teeth} teeth: {error}") from error

@@ -156,7 +156,7 @@ def _classical_table(result: OnlineResult) -> Table:
     case, sweep, i = result.reduced.basis.case, result.sweep, result.nominal
     pair = result.reduced.meshed.pair
     mean = float(ste_mean_um(sweep)[i])
-    load = 1e3 * case.torque_Nm / pair.pinion.base_radius / pair.face_width
+    load = 1e3 * case.torque_Nm / pair.pinion.base_radius / pair.common_width
     rows: list[tuple[str | float | None, ...]] = [
         ("reduced FE model, this run", load / mean, mean, float(peak_to_peak_um(sweep)[i]), "")
     ]

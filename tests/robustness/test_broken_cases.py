@@ -99,7 +99,10 @@ BROKEN = {
         replaced(PINION, "teeth = 6\nprofile_shift = -1.5"),
         ["[pinion] teeth = 6", "no room", "raise teeth"],
     ),
-    "helical": (replaced(PAIR, PAIR + "\nhelix_angle_deg = 15.0"), ["helical gears are not supported yet"]),
+    "helical": (
+        replaced(PAIR, PAIR + "\nhelix_angle_deg = 15.0"),
+        ["helix_angle_deg = 15", "helical pair", "takes all sections for alike"],
+    ),
     "poisson ratio one half": (
         replaced(PINION, PINION + "\npoisson_ratio = 0.5"),
         ["poisson_ratio = 0.5", "below 0.5"],

@@ -8,7 +8,7 @@ import pytest
 from small_case import case_text
 
 from pmor.case import Case, change_case, load_case, make_case, parse_case, text_of
-from pmor.errors import CaseError, GeometryError
+from pmor.errors import CaseError
 from pmor.pair.model import mesh_model
 
 CASES = Path(__file__).parents[2] / "cases"
@@ -61,7 +61,7 @@ def test_what_cannot_be_changed_is_named(settings, message):
 def test_helical_gears_are_refused_wherever_the_case_comes_from():
     case = parse_case(case_text(), "small", "small")
     helical = replace(case, pair=replace(case.pair, helix_angle_deg=10.0))
-    with pytest.raises(GeometryError, match="helix_angle_deg = 10: helical gears are not supported yet"):
+    with pytest.raises(CaseError, match="helix_angle_deg = 10: is a helical pair"):
         mesh_model(helical)
 
 

@@ -10,7 +10,7 @@ from pmor.contact.position import relative_motion
 from pmor.conventions import rotation_z
 from pmor.errors import GeometryError
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance
-from pmor.gear.tooth import involute_function
+from pmor.gear.tooth import Tooth, involute_function
 from tests.gear_models import ALPHA, MODULE, WIDTH, gear_pair, meshed_pair
 from tests.gear_models import tooth as gear
 
@@ -188,7 +188,7 @@ def test_standard_gears_mesh_at_the_standard_distance():
 @every_pair
 @pytest.mark.parametrize("margin", [0.0, 0.02])
 def test_pairs_in_reach_are_those_on_the_path(pair, margin):
-    first, last = pair.roll_position_range
+    first, last = pair.meshing_range
     for phi in np.linspace(-3.0 * pair.pitch, 3.0 * pair.pitch, 13):
         candidates = np.arange(-12, 13)
         own = phi + candidates * pair.pitch
@@ -226,3 +226,87 @@ def test_pairs_in_reach_move_on_by_one_per_pitch():
 def test_pairs_that_cannot_mesh_are_refused(pinion, wheel, distance, message):
     with pytest.raises(GeometryError, match=message):
         GearPair(pinion, wheel, WIDTH, distance)
+
+
+# --- helical pairs -------------------------------------------------------------------------------------------------
+
+# Teeth, normal module, helix angle, profile shift of both, face width and centre distance (None: no backlash) of
+# drawings; working transverse pressure angle (deg), base radii, transverse contact ratio, overlap ratio.
+DRAWINGS = {
+    "FVA high speed": ((27, 51), 4.5, 21.0, 0.231415, 50.0, 190.0, (22.8062, 60.6275, 114.5185, 1.4705, 1.2675)),
+    "FVA low speed": ((23, 34), 6.5, 10.0, 0.15074, 74.0, 190.0, (21.7751, 71.1963, 105.2467, 1.5376, 0.6293)),
+    "17/43": ((17, 43), 1.0, 20.0, 0.0, 10.0, None, (21.1728, 8.4349, 21.3353, 1.4919, 1.0887)),
+}
+PRINTED = 5e-5  # to the last of four decimals
+
+
+def drawing(name, hand=1.0):
+    teeth, module, helix, shift, width, distance, expected = DRAWINGS[name]
+    gears = [
+        Tooth(z, module, ALPHA, math.radians(side * hand * helix), shift)
+        for z, side in zip(teeth, (1.0, -1.0), strict=True)
+    ]
+    return GearPair(*gears, width, distance or zero_backlash_centre_distance(*gears)), expected
+
+
+@pytest.mark.parametrize("hand", [1.0, -1.0])
+@pytest.mark.parametrize("name", DRAWINGS)
+def test_geometry_of_helical_pairs_from_drawings(name, hand):
+    pair, expected = drawing(name, hand)
+    angle = math.degrees(pair.working_pressure_angle)
+    found = angle, pair.pinion.base_radius, pair.wheel.base_radius, pair.contact_ratio, pair.overlap_ratio
+    assert_allclose(found, expected, rtol=0.0, atol=PRINTED)
+    assert_allclose(pair.total_contact_ratio, sum(expected[3:]), rtol=0.0, atol=2.0 * PRINTED)
+
+
+@pytest.mark.parametrize("hand", [1.0, -1.0])
+def test_a_section_of_a_helical_pair_is_the_spur_pair_at_its_own_roll_position(hand):
+    pair, _ = drawing("FVA high speed", hand)
+    first, last = pair.roll_position_range
+    for z in (-20.0, 0.0, 13.0):
+        for roll in np.linspace(first, last, 5):
+            # The tooth pair whose section at z is where the spur pair is at this roll position.
+            own = roll - pair.pinion.twist_per_length * z
+            assert_allclose(pair.section_roll_position(own, z), roll, rtol=0.0, atol=EXACT)
+            u1, u2 = pair.contact_roll_angles(np.array(roll))
+            points = [
+                in_global_frame(pair, own, number, tooth.flank_point(u, z), True)
+                for number, (tooth, u) in enumerate(((pair.pinion, u1), (pair.wheel, u2)))
+            ]
+            assert_allclose(points[0], points[1], rtol=0.0, atol=PLACE)
+
+
+@pytest.mark.parametrize("hand", [1.0, -1.0])
+def test_a_helical_pair_is_in_mesh_over_its_total_contact_ratio(hand):
+    pair, _ = drawing("FVA low speed", hand)
+    pair = GearPair(pair.pinion, pair.wheel, 74.0, 190.0, (-37.0, 30.0), (-20.0, 40.0))
+    assert pair.common_face == (-20.0, 30.0)
+    assert_allclose(pair.overlap_ratio, 0.6292725 * 50.0 / 74.0, rtol=1e-6)
+    first, last = pair.meshing_range
+    assert_allclose((last - first) / pair.pitch, pair.total_contact_ratio, rtol=EXACT)
+    start, end = pair.roll_position_range
+    # It comes into mesh with the face end that is ahead, and leaves it with the other one.
+    ahead, behind = (30.0, -20.0) if hand > 0.0 else (-20.0, 30.0)
+    assert_allclose(pair.section_roll_position(first, ahead), start, rtol=0.0, atol=EXACT)
+    assert_allclose(pair.section_roll_position(last, behind), end, rtol=0.0, atol=EXACT)
+
+
+def test_overlap_lets_teeth_mesh_whose_profiles_alone_would_lose_contact():
+    short = {"addendum": 0.5}
+    with pytest.raises(GeometryError, match="contact ratio 0"):
+        gear_pair(gear(21, **short), gear(21, **short))
+    pair = gear_pair(gear(21, 0.0, 20.0, **short), gear(21, 0.0, -20.0, **short))
+    assert pair.contact_ratio < 1.0 < pair.total_contact_ratio
+
+
+@pytest.mark.parametrize(
+    ("pinion", "wheel", "faces", "message"),
+    [
+        (gear(21, 0.0, 15.0), gear(21, 0.0, 15.0), (), "must be opposite"),
+        (gear(21, 0.0, 15.0), gear(21), (), "must be opposite"),
+        (gear(21), gear(21), ((0.0, 10.0), (12.0, 20.0)), "beside each other"),
+    ],
+)
+def test_helices_and_faces_that_do_not_meet_are_refused(pinion, wheel, faces, message):
+    with pytest.raises(GeometryError, match=message):
+        GearPair(pinion, wheel, WIDTH, 90.0, *faces)

@@ -37,24 +37,24 @@ def mirrored_angles(pair: GearPair, phi: FloatArray, exchanged: GearPair) -> Flo
 
     The contact then is as far from the end of the path as it was from the beginning.
     """
-    share = (phi - pair.roll_position_range[0]) / pair.pitch
-    return np.asarray(exchanged.roll_position_range[0] + (pair.contact_ratio - share) * exchanged.pitch)
+    share = (phi - pair.meshing_range[0]) / pair.pitch
+    return np.asarray(exchanged.meshing_range[0] + (pair.total_contact_ratio - share) * exchanged.pitch)
 
 
 def _usual(meshed: MeshedPair) -> FloatArray:
-    more = meshed.pair.contact_ratio % 1.0
+    more = meshed.pair.total_contact_ratio % 1.0
     inside = np.array([0.25, 0.5, 0.75])
     shares = np.concatenate([[0.0], more * inside, [more], more + (1.0 - more) * inside])
     return _at(meshed.pair, shares)
 
 
 def _ends(meshed: MeshedPair) -> FloatArray:
-    return _at(meshed.pair, np.array([0.0, meshed.pair.contact_ratio % 1.0]))
+    return _at(meshed.pair, np.array([0.0, meshed.pair.total_contact_ratio % 1.0]))
 
 
 def _borders(meshed: MeshedPair) -> FloatArray:
     pair = meshed.pair
-    first, last = pair.roll_position_range
+    first, last = pair.meshing_range
     found = []
     for gear, flank in enumerate((meshed.pinion, meshed.wheel)):
         roll = flank.roll_angle
@@ -67,4 +67,4 @@ def _borders(meshed: MeshedPair) -> FloatArray:
 
 
 def _at(pair: GearPair, shares: FloatArray) -> FloatArray:
-    return np.asarray(pair.roll_position_range[0] + shares * pair.pitch)
+    return np.asarray(pair.meshing_range[0] + shares * pair.pitch)

@@ -53,7 +53,7 @@ def grid_cell(case: Case, study: Study, store: ModelStore, basis_path: Path, job
     on_grid = sweep_reduced_pair(reduced, grid, conditions)
     curve = sweep_reduced_pair(reduced, online_angles(pair.pitch, study.grid.curve_angles), conditions)
     unseen = unseen_angles(
-        pair.roll_position_range[0], pair.pitch, case.compare.angles, case.offline.angles_per_pitch
+        pair.meshing_range[0], pair.pitch, case.compare.angles, case.offline.angles_per_pitch
     )
     comparison = compare_at(reduced, solve_full(model, unseen, conditions_of(case, case.compare.torques_Nm), jobs))
     return full | {
@@ -80,7 +80,7 @@ def trainings(
     some = next(iter(cases.values()))
     model, _ = store.model(some)
     pair = model.mesh.meshed.pair
-    unseen = unseen_angles(pair.roll_position_range[0], pair.pitch, some.compare.angles, most)
+    unseen = unseen_angles(pair.meshing_range[0], pair.pitch, some.compare.angles, most)
     full = solve_full(model, unseen, conditions_of(some, some.compare.torques_Nm), jobs)
     entries = []
     path = folder / "training.h5"
