@@ -3,6 +3,12 @@
 import h5py
 
 from pmor.contact.condition import Axes, Condition
+from pmor.storage.manifest import MANIFEST
+
+
+def results_in(folder):
+    """Names of what a command left in a folder; the manifest goes without saying."""
+    return {path.name for path in folder.iterdir()} - {MANIFEST}
 
 
 def some_conditions(rng, count):

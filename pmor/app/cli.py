@@ -81,27 +81,29 @@ def build_parser() -> argparse.ArgumentParser:
 
     offline = command("offline", "generate the reduced basis only")
     _add_case(offline)
-    offline.add_argument("-o", dest="basis_path", metavar="BASIS.h5", type=Path, required=True, help="file to write")
+    offline.add_argument("-o", dest="basis_path", metavar="BASIS.h5", type=_path, required=True, help="file to write")
     offline.add_argument("--resume", action="store_true", help="go on where an interrupted run stopped")
     _add_jobs(offline)
     _add_overwrite(offline)
 
     online = command("online", "sweep the transmission error with a basis")
-    online.add_argument("basis_path", metavar="BASIS.h5", type=Path, help="file that `pmor offline` wrote")
+    online.add_argument("basis_path", metavar="BASIS.h5", type=_path, help="file that `pmor offline` wrote")
     _add_out(online, "-o")
     online.add_argument(
-        "--case", dest="case_path", metavar="CASE", type=Path,
+        "--case", dest="case_path", metavar="CASE", type=_path,
         help="sweep that this case asks for, instead of the one that the basis was made from",
     )  # fmt: skip
     _add_jobs(online)
+    _add_overwrite(online)
 
     compare = command("compare", "reduced against full FE: error and run time")
     _add_case(compare)
     _add_out(compare, "--out")
     _add_jobs(compare)
+    _add_overwrite(compare)
 
     study = command("study", "a grid of meshes, refinements and models: error against run time, in one report")
-    study.add_argument("study_path", metavar="STUDY", type=Path, help="study file (TOML)")
+    study.add_argument("study_path", metavar="STUDY", type=_path, help="study file (TOML)")
     _add_out(study, "--out")
     _add_jobs(study)
     study.add_argument("--quick", action="store_true", help="the short variant that the study file describes")
@@ -112,35 +114,38 @@ def build_parser() -> argparse.ArgumentParser:
     _add_out(stability, "--out", "out/<name of the case>_stability")
     _add_jobs(stability, "variants")
     stability.add_argument("--only", metavar="TEXT", default="", help="variants with this text in their name or group")
+    _add_overwrite(stability)
 
     reductions = command("reductions", "reductions and samplings compared with full FE at equal conditions")
     _add_case(reductions)
     _add_out(reductions, "--out", "out/<name of the case>_reductions")
     _add_jobs(reductions, "unseen states")
+    _add_overwrite(reductions)
 
     bench = command("bench", "run time by phase and by size")
     _add_case(bench)
     bench.add_argument(
-        "--json", dest="json_path", metavar="FILE", type=Path, required=True,
+        "--json", dest="json_path", metavar="FILE", type=_path, required=True,
         help="file to write; one that is there is compared with first",
     )  # fmt: skip
     bench.add_argument(
         "--jobs", metavar="N", type=_positive, default=2, help="threads of the parallel sweep (default: 2)"
     )
+    _add_overwrite(bench)
 
     info = command("info", "what is in an HDF5 file")
-    info.add_argument("path", metavar="FILE.h5", type=Path, help="a basis or snapshot file")
+    info.add_argument("path", metavar="FILE.h5", type=_path, help="a basis or snapshot file")
     info.add_argument("--verify", action="store_true", help="hold a basis against full FE of its case: seconds")
     return parser
 
 
 def _add_case(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("case_path", metavar="CASE", type=Path, help="case file (TOML)")
+    parser.add_argument("case_path", metavar="CASE", type=_path, help="case file (TOML)")
 
 
 def _add_out(parser: argparse.ArgumentParser, flag: str, usual: str = "out/<name of the case>") -> None:
     parser.add_argument(
-        flag, dest="out", metavar="DIR", type=Path, help=f"folder for the results (default: {usual})"
+        flag, dest="out", metavar="DIR", type=_path, help=f"folder for the results (default: {usual})"
     )
 
 
@@ -149,13 +154,19 @@ def _add_jobs(parser: argparse.ArgumentParser, what: str = "angles") -> None:
 
 
 def _add_overwrite(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--overwrite", action="store_true", help="replace results that are there")
+    parser.add_argument("--overwrite", action="store_true", help="replace results that are there, whoever wrote them")
 
 
 def _one_line(text: str) -> str:
     """Join lines and escape what terminals do not show, or obey: a case file can quote anything."""
     joined = " ".join(text.splitlines())
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in joined)
+
+
+def _path(text: str) -> Path:
+    if not text:
+        raise argparse.ArgumentTypeError("an empty name: write . for the current folder")
+    return Path(text)
 
 
 def _positive(text: str) -> int:

@@ -5,6 +5,7 @@ Imports of what is heavy or belongs to a stage stand inside the functions, so th
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 from dataclasses import replace
@@ -22,14 +23,15 @@ def run(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool
     """Do everything that the case asks for: offline if there is no valid basis, sweep, comparison, report."""
     started = time.perf_counter()
     case, mesh = _meshed_case(case_path)
-    from pmor.report.run_page import write_pages
-    from pmor.report.summary import result_text, write_results
-    from pmor.storage.atomic import ensure_folder
-    from pmor.storage.lock import only_writer_in_folder
+    from pmor.report.run_page import page_files, write_pages
+    from pmor.report.summary import RESULT_FILES, result_text, write_results
+    from pmor.storage.results_folder import default_folder, results_folder
 
-    folder = ensure_folder(out or Path("out") / case.name)
-    with only_writer_in_folder(folder):
+    folder = out or default_folder(case.name)
+    names = (*RESULT_FILES, *page_files(case), *(["basis.h5"] if overwrite else []))
+    with results_folder(folder, names, ("basis.h5.parts",), overwrite, (case_path,)):
         result = _reduced_and_full(case, mesh, folder, jobs, overwrite, started)
+        _start_results(folder, case.text)
         write_results(result, folder)
         write_pages(result, mesh.pinion, folder)
     print(result_text(result))
@@ -48,10 +50,15 @@ def plan(case_path: Path) -> None:
 def offline(case_path: Path, basis_path: Path, resume: bool = False, jobs: int = 1, overwrite: bool = False) -> None:
     """Generate the reduced basis of a case and write it to `basis_path`."""
     from pmor.errors import ConvergenceError
+    from pmor.jobs.offline import parts_of
     from pmor.storage.atomic import ensure_writable, refuse_existing
+    from pmor.storage.results_folder import refuse_foreign_folder, refuse_in_the_way
 
     started = time.perf_counter()
-    refuse_existing(basis_path, overwrite)  # before the work, not after it
+    # Before the work, not after it.
+    refuse_existing(basis_path, overwrite)
+    refuse_in_the_way([basis_path], overwrite, (case_path,))
+    refuse_foreign_folder(parts_of(basis_path))
     case, mesh = _meshed_case(case_path)
     ensure_writable(basis_path.parent)
     model = _elastic_model(case, mesh)
@@ -64,16 +71,17 @@ def offline(case_path: Path, basis_path: Path, resume: bool = False, jobs: int =
         raise ConvergenceError(f"{len(done.failed)} full solves did not converge: {'; '.join(done.failed)}", [])
 
 
-def online(basis_path: Path, out: Path | None = None, case_path: Path | None = None, jobs: int = 1) -> None:
+def online(
+    basis_path: Path, out: Path | None = None, case_path: Path | None = None, jobs: int = 1, overwrite: bool = False
+) -> None:
     """Sweep the static transmission error with the reduced model of a basis file."""
-    from pmor.case import load_case
+    from pmor.case import load_case, text_of
     from pmor.jobs.online import run_online
     from pmor.pair.model import refuse_loads
-    from pmor.report.run_page import write_pages
-    from pmor.report.summary import result_text, write_results
-    from pmor.storage.atomic import ensure_folder
+    from pmor.report.run_page import page_files, write_pages
+    from pmor.report.summary import RESULT_FILES, result_text, write_results
     from pmor.storage.basis_file import read_basis, require_made_from
-    from pmor.storage.lock import only_writer_in_folder
+    from pmor.storage.results_folder import default_folder, results_folder
     from pmor_online.model import reduced_pair
 
     basis = read_basis(basis_path)
@@ -83,9 +91,11 @@ def online(basis_path: Path, out: Path | None = None, case_path: Path | None = N
         basis = replace(basis, case=case)
     reduced = reduced_pair(basis)
     refuse_loads(basis.case, reduced.meshed)  # a sweep may go beyond those that the training has been through
-    folder = ensure_folder(out or Path("out") / basis.case.name)
-    with only_writer_in_folder(folder):
+    folder, names = out or default_folder(basis.case.name), (*RESULT_FILES, *page_files(basis.case))
+    inputs = (basis_path, *([case_path] if case_path else []))
+    with results_folder(folder, names, (), overwrite, inputs):
         result = run_online(reduced, basis_path, jobs=jobs)
+        _start_results(folder, text_of(basis.case))
         write_results(result, folder)
         write_pages(result, None, folder)
     print(result_text(result))
@@ -93,17 +103,17 @@ def online(basis_path: Path, out: Path | None = None, case_path: Path | None = N
     _require_convergence(result)
 
 
-def compare(case_path: Path, out: Path | None = None, jobs: int = 1) -> None:
+def compare(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False) -> None:
     """Compare the reduced with the full model: error and run time."""
     started = time.perf_counter()
     case, mesh = _meshed_case(case_path)
-    from pmor.report.summary import result_text, write_results
-    from pmor.storage.atomic import ensure_folder
-    from pmor.storage.lock import only_writer_in_folder
+    from pmor.report.summary import RESULT_FILES, result_text, write_results
+    from pmor.storage.results_folder import default_folder, results_folder
 
-    folder = ensure_folder(out or Path("out") / case.name)
-    with only_writer_in_folder(folder):
+    folder = out or default_folder(case.name)
+    with results_folder(folder, RESULT_FILES, ("basis.h5.parts",), overwrite, (case_path,)):
         result = _reduced_and_full(case, mesh, folder, jobs, overwrite=False, started=started)
+        _start_results(folder, case.text)
         write_results(result, folder)
     print(result_text(result))
     _require_convergence(result)
@@ -122,16 +132,16 @@ def study(
 
     settings = load_study(study_path)
     settings = quick_study(settings) if quick else settings
-    from pmor.lab.study.output import study_text, write_study
-    from pmor.lab.study.run import run_parts
+    from pmor.lab.study.output import FILES, study_text, write_study
+    from pmor.lab.study.run import WORKING, run_parts
     from pmor.lab.study.table import study_table
-    from pmor.storage.atomic import ensure_folder
-    from pmor.storage.lock import only_writer_in_folder
+    from pmor.storage.results_folder import default_folder, results_folder
 
-    folder = ensure_folder(out or Path("out") / (settings.name + "_quick" * quick))
-    with only_writer_in_folder(folder):
+    folder = out or default_folder(settings.name, "_quick" * quick)
+    with results_folder(folder, FILES, WORKING, overwrite, (study_path, settings.base)):
         parts = run_parts(settings, folder, jobs, overwrite, announce=lambda text: print(text, flush=True))
         table = study_table(parts)
+        _start_results(folder, f"{settings!r}\n{settings.base.read_text(encoding='utf-8')}")
         write_study(parts, table, folder)
     print(study_text(parts, table))
     print(f"  results in {folder}")
@@ -139,7 +149,9 @@ def study(
         raise ConvergenceError(f"{len(table.failures)} did not converge, first: {table.failures[0]}", [])
 
 
-def stability(case_path: Path, out: Path | None = None, jobs: int = 1, only: str = "") -> None:
+def stability(
+    case_path: Path, out: Path | None = None, jobs: int = 1, only: str = "", overwrite: bool = False
+) -> None:
     """Run stiff and extreme variants of a case: does the program hold, and how well?"""
     from pmor.threads import use_one_thread
 
@@ -148,20 +160,21 @@ def stability(case_path: Path, out: Path | None = None, jobs: int = 1, only: str
     from pmor.errors import CaseError, ConvergenceError
 
     case = load_case(case_path)
-    from pmor.lab.stability.output import stability_text, write_stability
+    from pmor.lab.core.parts import PARTS
+    from pmor.lab.stability.output import FILES, stability_text, write_stability
     from pmor.lab.stability.run import number_of_variants, run_matrix
     from pmor.progress import Progress
-    from pmor.storage.atomic import ensure_folder
-    from pmor.storage.lock import only_writer_in_folder
+    from pmor.storage.results_folder import default_folder, results_folder
 
     total = number_of_variants(case, only)
     if not total:
         raise CaseError(f"--only {only!r}: no variant has this in its name or group; leave it out to run them all")
-    folder = ensure_folder(out or Path("out") / f"{case.name}_stability")
+    folder = out or default_folder(case.name, "_stability")
     started = time.perf_counter()
-    with only_writer_in_folder(folder):
+    with results_folder(folder, FILES, (PARTS,), overwrite, (case_path,)):
         with Progress(total, "variants") as progress:
             result = run_matrix(case, folder, jobs, only, progress.advance)
+        _start_results(folder, case.text)
         write_stability(result, time.perf_counter() - started, folder)
     print(stability_text(result))
     print(f"  results in {folder}")
@@ -169,7 +182,7 @@ def stability(case_path: Path, out: Path | None = None, jobs: int = 1, only: str
         raise ConvergenceError(f"{len(result.failed)} variants failed, first: {result.failed[0].name}", [])
 
 
-def reductions(case_path: Path, out: Path | None = None, jobs: int = 1) -> None:
+def reductions(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False) -> None:
     """Compare the reductions and the samplings of their training over the ranges of a case."""
     from pmor.threads import use_one_thread
 
@@ -177,14 +190,15 @@ def reductions(case_path: Path, out: Path | None = None, jobs: int = 1) -> None:
     started = time.perf_counter()
     case, mesh = _meshed_case(case_path)
     from pmor.errors import ConvergenceError
-    from pmor.lab.comparison.output import comparison_text, write_comparison
+    from pmor.lab.comparison.output import FILES, comparison_text, write_comparison
     from pmor.lab.comparison.run import compare_reductions
-    from pmor.storage.atomic import ensure_writable
-    from pmor.storage.lock import only_writer_in_folder
+    from pmor.lab.core.parts import PARTS
+    from pmor.storage.results_folder import default_folder, results_folder
 
-    folder = ensure_writable(out or Path("out") / f"{case.name}_reductions")
-    with only_writer_in_folder(folder):
+    folder = out or default_folder(case.name, "_reductions")
+    with results_folder(folder, FILES, (PARTS,), overwrite, (case_path,)):
         result = compare_reductions(case, _elastic_model(case, mesh), folder, jobs)
+        _start_results(folder, case.text)
         write_comparison(result, time.perf_counter() - started, folder)
     print(comparison_text(result))
     print(f"  results in {folder}")
@@ -192,20 +206,23 @@ def reductions(case_path: Path, out: Path | None = None, jobs: int = 1) -> None:
         raise ConvergenceError(f"{len(result.failures)} states did not converge, first: {result.failures[0]}", [])
 
 
-def bench(case_path: Path, json_path: Path, jobs: int = 2) -> None:
+def bench(case_path: Path, json_path: Path, jobs: int = 2, overwrite: bool = False) -> None:
     """Measure run times by phase and by size, as ratios to an earlier measurement where there is one."""
     from pmor.threads import use_one_thread
 
     use_one_thread()  # before anything loads numpy
     from pmor.case import load_case
+    from pmor.errors import OutputError
     from pmor.lab.bench import bench_text, read_bench, run_bench, write_bench
-    from pmor.storage.atomic import ensure_writable
+    from pmor.storage.results_folder import results_folder
 
-    case = load_case(case_path)
-    ensure_writable(json_path.parent)
-    before = read_bench(json_path)
-    result = run_bench(case, jobs)
-    write_bench(result, before, json_path)
+    case, table_path = load_case(case_path), json_path.with_suffix(".md")
+    if table_path == json_path:
+        raise OutputError(f"{json_path}: is where the table goes, beside the numbers; choose a name that ends in .json")
+    with results_folder(json_path.parent, (json_path.name, table_path.name), (), overwrite, (case_path,)):
+        before = read_bench(json_path)
+        result = run_bench(case, jobs)
+        write_bench(result, before, json_path)
     print(bench_text(result, before))
 
 
@@ -269,18 +286,31 @@ def _reduced_and_full(
 
 def _valid_basis(path: Path, case: Case) -> Basis | None:
     """Return the basis in a results folder, if there is one made from these very settings; say so if it is not."""
-    from pmor.errors import FileFormatError
-    from pmor.storage.basis_file import read_basis, require_made_from
+    from pmor.errors import FileFormatError, OutputError
+    from pmor.storage.basis_file import BASIS_SCHEMA, read_basis, require_made_from
+    from pmor.storage.hdf5 import schema_name
+    from pmor.storage.manifest import foreign_words, is_ours
 
-    if not path.exists():
+    if not os.path.lexists(path):
         return None
     try:
         basis = read_basis(path)
         require_made_from(path, basis, case)
     except FileFormatError as error:
+        if not is_ours(path) and schema_name(path) != BASIS_SCHEMA.name:
+            reason = f"{foreign_words(path)}: no basis to replace"
+            raise OutputError(f"{path}: {reason}; move it away, or choose another folder") from error
         print(f"pmor: not used, made anew: {error}", file=sys.stderr)
         return None
     return basis
+
+
+def _start_results(folder: Path, text: str) -> None:
+    """Make room in a folder for results that are made from a text, and say what went."""
+    from pmor.storage.results_folder import start_results
+
+    for sentence in start_results(folder, text):
+        print(f"pmor: {sentence}", file=sys.stderr)
 
 
 def _elastic_model(case: Case, mesh: MeshModel) -> ElasticModel:

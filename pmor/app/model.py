@@ -168,7 +168,7 @@ class ReducedModel:
         if self.source is None:
             raise OutputError(f"{target}: the model has no forces of its training: save one of train() or load()")
         refuse_existing(target, overwrite)
-        with atomic_path(target) as temporary:
+        with atomic_path(target, overwrite) as temporary:
             shutil.copyfile(self.source, temporary)
 
     def __repr__(self) -> str:

@@ -11,9 +11,10 @@ from pmor.case import Case, basis_key
 from pmor.pair.model import ElasticModel
 from pmor.progress import Progress
 from pmor.reduction.snapshots import Snapshots
-from pmor.storage.atomic import ensure_folder, refuse_existing, remove_abandoned, remove_folder
+from pmor.storage.atomic import ensure_folder, refuse_existing, remove_abandoned
 from pmor.storage.basis_file import write_basis
 from pmor.storage.lock import only_writer_of_file
+from pmor.storage.results_folder import remove_working_folder, working_folder
 from pmor.storage.snapshot_file import read_snapshots, write_snapshots
 from pmor.threads import threads
 from pmor_offline.adaptive import ErrorEstimate
@@ -81,10 +82,7 @@ def run_offline(
     with only_writer_of_file(path):
         refuse_existing(path, overwrite)
         remove_abandoned(path.parent, path.name)
-        parts = path.with_name(path.name + ".parts")
-        if parts.exists() and not resume:
-            remove_folder(parts)
-        remove_abandoned(ensure_folder(parts))
+        parts = working_folder(parts_of(path), anew=not resume)
         key, known, solved = basis_key(case), _kept(case, parts), list[int]()
 
         def keep(number: int, snapshots: Snapshots) -> None:
@@ -97,8 +95,13 @@ def run_offline(
             advance = progress.advance if progress else lambda: None
             trained = train(case, model, estimate, executor, advance, known, keep, started)
         write_basis(path, trained.basis, trained.force, overwrite)
-        remove_folder(parts)
+        remove_working_folder(parts)
     return OfflineSummary(len(solved), len(known), trained.failures, time.perf_counter() - started)
+
+
+def parts_of(path: Path) -> Path:
+    """Return the folder where the snapshots for a basis file are kept until it is written."""
+    return path.with_name(path.name + ".parts")
 
 
 def _kept(case: Case, parts: Path) -> dict[int, Snapshots]:

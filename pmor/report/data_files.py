@@ -36,8 +36,15 @@ def write_ste_csv(path: Path, sweep: SteSweep) -> None:
         temporary.write_text(buffer.getvalue(), encoding="utf-8", newline="")
 
 
-def write_summary_json(path: Path, summary: Mapping[str, Any]) -> None:
+def write_summary_json(path: Path, summary: Mapping[str, Any], overwrite: bool = False) -> None:
     """Plain numbers, keys in sorted order; NaN and infinity become null, anything that is not plain data is refused.
+
+    Parameters
+    ----------
+    path : Path
+    summary : mapping
+    overwrite : bool
+        As in `pmor.storage.atomic.atomic_path`.
 
     Raises
     ------
@@ -45,7 +52,7 @@ def write_summary_json(path: Path, summary: Mapping[str, Any]) -> None:
         Naming the key of a value that JSON cannot hold.
     """
     text = json.dumps(_plain(summary, "summary"), indent=2, sort_keys=True, allow_nan=False, ensure_ascii=False)
-    with atomic_path(path) as temporary:
+    with atomic_path(path, overwrite) as temporary:
         temporary.write_text(text + "\n", encoding="utf-8")
 
 

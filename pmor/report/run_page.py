@@ -28,6 +28,15 @@ from pmor_online.run import OnlineResult
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+#: names of all pictures that a run can have
+PICTURES = ("ste", "load_sharing", "spectrum", "error", "contact_pattern", "mesh")
+
+
+def page_files(case: Case) -> list[str]:
+    """Return the names of the files that `write_pages` may write."""
+    pictures = [f"{name}.png" for name in PICTURES] if case.output.plots else []
+    return [*pictures, "report.html"] if case.output.report else pictures
+
 
 def run_pictures(result: OnlineResult, mesh: SectorMesh | None) -> list[Picture]:
     """Return the pictures of a run.

@@ -14,6 +14,9 @@ from pmor.report.table import Cell, format_cell
 from pmor.results.sweep import SteSweep, largest_error_um, peak_to_peak_um, ripple_um, ste_mean_um, torque_exponent
 from pmor_online.run import OnlineResult
 
+#: what `write_results` leaves
+RESULT_FILES = ("ste.csv", "summary.json")
+
 
 def summary(result: OnlineResult) -> dict[str, Any]:
     """Return the machine-readable summary; None for what was not asked for."""

@@ -1,15 +1,18 @@
 """Write files whole or not at all: a reader, or an interrupted run, never meets half a file."""
 
 import errno
-import glob
 import os
+import re
 import secrets
-import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from pmor.errors import OutputError
+from pmor.storage.manifest import record, refuse_foreign
+
+# Of temporary files: the name of the target, the process, and eight digits that nobody else would think of.
+TEMPORARY = re.compile(r"\.(?P<target>.+)\.pmor-(?P<process>\d+)-[0-9a-f]{8}\.tmp")
 
 REMEDIES = {
     errno.EACCES: "the folder is read-only for you: choose another folder",
@@ -27,16 +30,19 @@ REMEDIES = {
 
 
 @contextmanager
-def atomic_path(target: Path) -> Iterator[Path]:
+def atomic_path(target: Path, overwrite: bool = False) -> Iterator[Path]:
     """Give a temporary file beside `target` and rename it to `target` when the block succeeds.
 
     The temporary file exists, empty, when the block begins, so that an unusable folder shows before the work is done.
-    If the block raises, the file is removed and an existing target stays as it was.
+    If the block raises, the file is removed and an existing target stays as it was. In a folder of ours the new file
+    is listed in the manifest.
 
     Parameters
     ----------
     target : Path
         The file to make or to replace.
+    overwrite : bool
+        Replace in a folder of ours also what this program did not write there.
 
     Yields
     ------
@@ -46,15 +52,19 @@ def atomic_path(target: Path) -> Iterator[Path]:
     Raises
     ------
     OutputError
-        When the operating system refuses, also inside the block.
+        When the operating system refuses, also inside the block; when there is somebody else's file in a folder of
+        ours.
     """
     target = Path(target)
-    temporary = target.with_name(f".{target.name}.{os.getpid()}.{secrets.token_hex(4)}.tmp")
+    if not overwrite:
+        refuse_foreign(target)
+    temporary = target.with_name(f".{target.name}.pmor-{os.getpid()}-{secrets.token_hex(4)}.tmp")
     with output_errors(f"write {target}", temporary):
         try:
             os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
             yield temporary
             _flush_to_disk(temporary)
+            record(target, temporary)
             os.replace(temporary, target)
         except BaseException:
             _remove(temporary)
@@ -84,6 +94,8 @@ def output_errors(action: str, path: Path) -> Iterator[None]:
 
 def refuse_existing(path: Path, overwrite: bool) -> None:
     """Raise OutputError when there is something at `path` that may not be replaced."""
+    if os.path.isdir(path):
+        raise OutputError(f"{path}: is a folder, not a file; choose another name")
     if os.path.exists(path) and not overwrite:  # unlike Path.exists, no error where a name is too long
         raise OutputError(f"{path}: exists already; choose another name or add --overwrite")
 
@@ -117,28 +129,37 @@ def ensure_writable(folder: Path) -> Path:
     return folder
 
 
-def remove_folder(folder: Path) -> None:
-    """Remove a folder with all that is in it.
-
-    Raises
-    ------
-    OutputError
-    """
-    with output_errors(f"remove the folder {folder}", folder):
-        shutil.rmtree(folder)
-
-
 def remove_abandoned(folder: Path, name: str | None = None) -> None:
-    """Remove the temporary files that killed processes left; only while no other process can be writing them.
+    """Remove the temporary files that killed processes left.
 
     Parameters
     ----------
     folder : Path
+        In which no other process writes files of these names with its lock.
     name : str, optional
-        Of the target file; all by default.
+        Of the target file; by default all but those that a process has locked.
     """
-    for path in folder.glob(f".{'*' if name is None else glob.escape(name)}.*.tmp"):
-        _remove(path)
+    for path in folder.iterdir():
+        found = TEMPORARY.fullmatch(path.name)
+        if found is None or path.is_dir() or _runs(int(found["process"])):
+            continue
+        if name == found["target"] or (name is None and not (folder / f".{found['target']}.lock").exists()):
+            _remove(path)
+
+
+def _runs(process: int) -> bool:
+    """Whether a process is running that is not this one: it has only just begun, and has no files yet."""
+    if process == os.getpid():
+        return False
+    if os.name != "posix":
+        return True  # there, asking would end it
+    try:
+        os.kill(process, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except OSError:
+        pass  # somebody else's
+    return True
 
 
 def _flush_to_disk(path: Path) -> None:

@@ -93,7 +93,7 @@ def create(path: Path, schema: Schema, attributes: dict[str, Any], overwrite: bo
         When the file exists and `overwrite` is false, or cannot be written.
     """
     refuse_existing(path, overwrite)
-    with atomic_path(path) as temporary:
+    with atomic_path(path, overwrite) as temporary:
         with h5py.File(temporary.name, "w", driver="core", backing_store=False, libver=FORMAT) as file:
             set_attributes(
                 file,

@@ -15,10 +15,12 @@ from pmor.contact.condition import Condition
 from pmor.errors import ConvergenceError, OutputError
 from pmor.jobs.offline import run_offline
 from pmor.storage.basis_file import read_basis
+from pmor.storage.results_folder import working_folder
 from pmor.storage.snapshot_file import read_snapshots, write_snapshots
 from pmor_offline.sampling import TrainingPosition
 from pmor_online.errors import estimate_errors
 from tests.small_case import case_text, fail_where
+from tests.stored_files import results_in
 
 SAME = 1e-12  # the same arithmetic in another order of the angles: equal but for threads of the linear algebra library
 
@@ -42,10 +44,6 @@ def whole(tiny, tmp_path_factory):
 
 class Interruption(Exception):
     pass
-
-
-def names(folder):
-    return {path.name for path in folder.iterdir()}
 
 
 def interrupt_after(count, monkeypatch, parts=None, module=pmor_offline.train):
@@ -87,8 +85,8 @@ def test_an_interrupted_run_keeps_its_angles_and_writes_no_basis(tiny, whole, tm
     with pytest.raises(Interruption):
         run_offline(case, model, path)
     assert not path.exists()
-    assert len(names(parts)) == 3
-    assert all(read_snapshots(part, basis_key(case)) is not None for part in parts.iterdir())
+    assert len(results_in(parts)) == 3
+    assert all(read_snapshots(part, basis_key(case)) is not None for part in parts.glob("angle*"))
 
     # Without the first angle, what is taken over and what is solved now come in another order than the angles.
     (parts / "angle_00000.h5").unlink()
@@ -98,7 +96,7 @@ def test_an_interrupted_run_keeps_its_angles_and_writes_no_basis(tiny, whole, tm
     assert (done.solved, done.resumed) == (2, 2)
     assert len(calls) == 2
     assert_same_basis(path, whole)
-    assert names(tmp_path) == {"basis.h5"}, "the parts are gone when the basis is there"
+    assert results_in(tmp_path) == {"basis.h5"}, "the parts are gone when the basis is there"
 
 
 def test_without_resume_old_parts_are_discarded(tiny, tmp_path, monkeypatch):
@@ -115,10 +113,11 @@ def test_parts_of_another_case_and_damaged_parts_are_solved_again(tiny, whole, t
     case, model = tiny
     path = tmp_path / "basis.h5"
     parts = tmp_path / "basis.h5.parts"
-    parts.mkdir()
+    working_folder(parts)
     conditions = Condition(torque=1e3), Condition(torque=2e3)
     other = pmor_offline.train.solve_snapshots(model, TrainingPosition(0.0, conditions))
     write_snapshots(parts / "angle_00000.h5", other, "key of another case")
+    write_snapshots(parts / "angle_00001.h5", other, basis_key(case))
     (parts / "angle_00001.h5").write_bytes(b"half a file")
     done = run_offline(case, model, path, resume=True)
     assert (done.solved, done.resumed) == (4, 0)
@@ -219,7 +218,7 @@ def test_an_interrupted_greedy_run_goes_on_to_the_same_basis(solved, greedy, gre
     with pytest.raises(Interruption):
         run_offline(*greedy, path, estimate=estimate_errors)
     assert not path.exists()
-    assert names(parts) == {f"angle_{i:05d}.h5" for i in range(solved)}
+    assert results_in(parts) == {f"angle_{i:05d}.h5" for i in range(solved)}
 
     monkeypatch.undo()
     calls = interrupt_after(STATES - solved, monkeypatch, module=pmor_offline.adaptive)  # one more would raise
@@ -227,7 +226,7 @@ def test_an_interrupted_greedy_run_goes_on_to_the_same_basis(solved, greedy, gre
     assert (done.solved, done.resumed) == (STATES - solved, solved)
     assert len(calls) == STATES - solved
     assert_same_basis(path, greedy_whole)
-    assert names(tmp_path) == {"basis.h5"}
+    assert results_in(tmp_path) == {"basis.h5"}
 
 
 @pytest.mark.jit

@@ -30,6 +30,7 @@ from pmor_offline.gather import make_basis
 from pmor_online.errors import estimate_errors
 from pmor_online.model import reduced_pair
 from tests.small_case import case_text, fail_where
+from tests.stored_files import results_in
 
 pytestmark = pytest.mark.jit
 
@@ -73,7 +74,7 @@ def test_the_command_leaves_numbers_page_and_pictures(case_path, capsys):
     text = capsys.readouterr().out
     assert code == 0, text
     pictures = {"error_run_time.png", "decay.png", "estimate.png"}
-    assert {path.name for path in out.iterdir()} == {"reductions.json", "reductions.md", "reductions.html", *pictures}
+    assert results_in(out) == {"reductions.json", "reductions.md", "reductions.html", *pictures}
     found = json.loads((out / "reductions.json").read_text())
     assert text.count("\n  flank_lines ") == sum(entry["shapes"] == "flank_lines" for entry in found["entries"])
     assert (out / "reductions.html").read_text().count("data:image/png;base64,") == len(pictures)
@@ -174,7 +175,7 @@ def test_an_interrupted_run_goes_on_where_it_stopped(case_path, capsys, monkeypa
     resumed = False
     assert main(["reductions", str(case_path), "--out", str(out)]) == 130
     assert "the same command goes on where it stopped" in capsys.readouterr().err
-    assert {path.name for path in out.iterdir()} == {"parts"}
+    assert results_in(out) == {"parts"}
     resumed = True
     assert main(["reductions", str(case_path), "--out", str(out)]) == 0
     labels = [entry["label"] for entry in json.loads((out / "reductions.json").read_text())["entries"]]

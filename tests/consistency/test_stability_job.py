@@ -8,6 +8,7 @@ import pmor.lab.stability.measure
 import pmor.lab.stability.run
 from pmor.app.cli import main
 from tests.small_case import case_text
+from tests.stored_files import results_in
 
 # DESIGN.md, section 5: scripts rely on these.
 KEYS = {"name", "converged", "newton_steps", "condition", "difference_rel", "ok", "note"}
@@ -33,7 +34,7 @@ def test_everything_is_there_and_holds(case_path, capsys):
     code, out = run(case_path, "--only", "torque", "--jobs", "2")
     text = capsys.readouterr().out
     assert code == 0, text
-    assert {path.name for path in out.iterdir()} == {"stability.json", "stability.md", "report.html", "steps.png"}
+    assert results_in(out) == {"stability.json", "stability.md", "report.html", "steps.png"}
     found = json.loads((out / "stability.json").read_text())
     entries = {entry["name"]: entry for entry in found["entries"]}
     assert len(entries) == found["n_entries"] == 14
@@ -88,7 +89,7 @@ def test_an_interrupted_run_goes_on_where_it_stopped(case_path, capsys, monkeypa
     code, out = run(case_path, "--only", "cold start")
     assert code == 130
     assert "the same command goes on where it stopped" in capsys.readouterr().err
-    assert {path.name for path in out.iterdir()} == {"parts"}
+    assert results_in(out) == {"parts"}
 
     def counting(variant, *rest):
         measured.append(variant.name)

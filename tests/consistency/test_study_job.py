@@ -18,6 +18,7 @@ from pmor.lab.core.models import ModelStore
 from pmor.lab.study.loader import load_study
 from pmor.lab.study.solve import grid_cell
 from tests.small_case import case_text, fail_where
+from tests.stored_files import results_in
 
 STUDY = """
 base = "base.toml"
@@ -101,7 +102,7 @@ def without_times(value):
 
 
 def test_everything_is_there(finished):
-    names = {path.name for path in finished.iterdir()}
+    names = results_in(finished)
     assert {"study.json", "study.md", "report.html", "cells", "parts"} | PICTURES == names
     table = table_of(finished)
     assert {(row["cell"], row["model"]) for row in table["rows"]} == {

@@ -18,6 +18,7 @@ from pmor.storage.basis_file import read_basis
 from pmor.storage.hdf5 import attribute, set_attributes
 from pmor.storage.seal import checksums
 from tests.small_case import case_text, fail_where
+from tests.stored_files import results_in
 
 ROOT = Path(__file__).parents[2]
 QUIET = {"plots": False, "report": False}
@@ -34,10 +35,6 @@ def write_case(folder, **changes):
     path = folder / "tiny.toml"
     path.write_text(case_text(**changes))
     return str(path)
-
-
-def names(folder):
-    return {path.name for path in folder.iterdir()}
 
 
 def summary_of(folder):
@@ -87,7 +84,7 @@ def count_offline(monkeypatch):
 
 def test_run_leaves_tables_pictures_page_and_basis(finished):
     folder, _ = finished
-    assert names(folder) == PICTURES | {"summary.json", "ste.csv", "report.html", "basis.h5"}
+    assert results_in(folder) == PICTURES | {"summary.json", "ste.csv", "report.html", "basis.h5"}
 
 
 def test_run_writes_the_promised_summary(finished):
@@ -129,7 +126,7 @@ def test_another_sweep_takes_the_basis_that_is_there(out, tmp_path, monkeypatch)
     assert main(["run", changed, "--out", str(out)]) == 0
     found = summary_of(out)
     assert (found["n_angles"], found["torque_Nm"]) == (5, 80.0)
-    assert names(out) == {"basis.h5", "ste.csv", "summary.json"}, "no pictures, no page"
+    assert results_in(out) == {"basis.h5", "ste.csv", "summary.json"}, "no pictures, no page"
 
 
 @pytest.mark.parametrize(
@@ -201,7 +198,7 @@ def test_results_go_to_a_folder_named_after_the_case(out, tmp_path, monkeypatch)
     monkeypatch.chdir(tmp_path)
     forbid_offline(monkeypatch)
     assert main(["compare", write_case(tmp_path)]) == 0
-    assert names(tmp_path / "out" / "tiny") == {"basis.h5", "ste.csv", "summary.json"}
+    assert results_in(tmp_path / "out" / "tiny") == {"basis.h5", "ste.csv", "summary.json"}
 
 
 # --- what did not converge -------------------------------------------------------------------------------------------
@@ -268,11 +265,11 @@ def test_offline_then_online(tmp_path, monkeypatch, capsys):
     basis = tmp_path / "new" / "basis.h5"
     assert main(["offline", write_case(tmp_path), "-o", str(basis)]) == 0
     assert f"{basis}: 4 angles solved, 0 taken over" in capsys.readouterr().out
-    assert names(basis.parent) == {"basis.h5"}
+    assert results_in(basis.parent) == {"basis.h5"}
     assert main(["online", str(basis)]) == 0
     results = tmp_path / "out" / "tiny"  # the default
     pictures = PICTURES - {"error.png", "mesh.png"}  # no full FE, no mesh
-    assert names(results) == pictures | {"summary.json", "ste.csv", "report.html"}
+    assert results_in(results) == pictures | {"summary.json", "ste.csv", "report.html"}
     found = summary_of(results)
     assert set(found) >= SUMMARY_KEYS
     for key in ("rom_vs_full_ste_max_rel", "rom_vs_full_ste_rms_rel", "full_ms_per_position"):
@@ -287,13 +284,13 @@ def test_offline_refuses_an_existing_file_before_any_work(tmp_path, monkeypatch,
     assert main(["offline", case, "-o", str(basis)]) == 2
     assert "exists already; choose another name or add --overwrite" in capsys.readouterr().err
     assert basis.read_text() == "precious"
-    assert names(tmp_path) == {"basis.h5", "tiny.toml"}
+    assert results_in(tmp_path) == {"basis.h5", "tiny.toml"}
 
 
 def test_compare_leaves_numbers_only(out, tmp_path, monkeypatch, capsys):
     forbid_offline(monkeypatch)
     assert main(["compare", write_case(tmp_path), "--out", str(out)]) == 0
-    assert names(out) == {"basis.h5", "summary.json", "ste.csv"}
+    assert results_in(out) == {"basis.h5", "summary.json", "ste.csv"}
     assert summary_of(out)["full_ms_per_position"] > 0.0
     assert "reduced vs full, max" in capsys.readouterr().out
 
@@ -334,7 +331,7 @@ def test_gears_that_cannot_be_made_leave_nothing_behind(command, change, words, 
     assert text == ""
     assert words in error
     assert len(error.splitlines()) == 1
-    assert names(tmp_path) == {"tiny.toml"}
+    assert results_in(tmp_path) == {"tiny.toml"}
 
 
 def test_a_mesh_that_cannot_be_used_names_the_gear(tmp_path, monkeypatch, capsys):
@@ -344,7 +341,7 @@ def test_a_mesh_that_cannot_be_used_names_the_gear(tmp_path, monkeypatch, capsys
     monkeypatch.setattr(pmor.pair.model, "build_sector", refuse)
     assert main(["run", write_case(tmp_path), "--out", str(tmp_path / "out")]) == 2
     assert capsys.readouterr().err == "pmor: error: gear with 21 teeth: an element is inside out\n"
-    assert names(tmp_path) == {"tiny.toml"}
+    assert results_in(tmp_path) == {"tiny.toml"}
 
 
 def test_an_output_folder_that_cannot_be_made(tmp_path, capsys):

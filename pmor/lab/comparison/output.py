@@ -20,7 +20,12 @@ from pmor.progress import format_time
 from pmor.report.page import Block, Heading, Picture, Warning
 from pmor.report.provenance import provenance
 from pmor.report.table import Table
-from pmor.storage.atomic import remove_folder
+from pmor.storage.results_folder import remove_working_folder
+
+#: what `write_comparison` leaves
+FILES = (
+    "reductions.json", "reductions.md", "reductions.html", "error_run_time.png", "decay.png", "estimate.png",
+)  # fmt: skip
 
 
 def write_comparison(comparison: Comparison, seconds: float, out: Path) -> None:
@@ -40,7 +45,7 @@ def write_comparison(comparison: Comparison, seconds: float, out: Path) -> None:
     title = f"Reductions and error bars: {comparison.case.title}"
     blocks = _blocks(comparison, seconds)
     write_results(out, "reductions", content(comparison, seconds), title, blocks, "reductions.html")
-    remove_folder(out / PARTS)
+    remove_working_folder(out / PARTS)
 
 
 def content(comparison: Comparison, seconds: float) -> dict[str, Any]:

@@ -15,7 +15,8 @@ from pmor.case import Case
 from pmor.errors import ConvergenceError
 from pmor.progress import format_time
 from pmor.report.data_files import write_summary_json
-from pmor.storage.atomic import ensure_folder
+from pmor.storage.manifest import is_ours
+from pmor.storage.results_folder import working_folder
 from pmor.threads import in_order
 from pmor.version import __version__
 
@@ -118,7 +119,7 @@ def run_pieces(
     ------
     OutputError
     """
-    ensure_folder(folder)
+    working_folder(folder)
     results: dict[str, Result] = {}
     failures: dict[str, str] = {}
     for piece in pieces:
@@ -141,7 +142,9 @@ def run_pieces(
 
 
 def read_part(path: Path, key: str) -> dict[str, Any] | None:
-    """Return the result in a part file, or None when there is none, or one made from other settings."""
+    """Return the result in a part file, or None when there is none, one made from other settings, or one edited."""
+    if not is_ours(path):
+        return None
     try:
         part = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
@@ -156,7 +159,7 @@ def write_part(path: Path, key: str, result: Result) -> dict[str, Any]:
     ------
     OutputError
     """
-    write_summary_json(path, {"key": key, "result": result})
+    write_summary_json(path, {"key": key, "result": result}, overwrite=True)
     found = read_part(path, key)
     assert found is not None
     return found

@@ -18,7 +18,10 @@ from pmor.progress import format_time
 from pmor.report.page import Block, Heading, Picture, Warning
 from pmor.report.provenance import provenance
 from pmor.report.table import Table
-from pmor.storage.atomic import remove_folder
+from pmor.storage.results_folder import remove_working_folder
+
+#: what `write_stability` may leave
+FILES = ("stability.json", "stability.md", "report.html", "penalty.png", "steps.png")
 
 
 def write_stability(stability: Stability, seconds: float, out: Path) -> None:
@@ -47,7 +50,7 @@ def write_stability(stability: Stability, seconds: float, out: Path) -> None:
     }
     title = f"Stability: {stability.case.title}"
     write_results(out, "stability", content, title, _blocks(stability, seconds))
-    remove_folder(out / PARTS)
+    remove_working_folder(out / PARTS)
 
 
 def stability_text(stability: Stability) -> str:

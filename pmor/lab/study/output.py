@@ -12,6 +12,12 @@ from pmor.lab.study.page import study_blocks
 from pmor.lab.study.run import StudyParts
 from pmor.lab.study.table import StudyTable
 
+#: what `write_study` may leave
+FILES = (
+    "study.json", "study.md", "report.html", "figure5.png", "error_run_time.png", "cost.png", "training.png",
+    "ladder.png", "error_over_angle.png",
+)  # fmt: skip
+
 
 def write_study(parts: StudyParts, found: StudyTable, out: Path) -> None:
     """Write `study.json`, `study.md`, `report.html` and the pictures.

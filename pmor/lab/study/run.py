@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from functools import partial
@@ -16,7 +15,10 @@ from pmor.lab.study import rivals, solve
 from pmor.lab.study.cells import StudyCases, study_cases
 from pmor.lab.study.settings import Cell, Study
 from pmor.lab.study.timing import time_cells
-from pmor.storage.atomic import ensure_folder
+from pmor.storage.results_folder import working_folder
+
+# Folders of a study: finished pieces, and the bases of its cells.
+WORKING = (PARTS, "cells")
 
 
 @dataclass(frozen=True)
@@ -57,11 +59,7 @@ def run_parts(
         Called with a line of progress for each piece.
     """
     cases = study_cases(study)
-    parts, bases = out / PARTS, out / "cells"
-    if overwrite:
-        for folder in (parts, bases):
-            shutil.rmtree(folder, ignore_errors=True)
-    ensure_folder(bases)
+    parts, bases = (working_folder(out / name, overwrite) for name in WORKING)
     pieces = list(_pieces(study, cases, bases, jobs))
     announcer = Announcer(len(pieces), announce)
     results, failures = run_pieces(pieces, parts, None, announcer.started, announcer.finished)

@@ -1,0 +1,182 @@
+"""Folders that the program fills: of results, which belong to one case text, and of unfinished work.
+
+What is in them and not ours (`pmor.storage.manifest`) is neither replaced nor removed; where it is in the way, this is
+said before the work.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from pmor.errors import OutputError
+from pmor.storage.atomic import ensure_folder, ensure_writable, output_errors, remove_abandoned
+from pmor.storage.lock import only_writer_in_folder
+from pmor.storage.manifest import (
+    MANIFEST,
+    begin_manifest,
+    foreign_words,
+    has_manifest,
+    is_ours,
+    listed,
+    origin_in,
+    origin_of,
+    record,
+    record_origin,
+)
+
+LONGEST_NAME = 100
+
+
+def default_folder(name: str, ending: str = "") -> Path:
+    """Return the folder below ``out`` for a case or study: the name may come from a file, and is no path."""
+    plain = "".join(c if c.isprintable() and c not in '/\\:*?"<>|' else "_" for c in name).lstrip(".")
+    return Path("out") / ((plain[:LONGEST_NAME] or "case") + ending)
+
+
+@contextmanager
+def results_folder(
+    folder: Path, names: Sequence[str], working: Sequence[str] = (), overwrite: bool = False,
+    inputs: Sequence[Path] = (),
+) -> Iterator[Path]:  # fmt: skip
+    """Be the only one to write into a folder for results, which is made unless it is there.
+
+    Parameters
+    ----------
+    folder : Path
+    names : sequence of str
+        Files that are going to be written there.
+    working : sequence of str
+        Folders in it for unfinished work.
+    overwrite : bool
+        Replace files of these names whoever wrote them.
+    inputs : sequence of Path
+        Files that the results are made from, which are not replaced at any rate.
+
+    Raises
+    ------
+    OutputError
+        When a file of such a name is there that is not ours, another process writes there, or nobody can.
+    """
+    with only_writer_in_folder(ensure_writable(folder)):
+        refuse_in_the_way([folder / name for name in names], overwrite, inputs)
+        for name in working:
+            refuse_foreign_folder(folder / name)
+        with output_errors(f"write to the folder {folder}", folder / MANIFEST):
+            begin_manifest(folder)
+            # Until results begin, what is written is of no text alone: a basis says itself what it was made from.
+            record_origin(folder, "")
+            for name in names:
+                if overwrite and (folder / name).exists():
+                    record(folder / name)
+        remove_abandoned(folder)
+        yield folder
+
+
+def refuse_in_the_way(paths: Sequence[Path], overwrite: bool, inputs: Sequence[Path] = ()) -> None:
+    """Raise OutputError where a file that is going to be written would replace one that is not ours, or an input."""
+    for path in paths:
+        if not os.path.lexists(path):
+            continue
+        for source in inputs:
+            if source.exists() and path.exists() and path.samefile(source):
+                raise OutputError(f"{path}: is what the results are made from; choose another place for them")
+        no_file = path.is_dir() or path.is_symlink()
+        if no_file or not (overwrite or is_ours(path)):
+            remedy = "choose another place" + ("" if no_file else ", or add --overwrite")
+            raise OutputError(f"{path}: {foreign_words(path)}; {remedy}")
+
+
+def start_results(folder: Path, text: str) -> list[str]:
+    """Remove what is in a folder of results and was made from another text; to be called when new ones are there.
+
+    Parameters
+    ----------
+    folder : Path
+        Held by `results_folder`.
+    text : str
+        What the results that are written from here on are made from.
+
+    Returns
+    -------
+    list of str
+        A sentence for what was removed, and for each file that was changed by hand and therefore stays.
+
+    Raises
+    ------
+    OutputError
+    """
+    origin, removed, said = origin_of(text), list[str](), list[str]()
+    with output_errors(f"write to the folder {folder}", folder / MANIFEST):
+        for name, contents in sorted(listed(folder).items()):
+            path = folder / name
+            if not os.path.lexists(path) or set(contents.values()) <= {"", origin}:
+                continue
+            found = origin_in(contents, path)
+            if found is None:
+                said.append(f"{path}: was made from another text, and changed since: it stays, and is none of these")
+            elif found not in ("", origin):
+                path.unlink()
+                removed.append(name)
+        record_origin(folder, origin)
+    if removed:
+        said.insert(0, f"{folder}: removed results of another text or version: {', '.join(removed)}")
+    return said
+
+
+def working_folder(folder: Path, anew: bool = False) -> Path:
+    """Make a folder for unfinished work, or take over the one that is there, and return it.
+
+    Parameters
+    ----------
+    folder : Path
+    anew : bool
+        Remove what is in it of ours.
+
+    Raises
+    ------
+    OutputError
+        When it is there, holds something, and this program did not make it; or it cannot be made.
+    """
+    refuse_foreign_folder(folder)
+    if anew:
+        remove_working_folder(folder)
+    ensure_folder(folder)
+    with output_errors(f"write to the folder {folder}", folder / MANIFEST):
+        begin_manifest(folder)
+    remove_abandoned(folder)
+    return folder
+
+
+def remove_working_folder(folder: Path) -> None:
+    """Remove a folder for unfinished work; what is in it and not ours stays, and the folder with it.
+
+    Files count by their names alone: half of one that a broken disk left is nobody's.
+
+    Raises
+    ------
+    OutputError
+    """
+    if not has_manifest(folder):
+        return
+    with output_errors(f"remove the folder {folder}", folder):
+        remove_abandoned(folder)
+        for name in listed(folder):
+            if not (folder / name).is_dir():
+                (folder / name).unlink(missing_ok=True)
+        for inner in folder.iterdir():
+            if inner.is_dir() and not inner.is_symlink():
+                remove_working_folder(inner)
+        if [path.name for path in folder.iterdir()] == [MANIFEST]:
+            (folder / MANIFEST).unlink()
+            folder.rmdir()
+
+
+def refuse_foreign_folder(folder: Path) -> None:
+    """Raise OutputError when a folder for unfinished work is there, holds something, and is not ours."""
+    if folder.is_dir() and not has_manifest(folder) and any(folder.iterdir()):
+        raise OutputError(
+            f"{folder}: is needed for unfinished work, and pmor did not make it; move it away, or choose another place"
+        )
