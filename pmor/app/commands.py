@@ -58,9 +58,9 @@ def offline(case_path: Path, basis_path: Path, resume: bool = False, jobs: int =
     # Before the work, not after it.
     refuse_existing(basis_path, overwrite)
     refuse_in_the_way([basis_path], overwrite, (case_path,))
-    refuse_foreign_folder(parts_of(basis_path))
     case, mesh = _meshed_case(case_path)
     ensure_writable(basis_path.parent)
+    refuse_foreign_folder(parts_of(basis_path))
     model = _elastic_model(case, mesh)
     from pmor.jobs.offline import run_offline
     from pmor_online.errors import estimate_errors

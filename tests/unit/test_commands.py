@@ -176,8 +176,9 @@ def outdate(path):
         set_attributes(file, **checksums(file))
 
 
-@pytest.mark.parametrize("damage", [cut, age, flip, outdate])
-def test_a_damaged_basis_is_made_anew_by_run_and_refused_by_online(damage, out, tmp_path, monkeypatch, capsys):
+@pytest.mark.parametrize(("damage", "more"), [(cut, ["--overwrite"]), (age, []), (flip, []), (outdate, [])])
+def test_a_damaged_basis_is_made_anew_by_run_and_refused_by_online(damage, more, out, tmp_path, monkeypatch, capsys):
+    """Half a file could be anybody's: to replace that, the word is needed."""
     damage(out / "basis.h5")
     assert main(["online", str(out / "basis.h5"), "-o", str(tmp_path / "results")]) == 2
     message = capsys.readouterr().err
@@ -186,7 +187,11 @@ def test_a_damaged_basis_is_made_anew_by_run_and_refused_by_online(damage, out, 
     assert not (tmp_path / "results").exists()
 
     calls = count_offline(monkeypatch)
-    assert main(["run", write_case(tmp_path, output=QUIET), "--out", str(out)]) == 0
+    arguments = ["run", write_case(tmp_path, output=QUIET), "--out", str(out)]
+    if more:
+        assert main(arguments) == 2
+        assert "basis.h5: is there, and not known to be written by pmor" in capsys.readouterr().err
+    assert main([*arguments, *more]) == 0
     assert len(calls) == 1
     read_basis(out / "basis.h5")
 
