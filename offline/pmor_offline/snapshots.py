@@ -30,8 +30,8 @@ def solve_snapshots(
     Snapshots
     """
     solved: list[SolvedPosition] = []
-    for _, conditions in groupby(training.conditions, lambda condition: condition.axes):
-        # Torques that follow each other with the same axes share windows, and start from each other.
+    for _, conditions in groupby(training.conditions, lambda condition: condition.built):
+        # Torques that follow each other with the same axes and flanks share windows, and start from each other.
         solved.append(solve_position(model.mesh.meshed, training.phi, list(conditions), model.elasticity_at))
     pairs = np.unique(np.concatenate([s.position.pair_index for s in solved]))
     count = len(training.conditions)

@@ -73,9 +73,10 @@ class ReducedPair:
     def size(self) -> int:
         """Largest number of unknowns over a pitch under the nominal torque: amplitudes of shapes, and the rotation."""
         meshed, condition = self.meshed, nominal_condition(self.basis.case)
-        depth, pair = window_depth(meshed, condition), meshed.for_kernels(condition.axes)
+        clearance = meshed.clearance(condition.built)
+        depth, pair = window_depth(meshed, condition), meshed.for_kernels(condition.built)
         positions = (
-            place_position(phi, depth, pair, self.family, pairs_in_reach(meshed), meshed.scheme.clearance)
+            place_position(phi, depth, pair, self.family, pairs_in_reach(meshed), clearance)
             for phi in online_angles(meshed.pair.pitch, 50).tolist()
         )
         return max(position.members.size for position in positions) + 1

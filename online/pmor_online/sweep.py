@@ -17,7 +17,7 @@ from concurrent.futures import Executor
 import numpy as np
 
 from pmor.arrays import FloatArray
-from pmor.contact.condition import ALIGNED, Axes, Condition, at_leads, common_axes
+from pmor.contact.condition import ALIGNED, Axes, Built, Condition, at_leads, common_build
 from pmor.contact.equilibrium import expected_approach, round_off_residual
 from pmor.contact.flank import MeshedPair
 from pmor.contact.kernels.loads import Loads, empty_loads, list_loads, trimmed
@@ -66,7 +66,7 @@ def sweep_reduced_pair(
     phi : ndarray, shape (n,)
         Pinion angles, rad; neighbours should be close, each starts from the one before.
     conditions : sequence of Condition
-        Torques with the same axes.
+        Torques with the same axes and flanks.
     executor : concurrent.futures.Executor, optional
         Of threads; solves several blocks of angles at a time.
     tolerance : float
@@ -142,9 +142,9 @@ def reduced_force_law(
     )
 
 
-def sweep_pair(meshed: MeshedPair, axes: Axes) -> Pair:
+def sweep_pair(meshed: MeshedPair, built: Built) -> Pair:
     """Return the pair for the kernels with the sweep's own way to the feet of the contact points."""
-    pair = meshed.for_kernels(axes)
+    pair = meshed.for_kernels(built)
     return pair._replace(scheme=pair.scheme._replace(foot_step=FOOT_STEP))
 
 
@@ -157,7 +157,7 @@ def _solve(
     settings, drives = _settings(reduced, conditions, tolerance, recorded)
     slots = member_slots(reduced.family) if recorded else 0
     whole = _no_results(len(drives), len(angles), settings.reachable, slots)
-    pair = sweep_pair(reduced.meshed, common_axes(conditions))
+    pair = sweep_pair(reduced.meshed, common_build(conditions))
 
     def solve(block: slice) -> tuple[Results, Loads]:
         part = _no_results(len(drives), len(angles[block]), settings.reachable, slots)
@@ -191,8 +191,8 @@ def _settings(
         rate, least = meshed.pair.pinion.base_radius, max(expected_approach(meshed, hardest) / rate, 1.0)
     tolerance = max(tolerance, round_off_residual(meshed, least))
     return Settings(
-        held, recorded, pairs_in_reach(meshed), rate, WINDOW_MARGIN, standing, meshed.scheme.clearance, MAX_STEPS,
-        tolerance,
+        held, recorded, pairs_in_reach(meshed), rate, WINDOW_MARGIN, standing, meshed.clearance(hardest.built),
+        MAX_STEPS, tolerance,
     ), drives  # fmt: skip
 
 

@@ -4,14 +4,15 @@ A pair *is* its gears, their meshes and the way contact is evaluated (`pmor.cont
 comes to depends on the pinion's angle and on a condition: the torque on the pinion, or its lead; and where the wheel's
 axis is. Shafts and housings give way and are not machined exactly: the wheel's axis is then off by some hundredths of a
 millimetre. The finite-element models of the gears know nothing of it, since each is made in its own frame, so that
-axes out of place are a parameter like the torque. Deviations of the flanks will be another one: they belong here,
-beside the axes, and in a column of their own in files (`pmor.storage.condition_table`).
+axes out of place are a parameter like the torque, and so are deviations of the flanks, which are as small.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+
+from pmor.flank import UNMODIFIED, Modification
 
 
 @dataclass(frozen=True)
@@ -50,6 +51,35 @@ class Axes:
 ALIGNED = Axes()
 
 
+@dataclass(frozen=True)
+class Built:
+    """How a pair is built, beside its drawing: by default as drawn, with axes where they belong and plain involutes.
+
+    Parameters
+    ----------
+    axes : Axes
+    pinion, wheel : Modification
+        Of their loaded flanks.
+    """
+
+    axes: Axes = ALIGNED
+    pinion: Modification = UNMODIFIED
+    wheel: Modification = UNMODIFIED
+
+    @property
+    def modified(self) -> bool:
+        """Whether any flank deviates from the involute helicoid."""
+        return self.pinion.present or self.wheel.present
+
+    @property
+    def spread(self) -> float:
+        """Most that the gap can differ over the flanks from that of aligned involutes, mm."""
+        return self.axes.spread + 1e-3 * (self.pinion.largest_um + self.wheel.largest_um)
+
+
+PLAIN = Built()
+
+
 @dataclass(frozen=True, kw_only=True)
 class Condition:
     """Everything that a state of a pair depends on beside the pinion's angle.
@@ -62,6 +92,8 @@ class Condition:
         Rotation of the pinion ahead of where the unloaded flanks first touch, rad: instead of the torque, which then
         follows from the contact forces.
     axes : Axes
+    pinion, wheel : Modification
+        Of their loaded flanks.
 
     Raises
     ------
@@ -72,11 +104,18 @@ class Condition:
     torque: float | None = None
     lead: float | None = None
     axes: Axes = ALIGNED
+    pinion: Modification = UNMODIFIED
+    wheel: Modification = UNMODIFIED
 
     def __post_init__(self) -> None:
         """Refuse a pair that nothing drives, or two things at once."""
         if (self.torque is None) == (self.lead is None):
             raise ValueError(f"give either the torque or the lead, not torque = {self.torque}, lead = {self.lead}")
+
+    @property
+    def built(self) -> Built:
+        """Where the axes are and what the flanks are like."""
+        return Built(self.axes, self.pinion, self.wheel)
 
     @property
     def given_torque(self) -> float:
@@ -91,25 +130,29 @@ class Condition:
         return f"lead = {self.lead:.6g} rad" if self.torque is None else f"torque = {self.torque * 1e-3:.6g} N m"
 
 
-def at_torques(torques: Iterable[float], axes: Axes = ALIGNED) -> tuple[Condition, ...]:
-    """Return a condition for each torque (N mm), all with the same axes."""
-    return tuple(Condition(torque=float(torque), axes=axes) for torque in torques)
+def at_torques(
+    torques: Iterable[float], axes: Axes = ALIGNED, pinion: Modification = UNMODIFIED, wheel: Modification = UNMODIFIED
+) -> tuple[Condition, ...]:
+    """Return a condition for each torque (N mm), with the same axes and flanks."""
+    return tuple(Condition(torque=float(torque), axes=axes, pinion=pinion, wheel=wheel) for torque in torques)
 
 
-def at_leads(leads: Iterable[float], axes: Axes = ALIGNED) -> tuple[Condition, ...]:
-    """Return a condition for each lead (rad), all with the same axes."""
-    return tuple(Condition(lead=float(lead), axes=axes) for lead in leads)
+def at_leads(
+    leads: Iterable[float], axes: Axes = ALIGNED, pinion: Modification = UNMODIFIED, wheel: Modification = UNMODIFIED
+) -> tuple[Condition, ...]:
+    """Return a condition for each lead (rad), with the same axes and flanks."""
+    return tuple(Condition(lead=float(lead), axes=axes, pinion=pinion, wheel=wheel) for lead in leads)
 
 
-def common_axes(conditions: Iterable[Condition]) -> Axes:
-    """Return the axes of conditions that are solved together.
+def common_build(conditions: Iterable[Condition]) -> Built:
+    """Return what conditions that are solved together share: where the axes are, and what the flanks are like.
 
     Raises
     ------
     ValueError
         When they differ, or there is no condition.
     """
-    found = {condition.axes for condition in conditions}
+    found = {condition.built for condition in conditions}
     if len(found) != 1:
-        raise ValueError(f"conditions that are solved together need the same axes, not {len(found)} of them")
+        raise ValueError(f"conditions that are solved together need the same axes and flanks, not {len(found)} of them")
     return found.pop()

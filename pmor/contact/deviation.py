@@ -68,14 +68,6 @@ def kernel_deviation(
     )
 
 
-def no_deviation() -> Deviation:
-    """Return the deviation of flanks that are what they should be."""
-    floats = dict.fromkeys(Deviation._fields, 0.0)
-    arrays = {"pitch": np.empty(0), "grid_roll": np.empty(0), "grid_z": np.empty(0), "grid": np.empty((0, 0, 4))}
-    flags = {"present": False, "tip_relief_parabolic": False, "root_relief_parabolic": False}
-    return Deviation(**(floats | arrays | flags))  # type: ignore[arg-type]
-
-
 def _radians(angle_deg: float | None, otherwise: float) -> float:
     return otherwise if angle_deg is None else math.radians(angle_deg)
 

@@ -143,7 +143,7 @@ def solve_equilibrium(
     position : Position
     elasticity : Elasticity
     condition : Condition
-        With the axes of the position.
+        With the axes and flanks of the position.
     start : (ndarray, float), optional
         Elastic coordinates and lead (rad) to start from; by default the undeformed pair at the expected approach.
         A lead that the condition gives stays as it is.
@@ -166,7 +166,7 @@ def solve_equilibrium(
     tolerance = max(tolerance, _round_off(meshed, approach))
     if driven and meshed.scheme.kind != "line":
         torque = condition.given_torque
-        approach = meshed.expected_closing(torque, position.axes) + expected_penetration(meshed, torque)
+        approach = meshed.expected_closing(torque, position.built.axes) + expected_penetration(meshed, torque)
 
     def evaluate(coordinates: FloatArray, lead: float, depth: float) -> _State:
         return _evaluate(meshed, position, elasticity, condition.torque, approach, coordinates, lead, depth)

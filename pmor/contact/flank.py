@@ -9,7 +9,8 @@ from functools import cached_property
 import numpy as np
 
 from pmor.arrays import FloatArray
-from pmor.contact.condition import Axes
+from pmor.contact.condition import Axes, Built
+from pmor.contact.deviation import kernel_deviation
 from pmor.contact.kernels.motion import section_offset
 from pmor.contact.kernels.surface import prepare_surface, refine
 from pmor.contact.kernels.types import LINE, NODAL, STRIP, Gear, Kinematics, Pair, Scheme
@@ -227,9 +228,26 @@ class MeshedPair:
             FOOT_STEP, PINION_SHARE[s.slave], points, weights,
         )  # fmt: skip
 
-    def for_kernels(self, axes: Axes) -> Pair:
-        """Return the pair as the kernels see it, with the wheel's axis in a place."""
-        return Pair(self.kinematics(axes), self.gears, self._kernel_scheme)
+    def for_kernels(self, built: Built) -> Pair:
+        """Return the pair as the kernels see it, with the wheel's axis in a place and flanks that deviate."""
+        gears = self.gears
+        if built.modified:
+            teeth, width = (self.pair.pinion, self.pair.wheel), self.pair.face_width
+            found = (
+                gear._replace(deviation=kernel_deviation(modification, tooth, active, width))
+                for gear, modification, tooth, active in zip(
+                    gears, (built.pinion, built.wheel), teeth, self.pair.active_rolls, strict=True
+                )
+            )
+            gears = next(found), next(found)
+        return Pair(self.kinematics(built.axes), gears, self._kernel_scheme)
+
+    def clearance(self, built: Built) -> float:
+        """Return the share of the windows' depth at which a row of points counts as clear of the mate.
+
+        Deviations of the flanks, which the depth contains, may close the gap again behind a row.
+        """
+        return FACET_CLEARANCE if built.modified else self.scheme.clearance
 
     def expected_approach(self, torque: float) -> float:
         """Return the approach of the flanks to expect under a pinion torque (N mm), mm."""

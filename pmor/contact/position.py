@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmor.arrays import FloatArray, IntArray
-from pmor.contact.condition import ALIGNED, Axes
+from pmor.contact.condition import ALIGNED, PLAIN, Axes, Built
 from pmor.contact.flank import MeshedPair
 from pmor.contact.kernels import motion, windows
 from pmor.contact.kernels.types import AT_ROOT, AT_TIP, FIRST, FIRST_ROW, NODE_ROWS, OFFSET, Motion, Pair, Reach
@@ -25,21 +25,22 @@ class Position:
 
     Parameters
     ----------
-    axes : Axes
-        Where the wheel's axis is.
+    built : Built
+        Where the wheel's axis is, and what the flanks are like.
     kernel_pair : Pair
-        The gears with the axis there, for the kernels.
+        The gears with the axis there and such flanks, for the kernels.
     reach : Reach
         Tooth pairs and windows, for the kernels.
     flank_nodes : tuple of ndarray of int
         For each pair the flank-grid numbers (row-major) of the pinion window's and the wheel window's nodes.
     nodes : ndarray, shape (n, 3)
-        Undeformed nodes of all windows, each in its tooth's frame, mm.
+        Undeformed nodes of all windows, each in its tooth's frame, mm; of surfaces through nodes they lie where the
+        flanks deviate to.
     depth : float
         Approach of the flanks for which the windows are cut, mm.
     """
 
-    axes: Axes
+    built: Built
     kernel_pair: Pair
     reach: Reach
     flank_nodes: tuple[tuple[IntArray, IntArray], ...]
@@ -72,7 +73,7 @@ class Position:
         return slice(offset, offset + len(self.flank_nodes[pair][gear]))
 
 
-def active_patches(meshed: MeshedPair, phi: float, depth: float, axes: Axes = ALIGNED) -> Position:
+def active_patches(meshed: MeshedPair, phi: float, depth: float, built: Built = PLAIN) -> Position:
     """Find the windows that can touch.
 
     Parameters
@@ -82,14 +83,14 @@ def active_patches(meshed: MeshedPair, phi: float, depth: float, axes: Axes = AL
         Pinion angle, rad.
     depth : float
         Largest approach of the flanks to allow for: deflection, penetration and surface error, mm.
-    axes : Axes
+    built : Built
 
     Returns
     -------
     Position
     """
-    clear, reachable = meshed.scheme.clearance * depth, pairs_in_reach(meshed)
-    kernel_pair = meshed.for_kernels(axes)
+    clear, reachable = meshed.clearance(built) * depth, pairs_in_reach(meshed)
+    kernel_pair = meshed.for_kernels(built)
     reach, _ = windows.place_windows(phi, depth, clear, reachable, kernel_pair.kinematics, kernel_pair.gears)
     flank_nodes, coordinates = [], []
     for pair in reach.windows[: reach.pairs]:
@@ -101,7 +102,9 @@ def active_patches(meshed: MeshedPair, phi: float, depth: float, axes: Axes = AL
             coordinates.append(flank.nodes[rows].reshape(-1, 3))
         flank_nodes.append((numbers[0], numbers[1]))
     nodes = np.concatenate(coordinates) if coordinates else np.empty((0, 3))
-    return Position(axes, kernel_pair, reach, tuple(flank_nodes), nodes, depth)
+    if built.modified and not meshed.scheme.exact:
+        windows.load_windows(reach, kernel_pair.gears, nodes)
+    return Position(built, kernel_pair, reach, tuple(flank_nodes), nodes, depth)
 
 
 def pairs_in_reach(meshed: MeshedPair) -> int:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pmor.contact.condition import Condition, common_axes
+from pmor.contact.condition import Condition, common_build
 from pmor.contact.elasticity import Elasticity
 from pmor.contact.equilibrium import Equilibrium, expected_approach, expected_penetration, solve_equilibrium
 from pmor.contact.flank import MeshedPair
@@ -54,7 +54,7 @@ def solve_position(
     phi : float
         Pinion angle, rad.
     conditions : sequence of Condition
-        With the same axes: they share windows, and each solution starts from the one before.
+        With the same axes and flanks: they share windows, and each solution starts from the one before.
     elasticity_at : callable
         Gives the elastic model of a position's windows.
 
@@ -62,10 +62,10 @@ def solve_position(
     -------
     SolvedPosition
     """
-    start, axes = time.perf_counter(), common_axes(conditions)
+    start, built = time.perf_counter(), common_build(conditions)
     depth = max(window_depth(meshed, condition) for condition in conditions)
     while True:
-        position = active_patches(meshed, phi, depth, axes)
+        position = active_patches(meshed, phi, depth, built)
         solved = _solve_within(position, meshed, conditions, elasticity_at)
         # Contact that comes and goes at a window's border has no equilibrium there.
         failed = bool(solved.failures) and not position.whole
@@ -108,14 +108,15 @@ def window_depth(meshed: MeshedPair, condition: Condition) -> float:
 def standing_depth(meshed: MeshedPair, condition: Condition) -> float:
     """Return what windows must hold beside the elastic approach, mm.
 
-    Surface error, what axes out of place make of the gap over the width, and penetration of a soft penalty.
+    Surface error, what axes out of place and deviations of the flanks make of the gap, and penetration of a soft
+    penalty.
 
     Where the penetration is less than the elastic approach, the margin of the windows covers it.
     """
     excess = 0.0
     if condition.torque is not None:
         excess = expected_penetration(meshed, condition.torque) - meshed.expected_approach(condition.torque)
-    return surface_error(meshed) + condition.axes.spread + WINDOW_MARGIN * max(excess, 0.0)
+    return surface_error(meshed) + condition.built.spread + WINDOW_MARGIN * max(excess, 0.0)
 
 
 def surface_error(meshed: MeshedPair) -> float:

@@ -79,11 +79,20 @@ class Modification:
     @property
     def present(self) -> bool:
         """Whether any of it deviates from the involute helicoid."""
-        amounts = (
+        return self.topography is not None or any(self._amounts) or any(self.pitch_deviations_um)
+
+    @property
+    def largest_um(self) -> float:
+        """Most that it can deviate on the active flank, or by which teeth can differ; of a topography at its points."""
+        pitch, grid = self.pitch_deviations_um or (0.0,), self.topography.largest_um if self.topography else 0.0
+        return sum(map(abs, self._amounts)) + grid + max(pitch) - min(pitch)
+
+    @property
+    def _amounts(self) -> tuple[float, ...]:
+        return (
             self.tip_relief_um, self.root_relief_um, self.profile_crowning_um, self.profile_slope_um,
             self.helix_crowning_um, self.helix_slope_um, self.end_relief_um, self.twist_um,
         )  # fmt: skip
-        return self.topography is not None or any(amounts) or any(self.pitch_deviations_um)
 
 
 UNMODIFIED = Modification()

@@ -66,6 +66,11 @@ class Topography:
             f"{self.roll_deg[-1]:g} deg, {self.z_mm[0]:g} to {self.z_mm[-1]:g} mm>"
         )
 
+    @property
+    def largest_um(self) -> float:
+        """Largest magnitude of its amounts, um."""
+        return max(abs(amount) for row in self.amount_um for amount in row)
+
 
 def read_topography(text: str) -> Topography:
     """Read a topography from CSV text: places z (mm) in the first row, roll angles (deg) in the first column.

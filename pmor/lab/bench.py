@@ -162,7 +162,7 @@ def sweep_rows(listed: list[Variant], models: list[ReducedPair]) -> list[Row]:
 def phase_rows(case: Case, model: ReducedPair) -> list[Row]:
     """Time the phases of one evaluation, averaged over a pitch."""
     meshed, condition = model.meshed, nominal_condition(case)
-    pair, family, reach = sweep_pair(meshed, condition.axes), model.family, pairs_in_reach(meshed)
+    pair, family, reach = sweep_pair(meshed, condition.built), model.family, pairs_in_reach(meshed)
     depth = window_depth(meshed, condition)
     drive = Drive(condition.given_torque, meshed.expected_approach(condition.given_torque), False)
     # Exact flanks have no surfaces to prepare.
@@ -170,7 +170,7 @@ def phase_rows(case: Case, model: ReducedPair) -> list[Row]:
     found: dict[int, list[float]] = {phase: [] for phase in phases}
     points = []
     for phi in online_angles(meshed.pair.pitch, 20).tolist():
-        position = place_position(phi, depth, pair, family, reach, meshed.scheme.clearance)
+        position = place_position(phi, depth, pair, family, reach, meshed.clearance(condition.built))
         coordinates, start_lead = np.zeros(position.members.size), drive.approach / meshed.pair.pinion.base_radius
         lead = solve_state(pair, position, drive, coordinates, start_lead, 40, TOLERANCE).lead
         for phase in phases:

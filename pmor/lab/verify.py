@@ -157,7 +157,7 @@ def _orthonormality(basis: Basis, model: ElasticModel) -> Check:
         depth = meshed.pair.pinion.base_radius
     worst = 0.0
     for phi in meshed.pair.pitch * rng.random(ANGLES):
-        position = active_patches(meshed, float(phi), depth, largest.axes)
+        position = active_patches(meshed, float(phi), depth, largest.built)
         compliance = full_elasticity(model.pinion, model.wheel, position).compliance
         members = reduced.elasticity_at(position).basis.reshape(len(compliance), -1)
         energy = members.T @ _forces_behind(compliance, members)

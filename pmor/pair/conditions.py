@@ -7,7 +7,7 @@ from dataclasses import asdict, fields
 
 from pmor.arrays import FloatArray
 from pmor.case import Case, OfflineCase
-from pmor.contact.condition import Axes, Condition, at_torques
+from pmor.contact.condition import Axes, Built, Condition, at_torques
 
 DEVIATIONS = tuple(field.name for field in fields(Axes))
 
@@ -15,6 +15,11 @@ DEVIATIONS = tuple(field.name for field in fields(Axes))
 def axes_of(case: Case) -> Axes:
     """Return where the wheel's axis is in sweep and comparison of a case."""
     return Axes(**asdict(case.misalignment))
+
+
+def built_of(case: Case) -> Built:
+    """Return where the wheel's axis is, and what the flanks are like, in sweep and comparison of a case."""
+    return Built(axes_of(case))
 
 
 def conditions_of(case: Case, torques_Nm: Iterable[float]) -> tuple[Condition, ...]:

@@ -32,7 +32,7 @@ def sweep_ste(
     phi : ndarray, shape (n,)
         Pinion angles, rad.
     conditions : sequence of Condition
-        Torques with the same axes.
+        Torques with the same axes and flanks.
     advance : callable
         Called after each angle, for progress.
     executor : concurrent.futures.Executor, optional

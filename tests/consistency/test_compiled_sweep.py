@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose
 import pmor.contact.equilibrium
 import pmor.contact.flank
 import pmor.contact.solve
-from pmor.contact.condition import ALIGNED, at_torques
+from pmor.contact.condition import PLAIN, at_torques
 from pmor.contact.kernels.shapes import gather_members, member_slots
 from pmor.contact.kernels.sweep import Neighbour, carry_along, place_position
 from pmor.contact.position import active_patches, pairs_in_reach
@@ -119,7 +119,7 @@ def placed(reduced, tooth_pairs, centre, slots):
     """A position with given members; only which and where they are matters."""
     meshed, pairs = reduced.meshed, len(tooth_pairs)
     position = place_position(
-        0.1, 0.01, meshed.for_kernels(ALIGNED), reduced.family, pairs_in_reach(meshed), meshed.scheme.clearance
+        0.1, 0.01, meshed.for_kernels(PLAIN), reduced.family, pairs_in_reach(meshed), meshed.scheme.clearance
     )
     reach = position.reach._replace(pairs=pairs, tooth_pair=tooth_pairs, centre=centre)
     return position._replace(reach=reach, members=position.members._replace(size=len(slots), slot=slots))

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pmor.contact.deviation import kernel_deviation, no_deviation
-from pmor.contact.kernels.deviation import deviations_at, flank_deviation
+from pmor.contact.deviation import kernel_deviation
+from pmor.contact.kernels.deviation import NO_DEVIATION, deviations_at, flank_deviation
 from pmor.errors import CaseError
 from pmor.flank import UNMODIFIED, Modification, Topography
 from pmor.flank.topography import read_topography
@@ -49,8 +49,8 @@ def test_active_profiles_of_both_gears_meet_tip_to_start(pair):
 def test_unmodified_flank_deviates_nowhere(pair):
     deviation = kernel_deviation(UNMODIFIED, pair.pinion, pair.active_rolls[0], WIDTH)
     assert not deviation.present
-    assert not no_deviation().present
-    assert flank_deviation(no_deviation(), 0.4, 3.0, 5) == 0.0
+    assert flank_deviation(deviation, 0.4, 3.0, 5) == 0.0
+    assert flank_deviation(NO_DEVIATION, 0.4, 3.0, 5) == 0.0
 
 
 @pytest.mark.parametrize(("shape", "halfway"), [("linear", 0.5), ("parabolic", 0.25)])

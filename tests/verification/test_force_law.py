@@ -104,7 +104,7 @@ def test_a_condition_has_one_drive():
 def test_conditions_that_share_windows_share_their_axes():
     pair = model("line")
     conditions = [*at_leads([1e-4]), *at_leads([1e-4], TILTED)]
-    with pytest.raises(ValueError, match="need the same axes, not 2"):
+    with pytest.raises(ValueError, match="need the same axes and flanks, not 2"):
         solve_position(pair.mesh.meshed, 0.1, conditions, pair.elasticity_at)
 
 

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.case import parse_case
-from pmor.contact.condition import ALIGNED, Axes, Condition
+from pmor.contact.condition import ALIGNED, Axes, Built, Condition
 from pmor.contact.kernels.motion import section_offset
 from pmor.contact.kernels.sections import closest_approach
 from pmor.contact.kernels.types import Motion
@@ -105,7 +105,7 @@ def test_surfaces_in_space_and_sections_see_the_same_gaps():
     meshed = mesh_model(unlike_case("direct", elements=16, lodm_profile=16, slave="pinion")).meshed
     exact = model().mesh.meshed
     phi, lead = 0.4 * meshed.pair.pitch, 1e-3
-    position = active_patches(meshed, phi, 0.2, TILTED)
+    position = active_patches(meshed, phi, 0.2, Built(TILTED))
     contact = search_contact(meshed, position, np.zeros((len(position.nodes), 3)), lead)
     for pair, index in enumerate(position.pair_index):
         roll_position = phi + index * meshed.pair.pitch

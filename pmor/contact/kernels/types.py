@@ -13,6 +13,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from pmor.arrays import FloatArray, IntArray
+from pmor.contact.kernels.deviation import NO_DEVIATION, Deviation
 
 # A window: number of its first node among the nodes of all windows; rows of nodes; number of its first element row,
 # counted in the window; rows of elements; whether the first element row is the first of the flank, and the last the
@@ -98,6 +99,8 @@ class Gear(NamedTuple):
     twist : float
         Rotation of the transverse section per length along +z, rad/mm; 0 for spur gears, of opposite signs on the two
         gears of a helical pair.
+    deviation : Deviation
+        Of its flanks from the involute helicoid that the nodes lie on.
     """
 
     nodes: FloatArray
@@ -111,6 +114,7 @@ class Gear(NamedTuple):
     line_constant: FloatArray
     section_width: FloatArray
     twist: float
+    deviation: Deviation = NO_DEVIATION
 
 
 class Scheme(NamedTuple):

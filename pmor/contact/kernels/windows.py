@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pmor.contact.kernels.compiling import allocating, compiled
+from pmor.contact.kernels.deviation import flank_deviation
 from pmor.contact.kernels.motion import roll_angle
 from pmor.contact.kernels.types import AT_ROOT, AT_TIP, ELEMENT_ROWS, FIRST, FIRST_ROW, NODE_ROWS, OFFSET, Reach
 
@@ -95,12 +96,24 @@ def place_windows(phi, depth, clear, reachable, kinematics, gears):
 
 @compiled
 def load_windows(reach, gears, out):
-    """Fill `out`, shape (nodes, 3), with the undeformed nodes of all windows (mm)."""
+    """Fill `out`, shape (nodes, 3), with the undeformed nodes of all windows (mm), where the flanks deviate to."""
     for p in range(reach.pairs):
         for gear in range(2):
             nodes, window = gears[gear].nodes, reach.windows[p, gear]
             low = window[FIRST_ROW] - window[FIRST]
+            tooth = reach.tooth_pair[p] if gear == 0 else -reach.tooth_pair[p]
             for i in range(window[NODE_ROWS]):
                 for k in range(nodes.shape[1]):
                     for d in range(3):
                         out[window[OFFSET] + i * nodes.shape[1] + k, d] = nodes[low + i, k, d]
+                    _deviate(gears[gear], low + i, tooth, out[window[OFFSET] + i * nodes.shape[1] + k])
+
+
+@compiled
+def _deviate(gear, row, tooth, node):
+    """Move a node into the material, along the involute's normal in its transverse section."""
+    if gear.deviation.present:
+        amount = flank_deviation(gear.deviation, gear.roll[row], node[2], tooth)
+        angle = gear.half_angle - gear.roll[row] + gear.twist * node[2]  # see `sections`
+        node[0] += amount * np.cos(angle)
+        node[1] += amount * np.sin(angle)

@@ -38,7 +38,7 @@ from pmor.conventions import rotation_z
 from pmor.errors import ConvergenceError, ExternalProgramError
 from pmor.fe.whole_gear import whole_gear_mesh
 from pmor.mesh.sector import SectorMesh
-from pmor.pair.conditions import axes_of
+from pmor.pair.conditions import built_of
 from pmor.pair.model import MeshModel, assemble_pair
 
 PROGRAM = "ccx"
@@ -179,7 +179,7 @@ def _first_touch(case: Case, mesh: MeshModel, phi: float, slave: Slave) -> float
     facets = assemble_pair(replace(case, contact=contact), mesh.meshed.pair,
                            (gears[0].flank_nodes, gears[1].flank_nodes),
                            (gears[0].flank_roll_angle, gears[1].flank_roll_angle))  # fmt: skip
-    position = active_patches(facets, phi, 2.0 * surface_error(facets), axes_of(case))
+    position = active_patches(facets, phi, 2.0 * surface_error(facets), built_of(case))
     lead = 0.0
     for _ in range(5):
         gap = search_contact(facets, position, np.zeros_like(position.nodes), lead).smallest_gap

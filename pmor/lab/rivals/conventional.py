@@ -211,7 +211,7 @@ def solve_conventional(
     depth = window_depth(meshed, condition)
     factor_seconds: list[float] = []
     while True:
-        problem = _problem(pair, active_patches(meshed, phi, depth, condition.axes), torque)
+        problem = _problem(pair, active_patches(meshed, phi, depth, condition.built), torque)
         state, history = _newton(problem, max_steps, tolerance, factor_seconds)
         if not state.contact.touches_border:
             break

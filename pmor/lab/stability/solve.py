@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pmor.arrays import FloatArray
-from pmor.contact.condition import Condition, at_torques
+from pmor.contact.condition import Condition
 from pmor.contact.equilibrium import Equilibrium, round_off_residual, solve_equilibrium
 from pmor.contact.flank import MeshedPair
 from pmor.contact.solve import ElasticityAt, SolvedPosition, solve_position
@@ -73,7 +73,7 @@ def solve_variant(
     ste, measures, steps = np.full(len(phi), np.nan), [], [0]
     failures: list[str] = []
     for i, angle in enumerate(phi):
-        solved = solve_position(meshed, float(angle), at_torques(torques, condition.axes), elasticity_at)
+        solved = solve_position(meshed, float(angle), _under(condition, torques), elasticity_at)
         failures += solved.failures
         first, second = solved.equilibria[-2:]
         if first is None or second is None:
@@ -96,12 +96,16 @@ def solve_variant(
     return Solved(ste, max(steps), float(worst), float(energy), float(balance), tuple(failures))
 
 
+def _under(condition: Condition, torques: list[float]) -> list[Condition]:
+    return [replace(condition, torque=torque) for torque in torques]
+
+
 def ste_from_other_load(
     meshed: MeshedPair, elasticity_at: ElasticityAt, phi: FloatArray, condition: Condition
 ) -> FloatArray:
     """Return the STE, um, when each position is first solved under half the torque; NaN where that fails."""
     torque = condition.given_torque
-    return _last(meshed, elasticity_at, phi, at_torques([OTHER_LOAD * torque, torque], condition.axes))
+    return _last(meshed, elasticity_at, phi, _under(condition, [OTHER_LOAD * torque, torque]))
 
 
 def ste_only(meshed: MeshedPair, elasticity_at: ElasticityAt, phi: FloatArray, condition: Condition) -> FloatArray:

@@ -1,0 +1,114 @@
+"""Schemes on surfaces through nodes: deviations of the flanks move the nodes, and nothing else."""
+
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from pmor.contact.condition import PLAIN, Built, Condition, at_torques
+from pmor.contact.kernels.deviation import flank_deviation
+from pmor.contact.position import active_patches
+from pmor.contact.search import search_contact
+from pmor.contact.solve import solve_position
+from pmor.flank import UNMODIFIED, Modification, Topography
+from pmor_online.model import reduced_pair
+from pmor_online.sweep import sweep_reduced_pair
+from tests.gear_models import WIDTH, gear_pair, meshed_pair, tooth
+
+PAIR = gear_pair(tooth(17, 0.4), tooth(31, 0.1))
+# Relief that reaches well into the path of contact, and deviations that differ over the width and from tooth to tooth.
+RELIEVED = Modification(
+    tip_relief_um=20.0, tip_relief_start_roll_deg=30.0, helix_crowning_um=5.0, helix_slope_um=-8.0,
+    pitch_deviations_um=tuple(3.0 * math.sin(2.0 * j) for j in range(17)),
+)  # fmt: skip
+ROOTED = Modification(root_relief_um=10.0, root_relief_end_roll_deg=18.0, profile_crowning_um=4.0, twist_um=6.0)
+SMALL_RELIEF = Modification(tip_relief_um=20.0, tip_relief_start_roll_deg=24.0, helix_crowning_um=5.0)
+
+
+def even(amount_um):
+    """Everywhere the same amount."""
+    return Modification(topography=Topography((0.0, 60.0), (-WIDTH, WIDTH), ((amount_um,) * 2,) * 2))
+
+
+def rigid_ste_um(meshed, phi, built=PLAIN):
+    """Transmission error at which the undeformed flanks just touch."""
+    position, lead = active_patches(meshed, phi, 0.05 + built.spread, built), 0.0
+    for _ in range(50):
+        gap = search_contact(meshed, position, np.zeros_like(position.nodes), lead).smallest_gap
+        lead += gap / meshed.pair.pinion.base_radius
+        if abs(gap) < 1e-11:
+            return lead * meshed.pair.pinion.base_radius * 1e3
+    raise AssertionError("the rigid flanks did not meet")
+
+
+@pytest.mark.parametrize("slave", ["pinion", "wheel"])
+@pytest.mark.parametrize("surface", ["hermite", "facet"])
+def test_the_same_amount_everywhere_delays_the_contact_by_it(surface, slave):
+    projection = "patch" if surface == "hermite" else "facet"
+    meshed = meshed_pair(PAIR, 12, 2, surface=surface, projection=projection, slave=slave)
+    phi = 0.5 * sum(PAIR.roll_position_range)
+    plain = rigid_ste_um(meshed, phi)
+    for built in (Built(pinion=even(7.0)), Built(wheel=even(7.0)), Built(pinion=even(12.0), wheel=even(-5.0))):
+        # The parallel curve of an involute is the same involute, turned: exact but for the surface's own error.
+        assert rigid_ste_um(meshed, phi, built) - plain == pytest.approx(7.0, abs=0.01 if surface == "hermite" else 0.1)
+
+
+def test_a_section_touches_where_the_gap_has_opened_by_the_deviation():
+    meshed, built = meshed_pair(PAIR, 24, 2, slave="pinion"), Built(pinion=SMALL_RELIEF)
+    start, end = PAIR.roll_position_range
+    deviation = meshed.for_kernels(built).gears[0].deviation
+    for phi in np.linspace(end - 0.9 * PAIR.pitch, start + PAIR.pitch - 0.01, 4):  # one pair, at the pinion's tip
+        roll = float(PAIR.contact_roll_angles(phi)[0])
+        expected = 1e3 * flank_deviation(deviation, roll, 0.0, 0)
+        found = rigid_ste_um(meshed, float(phi), built) - rigid_ste_um(meshed, float(phi))
+        # Relief turns the flank a little, so that it touches a little nearer to the root, where it is less.
+        assert expected - 0.2 <= found <= expected + 1e-3
+
+
+def test_nodes_lie_where_the_deviation_says_along_the_transverse_normal():
+    meshed, built = meshed_pair(PAIR, 6, 2), Built(pinion=RELIEVED, wheel=ROOTED)
+    phi = PAIR.roll_position_range[0] + 0.2 * PAIR.pitch - 2.0 * PAIR.pitch
+    plain, position = active_patches(meshed, phi, 0.1), active_patches(meshed, phi, 0.1, built)
+    assert list(plain.pair_index) == list(position.pair_index) == [2, 3]
+    gears = position.kernel_pair.gears
+    for p, number in enumerate(position.pair_index):
+        for gear, (flank, toothing) in enumerate([(meshed.pinion, PAIR.pinion), (meshed.wheel, PAIR.wheel)]):
+            nodes = position.nodes[position.window_slice(p, gear)]
+            before = plain.nodes[plain.window_slice(p, gear)]
+            rows = position.flank_nodes[p][gear] // flank.columns
+            for node, there, u in zip(nodes, before, flank.roll_angle[rows], strict=True):
+                index = int(number) if gear == 0 else -int(number)
+                amount = flank_deviation(gears[gear].deviation, u, there[2], index)
+                assert_allclose(there - node, amount * toothing.flank_normal(u, there[2]), rtol=0, atol=1e-15)
+
+
+def test_pitch_deviation_shows_when_its_tooth_meshes_and_nowhere_else():
+    meshed, deviations = meshed_pair(PAIR, 8, 2, slave="pinion"), np.zeros(31)
+    deviations[29] = 6.0  # of the wheel: meshes as pair 2, since the wheel turns the other way
+    middle = 0.5 * sum(PAIR.roll_position_range)
+    built = Built(wheel=Modification(pitch_deviations_um=tuple(deviations)))
+    plain = rigid_ste_um(meshed, middle)
+    shown = [rigid_ste_um(meshed, middle - j * PAIR.pitch, built) - plain for j in (1, 2, 3, 2 + 31)]
+    assert shown == pytest.approx([0.0, 6.0, 0.0, 6.0], abs=0.05)
+
+
+@pytest.mark.parametrize("flanks", [(SMALL_RELIEF, UNMODIFIED), (SMALL_RELIEF, SMALL_RELIEF)], ids=["one", "both"])
+def test_compiled_sweep_and_its_slow_twin_agree_on_modified_flanks(small_basis, flanks):
+    reduced, phi = reduced_pair(small_basis), np.linspace(0.0, 0.28, 4)
+    conditions = at_torques([6e4, 1e5], pinion=flanks[0], wheel=flanks[1])
+    fast = sweep_reduced_pair(reduced, phi, conditions, tolerance=1e-10)
+    plain = sweep_reduced_pair(reduced, phi, at_torques([6e4, 1e5]), tolerance=1e-10)
+    assert fast.converged.all()
+    assert np.abs(fast.ste_um - plain.ste_um).max() > 1.0
+    for i, angle in enumerate(phi):
+        slow = solve_position(reduced.meshed, float(angle), conditions, reduced.elasticity_at)
+        found = [e.lead * reduced.meshed.pair.pinion.base_radius * 1e3 for e in slow.equilibria]
+        assert_allclose(fast.ste_um[:, i], found, rtol=1e-8)
+
+
+def test_conditions_that_share_a_start_share_their_flanks(small_basis):
+    reduced = reduced_pair(small_basis)
+    mixed = [Condition(torque=1e5), Condition(torque=1e5, pinion=SMALL_RELIEF)]
+    with pytest.raises(ValueError, match="need the same axes and flanks, not 2"):
+        sweep_reduced_pair(reduced, np.array([0.1]), mixed)
