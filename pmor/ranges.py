@@ -26,7 +26,10 @@ class WrongUnit:
 
 @dataclass(frozen=True)
 class Range:
-    """Allowed range of a number, or of each number of a list; the ends belong to it unless said otherwise."""
+    """Allowed range of a number, or of each number of a list; the ends belong to it unless said otherwise.
+
+    A list is sorted, and has no number twice, unless its numbers stand `in_order`.
+    """
 
     low: float
     high: float
@@ -34,6 +37,7 @@ class Range:
     low_excluded: bool = False
     high_excluded: bool = False
     mistaken_for: tuple[WrongUnit, ...] = ()
+    in_order: bool = False
 
     def contains(self, value: float) -> bool:
         """Whether `value` lies in the range; never true for nan."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -9,6 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from pmor.arrays import FloatArray
+from pmor.case import Case
 from pmor.case.width import mirrors_at_mid_width
 from pmor.contact.elasticity import ReducedElasticity
 from pmor.contact.flank import MeshedPair
@@ -99,9 +101,15 @@ def reduced_pair(basis: Basis) -> ReducedPair:
     return ReducedPair(basis, assemble_pair(basis.case, pair, *flanks, basis.layers, half))
 
 
-def online_angles(pitch: float, count: int) -> FloatArray:
-    """Return `count` pinion angles over one pitch from 0, end point excluded, rad."""
-    return np.asarray(pitch * np.arange(count) / count)
+def online_angles(pitch: float, count: int, pitches: int = 1) -> FloatArray:
+    """Return `count` pinion angles to a pitch over so many of them from 0, end point excluded, rad."""
+    return np.asarray(pitch * np.arange(pitches * count) / count)
+
+
+def sweep_angles(case: Case) -> FloatArray:
+    """Return the pinion angles of the sweep that a case asks for, rad."""
+    pitch = 2.0 * math.pi / case.pair.pinion.teeth
+    return online_angles(pitch, case.online.angles_per_pitch, case.pitches)
 
 
 def unseen_angles(pair_start: float, pitch: float, count: int, trained: int) -> FloatArray:

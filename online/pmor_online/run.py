@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pmor.pair.conditions import conditions_of
 from pmor.results.sweep import SteSweep
 from pmor_online.compare import Comparison, failed_positions, training_failures
-from pmor_online.model import ReducedPair, online_angles
+from pmor_online.model import ReducedPair, sweep_angles
 from pmor_online.sweep import sweep_reduced_pair
 
 
@@ -69,7 +69,7 @@ def sweep_case(
     SteSweep
     """
     case = reduced.basis.case
-    phi = online_angles(reduced.meshed.pair.pitch, case.online.angles_per_pitch)
+    phi = sweep_angles(case)
     conditions = conditions_of(case, case.online.torques_Nm)
     sweep_reduced_pair(reduced, phi[:1], conditions)  # compiles: run times are those of warm code
     return sweep_reduced_pair(reduced, phi, conditions, executor=executor, advance=advance)

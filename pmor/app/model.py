@@ -121,7 +121,7 @@ class ReducedModel:
         torques_Nm : iterable of float, optional
             Pinion torques, N m; those of the case by default.
         angles : int or ndarray, optional
-            So many pinion angles over one pitch, or the angles themselves in rad; as many as the case says by default.
+            So many pinion angles to a pitch, or the angles themselves in rad; as many as the case says by default.
         axes : Axes, optional
             Where the wheel's axis is; as the case says by default.
         extrapolate : bool
@@ -267,7 +267,7 @@ def _asked(case: Case, torques_Nm: Iterable[float] | None, angles: int | FloatAr
 
 def _angles(case: Case, meshed: MeshedPair, angles: int | FloatArray | None) -> FloatArray:
     if angles is None or isinstance(angles, int | np.integer):
-        return online_angles(meshed.pair.pitch, case.online.angles_per_pitch)
+        return online_angles(meshed.pair.pitch, case.online.angles_per_pitch, case.pitches)
     phi = np.atleast_1d(np.asarray(angles, dtype=float))
     if not len(phi) or not np.isfinite(phi).all():
         raise CaseError(f"angles = {phi.tolist()}: must be finite numbers in rad, and at least one")

@@ -9,7 +9,12 @@ from pmor.app.left_out import computed, full_solves, left_out, misalignments, re
 from pmor.case import Case, describe
 from pmor.case.width import elements_across, meshed_width
 
-NOT_WRITTEN = {"contact.edge_normals": "of the scheme", "pair.centre_distance_mm": "without backlash"}
+NOT_WRITTEN = {
+    "contact.edge_normals": "of the scheme",
+    "pair.centre_distance_mm": "without backlash",
+    "pinion.face_width_mm": "of the pair",
+    "wheel.face_width_mm": "of the pair",
+}
 
 
 def plan_text(case: Case) -> str:
@@ -27,7 +32,7 @@ def _settings(case: Case) -> list[str]:
     for key, value, is_default in describe(case):
         if "." not in key:
             continue  # the title is in the heading
-        name, _, entry = key.partition(".")
+        name, _, entry = key.rpartition(".")
         if name != section:
             lines.append(f"[{name}]")
             section = name
@@ -61,7 +66,7 @@ def _work(case: Case) -> list[str]:
     online, compare = case.online, case.compare
     stages = (
         ("offline, full contact solves", full_solves(case), _training_text(case)),
-        ("online, reduced solves", *_sweep(online.angles_per_pitch, online.torques_Nm)),
+        ("online, reduced solves", *_sweep(online.angles_per_pitch * case.pitches, online.torques_Nm)),
         ("compare, full and reduced", *_sweep(compare.angles, compare.torques_Nm)),
     )
     return ["Work", *(f"  {label:<30} {solves:>8}  ({text})" for label, solves, text in stages), *_ranges(case)]

@@ -106,7 +106,7 @@ class SweepResult:
         Raises
         ------
         ValueError
-            When the angles do not divide one pitch uniformly.
+            When the angles do not divide one pitch, or several, uniformly.
         """
         return np.stack([mesh_orders(self.sweep, t, count) for t in range(len(self.torque_Nm))])
 

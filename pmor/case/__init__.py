@@ -11,6 +11,7 @@ from pmor.case.loader import load_case, parse_case
 from pmor.case.schema import (
     Case,
     CompareCase,
+    ConditionCase,
     ContactCase,
     GearCase,
     MeshCase,
@@ -25,6 +26,7 @@ from pmor.case.schema import (
 __all__ = [
     "Case",
     "CompareCase",
+    "ConditionCase",
     "ContactCase",
     "GearCase",
     "MeshCase",

@@ -3,14 +3,14 @@
 import json
 import tomllib
 from collections.abc import Mapping
-from dataclasses import asdict, replace
+from dataclasses import asdict, fields, is_dataclass, replace
 from typing import Any
 
+from pmor.case.document import CONDITION, GEARS, MODIFICATION, flattened
 from pmor.case.loader import SECTIONS, keys_of, parse_case
 from pmor.case.schema import Case
 from pmor.errors import CaseError
-
-GEARS = ("pinion", "wheel")
+from pmor.flank import UNMODIFIED, Topography
 
 
 def make_case(name: str = "case", **settings: Any) -> Case:
@@ -64,7 +64,7 @@ def changed_text(base: str, changes: Mapping[str, Mapping[str, Any]]) -> str:
     [mesh]
     profile_elements = 8
     """
-    document: dict[str, Any] = tomllib.loads(base)
+    document = flattened(tomllib.loads(base))
     for name, keys in changes.items():
         document[name] = document.get(name, {}) | dict(keys)
     return _text(document)
@@ -81,23 +81,30 @@ def text_of(case: Case) -> str:
     except CaseError:
         pass
     document: dict[str, Any] = {"title": case.title, **sections_of(case)}
-    for name in SECTIONS:
-        document[name] = {key: value for key, value in document[name].items() if value is not None}
+    if case.conditions:
+        document[CONDITION] = [_shallow(condition) for condition in case.conditions]
     return _text(document)
 
 
 def sections_of(case: Case) -> dict[str, dict[str, Any]]:
-    """Return all settings by section and key, in the order of a case file."""
+    """Return all settings by section and key, in the order of a case file; of modifications, those that are there."""
     pair = asdict(case.pair)
     gears = {gear: pair.pop(gear) for gear in GEARS}
     sections = {"load": {"torque_Nm": case.torque_Nm}, "pair": pair, **gears}
-    return sections | {name: asdict(getattr(case, name)) for name in SECTIONS if name not in sections}
+    for gear, modification in zip(GEARS, (case.pinion_modification, case.wheel_modification), strict=True):
+        if modification != UNMODIFIED:
+            sections[f"{gear}.{MODIFICATION}"] = {
+                key: value for key, value in _shallow(modification).items() if value != getattr(UNMODIFIED, key)
+            }
+    rest = [name for name in SECTIONS if name not in sections and MODIFICATION not in name]
+    return sections | {name: asdict(getattr(case, name)) for name in rest}
 
 
 def _changed(document: dict[str, Any], settings: Mapping[str, Any], where: str) -> dict[str, Any]:
     """Lay settings over a document, single keys first into the section that has them."""
-    for key, value in settings.items():
-        if key == "title":
+    document = flattened(document)
+    for key, value in flattened(settings).items():
+        if key in ("title", CONDITION):
             document[key] = value
         elif key in SECTIONS:
             if not isinstance(value, Mapping):
@@ -116,21 +123,45 @@ def _homes(key: str, document: Mapping[str, Any], where: str) -> tuple[str, ...]
     if "pair" in homes:
         return ("pair",)  # what both gears have in common, even where they may have their own
     if len(homes) > 1:
-        choices = " or ".join(f"{name}={{'{key}': ...}}" for name in homes)
+        choices = " or ".join(_keyword(name, key) for name in homes)
         raise CaseError(f"{where}: {key}: more than one section has it: write {choices}")
     if not homes:
         raise CaseError(f"{where}: {key}: no section has such a key; sections are {', '.join(SECTIONS)}")
     return homes
 
 
+def _keyword(section: str, key: str) -> str:
+    gear, _, inside = section.partition(".")
+    return f"{gear}={{'{inside}': {{'{key}': ...}}}}" if inside else f"{gear}={{'{key}': ...}}"
+
+
+def _shallow(section: Any) -> dict[str, Any]:
+    return {item.name: getattr(section, item.name) for item in fields(section)}
+
+
 def _text(document: Mapping[str, Any]) -> str:
-    # A case has keys outside of sections first, then one level of sections with plain values.
-    plain = {key: value for key, value in document.items() if not isinstance(value, dict)}
-    lines = [f"{key} = {_toml(value)}" for key, value in plain.items()]
+    # A case has keys outside of sections first, then one level of sections with plain values; conditions last.
+    conditions = document.get(CONDITION, [])
+    plain = {key: value for key, value in document.items() if not isinstance(value, dict) and key != CONDITION}
+    lines = _lines(plain)
     for name, keys in document.items():
         if isinstance(keys, dict):
-            lines += ["", f"[{name}]", *(f"{key} = {_toml(v)}" for key, v in keys.items())]
+            lines += ["", f"[{name}]", *_lines(keys)]
+    for condition in conditions:
+        own = {key: value for key, value in condition.items() if key not in GEARS}
+        lines += ["", f"[[{CONDITION}]]", *_lines(own)]
+        for gear in GEARS:
+            keys = condition.get(gear, {})
+            lines += ["", f"[{CONDITION}.{gear}]", *_lines(_shallow(keys) if is_dataclass(keys) else keys)]
     return "\n".join(lines) + "\n"
+
+
+def _lines(keys: Mapping[str, Any]) -> list[str]:
+    # What is left out has no value that a file could say.
+    said = {
+        key: value for key, value in keys.items() if not (value is None or (isinstance(value, tuple) and not value))
+    }
+    return [f"{key} = {_toml(value)}" for key, value in said.items()]
 
 
 def _toml(value: Any) -> str:
@@ -138,6 +169,10 @@ def _toml(value: Any) -> str:
         value = value.tolist()
     if isinstance(value, list | tuple):
         return "[" + ", ".join(map(_toml, value)) + "]"
+    if isinstance(value, Topography):
+        value = _shallow(value)
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{key} = {_toml(item)}" for key, item in value.items()) + "}"
     if isinstance(value, float):
         return repr(value)
     # JSON writes text and whole numbers as TOML does; the rest becomes text, which the case file's rules refuse.

@@ -4,7 +4,8 @@ import math
 from typing import Any
 
 from pmor.case.extrapolation import MISALIGNMENTS
-from pmor.case.schema import Case, GearCase, PairCase, ReductionCase
+from pmor.case.flanks import check_flanks
+from pmor.case.schema import Case, ConditionCase, GearCase, MisalignmentCase, PairCase, ReductionCase
 from pmor.case.values import toml_text, wrong_unit_text
 from pmor.case.width import meshed_width
 from pmor.errors import CaseError
@@ -16,6 +17,8 @@ SMALLEST_LENGTH = 0.05
 MOST_FLANK_NODES = 10_000
 # Contact points of a flank beyond which a search takes minutes and gigabytes, and finds nothing new.
 MOST_CONTACT_POINTS = 1_000_000
+# Angles of a sweep beyond which its results fill a computer's memory.
+MOST_ANGLES = 1_000_000
 # Rim that must stay between bore and root circle, in modules.
 THINNEST_RIM = 0.5
 # Schemes in which each section of the face width may be at another place of the path of contact.
@@ -44,11 +47,16 @@ def check_together(case: Case, document: dict[str, Any], where: str) -> None:
     _check_bore(pair, pair.wheel, f"{where}: [wheel]")
     _check_centre_distance(pair, where)
     _check_sizes(case, where)
+    _check_sweep(case, where)
     _check_reduction(case.reduction, where)
     _check_torques(case, document, where)
     _check_sampling(case, where)
     _check_misalignment(case, where)
+    _check_conditions(case, where)
     _check_extrapolation(case, where)
+    _check_tip_edge(pair.pinion, f"{where}: [pinion]")
+    _check_tip_edge(pair.wheel, f"{where}: [wheel]")
+    check_flanks(case, where)
 
 
 def _check_reduction(reduction: ReductionCase, where: str) -> None:
@@ -74,6 +82,15 @@ def _check_sizes(case: Case, where: str) -> None:
             f"{where}: [contact] lodm_profile = {contact.lodm_profile}: makes {points} contact points on a flank with "
             f"lodm_width = {contact.lodm_width} on {along} x {across} elements, and {MOST_CONTACT_POINTS} are enough: "
             "lower one of the two"
+        )
+
+
+def _check_sweep(case: Case, where: str) -> None:
+    angles = case.pitches * case.online.angles_per_pitch
+    if angles > MOST_ANGLES:
+        raise CaseError(
+            f"{where}: [online] pitches = {toml_text(case.online.pitches)}: makes {angles} angles with "
+            f"angles_per_pitch = {case.online.angles_per_pitch}, and {MOST_ANGLES} are enough: lower one of the two"
         )
 
 
@@ -135,6 +152,14 @@ def _check_bore(pair: PairCase, gear: GearCase, place: str) -> None:
         raise CaseError(
             f"{place} bore_radius_mm = {gear.bore_radius_mm}: must be below {limit_mm:.6g} mm, the root radius "
             f"{root_mm:.6g} mm less half a module of rim: lower it"
+        )
+
+
+def _check_tip_edge(gear: GearCase, place: str) -> None:
+    if gear.tip_rounding_mm > 0.0 and gear.tip_chamfer_mm > 0.0:
+        raise CaseError(
+            f"{place} tip_rounding_mm = {gear.tip_rounding_mm}: the edge has a chamfer, tip_chamfer_mm = "
+            f"{gear.tip_chamfer_mm}: leave one of the two out"
         )
 
 
@@ -208,28 +233,50 @@ def _check_misalignment(case: Case, where: str) -> None:
                 'width = "plane_strain" has one section for all of it: write "whole", or 0.0 here'
             )
     refuse_uneven_load(case, where)
-    for key in MISALIGNMENTS:
-        value, trained = getattr(case.misalignment, key), getattr(case.offline, key)
-        if not trained[0] <= value <= trained[-1] and not case.online.extrapolate:
+    for place, values in _misaligned(case):
+        for key in MISALIGNMENTS:
+            value, trained = getattr(values, key), getattr(case.offline, key)
+            if not trained[0] <= value <= trained[-1] and not case.online.extrapolate:
+                raise CaseError(
+                    f"{where}: {place} {key} = {value}: is beyond the training, {trained[0]:g} to {trained[-1]:g} um: "
+                    f"widen [offline] {key}, or write {EXTRAPOLATE}"
+                )
+
+
+def _misaligned(case: Case) -> list[tuple[str, MisalignmentCase | ConditionCase]]:
+    """Where a case says where the wheel's axis is, and what messages call that."""
+    listed = [(f"[condition] {toml_text(condition.name)}:", condition) for condition in case.conditions]
+    return [("[misalignment]", case.misalignment), *listed]
+
+
+def _check_conditions(case: Case, where: str) -> None:
+    largest = case.offline.torques_Nm[-1]
+    for condition in case.conditions:
+        if case.reduction.trained and condition.torque_Nm > largest and not case.online.extrapolate:
             raise CaseError(
-                f"{where}: [misalignment] {key} = {value}: is beyond the training, {trained[0]:g} to {trained[-1]:g} "
-                f"um: widen [offline] {key}, or write {EXTRAPOLATE}"
+                f"{where}: [condition] {toml_text(condition.name)}: torque_Nm = {condition.torque_Nm} is beyond the "
+                f"largest training torque, {largest} N m: lower it, add a larger one to [offline] torques_Nm, or write "
+                f"{EXTRAPOLATE}"
             )
 
 
 def refuse_uneven_load(case: Case, where: str) -> None:
     """Raise CaseError for a tilt where the mesh has not the whole width to load unevenly, whatever is extrapolated."""
     width = meshed_width(case)
-    for key in ("in_plane_um", "out_of_plane_um"):
-        value = getattr(case.misalignment, key)
-        if width == "whole" or value == 0.0:
-            continue
-        held = "half the width, which stands for both halves" if width == "half" else "one section for all of the width"
-        remedy = f"give [offline] {key} a range with it" if width == "half" else 'write [mesh] width = "whole"'
-        raise CaseError(
-            f"{where}: [misalignment] {key} = {value}: tilted axes load the width unevenly, and the basis of parallel "
-            f"ones has {held}: {remedy}"
-        )
+    if width == "whole":
+        return
+    for place, values in _misaligned(case):
+        for key in ("in_plane_um", "out_of_plane_um"):
+            value = getattr(values, key)
+            if value == 0.0:
+                continue
+            half = width == "half"
+            held = "half the width, which stands for both halves" if half else "one section for all of the width"
+            remedy = f"give [offline] {key} a range with it" if half else 'write [mesh] width = "whole"'
+            raise CaseError(
+                f"{where}: {place} {key} = {value}: tilted axes load the width unevenly, and the basis of parallel "
+                f"ones has {held}: {remedy}"
+            )
 
 
 def _check_extrapolation(case: Case, where: str) -> None:

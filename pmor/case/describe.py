@@ -7,6 +7,7 @@ from dataclasses import asdict
 from typing import Any
 
 from pmor.case.change import sections_of
+from pmor.case.document import flattened
 from pmor.case.schema import Case
 
 
@@ -18,7 +19,7 @@ def describe(case: Case) -> list[tuple[str, Any, bool]]:
     list of (key, value, is_default)
         `key` is `section.name`, with the unit in the name; `is_default` is true where the case file does not say it.
     """
-    document = tomllib.loads(case.text)
+    document = flattened(tomllib.loads(case.text))
     settings = [("title", case.title, "title" not in document)]
     for section, values in sections_of(case).items():
         written = document.get(section, {})
@@ -29,7 +30,7 @@ def describe(case: Case) -> list[tuple[str, Any, bool]]:
 def basis_key(case: Case) -> str:
     """SHA-256, in hex, of everything that determines a basis: pair, mesh, contact, reduction and training.
 
-    Two cases with the same key can share one basis: sweep, comparison, output and comments do not enter.
+    Two cases with the same key can share one basis: modifications, sweep, comparison, output and comments do not enter.
     """
     parts = {name: asdict(getattr(case, name)) for name in ("pair", "mesh", "contact", "reduction", "offline")}
     text = json.dumps(parts, sort_keys=True, separators=(",", ":"), allow_nan=False)

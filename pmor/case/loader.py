@@ -6,9 +6,11 @@ from pathlib import Path
 from typing import Any, TypeVar, get_type_hints
 
 from pmor.case.checks import check_together
+from pmor.case.document import CONDITION, GEARS, MODIFICATION, flattened, with_topography
 from pmor.case.schema import (
     Case,
     CompareCase,
+    ConditionCase,
     ContactCase,
     GearCase,
     LoadCase,
@@ -22,6 +24,7 @@ from pmor.case.schema import (
 )
 from pmor.case.values import Refused, convert, did_you_mean, toml_text
 from pmor.errors import CaseError
+from pmor.flank import Modification
 
 Section = TypeVar("Section")
 
@@ -30,6 +33,8 @@ SECTIONS: dict[str, type] = {
     "pair": PairCase,
     "pinion": GearCase,
     "wheel": GearCase,
+    "pinion.modification": Modification,
+    "wheel.modification": Modification,
     "mesh": MeshCase,
     "contact": ContactCase,
     "misalignment": MisalignmentCase,
@@ -72,10 +77,10 @@ def load_case(path: Path | str) -> Case:
         raise CaseError(f"{path}: is not UTF-8 text: save the case file as plain text in UTF-8") from None
     except (OSError, ValueError) as error:
         raise CaseError(f"{path}: cannot be read ({error}): name a readable case file") from None
-    return parse_case(text, name=path.stem, where=str(path))
+    return parse_case(text, name=path.stem, where=str(path), folder=path.parent)
 
 
-def parse_case(text: str, name: str, where: str) -> Case:
+def parse_case(text: str, name: str, where: str, folder: Path | None = None) -> Case:
     """Check the text of a case file.
 
     Parameters
@@ -86,14 +91,19 @@ def parse_case(text: str, name: str, where: str) -> Case:
         Name of the case.
     where : str
         What error messages call the text, usually the path.
+    folder : Path, optional
+        What names of files in it are relative to; without it, it may not name any.
 
     Returns
     -------
     Case
         Complete: every default is filled in.
     """
-    document = _parse_toml(text, where)
+    document = flattened(_parse_toml(text, where))
     _check_sections(document, where)
+    for gear in GEARS:
+        key = f"{gear}.{MODIFICATION}"
+        document[key] = with_topography(document.get(key, {}), key, folder, where)
 
     def section(key: str, **filled: Any) -> Any:
         return _read_section(document.get(key, {}), SECTIONS[key], key, where, filled)
@@ -102,14 +112,20 @@ def parse_case(text: str, name: str, where: str) -> Case:
     torque_Nm = section("load").torque_Nm
     pinion = section("pinion")
     wheel = section("wheel") if "wheel" in document else pinion
+    misalignment, modifications = section("misalignment"), [section(f"{gear}.{MODIFICATION}") for gear in GEARS]
     case = Case(
         name=name,
         title=title,
         torque_Nm=torque_Nm,
         pair=section("pair", pinion=pinion, wheel=wheel),
+        pinion_modification=modifications[0],
+        wheel_modification=modifications[1],
+        conditions=_read_conditions(
+            document, {"torque_Nm": torque_Nm, **vars(misalignment)}, modifications, folder, where
+        ),
         mesh=section("mesh"),
         contact=section("contact"),
-        misalignment=section("misalignment"),
+        misalignment=misalignment,
         reduction=section("reduction"),
         offline=section("offline", torques_Nm=_multiples(torque_Nm, OFFLINE_TORQUES)),
         online=section("online", torques_Nm=_multiples(torque_Nm, ONLINE_TORQUES)),
@@ -134,11 +150,14 @@ def _parse_toml(text: str, where: str) -> dict[str, Any]:
 
 def _check_sections(document: dict[str, Any], where: str) -> None:
     for name, content in document.items():
-        if name in SECTIONS:
+        if name == CONDITION:
+            if not isinstance(content, list) or not all(isinstance(table, dict) for table in content):
+                raise CaseError(f"{where}: [{name}]: there may be several: write [[{name}]], brackets doubled")
+        elif name in SECTIONS:
             if not isinstance(content, dict):
                 raise CaseError(f"{where}: {name}: must be a section: write [{name}] on a line of its own")
         elif isinstance(content, dict):
-            raise CaseError(f"{where}: [{name}]: unknown section: {did_you_mean(name, list(SECTIONS))}")
+            raise CaseError(f"{where}: [{name}]: unknown section: {did_you_mean(name, [*SECTIONS, CONDITION])}")
         elif name != "title":
             raise CaseError(f"{where}: {name}: unknown key outside of the sections: {_elsewhere(name, ['title'])}")
 
@@ -151,6 +170,27 @@ def _read_title(document: dict[str, Any], name: str, where: str) -> str:
         raise CaseError(f"{where}: title = {toml_text(title)}: {refused}") from None
 
 
+def _read_conditions(
+    document: dict[str, Any], filled: dict[str, Any], modifications: list[Modification], folder: Path | None, where: str
+) -> tuple[ConditionCase, ...]:
+    """Read the list of conditions; `filled` holds what the case says for keys that they leave out."""
+    found: list[ConditionCase] = []
+    for number, table in enumerate(document.get(CONDITION, ()), start=1):
+        own, flanks = dict(table), dict[str, Any]()
+        for gear, modification in zip(GEARS, modifications, strict=True):
+            section, keys = f"{CONDITION}.{gear}", own.pop(gear, {})
+            if not isinstance(keys, dict):
+                raise CaseError(f"{where}: [{CONDITION}] {gear}: must be a section: write [{section}]")
+            keys = with_topography(keys, section, folder, where)
+            flanks[gear] = _read_section(keys, Modification, section, where, vars(modification))
+        values = filled | flanks | {"name": f"condition {number}"}
+        condition = _read_section(own, ConditionCase, CONDITION, where, values)
+        if condition.name in [other.name for other in found]:
+            raise CaseError(f"{where}: [{CONDITION}] name = {toml_text(condition.name)}: is there twice: rename one")
+        found.append(condition)
+    return tuple(found)
+
+
 def _read_section(
     table: dict[str, Any], kind: type[Section], section: str, where: str, filled: dict[str, Any]
 ) -> Section:
@@ -158,7 +198,8 @@ def _read_section(
     keys = keys_of(kind)
     for key in table:
         if key not in keys:
-            raise CaseError(f"{where}: [{section}] {key}: unknown key: {_elsewhere(key, list(keys))}")
+            inside = [MODIFICATION] if section in GEARS else []
+            raise CaseError(f"{where}: [{section}] {key}: unknown key: {_elsewhere(key, [*keys, *inside])}")
     values = dict(filled)
     for key, annotation in keys.items():
         if key in table:

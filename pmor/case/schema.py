@@ -3,9 +3,11 @@
 The ranges are wide enough for extreme gears; they exist to catch slips, above all wrong units.
 """
 
+import math
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
+from pmor.flank import UNMODIFIED, Modification
 from pmor.ranges import METRES, PASCALS, RADIANS, Range
 
 Length = Annotated[float, Range(1e-3, 1e5, "mm", mistaken_for=(METRES,))]
@@ -38,6 +40,10 @@ class GearCase:
         Face width in mm; None is that of the pair.
     face_offset_mm : float
         Along the axis, from the middle of the pair to the middle of this gear's face, in mm.
+    tip_rounding_mm : float
+        Radius in mm of the rounded edge between flank and tip.
+    tip_chamfer_mm : float
+        Height in mm, along the radius, that a chamfer takes off the flank at its tip.
     youngs_modulus_GPa : float
         Young's modulus in GPa.
     poisson_ratio : float
@@ -52,6 +58,8 @@ class GearCase:
     bore_radius_mm: Length
     face_width_mm: Length | None = None
     face_offset_mm: Annotated[float, Range(-1e5, 1e5, "mm")] = 0.0
+    tip_rounding_mm: Annotated[float, Range(0.0, 1e3, "mm", mistaken_for=(METRES,))] = 0.0
+    tip_chamfer_mm: Annotated[float, Range(0.0, 1e3, "mm", mistaken_for=(METRES,))] = 0.0
     youngs_modulus_GPa: Annotated[float, Range(1e-3, 1e4, "GPa", mistaken_for=PASCALS)] = 210.0
     poisson_ratio: Annotated[float, Range(0.0, 0.5, high_excluded=True)] = 0.3
 
@@ -254,13 +262,47 @@ class MisalignmentCase:
 
 
 @dataclass(frozen=True, kw_only=True)
+class ConditionCase:
+    """One of a list of conditions that are swept beside the case's own (section `[[condition]]`).
+
+    `[condition.pinion]` and `[condition.wheel]` hold keys of modifications: they replace those of the case.
+
+    Parameters
+    ----------
+    name : str
+        Names the condition in results; no two have the same.
+    torque_Nm : float
+        Torque on the pinion in N m.
+    in_plane_um : float
+        Deviation from parallel in the plane of the axes, over the face width, in um.
+    out_of_plane_um : float
+        Deviation from parallel across the plane of the axes, over the face width, in um.
+    centre_distance_um : float
+        Increase of the centre distance at mid width in um.
+    pinion, wheel : Modification
+        Of their flanks, complete.
+    """
+
+    name: str
+    torque_Nm: Torque
+    in_plane_um: Deviation
+    out_of_plane_um: Deviation
+    centre_distance_um: Deviation
+    pinion: Modification
+    wheel: Modification
+
+
+@dataclass(frozen=True, kw_only=True)
 class OnlineCase:
-    """The reduced sweep over one pitch (section `[online]`).
+    """The reduced sweep (section `[online]`).
 
     Parameters
     ----------
     angles_per_pitch : int
         Positions per angular pitch.
+    pitches : int, "revolution" or "hunting"
+        Angular pitches that the sweep spans. `revolution`: one of the pinion. `hunting`: until the same two teeth meet
+        again, as long as the pair's whole period.
     torques_Nm : tuple of float
         Torques in N m, increasing; the nominal one is among them.
     extrapolate : bool
@@ -268,6 +310,7 @@ class OnlineCase:
     """
 
     angles_per_pitch: Positions = 200
+    pitches: Annotated[int, Range(1, 100_000)] | Literal["revolution", "hunting"] = 1
     torques_Nm: Torques
     extrapolate: bool = False
 
@@ -331,6 +374,10 @@ class Case:
         Nominal torque on the pinion in N m.
     pair, mesh, contact, misalignment, reduction, offline, online, compare, output
         One dataclass per section of the file.
+    pinion_modification, wheel_modification : Modification
+        Of the loaded flanks (sections `[pinion.modification]` and `[wheel.modification]`).
+    conditions : tuple of ConditionCase
+        What is swept beside the case's own condition.
     text : str
         The text of the file, for provenance.
     """
@@ -339,6 +386,9 @@ class Case:
     title: str
     torque_Nm: float
     pair: PairCase
+    pinion_modification: Modification = UNMODIFIED
+    wheel_modification: Modification = UNMODIFIED
+    conditions: tuple[ConditionCase, ...] = ()
     mesh: MeshCase
     contact: ContactCase
     misalignment: MisalignmentCase
@@ -348,6 +398,14 @@ class Case:
     compare: CompareCase
     output: OutputCase
     text: str
+
+    @property
+    def pitches(self) -> int:
+        """Angular pitches that the sweep spans."""
+        pinion, wheel = self.pair.pinion.teeth, self.pair.wheel.teeth
+        if isinstance(self.online.pitches, int):
+            return self.online.pitches
+        return {"revolution": pinion, "hunting": math.lcm(pinion, wheel)}[self.online.pitches]
 
     def __repr__(self) -> str:
         pair, mesh = self.pair, self.mesh

@@ -7,9 +7,12 @@ section and key.
 import difflib
 import json
 import math
+from dataclasses import fields
 from types import NoneType, UnionType
-from typing import Annotated, Any, Literal, get_args, get_origin
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
+from pmor.errors import CaseError
+from pmor.flank import Topography
 from pmor.ranges import Range
 
 LONGEST_SHOWN_VALUE = 60
@@ -55,20 +58,39 @@ def convert(value: object, annotation: Any) -> Any:
         As the TOML reader gives it.
     annotation : type
         One of the forms that the schema uses: bool, str, Literal, `Annotated` int, float or tuple of float with a
-        `Range`, or one of these or None.
+        `Range`, a `Topography`, or one of these or None; or a number or words.
     """
-    if get_origin(annotation) is UnionType or NoneType in get_args(annotation):
-        annotation = next(choice for choice in get_args(annotation) if choice is not NoneType)
+    if get_origin(annotation) in (UnionType, Union):
+        choices = [choice for choice in get_args(annotation) if choice is not NoneType]
+        words = [choice for choice in choices if get_origin(choice) is Literal]
+        annotation = words[0] if words and isinstance(value, str) else choices[0]
+    if annotation is Topography:
+        return _topography(value)
     if get_origin(annotation) is Literal:
         return _choice(value, list(get_args(annotation)))
     if get_origin(annotation) is Annotated:
         kind, allowed = get_args(annotation)
         if kind is int:
             return _whole_number(value, allowed)
-        return _number(value, allowed) if kind is float else _increasing_numbers(value, allowed)
+        return _number(value, allowed) if kind is float else _numbers(value, allowed)
     if annotation is bool:
         return _switch(value)
     return _line(value)
+
+
+def _topography(value: object) -> Topography:
+    if isinstance(value, Topography):
+        return value
+    if not isinstance(value, dict) or set(value) != {field.name for field in fields(Topography)}:
+        raise Refused('must be the name of a CSV file, in quotes: write "flank.csv"')
+    try:
+        roll, z, amounts = (value[field.name] for field in fields(Topography))
+        rows = tuple(tuple(map(float, row)) for row in amounts)
+        return Topography(tuple(map(float, roll)), tuple(map(float, z)), rows)
+    except (TypeError, ValueError):
+        raise Refused("must hold lists of numbers: correct it") from None
+    except CaseError as error:
+        raise Refused(str(error)) from None
 
 
 def _switch(value: object) -> bool:
@@ -124,15 +146,18 @@ def _number(value: object, allowed: Range) -> float:
     return number
 
 
-def _increasing_numbers(value: object, allowed: Range) -> tuple[float, ...]:
+def _numbers(value: object, allowed: Range) -> tuple[float, ...]:
     if not isinstance(value, list):
         raise Refused("must be a list: put the numbers in brackets, as in [20.0, 70.0]")
     if not value:
         raise Refused("must not be empty: give at least one value, or leave the key out for the default")
     try:
-        numbers = sorted(_number(item, allowed) for item in value)
+        numbers = [_number(item, allowed) for item in value]
     except Refused as refused:
         raise Refused(f"each value {refused}") from None
+    if allowed.in_order:
+        return tuple(numbers)
+    numbers.sort()
     for smaller, larger in zip(numbers[:-1], numbers[1:], strict=True):
         if smaller == larger:
             raise Refused(f"{larger} is there twice: remove one")

@@ -15,7 +15,7 @@ MICROMETRE = 1e-3
 
 
 def kernel_deviation(
-    modification: Modification, tooth: Tooth, active: tuple[float, float], width: float, middle_z: float = 0.0
+    modification: Modification, tooth: Tooth, active: tuple[float, float], face: tuple[float, float]
 ) -> Deviation:
     """Return what the kernels know of a gear's modification.
 
@@ -27,10 +27,8 @@ def kernel_deviation(
         Of that gear.
     active : float, float
         Roll angles at which its active profile starts and ends, rad (`pmor.gear.pair.GearPair.active_rolls`).
-    width : float
-        Its face width, mm.
-    middle_z : float
-        Where its mid width is, from mid width of the pair, mm.
+    face : float, float
+        Where its face begins and ends along z, from mid width of the pair, mm.
 
     Returns
     -------
@@ -44,8 +42,8 @@ def kernel_deviation(
         present=m.present,
         middle_roll=0.5 * (start + end),
         roll_span=end - start,
-        middle_z=middle_z,
-        width=width,
+        middle_z=0.5 * (face[0] + face[1]),
+        width=face[1] - face[0],
         tip_relief=MICROMETRE * m.tip_relief_um,
         tip_relief_start=tip_start,
         tip_relief_span=tip - tip_start,

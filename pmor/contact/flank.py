@@ -232,14 +232,10 @@ class MeshedPair:
         """Return the pair as the kernels see it, with the wheel's axis in a place and flanks that deviate."""
         gears = self.gears
         if built.modified:
-            teeth, width = (self.pair.pinion, self.pair.wheel), self.pair.face_width
-            found = (
-                gear._replace(deviation=kernel_deviation(modification, tooth, active, width))
-                for gear, modification, tooth, active in zip(
-                    gears, (built.pinion, built.wheel), teeth, self.pair.active_rolls, strict=True
-                )
-            )
-            gears = next(found), next(found)
+            pair = self.pair
+            pinion = kernel_deviation(built.pinion, pair.pinion, pair.active_rolls[0], pair.faces[0])
+            wheel = kernel_deviation(built.wheel, pair.wheel, pair.active_rolls[1], pair.faces[1])
+            gears = gears[0]._replace(deviation=pinion), gears[1]._replace(deviation=wheel)
         return Pair(self.kinematics(built.axes), gears, self._kernel_scheme)
 
     def clearance(self, built: Built) -> float:

@@ -9,7 +9,7 @@ from pmor.flank.topography import Topography
 from pmor.ranges import METRES, RADIANS, Range
 
 Amount = Annotated[float, Range(-1000.0, 1000.0, "um")]
-Amounts = Annotated[tuple[float, ...], Range(-1000.0, 1000.0, "um")]
+Amounts = Annotated[tuple[float, ...], Range(-1000.0, 1000.0, "um", in_order=True)]
 RollAngle = Annotated[float, Range(0.0, 180.0, "deg", mistaken_for=(RADIANS,))]
 ReliefShape = Literal["linear", "parabolic"]
 
@@ -80,6 +80,18 @@ class Modification:
     def present(self) -> bool:
         """Whether any of it deviates from the involute helicoid."""
         return self.topography is not None or any(self._amounts) or any(self.pitch_deviations_um)
+
+    @property
+    def mirrored(self) -> bool:
+        """Whether both halves of the face are alike."""
+        mirrored = self.topography is None or self.topography.mirrored
+        return mirrored and self.helix_slope_um == self.twist_um == 0.0
+
+    @property
+    def even(self) -> bool:
+        """Whether all sections over the width are alike."""
+        even = self.topography is None or self.topography.even
+        return even and self.helix_slope_um == self.twist_um == self.helix_crowning_um == self.end_relief_um == 0.0
 
     @property
     def largest_um(self) -> float:

@@ -67,6 +67,17 @@ class Topography:
         )
 
     @property
+    def mirrored(self) -> bool:
+        """Whether both halves of the face are alike, to the last digits that a file may round."""
+        places = all(math.isclose(z, -other, abs_tol=1e-9) for z, other in zip(self.z_mm, self.z_mm[::-1], strict=True))
+        return places and all(row == row[::-1] for row in self.amount_um)
+
+    @property
+    def even(self) -> bool:
+        """Whether all sections over the width are alike."""
+        return all(amount == row[0] for row in self.amount_um for amount in row)
+
+    @property
     def largest_um(self) -> float:
         """Largest magnitude of its amounts, um."""
         return max(abs(amount) for row in self.amount_um for amount in row)

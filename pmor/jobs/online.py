@@ -8,7 +8,7 @@ from pmor.pair.model import ElasticModel
 from pmor.progress import Progress
 from pmor.threads import threads
 from pmor_online.compare import compare_models
-from pmor_online.model import ReducedPair
+from pmor_online.model import ReducedPair, sweep_angles
 from pmor_online.run import OnlineResult, sweep_case
 
 
@@ -33,7 +33,7 @@ def run_online(
     """
     case, comparison = reduced.basis.case, None
     with threads(jobs) as executor:
-        with Progress(case.online.angles_per_pitch, "reduced model") as progress:
+        with Progress(len(sweep_angles(case)), "reduced model") as progress:
             sweep = sweep_case(reduced, executor, progress.advance)
         if model is not None:
             with Progress(case.compare.angles, "full FE, unseen angles") as progress:

@@ -19,12 +19,26 @@ def axes_of(case: Case) -> Axes:
 
 def built_of(case: Case) -> Built:
     """Return where the wheel's axis is, and what the flanks are like, in sweep and comparison of a case."""
-    return Built(axes_of(case))
+    return Built(axes_of(case), case.pinion_modification, case.wheel_modification)
 
 
 def conditions_of(case: Case, torques_Nm: Iterable[float]) -> tuple[Condition, ...]:
     """Return the conditions of a sweep of a case under torques in N m."""
-    return at_torques((1e3 * torque for torque in torques_Nm), axes_of(case))
+    built = built_of(case)
+    return at_torques((1e3 * torque for torque in torques_Nm), built.axes, built.pinion, built.wheel)
+
+
+def listed_conditions(case: Case) -> tuple[Condition, ...]:
+    """Return the conditions that a case lists beside its own, in that order."""
+    return tuple(
+        Condition(
+            torque=1e3 * condition.torque_Nm,
+            axes=Axes(**{name: getattr(condition, name) for name in DEVIATIONS}),
+            pinion=condition.pinion,
+            wheel=condition.wheel,
+        )
+        for condition in case.conditions
+    )
 
 
 def nominal_condition(case: Case) -> Condition:

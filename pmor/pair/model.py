@@ -18,14 +18,16 @@ from pmor.contact.elasticity import full_elasticity
 from pmor.contact.flank import ContactScheme, MeshedPair, SurfaceLayer, make_flank
 from pmor.contact.line_contact import approach_constants, check_half_width, line_compliance
 from pmor.contact.solve import ElasticityAt
-from pmor.errors import MeshError
+from pmor.errors import GeometryError, MeshError
 from pmor.gear.clearance import refuse_interference
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance
+from pmor.gear.tip_edge import contact_tip_roll_angle
 from pmor.gear.tooth import Tooth
 from pmor.mesh.layer import surface_layer
 from pmor.mesh.quality import MeshQuality, mesh_quality
 from pmor.mesh.sector import SectorMesh, build_sector
 from pmor.pair.limits import refuse_impossible_load, refuse_locking_penalty
+from pmor.pair.modifications import refuse_modifications_off_the_flank
 
 if TYPE_CHECKING:
     from pmor.fe.cyclic import ElasticGear
@@ -101,13 +103,21 @@ def gear_pair(case: Case) -> GearPair:
     Raises
     ------
     GeometryError
-        When there are no such gears, they cannot mesh, or a tip meets the mate's root or fillet.
+        When there are no such gears, they cannot mesh, a tip meets the mate's root or fillet, or its edge does not fit.
+    CaseError
+        When modifications do not lie on the flanks.
     """
     pair, width = case.pair, case.pair.face_width_mm
     pinion, wheel = _tooth(case, pair.pinion, 1.0), _tooth(case, pair.wheel, -1.0)
     distance = pair.centre_distance_mm or zero_backlash_centre_distance(pinion, wheel)
     made = GearPair(pinion, wheel, width, distance, pair.pinion.face(width), pair.wheel.face(width))
     refuse_interference(made)
+    for name, gear, tooth in (("pinion", pair.pinion, pinion), ("wheel", pair.wheel, wheel)):
+        try:
+            contact_tip_roll_angle(tooth, gear.tip_rounding_mm, gear.tip_chamfer_mm)
+        except GeometryError as error:
+            raise GeometryError(f"[{name}] {error}") from None
+    refuse_modifications_off_the_flank(case, made)
     return made
 
 

@@ -13,10 +13,13 @@ from dataclasses import MISSING, fields
 from inspect import getdoc
 from pathlib import Path
 from types import NoneType, UnionType
-from typing import Annotated, Any, Literal, get_args, get_origin
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
+from pmor.case import ConditionCase
+from pmor.case.document import CONDITION
 from pmor.case.loader import COMPARE_TORQUES, OFFLINE_TORQUES, ONLINE_TORQUES, SECTIONS, keys_of
 from pmor.case.values import range_text, toml_text
+from pmor.flank import Topography
 from pmor.ranges import Range
 from pmor.storage.atomic import atomic_path
 
@@ -27,7 +30,8 @@ MULTIPLES = {"offline": OFFLINE_TORQUES, "online": ONLINE_TORQUES, "compare": CO
 
 def key_tables() -> str:
     """Return a heading and a table for each section: key, what is allowed, default, meaning."""
-    return "\n\n".join(_section(name, kind) for name, kind in SECTIONS.items() if name != "wheel")
+    sections = [_section(f"[{name}]", kind) for name, kind in SECTIONS.items() if not name.startswith("wheel")]
+    return "\n\n".join([*sections, _section(f"[[{CONDITION}]]", ConditionCase)])
 
 
 def with_key_tables(text: str) -> str:
@@ -44,12 +48,12 @@ def with_key_tables(text: str) -> str:
     return f"{before}{BEGIN}\n\n{key_tables()}\n\n{END}{after}"
 
 
-def _section(name: str, kind: type) -> str:
+def _section(heading: str, kind: type) -> str:
     summary, meanings = _documented(kind)
-    lines = [f"### `[{name}]`", "", summary, "", "| key | allowed | default | meaning |", "| --- | --- | --- | --- |"]
+    lines = [f"### `{heading}`", "", summary, "", "| key | allowed | default | meaning |", "| --- | --- | --- | --- |"]
     defaults = {item.name: item.default for item in fields(kind)}
     for key, annotation in keys_of(kind).items():
-        cells = f"`{key}`", _allowed(annotation), _default(name, key, defaults[key]), meanings[key]
+        cells = f"`{key}`", _allowed(annotation), _default(heading.strip("[]"), key, defaults[key]), meanings[key]
         lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
     return "\n".join(lines)
 
@@ -68,8 +72,10 @@ def _documented(kind: type) -> tuple[str, dict[str, str]]:
 
 
 def _allowed(annotation: Any) -> str:
-    if get_origin(annotation) is UnionType or NoneType in get_args(annotation):
-        annotation = next(choice for choice in get_args(annotation) if choice is not NoneType)
+    if get_origin(annotation) in (UnionType, Union):
+        return ", ".join(_allowed(choice) for choice in get_args(annotation) if choice is not NoneType)
+    if annotation is Topography:
+        return "name of a CSV file"
     if get_origin(annotation) is Literal:
         return ", ".join(f"`{toml_text(choice)}`" for choice in get_args(annotation))
     if get_origin(annotation) is Annotated:
@@ -83,6 +89,8 @@ def _allowed(annotation: Any) -> str:
 def _default(section: str, key: str, default: Any) -> str:
     if default is MISSING and section in MULTIPLES:
         return "load × " + ", ".join(f"{factor:g}" for factor in MULTIPLES[section])
+    if default is MISSING and section == CONDITION:
+        return "its number" if key == "name" else "that of the case"
     if default is MISSING:
         return "**required**"
     return "left out" if default is None else f"`{toml_text(default)}`"

@@ -130,7 +130,7 @@ def run_blocks(result: OnlineResult, pictures: Sequence[Picture]) -> list[Block]
 def _cell(value: object) -> str | float | int | bool | None:
     if isinstance(value, tuple):
         return ", ".join(f"{number:g}" for number in value)
-    return value if isinstance(value, (str, float, int, bool)) else None
+    return value if isinstance(value, (str, float, int, bool)) or value is None else str(value)
 
 
 def _error_table(result: OnlineResult) -> Table:

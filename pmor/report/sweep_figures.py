@@ -59,14 +59,14 @@ def ste_figure(reduced: SteSweep, full: SteSweep | None = None, reduced_there: S
 
 
 def load_sharing_figure(sweep: SteSweep) -> Figure:
-    """Share of the torque per tooth pair over one pitch, a panel per torque."""
+    """Share of the torque per tooth pair over the angle, a panel per torque."""
     with plot_style():
         n = len(sweep.torque_Nm)
         figure = new_figure(7.6, 1.2 + 1.9 * n)
         panels = np.atleast_1d(figure.subplots(n, 1, sharex=True))
         # A pair that never touches at any torque would only lengthen the legend.
         ever = np.flatnonzero((np.nan_to_num(sweep.pair_share) > 0).any(axis=(0, 1)))
-        phi = np.append(sweep.phi_rad, sweep.phi_rad[0] + sweep.pitch_rad)
+        phi = np.append(sweep.phi_rad, sweep.phi_rad[0] + sweep.span_rad)
         for panel, torque, share in zip(panels, sweep.torque_Nm, sweep.pair_share, strict=True):
             for colour, j in enumerate(ever):
                 panel.plot(
@@ -165,14 +165,14 @@ def _curve(sweeps: Sequence[SteSweep], torque: float) -> tuple[FloatArray, Float
         error = np.zeros_like(sweep.ste_um) if sweep.ste_error_um is None else np.abs(sweep.ste_error_um)
         rows = np.flatnonzero(sweep.torque_Nm == torque)
         found += [np.stack([sweep.phi_rad, sweep.ste_um[i], error[i]]) for i in rows]
-    start, pitch = sweeps[0].phi_rad[0], sweeps[0].pitch_rad
+    start, span = sweeps[0].phi_rad[0], max(sweep.span_rad for sweep in sweeps)
     phi, ste, error = np.concatenate(found, axis=1) if found else np.empty((3, 0))
-    phi = start + (phi - start) % pitch
+    phi = start + (phi - start) % span
     order = np.argsort(phi)
     order = np.concatenate([order[-1:], order, order[:1]])
     phi = phi[order]
-    phi[:1] -= pitch
-    phi[-1:] += pitch
+    phi[:1] -= span
+    phi[-1:] += span
     return phi, ste[order], error[order]
 
 
@@ -182,8 +182,8 @@ def _position_marker(phi: FloatArray) -> str:
 
 
 def _close_share(sweep: SteSweep, share: FloatArray, j: int) -> FloatArray:
-    """Share of pair column j (n_angles + 1,): one pitch on, a pair stands where its successor stood at the start."""
-    successor = np.flatnonzero(sweep.pair_index == sweep.pair_index[j] + 1)
+    """Share of pair column j (n_angles + 1,): at the end, a pair stands where a successor stood at the start."""
+    successor = np.flatnonzero(sweep.pair_index == sweep.pair_index[j] + sweep.pitches)
     return np.append(share[:, j], share[0, successor[0]] if successor.size else 0.0)
 
 
@@ -192,10 +192,10 @@ def _angle_axes(axes: Axes, sweep: SteSweep, top: Axes | None = None) -> None:
     pitch_deg = float(np.degrees(sweep.pitch_rad))
     axes.set_xlabel("Pinion roll angle [deg]")
     start = float(np.degrees(sweep.phi_rad[0]))
-    axes.set_xlim(start, start + pitch_deg)
+    axes.set_xlim(start, start + sweep.pitches * pitch_deg)
     carrier = axes if top is None else top
     fraction = carrier.secondary_xaxis("top", functions=(_over(pitch_deg), _over(1.0 / pitch_deg)))
-    fraction.set_xlabel("Fraction of a pitch [-]")
+    fraction.set_xlabel("Fraction of a pitch [-]" if sweep.pitches == 1 else "Pitches [-]")
 
 
 def _over(divisor: float) -> Callable[[ArrayLike], FloatArray]:

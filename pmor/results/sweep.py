@@ -6,6 +6,7 @@ visible as such: means and peaks over the pitch use the converged positions, the
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -13,18 +14,19 @@ import numpy as np
 
 from pmor.arrays import BoolArray, FloatArray, IntArray
 from pmor.results.loads import SweepStates
+from pmor.results.orders import Orders, orders
 
 MIN_RIPPLE_POINTS = 8  # a quartic takes five; fewer than three beyond that say nothing about ripple
 
 
 @dataclass(frozen=True)
 class SteSweep:
-    """Static transmission error and load sharing over one pitch.
+    """Static transmission error and load sharing over one pitch, or over several of them.
 
     Attributes
     ----------
     phi_rad : (n_angles,)
-        Pinion roll position over one pitch: uniform, end point excluded (the plots accept other spacings too).
+        Pinion roll position over the pitches: uniform, end point excluded (the plots accept other spacings too).
     torque_Nm : (n_torques,)
         At the pinion.
     ste_um : (n_torques, n_angles)
@@ -71,6 +73,16 @@ class SteSweep:
         for name, shape in expected.items():
             if getattr(self, name).shape != shape:
                 raise ValueError(f"{name} has shape {getattr(self, name).shape}, expected {shape}")
+
+    @property
+    def pitches(self) -> int:
+        """Angular pitches that the sweep spans; teeth with pitch deviations differ from one to the next."""
+        return max(1, math.ceil(float(np.ptp(self.phi_rad)) / self.pitch_rad - 1e-9)) if len(self.phi_rad) else 1
+
+    @property
+    def span_rad(self) -> float:
+        """Angle that they take, rad."""
+        return self.pitches * self.pitch_rad
 
 
 @dataclass(frozen=True)
@@ -130,23 +142,37 @@ def mesh_orders(sweep: SteSweep, torque_index: int, n_orders: int = 10) -> Float
     Raises
     ------
     ValueError
-        When the angles do not divide the pitch uniformly.
+        When the angles do not divide the pitches uniformly.
     """
-    n = len(sweep.phi_rad)
-    uniform = sweep.phi_rad[0] + sweep.pitch_rad * np.arange(n) / n
-    if not np.allclose(sweep.phi_rad, uniform, rtol=0.0, atol=1e-6 * sweep.pitch_rad / n):
-        raise ValueError("mesh orders need angles that divide one pitch uniformly, end point excluded")
+    found, pitches = orders_of(sweep, torque_index), sweep.pitches
     amplitudes = np.full(n_orders, np.nan)
-    spectrum = 2.0 * np.abs(np.fft.rfft(sweep.ste_um[torque_index])) / n
-    resolved = min(n_orders, (n - 1) // 2)
-    amplitudes[:resolved] = spectrum[1 : resolved + 1]
+    resolved = min(n_orders, len(found.amplitude) // pitches)
+    amplitudes[:resolved] = found.amplitude[pitches - 1 :: pitches][:resolved]
     return amplitudes
+
+
+def orders_of(sweep: SteSweep, torque_index: int) -> Orders:
+    """Orders of the STE over all pitches of a sweep, um; they count periods per turn of the pinion.
+
+    Over a whole revolution, or the period after which the same teeth meet again, they hold the long-period transmission
+    error that pitch deviations make, beside the orders of the mesh at multiples of the number of teeth.
+
+    Raises
+    ------
+    ValueError
+        When the angles do not divide the pitches uniformly.
+    """
+    n, span = len(sweep.phi_rad), sweep.span_rad
+    uniform = sweep.phi_rad[0] + span * np.arange(n) / n
+    if not np.allclose(sweep.phi_rad, uniform, rtol=0.0, atol=1e-6 * span / n):
+        raise ValueError("mesh orders need angles that divide one pitch, or several, uniformly, end point excluded")
+    return orders(sweep.phi_rad, sweep.ste_um[torque_index], span)
 
 
 def single_pair_zone(sweep: SteSweep, torque_index: int) -> IntArray:
     """Indices of the angles in the longest run in which exactly one pair carries load, in order of rolling.
 
-    The sweep is periodic, so a run may wrap around the pitch: indices then jump from the last to the first.
+    The sweep is periodic, so a run may wrap around its end: indices then jump from the last to the first.
     """
     single = (sweep.pair_share[torque_index] > 0).sum(axis=1) == 1
     single &= sweep.converged[torque_index] & np.isfinite(sweep.ste_um[torque_index])
@@ -169,7 +195,7 @@ def ripple_um(sweep: SteSweep, torque_index: int) -> float:
     if len(zone) < MIN_RIPPLE_POINTS:
         return float("nan")
     phi = sweep.phi_rad[zone]
-    phi = phi + sweep.pitch_rad * (phi < phi[0])
+    phi = phi + sweep.span_rad * (phi < phi[0])
     ste = sweep.ste_um[torque_index, zone]
     fit = np.polynomial.Polynomial.fit(phi, ste, deg=4)
     return float(np.std(ste - fit(phi)))

@@ -117,17 +117,18 @@ def require_made_from(path: Path, basis: Basis, case: Case) -> None:
         Of the basis file.
     basis : Basis
     case : Case
-        What it should have been made from; sweep, comparison and output may differ.
+        What it should have been made from; modifications, sweep, comparison and output may differ.
     """
     if basis_key(basis.case) == basis_key(case):
         return
     own = {name: value for name, value, _ in describe(basis.case)}
     # What no basis depends on comes last and is never reached: the keys differ.
-    free = ("title", "load.", "misalignment.", "online.", "compare.", "output.")
+    modifications = "pinion.modification.", "wheel.modification."
+    free = ("title", "load.", *modifications, "misalignment.", "online.", "compare.", "output.")
     differences = (
-        f"[{name.replace('.', '] ')} is {own[name]} in it, {value} in the case"
+        f"[{name.replace('.', '] ')} is {own.get(name)} in it, {value} in the case"
         for name, value, _ in sorted(describe(case), key=lambda setting: setting[0].startswith(free))
-        if own[name] != value
+        if own.get(name) != value
     )
     raise FileFormatError(f"{path}: is the basis of another case: {next(differences)}; {BASIS_SCHEMA.remedy}")
 

@@ -15,6 +15,7 @@ from pmor.gear.pair import GearPair
 from pmor.gear.tooth import Tooth
 
 WIDTH, MIDDLE = 20.0, 1.5
+FACE = MIDDLE - 0.5 * WIDTH, MIDDLE + 0.5 * WIDTH
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +31,7 @@ def amount_um(pair):
     start, end = pair.active_rolls[0]
 
     def of(modification, xi, zeta, tooth=0):
-        deviation = kernel_deviation(modification, pair.pinion, (start, end), WIDTH, MIDDLE)
+        deviation = kernel_deviation(modification, pair.pinion, (start, end), FACE)
         u, z = 0.5 * (start + end) + xi * (end - start), MIDDLE + zeta * WIDTH
         return 1e3 * flank_deviation(deviation, u, z, tooth)
 
@@ -47,7 +48,7 @@ def test_active_profiles_of_both_gears_meet_tip_to_start(pair):
 
 
 def test_unmodified_flank_deviates_nowhere(pair):
-    deviation = kernel_deviation(UNMODIFIED, pair.pinion, pair.active_rolls[0], WIDTH)
+    deviation = kernel_deviation(UNMODIFIED, pair.pinion, pair.active_rolls[0], (-10.0, 10.0))
     assert not deviation.present
     assert flank_deviation(deviation, 0.4, 3.0, 5) == 0.0
     assert flank_deviation(NO_DEVIATION, 0.4, 3.0, 5) == 0.0
@@ -61,7 +62,7 @@ def test_reliefs_start_and_end_where_they_say(pair, shape, halfway):
         tip_relief_um=20.0, tip_relief_start_roll_deg=math.degrees(middle), tip_relief_shape=shape,
         root_relief_um=12.0, root_relief_end_roll_deg=math.degrees(middle), root_relief_shape=shape,
     )  # fmt: skip
-    deviation = kernel_deviation(relief, pair.pinion, (start, end), WIDTH)
+    deviation = kernel_deviation(relief, pair.pinion, (start, end), (-10.0, 10.0))
     u = np.array([start, 0.5 * (start + middle), middle, 0.5 * (middle + tip), tip, 2.0 * tip - middle])
     out = np.empty(6)
     deviations_at(deviation, u, np.zeros(6), np.zeros(6, dtype=np.int64), out)
@@ -125,7 +126,7 @@ def _grid(function, n=7, m=5):
 
 
 def _on_grid(pair, topography, roll_deg, z):
-    deviation = kernel_deviation(Modification(topography=topography), pair.pinion, pair.active_rolls[0], WIDTH)
+    deviation = kernel_deviation(Modification(topography=topography), pair.pinion, pair.active_rolls[0], (-10.0, 10.0))
     return 1e3 * flank_deviation(deviation, math.radians(roll_deg), z, 0)
 
 

@@ -1,0 +1,119 @@
+"""Rules that tie the values of a modification together, with each other and with the gear that it is of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pmor.case.schema import Case, GearCase
+from pmor.case.values import toml_text
+from pmor.case.width import meshed_width
+from pmor.errors import CaseError
+from pmor.flank import Modification
+
+# Amounts, what says where they reach, and what that is.
+REACHES = (
+    ("tip_relief_um", "tip_relief_start_roll_deg", "the roll angle at which it starts"),
+    ("root_relief_um", "root_relief_end_roll_deg", "the roll angle at which it ends"),
+    ("end_relief_um", "end_relief_length_mm", "how far it reaches from each face"),
+)
+# A grid may end this much before the flank that it covers, for the last digits of its file.
+GRID_SLACK_MM = 1e-3
+
+
+@dataclass(frozen=True)
+class ModifiedFlank:
+    """A modification, the gear it is of, and what messages call its section.
+
+    Parameters
+    ----------
+    place : str
+    wheel : bool
+        Whether it is of the wheel.
+    gear : GearCase
+    modification : Modification
+    """
+
+    place: str
+    wheel: bool
+    gear: GearCase
+    modification: Modification
+
+
+def modified_flanks(case: Case) -> list[ModifiedFlank]:
+    """List the modifications of a case and of its conditions that are there."""
+    named = [("[pinion.modification]", "[wheel.modification]", case.pinion_modification, case.wheel_modification)]
+    for condition in case.conditions:
+        pinion, wheel = (f"[condition.{gear}] of {toml_text(condition.name)}:" for gear in ("pinion", "wheel"))
+        named.append((pinion, wheel, condition.pinion, condition.wheel))
+    found = []
+    for on_pinion, on_wheel, of_pinion, of_wheel in named:
+        found.append(ModifiedFlank(on_pinion, False, case.pair.pinion, of_pinion))
+        found.append(ModifiedFlank(on_wheel, True, case.pair.wheel, of_wheel))
+    return [flank for flank in found if flank.modification.present]
+
+
+def check_flanks(case: Case, where: str) -> None:
+    """Raise `CaseError` where modifications do not fit their gears, or the contact scheme does not know them.
+
+    Whether they lie on the flank, only the geometry of the pair says (`pmor.pair.modifications`).
+    """
+    for flank in modified_flanks(case):
+        place = f"{where}: {flank.place}"
+        for amount, reach, what in REACHES:
+            if getattr(flank.modification, amount) != 0.0 and getattr(flank.modification, reach) is None:
+                raise CaseError(
+                    f"{place} {amount} = {getattr(flank.modification, amount)}: needs {what}: add {reach} = ..."
+                )
+        _check_pitch(flank, place)
+        _check_over_width(flank, case.pair.face_width_mm, place)
+        if case.contact.kind == "strip":
+            raise CaseError(
+                f'{place}: strips of pressure know no deviations of flanks: write [contact] scheme = "line" or "direct"'
+            )
+        _refuse_uneven_flank(case, flank.modification, place)
+
+
+def _check_pitch(flank: ModifiedFlank, place: str) -> None:
+    found = len(flank.modification.pitch_deviations_um)
+    if found not in (0, flank.gear.teeth):
+        raise CaseError(
+            f"{place} pitch_deviations_um: {found} numbers for {flank.gear.teeth} teeth: give one for each tooth"
+        )
+
+
+def _check_over_width(flank: ModifiedFlank, pair_width_mm: float, place: str) -> None:
+    width_mm, length_mm = flank.gear.face_width_mm or pair_width_mm, flank.modification.end_relief_length_mm
+    if length_mm is not None and length_mm > 0.5 * width_mm:
+        raise CaseError(
+            f"{place} end_relief_length_mm = {length_mm}: must be at most {0.5 * width_mm:g} mm, half the face width: "
+            "lower it, or write helix_crowning_um"
+        )
+    topography = flank.modification.topography
+    if topography is None or _covers(topography.z_mm, width_mm):
+        return
+    low, high = topography.z_mm[0], topography.z_mm[-1]
+    remedy = "widen the grid; z counts from the middle of the gear's own face"
+    if _covers(topography.roll_deg, width_mm):
+        remedy = "the axes look swapped: z in mm belongs in the first row, roll angles in degrees in the first column"
+    raise CaseError(
+        f"{place} topography: its z from {low:g} to {high:g} mm do not cover the face, {-0.5 * width_mm:g} to "
+        f"{0.5 * width_mm:g} mm: {remedy}"
+    )
+
+
+def _covers(places_mm: tuple[float, ...], width_mm: float) -> bool:
+    return places_mm[0] <= -0.5 * width_mm + GRID_SLACK_MM and places_mm[-1] >= 0.5 * width_mm - GRID_SLACK_MM
+
+
+def _refuse_uneven_flank(case: Case, modification: Modification, place: str) -> None:
+    width = meshed_width(case)
+    if width == "half" and not modification.mirrored:
+        raise CaseError(
+            f"{place}: the halves of the face differ, and the mesh has one half that stands for both: write [mesh] "
+            'width = "whole"'
+        )
+    if width == "plane_strain" and not modification.even:
+        raise CaseError(
+            f'{place}: the flank differs over the width, and [mesh] width = "plane_strain" has one section for all of '
+            'it: write "whole"'
+        )

@@ -1,0 +1,162 @@
+"""Broken modifications, topographies and conditions: one line that names the place and the remedy, exit code 2."""
+
+import math
+
+import pytest
+
+from pmor.app.cli import main
+from pmor.case import load_case, parse_case
+from pmor.errors import PmorError
+from pmor.pair.model import gear_pair
+
+GOOD = """
+[load]
+torque_Nm = 100.0
+[pair]
+module_mm = 4.0
+face_width_mm = 20.0
+[pinion]
+teeth = 21
+bore_radius_mm = 20.0
+[mesh]
+profile_elements = 6
+width_elements = 2
+"""
+RELIEF = "[pinion.modification]\ntip_relief_um = 20.0\n"
+TOPOGRAPHY = '[pinion.modification]\ntopography = "flank.csv"\n'
+WHOLE = '[mesh]\nprofile_elements = 6\nwidth_elements = 2\nwidth = "whole"\n'
+TILTED_HALVES = "[wheel.modification]\nhelix_slope_um = 4.0\n"
+
+
+def pitches(count, key="pinion"):
+    return f"[{key}.modification]\npitch_deviations_um = {[0.5 * j for j in range(count)]}\n"
+
+
+def grid(rolls=(5, 20, 35), z=(-10, 0, 10), amounts=None):
+    rows = [[roll, *(amounts or [1.0] * len(z))] for roll in rolls]
+    return "\n".join([",".join(["", *map(str, z)]), *(",".join(map(str, row)) for row in rows)])
+
+
+# name: (what follows the good case, what the message must hold, the CSV file)
+BROKEN = {
+    "misspelt key": ("[pinion.modification]\ntip_releif_um = 1", ["tip_releif_um", "did you mean tip_relief_um?"]),
+    "misspelt section": ("[pinion.modifications]\ntip_relief_um = 1", ["[pinion] modifications", "modification"]),
+    "section as a value": (GOOD.replace("teeth = 21", "teeth = 21\nmodification = 3"), ["write [pinion.modification]"]),
+    "key in the gear's section": (
+        GOOD.replace("teeth = 21", "teeth = 21\ntip_relief_um = 3"), ["belongs in [pinion.modification]"],
+    ),
+    "relief without a start": (RELIEF, ["tip_relief_um = 20.0", "add tip_relief_start_roll_deg"]),
+    "start beyond the tip": (RELIEF + "tip_relief_start_roll_deg = 40", ["start_roll_deg = 40", "lower it"]),
+    "start below the flank": (RELIEF + "tip_relief_start_roll_deg = 1.5", ["tip_relief_start_roll_deg = 1.5", "raise"]),
+    "start in radians": (RELIEF + "tip_relief_start_roll_deg = 0.45", ["looks like radians", "write 25.78"]),
+    "start as text": (RELIEF + 'tip_relief_start_roll_deg = "tip"', ["must be a number"]),
+    "unknown shape": (RELIEF + 'tip_relief_shape = "cubic"', ["tip_relief_shape", "parabolic"]),
+    "relief in mm": (RELIEF.replace("20.0", "nan"), ["tip_relief_um = nan", "finite"]),
+    "a millimetre too much": (RELIEF.replace("20.0", "2000.0"), ["tip_relief_um = 2000.0", "between -1000 and 1000"]),
+    "root relief without an end": ("[wheel.modification]\nroot_relief_um = 5", ["add root_relief_end_roll_deg"]),
+    "root relief that never ends": (
+        "[wheel.modification]\nroot_relief_um = 5\nroot_relief_end_roll_deg = 45", ["[wheel.modification]", "lower it"],
+    ),
+    "root relief below the active profile": (
+        "[wheel.modification]\nroot_relief_um = 5\nroot_relief_end_roll_deg = 3", ["above the start", "raise it"],
+    ),
+    "end relief without a length": ("[pinion.modification]\nend_relief_um = 5", ["add end_relief_length_mm"]),
+    "end relief beyond the middle": (
+        "[pinion.modification]\nend_relief_um = 5\nend_relief_length_mm = 11", ["at most 10 mm", "lower it"],
+    ),
+    "too few pitch deviations": (pitches(20), ["20 numbers for 21 teeth"]),
+    "too many pitch deviations": (pitches(22, "wheel"), ["[wheel.modification]", "22 numbers for 21 teeth"]),
+    "one pitch deviation, no list": (
+        "[pinion.modification]\npitch_deviations_um = 3", ["pitch_deviations_um = 3", "must be a list"],
+    ),
+    "pitch deviations with a word": ('[pinion.modification]\npitch_deviations_um = ["a"]', ["each value must be"]),
+    "uneven halves on half a mesh": (TILTED_HALVES, ["halves of the face differ", 'width = "whole"']),
+    "crowning in plane strain": (
+        GOOD.replace("width_elements = 2", 'width = "plane_strain"') + "[pinion.modification]\nhelix_crowning_um = 4",
+        ["differs over the width", 'write "whole"'],
+    ),
+    "strips": ('[contact]\nscheme = "strip"\n[pinion.modification]\nhelix_crowning_um = 4', ["strips", '"line"']),
+    "no such topography": (TOPOGRAPHY.replace("flank.csv", "none.csv"), ["none.csv", "no such file"]),
+    "topography as a number": ("[pinion.modification]\ntopography = 3", ["name of a CSV file"]),
+    "topography too small": (TOPOGRAPHY, ["at least 2 x 2"], grid(rolls=(5,))),
+    "topography with a hole": (TOPOGRAPHY, ["row 2, column 3", "an empty cell"], grid(amounts=(1, "", 2))),
+    "topography with a word": (TOPOGRAPHY, ['"x" is not a number'], grid(amounts=(1, "x", 2))),
+    "topography with NaN": (TOPOGRAPHY, ["amount nan um"], grid(amounts=(1, "nan", 2))),
+    "topography in mm": (TOPOGRAPHY, ["amount 2000 um"], grid(amounts=(1, 2000, 2))),
+    "topography with a short row": (TOPOGRAPHY, ["2 amounts", "3 places"], grid(amounts=(1, 2))),
+    "topography upside down": (TOPOGRAPHY, ["must ascend"], grid(rolls=(35, 20, 5))),
+    "topography with swapped axes": (TOPOGRAPHY, ["look swapped"], grid(rolls=(-10, 0, 10), z=(5, 20, 35))),
+    "topography in radians": (TOPOGRAPHY, ["look like radians"], grid(rolls=(0.08, 0.3, 0.6))),
+    "topography that ends before the tip": (TOPOGRAPHY, ["do not cover the active profile"], grid(rolls=(5, 20, 30))),
+    "topography that is too narrow": (TOPOGRAPHY, ["do not cover the face"], grid(z=(-8, 0, 8))),
+    "topography that is not text": (TOPOGRAPHY, ["cannot be read"], b"\xff\xfe\x00\x01"),
+    "rounding and chamfer": (
+        GOOD.replace("teeth = 21", "teeth = 21\ntip_rounding_mm = 0.2\ntip_chamfer_mm = 0.2"), ["leave one of the two"],
+    ),
+    "rounding wider than the tip": (
+        GOOD.replace("teeth = 21", "teeth = 21\ntip_rounding_mm = 3.0"), ["[pinion] tip_rounding_mm = 3", "tip land"],
+    ),
+    "chamfer of the whole flank": (
+        GOOD.replace("teeth = 21", "teeth = 21\ntip_chamfer_mm = 8.0"), ["tip_chamfer_mm = 8", "leaves nothing"],
+    ),
+    "rounding below nothing": (
+        GOOD.replace("teeth = 21", "teeth = 21\ntip_rounding_mm = -1"), ["tip_rounding_mm = -1", "between 0 and"],
+    ),
+    "one condition in single brackets": ("[condition]\ntorque_Nm = 5", ["write [[condition]]"]),
+    "condition of another name twice": ('[[condition]]\nname = "a"\n[[condition]]\nname = "a"', ["is there twice"]),
+    "condition with an unknown key": ("[[condition]]\ntorque = 5", ["[condition] torque", "torque_Nm"]),
+    "condition with a modification that does not fit": (
+        '[[condition]]\nname = "low"\n[condition.wheel]\ntip_relief_um = 5\ntip_relief_start_roll_deg = 44',
+        ['[condition.wheel] of "low"', "lower it"],
+    ),
+    "condition beyond the training": ('[[condition]]\nname = "high"\ntorque_Nm = 900', ['"high"', "900", "[offline]"]),
+    "condition with tilted axes on half a mesh": ("[[condition]]\nin_plane_um = 5", ['"condition 1"', "in_plane_um"]),
+    "a whole number of pitches": ("[online]\npitches = 1.5", ["pitches = 1.5", "whole number"]),
+    "pitches in another word": ('[online]\npitches = "revolutions"', ["did you mean revolution?"]),
+}  # fmt: skip
+
+
+@pytest.fixture(params=BROKEN, ids=list(BROKEN))
+def broken(request, tmp_path):
+    text, expected, *file = BROKEN[request.param]
+    path = tmp_path / "case.toml"
+    path.write_text(text if "[load]" in text else GOOD + text)
+    if file:
+        content = file[0] if isinstance(file[0], bytes) else file[0].encode()
+        (tmp_path / "flank.csv").write_bytes(content)
+    return path, expected
+
+
+def test_broken_modifications_are_refused_in_one_line(broken):
+    path, expected = broken
+    with pytest.raises(PmorError) as caught:
+        gear_pair(load_case(path))
+    message = str(caught.value)
+    assert "\n" not in message
+    assert caught.value.exit_code == 2
+    for part in expected:
+        assert part in message
+
+
+@pytest.mark.parametrize("name", ["relief without a start", "start beyond the tip", "rounding wider than the tip"])
+def test_the_command_ends_with_one_line_and_exit_code_2(name, tmp_path, capsys):
+    text = BROKEN[name][0]
+    path = tmp_path / "case.toml"
+    path.write_text(text if "[load]" in text else GOOD + text)
+    assert main(["plan", str(path)]) == 2
+    shown = capsys.readouterr()
+    assert len(shown.err.strip().splitlines()) == 1
+    assert shown.out == ""
+    for part in BROKEN[name][1]:
+        assert part in shown.err
+
+
+def test_the_good_case_and_its_neighbours_are_accepted(tmp_path):
+    (tmp_path / "flank.csv").write_text(grid())
+    for text in (GOOD, GOOD + RELIEF + "tip_relief_start_roll_deg = 25", GOOD + pitches(21), GOOD + TOPOGRAPHY):
+        path = tmp_path / "case.toml"
+        path.write_text(text)
+        case = load_case(path)
+        start, end = gear_pair(case).active_rolls[0]
+        assert 5.0 < math.degrees(start) < 25.0 < math.degrees(end) < 35.0
+    assert parse_case(GOOD.split("[mesh]")[0] + WHOLE + TILTED_HALVES, "case", "case").wheel_modification.present
