@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 import sys
+import time
+from collections.abc import Callable
 from types import TracebackType
 from typing import Any
+
+# Steps after the first one, below which a rate says nothing.
+FEWEST_WAITS = 3
 
 
 class Progress:
     """A bar on stderr with count, rate and time left; silent where stderr is no terminal and there is no notebook.
+
+    Rate and time left are told once progress is steady: a first step may compile kernels or read a model.
 
     Parameters
     ----------
@@ -48,6 +55,39 @@ class Progress:
         self.close()
 
 
+class SteadyRate:
+    """Steps per second after the first one, the longest wait left out: some later step compiles as well.
+
+    Parameters
+    ----------
+    clock : callable
+        Gives seconds.
+    """
+
+    def __init__(self, clock: Callable[[], float] = time.perf_counter) -> None:
+        self._clock, self._last = clock, float("nan")
+        self._waits, self._steps, self._seconds = 0, 0, 0.0
+        self._longest, self._steps_in_longest = 0.0, 0
+
+    def advance(self, n: int) -> None:
+        """Note that `n` more steps are done."""
+        now = self._clock()
+        wait, self._last = now - self._last, now
+        if wait != wait:  # the first step
+            return
+        self._waits, self._steps, self._seconds = self._waits + 1, self._steps + n, self._seconds + wait
+        if wait > self._longest:
+            self._longest, self._steps_in_longest = wait, n
+
+    @property
+    def per_second(self) -> float | None:
+        """Return the rate; None before there are enough steps to tell."""
+        seconds = self._seconds - self._longest
+        if self._waits < FEWEST_WAITS or seconds <= 0.0:
+            return None
+        return (self._steps - self._steps_in_longest) / seconds
+
+
 def format_time(seconds: float) -> str:
     """Write a duration the way people say it: `4.2 s`, `3 min 05 s`, `2 h 10 min`."""
     if seconds < 59.95:
@@ -67,8 +107,19 @@ def _bar(total: int, label: str, done: int) -> Any:
     else:
         return None
 
+    rate = SteadyRate()
+
     class Bar(tqdm):  # type: ignore[misc]
         # tqdm's monitor would be a thread, which worker processes forked meanwhile inherit in whatever state it is.
         monitor_interval = 0
+
+        def update(self, n: int = 1) -> Any:
+            rate.advance(n)
+            return super().update(n)
+
+        @property
+        def format_dict(self) -> dict[str, Any]:
+            # A rate of zero is shown as unknown; none would let tqdm take the average from the start.
+            return {**super().format_dict, "rate": rate.per_second or 0.0}
 
     return Bar(total=total, desc=label, initial=done, miniters=1, dynamic_ncols=True)

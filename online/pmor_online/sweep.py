@@ -81,14 +81,13 @@ def sweep_reduced_pair(
     SteSweep
     """
     start = time.perf_counter()
-    torques = np.array([condition.given_torque for condition in conditions])
     found, loads = _solve(reduced, phi, conditions, executor, tolerance, advance, recorded)
     base_radius = reduced.meshed.pair.pinion.base_radius
     lead = np.where(found.converged, found.lead, np.nan)
     share, pair_index = _shares(found.pair, found.pair_torque)
     return SteSweep(
         phi_rad=np.asarray(phi, dtype=float),
-        torque_Nm=torques * 1e-3,
+        torque_Nm=np.array([condition.torque_Nm for condition in conditions]),
         ste_um=lead * base_radius * 1e3,
         pair_share=share,
         pair_index=pair_index,

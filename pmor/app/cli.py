@@ -5,11 +5,15 @@ Exit codes: 0 done, 2 the engineer can mend it (case file, output folder, argume
 
 import argparse
 import errno
+import logging
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from pmor.app import commands
+from pmor.app.streams import usable_streams
 from pmor.errors import PmorError
 from pmor.version import __version__
 
@@ -34,10 +38,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     argv : sequence of str, optional
         Arguments without the program's name; those of the process by default.
     """
-    arguments = vars(build_parser().parse_args(argv))
-    name = arguments.pop("command")
+    with usable_streams(), _spoken_log():
+        arguments = vars(build_parser().parse_args(argv))
+        return _run(arguments.pop("command"), arguments)
+
+
+def _run(name: str, arguments: dict[str, Any]) -> int:
     try:
         getattr(commands, name)(**arguments)
+        sys.stdout.flush()
     except PmorError as error:
         print(f"pmor: error: {_one_line(str(error))}", file=sys.stderr)
         return error.exit_code
@@ -155,6 +164,25 @@ def _add_jobs(parser: argparse.ArgumentParser, what: str = "angles") -> None:
 
 def _add_overwrite(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--overwrite", action="store_true", help="replace results that are there, whoever wrote them")
+
+
+@contextmanager
+def _spoken_log() -> Iterator[None]:
+    """Say on the error stream what the library notes beside its work."""
+    log, handler = logging.getLogger("pmor"), logging.StreamHandler()
+    # On a terminal a bar may stand half written in the line.
+    start = "\r\x1b[K" if sys.stderr.isatty() else ""
+    handler.setFormatter(logging.Formatter(f"{start}pmor: %(message)s"))
+    # Where a user has no folder for its settings it says so in three lines; nothing here depends on them.
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)
+    level = log.level
+    log.addHandler(handler)
+    log.setLevel(logging.INFO)
+    try:
+        yield
+    finally:
+        log.removeHandler(handler)
+        log.setLevel(level)
 
 
 def _one_line(text: str) -> str:

@@ -6,7 +6,7 @@ A new part of the plan is one more function in `PARTS`: from the case to the lin
 from collections.abc import Callable
 
 from pmor.app.left_out import computed, full_solves, left_out, misalignments, remarks, scene
-from pmor.case import Case, describe
+from pmor.case import Case, describe, short_list
 from pmor.case.width import elements_across, meshed_width
 
 NOT_WRITTEN = {
@@ -118,12 +118,12 @@ def _value_text(key: str, value: object) -> str:
         return NOT_WRITTEN[key]
     if isinstance(value, bool):
         return str(value).lower()
-    return "[" + ", ".join(map(str, value)) + "]" if isinstance(value, tuple) else str(value)
+    return f"[{short_list(value)}]" if isinstance(value, tuple) else str(value)
 
 
 def _torques_text(torques: tuple[float, ...]) -> str:
     count = "1 torque" if len(torques) == 1 else f"{len(torques)} torques"
-    return f"{count}: {', '.join(f'{torque:g}' for torque in torques)} N m"
+    return f"{count}: {short_list(torques)} N m"
 
 
 PARTS: tuple[Callable[[Case], list[str]], ...] = (_heading, _settings, _sizes, _work, _computed_and_left_out)

@@ -5,7 +5,7 @@ Lengths carry their unit in the name of the key; those without one are in (norma
 
 from pmor.case.change import change_case, changed_text, make_case, text_of
 from pmor.case.checks import refuse_uneven_load
-from pmor.case.describe import basis_key, describe
+from pmor.case.describe import basis_key, describe, short_list
 from pmor.case.extrapolation import beyond_training
 from pmor.case.loader import load_case, parse_case
 from pmor.case.schema import (
@@ -45,5 +45,6 @@ __all__ = [
     "make_case",
     "parse_case",
     "refuse_uneven_load",
+    "short_list",
     "text_of",
 ]

@@ -3,12 +3,16 @@
 import hashlib
 import json
 import tomllib
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
 from pmor.case.change import sections_of
 from pmor.case.document import flattened
 from pmor.case.schema import Case
+
+# Values of a list that people read one by one.
+LONGEST_LIST = 8
 
 
 def describe(case: Case) -> list[tuple[str, Any, bool]]:
@@ -25,6 +29,14 @@ def describe(case: Case) -> list[tuple[str, Any, bool]]:
         written = document.get(section, {})
         settings += [(f"{section}.{key}", value, key not in written) for key, value in values.items()]
     return settings
+
+
+def short_list(values: Sequence[float]) -> str:
+    """Return numbers as text; of many, the first ones and the last."""
+    texts = [f"{value:.12g}" for value in values]
+    if len(texts) > LONGEST_LIST:
+        texts = [*texts[:3], "...", texts[-1]]
+    return ", ".join(texts)
 
 
 def basis_key(case: Case) -> str:

@@ -143,7 +143,8 @@ def _number(value: object, allowed: Range) -> float:
     except OverflowError:  # an integer of hundreds of digits
         number = math.inf
     _check_range(number, allowed)
-    return number
+    # Evenly spaced torques come as 70.10000000000001 from whoever made the list; files and curves are labelled by them.
+    return float(f"{number:.12g}") if allowed.unit == TORQUE_UNIT else number
 
 
 def _numbers(value: object, allowed: Range) -> tuple[float, ...]:

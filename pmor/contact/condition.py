@@ -125,6 +125,11 @@ class Condition:
         return self.torque
 
     @property
+    def torque_Nm(self) -> float:
+        """The torque in N m as it was written: rid of what changing its unit to and fro leaves in the last digits."""
+        return float(f"{1e-3 * self.given_torque:.12g}")
+
+    @property
     def drive(self) -> str:
         """What drives the pair, for messages."""
         return f"lead = {self.lead:.6g} rad" if self.torque is None else f"torque = {self.torque * 1e-3:.6g} N m"

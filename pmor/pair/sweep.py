@@ -102,7 +102,7 @@ def collect_sweep(
     used = np.flatnonzero(share.any(axis=(0, 1)))
     return SteSweep(
         phi_rad=np.asarray(phi, dtype=float),
-        torque_Nm=np.array([condition.given_torque for condition in conditions]) * 1e-3,
+        torque_Nm=np.array([condition.torque_Nm for condition in conditions]),
         ste_um=np.array(leads).T * meshed.pair.pinion.base_radius * 1e3,
         pair_share=share[..., used],
         pair_index=pairs[used],

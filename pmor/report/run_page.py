@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pmor.case import Case, describe
+from pmor.case import Case, describe, short_list
 from pmor.gear.classical.formulas import classical_results
 from pmor.mesh.sector import SectorMesh
 from pmor.pair.conditions import nominal_condition
@@ -129,7 +129,7 @@ def run_blocks(result: OnlineResult, pictures: Sequence[Picture]) -> list[Block]
 
 def _cell(value: object) -> str | float | int | bool | None:
     if isinstance(value, tuple):
-        return ", ".join(f"{number:g}" for number in value)
+        return short_list(value)
     return value if isinstance(value, (str, float, int, bool)) or value is None else str(value)
 
 
@@ -149,8 +149,9 @@ def _error_table(result: OnlineResult) -> Table:
     ]  # fmt: skip
     reduced_ms, full_ms = ms_per_position(comparison.reduced), ms_per_position(full)
     note = (
-        f"{full.ste_um.shape[1]} unseen angles. Reduced model {reduced_ms:.3g} ms, full FE {full_ms:.3g} ms per "
-        f"position (condensed compliance, same solver); offline {result.reduced.basis.training.seconds:.3g} s."
+        f"Mean and peak-to-peak are those of full FE over {full.ste_um.shape[1]} unseen angles. "
+        f"Reduced model {reduced_ms:.3g} ms, full FE {full_ms:.3g} ms per position (condensed compliance, same "
+        f"solver); offline {result.reduced.basis.training.seconds:.3g} s."
     )
     return Table("Reduced against full FE, and run time", columns, rows, note)
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import base64
 import io
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -26,7 +27,7 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#0
 @contextmanager
 def plot_style() -> Iterator[None]:
     """The one place that decides on fonts, colours and grids."""
-    import matplotlib
+    matplotlib = _matplotlib()
     from cycler import cycler
 
     settings: Any = {
@@ -52,6 +53,16 @@ def plot_style() -> Iterator[None]:
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(settings)
         yield
+
+
+def _matplotlib() -> Any:
+    """Import matplotlib, also where MPLBACKEND names a backend that is not installed, as in a child of Jupyter."""
+    try:
+        import matplotlib
+    except ValueError:
+        os.environ.pop("MPLBACKEND", None)
+        import matplotlib
+    return matplotlib
 
 
 def new_figure(width_in: float = 7.2, height_in: float = 4.2) -> Figure:

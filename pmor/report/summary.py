@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,15 @@ from pmor.pair.limits import range_warnings
 from pmor.pair.model import approach_estimate
 from pmor.report.data_files import write_ste_csv, write_summary_json
 from pmor.report.table import Cell, format_cell
-from pmor.results.sweep import SteSweep, largest_error_um, peak_to_peak_um, ripple_um, ste_mean_um, torque_exponent
+from pmor.results.sweep import (
+    MIN_RIPPLE_POINTS,
+    SteSweep,
+    largest_error_um,
+    peak_to_peak_um,
+    ripple_um,
+    ste_mean_um,
+    torque_exponent,
+)
 from pmor_online.run import OnlineResult
 
 #: what `write_results` leaves
@@ -49,11 +58,13 @@ def summary_rows(result: OnlineResult) -> list[tuple[str, float | int | None, st
     """Return the summary in words: (label, value, unit, note)."""
     s, comparison = summary(result), result.comparison
     rows = [
-        ("STE mean", s["ste_mean_um"], "um", f"at {s['torque_Nm']:g} N m"),
+        ("STE mean", s["ste_mean_um"], "um", f"at {s['torque_Nm']:g} N m, over {s['n_angles']} angles of a pitch"),
         ("STE peak-to-peak", s["ste_peak_to_peak_um"], "um", ""),
-        ("STE ripple", s["ste_ripple_um"], "um", "about a quartic where one pair carries the load"),
-        ("STE over torque", s["ste_torque_exponent"], "", "exponent; 1 is linear"),
-        ("STE error bar, max", s["ste_error_estimate_max_um"], "um", "what the reduction costs, estimated online"),
+        _known("STE ripple", s["ste_ripple_um"], "um", "about a quartic where one pair carries the load",
+               f"needs {MIN_RIPPLE_POINTS} angles with one pair in contact"),
+        _known("STE over torque", s["ste_torque_exponent"], "", "exponent; 1 is linear", "needs a second torque"),
+        _known("STE error bar, max", s["ste_error_estimate_max_um"], "um", "what the reduction costs, estimated online",
+               "needs [reduction] error_estimate = true"),
         ("reduced model size", s["rom_size"], "", "unknowns at most"),
         ("online time", s["online_ms_per_position"], "ms", f"per position, {len(result.sweep.phi_rad)} angles x "
          f"{len(result.sweep.torque_Nm)} torques" + (f", {result.jobs} threads" if result.jobs > 1 else "")),
@@ -70,6 +81,12 @@ def summary_rows(result: OnlineResult) -> list[tuple[str, float | int | None, st
         ("offline time", s["offline_s"], "s", "finite elements and training"),
         ("basis", s["basis_mib"], "MiB", ""),
     ]
+
+
+def _known(label: str, value: float | None, unit: str, note: str, lacks: str) -> tuple[str, float | None, str, str]:
+    """A row of the summary, with what it takes where there is no value."""
+    known = value is not None and math.isfinite(value)
+    return (label, value, unit, note) if known else (label, None, "", lacks)
 
 
 def write_results(result: OnlineResult, out: Path) -> None:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pmor.arrays import FloatArray
+from pmor.arrays import FloatArray, IntArray
 from pmor.report.style import COLOURS, new_figure, plot_style
 from pmor.results.sweep import SteSweep, mesh_orders
 
@@ -16,7 +17,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-SHARE_COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#000000")
+# None of them stands for a torque (Tol's muted colours), and lines differ as well.
+SHARE_COLOURS = ("#332288", "#882255", "#999933", "#44AA99", "#661100", "#888888", "#DDCC77")
+SHARE_LINES = ("-", "--", "-.", ":")
+# Torques that a picture has room for.
+MOST_TORQUES = len(COLOURS)
 N_MESH_ORDERS = 10
 # Sweeps with more positions than that over a pitch are drawn without dots.
 MOST_DOTS = 48
@@ -34,6 +39,10 @@ def ste_figure(reduced: SteSweep, full: SteSweep | None = None, reduced_there: S
         The reduced model at the angles and torques of `full`; the curves go through these positions as well, so that
         the chords of a coarse sweep do not look like an error.
     """
+    asked = len(reduced.torque_Nm)
+    most = MOST_TORQUES if full is None or asked + len(full.torque_Nm) <= MOST_TORQUES else MOST_TORQUES // 2
+    reduced = few_torques(reduced, most)
+    full, reduced_there = (sweep and few_torques(sweep, most) for sweep in (full, reduced_there))
     sweeps = [reduced] if reduced_there is None else [reduced, reduced_there]
     with plot_style():
         figure = new_figure(7.6, 4.4)
@@ -51,7 +60,7 @@ def ste_figure(reduced: SteSweep, full: SteSweep | None = None, reduced_there: S
                 axes.plot(np.degrees(full.phi_rad), ste, "o", ms=8, mfc="none", mec=colour, mew=1.1)
         axes.set_ylabel("Static transmission error [µm]")
         _angle_axes(axes, reduced)
-        _ste_legend(axes, colours, full is not None)
+        _ste_legend(axes, colours, full is not None, _torque_title(len(reduced.torque_Nm), asked))
         missing = int(np.count_nonzero(~np.isfinite(reduced.ste_um)))
         if missing:
             axes.set_title(f"{missing} of {reduced.ste_um.size} positions did not converge (gaps)", color="#b00020")
@@ -60,6 +69,7 @@ def ste_figure(reduced: SteSweep, full: SteSweep | None = None, reduced_there: S
 
 def load_sharing_figure(sweep: SteSweep) -> Figure:
     """Share of the torque per tooth pair over the angle, a panel per torque."""
+    asked, sweep = len(sweep.torque_Nm), few_torques(sweep, MOST_TORQUES)
     with plot_style():
         n = len(sweep.torque_Nm)
         figure = new_figure(7.6, 1.2 + 1.9 * n)
@@ -74,6 +84,7 @@ def load_sharing_figure(sweep: SteSweep) -> Figure:
                     100.0 * _close_share(sweep, share, int(j)),
                     marker=_position_marker(phi),
                     color=SHARE_COLOURS[colour % len(SHARE_COLOURS)],
+                    ls=SHARE_LINES[colour % len(SHARE_LINES)],
                     label=f"pair {sweep.pair_index[j]:+d}" if sweep.pair_index[j] else "pair 0",
                 )
             panel.set_ylim(-4, 104)
@@ -81,12 +92,13 @@ def load_sharing_figure(sweep: SteSweep) -> Figure:
             panel.set_ylabel(f"Share of {torque:g} N m [%]")
         _angle_axes(panels[-1], sweep, top=panels[0])
         handles, labels = panels[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside right upper")
+        figure.legend(handles, labels, loc="outside right upper", title=_torque_title(n, asked, "Tooth pair"))
     return figure
 
 
 def spectrum_figure(sweep: SteSweep, n_orders: int = N_MESH_ORDERS) -> Figure:
     """Amplitudes of the orders of the mesh frequency that the sweep resolves, bars per torque on a logarithmic axis."""
+    asked, sweep = len(sweep.torque_Nm), few_torques(sweep, MOST_TORQUES)
     with plot_style():
         figure = new_figure(7.6, 4.0)
         axes = figure.add_subplot()
@@ -108,7 +120,7 @@ def spectrum_figure(sweep: SteSweep, n_orders: int = N_MESH_ORDERS) -> Figure:
         axes.set_ylabel("STE amplitude, zero to peak [µm]")
         if not resolved.any():
             axes.text(0.5, 0.5, "no spectrum: positions are missing", ha="center", transform=axes.transAxes)
-        figure.legend(loc="outside right upper", title="Pinion torque")
+        figure.legend(loc="outside right upper", title=_torque_title(n, asked))
     return figure
 
 
@@ -129,6 +141,8 @@ def error_figure(
     phi, torques = np.asarray(phi_rad, float), np.atleast_1d(np.asarray(torque_Nm, float))
     percent = 100.0 * np.abs(np.atleast_2d(np.asarray(relative_error, float)))
     estimated = np.full_like(percent, np.nan) if estimate is None else 100.0 * np.abs(np.asarray(estimate, float))
+    asked, kept = len(torques), _spread(len(torques), MOST_TORQUES)
+    torques, percent, estimated = torques[kept], percent[kept], estimated[kept]
     with plot_style():
         figure = new_figure(7.6, 3.8)
         axes = figure.add_subplot()
@@ -145,8 +159,29 @@ def error_figure(
         _log_axis(axes, floor, top)
         axes.set_xlabel("Pinion roll angle [deg]")
         axes.set_ylabel("|STE reduced / full - 1| [%]")
-        figure.legend(loc="outside right upper", title="Pinion torque")
+        figure.legend(loc="outside right upper", title=_torque_title(len(torques), asked))
     return figure
+
+
+def few_torques(sweep: SteSweep, most: int) -> SteSweep:
+    """Return a sweep with at most so many of its torques, spread over all of them."""
+    if len(sweep.torque_Nm) <= most:
+        return sweep
+    kept = _spread(len(sweep.torque_Nm), most)
+    error = None if sweep.ste_error_um is None else sweep.ste_error_um[kept]
+    return replace(
+        sweep, torque_Nm=sweep.torque_Nm[kept], ste_um=sweep.ste_um[kept], pair_share=sweep.pair_share[kept],
+        newton_steps=sweep.newton_steps[kept], converged=sweep.converged[kept], ste_error_um=error, states=None,
+    )  # fmt: skip
+
+
+def _spread(count: int, most: int) -> IntArray:
+    """Indices of at most so many of `count` things, the first and the last among them."""
+    return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(np.int64))
+
+
+def _torque_title(shown: int, asked: int, title: str = "Pinion torque") -> str:
+    return title if shown == asked else f"{title}\n({shown} of {asked} torques)"
 
 
 def _torque_colours(*torques: ArrayLike) -> dict[float, str]:
@@ -202,7 +237,7 @@ def _over(divisor: float) -> Callable[[ArrayLike], FloatArray]:
     return lambda x: np.asarray(x, float) / divisor
 
 
-def _ste_legend(axes: Axes, colours: dict[float, str], with_full: bool) -> None:
+def _ste_legend(axes: Axes, colours: dict[float, str], with_full: bool, title: str) -> None:
     """Torques by colour, models by line or marker, outside the curves."""
     from matplotlib.lines import Line2D
 
@@ -210,7 +245,7 @@ def _ste_legend(axes: Axes, colours: dict[float, str], with_full: bool) -> None:
     if with_full:
         handles.append(Line2D([], [], color="#555555", label="reduced"))
         handles.append(Line2D([], [], ls="", marker="o", ms=8, mfc="none", mec="#555555", label="full FE"))
-    axes.get_figure().legend(handles=handles, loc="outside right upper", title="Pinion torque")  # type: ignore[union-attr]
+    axes.get_figure().legend(handles=handles, loc="outside right upper", title=title)  # type: ignore[union-attr]
 
 
 def _log_axis(axes: Axes, floor: float, top: float) -> None:

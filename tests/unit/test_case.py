@@ -2,10 +2,12 @@ import dataclasses
 import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from pmor.case import GearCase, basis_key, describe, load_case, parse_case
 from pmor.errors import CaseError
+from pmor.pair.conditions import conditions_of
 
 CASES = Path(__file__).parents[2] / "cases"
 
@@ -56,6 +58,14 @@ def test_wheel_is_the_pinion_unless_the_file_has_one():
     assert parse(MINIMAL).pair.wheel == parse(MINIMAL).pair.pinion
     other = parse(MINIMAL + "[wheel]\nteeth = 40\nbore_radius_mm = 12.0\n")
     assert (other.pair.pinion.teeth, other.pair.wheel.teeth) == (30, 40)
+
+
+def test_torques_are_rid_of_the_last_digits_of_evenly_spaced_lists():
+    spaced = (50.0 + np.arange(0.1, 20.0, 0.1)).tolist()  # 60.10000000000001 and the like
+    case = parse(MINIMAL + f"[online]\ntorques_Nm = {[50.0, *spaced]}\n[offline]\ntorques_Nm = [80]")
+    assert len(max(map(repr, spaced), key=len)) > 15
+    assert len(max(map(repr, case.online.torques_Nm), key=len)) == len("50.1")
+    assert [c.torque_Nm for c in conditions_of(case, case.online.torques_Nm)] == list(case.online.torques_Nm)
 
 
 def test_torques_are_sorted():

@@ -10,6 +10,7 @@ from pmor import __version__
 from pmor.app import cli, commands
 from pmor.app.cli import build_parser, main
 from pmor.errors import ConvergenceError, OutputError
+from tests.small_case import case_text
 
 ROOT = Path(__file__).parents[2]
 PAPER = ROOT / "cases" / "paper_spur.toml"
@@ -160,11 +161,21 @@ def test_plan_shows_settings_defaults_sizes_and_work(capsys, tmp_path, monkeypat
     assert "module_mm 4.0" in lines
     assert "centre_distance_mm without backlash *" in lines
     assert "plots true *" in lines
-    assert "torques_Nm [20.0, 70.0, 180.0]" in lines
+    assert "torques_Nm [20, 70, 180]" in lines
     assert "flank nodes per tooth 85 (17 over the profile x 5 over half the width)" in lines
     assert "sections over half the width 5 (a line load each, on exact flanks)" in lines
     assert "offline, full contact solves 120 (40 angles x 3 torques: 20, 70, 180 N m)" in lines
     assert list(tmp_path.iterdir()) == []
+
+
+def test_plan_shortens_long_lists_of_torques(capsys, tmp_path):
+    case = tmp_path / "many.toml"
+    case.write_text(case_text(online={"torques_Nm": [float(torque) for torque in range(1, 161)]}))
+    assert main(["plan", str(case)]) == 0
+    found = capsys.readouterr().out
+    assert "torques_Nm             [1, 2, 3, ..., 160]\n" in found
+    assert "160 torques: 1, 2, 3, ..., 160 N m)" in found
+    assert max(map(len, found.splitlines())) < 160
 
 
 def test_plan_of_a_reduction_without_training_has_no_full_solves(capsys, tmp_path):

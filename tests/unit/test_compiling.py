@@ -9,10 +9,14 @@ import sys
 from pathlib import Path
 
 import pytest
+from numba.core import event
 
 import pmor
 import pmor.contact.kernels
+from pmor.contact.kernels import keeping
 from pmor.contact.kernels.compiling import compiled, sources_stamp
+from pmor.contact.kernels.motion import roll_angle
+from pmor.contact.kernels.windows import relative_radius
 
 CHECKOUT = Path(pmor.__file__).parents[1]
 # `relative_radius` stands on `roll_angle` in another file, and that on the constant it is given here in a third one.
@@ -83,6 +87,61 @@ def test_a_cache_of_types_that_are_no_more_is_passed_over(tmp_path, kernels):
     (kernels / "places.py").rename(kernels / "rooms.py")
     types.write_text("from pmor.contact.kernels.rooms import *\n")
     assert relative_radius_of(tmp_path) == before
+
+
+@pytest.fixture
+def homeless(tmp_path, kernels):
+    """Runs a small kernel in a process that can write neither beside it nor to a home; gives its temporary folder."""
+    (kernels / "__pycache__").touch()  # not even root can make a folder of it
+    (kernels / "small.py").write_text(
+        "from pmor.contact.kernels.compiling import compiled\n\n\n@compiled\ndef twice(x):\n    return 2.0 * x\n"
+    )
+    temporary = tmp_path / "temporary"
+    temporary.mkdir()
+
+    def run():
+        nowhere = {"NUMBA_CACHE_DIR": "", "HOME": os.devnull, "XDG_CACHE_HOME": os.devnull, "TMPDIR": str(temporary)}
+        code = "from pmor.contact.kernels.small import twice; print(twice(2.0))"
+        done = subprocess.run(
+            [sys.executable, "-c", code], env=os.environ | nowhere | {"PYTHONPATH": str(tmp_path)}, cwd=tmp_path,
+            capture_output=True, text=True,
+        )  # fmt: skip
+        assert (done.stdout, done.returncode) == ("4.0\n", 0), done.stderr
+        return temporary
+
+    return run
+
+
+@pytest.mark.jit
+def test_without_a_home_kernels_are_kept_among_temporary_files_of_this_user_alone(homeless):
+    (folder,) = homeless().glob("pmor_kernels_*")
+    assert folder.stat().st_mode & 0o777 == 0o700
+    assert len(list(folder.rglob("*.nbc"))) == 1
+
+
+@pytest.mark.jit
+def test_what_others_can_write_to_is_not_trusted_with_kernels(tmp_path, homeless):
+    folder = tmp_path / "temporary" / f"pmor_kernels_{os.getuid()}"
+    folder.mkdir()
+    folder.chmod(0o777)
+    homeless()
+    assert not list(folder.iterdir()), "compiled, and not kept"
+
+
+@pytest.mark.jit
+def test_compilation_is_announced_once_with_how_long_it_takes(caplog, monkeypatch):
+    monkeypatch.setattr(keeping, "_PAUSE_S", 1e9)
+    ends = keeping._Announcement()
+    for kernel in (relative_radius, roll_angle):
+        compilation = event.Event("numba:compile", event.EventStatus.START, {"dispatcher": kernel})
+        with caplog.at_level("INFO", "pmor.kernels"):
+            ends.on_start(compilation)
+            ends.on_start(compilation)  # of a function that it calls
+            ends.on_end(compilation)
+            ends.on_end(compilation)
+    assert caplog.messages == [
+        "compiling the kernels of contact, once after each installation: one to two minutes in all"
+    ]
 
 
 @pytest.mark.jit

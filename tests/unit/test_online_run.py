@@ -14,9 +14,9 @@ from pmor.errors import ConvergenceError
 from pmor.jobs.online import run_online
 from pmor.report.page import Picture
 from pmor.report.provenance import provenance
-from pmor.report.run_page import run_pictures, write_pages
+from pmor.report.run_page import run_blocks, run_pictures, write_pages
 from pmor.report.summary import result_text, summary, summary_rows, write_results
-from pmor.report.sweep_figures import error_figure
+from pmor.report.sweep_figures import error_figure, few_torques
 from pmor.results.sweep import peak_to_peak_um, ste_mean_um
 from pmor_online.compare import Comparison
 from pmor_online.contact_pattern import contact_patterns
@@ -93,6 +93,25 @@ def test_without_full_fe_its_keys_are_null(alone, tmp_path):
     assert set(found) >= SUMMARY_KEYS
     assert all(found[key] is None for key in FULL_FE_KEYS)
     assert not any("full" in label for label, *_ in summary_rows(alone))
+
+
+def test_a_figure_that_is_missing_says_what_it_takes(alone):
+    case = alone.reduced.basis.case
+    case = replace(case, online=replace(case.online, torques_Nm=(case.torque_Nm,)))
+    reduced = replace(alone.reduced, basis=replace(alone.reduced.basis, case=case))
+    one = replace(alone, reduced=reduced, sweep=few_torques(alone.sweep, 1))
+    rows = {label: (value, unit, note) for label, value, unit, note in summary_rows(one)}
+    assert rows["STE over torque"] == (None, "", "needs a second torque")
+    assert rows["STE ripple"] == (None, "", "needs 8 angles with one pair in contact")
+    assert "um" not in next(line for line in result_text(one).splitlines() if "ripple" in line)
+
+
+def test_each_mean_says_over_which_angles(compared):
+    mean = next(note for label, _, _, note in summary_rows(compared) if label == "STE mean")
+    assert mean.endswith(f"over {len(compared.sweep.phi_rad)} angles of a pitch")
+    titles = {getattr(block, "title", ""): block for block in run_blocks(compared, [])}
+    table = titles["Reduced against full FE, and run time"]
+    assert f"over {compared.comparison.full.ste_um.shape[1]} unseen angles" in table.note
 
 
 def test_table_reads_back_as_the_sweep(compared, tmp_path):

@@ -1,7 +1,10 @@
 """What an engineer must find in each picture."""
 
 import base64
+import os
 import re
+import subprocess
+import sys
 from dataclasses import replace
 
 import matplotlib
@@ -12,8 +15,15 @@ from numpy.testing import assert_allclose
 
 from pmor.report.mesh_figure import LOADED_FLANK_COLOUR, mesh_figure
 from pmor.report.pattern_figure import contact_pattern_figure
-from pmor.report.style import png_base64, save_png
-from pmor.report.sweep_figures import error_figure, load_sharing_figure, spectrum_figure, ste_figure
+from pmor.report.style import COLOURS, png_base64, save_png
+from pmor.report.sweep_figures import (
+    MOST_TORQUES,
+    SHARE_COLOURS,
+    error_figure,
+    load_sharing_figure,
+    spectrum_figure,
+    ste_figure,
+)
 from pmor.results.sweep import SteSweep
 from pmor_online.contact_pattern import ContactPattern
 
@@ -147,6 +157,26 @@ def test_positions_that_did_not_converge_are_gaps_and_are_counted():
     draw(error_figure(sweep.phi_rad, sweep.torque_Nm, sweep.ste_um * np.nan))
 
 
+def test_pairs_and_torques_share_no_colour():
+    assert not set(COLOURS) & set(SHARE_COLOURS)
+    torques = {line.get_color() for line in ste_figure(make_sweep()).axes[0].get_lines()}
+    pairs = {line.get_color() for axes in load_sharing_figure(make_sweep()).axes for line in axes.get_lines()}
+    assert torques
+    assert pairs
+    assert not torques & pairs
+
+
+def test_a_thousand_torques_are_drawn_as_a_few_and_the_picture_says_so():
+    many, few = make_sweep(np.linspace(1.0, 1000.0, 1000), 6), make_sweep(np.linspace(1.0, 900.0, 20), 3)
+    error = error_figure(few.phi_rad, few.torque_Nm, few.ste_um, few.ste_um)
+    sharing = load_sharing_figure(many)
+    for drawn in (ste_figure(many), ste_figure(many, few, few), sharing, spectrum_figure(many), error):
+        (legend,) = drawn.legends
+        assert re.search(r"\(\d of (1000|20) torques\)", legend.get_title().get_text())
+        assert len(legend.get_texts()) <= MOST_TORQUES + 2
+    draw(sharing)
+
+
 def test_load_sharing_leaves_out_pairs_that_never_carry():
     figure = load_sharing_figure(make_sweep())
     assert len(figure.axes) == 3
@@ -231,6 +261,28 @@ def test_pictures_look_the_same_whatever_the_users_settings():
         matplotlib.style.use("dark_background")
         matplotlib.rcParams.update({"text.usetex": True, "font.size": 30, "savefig.dpi": 20, "savefig.bbox": "tight"})
         assert picture() == expected
+
+
+def test_pictures_need_no_backend_and_no_settings_of_the_user(tmp_path):
+    """As in a process that Jupyter started, with a matplotlibrc for talks."""
+    (tmp_path / "matplotlibrc").write_text("text.usetex: True\naxes.facecolor: black\nbackend: TkAgg\n")
+    code = (
+        "from pmor.report.style import new_figure, plot_style, png_base64\n"
+        "with plot_style():\n"
+        "    figure = new_figure()\n"
+        "    figure.add_subplot().plot([0.0, 1.0], label='words')\n"
+        "    figure.legend()\n"
+        "picture = png_base64(figure)\n"
+    )
+    here: dict[str, str] = {}
+    exec(code, here)
+    environment = os.environ | {
+        "MPLBACKEND": "module://matplotlib_inline.backend_inline", "MATPLOTLIBRC": str(tmp_path),
+        "PYTHONPATH": os.pathsep.join(sys.path),
+    }  # fmt: skip
+    done = subprocess.run([sys.executable, "-c", code + "print(picture)"], env=environment, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip() == here["picture"]
 
 
 def test_png_file(tmp_path):

@@ -2,14 +2,17 @@
 
 import fcntl
 import os
+import select
 import struct
 import sys
 import termios
 import threading
+import time
 
+import numpy as np
 import pytest
 
-from pmor.progress import Progress, format_time
+from pmor.progress import Progress, SteadyRate, format_time
 
 
 class Terminal:
@@ -22,7 +25,10 @@ class Terminal:
 
     def text(self):
         self.stream.flush()
-        return os.read(self._screen, 100_000).decode()
+        found = b""
+        while select.select([self._screen], [], [], 0.05)[0]:  # the system hands it over in pieces
+            found += os.read(self._screen, 100_000)
+        return found.decode()
 
     def close(self):
         self.stream.close()
@@ -66,6 +72,30 @@ def test_a_terminal_sees_label_count_rate_and_time_left(terminal):
     assert "40/40 [00:00<00:00, " in last
     assert last.endswith("it/s]")
     assert text.endswith("\n")
+
+
+def rate_after(*waits):
+    """The rate that is told after a first step and others with so many seconds between them."""
+    times = iter(np.cumsum([100.0, *waits]))
+    rate = SteadyRate(lambda: next(times))
+    for _ in range(len(waits) + 1):
+        rate.advance(1)
+    return rate.per_second
+
+
+def test_neither_the_first_step_nor_the_longest_one_counts_for_the_rate():
+    assert rate_after(0.5, 0.5) is None, "too early to tell"
+    assert rate_after(0.5, 0.5, 0.5, 0.5) == pytest.approx(2.0)
+    assert rate_after(0.5, 33.0, 0.5, 0.5) == pytest.approx(2.0), "a kernel was compiled"
+    assert rate_after(0.0, 0.0, 0.0) is None
+
+
+def test_time_left_is_not_told_before_progress_is_steady(terminal):
+    screen = terminal()
+    with Progress(40, "full FE") as progress:
+        time.sleep(0.2)
+        progress.advance()
+        assert lines(screen.text())[-1].endswith("1/40 [00:00<?, ?it/s]")
 
 
 @pytest.mark.parametrize("columns", [20, 40, 200])

@@ -3,6 +3,7 @@
 ========== ===================================================================================================
 types      what the kernels know of a pair: named tuples of arrays and scalars, columns of arrays by name
 state      what they know of a state: surfaces, contact points, members, work space
+keeping    where they are kept when compiled, and what is said of it
 compiling  how they are compiled, and how numba's cache notices an edit
 surface    nodal scheme: node normals, edge tangents, Ferguson patches and facets through deformed nodes
 projection nodal scheme: the closest point on a grid of patches

@@ -15,9 +15,11 @@ from typing import Any
 
 from numba import njit
 
+from pmor.contact.kernels.keeping import can_keep
+
 # Divisions follow IEEE 754 instead of raising, which spares a branch at each; results are checked where they are used.
 # fastmath stays off: sums keep their order, and NaN stays what it is.
-_OPTIONS: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": False}
+_OPTIONS: dict[str, Any] = {"cache": can_keep(), "nogil": True, "error_model": "numpy", "fastmath": False}
 # What neither makes, copies nor returns arrays goes without numba's runtime: it borrows its arguments from its caller
 # instead of counting references to each of their arrays at every call, which took a third of a sweep's time.
 _BORROWING: dict[str, Any] = {**_OPTIONS, "_nrt": False}

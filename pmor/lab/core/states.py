@@ -45,7 +45,7 @@ class States:
         condition = self.conditions[i]
         return {
             "phi_deg": float(np.degrees(self.phi[i])),
-            "torque_Nm": 1e-3 * condition.given_torque,
+            "torque_Nm": condition.torque_Nm,
             **asdict(condition.axes),
         }
 

@@ -1,0 +1,120 @@
+"""A command does its work whatever its streams are: closed, read by nobody, of few letters, full."""
+
+import io
+import os
+import subprocess
+import sys
+
+import pytest
+
+from pmor.app import commands
+from pmor.app.cli import main
+from pmor.app.streams import usable_streams
+from tests.robustness.processes import ROOT
+
+MANY = 100_000  # more than a pipe holds
+
+
+@pytest.fixture
+def pipe(monkeypatch):
+    """Makes the output a pipe with an encoding, called in the test; gives a function that reads what has arrived."""
+    opened = []
+
+    def make(encoding="utf-8"):
+        reader, writer = os.pipe()
+        stream = open(writer, "w", encoding=encoding, errors="strict")
+        opened.extend([open(reader, "rb", buffering=0), stream])
+        monkeypatch.setattr(sys, "stdout", stream)
+        return opened[0]
+
+    yield make
+    for stream in opened:
+        stream.close()
+
+
+def shell(line, **environment):
+    """Run a line of shell with `pmor` standing for the command."""
+    command = f'"{sys.executable}" -m pmor'
+    return subprocess.run(
+        ["bash", "-c", line.replace("pmor", command, 1)], cwd=ROOT, env=os.environ | environment,
+        capture_output=True, text=True, timeout=120,
+    )  # fmt: skip
+
+
+def test_a_reader_that_leaves_does_not_stop_the_work(pipe, monkeypatch):
+    done = []
+
+    def talkative(**_arguments):
+        for _ in range(MANY):
+            print("words", flush=True)
+        done.append(True)
+
+    monkeypatch.setattr(commands, "study", talkative)
+    pipe().close()
+    assert main(["study", "c.toml"]) == 0
+    assert done == [True]
+
+
+def test_plan_into_head_leaves_no_traceback():
+    done = shell("pmor plan cases/small_spur.toml | head -1; exit ${PIPESTATUS[0]}")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith("Case small_spur")
+
+
+@pytest.mark.parametrize("closed", ["2>&-", "<&- 2>&-"])
+def test_an_error_is_said_on_the_output_when_the_error_stream_is_closed(closed):
+    done = shell(f"pmor plan missing.toml {closed}")
+    assert done.returncode == 2
+    assert done.stdout.startswith("pmor: error: missing.toml: there is no such case file")
+
+
+def test_a_closed_output_leaves_exit_code_and_error():
+    done = shell("pmor plan missing.toml >&-")
+    assert done.returncode == 2
+    assert done.stderr.startswith("pmor: error: missing.toml")
+    assert shell("pmor --help >&- 2>&-").returncode == 0
+
+
+def test_no_result_file_takes_the_place_of_a_closed_stream(tmp_path):
+    code = (
+        "import sys; from pmor.app.streams import usable_streams\n"
+        "with usable_streams(), open(sys.argv[1], 'w') as file: sys.exit(file.fileno())"
+    )
+    line = f'"{sys.executable}" -c "{code}" {tmp_path / "result"} <&- >&- 2>&-'
+    assert subprocess.run(["bash", "-c", line], cwd=ROOT).returncode > 2
+    assert (tmp_path / "result").exists()
+
+
+def test_letters_that_a_stream_does_not_have_are_escaped(pipe, monkeypatch):
+    monkeypatch.setattr(commands, "plan", lambda **_arguments: print("Ω-Ritzel \udcff"))
+    received = pipe("ascii")
+    assert main(["plan", "c.toml"]) == 0
+    assert received.read(100) == b"\\u03a9-Ritzel \\udcff\n"
+
+
+def test_a_greek_title_is_told_in_the_c_locale(tmp_path):
+    case = tmp_path / "greek.toml"
+    text = (ROOT / "cases" / "small_spur.toml").read_text(encoding="utf-8")
+    case.write_text(text.replace('title = "', 'title = "Ω ', 1), encoding="utf-8")
+    done = shell(f"pmor plan {case}", LC_ALL="C", PYTHONUTF8="0", PYTHONCOERCECLOCALE="0", PYTHONIOENCODING="ascii")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith("Case greek: \\u03a9 ")
+
+
+def test_an_output_without_space_is_an_error_of_one_line(monkeypatch, capsys):
+    monkeypatch.setattr(commands, "plan", lambda **_arguments: print("words"))
+    with open("/dev/full", "w") as full:
+        monkeypatch.setattr(sys, "stdout", full)
+        assert main(["plan", "c.toml"]) == 2
+    errors = capsys.readouterr().err
+    assert "no space is left on a disk" in errors
+    assert len(errors.splitlines()) == 1
+
+
+def test_streams_that_are_no_files_are_left_alone(monkeypatch):
+    notebook = io.StringIO()
+    monkeypatch.setattr(sys, "stdout", notebook)
+    with usable_streams():
+        print("words")
+    assert notebook.getvalue() == "words\n"
+    assert sys.stdout is notebook
