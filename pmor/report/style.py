@@ -10,8 +10,9 @@ from __future__ import annotations
 import base64
 import io
 import os
+import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -57,11 +58,13 @@ def plot_style() -> Iterator[None]:
 
 def _matplotlib() -> Any:
     """Import matplotlib, also where MPLBACKEND names a backend that is not installed, as in a child of Jupyter."""
-    try:
-        import matplotlib
-    except ValueError:
-        os.environ.pop("MPLBACKEND", None)
-        import matplotlib
+    asked = None if "matplotlib" in sys.modules else os.environ.pop("MPLBACKEND", None)
+    import matplotlib
+
+    if asked is not None:
+        os.environ["MPLBACKEND"] = asked
+        with suppress(ValueError):
+            matplotlib.rcParams["backend"] = asked
     return matplotlib
 
 

@@ -280,7 +280,8 @@ def test_pictures_need_no_backend_and_no_settings_of_the_user(tmp_path):
         "MPLBACKEND": "module://matplotlib_inline.backend_inline", "MATPLOTLIBRC": str(tmp_path),
         "PYTHONPATH": os.pathsep.join(sys.path),
     }  # fmt: skip
-    done = subprocess.run([sys.executable, "-c", code + "print(picture)"], env=environment, capture_output=True, text=True, timeout=120)
+    command = [sys.executable, "-c", code + "print(picture)"]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip() == here["picture"]
 
