@@ -31,9 +31,9 @@ def describe(case: Case) -> list[tuple[str, Any, bool]]:
     return settings
 
 
-def short_list(values: Sequence[float]) -> str:
-    """Return numbers as text; of many, the first ones and the last."""
-    texts = [f"{value:.12g}" for value in values]
+def short_list(values: Sequence[float | str]) -> str:
+    """Return values of a list as text; of many, the first ones and the last."""
+    texts = [value if isinstance(value, str) else f"{value:.12g}" for value in values]
     if len(texts) > LONGEST_LIST:
         texts = [*texts[:3], "...", texts[-1]]
     return ", ".join(texts)

@@ -18,6 +18,7 @@ Deviations = Annotated[tuple[float, ...], Range(-1000.0, 1000.0, "um")]
 Positions = Annotated[int, Range(4, 10_000)]
 Subdivisions = Annotated[int, Range(1, 64)]
 Width = Literal["half", "whole", "plane_strain"]
+PictureFormat = Literal["png", "svg", "pdf"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -341,10 +342,13 @@ class OutputCase:
         Pictures of the curves, the mesh and the contact pattern.
     report : bool
         One self-contained HTML page.
+    format : tuple of {"png", "svg", "pdf"}
+        Of the picture files: one, or a list. The page shows SVG where it is among them, which stays sharp in print.
     """
 
     plots: bool = True
     report: bool = True
+    format: tuple[PictureFormat, ...] = ("png",)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -57,8 +57,8 @@ def convert(value: object, annotation: Any) -> Any:
     value : object
         As the TOML reader gives it.
     annotation : type
-        One of the forms that the schema uses: bool, str, Literal, `Annotated` int, float or tuple of float with a
-        `Range`, a `Topography`, or one of these or None; or a number or words.
+        One of the forms that the schema uses: bool, str, Literal, tuple of Literal, `Annotated` int, float or tuple of
+        float with a `Range`, a `Topography`, or one of these or None; or a number or words.
     """
     if get_origin(annotation) in (UnionType, Union):
         choices = [choice for choice in get_args(annotation) if choice is not NoneType]
@@ -73,6 +73,8 @@ def convert(value: object, annotation: Any) -> Any:
         if kind is int:
             return _whole_number(value, allowed)
         return _number(value, allowed) if kind is float else _numbers(value, allowed)
+    if get_origin(annotation) is tuple:
+        return _choices(value, list(get_args(get_args(annotation)[0])))
     if annotation is bool:
         return _switch(value)
     return _line(value)
@@ -114,6 +116,16 @@ def _choice(value: object, valid: list[str]) -> str:
     if value not in valid:
         raise Refused(f"unknown choice: {did_you_mean(value, valid)}")
     return value
+
+
+def _choices(value: object, valid: list[str]) -> tuple[str, ...]:
+    """One choice, or a list of different ones."""
+    chosen = tuple(_choice(item, valid) for item in (value if isinstance(value, list) else [value]))
+    if not chosen:
+        raise Refused(f"must not be empty: write one or more of {', '.join(map(json.dumps, valid))}")
+    if len(set(chosen)) < len(chosen):
+        raise Refused("one of them is there twice: remove one")
+    return chosen
 
 
 def _reject_non_number(value: object) -> None:

@@ -78,6 +78,8 @@ def _allowed(annotation: Any) -> str:
         return "name of a CSV file"
     if get_origin(annotation) is Literal:
         return ", ".join(f"`{toml_text(choice)}`" for choice in get_args(annotation))
+    if get_origin(annotation) is tuple:
+        return f"{_allowed(get_args(annotation)[0])}, or a list of them"
     if get_origin(annotation) is Annotated:
         kind, allowed = get_args(annotation)
         assert isinstance(allowed, Range)

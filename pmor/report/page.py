@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pmor.report.style import png_base64
+from pmor.report.style import data_uri
 from pmor.report.table import Table, format_cell
 from pmor.storage.atomic import atomic_path
 
@@ -35,11 +35,12 @@ class Warning:
 
 @dataclass(frozen=True)
 class Picture:
-    """A picture, and the name of its file where it is written beside the page."""
+    """A picture, the name of its file where it is written beside the page, and how the page itself shows it."""
 
     file_name: str
     caption: str
     figure: Figure
+    shown_as: str = "png"
 
 
 #: what a page is made of; text is a paragraph
@@ -66,6 +67,6 @@ def page_html(title: str, blocks: Iterable[Block]) -> str:
         loader=PackageLoader("pmor.report"), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
         lstrip_blocks=True, keep_trailing_newline=True,
     )  # fmt: skip
-    environment.filters.update(format_cell=format_cell, png_base64=png_base64)
+    environment.filters.update(format_cell=format_cell, data_uri=data_uri)
     template = environment.get_template("page.html")
     return template.render(title=title, blocks=[(type(block).__name__, block) for block in blocks])

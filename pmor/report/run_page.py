@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +18,7 @@ from pmor.report.mesh_figure import mesh_figure
 from pmor.report.page import Block, Heading, Picture, Warning, write_page
 from pmor.report.pattern_figure import contact_pattern_figure
 from pmor.report.provenance import provenance
-from pmor.report.style import save_png
+from pmor.report.style import save_picture
 from pmor.report.summary import ms_per_position, summary_rows, warnings
 from pmor.report.sweep_figures import error_figure, load_sharing_figure, spectrum_figure, ste_figure
 from pmor.report.table import Table
@@ -98,10 +99,12 @@ def write_pages(result: OnlineResult, mesh: SectorMesh | None, out: Path) -> Non
     case = result.reduced.basis.case
     if not (case.output.plots or case.output.report):
         return
-    pictures = run_pictures(result, mesh)
+    shown_as = "svg" if "svg" in case.output.format else "png"
+    pictures = [replace(picture, shown_as=shown_as) for picture in run_pictures(result, mesh)]
     if case.output.plots:
         for picture in pictures:
-            save_png(picture.figure, out / picture.file_name)
+            for picture_format in case.output.format:
+                save_picture(picture.figure, (out / picture.file_name).with_suffix(f".{picture_format}"))
     if case.output.report:
         write_page(out / "report.html", case.title, run_blocks(result, pictures))
 

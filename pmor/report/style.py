@@ -24,6 +24,11 @@ if TYPE_CHECKING:
 #: Okabe and Ito's colours without yellow, distinguishable for colour-blind readers and in print
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
 
+#: of pictures on a page
+MEDIA_TYPES = {"png": "image/png", "svg": "image/svg+xml"}
+# The same results make the same files: these would tell the time of day otherwise.
+UNDATED: dict[str, dict[str, Any]] = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
+
 
 @contextmanager
 def plot_style() -> Iterator[None]:
@@ -49,6 +54,7 @@ def plot_style() -> Iterator[None]:
         "axes.spines.right": False,
         "axes.prop_cycle": cycler(color=COLOURS),
         "savefig.dpi": 140,
+        "svg.hashsalt": "pmor",
     }
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
@@ -75,24 +81,25 @@ def new_figure(width_in: float = 7.2, height_in: float = 4.2) -> Figure:
     return Figure(figsize=(width_in, height_in), layout="constrained")
 
 
-def save_png(figure: Figure, target: Path) -> None:
-    """Write the figure as PNG; the target is replaced only when the picture is complete.
+def save_picture(figure: Figure, target: Path) -> None:
+    """Write the figure in the format that the target's name says; it is replaced only when the picture is complete.
 
     Raises
     ------
     OutputError
     """
     with atomic_path(target) as temporary:
-        temporary.write_bytes(_png_bytes(figure))
+        temporary.write_bytes(_picture_bytes(figure, target.suffix[1:]))
 
 
-def png_base64(figure: Figure) -> str:
-    """The figure as base64-encoded PNG, for a data URI."""
-    return base64.b64encode(_png_bytes(figure)).decode("ascii")
+def data_uri(figure: Figure, picture_format: str = "png") -> str:
+    """The figure as a data URI, for a page that has nothing beside it."""
+    encoded = base64.b64encode(_picture_bytes(figure, picture_format)).decode("ascii")
+    return f"data:{MEDIA_TYPES[picture_format]};base64,{encoded}"
 
 
-def _png_bytes(figure: Figure) -> bytes:
+def _picture_bytes(figure: Figure, picture_format: str) -> bytes:
     buffer = io.BytesIO()
     with plot_style():  # some settings are read only now
-        figure.savefig(buffer, format="png")
+        figure.savefig(buffer, format=picture_format, metadata=UNDATED[picture_format])
     return buffer.getvalue()

@@ -60,6 +60,28 @@ def test_wheel_is_the_pinion_unless_the_file_has_one():
     assert (other.pair.pinion.teeth, other.pair.wheel.teeth) == (30, 40)
 
 
+@pytest.mark.parametrize(
+    ("text", "chosen"), [('"svg"', ("svg",)), ('["png"]', ("png",)), ('["pdf", "png"]', ("pdf", "png"))]
+)
+def test_one_choice_or_a_list_of_them(text, chosen):
+    assert parse(MINIMAL + f"[output]\nformat = {text}\n").output.format == chosen
+
+
+@pytest.mark.parametrize(
+    ("text", "rule"),
+    [
+        ('"jpg"', r'\[output\] format = "jpg": unknown choice: .*png'),
+        ("[]", "must not be empty: write one or more of"),
+        ('["svg", "svg"]', "is there twice"),
+        ("3", "must be text: write one of"),
+        ('[["svg"]]', "must be text"),
+    ],
+)
+def test_other_picture_formats_are_refused(text, rule):
+    with pytest.raises(CaseError, match=rule):
+        parse(MINIMAL + f"[output]\nformat = {text}\n")
+
+
 def test_torques_are_rid_of_the_last_digits_of_evenly_spaced_lists():
     spaced = (50.0 + np.arange(0.1, 20.0, 0.1)).tolist()  # 60.10000000000001 and the like
     case = parse(MINIMAL + f"[online]\ntorques_Nm = {[50.0, *spaced]}\n[offline]\ntorques_Nm = [80]")

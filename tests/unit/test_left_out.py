@@ -271,7 +271,7 @@ def test_pictures_and_page_are_made_as_announced(plots, report, tmp_path, monkey
 
     done, pictures = [], [Picture("a.png", "a", None)]
     monkeypatch.setattr(run_page, "run_pictures", lambda result, mesh: done.append("drawn") or pictures)
-    monkeypatch.setattr(run_page, "save_png", lambda figure, path: done.append("file"))
+    monkeypatch.setattr(run_page, "save_picture", lambda figure, path: done.append("file"))
     monkeypatch.setattr(run_page, "run_blocks", lambda result, pictures: [])
     monkeypatch.setattr(run_page, "write_page", lambda path, title, blocks: done.append("page"))
 

@@ -284,6 +284,19 @@ def test_switches_leave_out_what_is_not_wanted(plots, report, alone, tmp_path):
     assert found == ({".png"} if plots else set()) | ({".html"} if report else set())
 
 
+def test_pictures_come_in_the_formats_that_the_case_asks_for(alone, tmp_path):
+    basis = alone.reduced.basis
+    case = replace(basis.case, output=replace(basis.case.output, format=("svg", "pdf")))
+    write_pages(replace(alone, reduced=replace(alone.reduced, basis=replace(basis, case=case))), None, tmp_path)
+    names = [name.removesuffix(".png") for name in file_names(alone)]
+    assert {path.name for path in tmp_path.iterdir()} == {"report.html"} | {
+        f"{name}.{kind}" for name in names for kind in ("svg", "pdf")
+    }
+    page = (tmp_path / "report.html").read_text()
+    assert page.count('src="data:image/svg+xml;base64,') == len(names)
+    assert "image/png" not in page
+
+
 def test_report_is_one_file_with_the_figures_of_the_trade(compared, small_model, tmp_path):
     case = compared.reduced.basis.case
     only_page = replace(case, output=replace(case.output, plots=False))

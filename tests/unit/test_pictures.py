@@ -15,7 +15,7 @@ from numpy.testing import assert_allclose
 
 from pmor.report.mesh_figure import LOADED_FLANK_COLOUR, mesh_figure
 from pmor.report.pattern_figure import contact_pattern_figure
-from pmor.report.style import COLOURS, png_base64, save_png
+from pmor.report.style import COLOURS, data_uri, save_picture
 from pmor.report.sweep_figures import (
     MOST_TORQUES,
     SHARE_COLOURS,
@@ -57,7 +57,7 @@ def legend_texts(figure):
 
 def draw(figure):
     """Render, so that layout and label errors surface."""
-    assert base64.b64decode(png_base64(figure)).startswith(b"\x89PNG")
+    assert base64.b64decode(data_uri(figure).partition(",")[2]).startswith(b"\x89PNG")
 
 
 def assert_units_on_every_axis(figure):
@@ -254,7 +254,7 @@ def test_style_does_not_leak():
 
 def test_pictures_look_the_same_whatever_the_users_settings():
     def picture():
-        return png_base64(ste_figure(make_sweep(), make_sweep((100.0,), 7)))
+        return data_uri(ste_figure(make_sweep(), make_sweep((100.0,), 7)))
 
     expected = picture()
     with matplotlib.rc_context():
@@ -267,12 +267,12 @@ def test_pictures_need_no_backend_and_no_settings_of_the_user(tmp_path):
     """As in a process that Jupyter started, with a matplotlibrc for talks."""
     (tmp_path / "matplotlibrc").write_text("text.usetex: True\naxes.facecolor: black\nbackend: TkAgg\n")
     code = (
-        "from pmor.report.style import new_figure, plot_style, png_base64\n"
+        "from pmor.report.style import new_figure, plot_style, data_uri\n"
         "with plot_style():\n"
         "    figure = new_figure()\n"
         "    figure.add_subplot().plot([0.0, 1.0], label='words')\n"
         "    figure.legend()\n"
-        "picture = png_base64(figure)\n"
+        "picture = data_uri(figure)\n"
     )
     here: dict[str, str] = {}
     exec(code, here)
@@ -286,7 +286,13 @@ def test_pictures_need_no_backend_and_no_settings_of_the_user(tmp_path):
     assert done.stdout.strip() == here["picture"]
 
 
-def test_png_file(tmp_path):
-    save_png(ste_figure(make_sweep()), tmp_path / "ste.png")
-    assert (tmp_path / "ste.png").read_bytes().startswith(b"\x89PNG")
-    assert [p.name for p in tmp_path.iterdir()] == ["ste.png"]
+@pytest.mark.parametrize(("kind", "start"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")])
+def test_picture_files_hold_what_their_names_say_and_no_time_of_day(kind, start, tmp_path, monkeypatch):
+    target = tmp_path / f"ste.{kind}"
+    save_picture(ste_figure(make_sweep((100.0,))), target)
+    found = target.read_bytes()
+    assert found.startswith(start)
+    assert [p.name for p in tmp_path.iterdir()] == [target.name]
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "0")  # what dates there are would be of 1970 now
+    save_picture(ste_figure(make_sweep((100.0,))), target)
+    assert target.read_bytes() == found
