@@ -35,7 +35,7 @@ PICTURES = ("ste", "load_sharing", "spectrum", "error", "contact_pattern", "mesh
 
 def page_files(case: Case) -> list[str]:
     """Return the names of the files that `write_pages` may write."""
-    pictures = [f"{name}.png" for name in PICTURES] if case.output.plots else []
+    pictures = [f"{name}.{kind}" for name in PICTURES for kind in case.output.format] if case.output.plots else []
     return [*pictures, "report.html"] if case.output.report else pictures
 
 

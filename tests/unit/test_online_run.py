@@ -14,7 +14,7 @@ from pmor.errors import ConvergenceError
 from pmor.jobs.online import run_online
 from pmor.report.page import Picture
 from pmor.report.provenance import provenance
-from pmor.report.run_page import run_blocks, run_pictures, write_pages
+from pmor.report.run_page import page_files, run_blocks, run_pictures, write_pages
 from pmor.report.summary import result_text, summary, summary_rows, write_results
 from pmor.report.sweep_figures import error_figure, few_torques
 from pmor.results.sweep import peak_to_peak_um, ste_mean_um
@@ -292,6 +292,7 @@ def test_pictures_come_in_the_formats_that_the_case_asks_for(alone, tmp_path):
     assert {path.name for path in tmp_path.iterdir()} == {"report.html"} | {
         f"{name}.{kind}" for name in names for kind in ("svg", "pdf")
     }
+    assert {path.name for path in tmp_path.iterdir()} <= set(page_files(case)), "the folder knows them as its own"
     page = (tmp_path / "report.html").read_text()
     assert page.count('src="data:image/svg+xml;base64,') == len(names)
     assert "image/png" not in page
