@@ -14,11 +14,15 @@ from typing import Any
 
 from pmor.app import commands
 from pmor.app.streams import usable_streams
-from pmor.errors import PmorError
+from pmor.errors import OutputError, PmorError
+from pmor.memory import memory_limits, memory_text
+from pmor.threads import use_one_thread
 from pmor.version import __version__
 
 INTERRUPTED = 130
 # Results have messages of their own (pmor.storage.atomic); this is for the files that libraries write.
+# Measured: numpy, scipy, numba and h5py with one thread take 480 MiB before anything is solved.
+FEWEST_ADDRESSES = 520 * 2**20
 OUT_OF_SPACE = (errno.ENOSPC, errno.EDQUOT)
 KEPT = "finished pieces are kept; the same command goes on where it stopped"
 RESUME_HINTS = {
@@ -27,6 +31,7 @@ RESUME_HINTS = {
     "stability": KEPT,
     "reductions": KEPT,
 }
+SMALLER = "lower the elements, the angles or the torques of the case"
 USUAL_HINT = "no file was left half written; the same command starts again"
 
 
@@ -45,16 +50,19 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _run(name: str, arguments: dict[str, Any]) -> int:
     try:
+        _ask_for_few_addresses()
         getattr(commands, name)(**arguments)
         sys.stdout.flush()
     except PmorError as error:
         print(f"pmor: error: {_one_line(str(error))}", file=sys.stderr)
         return error.exit_code
     except MemoryError as error:
-        remedy = "lower the elements, the angles or the torques of the case"
-        print(f"pmor: error: the memory of this computer does not suffice ({error}): {remedy}", file=sys.stderr)
+        print(f"pmor: error: the memory of this computer does not suffice ({error}): {SMALLER}", file=sys.stderr)
         return PmorError.exit_code
     except OSError as error:
+        if error.errno == errno.ENOMEM:
+            print(f"pmor: error: the memory of this computer does not suffice ({error}): {SMALLER}", file=sys.stderr)
+            return PmorError.exit_code
         if error.errno not in OUT_OF_SPACE:
             raise
         place = f" ({error.filename})" if error.filename else ""
@@ -164,6 +172,24 @@ def _add_jobs(parser: argparse.ArgumentParser, what: str = "angles") -> None:
 
 def _add_overwrite(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--overwrite", action="store_true", help="replace results that are there, whoever wrote them")
+
+
+def _ask_for_few_addresses() -> None:
+    """Where addresses are limited: one thread, each further one reserves some; and libraries that find none just die.
+
+    Raises
+    ------
+    OutputError
+        When they do not suffice for the libraries alone.
+    """
+    for limit in memory_limits():
+        if limit.of_addresses:
+            use_one_thread()  # before anything loads numpy
+            if limit.size < FEWEST_ADDRESSES:
+                raise OutputError(
+                    f"{limit.source} {memory_text(limit.size)} of addresses, and the libraries alone reserve "
+                    f"{memory_text(FEWEST_ADDRESSES)}: {limit.remedy}"
+                )
 
 
 @contextmanager

@@ -41,10 +41,11 @@ def run(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool
 
 def plan(case_path: Path) -> None:
     """Print what will run, and how much of it; runs nothing."""
-    from pmor.app.plan import plan_text
+    from pmor.app.plan import plan_parts
     from pmor.case import load_case
 
-    print(plan_text(load_case(case_path)))
+    for number, part in enumerate(plan_parts(load_case(case_path))):
+        print("\n" * (number > 0) + part)
 
 
 def offline(case_path: Path, basis_path: Path, resume: bool = False, jobs: int = 1, overwrite: bool = False) -> None:

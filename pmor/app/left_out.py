@@ -13,12 +13,11 @@ import numpy as np
 
 from pmor.case import Case, beyond_training
 from pmor.case.width import meshed_width, mirrors_without_tilt
-from pmor.contact.flank import LOCAL_SHARE
-from pmor.contact.solve import WINDOW_MARGIN
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.gear.pair import GearPair
 from pmor.mesh.sector import SectorMesh
-from pmor.pair.conditions import axes_of, training_values
+from pmor.pair.conditions import full_solves
+from pmor.pair.cost import rows_in_reach
 from pmor.pair.limits import range_warnings
 from pmor.pair.model import approach_estimate, contact_scheme, gear_pair, neighbour_reach, same_body, sector_meshes
 from pmor.reduction.error_estimate import loaded_components
@@ -106,21 +105,6 @@ def computed(scene: Scene) -> list[tuple[str, str]]:
     return found
 
 
-def full_solves(case: Case) -> int:
-    """Return how many states of full contact are solved offline; a greedy sampling may end before."""
-    offline = case.offline
-    if not case.reduction.trained:
-        return 0
-    if offline.sampling != "grid":
-        return offline.solves
-    return offline.angles_per_pitch * len(offline.torques_Nm) * misalignments(case)
-
-
-def misalignments(case: Case) -> int:
-    """Return how many misalignments a grid has."""
-    return math.prod(len(values) for values in training_values(case.offline)[:-1])
-
-
 def left_out(scene: Scene) -> list[LeftOut]:
     """List what is left out, in the order of the work."""
     found = (rule(scene) for rule in RULES)
@@ -136,22 +120,6 @@ def remarks(scene: Scene) -> tuple[str, ...]:
 def unknowns(sector: SectorMesh) -> int:
     """Return the unknowns of a sector: all nodes but those on the bore, in the directions in which they are free."""
     return 3 * len(sector.nodes) - len(np.union1d(degrees_of_freedom(sector.bore), sector.held_axially))
-
-
-def rows_in_reach(scene: Scene) -> int:
-    """Return about how many element rows of a flank contact can reach under the nominal torque."""
-    pair, case = scene.pair, scene.case
-    sector = scene.sectors[0]
-    roll = sector.flank_roll_angle
-    length = 0.5 * pair.pinion.base_radius * float(roll[-1] ** 2 - roll[0] ** 2)
-    row = length / case.mesh.profile_elements
-    local = 1.0 if case.contact.scheme == "facet" else LOCAL_SHARE
-    # Line contact is on the line of action; points need a row on either side.
-    spacing = 0.0 if case.contact.scheme == "line" else 1.5 * row / _subdivisions(case)[0]
-    spread = axes_of(case).spread
-    depth = WINDOW_MARGIN * approach_estimate(case, pair) + spread
-    half = math.sqrt(2.0 * local * depth * pair.pitch_point_radius)
-    return min(case.mesh.profile_elements, math.ceil(2.0 * max(half, spacing) / row) + 1)
 
 
 def _other_model(scene: Scene) -> LeftOut | None:
@@ -217,7 +185,7 @@ def _idle_pairs(scene: Scene) -> LeftOut | None:
 
 
 def _idle_patches(scene: Scene) -> LeftOut | None:
-    rows, kept = scene.case.mesh.profile_elements, rows_in_reach(scene)
+    rows, kept = scene.case.mesh.profile_elements, rows_in_reach(scene.case, scene.pair)
     if kept >= rows:
         return None
     return LeftOut(

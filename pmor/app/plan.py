@@ -3,11 +3,16 @@
 A new part of the plan is one more function in `PARTS`: from the case to the lines it prints.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
-from pmor.app.left_out import computed, full_solves, left_out, misalignments, remarks, scene
+from pmor.app.left_out import computed, left_out, remarks, scene
 from pmor.case import Case, describe, short_list
 from pmor.case.width import elements_across, meshed_width
+from pmor.memory import memory_text
+from pmor.pair.conditions import full_solves, misalignments
+from pmor.pair.cost import refuse_beyond_memory, stages
+from pmor.pair.model import gear_pair
+from pmor.progress import format_time
 
 NOT_WRITTEN = {
     "contact.edge_normals": "of the scheme",
@@ -17,9 +22,24 @@ NOT_WRITTEN = {
 }
 
 
+def plan_parts(case: Case) -> Iterator[str]:
+    """Plan of a case, part by part: all settings with the defaults marked, sizes, the number of solves, and so on.
+
+    Raises
+    ------
+    CaseError
+        Between two parts, when the case takes more memory than there is: the others would need a mesh.
+    GeometryError, MeshError
+    """
+    for part in PARTS:
+        if part is _computed_and_left_out:
+            refuse_beyond_memory(case, stages(case, gear_pair(case)))
+        yield "\n".join(part(case))
+
+
 def plan_text(case: Case) -> str:
-    """Plan of a case: all settings with the defaults marked, sizes, and the number of solves."""
-    return "\n\n".join("\n".join(part(case)) for part in PARTS)
+    """Plan of a case as one text; see `plan_parts`."""
+    return "\n\n".join(plan_parts(case))
 
 
 def _heading(case: Case) -> list[str]:
@@ -91,6 +111,14 @@ def _training_text(case: Case) -> str:
     return text if count == 1 else f"{text} x {count} misalignments"
 
 
+def _cost(case: Case) -> list[str]:
+    found = stages(case, gear_pair(case))
+    rows = [(stage.name, memory_text(stage.memory), format_time(stage.seconds)) for stage in found]
+    rows.append(("in all", memory_text(max(s.memory for s in found)), format_time(sum(s.seconds for s in found))))
+    lines = ["Stages: peak memory and time of one core, within a factor of two"]
+    return [*lines, *(f"  {name:<30} {memory:>8}  {seconds:>12}" for name, memory, seconds in rows)]
+
+
 def _ranges(case: Case) -> list[str]:
     """Ranges of the parameters that a training spread over them covers."""
     offline = case.offline
@@ -126,4 +154,4 @@ def _torques_text(torques: tuple[float, ...]) -> str:
     return f"{count}: {short_list(torques)} N m"
 
 
-PARTS: tuple[Callable[[Case], list[str]], ...] = (_heading, _settings, _sizes, _work, _computed_and_left_out)
+PARTS: tuple[Callable[[Case], list[str]], ...] = (_heading, _settings, _sizes, _work, _cost, _computed_and_left_out)

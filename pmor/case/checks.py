@@ -12,9 +12,6 @@ from pmor.errors import CaseError
 
 # A length below this many modules is a slip: a gear so thin, or a hole so small, cannot be meshed sensibly.
 SMALLEST_LENGTH = 0.05
-# Nodes of a flank beyond which the dense compliance of a tooth, 8 bytes x (3 nodes)^2, does not fit into a computer:
-# 7 GB here, and several of them are needed.
-MOST_FLANK_NODES = 10_000
 # Contact points of a flank beyond which a search takes minutes and gigabytes, and finds nothing new.
 MOST_CONTACT_POINTS = 1_000_000
 # Angles of a sweep beyond which its results fill a computer's memory.
@@ -70,12 +67,6 @@ def _check_reduction(reduction: ReductionCase, where: str) -> None:
 def _check_sizes(case: Case, where: str) -> None:
     mesh, contact = case.mesh, case.contact
     along, across = mesh.profile_elements, mesh.width_elements
-    nodes = (along + 1) * (across + 1)
-    if nodes > MOST_FLANK_NODES:
-        raise CaseError(
-            f"{where}: [mesh] profile_elements = {along}: makes {nodes} nodes on a flank with width_elements = "
-            f"{across}, and at most {MOST_FLANK_NODES} fit into a computer: lower one of the two"
-        )
     points = (along * contact.lodm_profile + 1) * (across * contact.lodm_width + 1)
     if points > MOST_CONTACT_POINTS:
         raise CaseError(

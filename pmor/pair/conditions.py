@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import asdict, fields
 
@@ -49,6 +50,21 @@ def nominal_condition(case: Case) -> Condition:
 def training_values(offline: OfflineCase) -> tuple[tuple[float, ...], ...]:
     """Return the values of each parameter of a training: deviations of the axes in um, and the torque in N m, last."""
     return (*(getattr(offline, name) for name in DEVIATIONS), offline.torques_Nm)
+
+
+def full_solves(case: Case) -> int:
+    """Return how many states of full contact are solved offline; a greedy sampling may end before."""
+    offline = case.offline
+    if not case.reduction.trained:
+        return 0
+    if offline.sampling != "grid":
+        return offline.solves
+    return offline.angles_per_pitch * len(offline.torques_Nm) * misalignments(case)
+
+
+def misalignments(case: Case) -> int:
+    """Return how many misalignments a grid has."""
+    return math.prod(len(values) for values in training_values(case.offline)[:-1])
 
 
 def condition_at(values: Iterable[float] | FloatArray) -> Condition:

@@ -41,12 +41,18 @@ def record(monkeypatch, name):
                 "overwrite": True,
             },
         ),
-        ("online b.h5 -o d", {"basis_path": Path("b.h5"), "out": Path("d"), "case_path": None, "jobs": 1}),
+        (
+            "online b.h5 -o d",
+            {"basis_path": Path("b.h5"), "out": Path("d"), "case_path": None, "jobs": 1, "overwrite": False},
+        ),
         (
             "online b.h5 --case c.toml --jobs 2",
-            {"basis_path": Path("b.h5"), "out": None, "case_path": Path("c.toml"), "jobs": 2},
+            {"basis_path": Path("b.h5"), "out": None, "case_path": Path("c.toml"), "jobs": 2, "overwrite": False},
         ),
-        ("compare c.toml --out d", {"case_path": Path("c.toml"), "out": Path("d"), "jobs": 1}),
+        (
+            "compare c.toml --out d",
+            {"case_path": Path("c.toml"), "out": Path("d"), "jobs": 1, "overwrite": False},
+        ),
         ("info b.h5", {"path": Path("b.h5"), "verify": False}),
         ("info b.h5 --verify", {"path": Path("b.h5"), "verify": True}),
     ],

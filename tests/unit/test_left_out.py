@@ -9,7 +9,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import pmor.pair.model
-from pmor.app.left_out import computed, full_solves, left_out, rows_in_reach, scene, unknowns
+from pmor.app.left_out import computed, left_out, scene, unknowns
 from pmor.app.plan import plan_text
 from pmor.case import load_case, parse_case
 from pmor.contact.condition import Condition, at_torques
@@ -18,6 +18,8 @@ from pmor.contact.solve import window_depth
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.condensation import condense_sector
 from pmor.jobs.offline import run_offline
+from pmor.pair.conditions import full_solves
+from pmor.pair.cost import rows_in_reach
 from pmor.pair.model import elastic_model, mesh_model, neighbour_reach
 from pmor.pair.sweep import sweep_ste
 from pmor.storage.basis_file import read_basis
@@ -146,7 +148,7 @@ def test_pairs_and_patches_out_of_reach_are_not_in_any_window():
         position = active_patches(meshed, float(phi), window_depth(meshed, Condition(torque=1e5)))
         assert len(position.pair_index) <= most
         rows += position.windows[:, :, 3].ravel().tolist()
-    assert abs(rows_in_reach(found) - np.mean(rows)) <= 1.5
+    assert abs(rows_in_reach(found.case, found.pair) - np.mean(rows)) <= 1.5
     assert max(rows) < 20
 
 

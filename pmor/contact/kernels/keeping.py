@@ -33,6 +33,15 @@ def can_keep() -> bool:
     return folder is not None and _numba_finds_one()
 
 
+def is_kept(kernel: Any) -> bool:
+    """Return whether a kernel was compiled before, from these very sources, and is kept."""
+    file = getattr(getattr(kernel, "_cache", None), "_cache_file", None)
+    try:
+        return file is None or bool(file._load_index())
+    except OSError:
+        return False
+
+
 def _numba_finds_one() -> bool:
     def trial() -> None:
         """Never called."""

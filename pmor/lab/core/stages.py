@@ -1,0 +1,103 @@
+"""What the stages of a run take: time and peak memory, measured in a process of their own.
+
+    python -m pmor.lab.core.stages CASE
+
+prints them as JSON. Kernels are expected to be compiled: what that takes is no property of a case.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pmor.case import Case, load_case, text_of
+
+Result = TypeVar("Result")
+
+
+def measure_stages(case: Case) -> dict[str, dict[str, float]]:
+    """Run a case in a process of its own and return seconds and peak memory (MiB) of each stage, by name.
+
+    Raises
+    ------
+    subprocess.CalledProcessError
+        When the run fails.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / f"{case.name}.toml"
+        path.write_text(text_of(case), encoding="utf-8")
+        command = [sys.executable, "-m", "pmor.lab.core.stages", str(path)]
+        done = subprocess.run(command, check=True, capture_output=True, text=True, encoding="utf-8")
+    found: dict[str, dict[str, float]] = json.loads(done.stdout.splitlines()[-1])
+    return found
+
+
+def run_stages(case: Case, folder: Path) -> dict[str, dict[str, float]]:
+    """Do in this process, stage by stage, what `pmor run` does; results as in `measure_stages`."""
+    found: dict[str, dict[str, float]] = {}
+
+    def measured(name: str, work: Callable[[], Result]) -> Result:
+        _forget_peak()
+        start, cpu = time.perf_counter(), time.process_time()
+        result = work()
+        found[name] = {
+            "seconds": time.perf_counter() - start,
+            "cpu_seconds": time.process_time() - cpu,
+            "peak_mib": _kib("VmHWM") / 1024,
+            "address_mib": _kib("VmPeak") / 1024,
+        }
+        return result
+
+    def load() -> Any:
+        import pmor.app.commands
+        import pmor.jobs.offline
+        import pmor.lab.verify
+        import pmor.report.run_page
+
+        return pmor
+
+    measured("start", load)
+    from pmor.jobs.offline import run_offline
+    from pmor.pair.model import elastic_model, mesh_model
+    from pmor.report.run_page import write_pages
+    from pmor.report.summary import write_results
+    from pmor.storage.basis_file import read_basis
+    from pmor_online.compare import compare_models
+    from pmor_online.errors import estimate_errors
+    from pmor_online.model import reduced_pair
+    from pmor_online.run import OnlineResult, sweep_case
+
+    path = folder / "basis.h5"
+    model = measured("finite elements", lambda: elastic_model(case, mesh_model(case)))
+    measured("training", lambda: run_offline(case, model, path, estimate=estimate_errors))
+    reduced, swept = measured("sweep", lambda: (pair := reduced_pair(read_basis(path)), sweep_case(pair)))
+    comparison = measured("comparison", lambda: compare_models(reduced, model))
+    result = OnlineResult(reduced, swept, comparison, path.stat().st_size / 2**20)
+
+    def report() -> None:
+        write_results(result, folder)
+        write_pages(result, model.mesh.pinion, folder)
+
+    measured("report", report)
+    return found
+
+
+def _forget_peak() -> None:
+    """Let the system count the peak of memory anew."""
+    Path("/proc/self/clear_refs").write_text("5", encoding="ascii")
+
+
+def _kib(name: str) -> float:
+    lines = Path("/proc/self/status").read_text(encoding="ascii").splitlines()
+    return next(float(line.split()[1]) for line in lines if line.startswith(name))
+
+
+if __name__ == "__main__":
+    with tempfile.TemporaryDirectory() as scratch:
+        sys.stdout.write(json.dumps(run_stages(load_case(sys.argv[1]), Path(scratch))) + "\n")

@@ -1,0 +1,104 @@
+"""How much memory a process may have: what the computer has, what a control group or `ulimit` leaves of it."""
+
+from __future__ import annotations
+
+import os
+import sys
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+
+# What Linux writes where a control group of the first version has no limit: about 2^63, in whole pages.
+NO_LIMIT = 2**60
+
+
+@dataclass(frozen=True)
+class MemoryLimit:
+    """A limit on memory.
+
+    Parameters
+    ----------
+    size : int
+        Bytes.
+    source : str
+        Who sets it, for messages.
+    remedy : str
+        What lifts it.
+    of_addresses : bool
+        It counts addresses that are reserved, not memory that is used.
+    """
+
+    size: int
+    source: str
+    remedy: str
+    of_addresses: bool = False
+
+
+def memory_limits(system: Path = Path("/")) -> tuple[MemoryLimit, ...]:
+    """Return all limits on this process that the system tells of.
+
+    Parameters
+    ----------
+    system : Path
+        Where ``proc`` and ``sys`` are.
+    """
+    found = [limit for limit in (_physical(), _control_group(system)) if limit is not None]
+    return (*found, *_process_limits())
+
+
+def memory_text(size: float) -> str:
+    """Write a number of bytes the way people say it: `350 MiB`, `2.4 GiB`."""
+    mib = size / 2**20
+    return f"{mib:.0f} MiB" if mib < 1000 else f"{mib / 1024:.3g} GiB"
+
+
+def _physical() -> MemoryLimit | None:
+    try:
+        return MemoryLimit(
+            os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"), "this computer has", "take one with more"
+        )
+    except (AttributeError, OSError, ValueError):
+        return None
+
+
+def _control_group(system: Path) -> MemoryLimit | None:
+    """The smallest limit of the process's control groups, those above it among them, of either version."""
+    try:
+        lines = (system / "proc/self/cgroup").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return None
+    sizes = []
+    for line in lines:
+        _, controllers, path = line.split(":", 2)
+        if controllers and "memory" not in controllers.split(","):
+            continue
+        folder, name = ("memory", "memory.limit_in_bytes") if controllers else ("", "memory.max")
+        root = system / "sys/fs/cgroup" / folder
+        # Inside a container the path is one of the host's, which is not seen there: its root then is the group itself.
+        for group in (PurePosixPath(path), *PurePosixPath(path).parents):
+            sizes += _number(root / str(group).lstrip("/") / name)
+    limits = [size for size in sizes if size < NO_LIMIT]
+    if not limits:
+        return None
+    return MemoryLimit(min(limits), "the control group (container, batch job) allows", "raise its limit")
+
+
+def _number(path: Path) -> list[int]:
+    try:
+        text = path.read_text(encoding="ascii").strip()
+    except OSError:
+        return []
+    return [int(text)] if text.isdigit() else []
+
+
+def _process_limits() -> tuple[MemoryLimit, ...]:
+    if sys.platform == "win32":
+        return ()
+    import resource
+
+    kinds = ((resource.RLIMIT_AS, "ulimit -v", True), (resource.RLIMIT_DATA, "ulimit -d", False))
+    found = ((resource.getrlimit(kind)[0], name, addresses) for kind, name, addresses in kinds)
+    return tuple(
+        MemoryLimit(size, f"{name} allows", f"raise {name}", addresses)
+        for size, name, addresses in found
+        if size != resource.RLIM_INFINITY
+    )

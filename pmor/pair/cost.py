@@ -1,0 +1,308 @@
+"""What a case takes of the computer: peak memory and time of each stage, from sizes alone, before anything is solved.
+
+Memory is counted from the arrays that live at the same time. Times are counted in operations, for one core of
+`REFERENCE_FLOPS`; other computers differ. Both were fitted on the cases of `pmor.lab.core.stages`, and hold within a
+factor of two there.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from pmor.case import Case
+from pmor.case.width import elements_across
+from pmor.contact.flank import LOCAL_SHARE
+from pmor.contact.kernels.keeping import is_kept
+from pmor.contact.kernels.sweep import sweep_reduced
+from pmor.contact.solve import WINDOW_MARGIN
+from pmor.errors import CaseError
+from pmor.gear.pair import GearPair
+from pmor.gear.tooth import Tooth
+from pmor.memory import MemoryLimit, memory_limits, memory_text
+from pmor.mesh.sector import build_sector
+from pmor.pair.conditions import axes_of, full_solves, misalignments, training_values
+from pmor.pair.model import approach_estimate, contact_scheme, neighbour_reach
+
+DOUBLE, COMPLEX = 8, 16  # bytes
+MIB = 2**20
+# Measured on Linux with Python 3.11: interpreter and libraries; with those of the solver; with compiled kernels; what a
+# page takes on top of that; and all of it while kernels are compiled.
+START_BYTES, SOLVER_BYTES, KERNEL_BYTES, PAGE_BYTES, COMPILING_BYTES = (n * MIB for n in (130, 175, 195, 65, 800))
+# An element's matrix, its place in the whole one, and what is left over on the way.
+ELEMENT_BYTES = 40_000
+# Addresses that libraries reserve beyond the memory they use, with one thread.
+RESERVED_BYTES = 400 * MIB
+# Stages that take the same whatever the case.
+COMPILING, START = CASELESS = ("compiling kernels, once", "start")
+# Seconds on the reference computer: a core with this many operations per second on dense matrices.
+FLOPS = 13e9
+ELEMENT_S, SOLVER_S = 90e-6, 0.3
+FULL_S, FULL_ENTRY_S, POSITION_S = 5e-3, 30e-9, 8e-3
+REDUCED_S, REDUCED_MEMBER_S, SWEEP_S = 30e-6, 1.5e-8, 0.2
+START_S, BASIS_S, RESULTS_S, PAGE_S, COMPILING_S = 1.2, 0.3, 0.05, 2.2, 120.0
+# Shapes of a line over the width where the axes tilt; states at which a greedy sampling estimates errors, per solve.
+TILTED_SHAPES, GREEDY_STATES = 8, 200
+
+
+@dataclass(frozen=True)
+class GearSize:
+    """Sizes of a gear's finite elements.
+
+    Parameters
+    ----------
+    teeth : int
+    lines : int
+        Rows of nodes on the flank, from the start of the involute to the tip.
+    layers : int
+        Columns of nodes over the face width, as far as it is meshed.
+    tooth, ring : two int
+        Rows and columns of nodes of the two blocks of a transverse section.
+    """
+
+    teeth: int
+    lines: int
+    layers: int
+    tooth: tuple[int, int]
+    ring: tuple[int, int]
+
+    @property
+    def flank(self) -> int:
+        """Unknowns of a flank."""
+        return 3 * self.lines * self.layers
+
+    @property
+    def side(self) -> int:
+        """Unknowns of a side face without the bore."""
+        return 3 * self.layers * (self.ring[0] - 1)
+
+    @property
+    def elements(self) -> int:
+        """Elements of a sector."""
+        blocks = (self.tooth, self.ring)
+        return sum((rows - 1) * (columns - 1) for rows, columns in blocks) * (self.layers - 1)
+
+
+def gear_size(case: Case, tooth: Tooth, bore_radius_mm: float, face_width_mm: float) -> GearSize:
+    """Return the sizes of a gear's mesh: its transverse section is made, which takes no time, and not its volume.
+
+    Raises
+    ------
+    GeometryError, MeshError
+    """
+    mesh = case.mesh
+    section = build_sector(tooth, bore_radius_mm, face_width_mm, mesh.profile_elements, 1, mesh.spacing, "plane_strain")
+    blocks = section.tooth_rows, section.ring_rows
+    tooth_block, ring_block = ((len(rows), len(rows[0]) // len(section.z)) for rows in blocks)
+    return GearSize(tooth.teeth, mesh.profile_elements + 1, elements_across(case) + 1, tooth_block, ring_block)
+
+
+@dataclass(frozen=True)
+class Stage:
+    """What a stage of a run takes.
+
+    Parameters
+    ----------
+    name : str
+    memory : int
+        Bytes at most, of the whole process.
+    seconds : float
+        With kernels that are compiled.
+    """
+
+    name: str
+    memory: int
+    seconds: float
+
+
+@dataclass(frozen=True)
+class PairSize:
+    """Sizes of a case.
+
+    Parameters
+    ----------
+    gears : tuple of GearSize
+        Those that finite elements are solved for: one where the gears are identical.
+    reach : int
+        Neighbouring teeth on either side that the compliance covers.
+    pairs : int
+        Tooth pairs that can touch at a time.
+    rows : int
+        Rows of elements of a flank that contact reaches.
+    positions, solves : int
+        Pinion angles of the training, and full solves in all.
+    shapes : int
+        Shapes of a flank in the basis.
+    members : int
+        Those of them in reach of contact.
+    components : int
+        Of the contact forces, in the compliance that the error estimate keeps; 0 without one.
+    """
+
+    gears: tuple[GearSize, ...]
+    reach: int
+    pairs: int
+    rows: int
+    positions: int
+    solves: int
+    shapes: int
+    members: int
+    components: int
+
+    @property
+    def flank(self) -> int:
+        """Unknowns of a flank, of the gear with more."""
+        return max(gear.flank for gear in self.gears)
+
+    @property
+    def window(self) -> int:
+        """Unknowns of all parts of flanks that contact reaches at a position."""
+        return 2 * self.pairs * self.flank * min(self.rows + 1, self.gears[0].lines) // self.gears[0].lines
+
+
+def stages(case: Case, pair: GearPair) -> tuple[Stage, ...]:
+    """Return the stages of `pmor run` in their order; where kernels are not compiled yet, that comes first.
+
+    Raises
+    ------
+    GeometryError, MeshError
+    """
+    size = pair_size(case, pair)
+    sweep = case.online.angles_per_pitch * len(case.online.torques_Nm)
+    compared = case.compare.angles * len(case.compare.torques_Nm)
+    kept = sum(_kept(gear, size.reach) for gear in size.gears)
+    # Not all that the finite elements took in small pieces goes back to the system.
+    kept += ELEMENT_BYTES // 3 * max(gear.elements for gear in size.gears)
+    basis = _basis(size)
+    training = kept + 2 * basis + size.solves * size.pairs * 3 * size.flank * 2 * DOUBLE
+    reduced = 1.0 + size.members
+    full_s, reduced_s = FULL_S + FULL_ENTRY_S * size.window**2, REDUCED_S + REDUCED_MEMBER_S * reduced**2.2
+    online = kept + 2 * basis
+    searched = GREEDY_STATES * size.solves if case.offline.sampling == "greedy" else 0
+    trained_s = size.solves * full_s + size.positions * POSITION_S + searched * reduced_s + BASIS_S
+    pictures = int(case.output.plots) + int(case.output.report)
+    compiling = () if is_kept(sweep_reduced) else (Stage(COMPILING, COMPILING_BYTES, COMPILING_S),)
+    return (
+        *compiling,
+        Stage(START, START_BYTES, START_S),
+        Stage("finite elements", SOLVER_BYTES + _largest(size), sum(map(_solving_seconds, size.gears)) + SOLVER_S),
+        Stage("training", KERNEL_BYTES + training, trained_s),
+        Stage("sweep", KERNEL_BYTES + online, sweep * reduced_s + SWEEP_S),
+        Stage("comparison", KERNEL_BYTES + online + 3 * DOUBLE * size.window**2, compared * (full_s + reduced_s)),
+        Stage("report", KERNEL_BYTES + online + PAGE_BYTES * (pictures > 0), RESULTS_S + PAGE_S * pictures),
+    )
+
+
+def refuse_beyond_memory(case: Case, found: tuple[Stage, ...], limits: Sequence[MemoryLimit] | None = None) -> None:
+    """Raise CaseError when a stage takes more memory than there is.
+
+    Parameters
+    ----------
+    case : Case
+    found : tuple of Stage
+    limits : sequence of MemoryLimit, optional
+        Those on this process by default.
+    """
+    largest = max(found, key=lambda stage: stage.memory)
+    for limit in memory_limits() if limits is None else limits:
+        needed = largest.memory + RESERVED_BYTES * limit.of_addresses
+        if needed > limit.size:
+            mesh, what = case.mesh, "addresses" if limit.of_addresses else "memory"
+            smaller = f", or lower [mesh] profile_elements = {mesh.profile_elements} or width_elements"
+            raise CaseError(
+                f"{case.name}: {largest.name}: takes about {memory_text(needed)} of {what}, and {limit.source} "
+                f"{memory_text(limit.size)}: {limit.remedy}{smaller * (largest.name not in CASELESS)}"
+            )
+
+
+def pair_size(case: Case, pair: GearPair) -> PairSize:
+    """Return the sizes of a case; nothing is meshed but transverse sections.
+
+    Raises
+    ------
+    GeometryError, MeshError
+    """
+    both = [
+        gear_size(case, tooth, gear.bore_radius_mm, case.pair.face_width_mm)
+        for tooth, gear in ((pair.pinion, case.pair.pinion), (pair.wheel, case.pair.wheel))
+    ]
+    alike = case.mesh.share_identical and pair.pinion == pair.wheel and case.pair.pinion == case.pair.wheel
+    gear, rows, solves = both[0], rows_in_reach(case, pair), full_solves(case)
+    pairs = math.floor(pair.contact_ratio + 1.0) + 1
+    per_line = 1
+    if case.reduction.shapes == "static_modes":
+        per_line = 2 * gear.layers
+    elif any(len(values) > 1 for values in training_values(case.offline)[:-1]):
+        per_line = min(TILTED_SHAPES, gear.layers)
+    shapes, members = per_line * gear.lines, 2 * pairs * per_line * (rows + 1)
+    if not case.reduction.by_line:
+        per_position = max(len(case.offline.torques_Nm) * misalignments(case), 1)
+        shapes = math.ceil(2.5 * case.offline.angles_per_pitch) * per_position
+        members = 2 * pairs * per_position
+    positions = case.offline.angles_per_pitch if case.offline.sampling == "grid" else solves
+    components = (2 if case.contact.kind != "nodal" else 3) if case.reduction.error_estimate else 0
+    return PairSize(
+        tuple(both[:1] if alike else both), neighbour_reach(pair), pairs, rows, positions if solves else 0, solves,
+        shapes, members, components,
+    )  # fmt: skip
+
+
+def rows_in_reach(case: Case, pair: GearPair) -> int:
+    """Return about how many element rows of a flank contact can reach under the nominal load."""
+    first, last = pair.pinion.form_roll_angle, pair.pinion.tip_roll_angle
+    row = 0.5 * pair.pinion.base_radius * (last**2 - first**2) / case.mesh.profile_elements
+    local = 1.0 if case.contact.scheme == "facet" else LOCAL_SHARE
+    # Line contact is on the line of action; points need a row on either side.
+    spacing = 0.0 if case.contact.scheme == "line" else 1.5 * row / contact_scheme(case).lodm_profile
+    depth = WINDOW_MARGIN * approach_estimate(case, pair) + axes_of(case).spread
+    half = math.sqrt(2.0 * local * depth * pair.pitch_point_radius)
+    return min(case.mesh.profile_elements, math.ceil(2.0 * max(half, spacing) / row) + 1)
+
+
+def _solving(gear: GearSize, reach: int) -> int:
+    """Bytes while a gear is condensed and the ring is closed."""
+    flank, side, rest = gear.flank, gear.side, gear.flank + 2 * gear.side
+    front = 3 * gear.layers * gear.ring[1] + rest
+    condensing = 4 * DOUBLE * front**2
+    ring = DOUBLE * (rest**2 + (3 + 3 * (2 * reach + 1)) * flank**2 + 2 * (2 * reach + 4) * side * flank)
+    ring += COMPLEX * (4 * side**2 + 3 * side * flank)
+    return max(ELEMENT_BYTES * gear.elements, ELEMENT_BYTES // 2 * gear.elements + condensing, ring)
+
+
+def _kept(gear: GearSize, reach: int) -> int:
+    """Bytes of a gear's model: compliance, condensed stiffness, displacement of the side faces, surface layer."""
+    rest = gear.flank + 2 * gear.side
+    matrices = (2 * reach + 2) * gear.flank * (gear.flank + gear.side) + rest**2
+    return DOUBLE * matrices
+
+
+def _largest(size: PairSize) -> int:
+    """Bytes while the gears are solved one after the other."""
+    solving = [_solving(gear, size.reach) for gear in size.gears]
+    before = [0, _kept(size.gears[0], size.reach)]
+    return max(a + b for a, b in zip(solving, before, strict=False))
+
+
+def _basis(size: PairSize) -> int:
+    """Bytes of a basis: displacements of the shapes, their products, compliance for the error estimate."""
+    teeth, loaded = 2 * size.reach + 1, size.flank * size.components // 3
+    shapes = 2 * teeth * size.shapes * (size.flank + size.shapes)
+    return DOUBLE * (shapes + len(size.gears) * (size.reach + 1) * loaded**2)
+
+
+def _solving_seconds(gear: GearSize) -> float:
+    """Time of a gear's finite elements: the eliminations row by row, the harmonics of the ring, its compliance."""
+    flank, side = gear.flank, gear.side
+    total = 0.0
+    for (rows, columns), border in ((gear.tooth, 0.5 * flank), (gear.ring, side)):
+        front = 3 * gear.layers * columns
+        total += rows * _elimination(front, front + border)
+    total += _elimination(3 * gear.layers * gear.ring[1], flank + 2 * side) + 5.0 * flank**3
+    total += (gear.teeth // 2 + 1) * (8.0 / 3.0 * side**3 + 8.0 * side**2 * flank) + 20.0 * side * flank**2
+    return total / FLOPS + ELEMENT_S * gear.elements
+
+
+def _elimination(front: float, rest: float) -> float:
+    """Operations that eliminate a front which is coupled to the rest."""
+    return front**3 / 3.0 + front**2 * rest + 2.0 * front * rest**2

@@ -1,0 +1,185 @@
+"""What a case takes of the computer is known beforehand, and what does not fit is refused."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import pmor.app.plan
+import pmor.pair.cost
+from pmor.app.cli import main
+from pmor.case import change_case, load_case
+from pmor.errors import CaseError
+from pmor.lab.core.stages import measure_stages
+from pmor.memory import MemoryLimit
+from pmor.pair.cost import RESERVED_BYTES, gear_size, refuse_beyond_memory, stages
+from pmor.pair.model import gear_pair, mesh_model, sector_meshes
+from tests.robustness.processes import ROOT
+
+CASES = ROOT / "cases"
+FACTOR = 2.0
+MIB = 2**20
+
+
+def paper(**changes):
+    return change_case(load_case(CASES / "paper_spur.toml"), **changes)
+
+
+def by_name(case):
+    return {stage.name: stage for stage in stages(case, gear_pair(case))}
+
+
+def limit(size, **more):
+    return MemoryLimit(int(size), "somebody allows", "ask for more", **more)
+
+
+@pytest.mark.parametrize("mesh", [{}, {"width": "whole"}, {"width": "plane_strain"}, {"profile_elements": 40}])
+@pytest.mark.parametrize("name", ["small_spur", "unequal_pair"])
+def test_sizes_are_those_of_the_mesh(name, mesh):
+    case = change_case(load_case(CASES / f"{name}.toml"), mesh=mesh)
+    pair = gear_pair(case)
+    for sector, tooth, gear in zip(
+        sector_meshes(case, pair), (pair.pinion, pair.wheel), (case.pair.pinion, case.pair.wheel), strict=True
+    ):
+        size = gear_size(case, tooth, gear.bore_radius_mm, case.pair.face_width_mm)
+        assert (size.flank, size.side) == (3 * sector.flank.size, 3 * len(sector.left))
+        assert (size.elements, size.teeth) == (len(sector.elements), sector.teeth)
+
+
+def test_finer_wider_and_more_cost_more():
+    plain = by_name(paper())
+    for mesh in ({"profile_elements": 32}, {"width_elements": 16}, {"width": "whole"}):
+        finer = by_name(paper(mesh=mesh))
+        assert finer["finite elements"].memory > plain["finite elements"].memory
+        assert finer["finite elements"].seconds > plain["finite elements"].seconds
+    more = by_name(paper(offline={"angles_per_pitch": 80}, online={"angles_per_pitch": 2000}, compare={"angles": 96}))
+    for stage in ("training", "sweep", "comparison"):
+        assert more[stage].seconds > 1.3 * plain[stage].seconds
+    other = paper(wheel={"teeth": 22, "bore_radius_mm": 20.0})
+    assert by_name(other)["finite elements"].seconds > 1.5 * plain["finite elements"].seconds, "two gears"
+
+
+def test_what_does_not_fit_is_refused_with_number_limit_and_remedy():
+    case = paper(mesh={"profile_elements": 64, "width_elements": 32, "width": "whole"})
+    found = stages(case, gear_pair(case))
+    largest = max(stage.memory for stage in found)
+    refuse_beyond_memory(case, found, [limit(1.01 * largest)])
+    with pytest.raises(CaseError) as caught:
+        refuse_beyond_memory(case, found, [limit(2 * largest), limit(0.5 * largest)])
+    message = str(caught.value)
+    assert "\n" not in message
+    for words in ("finite elements: takes about", "GiB of memory", "somebody allows", "ask for more", "elements = 64"):
+        assert words in message
+    refuse_beyond_memory(case, found, [limit(1.01 * (largest + RESERVED_BYTES), of_addresses=True)])
+    with pytest.raises(CaseError, match="of addresses"):
+        refuse_beyond_memory(case, found, [limit(1.01 * largest, of_addresses=True)])
+
+
+def test_nothing_is_meshed_that_does_not_fit(monkeypatch):
+    monkeypatch.setattr(pmor.pair.cost, "memory_limits", lambda: (limit(100 * MIB),))
+    monkeypatch.setattr(pmor.pair.model, "sector_meshes", lambda *_: pytest.fail("meshed"))
+    with pytest.raises(CaseError, match="somebody allows 100 MiB"):
+        mesh_model(paper())
+
+
+def test_the_plan_shows_stages_and_ends_where_they_do_not_fit(monkeypatch, capsys, tmp_path):
+    case = tmp_path / "large.toml"
+    case.write_text((CASES / "paper_spur.toml").read_text().replace("profile_elements = 16", "profile_elements = 128"))
+    monkeypatch.setattr(pmor.pair.cost, "memory_limits", lambda: (limit(200 * MIB),))
+    assert main(["plan", str(case)]) == 2
+    text, errors = capsys.readouterr()
+    lines = [line.split() for line in text.splitlines()]
+    (row,) = (line for line in lines if line[:2] == ["finite", "elements"])
+    assert row[3] in ("MiB", "GiB")
+    assert ["in", "all"] in [line[:2] for line in lines]
+    assert "Left out" not in text
+    assert errors.startswith("pmor: error: large: finite elements: takes about")
+    assert len(errors.splitlines()) == 1
+
+
+@pytest.mark.parametrize("command", ["plan", "run"])
+@pytest.mark.parametrize("mib", [200, 450])
+def test_few_addresses_end_in_one_line(command, mib, tmp_path):
+    case = paper(mesh={"profile_elements": 32})
+    needed = max(stage.memory for stage in stages(case, gear_pair(case))) + RESERVED_BYTES
+    assert needed > FACTOR * mib * MIB
+    path = tmp_path / "case.toml"
+    path.write_text(pmor.case.text_of(case))
+    line = f'ulimit -v {mib * 1024}; exec "{sys.executable}" -m pmor {command} {path}'
+    done = subprocess.run(["bash", "-c", line], cwd=tmp_path, env=_environment(), capture_output=True, text=True)
+    assert done.returncode == 2
+    assert done.stderr.startswith("pmor: error: ")
+    assert len(done.stderr.splitlines()) == 1
+    assert [item.name for item in tmp_path.iterdir()] == ["case.toml"]
+
+
+def _environment():
+    return os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+
+
+def _own_memory_group():
+    """Folder of this process's control group for memory, of the first version; None where there is none to write to."""
+    for line in Path("/proc/self/cgroup").read_text().splitlines():
+        _, controllers, path = line.split(":", 2)
+        folder = Path("/sys/fs/cgroup/memory") / path.lstrip("/")
+        if controllers == "memory" and os.access(folder, os.W_OK):
+            return folder
+    return None
+
+
+@pytest.mark.slow
+def test_half_the_memory_in_a_control_group_ends_in_one_line(tmp_path):
+    parent = _own_memory_group()
+    if parent is None:
+        pytest.skip("needs the right to make control groups (version 1) for memory")
+    case = paper(mesh={"profile_elements": 48, "width": "whole"})
+    path = tmp_path / "case.toml"
+    path.write_text(pmor.case.text_of(case))
+    group = parent / f"pmor_test_{os.getpid()}"
+    group.mkdir()
+    try:
+        half = max(stage.memory for stage in stages(case, gear_pair(case))) // 2
+        (group / "memory.limit_in_bytes").write_text(str(half))
+        line = f'echo $$ > {group}/cgroup.procs; exec "{sys.executable}" -m pmor run {path}'
+        done = subprocess.run(["bash", "-c", line], cwd=tmp_path, env=_environment(), capture_output=True, text=True)
+    finally:
+        group.rmdir()
+    assert done.returncode == 2, done.stderr
+    assert "the control group (container, batch job) allows" in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+
+
+SIZES = {
+    "small": {"mesh": {"profile_elements": 6, "width_elements": 2}},
+    "paper": {},
+    "whole width": {"mesh": {"width": "whole"}},
+    "fine": {"mesh": {"profile_elements": 32, "width_elements": 12, "width": "whole"}, "compare": {"angles": 10}},
+    "unequal": {
+        "pinion": {"teeth": 30, "bore_radius_mm": 30.0}, "wheel": {"teeth": 80, "bore_radius_mm": 40.0},
+        "mesh": {"width": "whole"},
+    },
+}  # fmt: skip
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SIZES)
+def test_memory_and_time_are_within_a_factor_of_two(name, capsys):
+    """On an idle computer with compiled kernels: `pytest -n 0 -m slow tests/unit/test_cost.py`."""
+    case = paper(**SIZES[name])
+    measured, estimated = measure_stages(case), by_name(case)
+    with capsys.disabled():
+        for stage, found in measured.items():
+            told = estimated[stage]
+            print(
+                f"\n{name:12} {stage:16} {told.memory / MIB:6.0f} MiB told {found['peak_mib']:6.0f} found  "
+                f"{told.seconds:7.2f} s told {found['seconds']:7.2f} found",
+                end="",
+            )
+    for stage, found in measured.items():
+        assert 1 / FACTOR < estimated[stage].memory / MIB / found["peak_mib"] < FACTOR, stage
+    told, found = (sum(values) for values in zip(
+        *((estimated[s].seconds, f["cpu_seconds"]) for s, f in measured.items()), strict=True
+    ))  # fmt: skip
+    assert 1 / FACTOR < told / found < FACTOR
