@@ -55,9 +55,7 @@ def run_stages(case: Case, folder: Path) -> dict[str, dict[str, float]]:
         return result
 
     def load() -> Any:
-        import pmor.app.commands
         import pmor.jobs.offline
-        import pmor.lab.verify
         import pmor.report.run_page
 
         return pmor
