@@ -33,7 +33,8 @@ def refuse_interference(pair: GearPair) -> None:
         if clearance < 0.0:
             raise GeometryError(
                 f"the {name}'s tip circle reaches {-clearance:.4g} mm below the {mate}'s root circle, the tip "
-                f"clearance must not be below 0: reduce [{name}] addendum, or raise [{mate}] dedendum or centre_distance_mm"
+                f"clearance must not be below 0: reduce [{name}] addendum or raise [{mate}] dedendum or "
+                "centre_distance_mm"
             )
         depth = -corner_clearance(pair, gear)
         if depth > TOUCHING * pair.pinion.module:
