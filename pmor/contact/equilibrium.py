@@ -16,6 +16,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -23,6 +24,7 @@ from pmor.arrays import FloatArray
 from pmor.contact.condition import Condition
 from pmor.contact.elasticity import Elasticity
 from pmor.contact.flank import MeshedPair
+from pmor.contact.kernels.search import search_room
 from pmor.contact.position import Position
 from pmor.contact.search import Contact, search_contact
 from pmor.errors import ConvergenceError
@@ -134,6 +136,7 @@ def solve_equilibrium(
     start: tuple[FloatArray, float] | None = None,
     max_steps: int = 40,
     tolerance: float = 1e-9,
+    remember: bool = False,
 ) -> Equilibrium:
     """Solve for the elastic coordinates and, under a torque, for the pinion's lead.
 
@@ -150,6 +153,10 @@ def solve_equilibrium(
     max_steps : int
     tolerance : float
         On the relative corrections of the coordinates (energy norm) and of the lead.
+    remember : bool
+        Look for each point on the patch where it was found in the step before. Normals jump a little from patch to
+        patch, so that a point at their border can go to and fro between them for ever; on either side of it there is
+        an equilibrium.
 
     Returns
     -------
@@ -168,8 +175,11 @@ def solve_equilibrium(
         torque = condition.given_torque
         approach = meshed.expected_closing(torque, position.built.axes) + expected_penetration(meshed, torque)
 
+    room = search_room(position.kernel_pair, position.reach) if remember else None
+    search = partial(search_contact, meshed, position, room=room)
+
     def evaluate(coordinates: FloatArray, lead: float, depth: float) -> _State:
-        return _evaluate(meshed, position, elasticity, condition.torque, approach, coordinates, lead, depth)
+        return _evaluate(search, meshed, elasticity, condition.torque, approach, coordinates, lead, depth)
 
     coordinates, lead = start or (elasticity.zero(), approach / base_radius)
     state = evaluate(coordinates, lead if condition.lead is None else condition.lead, NEARBY * approach)
@@ -242,8 +252,8 @@ def expected_penetration(meshed: MeshedPair, torque: float) -> float:
 
 
 def _evaluate(
+    search: Callable[..., Contact],
     meshed: MeshedPair,
-    position: Position,
     elasticity: Elasticity,
     torque: float | None,
     approach: float,
@@ -257,10 +267,10 @@ def _evaluate(
     if meshed.scheme.kind == "line":
         # Its law is not linear: the tangent must be that of the state itself.
         ahead = 0.0
-        contact = search_contact(meshed, position, displacement, lead, depth)
+        contact = search(displacement, lead, depth)
     else:
         ahead = depth / base_radius
-        contact = search_contact(meshed, position, displacement, lead + ahead)
+        contact = search(displacement, lead + ahead)
     smallest_gap = contact.smallest_gap + ahead * base_radius
     present = contact.gap - contact.lever * ahead
     free = present - contact.gap_change(displacement)

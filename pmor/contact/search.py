@@ -9,7 +9,7 @@ import numpy as np
 from pmor.arrays import FloatArray, IntArray
 from pmor.contact.flank import MeshedPair
 from pmor.contact.kernels.search import search_all, search_room
-from pmor.contact.kernels.state import Points
+from pmor.contact.kernels.state import Points, SearchRoom
 from pmor.contact.position import Position
 
 
@@ -70,8 +70,9 @@ class Contact:
 
 
 def search_contact(
-    meshed: MeshedPair, position: Position, displacement: FloatArray, lead: float, largest_gap: float = 0.0
-) -> Contact:
+    meshed: MeshedPair, position: Position, displacement: FloatArray, lead: float, largest_gap: float = 0.0,
+    room: SearchRoom | None = None,
+) -> Contact:  # fmt: skip
     """Find all penetrating points, and those that stand off a little.
 
     Parameters
@@ -84,6 +85,9 @@ def search_contact(
         Rotation of the pinion ahead of its kinematic position, rad.
     largest_gap : float
         Points with a gap below it are listed, mm.
+    room : SearchRoom, optional
+        Of this position, from earlier searches: a point begins on the patch where it was found the last time, so that
+        one at the border between two patches stays where it is.
 
     Returns
     -------
@@ -91,9 +95,9 @@ def search_contact(
     """
     nodes = displacement if meshed.scheme.exact else position.nodes + displacement
     pair, reach = position.kernel_pair, position.reach
-    room = search_room(pair, reach)
+    room = room or search_room(pair, reach)
     found = search_all(pair, reach, lead, nodes, largest_gap, room)
-    points = Points(*(values[: found.listed] for values in room.points))
+    points = Points(*(np.array(values[: found.listed]) for values in room.points))
     return Contact(
         points.pair, points.slave, points.node, points.weight, points.gap, points.stiffness, points.lever,
         points.mate_lever, points.place, found.smallest, found.border,

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
+from pmor.arrays import FloatArray
 from pmor.contact.condition import Condition, common_build
 from pmor.contact.elasticity import Elasticity
 from pmor.contact.equilibrium import Equilibrium, expected_approach, expected_penetration, solve_equilibrium
@@ -20,6 +23,8 @@ ElasticityAt = Callable[[Position], Elasticity]
 # The approach of the flanks at which the windows are cut, over the expected one: the tooth pairs share the load
 # unevenly and tip corners dig in. Too small costs a repetition, never accuracy.
 WINDOW_MARGIN = 3.0
+# How many times more, or less, a condition may drive the pair than the one before, to start from its solution.
+FAR = 100.0
 
 
 @dataclass(frozen=True)
@@ -82,15 +87,28 @@ def _solve_within(
     failures: list[str] = []
     previous: tuple[Equilibrium, Condition] | None = None
     for condition in conditions:
-        start = previous[0].scaled_start(_ratio(condition, previous[1])) if previous else None
+        ratio = _ratio(condition, previous[1]) if previous else 0.0
+        start = previous[0].scaled_start(ratio) if previous and 1.0 / FAR <= ratio <= FAR else None
         try:
-            equilibrium = solve_equilibrium(meshed, position, elasticity, condition, start)
+            solve = partial(solve_equilibrium, meshed, position, elasticity, condition)
+            equilibrium = _solve_persistently(solve, start)
             previous = equilibrium, condition
             equilibria.append(equilibrium)
         except ConvergenceError as error:
             equilibria.append(None)
             failures.append(str(error))
     return SolvedPosition(position, tuple(equilibria), tuple(failures))
+
+
+def _solve_persistently(solve: Callable[..., Equilibrium], start: tuple[FloatArray, float] | None) -> Equilibrium:
+    """Solve from a neighbour's state; else from nothing, so that no neighbour can spoil it; else with a memory."""
+    if start is not None:
+        with suppress(ConvergenceError):
+            return solve(start)
+    try:
+        return solve()
+    except ConvergenceError:
+        return solve(remember=True)
 
 
 def _ratio(condition: Condition, before: Condition) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 from pmor.case import Case
 from pmor.errors import CaseError
@@ -15,6 +16,8 @@ PRESSURE_OVER_MODULUS = 0.02
 # contact is left: they would be bent through their neighbours.
 LARGE_APPROACH = 0.05
 LARGEST_APPROACH = 0.5
+# Share of the approach that round-off of the coordinates may be: what is left is a digit of what the load does.
+MOST_ROUND_OFF = 0.1
 # Above it, plain linear hexahedra cannot deform without changing their volume: measured at 0.499, 25 % too stiff.
 LOCKING_POISSON_RATIO = 0.45
 # Penalty of strips of pressure, times the length of an element over the modulus, above which the pressure has more
@@ -58,6 +61,26 @@ def refuse_impossible_load(case: Case, approach_mm: float) -> None:
             f"torque of {torque:g} N m: the flanks would approach by {in_modules:.3g} modules, more than the "
             f"{LARGEST_APPROACH:g} that teeth have room for: stay below {allowed:.3g} N m ([load] torque_Nm, [offline] "
             "and [online] torques_Nm), widen the face or raise youngs_modulus_GPa"
+        )
+
+
+def refuse_lost_load(case: Case, round_off_at: Callable[[float], float]) -> None:
+    """Raise CaseError when the smallest torque presses the flanks together by less than coordinates can tell.
+
+    Parameters
+    ----------
+    case : Case
+    round_off_at : callable
+        Round-off of the coordinates over the approach of the flanks under a torque (N mm).
+    """
+    torque = min(case.torque_Nm, *case.offline.torques_Nm, *case.online.torques_Nm, *case.compare.torques_Nm)
+    round_off = round_off_at(1e3 * torque)
+    if round_off > MOST_ROUND_OFF:
+        raise CaseError(
+            f"torque of {torque:g} N m: the flanks approach by so little that round-off of the coordinates is "
+            f"{round_off:.2g} of it, more than {MOST_ROUND_OFF:g}: stay above "
+            f"{torque * round_off / MOST_ROUND_OFF:.2g} N m ([load] torque_Nm, torques_Nm of [offline], [online] and "
+            "[compare])"
         )
 
 

@@ -15,6 +15,7 @@ from pmor.case import Case, GearCase
 from pmor.case.checks import refuse_uneven_sections
 from pmor.case.width import meshed_width
 from pmor.contact.elasticity import full_elasticity
+from pmor.contact.equilibrium import round_off_residual
 from pmor.contact.flank import ContactScheme, MeshedPair, SurfaceLayer, make_flank
 from pmor.contact.line_contact import approach_constants, check_half_width, line_compliance
 from pmor.contact.solve import ElasticityAt
@@ -26,7 +27,7 @@ from pmor.gear.tooth import Tooth
 from pmor.mesh.layer import surface_layer
 from pmor.mesh.quality import MeshQuality, mesh_quality
 from pmor.mesh.sector import SectorMesh, build_sector
-from pmor.pair.limits import refuse_impossible_load, refuse_locking_penalty
+from pmor.pair.limits import refuse_impossible_load, refuse_locking_penalty, refuse_lost_load
 from pmor.pair.modifications import refuse_modifications_off_the_flank
 
 if TYPE_CHECKING:
@@ -187,13 +188,14 @@ def mesh_model(case: Case) -> MeshModel:
 
 
 def refuse_loads(case: Case, meshed: MeshedPair) -> None:
-    """Refuse loads of training and sweep beyond what the model of contact can carry.
+    """Refuse loads of training and sweep beyond what the model of contact can carry, or too small for its numbers.
 
     Raises
     ------
     CaseError, GeometryError
     """
     refuse_impossible_load(case, approach_estimate(case, meshed.pair))
+    refuse_lost_load(case, partial(round_off_residual, meshed))
     if meshed.scheme.kind == "line":
         check_half_width(meshed, 1e3 * max(case.offline.torques_Nm[-1], case.online.torques_Nm[-1]))
 

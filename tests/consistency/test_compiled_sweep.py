@@ -67,6 +67,13 @@ def test_compiled_sweep_is_its_slow_twin_to_the_last_places(slave, reduced, monk
     assert_allclose(fast.ste_um[both], slow[both], rtol=NEWTON)
 
 
+@pytest.mark.parametrize("torque", [1e-6, 1e-9])
+def test_what_converged_is_a_number(torque, reduced):
+    """Under loads that round-off hides, N mm, a tolerance that follows it lets everything pass."""
+    sweep = sweep_reduced_pair(reduced, reduced.meshed.pair.pitch * np.arange(8) / 8, at_torques([torque]))
+    assert np.isfinite(sweep.ste_um[sweep.converged]).all()
+
+
 def with_slave(reduced, slave):
     """The same shapes with another gear as the slave: their contact is another, their elasticity the same."""
     scheme = replace(reduced.meshed.scheme, slave=slave)

@@ -1,6 +1,7 @@
 """Loads beyond what the mechanics covers: refused, or named with their number."""
 
 import math
+from dataclasses import replace
 
 import pytest
 from numpy.testing import assert_allclose
@@ -63,6 +64,17 @@ def test_the_heaviest_trained_load_counts():
     loaded = parse_case(case_text(offline={"torques_Nm": [100.0, 1e5]}), "c", "c")
     with pytest.raises(CaseError, match="torque of 100000 N m"):
         refuse_impossible_load(loaded, 0.01 * LARGEST_APPROACH * 4.0)
+
+
+@pytest.mark.parametrize(("scheme", "allowed"), [("direct", "4.1e-07"), ("paper", "4.1e-07"), ("line", "2.1e-09")])
+def test_a_torque_whose_approach_is_lost_in_round_off_is_refused_with_what_is_allowed(scheme, allowed):
+    def loaded(torque):
+        text = case_text(contact=None) + f'[contact]\nscheme = "{scheme}"\n'
+        return replace(parse_case(text, "c", "c"), online=replace(case(100.0).online, torques_Nm=(torque, 100.0)))
+
+    with pytest.raises(CaseError, match=f"torque of 1e-09 N m: .* round-off .* stay above {allowed} N m"):
+        mesh_model(loaded(1e-9))
+    mesh_model(loaded(1.1 * float(allowed)))
 
 
 def test_plain_hexahedra_that_lock_are_named_with_the_remedy():

@@ -1,17 +1,25 @@
 """What goes wrong in the contact of a pair is said, and windows too small are noticed."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+import pmor.contact.solve
+from pmor.case import change_case, load_case
 from pmor.contact.condition import Condition, at_torques
 from pmor.contact.elasticity import ReducedElasticity
 from pmor.contact.equilibrium import solve_equilibrium
+from pmor.contact.kernels.search import search_room
 from pmor.contact.position import active_patches
+from pmor.contact.search import search_contact
 from pmor.contact.solve import solve_position, surface_error, window_depth
 from pmor.errors import ConvergenceError
+from pmor.pair.conditions import nominal_condition
+from pmor.pair.model import elastic_model, mesh_model
 from tests.gear_models import meshed_pair
-from tests.loaded_pair import DEPTH, NEWTON, PAIRS, TORQUE, Model
+from tests.loaded_pair import DEPTH, NEWTON, PAIRS, SAME_STATE, TORQUE, Model
 
 
 def test_too_few_steps_raise_with_the_history():
@@ -85,10 +93,10 @@ def test_solve_position_grows_its_windows_until_they_hold_the_contact(overloaded
 
 
 def test_solve_position_reports_what_failed_and_goes_on(monkeypatch):
-    def never(meshed, position, elasticity, condition, start=None):
+    def never(meshed, position, elasticity, condition, *rest, **more):
         if condition.torque > TORQUE:
             raise ConvergenceError("too much", [(1.0, 1.0)])
-        return solve_equilibrium(meshed, position, elasticity, condition, start)
+        return solve_equilibrium(meshed, position, elasticity, condition, *rest, **more)
 
     monkeypatch.setattr("pmor.contact.solve.solve_equilibrium", never)
     model = Model(PAIRS["paper"])
@@ -96,6 +104,63 @@ def test_solve_position_reports_what_failed_and_goes_on(monkeypatch):
     assert solved.equilibria[0] is None
     assert solved.equilibria[1] is not None
     assert solved.failures == ("too much",)
+
+
+@pytest.mark.parametrize("surface", ["hermite", "facet"])
+@pytest.mark.parametrize("far", [np.inf, pmor.contact.solve.FAR])
+def test_convergence_does_not_depend_on_the_company(surface, far, monkeypatch):
+    """From a state under a ten-thousandth of the torque Newton finds no way; from none at all it does."""
+    monkeypatch.setattr(pmor.contact.solve, "FAR", far)
+    model = Model(PAIRS["paper"], surface=surface)
+    for share in (0.2, 0.25, 0.3):
+        together, alone = (
+            solve_position(model.meshed, model.phi(share), at_torques(torques), model.elasticity)
+            for torques in ([1e-4 * TORQUE, TORQUE], [TORQUE])
+        )
+        assert together.failures == alone.failures == ()
+        assert_allclose(together.equilibria[1].lead, alone.equilibria[0].lead, rtol=SAME_STATE)
+
+
+def test_a_point_at_the_border_of_two_patches_stays_where_it_was_found():
+    model = Model(PAIRS["paper"])
+    position = active_patches(model.meshed, model.phi(0.8), DEPTH)
+    room = search_room(position.kernel_pair, position.reach)
+    wheel, columns = position.window_slice(0, 1), model.meshed.wheel.columns
+    width = model.meshed.pair.face_width / (columns - 1)
+
+    def columns_of(shift, **options):
+        displacement = np.zeros_like(position.nodes)
+        displacement[wheel, 2] = shift * width
+        return search_contact(model.meshed, position, displacement, 1e-3, **options).place[:, [1, 3]].tolist()
+
+    start, beyond = columns_of(0.0), columns_of(2e-5)
+    assert start != beyond
+    assert columns_of(0.0, room=room) == start
+    assert columns_of(2e-5, room=room) == beyond
+    assert columns_of(0.5e-5) == start
+    assert columns_of(0.5e-5, room=room) == beyond
+
+
+@pytest.mark.parametrize(
+    ("case", "changes", "phi"),
+    [
+        ("paper_spur", {"contact": {"scheme": "facet", "slave": "pinion", "lodm_profile": 4}}, 0.13401635327813602),
+        pytest.param("paper_hermite", {"mesh": {"profile_elements": 96, "width_elements": 12}}, 0.28049934407051724,
+                     marks=pytest.mark.slow),
+    ],
+)  # fmt: skip
+def test_points_that_would_go_to_and_fro_between_two_patches_come_to_rest(case, changes, phi):
+    """Positions of the ladder and of the study's reference; the second takes a minute: -m slow."""
+    changed = change_case(load_case(Path(f"cases/{case}.toml")), **changes)
+    model = elastic_model(changed, mesh_model(changed))
+    meshed, conditions = model.mesh.meshed, [nominal_condition(changed)]
+    position = active_patches(meshed, phi, 3.0 * window_depth(meshed, conditions[0]))
+    elasticity = model.elasticity_at(position)
+    with pytest.raises(ConvergenceError, match="after 40 Newton steps"):
+        solve_equilibrium(meshed, position, elasticity, conditions[0])
+    solved = solve_position(meshed, phi, conditions, model.elasticity_at)
+    assert solved.failures == ()
+    assert max(solved.equilibria[0].history[-1]) <= NEWTON
 
 
 def test_windows_of_facets_allow_for_their_sagitta():

@@ -264,7 +264,7 @@ def solve_state(pair, position, drive, coordinates, lead, max_steps, tolerance):
     for step in range(max_steps + 1):
         if state.residual <= tolerance:
             lead += _last_step(state.listed, members, work, coordinates, drive)
-            return Solution(lead, step, True, state.listed, state.border)
+            return Solution(lead, step, np.isfinite(lead), state.listed, state.border)
         if state.touching == 0 and not drive.held:
             if not np.isfinite(state.smallest):
                 return Solution(lead, step, False, state.listed, state.border)
