@@ -78,6 +78,7 @@ def online(
     """Sweep the static transmission error with the reduced model of a basis file."""
     from pmor.case import load_case, text_of
     from pmor.jobs.online import run_online
+    from pmor.pair.cost import refuse_large_basis
     from pmor.pair.model import refuse_loads
     from pmor.report.run_page import page_files, write_pages
     from pmor.report.summary import RESULT_FILES, result_text, write_results
@@ -85,6 +86,7 @@ def online(
     from pmor.storage.results_folder import default_folder, results_folder
     from pmor_online.model import reduced_pair
 
+    refuse_large_basis(basis_path)
     basis = read_basis(basis_path)
     if case_path is not None:
         case = load_case(case_path)

@@ -27,11 +27,13 @@ from pmor.fe.condensation import condense_sector
 from pmor.fe.cyclic import elastic_gear
 from pmor.jobs.offline import run_offline
 from pmor.lab.core.machine import machine
+from pmor.lab.core.stages import measure_stages
 from pmor.lab.core.table import Columns, table, text_lines
 from pmor.lab.core.timing import ms_per_position, times_in_turn
 from pmor.lab.phases import PHASES, repeat_phase
 from pmor.pair.conditions import conditions_of, nominal_condition
-from pmor.pair.model import elastic_model, mesh_model, neighbour_reach
+from pmor.pair.cost import stages
+from pmor.pair.model import elastic_model, gear_pair, mesh_model, neighbour_reach
 from pmor.progress import Progress
 from pmor.report.data_files import write_summary_json
 from pmor.report.markdown import write_markdown
@@ -109,6 +111,7 @@ def run_bench(case: Case, jobs: int) -> dict[str, Any]:
     rows += phase_rows(case, models[0])
     rows += parallel_rows(case, models[0], jobs)
     rows += start_rows(case)
+    rows += stage_rows(case)
     return {"rows": rows, "machine": machine()}
 
 
@@ -220,6 +223,16 @@ def start_rows(case: Case) -> list[Row]:
     return [_row("start: pmor --help", case, times_in_turn({"start": start_ms}, 5)["start"])]
 
 
+def stage_rows(case: Case) -> list[Row]:
+    """Time the stages of a run, with their peak memory, beside what was told of them beforehand."""
+    told = {stage.name: stage for stage in stages(case, gear_pair(case))}
+    return [
+        {**_row(f"run: {name}", case, [1e3 * found["seconds"]]), "peak_mib": found["peak_mib"],
+         "told_ms": 1e3 * told[name].seconds, "told_mib": told[name].memory / 2**20}
+        for name, found in measure_stages(case).items()
+    ]  # fmt: skip
+
+
 def bench_table(result: dict[str, Any], before: dict[str, Any] | None) -> Table:
     """Return the table; with an earlier result, each time as a ratio to the one measured then."""
     old = {_key(row): row["median_ms"] for row in before["rows"]} if before else {}
@@ -229,6 +242,8 @@ def bench_table(result: dict[str, Any], before: dict[str, Any] | None) -> Table:
         "mesh": lambda row: f"{row['n_profile']} x {row['n_width']}",
         "LoDM": lambda row: f"{row['lodm_profile']}, {row['lodm_width']}" if row["lodm_profile"] else "-",
         "ms": "median_ms",
+        "peak MiB": lambda row: f"{row['peak_mib']:.0f}" if "peak_mib" in row else "",
+        "told": lambda row: f"{row['told_ms']:.0f} ms, {row['told_mib']:.0f} MiB" if "told_ms" in row else "",
     }
     if before:
         ratios = {key: f"{row['median_ms'] / old[key]:.2f}" for row in result["rows"] if (key := _key(row)) in old}

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from pmor.case import Case
 from pmor.case.width import elements_across
@@ -32,6 +33,8 @@ MIB = 2**20
 START_BYTES, SOLVER_BYTES, KERNEL_BYTES, PAGE_BYTES, COMPILING_BYTES = (n * MIB for n in (130, 175, 195, 65, 800))
 # An element's matrix, its place in the whole one, and what is left over on the way.
 ELEMENT_BYTES = 40_000
+# A sweep takes so many times the size of the basis file: read, unpacked, and made ready for the kernels.
+UNPACKED = 4
 # Addresses that libraries reserve beyond the memory they use, with one thread.
 RESERVED_BYTES = 400 * MIB
 # Stages that take the same whatever the case.
@@ -204,15 +207,24 @@ def refuse_beyond_memory(case: Case, found: tuple[Stage, ...], limits: Sequence[
     limits : sequence of MemoryLimit, optional
         Those on this process by default.
     """
-    largest = max(found, key=lambda stage: stage.memory)
+    largest, mesh = max(found, key=lambda stage: stage.memory), case.mesh
+    smaller = f", or lower [mesh] profile_elements = {mesh.profile_elements} or width_elements = {mesh.width_elements}"
+    _refuse(f"{case.name}: {largest.name}", largest.memory, smaller * (largest.name not in CASELESS), limits)
+
+
+def refuse_large_basis(path: Path, limits: Sequence[MemoryLimit] | None = None) -> None:
+    """Raise CaseError when a sweep with a basis file takes more memory than there is; a missing file is no matter."""
+    if path.is_file():
+        _refuse(str(path), KERNEL_BYTES + UNPACKED * path.stat().st_size, ", or train with fewer elements", limits)
+
+
+def _refuse(what: str, memory: int, smaller: str, limits: Sequence[MemoryLimit] | None) -> None:
     for limit in memory_limits() if limits is None else limits:
-        needed = largest.memory + RESERVED_BYTES * limit.of_addresses
+        needed = memory + RESERVED_BYTES * limit.of_addresses
         if needed > limit.size:
-            mesh, what = case.mesh, "addresses" if limit.of_addresses else "memory"
-            smaller = f", or lower [mesh] profile_elements = {mesh.profile_elements} or width_elements"
             raise CaseError(
-                f"{case.name}: {largest.name}: takes about {memory_text(needed)} of {what}, and {limit.source} "
-                f"{memory_text(limit.size)}: {limit.remedy}{smaller * (largest.name not in CASELESS)}"
+                f"{what}: takes about {memory_text(needed)} of {'addresses' if limit.of_addresses else 'memory'}, and "
+                f"{limit.source} {memory_text(limit.size)}: {limit.remedy}{smaller}"
             )
 
 

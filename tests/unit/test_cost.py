@@ -13,6 +13,8 @@ from pmor.app.cli import main
 from pmor.case import change_case, load_case
 from pmor.errors import CaseError
 from pmor.lab.core.stages import measure_stages
+from pmor.lab.study.loader import load_study
+from pmor.lab.study.run import run_parts
 from pmor.memory import MemoryLimit
 from pmor.pair.cost import RESERVED_BYTES, gear_size, refuse_beyond_memory, stages
 from pmor.pair.model import gear_pair, mesh_model, sector_meshes
@@ -82,6 +84,23 @@ def test_nothing_is_meshed_that_does_not_fit(monkeypatch):
     monkeypatch.setattr(pmor.pair.model, "sector_meshes", lambda *_: pytest.fail("meshed"))
     with pytest.raises(CaseError, match="somebody allows 100 MiB"):
         mesh_model(paper())
+
+
+def test_a_basis_that_does_not_fit_is_refused_before_it_is_read(monkeypatch, capsys, tmp_path):
+    basis = tmp_path / "basis.h5"
+    with basis.open("wb") as file:
+        file.truncate(1000 * MIB)  # a hole, it takes no room
+    monkeypatch.setattr(pmor.pair.cost, "memory_limits", lambda: (limit(1500 * MIB),))
+    assert main(["online", str(basis)]) == 2
+    errors = capsys.readouterr().err
+    assert f"{basis}: takes about 4.1 GiB of memory, and somebody allows 1.46 GiB: ask for more, or train" in errors
+
+
+def test_a_study_is_refused_before_its_first_cell(monkeypatch, tmp_path):
+    monkeypatch.setattr(pmor.pair.cost, "memory_limits", lambda: (limit(150 * MIB),))
+    with pytest.raises(CaseError, match="takes about"):
+        run_parts(load_study(CASES / "paper_study.toml"), tmp_path / "out", 1, False)
+    assert not list(tmp_path.iterdir())
 
 
 def test_the_plan_shows_stages_and_ends_where_they_do_not_fit(monkeypatch, capsys, tmp_path):

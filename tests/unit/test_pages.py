@@ -3,6 +3,7 @@
 import csv
 import json
 import math
+import re
 from html.parser import HTMLParser
 
 import numpy as np
@@ -98,7 +99,14 @@ def test_page_is_self_contained():
 
 
 def test_page_is_fit_for_phones():
-    assert ("meta", "name", "viewport") in Page(page()).attributes
+    found = Page(page())
+    assert ("meta", "name", "viewport") in found.attributes
+    # Tables that are wider than 390 px scroll in a box of their own, each of them; keys reach the box too.
+    assert found.attributes.count(("div", "class", "scroll")) == found.tags.count("table")
+    assert found.attributes.count(("div", "tabindex", "0")) == found.tags.count("table")
+    box = re.search(r"\.scroll \{(.*?)\}", page(), re.DOTALL)
+    assert "overflow-x: auto" in box[1]
+    assert len(re.findall(r'class="scroll"[^>]*>\s*<table>', page())) == found.tags.count("table")
 
 
 def test_all_text_is_escaped_but_shown():

@@ -15,6 +15,8 @@ from pmor.lab.study import rivals, solve
 from pmor.lab.study.cells import StudyCases, study_cases
 from pmor.lab.study.settings import Cell, Study
 from pmor.lab.study.timing import time_cells
+from pmor.pair.cost import refuse_beyond_memory, stages
+from pmor.pair.model import gear_pair
 from pmor.storage.results_folder import working_folder
 
 # Folders of a study: finished pieces, and the bases of its cells.
@@ -59,6 +61,8 @@ def run_parts(
         Called with a line of progress for each piece.
     """
     cases = study_cases(study)
+    for case in (*cases.members.values(), *cases.cells.values()):
+        refuse_beyond_memory(case, stages(case, gear_pair(case)))
     parts, bases = (working_folder(out / name, overwrite) for name in WORKING)
     pieces = list(_pieces(study, cases, bases, jobs))
     announcer = Announcer(len(pieces), announce)
