@@ -7,6 +7,11 @@ the program and keeps its traceback.
 from collections.abc import Iterable
 
 
+def printable(text: str) -> str:
+    """Escape what terminals do not show, or obey: files can quote anything."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
 class PmorError(Exception):
     """Base of all errors with a message for the engineer: what, where, remedy, on one line."""
 

@@ -14,7 +14,7 @@ from typing import Any
 
 from pmor.app import commands
 from pmor.app.streams import usable_streams
-from pmor.errors import OutputError, PmorError
+from pmor.errors import OutputError, PmorError, printable
 from pmor.memory import memory_limits, memory_text
 from pmor.threads import use_one_thread
 from pmor.version import __version__
@@ -212,9 +212,7 @@ def _spoken_log() -> Iterator[None]:
 
 
 def _one_line(text: str) -> str:
-    """Join lines and escape what terminals do not show, or obey: a case file can quote anything."""
-    joined = " ".join(text.splitlines())
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in joined)
+    return printable(" ".join(text.splitlines()))
 
 
 def _path(text: str) -> Path:

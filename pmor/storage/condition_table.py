@@ -12,21 +12,22 @@ import h5py
 import numpy as np
 
 from pmor.contact.condition import Axes, Condition
-from pmor.storage.hdf5 import Field, attribute, read, set_attributes, write
+from pmor.storage.hdf5 import attribute, read, set_attributes, write
+from pmor.storage.layout import Field
 
 NAME = "conditions"
 TORQUE = "torque"
 # Deviations of the axes, by the name of their column.
 AXES = {"in_plane": "in_plane_um", "out_of_plane": "out_of_plane_um", "centre_distance": "centre_distance_um"}
 UNITS = {TORQUE: "N mm", **dict.fromkeys(AXES, "um")}
+CONDITIONS = Field(", ".join(UNITS.values()), "angle, condition, column", f"columns: {', '.join(UNITS)}")
 
 
 def write_conditions(group: h5py.Group, conditions: Sequence[Sequence[Condition]]) -> None:
     """Write the table of the conditions at each of some angles, equally many at each."""
     rows = [[_row(condition) for condition in there] for there in conditions]
     shape = len(rows), len(rows[0]) if rows else 0, len(UNITS)
-    words = Field(", ".join(UNITS.values()), "angle, condition, column", f"columns: {', '.join(UNITS)}")
-    write(group, NAME, np.array(rows, dtype=float).reshape(shape), words)
+    write(group, NAME, np.array(rows, dtype=float).reshape(shape), CONDITIONS)
     set_attributes(group[NAME], columns=" ".join(UNITS))
 
 
@@ -36,10 +37,10 @@ def read_conditions(group: h5py.Group) -> tuple[tuple[Condition, ...], ...]:
     Raises
     ------
     ValueError
-        When a column is unknown, or there is none of the torque.
+        When a column is unknown or there twice, or there is none of the torque.
     """
-    table, columns = read(group, NAME), str(attribute(group[NAME], "columns")).split()
-    unknown = [name for name in columns if name not in UNITS]
+    table, columns = read(group, NAME, CONDITIONS), str(attribute(group[NAME], "columns")).split()
+    unknown = [name for name in columns if name not in UNITS or columns.count(name) > 1]
     if unknown or TORQUE not in columns or table.ndim != 3 or table.shape[2] != len(columns):
         raise ValueError(f"its {NAME} have the columns {', '.join(columns)}, known are {', '.join(UNITS)}")
     return tuple(tuple(_condition(dict(zip(columns, row, strict=True))) for row in there) for there in table.tolist())

@@ -6,9 +6,11 @@ from pathlib import Path
 
 import h5py
 
+from pmor.errors import printable
 from pmor.storage.basis_file import BASIS_SCHEMA
 from pmor.storage.hdf5 import attribute, check_descriptions, open_checked, read, schema_name
 from pmor.storage.snapshot_file import SNAPSHOT_SCHEMA
+from pmor.storage.structure import items_of
 
 
 def file_text(path: Path) -> str:
@@ -22,7 +24,8 @@ def file_text(path: Path) -> str:
     schema = SNAPSHOT_SCHEMA if schema_name(path) == SNAPSHOT_SCHEMA.name else BASIS_SCHEMA
     with open_checked(path, schema) as file:
         check_descriptions(file)
-        return "\n".join([f"{path}: {schema.name}", *_attributes(file), *_datasets(file)])
+        lines = [f"{path}: {schema.name}", *_attributes(file), *_datasets(file)]
+        return "\n".join(map(printable, lines))
 
 
 def _attributes(file: h5py.File) -> list[str]:
@@ -32,13 +35,10 @@ def _attributes(file: h5py.File) -> list[str]:
 
 def _datasets(file: h5py.File) -> list[str]:
     lines: list[str] = []
-
-    def visit(name: str, item: object) -> None:
+    for name, item in items_of(file).items():
         if isinstance(item, h5py.Dataset):
-            read(file, name, finite=False)
+            read(file, name)
             shape = " x ".join(map(str, item.shape)) or "scalar"
-            unit, description, dims = (attribute(item, key) for key in ("unit", "description", "dims"))
+            unit, description, dims = (attribute(item, key, str) for key in ("unit", "description", "dims"))
             lines.append(f"  {name:<28} {shape:<26} {unit:<6} {description} ({dims})")
-
-    file.visititems(visit)
     return lines

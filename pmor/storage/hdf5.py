@@ -2,7 +2,9 @@
 
 A file is made in memory, written beside its target and renamed when complete. Every dataset carries its unit, the
 meaning of its axes, a description and the SHA-256 of its bytes; everything else is covered by the seal
-(`pmor.storage.seal`). Opening verifies the seal, reading a dataset verifies that dataset.
+(`pmor.storage.seal`). Opening verifies that nothing but plain data is in it (`pmor.storage.structure`), and the seal;
+reading a dataset verifies that dataset. A seal keeps accidents out, not intent: what is read is held against a layout
+(`pmor.storage.layout`) before anything is computed with it.
 """
 
 from __future__ import annotations
@@ -20,11 +22,16 @@ from typing import Any
 import h5py
 import numpy as np
 
-from pmor.errors import CaseError, FileFormatError
+from pmor.errors import CaseError, FileFormatError, GeometryError
 from pmor.storage.atomic import atomic_path, refuse_existing
+from pmor.storage.layout import Field, check_values
 from pmor.storage.seal import CONTENTS, DESCRIPTIONS, checksums, contents_checksum, descriptions_checksum
+from pmor.storage.structure import Damaged, check_plain, items_of
 from pmor.version import __version__
 
+# What the library makes of attributes.
+ATTRIBUTES = {str: str, float: np.floating, int: np.integer, bool: np.bool_}
+LONGEST_CLAIM = 60  # characters
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 # The first format whose own structures (headers, tables of contents) carry checksums, so that the HDF5 library notices
 # damage before it acts on it. Readable since HDF5 1.10 (2016).
@@ -46,27 +53,6 @@ class Schema:
     name: str
     version: int
     remedy: str
-
-
-@dataclass(frozen=True)
-class Field:
-    """What a dataset means.
-
-    Parameters
-    ----------
-    unit : str
-    dims : str
-        Meaning of the axes.
-    description : str
-    """
-
-    unit: str
-    dims: str
-    description: str
-
-
-class Damaged(Exception):
-    """What is wrong with the file that is open; `open_checked` adds its name and what to do."""
 
 
 @contextmanager
@@ -135,10 +121,31 @@ def set_attributes(item: h5py.Group | h5py.Dataset, **values: Any) -> None:
             item.attrs[name] = value
 
 
-def attribute(item: h5py.Group | h5py.Dataset, name: str) -> Any:
-    """Return an attribute, text as str; KeyError when there is none."""
+def attribute(item: h5py.Group | h5py.Dataset, name: str, kind: type | None = None) -> Any:
+    """Return an attribute.
+
+    Parameters
+    ----------
+    item : h5py.Group or h5py.Dataset
+    name : str
+    kind : {str, float, int, bool}, optional
+        What it has to be.
+
+    Raises
+    ------
+    KeyError
+        When there is none.
+    Damaged
+        When it is something else.
+    """
     value = item.attrs[name]
-    return value.decode(errors="replace") if isinstance(value, bytes) else value
+    value = value.decode(errors="replace") if isinstance(value, bytes) else value
+    if kind is None:
+        return value
+    if not isinstance(value, ATTRIBUTES[kind]):
+        found = f"the attribute {name} of {item.name} is {value!r:.40}"
+        raise Damaged(f"is of no use: {found}, and should be of the type {kind.__name__}")
+    return kind(value)
 
 
 @contextmanager
@@ -154,11 +161,13 @@ def open_checked(path: Path, schema: Schema) -> Iterator[h5py.File]:
     with _open(path, schema) as file:
         try:
             _check_schema(file, schema)
+            with _library_errors_as_damage(Damaged):
+                check_plain(items_of(file), file.id.get_filesize())
             _check_seal(file, CONTENTS, contents_checksum)
             yield file
         except Damaged as damage:
             raise FileFormatError(f"{path}: {damage}; {schema.remedy}") from damage
-        except (KeyError, ValueError, CaseError) as error:
+        except (KeyError, ValueError, CaseError, GeometryError) as error:
             raise FileFormatError(f"{path}: incomplete or outdated ({error}); {schema.remedy}") from error
 
 
@@ -166,25 +175,26 @@ def schema_name(path: Path) -> str | None:
     """Return the schema that a file claims to have; None when it claims none or cannot be read."""
     try:
         with _library_errors_as_damage(), h5py.File(path, "r") as file:
-            return str(attribute(file, "schema"))
+            return str(_claimed(file, "schema"))
     except Damaged:
         return None
 
 
-def read(group: h5py.Group, name: str, finite: bool = True) -> np.ndarray:
+def read(group: h5py.Group, name: str, field: Field | None = None) -> np.ndarray:
     """Read a dataset and verify it, within `open_checked`.
 
     Parameters
     ----------
     group : h5py.Group
     name : str
-    finite : bool
-        Refuse NaN and infinity.
+    field : Field, optional
+        What its values have to keep to; its kind and shape are held against it already (`check_layout`).
 
     Raises
     ------
     Damaged
-        When the bytes are not those that were written; `open_checked` says which file and what to do.
+        When the bytes are not those that were written, or not what the field allows; `open_checked` says which file
+        and what to do.
     KeyError
         When there is no such dataset.
     """
@@ -195,8 +205,8 @@ def read(group: h5py.Group, name: str, finite: bool = True) -> np.ndarray:
         intact = attribute(dataset, "sha256") == _checksum(array)
     if not intact:
         raise Damaged(f"is damaged, or was edited by hand: the checksum of {dataset.name} differs")
-    if finite and not np.isfinite(array).all():
-        raise Damaged(f"is of no use: {dataset.name} holds values that are not finite")
+    if field is not None:
+        check_values(dataset.name, array, field)
     return array
 
 
@@ -244,7 +254,7 @@ def _why_no_hdf5(size: int, start: bytes, said: str) -> str:
 def _check_schema(file: h5py.File, schema: Schema) -> None:
     with _library_errors_as_damage():
         names = ("schema", "schema_version")
-        found, version = (attribute(file, name) if name in file.attrs else None for name in names)
+        found, version = (_claimed(file, name) if name in file.attrs else None for name in names)
     if found is None:
         raise Damaged(f"is an HDF5 file of another program, not a {schema.name} file")
     if found != schema.name:
@@ -256,6 +266,12 @@ def _check_schema(file: h5py.File, schema: Schema) -> None:
         raise Damaged(
             f"is {schema.name} version {version}, written by {age} pmor; this one reads version {schema.version}"
         )
+
+
+def _claimed(file: h5py.File, name: str) -> Any:
+    """An attribute of a file that may be anybody's: text or a number, cut to what fits into a message."""
+    value = attribute(file, name) if file.attrs.get_id(name).get_space().get_simple_extent_npoints() == 1 else "it"
+    return value[:LONGEST_CLAIM] if isinstance(value, str) else value
 
 
 def _check_seal(file: h5py.File, name: str, checksum: Callable[[h5py.File], str]) -> None:

@@ -12,6 +12,8 @@ from collections.abc import Callable
 import h5py
 import numpy as np
 
+from pmor.storage.structure import items_of
+
 CONTENTS, DESCRIPTIONS = "contents_sha256", "descriptions_sha256"
 EXPLANATIONS = ("unit", "dims", "description")
 
@@ -44,16 +46,13 @@ def _checksum(file: h5py.File, counts: Callable[[str], bool]) -> str:
             # With its length in front, no word can pass for the end of another.
             digest.update(f"{len(data)}:".encode() + data)
 
-    def visit(name: str, item: h5py.Group | h5py.Dataset) -> None:
+    for name, item in items_of(file).items():
         add(name)
         if isinstance(item, h5py.Dataset):
             add(item.dtype.str, str(item.shape))
         for key in sorted(item.attrs):
             if counts(key):
                 add(key, *_words(item.attrs[key]))
-
-    visit("/", file)
-    file.visititems(visit)
     return digest.hexdigest()
 
 

@@ -4,12 +4,26 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
+
 from pmor.errors import FileFormatError
 from pmor.reduction.snapshots import Snapshots
-from pmor.storage.condition_table import read_conditions, write_conditions
-from pmor.storage.hdf5 import Field, Schema, attribute, create, open_checked, read, write
+from pmor.storage.condition_table import CONDITIONS, NAME, read_conditions, write_conditions
+from pmor.storage.hdf5 import Schema, attribute, create, open_checked, read, write
+from pmor.storage.layout import Field, check_layout, require
+from pmor.storage.structure import items_of
 
 SNAPSHOT_SCHEMA = Schema("pmor-snapshots", 4, "delete it; 'pmor offline --resume' makes it anew")
+
+# Tooth pairs are numbered from the one at the line of centres; so far away there are none in mesh.
+FARTHEST_PAIR = 1000
+SNAPSHOT_LAYOUT = {
+    "pair_index": Field("1", "pair", "tooth pair", kind=int, increasing=True, least=-FARTHEST_PAIR, most=FARTHEST_PAIR),
+    NAME: CONDITIONS,
+    "force": Field("N", "condition, pair, gear, flank unknown", "nodal forces"),
+    "ste": Field("um", "condition", "static transmission error", finite=False),
+    "converged": Field("1", "condition", "whether full FE converged", kind=bool),
+}
 
 
 def write_snapshots(path: Path, snapshots: Snapshots, basis_key: str) -> None:
@@ -21,11 +35,15 @@ def write_snapshots(path: Path, snapshots: Snapshots, basis_key: str) -> None:
     """
     attributes = {"phi": snapshots.phi, "basis_key": basis_key, "estimate_percent": snapshots.estimate_percent}
     with create(path, SNAPSHOT_SCHEMA, attributes, overwrite=True) as file:
-        write(file, "pair_index", snapshots.pair_index, Field("1", "pair", "tooth pair"))
+        arrays = {
+            "pair_index": snapshots.pair_index,
+            "force": snapshots.force,
+            "ste": snapshots.ste_um,
+            "converged": snapshots.converged,
+        }
+        for name, array in arrays.items():
+            write(file, name, array, SNAPSHOT_LAYOUT[name])
         write_conditions(file, [snapshots.conditions])
-        write(file, "force", snapshots.force, Field("N", "condition, pair, gear, flank unknown", "nodal forces"))
-        write(file, "ste", snapshots.ste_um, Field("um", "condition", "static transmission error"))
-        write(file, "converged", snapshots.converged, Field("1", "condition", "whether full FE converged"))
 
 
 def read_snapshots(path: Path, basis_key: str) -> Snapshots | None:
@@ -43,15 +61,18 @@ def read_snapshots(path: Path, basis_key: str) -> Snapshots | None:
         with open_checked(path, SNAPSHOT_SCHEMA) as file:
             if attribute(file, "basis_key") != basis_key:
                 return None
+            check_layout(items_of(file), SNAPSHOT_LAYOUT, {"angle": 1, "gear": 2})
+            arrays = {name: read(file, name, field) for name, field in SNAPSHOT_LAYOUT.items()}
             (conditions,) = read_conditions(file)
+            require(np.array_equal(np.isfinite(arrays["ste"]), arrays["converged"]), "a state is solved and is not")
             return Snapshots(
-                phi=float(attribute(file, "phi")),
+                phi=attribute(file, "phi", float),
                 conditions=conditions,
-                pair_index=read(file, "pair_index"),
-                force=read(file, "force"),
-                ste_um=read(file, "ste", finite=False),
-                converged=read(file, "converged"),
-                estimate_percent=float(attribute(file, "estimate_percent")),
+                pair_index=arrays["pair_index"],
+                force=arrays["force"],
+                ste_um=arrays["ste"],
+                converged=arrays["converged"],
+                estimate_percent=attribute(file, "estimate_percent", float),
             )
     except FileFormatError:
         return None  # a damaged part is computed again, as if it had never been there

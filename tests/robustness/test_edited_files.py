@@ -44,7 +44,7 @@ def test_a_changed_or_removed_attribute_is_refused(small_basis_path, basis, orig
             def change(file, name=name, new=new):
                 del file.attrs[name]
                 if new is not None:
-                    file.attrs[name] = new
+                    set_attributes(file, **{name: new})
 
             edit(basis, change)
             if name == "descriptions_sha256":  # guards what only `pmor info` shows
@@ -105,12 +105,10 @@ EDITS = {
     "dataset in single precision": replaced("training/phi", lambda data: data.astype(np.float32)),
     "same bytes of another type": replaced("training/phi", lambda data: data.view(np.int64)),
     "dataset emptied": replaced("training/phi", lambda data: data[:0]),
-    "dataset as text": replaced("training/phi", lambda data: "phi"),
-    "dataset behind a link": linked("training/phi"),
     "two datasets swapped": swapped("shapes/pinion/displacement", "shapes/wheel/displacement"),
     "dataset added": lambda file: file.create_dataset("more", data=np.zeros(3)),
     "group added": lambda file: file.create_group("more"),
-    "attribute added": lambda file: file.attrs.create("note", "checked by me"),
+    "attribute added": lambda file: set_attributes(file, note="checked by me"),
 }
 
 
@@ -118,6 +116,19 @@ EDITS = {
 def test_a_changed_table_of_contents_is_refused(change, basis, original, tally):
     edit(basis, change)
     check(basis, original, tally, "contents edited", OF_NAMES)
+
+
+OF_OTHER_KINDS = {
+    "dataset as text": (replaced("training/phi", lambda data: "phi"), "training/phi is not stored number by number"),
+    "dataset behind a link": (linked("training/phi"), "training/phi is a link to somewhere else"),
+    "text of any length": (lambda file: file.attrs.create("note", "mine"), "the attribute note of / is neither"),
+}
+
+
+@pytest.mark.parametrize(("change", "words"), OF_OTHER_KINDS.values(), ids=OF_OTHER_KINDS.keys())
+def test_what_this_program_never_writes_is_refused(change, words, basis, original, tally):
+    edit(basis, change)
+    check(basis, original, tally, "of another kind", words)
 
 
 def test_an_edited_unit_is_refused_where_units_are_shown(basis, tally):

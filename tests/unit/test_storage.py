@@ -6,12 +6,10 @@ import h5py
 import numpy as np
 import pytest
 
-from pmor.case import basis_key, parse_case
+from pmor.case import basis_key, change_case, parse_case
 from pmor.errors import FileFormatError, OutputError, PmorError
-from pmor.reduction.basis import Basis, Training
 from pmor.reduction.contact_shapes import ContactShapes
 from pmor.reduction.error_estimate import FlankCompliance
-from pmor.reduction.flank_lines import FlankLineShapes, GearLines
 from pmor.storage.basis_file import read_basis, write_basis
 from pmor.storage.describe import file_text
 from pmor.storage.hdf5 import Field, Schema, attribute, create, write
@@ -26,71 +24,42 @@ from tests.stored_files import (
     is_truncated,
     lacks,
     set_attribute,
-    some_conditions,
 )
 
-POSITIONS, TORQUES, UNKNOWNS = 7, 2, 6
-DATASETS = {"flank_lines": 19, "static_modes": 19, "positions": 15, "pod": 15}
+FAMILIES = {
+    "flank_lines": {},
+    "static_modes": {"shapes": "static_modes"},
+    "positions": {"shapes": "positions"},
+    "pod": {"shapes": "pod", "interpolation": "grassmann"},
+}
+DATASETS = {"flank_lines": 18, "static_modes": 18, "positions": 14, "pod": 14}
 
 
-@pytest.fixture(params=list(DATASETS))
+@pytest.fixture(params=list(FAMILIES))
 def family(request):
     return request.param
 
 
-def text_of(family, **changes):
-    return case_text(reduction={"shapes": family}, **changes)
+@pytest.fixture
+def whole(family, small_basis_file):
+    """A basis file of each family, not to be changed."""
+    return small_basis_file(**FAMILIES[family])
 
 
 @pytest.fixture
-def case(family):
-    return parse_case(text_of(family), "small", "small case")
-
-
-def line_shapes(rng, *counts):
-    """Shapes of a gear that has so many on each of its lines."""
-    size = sum(counts)
-    return GearLines(
-        start=np.cumsum([0, *counts]),
-        force=rng.normal(size=(size, UNKNOWNS)),
-        displacement=rng.normal(size=(3, size, UNKNOWNS)),
-        gram=rng.normal(size=(3, size, size)),
-    )
-
-
-def position_shapes(rng, geodesic):
-    return ContactShapes(
-        roll_position=np.linspace(-0.2, 0.3, POSITIONS),
-        angles_per_pitch=4,
-        loaded=rng.random((POSITIONS, TORQUES)) < 0.5,
-        displacement=rng.normal(size=(POSITIONS, TORQUES, 2, 3, UNKNOWNS)),
-        gram=rng.normal(size=(2, POSITIONS, 2, 2, TORQUES, TORQUES)),
-        geodesic=geodesic,
-    )
+def basis(whole):
+    return read_basis(whole)
 
 
 @pytest.fixture
-def basis(case, rng):
-    family = case.reduction.shapes
-    if family in ("positions", "pod"):
-        shapes = position_shapes(rng, geodesic=family == "pod")
-    else:
-        shapes = FlankLineShapes((line_shapes(rng, 1, 2, 1), line_shapes(rng, 1, 1, 3)), family == "static_modes")
-    ste_um = rng.normal(size=(TORQUES, 4))
-    ste_um[1, 2] = np.nan
-    training = Training(
-        phi=rng.normal(size=4), conditions=tuple(some_conditions(rng, TORQUES) for _ in range(4)), ste_um=ste_um,
-        converged=np.isfinite(ste_um), estimate_percent=None, seconds=1.5,
-    )  # fmt: skip
-    nodes = rng.normal(size=(2, 3, 2, 3))
-    roll = np.sort(rng.random((2, 3)))
-    compliance = FlankCompliance((rng.normal(size=(2, 12, 12)), rng.normal(size=(2, 12, 12))), 2)
-    return Basis(case, (nodes[0], nodes[1]), (roll[0], roll[1]), (), shapes, training, compliance)
+def case(basis):
+    return basis.case
 
 
 @pytest.fixture
-def force(rng):
-    return rng.normal(size=(POSITIONS, TORQUES, 2, UNKNOWNS))
+def force(whole):
+    with h5py.File(whole) as file:
+        return file["training/force"][()]
 
 
 @pytest.fixture
@@ -108,21 +77,23 @@ def assert_same(found, expected):
 # --- round trips -----------------------------------------------------------------------------------------------------
 
 
-def test_identical_gears_share_the_compliance_of_one(tmp_path, basis, force):
-    one = basis.compliance.gears[0]
-    write_basis(tmp_path / "basis.h5", replace(basis, compliance=FlankCompliance((one, one), 2)), force)
-    pinion, wheel = read_basis(tmp_path / "basis.h5").compliance.gears
+def test_identical_gears_share_the_compliance_of_one_and_others_have_their_own(tmp_path, basis, force):
+    pinion, wheel = basis.compliance.gears
     assert wheel is pinion
-    assert_same(pinion, one)
+    own = FlankCompliance((pinion, pinion.copy()), basis.compliance.components)
+    write_basis(tmp_path / "basis.h5", replace(basis, compliance=own), force)
+    pinion, wheel = read_basis(tmp_path / "basis.h5").compliance.gears
+    assert wheel is not pinion
+    assert_same(pinion, wheel)
 
 
-def test_the_decay_of_a_greedy_sampling_comes_back(tmp_path, basis, force):
-    text = text_of("flank_lines", offline={"sampling": "greedy"})
-    decay = np.array([np.nan, np.nan, 3.0, 0.1])
-    case = parse_case(text, "small", "small case")
-    shapes = FlankLineShapes(2 * (line_shapes(np.random.default_rng(1), 1, 2, 1),))
+def test_the_decay_of_a_greedy_sampling_comes_back(tmp_path, small_basis_path):
+    basis = read_basis(small_basis_path)
+    decay = np.linspace(3.0, 0.1, len(basis.training.phi))
+    decay[:2] = np.nan
     training = replace(basis.training, estimate_percent=decay)
-    write_basis(tmp_path / "basis.h5", replace(basis, case=case, shapes=shapes, training=training), force)
+    greedy = replace(basis, case=change_case(basis.case, sampling="greedy"), training=training)
+    write_basis(tmp_path / "basis.h5", greedy, np.zeros((1, 1, 2, basis.shapes.gears[0].force.shape[1])))
     np.testing.assert_array_equal(read_basis(tmp_path / "basis.h5").training.estimate_percent, decay)
 
 
@@ -134,7 +105,7 @@ def test_a_case_with_replaced_fields_writes_a_basis_that_reads_back(tmp_path, ba
 
 
 def test_a_basis_without_error_estimate_has_no_compliance(tmp_path, basis, force):
-    case = parse_case(basis.case.text + "\nerror_estimate = false\n", "small", "small case")
+    case = change_case(basis.case, error_estimate=False)
     write_basis(tmp_path / "basis.h5", replace(basis, case=case, compliance=None), force)
     assert read_basis(tmp_path / "basis.h5").compliance is None
 
@@ -156,8 +127,8 @@ def test_basis_comes_back_bit_for_bit(path, basis, force):
             for name in ("start", "force", "displacement", "gram"):
                 assert_same(getattr(lines, name), getattr(expected, name))
         assert found.shapes.beside is basis.shapes.beside
-    assert found.shapes.reach == 1
-    assert found.compliance.components == 2
+    assert found.shapes.reach == basis.shapes.reach
+    assert found.compliance.components == 3
     for gear in range(2):
         assert_same(found.compliance.gears[gear], basis.compliance.gears[gear])
     assert found.training.conditions == basis.training.conditions
@@ -204,7 +175,7 @@ def test_no_text_lies_where_the_format_has_no_checksum(path):
 
 
 def test_a_case_file_with_long_comments_fits(tmp_path, basis, force, family):
-    text = text_of(family) + "# a comment\n" * 10_000  # beyond the 64 KiB that HDF5 gives to a plain attribute
+    text = basis.case.text + "# a comment\n" * 10_000  # beyond the 64 KiB that HDF5 gives to a plain attribute
     write_basis(tmp_path / "long.h5", replace(basis, case=parse_case(text, "small", "small case")), force)
     assert read_basis(tmp_path / "long.h5").case.text == text
 
@@ -339,21 +310,19 @@ def test_missing_folder_and_full_disk_are_output_errors(tmp_path, basis, force, 
 # --- what is in a file -----------------------------------------------------------------------------------------------
 
 
-SHAPES_LINE = {
-    **dict.fromkeys(
-        ("flank_lines", "static_modes"), "shapes/wheel/displacement 3 x 5 x 6 mm displacement of each shape"
-    ),
-    **dict.fromkeys(("positions", "pod"), "shapes/loaded 7 x 2 1 whether the pair carries load"),
-}
-
-
-def test_file_text_lists_attributes_and_datasets(path, case, family):
+def test_file_text_lists_attributes_and_datasets(path, case, basis):
     lines = [" ".join(line.split()) for line in file_text(path).splitlines()]
     assert lines[0] == f"{path}: pmor-basis"
     assert "case_name small" in lines
     assert f"basis_key {basis_key(case)}" in lines
-    assert any(line.startswith(SHAPES_LINE[family]) for line in lines)
-    assert any(line.startswith("training/conditions 4 x 2 x 4 N mm, um, um, um columns: torque,") for line in lines)
+    shapes = basis.shapes
+    positions = isinstance(shapes, ContactShapes)
+    shape = shapes.displacement.shape if positions else shapes.gears[1].displacement.shape
+    name = f"shapes/{'' if positions else 'wheel/'}displacement"
+    expected = f"{name} {' x '.join(map(str, shape))} mm displacement of each shape"
+    assert any(line.startswith(expected) for line in lines)
+    angles = "0 x 0" if not len(basis.training.phi) else "6 x 2"
+    assert any(line.startswith(f"training/conditions {angles} x 4 N mm, um, um, um columns: torque,") for line in lines)
     assert not any("[load]" in line for line in lines), "the case text would swamp the rest"
 
 

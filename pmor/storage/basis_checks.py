@@ -1,0 +1,171 @@
+"""Laws that tie what is in a basis to its case and to each other: numbers that obey them are where they belong.
+
+A checksum says that nobody changed a number by accident. These laws say that kernels will stay within their arrays and
+end, and that results mean what they say, whoever wrote the file: flanks lie on the involutes of the case, a gear's
+shapes give back its forces' work, and the compliance of the flanks moves them as stored.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from pmor.arrays import FloatArray
+from pmor.case import Case, GearCase
+from pmor.case.width import meshed_width
+from pmor.contact.flank import SurfaceLayer
+from pmor.contact.line_contact import approach_constants, line_compliance
+from pmor.gear.pair import GearPair
+from pmor.gear.tooth import Tooth, twist_sections
+from pmor.pair.conditions import DEVIATIONS, training_values
+from pmor.reduction.basis import Basis, Training
+from pmor.reduction.contact_shapes import ContactShapes
+from pmor.reduction.error_estimate import FlankCompliance, loaded_components
+from pmor.reduction.flank_lines import FlankLineShapes, GearLines
+from pmor.storage.layout import require
+
+# Relative: the same products in another order, on another computer.
+ROUND_OFF = 1e-9
+# Of coordinates, in modules.
+PLACE = 1e-9
+
+
+def check_basis(basis: Basis, pair: GearPair) -> None:
+    """Raise Damaged where a basis breaks a law.
+
+    Parameters
+    ----------
+    basis : Basis
+        Of arrays whose types, shapes and ranges are checked already.
+    pair : GearPair
+        Of its case.
+    """
+    case = basis.case
+    for gear, (name, tooth) in enumerate((("pinion", pair.pinion), ("wheel", pair.wheel))):
+        nodes, roll = basis.flank_nodes[gear], basis.flank_roll_angle[gear]
+        _check_flank(name, tooth, roll)
+        z = _columns(pair.faces[gear], nodes.shape[1], meshed_width(case) == "half")
+        involute = twist_sections(tooth.flank_section(roll)[:, None], z[None], tooth.twist_per_length)
+        on_involute = np.abs(nodes - involute).max() <= PLACE * tooth.module
+        require(on_involute, f"the flank nodes of the {name} are not on its involutes")
+    for layer, blank in zip(basis.layers, (case.pair.pinion, case.pair.wheel), strict=False):
+        _check_layer(layer, blank)
+    if isinstance(basis.shapes, ContactShapes):
+        _check_positions(case, pair, basis.shapes)
+    else:
+        _check_lines(case, basis.shapes, basis.compliance)
+    if basis.compliance is not None:
+        _check_compliance(case, basis.compliance)
+    _check_training(case, pair, basis.training)
+
+
+def _check_flank(name: str, tooth: Tooth, roll: FloatArray) -> None:
+    ends = np.array([tooth.form_roll_angle, tooth.tip_roll_angle])
+    on_ends = np.abs(roll[[0, -1]] - ends).max() * tooth.base_radius <= PLACE * tooth.module
+    require(on_ends, f"the roll angles of the {name} do not go from the start of its involute to its tip")
+
+
+def _columns(face: tuple[float, float], count: int, half: bool) -> FloatArray:
+    """Places of the columns of nodes along z, mm."""
+    low, high = face
+    return np.linspace(low, 0.5 * (low + high) if half else high, count)
+
+
+def _check_layer(layer: SurfaceLayer, gear: GearCase) -> None:
+    expected = line_compliance(gear.youngs_modulus_GPa * 1e3, gear.poisson_ratio)
+    constant = approach_constants(layer.depth, gear.poisson_ratio)
+    same = math.isclose(layer.compliance, expected, rel_tol=ROUND_OFF)
+    require(same and _same(layer.constant, constant), "its surface layer is not of the material of the case")
+    require(layer.columns >= 1, f"its surface layer is {layer.columns} elements deep")
+
+
+def _check_lines(case: Case, shapes: FlankLineShapes, compliance: FlankCompliance | None) -> None:
+    beside = case.reduction.shapes == "static_modes" and case.contact.kind != "nodal"
+    require(shapes.beside is beside, "its shapes have other neighbours than the case says")
+    for gear, lines in enumerate(shapes.gears):
+        name, count = ("pinion", "wheel")[gear], len(lines.force)
+        require(lines.start[0] == 0 and lines.start[-1] == count, f"the lines of the {name} do not share its shapes")
+        rows = len(lines.start) - 1
+        belongs = np.repeat(np.arange(rows), np.diff(lines.start))
+        by_line = np.asarray(lines.force.reshape(count, rows, -1).any(axis=2))
+        alone = by_line[np.arange(count), belongs].all() and by_line.sum() == count
+        require(alone, f"shapes of the {name} carry load on other lines than their own")
+        work = lines.force @ lines.displacement.transpose(0, 2, 1)
+        require(_same(lines.gram, work), f"the energy products of the {name} are not those of its shapes")
+        own = lines.gram[shapes.reach]
+        require(_same(own, own.T) and (np.diagonal(own) > 0.0).all(), f"shapes of the {name} store no energy")
+        if compliance is not None:
+            require(_moves(compliance, gear, lines), f"shapes of the {name} are not what its compliance makes of them")
+
+
+def _moves(compliance: FlankCompliance, gear: int, lines: GearLines) -> bool:
+    """Whether the compliance moves the loaded flank components as the shapes say."""
+    parts, blocks = compliance.components, compliance.gears[gear]
+    force = lines.force.reshape(len(lines.force), -1, 3)
+    if force[..., parts:].any():
+        return True  # of an exact flank, where the estimate needs less than the shapes
+    loads = force[..., :parts].reshape(len(force), -1)
+    reach = len(blocks) - 1
+    moved = [loads @ (blocks[k].T if k >= 0 else blocks[-k]) for k in range(-reach, reach + 1)]
+    found = lines.displacement.reshape(2 * reach + 1, len(force), -1, 3)[..., :parts]
+    return _same(found.reshape(2 * reach + 1, len(force), -1), np.stack(moved))
+
+
+def _check_positions(case: Case, pair: GearPair, shapes: ContactShapes) -> None:
+    moving = case.reduction.shapes != "global_pod"
+    require(shapes.geodesic is (case.reduction.interpolation == "grassmann" and moving),
+            "its shapes are interpolated in another way than the case says")  # fmt: skip
+    require(shapes.angles_per_pitch == (case.offline.angles_per_pitch if moving else 0),
+            f"it has {shapes.angles_per_pitch} angles per pitch, and its case another number")  # fmt: skip
+    roll, (first, last) = shapes.roll_position, pair.roll_position_range
+    held = len(roll) >= 2 and roll[0] < first and roll[-1] > last
+    require(held, "its roll positions do not hold the path of contact")
+    require(np.abs(roll).max() <= pair.pinion.teeth * pair.pitch, "its roll positions go beyond a revolution")
+    if moving:
+        step = pair.pitch / case.offline.angles_per_pitch
+        off = (roll - first) / step
+        require(np.abs(off - np.round(off)).max() <= 1e-6 and np.allclose(np.diff(off), 1.0, rtol=0.0, atol=1e-6),
+                "its roll positions are not those of the training")  # fmt: skip
+    moved = shapes.displacement.any(axis=(2, 3, 4))
+    require(np.array_equal(moved, shapes.loaded), "shapes are there where no load is, or are not where there is")
+    require(not shapes.loaded[[0, -1]].any() or not moving, "its first or last roll position carries load")
+    gram = shapes.gram
+    require(_same(gram[:, 1:, :-1, :-1], gram[:, :-1, 1:, 1:]), "its energy products contradict each other")
+    before = shapes.stencil // 2 - 1
+    own = np.diagonal(gram[0, :, before, before], axis1=1, axis2=2)
+    require(np.array_equal(own > 0.0, shapes.loaded), "its shapes store no energy, or do so without load")
+
+
+def _check_compliance(case: Case, compliance: FlankCompliance) -> None:
+    components = loaded_components(case.contact.kind != "nodal")
+    require(compliance.components == components, "its compliance has other components than its contact")
+    for blocks in compliance.gears:
+        require(_same(blocks[0], blocks[0].T), "the compliance of a flank is not symmetric")
+        require((np.diagonal(blocks[0]) >= 0.0).all(), "its compliance moves a flank against its load")
+
+
+def _check_training(case: Case, pair: GearPair, training: Training) -> None:
+    require(math.isfinite(training.seconds) and training.seconds >= 0.0, f"it took {training.seconds} s to make")
+    solved = np.array_equal(np.isfinite(training.ste_um), training.converged)
+    require(solved, "its training has numbers where it did not converge, or none where it did")
+    if not case.reduction.trained:
+        require(not len(training.phi), "it was trained, and its shapes need none")
+        return
+    first, pitch = pair.roll_position_range[0], pair.pitch
+    inside = (training.phi >= first - PLACE * pitch) & (training.phi <= first + pitch * (1.0 + PLACE))
+    require(len(training.phi) and inside.all(), "its training is not within one pitch")
+    require(len(training.conditions) == len(training.phi), "its training has angles without conditions")
+    ranges = np.array([(values[0], values[-1]) for values in training_values(case.offline)])
+    found = np.array([
+        [*(getattr(c.axes, name) for name in DEVIATIONS), 1e-3 * c.given_torque] for there in training.conditions
+        for c in there
+    ])  # fmt: skip
+    slack = ROUND_OFF * np.abs(ranges).max(axis=1)
+    inside = (found >= ranges[:, 0] - slack) & (found <= ranges[:, 1] + slack)
+    require(inside.all(), "its training is under other conditions than the case says")
+
+
+def _same(found: FloatArray, expected: FloatArray) -> bool:
+    scale = np.abs(expected).max(initial=0.0)
+    return bool(np.abs(found - expected).max(initial=0.0) <= ROUND_OFF * scale)

@@ -1,0 +1,90 @@
+"""What is in a basis file, by the case that it was made from.
+
+A new kind of content is a further table here, the arrays that it takes (`pmor.storage.basis_file`), and the laws that
+tie them to the case and to each other (`pmor.storage.basis_checks`).
+"""
+
+from __future__ import annotations
+
+from pmor.case import Case
+from pmor.case.width import elements_across
+from pmor.gear.pair import GearPair
+from pmor.pair.model import neighbour_reach
+from pmor.reduction.contact_shapes import STENCIL
+from pmor.reduction.error_estimate import loaded_components
+from pmor.storage.condition_table import CONDITIONS, NAME
+from pmor.storage.layout import Field
+
+GEARS = ("pinion", "wheel")
+
+FLANK = {
+    "nodes": Field("mm", "profile, width, xyz", "undeformed flank nodes, tooth frame"),
+    "roll_angle": Field("rad", "profile", "roll angle of the flank nodes", increasing=True, least=0.0),
+}
+LAYER = {
+    "depth": Field("mm", "profile", "depth of the layer that line contact stands on", least=1e-9, most=1e6),
+    "constant": Field("1", "profile", "constant of the approach, ln(2 depth) + 1/2 + a"),
+}
+LINES = {
+    "start": Field("1", "line", "first shape of each flank line", kind=int, increasing=True, least=0),
+    "force": Field("N", "shape, flank unknown", "unit load of each shape"),
+    "displacement": Field("mm", "tooth offset, shape, flank unknown", "displacement of each shape"),
+    "gram": Field("N mm", "tooth offset, shape, shape", "energy products of the shapes"),
+}
+POSITIONS = {
+    "roll_position": Field("rad", "position", "roll position of the tooth pair", increasing=True),
+    "loaded": Field("1", "position, shape", "whether the pair carries load", kind=bool),
+    "displacement": Field(
+        "mm", "position, shape, gear, tooth offset, flank unknown", "displacement of each shape"
+    ),
+    "gram": Field("N mm", "pitch offset, position, a, b, shape, shape", "energy products of the shapes"),
+}  # fmt: skip
+COMPLIANCE = "pitch offset, loaded unknown, loaded unknown"
+TRAINING = {
+    "phi": Field("rad", "angle", "pinion angle"),
+    NAME: CONDITIONS,
+    "ste": Field("um", "condition, angle", "static transmission error of full FE", finite=False),
+    "converged": Field("1", "condition, angle", "whether full FE converged", kind=bool),
+    "force": Field("N", "position, state, gear, flank unknown", "nodal forces of full FE"),
+}
+DECAY = Field(
+    "%", "angle", "largest error estimate over the STE before each solve of a greedy sampling", finite=False, least=0.0
+)
+
+
+def basis_layout(case: Case) -> dict[str, Field]:
+    """Return the datasets of a case's basis, by their paths."""
+    layout = {f"training/{name}": field for name, field in TRAINING.items()}
+    for gear in GEARS:
+        layout |= {f"flank/{gear}/{name}": field for name, field in FLANK.items()}
+        if case.contact.kind == "line":
+            layout |= {f"layer/{gear}/{name}": field for name, field in LAYER.items()}
+        if case.reduction.by_line:
+            layout |= {f"shapes/{gear}/{name}": field for name, field in LINES.items()}
+        if case.reduction.error_estimate:
+            words = "compliance between loaded flanks; identical gears: one"
+            layout[f"error_estimate/{gear}"] = Field("mm/N", COMPLIANCE, words, optional=gear == "wheel")
+    if not case.reduction.by_line:
+        layout |= {f"shapes/{name}": field for name, field in POSITIONS.items()}
+    if case.offline.sampling == "greedy":
+        layout["training/estimate"] = DECAY
+    return layout
+
+
+def basis_sizes(case: Case, pair: GearPair) -> dict[str, int]:
+    """Return the lengths of the axes that follow from a case."""
+    rows, columns, reach = case.mesh.profile_elements + 1, elements_across(case) + 1, neighbour_reach(pair)
+    stencil = STENCIL[case.reduction.interpolation] if case.reduction.shapes != "global_pod" else 2
+    return {
+        "profile": rows,
+        "line": rows + 1,
+        "width": columns,
+        "xyz": 3,
+        "gear": 2,
+        "flank unknown": 3 * rows * columns,
+        "loaded unknown": loaded_components(case.contact.kind != "nodal") * rows * columns,
+        "tooth offset": 2 * reach + 1,
+        "pitch offset": reach + 1,
+        "a": stencil,
+        "b": stencil,
+    }

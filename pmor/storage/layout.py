@@ -1,0 +1,116 @@
+"""What is in a file of some kind: each dataset by its name, with type, axes, allowed values, unit and meaning.
+
+One table serves writing, where it gives the words, and reading, where nothing passes that does not fit it: names, types
+and shapes before anything is read, values before anybody sees them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import h5py
+import numpy as np
+
+from pmor.storage.structure import Damaged, Items
+
+KINDS = {float: np.dtype(np.float64), int: np.dtype(np.int64), bool: np.dtype(np.bool_)}
+
+
+@dataclass(frozen=True)
+class Field:
+    """What a dataset is.
+
+    Parameters
+    ----------
+    unit : str
+    dims : str
+        Names of its axes. Axes of one name have one length: in all of the file where the length is known beforehand,
+        else within the group.
+    description : str
+    kind : type
+        float (64 bits), int (64 bits) or bool.
+    finite : bool
+        Whether NaN and infinity are refused.
+    increasing : bool
+        Along the last axis.
+    least, most : float
+        Bounds of the values, which belong to them.
+    optional : bool
+        Whether the file may be without it.
+    """
+
+    unit: str
+    dims: str
+    description: str
+    kind: type = float
+    finite: bool = True
+    increasing: bool = False
+    least: float = -np.inf
+    most: float = np.inf
+    optional: bool = False
+
+
+Layout = Mapping[str, Field]
+
+
+def check_layout(items: Items, layout: Layout, sizes: Mapping[str, int]) -> None:
+    """Hold names, types and shapes of a file's datasets against a layout; nothing is read.
+
+    Parameters
+    ----------
+    items : dict
+        All groups and datasets (`pmor.storage.structure.items_of`).
+    layout : mapping of str to Field
+        By the path in the file.
+    sizes : mapping of str to int
+        Lengths of axes that are known beforehand.
+
+    Raises
+    ------
+    Damaged
+    """
+    found = {path: item for path, item in items.items() if isinstance(item, h5py.Dataset)}
+    for path in found:
+        if path not in layout:
+            raise Damaged(f"is of no use: it has the dataset {path}, which does not belong there")
+    lengths: dict[tuple[str, str], int] = {}
+    for path, field in layout.items():
+        if path not in found:
+            if not field.optional:
+                raise Damaged(f"is incomplete or outdated: the dataset {path} is missing")
+            continue
+        dataset, names = found[path], field.dims.split(", ")
+        if dataset.dtype != KINDS[field.kind]:
+            raise Damaged(f"is of no use: {path} holds values of the type {dataset.dtype}, not {KINDS[field.kind]}")
+        group = path.rpartition("/")[0]
+        expected = [
+            sizes.get(name, lengths.get((group, name), length))
+            for name, length in zip(names, dataset.shape, strict=False)
+        ]
+        if len(dataset.shape) != len(names) or list(dataset.shape) != expected:
+            raise Damaged(f"is of no use: {path} has the shape {dataset.shape}; it should be {field.dims}: {expected}")
+        lengths |= {(group, name): length for name, length in zip(names, dataset.shape, strict=True)}
+
+
+def check_values(path: str, array: np.ndarray, field: Field) -> None:
+    """Hold the values of a dataset against what its field allows.
+
+    Raises
+    ------
+    Damaged
+    """
+    known = np.isfinite(array)
+    if field.finite and not known.all():
+        raise Damaged(f"is of no use: {path} holds values that are not finite")
+    if np.isinf(array).any() or (array[known] < field.least).any() or (array[known] > field.most).any():
+        raise Damaged(f"is of no use: {path} holds values beyond {field.least:g} to {field.most:g} {field.unit}")
+    if field.increasing and not (np.diff(array) > 0).all():
+        raise Damaged(f"is of no use: the values of {path} do not increase")
+
+
+def require(holds: Any, what: str) -> None:
+    """Raise Damaged, saying what is wrong, unless something holds."""
+    if not holds:
+        raise Damaged(f"is of no use: {what}")
