@@ -7,8 +7,6 @@ from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from pmor.case import Case, basis_key
 from pmor.pair.model import ElasticModel
 from pmor.progress import Progress
@@ -16,16 +14,13 @@ from pmor.reduction.snapshots import Snapshots
 from pmor.storage.atomic import ensure_folder, refuse_existing, remove_abandoned
 from pmor.storage.basis_file import write_basis
 from pmor.storage.lock import only_writer_of_file
+from pmor.storage.manifest import is_ours
 from pmor.storage.results_folder import remove_working_folder, working_folder
 from pmor.storage.snapshot_file import read_snapshots, write_snapshots
 from pmor.threads import threads
 from pmor_offline.adaptive import ErrorEstimate
-from pmor_offline.sampling import TrainingPosition, most_positions, planned_positions
+from pmor_offline.sampling import most_positions, planned_positions
 from pmor_offline.train import train
-
-# By how much the forces of a solution may miss the torques of pinion and wheel, relative: contact points are not nodes,
-# and the bilinear shares of coarse meshes are 3 % off at the wheel.
-TORQUE_SLACK = (0.01, 0.1)
 
 
 @dataclass(frozen=True)
@@ -111,37 +106,22 @@ def parts_of(path: Path) -> Path:
 
 
 def _kept(case: Case, model: ElasticModel, parts: Path) -> dict[int, Snapshots]:
-    """Read what an interrupted run has left."""
+    """Read what an interrupted run has left: what it wrote, of this case, mesh and position."""
     key, greedy, found = basis_key(case), case.offline.sampling == "greedy", dict[int, Snapshots]()
-    planned = () if greedy or not parts.exists() else planned_positions(case.offline, model.mesh.meshed.pair)
-    for number in range(most_positions(case)):
-        snapshots = read_snapshots(_part(parts, number), key)
-        if snapshots is not None and not _is_solution(snapshots, model, planned[number] if planned else None):
-            snapshots = None
+    there = [is_ours(_part(parts, number)) for number in range(most_positions(case))]
+    planned = planned_positions(case.offline, model.mesh.meshed.pair) if any(there) and not greedy else ()
+    for number, ours in enumerate(there):
+        snapshots = read_snapshots(_part(parts, number), key) if ours else None
         if snapshots is None and greedy:
             break  # each was chosen by those before it
+        if snapshots is None or snapshots.force.shape[3] != model.pinion.compliance.shape[1]:
+            continue
+        if planned and (snapshots.phi, snapshots.conditions) != (planned[number].phi, planned[number].conditions):
+            continue
         # A solve that failed is tried again: the program may have learnt to do it.
-        if snapshots is not None and (greedy or snapshots.converged.all()):
+        if greedy or snapshots.converged.all():
             found[number] = snapshots
     return found
-
-
-def _is_solution(snapshots: Snapshots, model: ElasticModel, planned: TrainingPosition | None) -> bool:
-    """Whether snapshots are of this mesh and of the position that is asked for, and their forces make their torques."""
-    if planned is not None and (planned.phi, planned.conditions) != (snapshots.phi, snapshots.conditions):
-        return False
-    if snapshots.force.shape[3] != model.pinion.compliance.shape[1]:
-        return False
-    teeth = model.mesh.meshed.pair.wheel.teeth / model.mesh.meshed.pair.pinion.teeth
-    torques = np.array([condition.given_torque for condition in snapshots.conditions])[snapshots.converged]
-    flanks = model.mesh.meshed.pinion, model.mesh.meshed.wheel
-    for gear, (flank, ratio, slack) in enumerate(zip(flanks, (1.0, teeth), TORQUE_SLACK, strict=True)):
-        x, y = flank.nodes[..., 0].ravel(), flank.nodes[..., 1].ravel()
-        force = snapshots.force[snapshots.converged, :, gear].reshape(len(torques), -1, len(x), 3)
-        moment = (x * force[..., 1] - y * force[..., 0]).sum(axis=(1, 2))
-        if (np.abs(moment + ratio * torques) > slack * ratio * torques).any():
-            return False
-    return True
 
 
 def _part(parts: Path, number: int) -> Path:

@@ -198,7 +198,7 @@ def shapes_of(
         for k in range(-reach, reach + 1):
             moved = fields @ body.tooth_compliance(k).T
             displacement[:, :, gear, reach + k] = moved.reshape(positions, shapes, size)
-    gram = _gram(force, displacement, angles_per_pitch, reach, STENCIL[interpolation])
+    gram = energy_products(force, displacement, angles_per_pitch, reach, STENCIL[interpolation])
     loaded = np.asarray(force.any(axis=(2, 3)))
     return ContactShapes(roll_position, angles_per_pitch, loaded, displacement, gram, interpolation == "grassmann")
 
@@ -244,9 +244,19 @@ def reduced_elasticity(shapes: ContactShapes, position: Position, pitch: float) 
     return ReducedElasticity(raw[:, :, columns] @ orthonormal_combinations(gram[np.ix_(columns, columns)]))
 
 
-def _gram(
+def energy_products(
     force: FloatArray, displacement: FloatArray, angles_per_pitch: int, reach: int, stencil: int
 ) -> FloatArray:
+    """Return ``gram`` of `ContactShapes`.
+
+    Parameters
+    ----------
+    force : ndarray, shape (M, T, 2, f)
+        Of each shape.
+    displacement : ndarray, shape (M, T, 2, 2 reach + 1, f)
+    angles_per_pitch, reach, stencil : int
+        Stencil: grid positions that are combined.
+    """
     positions, torques = force.shape[:2]
     gram = np.zeros((reach + 1, positions, stencil, stencil, torques, torques))
     before = stencil // 2 - 1

@@ -20,13 +20,18 @@ from pmor.gear.pair import GearPair
 from pmor.gear.tooth import Tooth, twist_sections
 from pmor.pair.conditions import DEVIATIONS, training_values
 from pmor.reduction.basis import Basis, Training
-from pmor.reduction.contact_shapes import ContactShapes
+from pmor.reduction.contact_shapes import ContactShapes, energy_products
 from pmor.reduction.error_estimate import FlankCompliance, loaded_components
 from pmor.reduction.flank_lines import FlankLineShapes, GearLines
+from pmor.storage.basis_layout import GEARS
 from pmor.storage.layout import require
 
 # Relative: the same products in another order, on another computer.
 ROUND_OFF = 1e-9
+# What is left of that where forces are found from displacements first.
+SOLVED = 1e-6
+# Nodes that are held have a compliance below this fraction of the largest.
+LEAST_COMPLIANCE = 1e-14
 # Of coordinates, in modules.
 PLACE = 1e-9
 
@@ -42,7 +47,7 @@ def check_basis(basis: Basis, pair: GearPair) -> None:
         Of its case.
     """
     case = basis.case
-    for gear, (name, tooth) in enumerate((("pinion", pair.pinion), ("wheel", pair.wheel))):
+    for gear, (name, tooth) in enumerate(zip(GEARS, (pair.pinion, pair.wheel), strict=True)):
         nodes, roll = basis.flank_nodes[gear], basis.flank_roll_angle[gear]
         _check_flank(name, tooth, roll)
         z = _columns(pair.faces[gear], nodes.shape[1], meshed_width(case) == "half")
@@ -53,6 +58,8 @@ def check_basis(basis: Basis, pair: GearPair) -> None:
         _check_layer(layer, blank)
     if isinstance(basis.shapes, ContactShapes):
         _check_positions(case, pair, basis.shapes)
+        if basis.compliance is not None:
+            _check_forces_behind(basis.shapes, basis.compliance)
     else:
         _check_lines(case, basis.shapes, basis.compliance)
     if basis.compliance is not None:
@@ -84,7 +91,7 @@ def _check_lines(case: Case, shapes: FlankLineShapes, compliance: FlankComplianc
     beside = case.reduction.shapes == "static_modes" and case.contact.kind != "nodal"
     require(shapes.beside is beside, "its shapes have other neighbours than the case says")
     for gear, lines in enumerate(shapes.gears):
-        name, count = ("pinion", "wheel")[gear], len(lines.force)
+        name, count = GEARS[gear], len(lines.force)
         require(lines.start[0] == 0 and lines.start[-1] == count, f"the lines of the {name} do not share its shapes")
         rows = len(lines.start) - 1
         belongs = np.repeat(np.arange(rows), np.diff(lines.start))
@@ -137,6 +144,26 @@ def _check_positions(case: Case, pair: GearPair, shapes: ContactShapes) -> None:
     require(np.array_equal(own > 0.0, shapes.loaded), "its shapes store no energy, or do so without load")
 
 
+def _check_forces_behind(shapes: ContactShapes, compliance: FlankCompliance) -> None:
+    """Find the forces that move a loaded flank as the shapes say: they must move other teeth, and do work, so too."""
+    positions, count, _, offsets, size = shapes.displacement.shape
+    parts, reach = compliance.components, shapes.reach
+    force = np.zeros((positions, count, 2, size))
+    moved = shapes.displacement.reshape(positions * count, 2, offsets, -1, 3)[..., :parts]
+    for gear, blocks in enumerate(compliance.gears):
+        moves = np.diagonal(blocks[0]) > LEAST_COMPLIANCE * np.diagonal(blocks[0]).max(initial=0.0)
+        require(moves.any(), "its compliance moves nothing")
+        found = moved[:, gear].reshape(positions * count, offsets, -1)
+        loads = np.zeros((positions * count, len(moves)))
+        loads[:, moves] = np.linalg.solve(blocks[0][np.ix_(moves, moves)], found[:, reach, moves].T).T
+        again = [loads @ (blocks[k].T if k >= 0 else blocks[-k]) for k in range(-reach, reach + 1)]
+        fits = _same(found, np.stack(again, axis=1), SOLVED)
+        require(fits, f"shapes of the {GEARS[gear]} are not what its compliance makes of any forces")
+        force.reshape(positions * count, 2, -1, 3)[:, gear, :, :parts] = loads.reshape(positions * count, -1, parts)
+    work = energy_products(force, shapes.displacement, shapes.angles_per_pitch, reach, shapes.stencil)
+    require(_same(shapes.gram, work, SOLVED), "its energy products are not those of its shapes")
+
+
 def _check_compliance(case: Case, compliance: FlankCompliance) -> None:
     components = loaded_components(case.contact.kind != "nodal")
     require(compliance.components == components, "its compliance has other components than its contact")
@@ -166,6 +193,6 @@ def _check_training(case: Case, pair: GearPair, training: Training) -> None:
     require(inside.all(), "its training is under other conditions than the case says")
 
 
-def _same(found: FloatArray, expected: FloatArray) -> bool:
+def _same(found: FloatArray, expected: FloatArray, tolerance: float = ROUND_OFF) -> bool:
     scale = np.abs(expected).max(initial=0.0)
-    return bool(np.abs(found - expected).max(initial=0.0) <= ROUND_OFF * scale)
+    return bool(np.abs(found - expected).max(initial=0.0) <= tolerance * scale)

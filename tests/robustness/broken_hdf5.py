@@ -1,0 +1,346 @@
+"""Ways to break one of our HDF5 files with the library itself, checksums made anew: as somebody would on purpose."""
+
+import hashlib
+
+import h5py
+import numpy as np
+
+from pmor.storage.hdf5 import set_attributes
+from pmor.storage.seal import CONTENTS, DESCRIPTIONS, EXPLANATIONS, checksums
+
+ODD_TYPES = ["f4", "f2", ">f8", "i8", "i4", "u1", "?", "c16", "S8"]
+ODD_NUMBERS = [0.0, -1.0, 1.0, np.nan, np.inf, -np.inf, 1e308, -1e308, 5e-324, 1e-9, 1e9]
+ODD_INTEGERS = [0, -1, 1, 2, 7, 10**6, 2**31, 2**62, -(2**63)]
+ODD_TEXTS = ["", "x", "../../..", "/etc", "\x1b[31mred\x1b[0m", "\r\n\n", "a\0b", "\udcff", "ä" * 40, "x" * 60_000,
+             "1e3", "nan"]  # fmt: skip
+
+
+def datasets_of(file):
+    found = []
+    file.visititems(lambda name, item: found.append(name) if isinstance(item, h5py.Dataset) else None)
+    return sorted(found)
+
+
+def groups_of(file):
+    found = []
+    file.visititems(lambda name, item: found.append(name) if isinstance(item, h5py.Group) else None)
+    return sorted(found)
+
+
+def replace(file, name, make):
+    """Put another dataset in the place of one, with its attributes."""
+    attributes = dict(file[name].attrs)
+    del file[name]
+    make(name)
+    if isinstance(file.get(name), h5py.Dataset):
+        for key, value in attributes.items():
+            file[name].attrs[key] = value
+
+
+def with_data(file, name, change):
+    data = change(file[name][()])
+    replace(file, name, lambda place: file.create_dataset(place, data=data))
+
+
+# --- datasets --------------------------------------------------------------------------------------------------------
+
+
+def other_type(file, rng, folder):
+    kind = ODD_TYPES[rng.integers(len(ODD_TYPES))]
+    with np.errstate(all="ignore"):
+        with_data(file, some(rng, datasets_of(file)), lambda data: data.astype(kind))
+
+
+def odd_contents(file, rng, folder):
+    name = some(rng, datasets_of(file))
+    kind = rng.integers(4)
+    if kind == 0:
+        replace(file, name, lambda place: file.create_dataset(place, data="text of any length"))
+    elif kind == 1:
+        references = h5py.ref_dtype if rng.random() < 0.5 else h5py.regionref_dtype
+        replace(file, name, lambda place: file.create_dataset(place, (3,), dtype=references))
+    elif kind == 2:
+        replace(file, name, lambda place: file.create_dataset(place, data=np.zeros(3, [("a", "f8"), ("b", "i4")])))
+    else:
+        replace(file, name, lambda place: file.create_dataset(place, data=h5py.Empty("f8")))
+
+
+def other_shape(file, rng, folder):
+    def change(data):
+        axis = int(rng.integers(max(data.ndim, 1)))
+        ways = [
+            lambda: data[()] if data.ndim == 0 else np.take(data, range(data.shape[axis] - 1), axis),
+            lambda: np.concatenate([data, data], axis),
+            lambda: data.T,
+            lambda: data.ravel(),
+            lambda: data[None],
+            lambda: data.reshape(-1)[:1].reshape(()) if data.size else data,
+            lambda: np.take(data, range(0), axis),
+            lambda: np.take(data, range(1), axis) if data.size else data,
+        ]
+        return ways[rng.integers(len(ways))]()
+
+    with_data(file, some(rng, datasets_of(file)), change)
+
+
+def other_order(file, rng, folder):
+    def change(data):
+        if data.ndim == 0 or data.size == 0:
+            return data
+        axis = int(rng.integers(data.ndim))
+        kind = rng.integers(3)
+        if kind == 0:
+            return np.flip(data, axis)
+        return np.sort(data, axis) if kind == 1 else rng.permutation(data, axis)
+
+    with_data(file, some(rng, datasets_of(file)), change)
+
+
+def swapped(file, rng, folder):
+    names = datasets_of(file)
+    first = some(rng, names)
+    alike = [name for name in names if name != first and file[name].shape == file[first].shape]
+    second = some(rng, alike or names)
+    if first != second:
+        file.move(first, "aside")
+        file.move(second, first)
+        file.move("aside", second)
+
+
+def odd_numbers(file, rng, folder):
+    """One number, a row or all of them are other than they should be."""
+
+    def change(data):
+        if data.dtype == bool:
+            odd = [False, True][rng.integers(2)]
+        elif data.dtype.kind == "i":
+            odd = ODD_INTEGERS[rng.integers(len(ODD_INTEGERS))]
+        else:
+            odd = ODD_NUMBERS[rng.integers(len(ODD_NUMBERS))]
+        kind = rng.integers(3)
+        if kind == 0 or data.ndim == 0:
+            return np.full_like(data, odd)
+        if data.size:
+            place = tuple(int(rng.integers(n)) for n in data.shape)
+            data[place if kind == 1 else place[0]] = odd
+        return data
+
+    with_data(file, some(rng, datasets_of(file)), change)
+
+
+def scaled(file, rng, folder):
+    factor = [-1.0, 2.0, 1e-3, 1e6, 1.01][rng.integers(5)]
+    one = rng.random() < 0.3
+
+    def change(data):
+        if data.dtype.kind != "f" or not data.size:
+            return data
+        if one:
+            largest = np.unravel_index(np.nanargmax(np.abs(np.nan_to_num(data))), data.shape)
+            data[largest] *= factor
+            return data
+        return data * factor
+
+    with_data(file, some(rng, datasets_of(file)), change)
+
+
+def stored_otherwise(file, rng, folder):
+    """The same numbers, or none that need no room: packed, in pieces, elsewhere, made up."""
+    name = some(rng, datasets_of(file))
+    data = file[name][()]
+    if data.ndim == 0 or data.size == 0:
+        return
+    kind = rng.integers(6)
+    if kind == 0:
+        replace(file, name, lambda place: file.create_dataset(place, data=data, compression="gzip"))
+    elif kind == 1:
+        endless = (None,) * data.ndim
+        replace(file, name, lambda place: file.create_dataset(place, data=data, chunks=True, maxshape=endless))
+    elif kind == 2:  # gigabytes of nothing
+        shape = (int(rng.integers(10**6, 4 * 10**8)), *data.shape[1:])
+        replace(file, name, lambda place: file.create_dataset(place, shape, data.dtype, chunks=(1000, *data.shape[1:]),
+                                                              fillvalue=1, compression="gzip"))  # fmt: skip
+    elif kind == 3:  # declared, never written
+        shape = (int(rng.integers(1, 10**8)), *data.shape[1:]) if rng.random() < 0.7 else data.shape
+        replace(file, name, lambda place: file.create_dataset(place, shape, data.dtype))
+    elif kind == 4:
+        elsewhere = folder / "elsewhere.raw"
+        elsewhere.write_bytes(data.tobytes())
+        external = [(str(elsewhere), 0, h5py.h5f.UNLIMITED)]
+        replace(file, name, lambda place: file.create_dataset(place, data.shape, data.dtype, external=external))
+    else:
+        source = h5py.VirtualSource(str(folder / "basis.h5"), name, data.shape, data.dtype)
+        made_up = h5py.VirtualLayout(data.shape, data.dtype)
+        made_up[...] = source
+        replace(file, name, lambda place: file.create_virtual_dataset(place, made_up))
+
+
+# --- the table of contents -------------------------------------------------------------------------------------------
+
+
+def linked(file, rng, folder):
+    name = some(rng, [*datasets_of(file), *groups_of(file)])
+    kind = rng.integers(6)
+    if kind == 0:
+        file.move(name, "elsewhere")
+        file[name] = h5py.SoftLink("/elsewhere")
+    elif kind == 1:
+        del file[name]
+        file[name] = h5py.ExternalLink(str(folder / "other.h5"), f"/{name}")
+    elif kind == 2:
+        file[f"{name.rpartition('/')[0]}/again"] = file[name]
+    elif kind == 3:  # a loop
+        back = file["/"] if rng.random() < 0.5 else file[some(rng, groups_of(file))]
+        file[some(rng, groups_of(file)) + "/loop"] = back
+    elif kind == 4:
+        file["dangling"] = h5py.SoftLink("/nowhere")
+    else:
+        del file[name]
+        file[name] = h5py.SoftLink(f"/{name}")
+
+
+def rearranged(file, rng, folder):
+    names = [*datasets_of(file), *groups_of(file)]
+    name = some(rng, names)
+    kind = rng.integers(6)
+    if kind == 0:
+        del file[name]
+    elif kind == 1:
+        file.move(name, f"{name}_old")
+    elif kind == 2:
+        del file[name]
+        file.create_group(name)
+    elif kind == 3:
+        file.create_dataset("more/data", data=np.zeros(int(rng.integers(5))))
+    elif kind == 4:
+        file["kind"] = np.dtype("f8")
+    else:
+        deep = "/".join(["down"] * int(rng.integers(2, 400)))
+        file.create_group(deep)
+
+
+# --- attributes ------------------------------------------------------------------------------------------------------
+
+
+def attributes(file, rng, folder):
+    places = ["/", *datasets_of(file), *groups_of(file)]
+    item = file["/" if rng.random() < 0.5 else some(rng, places)]
+    names = [name for name in item.attrs if name not in (CONTENTS, DESCRIPTIONS, "sha256")] or ["extra"]
+    name = some(rng, names) if rng.random() < 0.9 else "extra"
+    old = item.attrs.get(name)
+    kind = rng.integers(8)
+    if name in item.attrs:
+        del item.attrs[name]
+    if kind == 0:
+        return
+    text = ODD_TEXTS[rng.integers(len(ODD_TEXTS))]
+    if kind == 1:
+        item.attrs[name] = ODD_NUMBERS[rng.integers(len(ODD_NUMBERS))]
+    elif kind == 2:
+        item.attrs[name] = ODD_INTEGERS[rng.integers(len(ODD_INTEGERS))]
+    elif kind == 3:
+        item.attrs.create(name, np.bytes_(text.encode(errors="surrogateescape") or b"\0"))
+    elif kind == 4:
+        item.attrs[name] = text.encode(errors="replace").decode().replace("\0", "0")
+    elif kind == 5:
+        item.attrs[name] = np.arange(int(rng.integers(1, 5000)), dtype=float)
+    elif kind == 6:
+        item.attrs[name] = h5py.Empty("f8") if rng.random() < 0.5 else file.ref
+    elif isinstance(old, np.number | np.bool_) and not isinstance(old, np.bool_):
+        item.attrs[name] = type(old)(old + 1)
+    else:
+        item.attrs[name] = not old if isinstance(old, np.bool_) else np.bool_(True)
+
+
+def case_text(file, rng, folder):
+    """Another case text, with its own checksum: the rest of the file does not belong to it."""
+    if "case_text" not in file.attrs:
+        return
+    text = file.attrs["case_text"].decode()
+    lines = text.splitlines()
+    at = int(rng.integers(len(lines)))
+    ways = [
+        lambda: lines[:at] + lines[at + 1 :],
+        lambda: [line.replace("4.0", "5.0") for line in lines],
+        lambda: [line.replace("21", "22") for line in lines],
+        lambda: [line.replace("direct", "line") for line in lines],
+        lambda: [*lines, "[friction]"],
+        lambda: [*lines[:at], "\x1b[31m = 1", *lines[at:]],
+        lambda: lines[:at],
+    ]
+    text = "\n".join(ways[rng.integers(len(ways))]()) + "\n"
+    set_attributes(file, case_text=text, case_sha256=hashlib.sha256(text.encode()).hexdigest())
+
+
+BREAKS = (
+    other_type, odd_contents, other_shape, other_order, swapped, odd_numbers, odd_numbers, scaled, stored_otherwise,
+    linked, rearranged, attributes, attributes, case_text,
+)  # fmt: skip
+
+
+def break_file(path, rng):
+    """Break a file in one to three ways and make its checksums anew: the names of the ways."""
+    done = []
+    with h5py.File(path, "r+") as file:
+        for _ in range(1 + int(rng.random() < 0.2) + int(rng.random() < 0.1)):
+            way = BREAKS[rng.integers(len(BREAKS))]
+            try:
+                way(file, rng, path.parent)
+            except (KeyError, ValueError, TypeError, OSError, RuntimeError, OverflowError) as error:
+                done.append(f"{way.__name__}, not done ({type(error).__name__})")
+                continue  # what the first way left does not allow the second
+            done.append(way.__name__)
+        reseal(file)
+    return done
+
+
+def reseal(file):
+    """Make all checksums anew, as far as what is there has any."""
+
+    def checksum(name, item):
+        plain = isinstance(item, h5py.Dataset) and item.dtype.kind in "fiub?cSV" and item.shape is not None
+        if plain and not item.is_virtual and item.size < 10**6 and "sha256" in item.attrs:
+            data = np.ascontiguousarray(item[()])
+            set_attributes(item, sha256=hashlib.sha256(data.tobytes()).hexdigest())
+
+    file.visititems(checksum)
+    for name in (CONTENTS, DESCRIPTIONS):
+        if name in file.attrs:
+            del file.attrs[name]
+    try:
+        set_attributes(file, **checksums(file))
+    except Exception:  # what has links or loops: as far as the library walks
+        set_attributes(file, **{CONTENTS: _walked(file, False), DESCRIPTIONS: _walked(file, True)})
+
+
+def _walked(file, explanations):
+    """The seal as the program made it before it looked for links."""
+    digest = hashlib.sha256()
+
+    def add(*words):
+        for word in words:
+            data = word.encode(errors="replace") if isinstance(word, str) else word
+            digest.update(f"{len(data)}:".encode() + data)
+
+    def visit(name, item):
+        add(name)
+        if isinstance(item, h5py.Dataset):
+            add(item.dtype.str, str(item.shape))
+        for key in sorted(item.attrs):
+            counts = key in EXPLANATIONS if explanations else key not in (CONTENTS, DESCRIPTIONS, *EXPLANATIONS)
+            if counts:
+                value = item.attrs[key]
+                add(key, *(("text", value) if isinstance(value, str) else _bytes_of(value)))
+
+    visit("/", file)
+    file.visititems(visit)
+    return digest.hexdigest()
+
+
+def _bytes_of(value):
+    array = np.asarray(value)
+    return array.dtype.str, str(array.shape), array.tobytes()
+
+
+def some(rng, names):
+    return names[rng.integers(len(names))]
