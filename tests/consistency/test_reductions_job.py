@@ -12,7 +12,7 @@ from pmor.app.cli import main
 from pmor.case import parse_case
 from pmor.jobs.offline import run_offline
 from pmor.lab.comparison.measure import build
-from pmor.lab.comparison.output import content
+from pmor.lab.comparison.output import FILES, content
 from pmor.lab.comparison.run import compare_reductions
 from pmor.lab.comparison.training import (
     TrainingSet,
@@ -74,7 +74,7 @@ def test_the_command_leaves_numbers_page_and_pictures(case_path, capsys):
     text = capsys.readouterr().out
     assert code == 0, text
     pictures = {"error_run_time.png", "decay.png", "estimate.png"}
-    assert results_in(out) == {"reductions.json", "reductions.md", "reductions.html", *pictures}
+    assert results_in(out) == {"reductions.json", "reductions.md", "reductions.html", *pictures} == set(FILES)
     found = json.loads((out / "reductions.json").read_text())
     assert text.count("\n  flank_lines ") == sum(entry["shapes"] == "flank_lines" for entry in found["entries"])
     assert (out / "reductions.html").read_text().count("data:image/png;base64,") == len(pictures)

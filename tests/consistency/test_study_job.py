@@ -16,6 +16,8 @@ from pmor.case import parse_case
 from pmor.errors import ConvergenceError
 from pmor.lab.core.models import ModelStore
 from pmor.lab.study.loader import load_study
+from pmor.lab.study.output import FILES
+from pmor.lab.study.run import WORKING
 from pmor.lab.study.solve import grid_cell
 from tests.small_case import case_text, fail_where
 from tests.stored_files import results_in
@@ -103,7 +105,7 @@ def without_times(value):
 
 def test_everything_is_there(finished):
     names = results_in(finished)
-    assert {"study.json", "study.md", "report.html", "cells", "parts"} | PICTURES == names
+    assert {"study.json", "study.md", "report.html", "cells", "parts"} | PICTURES == names <= {*FILES, *WORKING}
     table = table_of(finished)
     assert {(row["cell"], row["model"]) for row in table["rows"]} == {
         ("6@1", "condensed"), ("6@1", "reduced"),

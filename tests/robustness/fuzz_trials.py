@@ -1,9 +1,9 @@
 """One broken file after the other, in one process: what becomes of it.
 
-    python -m tests.robustness.fuzz_trials FOLDER < numbers
+    python -m tests.robustness.fuzz_trials FOLDER FILE START STOP STEP
 
-reads numbers of trials and writes, for each, a line before and a line of JSON after it: a process that dies or hangs
-names the trial that did it. A number is a seed, so that each trial can be had again.
+does the trials of a range of numbers on what `prepare` left in a folder. A line of JSON stands in the file before and
+after each: a process that dies or hangs names the trial that did it. A number is a seed: each trial can be had again.
 """
 
 import contextlib
@@ -66,48 +66,66 @@ def prepare(folder, families=tuple(FAMILIES)):
         run_offline(case, elastic_model(case, mesh_model(case)), own / "basis.h5")
         with contextlib.redirect_stdout(io.StringIO()):
             assert main(["online", str(own / "basis.h5"), "-o", str(own / "out")]) == 0
-    case, model = _tiny(folder)
+    case, model = load_sound(folder)
     parts = working_folder(parts_of(folder / "resumed.h5"))
     for number, position in enumerate(planned_positions(case.offline, model.mesh.meshed.pair)):
         write_snapshots(parts / f"angle_{number:05d}.h5", solve_snapshots(model, position), basis_key(case))
 
 
-def _tiny(folder):
+def load_sound(folder):
+    """Case and full FE of the training that is resumed."""
     case = load_case(folder / "flank_lines" / "tiny.toml")
     return case, elastic_model(case, mesh_model(case))
+
+
+def warm_up(folder, sound):
+    """Load what is loaded once: it is no trial's."""
+    for source in sorted(folder.iterdir()):
+        if (source / "basis.h5").exists():
+            _command(["online", str(source / "basis.h5"), "-o", str(folder / "warm" / source.name)], folder)
+            _command(["info", str(source / "basis.h5")], folder)
+    shutil.copytree(folder / "resumed.h5.parts", folder / "warm.h5.parts")
+    run_offline(*sound, folder / "warm.h5", resume=True)
 
 
 # --- one trial -------------------------------------------------------------------------------------------------------
 
 
-def trial(number, folder, model=None):
-    """Break a file and use it: what was done to it and how it ended; an end that begins with ! must not be."""
+def trial(number, folder, sound):
+    """Break a file and use it: what was done to it and how it ended; an end that begins with ! must not be.
+
+    Parameters
+    ----------
+    number : int
+    folder : Path
+        Of `prepare`.
+    sound : tuple
+        Of `load_sound`.
+    """
     rng = np.random.default_rng([20160919, number])
     kind = KINDS[number % len(KINDS)]
     place = folder / "trial"
     shutil.rmtree(place, ignore_errors=True)
     place.mkdir()
-    began, memory = time.process_time(), _peak_reset()
-    done = []
+    began, memory, size, done = time.process_time(), _peak_reset(), 0, []
     try:
         if kind == "basis":
             families = [path.name for path in sorted(folder.iterdir()) if (path / "basis.h5").exists()]
             source = folder / families[int(rng.integers(len(families)))]
             shutil.copy(source / "basis.h5", place)
-            size = (place / "basis.h5").stat().st_size
             done = [source.name, *break_file(place / "basis.h5", rng)]
-            _peak_reset()
+            size, memory = (place / "basis.h5").stat().st_size, _peak_reset()
             end = _basis(place, source)
         elif kind == "snapshots":
-            size = (folder / "resumed.h5.parts" / "angle_00000.h5").stat().st_size
-            end, done = _snapshots(place, folder, rng, model)
+            broken, done = _broken_snapshots(place, folder, rng)
+            size, memory = broken.stat().st_size, _peak_reset()
+            end = _snapshots(place, folder, broken, "manifest forged" in done, sound)
         else:
             end, done = _case(place, folder, rng)
-            size = 0
     except Wrong as wrong:
-        end, size = f"!{wrong}", 0
+        end = f"!{wrong}"
     except Exception:
-        end, size = f"!{traceback.format_exc()}", 0
+        end = f"!{traceback.format_exc()}"
     grown = _peak() - memory
     seconds = time.process_time() - began
     return {"number": number, "kind": kind, "done": done, "end": end, "grown": grown, "size": size, "seconds": seconds}
@@ -146,12 +164,8 @@ def _same_results(found, expected, named):
     return "same"
 
 
-def _snapshots(place, folder, rng, model):
-    """Resume a training of which one file is broken: it must end with the same basis.
-
-    Unless the manifest is forged as well: then nobody can tell, and all that is asked for is an end in words.
-    """
-    case, elastic = model
+def _broken_snapshots(place, folder, rng):
+    """Break one file of an interrupted training: the file, and what was done."""
     parts = shutil.copytree(folder / "resumed.h5.parts", place / "resumed.h5.parts")
     names = sorted(path.name for path in parts.glob("angle*"))
     broken = parts / names[rng.integers(len(names))]
@@ -160,12 +174,20 @@ def _snapshots(place, folder, rng, model):
         names.remove(broken.name)
         shutil.copy(broken, parts / names[rng.integers(len(names))])
         done.append("copied over another")
-    forged = rng.random() < 0.5
-    if forged:
+    if rng.random() < 0.5:
         done.append("manifest forged")
         for part in parts.glob("angle*"):
             record(part)
-    _peak_reset()
+    return broken, done
+
+
+def _snapshots(place, folder, broken, forged, sound):
+    """Resume a training of which one file is broken: it must end with the same basis.
+
+    Unless the manifest is forged as well: then nobody can tell, and all that is asked for is an end in words.
+    """
+    case, elastic = sound
+    parts = broken.parent
     ends = [_end(*_command(["info", str(broken)], place)[::2])]
     try:
         run_offline(case, elastic, place / "resumed.h5", resume=True)
@@ -174,9 +196,9 @@ def _snapshots(place, folder, rng, model):
     except PmorError as error:
         if not forged:
             raise
-        return ", ".join([*ends, f"{type(error).__name__} {error.exit_code}"]), done
+        return ", ".join([*ends, f"{type(error).__name__} {error.exit_code}"])
     if forged:
-        return ", ".join([*ends, "taken over"]), done
+        return ", ".join([*ends, "taken over"])
     if {path.name for path in place.iterdir()} - {"resumed.h5", "elsewhere.raw", "resumed.h5.parts"}:
         raise Wrong(f"wrote {list(place.iterdir())}")
     left = [path.name for path in parts.iterdir()] if parts.exists() else []
@@ -184,7 +206,7 @@ def _snapshots(place, folder, rng, model):
         raise Wrong(f"left {left}")
     with h5py.File(place / "resumed.h5") as a, h5py.File(folder / "flank_lines" / "basis.h5") as b:
         b.visititems(lambda name, item: _same_array(name, item, a))
-    return ", ".join([*ends, "same"]), done
+    return ", ".join([*ends, "same"])
 
 
 def _same_array(name, item, file):
@@ -274,19 +296,22 @@ def _status(key):
     return next(int(line.split()[1]) * 1024 for line in lines if line.startswith(f"{key}:"))
 
 
-def run(folder):
-    """Do the trials whose numbers stand on standard input."""
-    model = _tiny(folder)
-    for source in sorted(folder.iterdir()):  # what is loaded once is no trial's
-        if (source / "basis.h5").exists():
-            _command(["online", str(source / "basis.h5"), "-o", str(folder / "warm" / source.name)], folder)
-    limit = _status("VmSize") + (1 << 30)
-    for line in sys.stdin:
-        number = int(line)
-        print(f"begin {number}", flush=True)
+def run(folder, said, numbers):
+    """Do trials; write for each a line before it and one with its outcome."""
+    sound = load_sound(folder)
+    with said.open("a") as file:
+
+        def say(**found):
+            file.write(json.dumps(found) + "\n")
+            file.flush()
+
+        warm_up(folder, sound)
+        limit = _status("VmSize") + (1 << 30)
         resource.setrlimit(resource.RLIMIT_AS, (limit, resource.RLIM_INFINITY))
-        print(json.dumps(trial(number, folder, model)), flush=True)
+        for number in numbers:
+            say(begin=number)
+            say(**trial(number, folder, sound))
 
 
 if __name__ == "__main__":
-    run(Path(sys.argv[1]))
+    run(Path(sys.argv[1]), Path(sys.argv[2]), range(*map(int, sys.argv[3:])))

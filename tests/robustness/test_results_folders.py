@@ -11,7 +11,10 @@ import pmor.lab.bench
 import pmor.lab.study.run
 import pmor.pair.model
 from pmor.app.cli import main
+from pmor.case import load_case
 from pmor.errors import OutputError
+from pmor.report.run_page import page_files
+from pmor.report.summary import RESULT_FILES
 from pmor.storage.atomic import atomic_path
 from pmor.storage.manifest import MANIFEST, begin_manifest, is_ours, listed
 from pmor.storage.results_folder import (
@@ -172,7 +175,7 @@ def finished(tmp_path, capsys):
 def test_after_an_edit_nothing_of_the_old_text_lies_beside_new_results(finished, capsys):
     path, out = finished
     before = results_in(out)
-    assert {"report.html", "ste.png"} < before
+    assert {"report.html", "ste.png"} < before == {"basis.h5", *RESULT_FILES, *page_files(load_case(path))}
     (out / "notes.txt").write_text("mine")
     (out / "report.html").write_text("with remarks of mine")
     assert main(["compare", str(path), "--out", str(out)]) == 0

@@ -1,0 +1,167 @@
+"""A basis that somebody made on purpose, checksums and all: names are no paths, and nothing odd reaches a kernel."""
+
+import tracemalloc
+
+import h5py
+import numpy as np
+import pytest
+
+from pmor.app.cli import main
+from pmor.errors import FileFormatError
+from pmor.storage.basis_file import read_basis
+from pmor.storage.describe import file_text
+from pmor.storage.hdf5 import set_attributes
+from tests.robustness.broken_hdf5 import replace, reseal, with_data
+from tests.stored_files import results_in
+
+
+def forge(path, change):
+    """Change a file and make its checksums anew."""
+    with h5py.File(path, "r+") as file:
+        change(file)
+        reseal(file)
+
+
+def refused(path, words, capsys):
+    assert main(["online", str(path), "-o", str(path.parent / "out")]) == 2
+    text, error = capsys.readouterr()
+    assert text == ""
+    assert words in error
+    assert len(error.splitlines()) == 1
+    assert not (path.parent / "out").exists()
+
+
+@pytest.mark.parametrize("name", ["../../..", "..", "/tmp/elsewhere", "a\0b/../.."])
+def test_the_name_in_a_basis_is_no_path(name, basis, tmp_path, monkeypatch, capsys):
+    inner = tmp_path / "one" / "two"
+    inner.mkdir(parents=True)
+    monkeypatch.chdir(inner)
+    forge(basis, lambda file: set_attributes(file, case_name=name))
+    assert main(["online", str(basis)]) == 0
+    capsys.readouterr()
+    assert results_in(tmp_path) == {"one", "basis.h5"}
+    assert results_in(inner) == {"out"}
+    (folder,) = (inner / "out").iterdir()
+    assert "summary.json" in results_in(folder)
+
+
+def soft(file):
+    file.move("flank/pinion/nodes", "flank/pinion/aside")
+    file["flank/pinion/nodes"] = h5py.SoftLink("/flank/pinion/aside")
+
+
+def elsewhere(file):
+    del file["flank/pinion/nodes"]
+    file["flank/pinion/nodes"] = h5py.ExternalLink("other.h5", "/flank/pinion/nodes")
+
+
+def twice(file):
+    file["training/again"] = file["training/phi"]
+
+
+def loop(file):
+    file["training/loop"] = file["/"]
+
+
+@pytest.mark.parametrize("change", [soft, elsewhere, twice, loop])
+def test_links_are_refused(change, basis, capsys):
+    forge(basis, change)
+    refused(basis, "is of no use", capsys)
+    with pytest.raises(FileFormatError, match="link to somewhere else|second name"):
+        file_text(basis)
+
+
+def of_zeros(name):
+    return lambda file: with_data(file, name, np.zeros_like)
+
+
+def times(name, factor):
+    return lambda file: with_data(file, name, lambda data: data * factor)
+
+
+def other(name, change):
+    return lambda file: with_data(file, name, change)
+
+
+LIES = {
+    "no lines": (other("shapes/pinion/start", lambda data: data[:0]), "shapes/pinion/start has the shape (0,)"),
+    "lines beyond the shapes": (other("shapes/pinion/start", lambda data: data + 1), "do not share its shapes"),
+    "zero roll angles": (of_zeros("flank/wheel/roll_angle"), "flank/wheel/roll_angle do not increase"),
+    "other roll angles": (times("flank/wheel/roll_angle", 1.01), "do not go from the start of its involute to its tip"),
+    "zero displacements": (of_zeros("shapes/wheel/displacement"), "energy products of the wheel"),
+    "larger displacements": (times("shapes/pinion/displacement", 1.001), "energy products of the pinion"),
+    "larger forces": (times("shapes/pinion/force", 2.0), "energy products of the pinion"),
+    "nodes off the flank": (other("flank/pinion/nodes", lambda data: data + 1e-3), "not on its involutes"),
+    "nodes in another order": (other("flank/pinion/nodes", lambda data: data[::-1]), "not on its involutes"),
+    "another compliance": (times("error_estimate/pinion", 2.0), "not what its compliance makes of them"),
+    "single precision": (other("flank/pinion/nodes", lambda data: data.astype("f4")), "float32, not float64"),
+    "complex numbers": (other("shapes/pinion/gram", lambda data: data.astype(complex)), "not stored number by number"),
+    "whole numbers": (other("training/phi", lambda data: data.astype(int)), "int64, not float64"),
+    "one axis less": (other("shapes/pinion/gram", lambda data: data[0]), "it should be tooth offset, shape, shape"),
+    "angles of another pitch": (times("training/phi", 50.0), "not within one pitch"),
+    "torques of another case": (times("training/conditions", 3.0), "under other conditions than the case says"),
+    "infinite": (other("shapes/pinion/force", lambda data: np.full_like(data, np.inf)), "not finite"),
+}
+
+
+@pytest.mark.parametrize(("change", "words"), LIES.values(), ids=LIES.keys())
+def test_what_cannot_be_true_of_lines_is_refused(change, words, basis, capsys):
+    forge(basis, change)
+    refused(basis, words, capsys)
+
+
+POSITION_LIES = {
+    "larger displacements": times("shapes/displacement", 1.001),
+    "zero displacements": of_zeros("shapes/displacement"),
+    "other products": times("shapes/gram", 1.001),
+    "never loaded": of_zeros("shapes/loaded"),
+    "positions elsewhere": other("shapes/roll_position", lambda data: data + 0.01),
+    "positions apart": times("shapes/roll_position", 1.5),
+    "another order": other("shapes/displacement", lambda data: data[::-1]),
+}
+
+
+@pytest.mark.parametrize("interpolation", ["cubic", "grassmann"])
+@pytest.mark.parametrize("change", POSITION_LIES.values(), ids=POSITION_LIES.keys())
+def test_what_cannot_be_true_of_positions_is_refused(change, interpolation, small_basis_file, tmp_path):
+    shapes = "pod" if interpolation == "grassmann" else "positions"
+    path = tmp_path / "basis.h5"
+    path.write_bytes(small_basis_file(shapes=shapes, interpolation=interpolation).read_bytes())
+    read_basis(path)
+    forge(path, change)
+    with pytest.raises(FileFormatError, match="is of no use"):
+        read_basis(path)
+
+
+def packed(file):
+    replace(file, "training/phi", lambda name: file.create_dataset(
+        name, (4 * 10**8,), "f8", chunks=(10**6,), fillvalue=1.0, compression="gzip"))  # fmt: skip
+
+
+def never_written(file):
+    replace(file, "training/phi", lambda name: file.create_dataset(name, (4 * 10**8,), "f8"))
+
+
+@pytest.mark.parametrize("change", [packed, never_written])
+def test_gigabytes_of_nothing_are_not_unpacked(change, basis, capsys):
+    forge(basis, change)
+    assert basis.stat().st_size < 500_000
+    for arguments in (["info", str(basis)], ["online", str(basis)]):
+        tracemalloc.start()
+        assert main(arguments) == 2
+        peak = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        assert peak < 50 * basis.stat().st_size
+        assert "training/phi is not stored number by number" in capsys.readouterr().err
+
+
+def test_nothing_in_a_file_commands_the_terminal(basis, capsys):
+    def change(file):
+        set_attributes(file, created="\x1b[31mred\x1b[0m", case_name="a\x07b")
+        set_attributes(file["training/phi"], description="\x1b]0;title\x07", unit="\r")
+
+    forge(basis, change)
+    assert main(["info", str(basis)]) == 0
+    text = capsys.readouterr().out
+    assert all(c.isprintable() or c == "\n" for c in text)
+    assert r"\x1b[31mred" in text
