@@ -46,6 +46,7 @@ if TYPE_CHECKING:
         OutputError,
         PmorError,
     )
+    from pmor.flank import Modification, Topography
     from pmor_online.compare import Comparison
 
 _HOMES = {
@@ -56,6 +57,7 @@ _HOMES = {
     "pmor.errors": (
         "CaseError", "ConvergenceError", "FileFormatError", "GeometryError", "MeshError", "OutputError", "PmorError",
     ),
+    "pmor.flank": ("Modification", "Topography"),
     "pmor_online.compare": ("Comparison",),
 }  # fmt: skip
 _HOME = {name: module for module, names in _HOMES.items() for name in names}
@@ -70,10 +72,12 @@ __all__ = [
     "FullModel",
     "GeometryError",
     "MeshError",
+    "Modification",
     "OutputError",
     "PmorError",
     "ReducedModel",
     "SweepResult",
+    "Topography",
     "__version__",
     "change_case",
     "compare",

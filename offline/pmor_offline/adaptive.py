@@ -26,7 +26,7 @@ from pmor.reduction.basis import Basis
 from pmor.reduction.snapshots import Snapshots
 from pmor.threads import in_order
 from pmor_offline.gather import make_basis
-from pmor_offline.sampling import SEED, TrainingPosition, first_positions, sobol_positions
+from pmor_offline.sampling import SEED, TrainingPosition, first_positions, on_flanks_of, sobol_positions
 from pmor_offline.snapshots import solve_snapshots
 
 
@@ -73,7 +73,7 @@ def greedy_snapshots(
         To be appended to `known` by the caller before the next is asked for.
     """
     offline, pair = case.offline, model.mesh.meshed.pair
-    begin = first_positions(offline, pair)
+    begin = on_flanks_of(case, first_positions(offline, pair))
     yield from in_order(partial(solve_snapshots, model), begin[len(known) : offline.solves], executor)
     candidates = _candidates(case, model)
     percent = np.full(len(candidates), np.inf)
@@ -98,7 +98,7 @@ def _candidates(case: Case, model: ElasticModel) -> tuple[TrainingPosition, ...]
     offline = case.offline
     dimensions = 1 + sum(len(values) > 1 for values in training_values(offline))
     count = CANDIDATES_PER_DIMENSION * dimensions
-    return sobol_positions(offline, model.mesh.meshed.pair, count, SEED + 1)
+    return on_flanks_of(case, sobol_positions(offline, model.mesh.meshed.pair, count, SEED + 1))
 
 
 def _update(

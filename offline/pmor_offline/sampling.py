@@ -8,7 +8,8 @@ angle and of all parameters far more evenly than a grid of as many states.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -20,7 +21,7 @@ from pmor.contact.flank import MeshedPair
 from pmor.contact.position import overshoot
 from pmor.contact.solve import WINDOW_MARGIN
 from pmor.gear.pair import GearPair
-from pmor.pair.conditions import condition_at, training_values
+from pmor.pair.conditions import condition_at, on_trained_flanks, training_values
 
 # Of all random draws: a basis is a function of its case.
 SEED = 20160919
@@ -46,6 +47,11 @@ def most_positions(case: Case) -> int:
     if not case.reduction.trained:
         return 0
     return case.offline.angles_per_pitch if case.offline.sampling == "grid" else case.offline.solves
+
+
+def on_flanks_of(case: Case, positions: Iterable[TrainingPosition]) -> tuple[TrainingPosition, ...]:
+    """Return positions with the flanks on which a case trains."""
+    return tuple(replace(p, conditions=on_trained_flanks(case, p.conditions)) for p in positions)
 
 
 def planned_positions(offline: OfflineCase, pair: GearPair) -> tuple[TrainingPosition, ...]:

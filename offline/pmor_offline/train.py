@@ -17,7 +17,7 @@ from pmor.reduction.snapshots import Snapshots
 from pmor.threads import in_order
 from pmor_offline.adaptive import ErrorEstimate, greedy_snapshots
 from pmor_offline.gather import make_basis
-from pmor_offline.sampling import planned_positions
+from pmor_offline.sampling import on_flanks_of, planned_positions
 from pmor_offline.snapshots import solve_snapshots
 
 # Takes the number of a position in the sampling, and its solution.
@@ -94,7 +94,7 @@ def _planned(
     known: Mapping[int, Snapshots], keep: Keep,
 ) -> list[Snapshots]:  # fmt: skip
     """Solve all positions of a sampling that is known beforehand."""
-    positions = planned_positions(case.offline, model.mesh.meshed.pair)
+    positions = on_flanks_of(case, planned_positions(case.offline, model.mesh.meshed.pair))
     missing = [i for i in range(len(positions)) if i not in known]
     found = dict(known)
     solved = in_order(partial(solve_snapshots, model), [positions[i] for i in missing], executor)

@@ -13,12 +13,14 @@ import numpy as np
 
 from pmor.app.result import SweepResult
 from pmor.arrays import FloatArray
-from pmor.case import Case, MisalignmentCase, beyond_training, refuse_uneven_load
+from pmor.case import Case, MisalignmentCase, beyond_training, check_flanks, refuse_uneven_load, trained_flanks
 from pmor.contact.condition import Axes
 from pmor.contact.flank import MeshedPair
 from pmor.errors import CaseError, OutputError
+from pmor.flank import Modification
 from pmor.pair.conditions import conditions_of
-from pmor.pair.model import ElasticModel, elastic_model, mesh_model, refuse_loads
+from pmor.pair.model import ElasticModel, elastic_model, gear_pair, mesh_model, refuse_loads
+from pmor.pair.modifications import refuse_modifications_off_the_flank
 from pmor.pair.sweep import sweep_ste
 from pmor.reduction.basis import Basis
 from pmor.storage.atomic import atomic_path, ensure_folder, refuse_existing
@@ -57,9 +59,11 @@ class FullModel:
         axes: Axes | None = None,
         executor: Executor | None = None,
         progress: Progress = _quietly,
+        pinion: Modification | None = None,
+        wheel: Modification | None = None,
     ) -> SweepResult:
         """Solve full contact over angles and torques; see `ReducedModel.sweep`."""
-        case = _asked(self.case, torques_Nm, angles, axes)
+        case = _asked(self.case, torques_Nm, angles, axes, (pinion, wheel))
         refuse_loads(case, self.elastic.mesh.meshed)
         meshed = self.elastic.mesh.meshed
         sweep = sweep_ste(
@@ -113,6 +117,8 @@ class ReducedModel:
         extrapolate: bool = False,
         executor: Executor | None = None,
         progress: Progress = _quietly,
+        pinion: Modification | None = None,
+        wheel: Modification | None = None,
     ) -> SweepResult:
         """Solve for the static transmission error over angles and torques.
 
@@ -130,6 +136,8 @@ class ReducedModel:
             Shares out the angles between threads; the result is the same to the last bit.
         progress : callable
             Called with the number of angles done.
+        pinion, wheel : Modification, optional
+            Of their flanks; as the case says by default.
 
         Returns
         -------
@@ -138,10 +146,13 @@ class ReducedModel:
         Raises
         ------
         CaseError
-            When torques or axes are beyond the training, or a load beyond what the contact scheme holds.
+            When torques or axes are beyond the training, modifications do not lie on the flanks, or a load is beyond
+            what the contact scheme holds.
         """
-        case = _asked(self.case, torques_Nm, angles, axes)
+        case = _asked(self.case, torques_Nm, angles, axes, (pinion, wheel))
         beyond = beyond_training(case)
+        if trained_flanks(case) != trained_flanks(self.case):
+            beyond += ("flanks that load the width otherwise than those of the training",)
         if beyond and not (extrapolate or case.online.extrapolate):
             raise CaseError(f"beyond the training: {beyond[0]}: train over it, or pass extrapolate=True")
         meshed = self.reduced.meshed
@@ -241,7 +252,10 @@ def compare(
     return compare_models(model.reduced, elastic, lambda: progress(1), executor)
 
 
-def _asked(case: Case, torques_Nm: Iterable[float] | None, angles: int | FloatArray | None, axes: Axes | None) -> Case:
+def _asked(
+    case: Case, torques_Nm: Iterable[float] | None, angles: int | FloatArray | None, axes: Axes | None,
+    flanks: tuple[Modification | None, Modification | None],
+) -> Case:  # fmt: skip
     """Return the case with the sweep that is asked for.
 
     Raises
@@ -261,6 +275,12 @@ def _asked(case: Case, torques_Nm: Iterable[float] | None, angles: int | FloatAr
     if axes is not None:
         off = MisalignmentCase(**asdict(axes))
     asked = replace(case, online=online, misalignment=off)
+    pinion, wheel = flanks
+    if pinion is not None or wheel is not None:
+        pinion, wheel = pinion or case.pinion_modification, wheel or case.wheel_modification
+        asked = replace(asked, pinion_modification=pinion, wheel_modification=wheel)
+        check_flanks(asked, case.name)
+        refuse_modifications_off_the_flank(asked, gear_pair(case))
     refuse_uneven_load(asked, case.name)
     return asked
 

@@ -4,9 +4,11 @@ A new part of the plan is one more function in `PARTS`: from the case to the lin
 """
 
 from collections.abc import Callable, Iterator
+from dataclasses import fields
 
 from pmor.app.left_out import computed, left_out, remarks, scene
 from pmor.case import Case, describe, short_list
+from pmor.case.extrapolation import MISALIGNMENTS
 from pmor.case.width import elements_across, meshed_width
 from pmor.memory import memory_text
 from pmor.pair.conditions import full_solves, misalignments
@@ -34,7 +36,8 @@ def plan_parts(case: Case) -> Iterator[str]:
     for part in PARTS:
         if part is _computed_and_left_out:
             refuse_beyond_memory(case, stages(case, gear_pair(case)))
-        yield "\n".join(part(case))
+        if lines := part(case):
+            yield "\n".join(lines)
 
 
 def plan_text(case: Case) -> str:
@@ -141,6 +144,25 @@ def _computed_and_left_out(case: Case) -> list[str]:
     return [*lines, *(f"! {remark}" for remark in remarks(found))]
 
 
+def _conditions(case: Case) -> list[str]:
+    """The conditions that a case lists beside its own, each with what its flanks are like."""
+    lines = []
+    for condition in case.conditions:
+        off = ", ".join(f"{name} {getattr(condition, name):g}" for name in MISALIGNMENTS if getattr(condition, name))
+        flanks = [
+            f"{gear} {item.name} = {getattr(modification, item.name)}"
+            for gear, modification, own in (
+                ("pinion", condition.pinion, case.pinion_modification),
+                ("wheel", condition.wheel, case.wheel_modification),
+            )
+            for item in fields(modification)
+            if getattr(modification, item.name) != getattr(own, item.name)
+        ]
+        words = [f"{condition.torque_Nm:g} N m", *([off] if off else []), *flanks]
+        lines.append(f"  {condition.name:<22} {'; '.join(words)}")
+    return ["Conditions beside the case's own", *lines] if lines else []
+
+
 def _value_text(key: str, value: object) -> str:
     if value is None:
         return NOT_WRITTEN[key]
@@ -154,4 +176,6 @@ def _torques_text(torques: tuple[float, ...]) -> str:
     return f"{count}: {short_list(torques)} N m"
 
 
-PARTS: tuple[Callable[[Case], list[str]], ...] = (_heading, _settings, _sizes, _work, _cost, _computed_and_left_out)
+PARTS: tuple[Callable[[Case], list[str]], ...] = (
+    _heading, _settings, _conditions, _sizes, _work, _cost, _computed_and_left_out,
+)  # fmt: skip

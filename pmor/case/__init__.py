@@ -7,6 +7,7 @@ from pmor.case.change import change_case, changed_text, make_case, text_of
 from pmor.case.checks import refuse_uneven_load
 from pmor.case.describe import basis_key, describe, short_list
 from pmor.case.extrapolation import beyond_training
+from pmor.case.flanks import check_flanks, trained_flanks
 from pmor.case.loader import load_case, parse_case
 from pmor.case.schema import (
     Case,
@@ -39,6 +40,7 @@ __all__ = [
     "basis_key",
     "beyond_training",
     "change_case",
+    "check_flanks",
     "changed_text",
     "describe",
     "load_case",
@@ -47,4 +49,5 @@ __all__ = [
     "refuse_uneven_load",
     "short_list",
     "text_of",
+    "trained_flanks",
 ]

@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 from pmor.case.extrapolation import MISALIGNMENTS
-from pmor.case.flanks import check_flanks
+from pmor.case.flanks import check_flanks, untrained_conditions
 from pmor.case.schema import Case, ConditionCase, GearCase, MisalignmentCase, PairCase, ReductionCase
 from pmor.case.values import toml_text, wrong_unit_text
 from pmor.case.width import meshed_width
@@ -241,6 +241,13 @@ def _misaligned(case: Case) -> list[tuple[str, MisalignmentCase | ConditionCase]
 
 
 def _check_conditions(case: Case, where: str) -> None:
+    for name in untrained_conditions(case):
+        if not case.online.extrapolate:
+            raise CaseError(
+                f"{where}: [condition] {toml_text(name)}: its flanks load the width otherwise than those of the case, "
+                f'which train the shapes: write [reduction] shapes = "static_modes", which need no training, or '
+                f"{EXTRAPOLATE}"
+            )
     largest = case.offline.torques_Nm[-1]
     for condition in case.conditions:
         if case.reduction.trained and condition.torque_Nm > largest and not case.online.extrapolate:

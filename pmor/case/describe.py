@@ -9,6 +9,7 @@ from typing import Any
 
 from pmor.case.change import sections_of
 from pmor.case.document import flattened
+from pmor.case.flanks import trained_flanks
 from pmor.case.schema import Case
 
 # Values of a list that people read one by one.
@@ -42,8 +43,12 @@ def short_list(values: Sequence[float | str]) -> str:
 def basis_key(case: Case) -> str:
     """SHA-256, in hex, of everything that determines a basis: pair, mesh, contact, reduction and training.
 
-    Two cases with the same key can share one basis: modifications, sweep, comparison, output and comments do not enter.
+    Two cases with the same key can share one basis: sweep, comparison, output and comments do not enter. Modifications
+    do where full solves on such flanks train the shapes (`pmor.case.flanks.trained_flanks`).
     """
     parts = {name: asdict(getattr(case, name)) for name in ("pair", "mesh", "contact", "reduction", "offline")}
+    flanks = trained_flanks(case)
+    if any(flank.present for flank in flanks):
+        parts["flanks"] = {"pinion": asdict(flanks[0]), "wheel": asdict(flanks[1])}
     text = json.dumps(parts, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()

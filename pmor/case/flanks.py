@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from pmor.case.schema import Case, GearCase
 from pmor.case.values import toml_text
 from pmor.case.width import meshed_width
 from pmor.errors import CaseError
-from pmor.flank import Modification
+from pmor.flank import UNMODIFIED, Modification
 
 # Amounts, what says where they reach, and what that is.
 REACHES = (
@@ -52,6 +53,26 @@ def modified_flanks(case: Case) -> list[ModifiedFlank]:
     return [flank for flank in found if flank.modification.present]
 
 
+def trained_flanks(case: Case) -> tuple[Modification, Modification]:
+    """Return the flanks of pinion and wheel on which full solves train the shapes of a case.
+
+    What differs over the width spreads the load over it in another way, and shapes know only what they are trained on:
+    measured with a crowning of 5 um on the paper's pair under its nominal torque, those of plain flanks are 9 % off.
+    What is the same over the width they take as it comes: 0.006 % off with a tip relief of 20 um.
+    """
+    return _trained_on(case, case.pinion_modification, case.wheel_modification)
+
+
+def untrained_conditions(case: Case) -> list[str]:
+    """Name the conditions of a case whose flanks load the width otherwise than those that it trains on."""
+    trained = trained_flanks(case)
+    return [c.name for c in case.conditions if _trained_on(case, c.pinion, c.wheel) != trained]
+
+
+def _trained_on(case: Case, pinion: Modification, wheel: Modification) -> tuple[Modification, Modification]:
+    return (pinion.over_width, wheel.over_width) if case.reduction.trained else (UNMODIFIED, UNMODIFIED)
+
+
 def check_flanks(case: Case, where: str) -> None:
     """Raise `CaseError` where modifications do not fit their gears, or the contact scheme does not know them.
 
@@ -59,6 +80,8 @@ def check_flanks(case: Case, where: str) -> None:
     """
     for flank in modified_flanks(case):
         place = f"{where}: {flank.place}"
+        if not math.isfinite(flank.modification.largest_um):
+            raise CaseError(f"{place}: an amount is no finite number: correct it")
         for amount, reach, what in REACHES:
             if getattr(flank.modification, amount) != 0.0 and getattr(flank.modification, reach) is None:
                 raise CaseError(
@@ -112,7 +135,7 @@ def _refuse_uneven_flank(case: Case, modification: Modification, place: str) -> 
             f"{place}: the halves of the face differ, and the mesh has one half that stands for both: write [mesh] "
             'width = "whole"'
         )
-    if width == "plane_strain" and not modification.even:
+    if width == "plane_strain" and modification.over_width.present:
         raise CaseError(
             f'{place}: the flank differs over the width, and [mesh] width = "plane_strain" has one section for all of '
             'it: write "whole"'

@@ -88,10 +88,16 @@ class Modification:
         return mirrored and self.helix_slope_um == self.twist_um == 0.0
 
     @property
-    def even(self) -> bool:
-        """Whether all sections over the width are alike."""
-        even = self.topography is None or self.topography.even
-        return even and self.helix_slope_um == self.twist_um == self.helix_crowning_um == self.end_relief_um == 0.0
+    def over_width(self) -> Modification:
+        """What of it differs over the width."""
+        return Modification(
+            helix_crowning_um=self.helix_crowning_um,
+            helix_slope_um=self.helix_slope_um,
+            end_relief_um=self.end_relief_um,
+            end_relief_length_mm=self.end_relief_length_mm if self.end_relief_um else None,
+            twist_um=self.twist_um,
+            topography=None if self.topography is None or self.topography.even else self.topography,
+        )
 
     @property
     def largest_um(self) -> float:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import time
 from contextlib import nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pmor.case import Case, basis_key
+from pmor.pair.conditions import on_trained_flanks
 from pmor.pair.model import ElasticModel
 from pmor.progress import Progress
 from pmor.reduction.snapshots import Snapshots
@@ -120,7 +121,7 @@ def _kept(case: Case, model: ElasticModel, parts: Path) -> dict[int, Snapshots]:
             continue
         # A solve that failed is tried again: the program may have learnt to do it.
         if greedy or snapshots.converged.all():
-            found[number] = snapshots
+            found[number] = replace(snapshots, conditions=on_trained_flanks(case, snapshots.conditions))
     return found
 
 

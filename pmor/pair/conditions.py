@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import asdict, fields
+from dataclasses import asdict, fields, replace
 
 from pmor.arrays import FloatArray
-from pmor.case import Case, OfflineCase
+from pmor.case import Case, OfflineCase, trained_flanks
 from pmor.contact.condition import Axes, Built, Condition, at_torques
 
 DEVIATIONS = tuple(field.name for field in fields(Axes))
@@ -45,6 +45,12 @@ def listed_conditions(case: Case) -> tuple[Condition, ...]:
 def nominal_condition(case: Case) -> Condition:
     """Return the condition of a case under its nominal torque."""
     return conditions_of(case, (case.torque_Nm,))[0]
+
+
+def on_trained_flanks(case: Case, conditions: Iterable[Condition]) -> tuple[Condition, ...]:
+    """Return conditions with the flanks on which a case trains."""
+    pinion, wheel = trained_flanks(case)
+    return tuple(replace(condition, pinion=pinion, wheel=wheel) for condition in conditions)
 
 
 def training_values(offline: OfflineCase) -> tuple[tuple[float, ...], ...]:

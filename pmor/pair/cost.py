@@ -23,7 +23,7 @@ from pmor.gear.pair import GearPair
 from pmor.gear.tooth import Tooth
 from pmor.memory import MemoryLimit, memory_limits, memory_text
 from pmor.mesh.sector import build_sector
-from pmor.pair.conditions import axes_of, full_solves, misalignments, training_values
+from pmor.pair.conditions import built_of, full_solves, misalignments, training_values
 from pmor.pair.model import approach_estimate, contact_scheme, neighbour_reach
 
 DOUBLE, COMPLEX = 8, 16  # bytes
@@ -172,7 +172,7 @@ def stages(case: Case, pair: GearPair) -> tuple[Stage, ...]:
     GeometryError, MeshError
     """
     size = pair_size(case, pair)
-    sweep = case.online.angles_per_pitch * len(case.online.torques_Nm)
+    sweep = case.pitches * case.online.angles_per_pitch * len(case.online.torques_Nm)
     compared = case.compare.angles * len(case.compare.torques_Nm)
     kept = sum(_kept(gear, size.reach) for gear in size.gears)
     # Not all that the finite elements took in small pieces goes back to the system.
@@ -267,7 +267,7 @@ def rows_in_reach(case: Case, pair: GearPair) -> int:
     local = 1.0 if case.contact.scheme == "facet" else LOCAL_SHARE
     # Line contact is on the line of action; points need a row on either side.
     spacing = 0.0 if case.contact.scheme == "line" else 1.5 * row / contact_scheme(case).lodm_profile
-    depth = WINDOW_MARGIN * approach_estimate(case, pair) + axes_of(case).spread
+    depth = WINDOW_MARGIN * approach_estimate(case, pair) + built_of(case).spread
     half = math.sqrt(2.0 * local * depth * pair.pitch_point_radius)
     return min(case.mesh.profile_elements, math.ceil(2.0 * max(half, spacing) / row) + 1)
 

@@ -12,6 +12,7 @@ from pmor.arrays import FloatArray
 from pmor.case import Case, basis_key, describe, parse_case, text_of
 from pmor.contact.flank import SurfaceLayer
 from pmor.errors import FileFormatError
+from pmor.pair.conditions import on_trained_flanks
 from pmor.pair.model import gear_pair
 from pmor.reduction.basis import Basis, Training
 from pmor.reduction.contact_shapes import ContactShapes
@@ -152,7 +153,7 @@ def _basis(file: h5py.File, case: Case, arrays: dict[str, np.ndarray]) -> Basis:
         ),
         training=Training(
             phi=arrays["training/phi"],
-            conditions=read_conditions(file["training"]),
+            conditions=tuple(on_trained_flanks(case, there) for there in read_conditions(file["training"])),
             ste_um=arrays["training/ste"],
             converged=arrays["training/converged"],
             estimate_percent=arrays.get("training/estimate"),

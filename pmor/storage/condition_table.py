@@ -1,7 +1,8 @@
 """Conditions in a file: a table with a named column for each parameter, in the unit that the column says.
 
 A further parameter of a condition is a further column. What a file does not say has the parameter's default, so that a
-file without the column means what it meant when it was written. Modified flanks have none: no training is under them.
+file without the column means what it meant when it was written. Modified flanks have no column: they are those that the
+case of the file trains on.
 """
 
 from __future__ import annotations
@@ -47,8 +48,6 @@ def read_conditions(group: h5py.Group) -> tuple[tuple[Condition, ...], ...]:
 
 
 def _row(condition: Condition) -> list[float]:
-    if condition.built.modified:
-        raise ValueError("conditions with modified flanks are not kept in a table")
     return [condition.given_torque, *(getattr(condition.axes, field) for field in AXES.values())]
 
 

@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 
 from pmor.contact.condition import Axes, Condition, at_leads, at_torques
-from pmor.flank import Modification
 from pmor.storage.condition_table import read_conditions, write_conditions
 from pmor.storage.hdf5 import Field, set_attributes, write
 
@@ -47,8 +46,3 @@ def test_columns_that_nobody_knows_or_that_are_missing_are_refused(columns, file
 def test_a_given_lead_is_no_training_condition(file):
     with pytest.raises(ValueError, match="needs a condition with a torque"):
         write_conditions(file, [at_leads([1e-4])])
-
-
-def test_modified_flanks_are_not_dropped_in_silence(file):
-    with pytest.raises(ValueError, match="modified flanks"):
-        write_conditions(file, [at_torques([1e5], pinion=Modification(twist_um=3.0))])

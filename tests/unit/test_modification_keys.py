@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from pmor.app.plan import plan_text
 from pmor.case import basis_key, change_case, describe, load_case, make_case, parse_case, text_of
 from pmor.contact.condition import Axes, Built
 from pmor.errors import CaseError, GeometryError
@@ -35,7 +36,7 @@ centre_distance_um = -2.0
 [condition.wheel]
 tip_relief_um = 4.0
 [condition.pinion]
-helix_crowning_um = 0.0
+profile_crowning_um = 2.0
 """
 
 
@@ -63,7 +64,7 @@ def test_conditions_are_the_case_but_for_what_they_say(crowned):
     assert (first.centre_distance_um, low.centre_distance_um) == (3.0, -2.0)
     assert (first.pinion, first.wheel) == (crowned.pinion_modification, crowned.wheel_modification)
     assert low.wheel == replace(crowned.wheel_modification, tip_relief_um=4.0)
-    assert low.pinion == replace(crowned.pinion_modification, helix_crowning_um=0.0)
+    assert low.pinion == replace(crowned.pinion_modification, profile_crowning_um=2.0)
 
 
 def test_conditions_of_a_case_know_its_flanks(crowned):
@@ -80,10 +81,10 @@ def test_the_text_of_a_modified_case_reads_back(crowned, tmp_path):
     assert text_of(crowned) == CROWNED
     changed = replace(crowned, title="other")
     assert parse_case(text_of(changed), "crowned", "case") == replace(changed, text=text_of(changed))
-    (tmp_path / "flank.csv").write_text(",-10,0,10\n5,1,2,1\n35,-3,4.5,-3\n")
+    (tmp_path / "flank.csv").write_text(",-10,0,10\n5,1,1,1\n35,-3,-3,-3\n")
     (tmp_path / "case.toml").write_text(CROWNED + 'topography = "flank.csv"\n')
     read = load_case(tmp_path / "case.toml")
-    grid = Topography((5.0, 35.0), (-10.0, 0.0, 10.0), ((1.0, 2.0, 1.0), (-3.0, 4.5, -3.0)))
+    grid = Topography((5.0, 35.0), (-10.0, 0.0, 10.0), ((1.0, 1.0, 1.0), (-3.0, -3.0, -3.0)))
     assert read.conditions[1].pinion.topography == grid
     assert read.text.endswith('topography = "flank.csv"\n')
     again = parse_case(text_of(read), "case", "without a folder")
@@ -115,10 +116,35 @@ def test_a_plan_lists_the_modifications_that_are_there(crowned):
     assert not any("modification" in key for key, _, _ in describe(parse_case(case_text(), "small", "case")))
 
 
-def test_a_basis_knows_nothing_of_modifications_and_conditions(crowned):
-    plain = replace(crowned, pinion_modification=UNMODIFIED, wheel_modification=UNMODIFIED, conditions=())
-    assert basis_key(plain) == basis_key(crowned)
-    assert basis_key(plain) != basis_key(replace(plain, mesh=replace(plain.mesh, profile_elements=9)))
+def test_a_plan_lists_the_conditions_with_what_differs(crowned):
+    text = plan_text(crowned)
+    listed = text.split("Conditions beside the case's own\n")[1].split("\n\n")[0].splitlines()
+    assert listed[0].split() == ["condition", "1", "100", "N", "m;", "centre_distance_um", "3"]
+    assert "low" in listed[1]
+    assert listed[1].endswith("centre_distance_um -2; pinion profile_crowning_um = 2.0; wheel tip_relief_um = 4.0")
+    assert "Conditions" not in plan_text(parse_case(case_text(), "small", "case"))
+
+
+def test_modifications_enter_a_basis_only_where_training_depends_on_them(crowned):
+    def key(shapes="flank_lines", **changes):
+        return basis_key(replace(crowned, reduction=replace(crowned.reduction, shapes=shapes), **changes))
+
+    plain, relief = {"pinion_modification": UNMODIFIED}, Modification(**RELIEF)
+    assert key(**plain) == key(pinion_modification=relief, wheel_modification=UNMODIFIED)
+    assert key() != key(**plain)
+    assert key() == key(pinion_modification=Modification(helix_crowning_um=5.0, **RELIEF))
+    assert key("static_modes") == key("static_modes", **plain)
+    assert key() == key(conditions=())
+
+
+def test_conditions_that_load_the_width_as_no_training_did_are_refused():
+    crowning = "[pinion.modification]\nhelix_crowning_um = 5\n"
+    listed = crowning + "[[condition]]\n[condition.pinion]\nhelix_crowning_um = 8\n"
+    with pytest.raises(CaseError, match=r'"condition 1": its flanks load the width otherwise .* "static_modes"'):
+        parse_case(case_text() + listed, "case", "case")
+    parse_case(case_text(reduction={"shapes": "static_modes"}) + listed, "case", "case")
+    parse_case(case_text(online={"extrapolate": True}) + listed, "case", "case")
+    parse_case(case_text() + listed.replace("helix_crowning_um = 8", "profile_crowning_um = 8"), "case", "case")
 
 
 def test_the_case_with_relief_starts_it_where_one_pair_is_no_longer_alone():

@@ -1,20 +1,25 @@
 """Schemes on surfaces through nodes: deviations of the flanks move the nodes, and nothing else."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from pmor.app.model import full_model, load, train
+from pmor.case import change_case
 from pmor.contact.condition import PLAIN, Built, Condition, at_torques
 from pmor.contact.kernels.deviation import flank_deviation
 from pmor.contact.position import active_patches
 from pmor.contact.search import search_contact
 from pmor.contact.solve import solve_position
+from pmor.errors import CaseError
 from pmor.flank import UNMODIFIED, Modification, Topography
 from pmor_online.model import reduced_pair
 from pmor_online.sweep import sweep_reduced_pair
 from tests.gear_models import WIDTH, gear_pair, meshed_pair, tooth
+from tests.small_case import small_case
 
 PAIR = gear_pair(tooth(17, 0.4), tooth(31, 0.1))
 # Relief that reaches well into the path of contact, and deviations that differ over the width and from tooth to tooth.
@@ -114,3 +119,24 @@ def test_conditions_that_share_a_start_share_their_flanks(small_basis):
     mixed = [Condition(torque=1e5), Condition(torque=1e5, pinion=SMALL_RELIEF)]
     with pytest.raises(ValueError, match="need the same axes and flanks, not 2"):
         sweep_reduced_pair(reduced, np.array([0.1]), mixed)
+
+
+def test_shapes_are_trained_on_flanks_that_differ_over_the_width(tmp_path):
+    crowned = change_case(small_case("half"), pinion={"modification": {"helix_crowning_um": 10.0}})
+    full = full_model(crowned)
+    model = train(crowned, full)
+    found = {c.pinion for there in model.basis.training.conditions for c in there}
+    assert found == {Modification(helix_crowning_um=10.0)}
+    model.save(tmp_path / "basis.h5")
+    assert load(tmp_path / "basis.h5").basis.training.conditions == model.basis.training.conditions
+    relieved = replace(crowned.pinion_modification, tip_relief_um=15.0, tip_relief_start_roll_deg=25.0)
+    for flanks, allowed in (({}, 2e-3), ({"pinion": relieved}, 2e-3)):
+        expected, got = full.sweep(angles=3, **flanks), model.sweep(angles=3, **flanks)
+        assert_allclose(got.ste_um, expected.ste_um, rtol=allowed)
+    with pytest.raises(CaseError, match="load the width otherwise"):
+        model.sweep(angles=3, pinion=UNMODIFIED)
+    with pytest.raises(CaseError, match="below the tip circle"):
+        model.sweep(angles=3, pinion=replace(relieved, tip_relief_start_roll_deg=50.0))
+    beyond = model.sweep(angles=3, pinion=UNMODIFIED, extrapolate=True)
+    plain = full.sweep(angles=3, pinion=UNMODIFIED)
+    assert np.abs(beyond.ste_um / plain.ste_um - 1.0).max() > 5e-3
