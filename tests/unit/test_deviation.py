@@ -153,7 +153,8 @@ def test_topography_has_no_kinks_and_stays_at_its_border(pair):
 
 def test_grid_of_a_parabola_finds_the_crowning(pair, amount_um):
     crowned = _grid(lambda u, z: 8.0 * (z / 10.0) ** 2, 4, 9)
-    assert _on_grid(pair, crowned, 20.0, 6.3) == pytest.approx(8.0 * 0.63**2, abs=1e-10)
+    for z in (6.3, 9.1, -9.6):
+        assert _on_grid(pair, crowned, 20.0, z) == pytest.approx(8.0 * (0.1 * z) ** 2, abs=1e-10)
 
 
 def test_topography_reads_from_csv():

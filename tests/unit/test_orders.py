@@ -74,7 +74,9 @@ def test_ripple_knows_where_a_sweep_of_several_pitches_ends():
     shares = np.zeros((1, 60, 2))
     shares[..., 0] = 1.0
     shares[0, 10:50, 1] = 0.5  # alone at the end and at the beginning: one run of twenty
-    assert ripple_um(replace(sweep, pair_share=shares, pair_index=np.array([0, 1])), 0) < 1e-12
+    straight = sweep.phi_rad + sweep.span_rad * (np.arange(60) < 10)
+    found = replace(sweep, ste_um=straight[None], pair_share=shares, pair_index=np.array([0, 1]))
+    assert ripple_um(found, 0) < 1e-12
 
 
 def test_sweeps_span_what_a_case_says():
