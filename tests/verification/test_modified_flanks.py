@@ -16,7 +16,7 @@ from pmor.contact.search import search_contact
 from pmor.contact.solve import solve_position
 from pmor.errors import CaseError
 from pmor.flank import UNMODIFIED, Modification, Topography
-from pmor_online.model import reduced_pair
+from pmor_online.model import online_angles, reduced_pair
 from pmor_online.sweep import sweep_reduced_pair
 from tests.gear_models import WIDTH, gear_pair, meshed_pair, tooth
 from tests.small_case import small_case
@@ -112,6 +112,23 @@ def test_compiled_sweep_and_its_slow_twin_agree_on_modified_flanks(small_basis, 
         slow = solve_position(reduced.meshed, float(angle), conditions, reduced.elasticity_at)
         found = [e.lead * reduced.meshed.pair.pinion.base_radius * 1e3 for e in slow.equilibria]
         assert_allclose(fast.ste_um[:, i], found, rtol=1e-8)
+
+
+def test_even_pitch_deviations_change_nothing_and_one_tooth_shows_where_it_meshes(small_basis):
+    reduced, one = reduced_pair(small_basis), [0.0] * 21
+    one[3] = 6.0
+    phi = online_angles(reduced.meshed.pair.pitch, 5, 21)
+    plain, even, single = (
+        sweep_reduced_pair(reduced, phi, at_torques([1e5], wheel=Modification(pitch_deviations_um=d)), tolerance=1e-9)
+        for d in ((), (6.0,) * 21, tuple(one))
+    )
+    assert_allclose(even.ste_um, plain.ste_um, rtol=1e-8)
+    meshes = np.zeros(len(phi), dtype=bool)
+    for sweep in (plain, single):
+        meshes |= sweep.pair_share[0][:, (-sweep.pair_index) % 21 == 3].any(axis=1)
+    assert_allclose(single.ste_um[0, ~meshes], plain.ste_um[0, ~meshes], rtol=1e-8)
+    assert 5 <= np.count_nonzero(meshes) <= 9  # a contact ratio of 1.6
+    assert np.ptp(single.ste_um - plain.ste_um) == pytest.approx(6.0, abs=0.3)
 
 
 def test_conditions_that_share_a_start_share_their_flanks(small_basis):
