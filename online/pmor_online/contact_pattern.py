@@ -38,6 +38,8 @@ class ContactPattern:
         Edges of the cells over the face width, from face to face, mm.
     pressure : ndarray, shape (n, m)
         Mean over each cell, MPa.
+    base_helix_angle : float
+        rad.
     """
 
     gear: int
@@ -46,11 +48,12 @@ class ContactPattern:
     roll_angle: FloatArray
     width: FloatArray
     pressure: FloatArray
+    base_helix_angle: float = 0.0
 
     @property
     def force(self) -> FloatArray:
         """Normal force that each cell carries, shape (n, m), N."""
-        return self.pressure * _areas(self.base_radius, self.roll_angle, self.width)
+        return self.pressure * _areas(self.base_radius, self.base_helix_angle, self.roll_angle, self.width)
 
 
 def contact_patterns(reduced: ReducedPair, phi: float, condition: Condition) -> tuple[ContactPattern, ...]:
@@ -102,15 +105,15 @@ def _pattern(meshed: MeshedPair, position: Position, contact: Contact, p: int, s
     cells = {"nodal": _nodal_forces, "strip": _strip_forces, "line": _line_forces}[meshed.scheme.kind]
     roll, z, force = cells(meshed, position, contact, gear, mine)
     # Where points of both gears carry load (two-pass), each side has a part of it.
-    force *= contact.force[of_pair].sum() / contact.force[mine].sum()
-    radius = (meshed.pair.pinion, meshed.pair.wheel)[gear].base_radius
+    force *= contact.force[of_pair].sum() / force.sum()
+    radius, helix = (meshed.pair.pinion, meshed.pair.wheel)[gear].base_radius, meshed.pair.base_helix_angle
     width = _edges(z)
     if meshed.mirrored:  # the forces are those of both halves
-        pressure = 0.5 * force / _areas(radius, roll, width)
+        pressure = 0.5 * force / _areas(radius, helix, roll, width)
         width, pressure = np.append(width[:-1], -width[-2::-1]), np.append(pressure, pressure[:, -2::-1], axis=1)
     else:
-        pressure = force / _areas(radius, roll, width)
-    return ContactPattern(gear, radius, share, roll, width, pressure)
+        pressure = force / _areas(radius, helix, roll, width)
+    return ContactPattern(gear, radius, share, roll, width, pressure, helix)
 
 
 def _nodal_forces(
@@ -124,6 +127,13 @@ def _nodal_forces(
     rows = window[ELEMENT_ROWS] * scheme.lodm_profile + 1
     force = np.zeros((rows, len(z)))
     np.add.at(force, (contact.place[mine, 0], contact.place[mine, 1]), contact.force[mine])
+    if meshed.pair.overlap_ratio > 0.0:  # each section has its own slave: what the mate's points press on is added
+        others = (contact.pair == p) & (contact.slave != gear)
+        weight, place = contact.weight[others, 4:], contact.place[others, 2:]
+        share = np.einsum("nad,nd->na", weight, weight.sum(axis=1))  # of the element's four nodes
+        along = np.rint((place[:, 0] + share[:, 2] + share[:, 3]) * scheme.lodm_profile).astype(int)
+        across = np.rint((place[:, 1] + share[:, 1] + share[:, 3]) * scheme.lodm_width).astype(int)
+        np.add.at(force, (along, across), contact.force[others])
     return np.sqrt(_edges(roll**2)[first : first + rows + 1]), z, force
 
 
@@ -162,9 +172,9 @@ def _strip_forces(
     return np.sqrt(2.0 * edges / radius), z, force
 
 
-def _areas(base_radius: float, roll_angle: FloatArray, width: FloatArray) -> FloatArray:
+def _areas(base_radius: float, base_helix_angle: float, roll_angle: FloatArray, width: FloatArray) -> FloatArray:
     """Areas of cells (n, m) between edges, mm^2; the arc length of an involute is r_b u^2 / 2."""
-    return 0.5 * base_radius * np.outer(np.diff(roll_angle**2), np.diff(width))
+    return 0.5 * base_radius / np.cos(base_helix_angle) * np.outer(np.diff(roll_angle**2), np.diff(width))
 
 
 def _points(nodes: FloatArray, subdivisions: int) -> FloatArray:

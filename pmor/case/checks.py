@@ -19,7 +19,7 @@ MOST_ANGLES = 1_000_000
 # Rim that must stay between bore and root circle, in modules.
 THINNEST_RIM = 0.5
 # Schemes in which each section of the face width may be at another place of the path of contact.
-UNEVEN_SECTIONS: tuple[str, ...] = ()
+UNEVEN_SECTIONS = ("direct", "paper", "facet")
 # What lifts the rule that sweeps stay within the training.
 EXTRAPOLATE = "[online] extrapolate = true and read the error bar"
 
@@ -124,8 +124,8 @@ def refuse_uneven_sections(case: Case, where: str) -> None:
         )
     if scheme not in UNEVEN_SECTIONS:
         raise CaseError(
-            f'{where}: {place}: {what}, and [contact] scheme = "{scheme}" takes all sections for alike: not supported '
-            "yet"
+            f'{where}: {place}: {what}, and [contact] scheme = "{scheme}" takes all sections for alike: '
+            'write scheme = "direct"'
         )
 
 

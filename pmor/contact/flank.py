@@ -41,6 +41,10 @@ PINION_SHARE = {"pinion": 1.0, "wheel": 0.0, "both": 0.5, "tip": -1.0}
 class ContactScheme:
     """How contact is evaluated.
 
+    Facets between two layers of nodes of a helical gear cut off the bulge of the helicoid between them
+    (`Tooth.helix_sagitta`): with layers of 1 mm 0.3 um of each flank at 25 deg, 1-2 % of the transmission error, which
+    comes out too large by two thirds of it. Finer layers, or Ferguson patches on both flanks, have no such error.
+
     Parameters
     ----------
     surface : {"hermite", "facet"}
@@ -109,8 +113,8 @@ class Flank:
     roll_angle : ndarray, shape (n + 1,)
         rad.
     extents : ndarray, shape (n lodm_profile + 1, m lodm_width + 1, 4)
-        Half distances of each refined point to its neighbours towards root, tip, -z, +z, mm; of each node for exact
-        flanks, which are not refined.
+        Half distances of each refined point to its neighbours towards root and tip, and across the profile towards -z
+        and +z, mm; of each node for exact flanks, which are not refined.
     """
 
     nodes: FloatArray
@@ -187,7 +191,7 @@ class MeshedPair:
         spacing = 2.0 * max(float(flank.extents[:, :, :2].max()) for flank in (self.pinion, self.wheel))
         if self.scheme.kind == "line":
             spacing = 0.0  # contact is where the line of action is, not in rows of points around it
-        start, end = pair.roll_position_range
+        (start, end), (low, high) = pair.roll_position_range, pair.common_face
         kinematics = Kinematics(
             action_length=pair.action_length,
             pressure_angle=pair.working_pressure_angle,
@@ -201,6 +205,8 @@ class MeshedPair:
             offset_y=1e-3 * axes.centre_distance_um,
             slope_x=1e-3 * (axes.out_of_plane_um / width),
             slope_y=1e-3 * (axes.in_plane_um / width),
+            face_low=low,
+            face_high=high,
         )
         first = min(section_offset(kinematics, self.gears, side * 0.5 * width)[3] for side in (-1.0, 1.0))
         return kinematics._replace(first_touch=first / pair.pinion.base_radius)
@@ -281,10 +287,19 @@ def make_flank(
     points = nodes if scheme.exact else _refined_points(nodes, scheme, mirrored)
     extents = np.zeros((*points.shape[:2], 4))
     along = 0.5 * np.linalg.norm(np.diff(points, axis=0), axis=-1)
-    across_half = 0.5 * np.linalg.norm(np.diff(points, axis=1), axis=-1)
+    across_half = 0.5 * np.linalg.norm(_across_profile(points), axis=-1)
     extents[1:, :, 0], extents[:-1, :, 1] = along, along
     extents[:, 1:, 2], extents[:, :-1, 3] = across_half, across_half
     return Flank(nodes, np.ascontiguousarray(roll_angle), extents)
+
+
+def _across_profile(points: FloatArray) -> FloatArray:
+    """Chords from column to column, without their part along the profile: areas are products of extents."""
+    profile = np.gradient(points, axis=0)
+    profile = profile[:, 1:] + profile[:, :-1]
+    chord = np.diff(points, axis=1)
+    along = np.sum(chord * profile, axis=-1, keepdims=True) / np.sum(profile**2, axis=-1, keepdims=True)
+    return np.asarray(chord - along * profile)
 
 
 def _refined_points(nodes: FloatArray, scheme: ContactScheme, mirrored: bool) -> FloatArray:

@@ -138,13 +138,19 @@ def standing_depth(meshed: MeshedPair, condition: Condition) -> float:
 
 
 def surface_error(meshed: MeshedPair) -> float:
-    """Return the sagitta of the largest bilinear facets, by which an unrefined flank misses the involute, mm."""
-    if meshed.scheme.smooth or meshed.scheme.exact:
+    """Return the sagitta of the largest bilinear facets, by which an unrefined flank misses the helicoid, mm.
+
+    Over the profile of flanks that are facets themselves, and over the width of whatever is projected on facets.
+    """
+    scheme, error = meshed.scheme, 0.0
+    if scheme.exact or (scheme.smooth and scheme.direct):
         return 0.0
-    sagittas = []
     for flank, tooth in ((meshed.pinion, meshed.pair.pinion), (meshed.wheel, meshed.pair.wheel)):
-        roll = flank.roll_angle
-        chord = 0.5 * tooth.base_radius * np.diff(roll**2)
-        radius = 0.5 * tooth.base_radius * (roll[1:] + roll[:-1])
-        sagittas.append(float(np.max(chord**2 / (8.0 * radius))))
-    return sum(sagittas)
+        spacing = float(np.diff(flank.nodes[0, :, 2]).max())
+        error += tooth.helix_sagitta(spacing / scheme.lodm_width if scheme.smooth else spacing)
+        if not scheme.smooth:
+            roll = flank.roll_angle
+            chord = 0.5 * tooth.base_radius * np.diff(roll**2)
+            radius = 0.5 * tooth.base_radius * (roll[1:] + roll[:-1])
+            error += float(np.max(chord**2 / (8.0 * radius)))
+    return error

@@ -209,6 +209,16 @@ class Tooth:
             axis=-1,
         )
 
+    def helix_sagitta(self, spacing: float) -> float:
+        """Return by how much straight lines between sections `spacing` (mm) apart miss the flank at the tip, mm.
+
+        Along the flank's normal, which the helix of equal roll angle u curves against by ``twist^2 r_b u cos(beta_b)``;
+        lower on the flank it is less. The lines lie inside the tooth.
+        """
+        base_helix = math.atan(self.base_radius * self.twist_per_length)
+        curvature = self.twist_per_length**2 * self.base_radius * self.tip_roll_angle * math.cos(base_helix)
+        return curvature * spacing**2 / 8.0
+
     def root_section(self, parameter: FloatArray) -> FloatArray:
         """Return points of the loaded side's root fillet, the trochoid that the rack's tip rounding envelopes.
 

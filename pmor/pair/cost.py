@@ -241,7 +241,7 @@ def pair_size(case: Case, pair: GearPair) -> PairSize:
     ]
     alike = case.mesh.share_identical and pair.pinion == pair.wheel and case.pair.pinion == case.pair.wheel
     gear, rows, solves = both[0], rows_in_reach(case, pair), full_solves(case)
-    pairs = math.floor(pair.contact_ratio + 1.0) + 1
+    pairs = math.floor(pair.total_contact_ratio + 1.0) + 1
     per_line = 1
     if case.reduction.shapes == "static_modes":
         per_line = 2 * gear.layers
@@ -269,7 +269,10 @@ def rows_in_reach(case: Case, pair: GearPair) -> int:
     spacing = 0.0 if case.contact.scheme == "line" else 1.5 * row / contact_scheme(case).lodm_profile
     depth = WINDOW_MARGIN * approach_estimate(case, pair) + built_of(case).spread
     half = math.sqrt(2.0 * local * depth * pair.pitch_point_radius)
-    return min(case.mesh.profile_elements, math.ceil(2.0 * max(half, spacing) / row) + 1)
+    # An inclined line of contact crosses as many rows as its ends are apart on the profile.
+    turn = abs(pair.pinion.twist_per_length) * pair.common_width
+    inclined = turn * pair.pinion.base_radius * math.tan(pair.working_pressure_angle)
+    return min(case.mesh.profile_elements, math.ceil((2.0 * max(half, spacing) + inclined) / row) + 1)
 
 
 def _solving(gear: GearSize, reach: int) -> int:

@@ -20,6 +20,8 @@ LARGEST_APPROACH = 0.5
 MOST_ROUND_OFF = 0.1
 # Above it, plain linear hexahedra cannot deform without changing their volume: measured at 0.499, 25 % too stiff.
 LOCKING_POISSON_RATIO = 0.45
+# Sagitta that facets cut off helical flanks, over the approach, above which it shows in the transmission error.
+LARGEST_BULGE = 0.05
 # Penalty of strips of pressure, times the length of an element over the modulus, above which the pressure has more
 # places than the mesh has displacements to follow it: the strip locks, and Newton takes dozens of steps.
 STIFFEST_STRIP = 50.0
@@ -117,7 +119,24 @@ def range_warnings(case: Case, pair: GearPair, approach_mm: float) -> tuple[str,
             f"the flanks approach by about {approach_mm:.3g} mm, {approach_mm / case.pair.module_mm:.2g} modules, "
             f"above {LARGE_APPROACH:g}: beyond small deformations, the results are those of a linear body"
         )
+    bulge = _cut_off_bulge(case, pair)
+    if bulge > LARGEST_BULGE * approach_mm:
+        warnings.append(
+            f"facets between the layers of nodes cut {1e3 * bulge:.2g} um off the helicoids, "
+            f"{100.0 * bulge / approach_mm:.2g} % of the approach, above {100.0 * LARGEST_BULGE:g} %: raise [mesh] "
+            'width_elements, or write scheme = "direct", which has none'
+        )
     return tuple(warnings)
+
+
+def _cut_off_bulge(case: Case, pair: GearPair) -> float:
+    """Sagittas of helical flanks between the edges of facets, both gears together, mm; 0 without facets."""
+    contact, layers = case.contact, case.mesh.width_elements
+    if contact.scheme not in ("paper", "facet"):
+        return 0.0
+    layers *= contact.lodm_width if contact.scheme == "paper" else 1
+    teeth = zip((pair.pinion, pair.wheel), pair.faces, strict=True)
+    return sum(tooth.helix_sagitta((high - low) / layers) for tooth, (low, high) in teeth)
 
 
 def hertz_pressure(case: Case, pair: GearPair) -> tuple[float, float]:

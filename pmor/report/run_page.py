@@ -173,7 +173,7 @@ def _classical_table(result: OnlineResult) -> Table:
     rows: list[tuple[str | float | None, ...]] = [
         ("reduced FE model, this run", load / mean, mean, float(peak_to_peak_um(sweep)[i]), "")
     ]
-    for row in classical_results(**_classical_arguments(case)):
+    for row in classical_results(**_classical_arguments(case, pair.common_width)):
         rows.append((row.method, row.mesh_stiffness_N_per_mm_um, row.ste_mean_um, row.ste_peak_to_peak_um, row.note))
     columns = ["method", "mesh stiffness, N/(mm µm)", "STE mean, µm", "STE peak-to-peak, µm", "note"]
     note = (
@@ -183,7 +183,7 @@ def _classical_table(result: OnlineResult) -> Table:
     return Table("Classical formulas for the same pair", columns, rows, note)
 
 
-def _classical_arguments(case: Case) -> dict[str, Any]:
+def _classical_arguments(case: Case, face_width_mm: float) -> dict[str, Any]:
     pair = case.pair
     gears = pair.pinion, pair.wheel
 
@@ -194,7 +194,7 @@ def _classical_arguments(case: Case) -> dict[str, Any]:
         "teeth": both("teeth"),
         "module_mm": pair.module_mm,
         "pressure_angle_rad": math.radians(pair.pressure_angle_deg),
-        "face_width_mm": pair.face_width_mm,
+        "face_width_mm": face_width_mm,
         "bore_radius_mm": both("bore_radius_mm"),
         "torque_Nm": case.torque_Nm,
         "youngs_modulus_MPa": tuple(1e3 * gear.youngs_modulus_GPa for gear in gears),

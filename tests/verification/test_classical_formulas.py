@@ -264,6 +264,7 @@ def test_profile_shift_and_centre_distance():
 def test_rows_say_why_they_are_empty():
     helical = formulas.classical_results(**PAPER, helix_angle_rad=np.radians(15))
     assert helical[0].mesh_stiffness_N_per_mm_um > 0
+    assert "contact ratio 1.502, overlap ratio 0.412" in helical[0].note
     assert [row.note for row in helical[1:]] == ["not applicable: for spur gears only"] * 2
     unloaded = formulas.classical_results(**(PAPER | {"torque_Nm": 0.0}))
     assert all(row.ste_mean_um is None and "no load" in row.note for row in unloaded)

@@ -1,14 +1,16 @@
 """Gaps, areas and force transfer between a pair of flanks, whatever their orientation."""
 
+import math
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
 from pmor.contact.condition import ALIGNED
-from pmor.contact.kernels.nodal import Facing, search_pair
-from pmor.contact.kernels.search import search_room
+from pmor.contact.kernels.nodal import search_pair
+from pmor.contact.kernels.search import facing_flanks, search_room
 from pmor.contact.kernels.state import Feet
-from pmor.contact.kernels.types import ELEMENT_ROWS, FIRST_ROW, Motion
+from pmor.contact.kernels.types import Motion
 from pmor.contact.position import active_patches, relative_motion
 from pmor.contact.search import search_contact
 from tests.gear_models import gear_pair, meshed_pair, tooth
@@ -16,27 +18,13 @@ from tests.surfaces import random_rotation
 
 
 def all_penetrations(meshed, position, turn):
-    """Gaps, stiffnesses and weights of one pair when the frames of both teeth are turned by the same rotation."""
-    pair, reach, (pinion, wheel) = position.kernel_pair, position.reach, position.windows[0]
-    roll_position = position.phi + position.pair_index[0] * meshed.pair.pitch
-    rotation, shift = relative_motion(meshed, roll_position, 2e-3, ALIGNED)
-    lodm_profile = pair.scheme.lodm_profile
-    first = pinion[FIRST_ROW] * lodm_profile
-    facing = Facing(
-        slave=pinion,
-        master=wheel,
-        slave_columns=meshed.pinion.columns,
-        master_columns=meshed.wheel.columns,
-        extents=meshed.pinion.extents[first : first + pinion[ELEMENT_ROWS] * lodm_profile + 1],
-        motion=Motion(np.ascontiguousarray(turn @ rotation @ turn.T), turn @ shift),
-        slave_is_pinion=True,
-        penalty=pair.scheme.penalty,
-        slave_centre=reach.centre[0, 0] - pinion[FIRST_ROW],
-        master_centre=reach.centre[0, 1] - wheel[FIRST_ROW],
-        clear=1.0,
-    )
-    room = search_room(pair, reach)
-    feet, points = Feet(room.feet.element[0, 0], room.feet.guess[0, 0]), room.points
+    """Gaps, stiffnesses and weights of pair 0 when the frames of both teeth are turned by the same rotation."""
+    pair, reach, p = position.kernel_pair, position.reach, position.pair_index.tolist().index(0)
+    rotation, shift = relative_motion(meshed, position.phi, 2e-3, ALIGNED)
+    room, penalty = search_room(pair, reach), np.full(meshed.pinion.extents.shape[1], pair.scheme.penalty)
+    turned = Motion(np.ascontiguousarray(turn @ rotation @ turn.T), turn @ shift)
+    facing = facing_flanks(pair, reach, p, 0, room)._replace(motion=turned, penalty=penalty, clear=1.0)
+    feet, points = Feet(room.feet.element[p, 0], room.feet.guess[p, 0]), room.points
     nodes = np.ascontiguousarray(position.nodes @ turn.T)
     listed, smallest, _ = search_pair(pair.scheme, facing, nodes, 0.0, feet, 0, points)
     index, weight, gap, stiffness = (values[:listed] for values in (points.node, points.weight, points.gap,
@@ -60,13 +48,14 @@ def test_penetrations_do_not_depend_on_the_orientation_of_the_flanks(helix_deg, 
 
 @pytest.mark.parametrize("lodm_profile", [1, 4])
 @pytest.mark.parametrize("lodm_width", [1, 3])
-def test_areas_of_the_refined_points_add_up_to_the_flank(lodm_profile, lodm_width):
-    """So that refining the surface does not stiffen the contact."""
-    pair = gear_pair(tooth(17, 0.2), tooth(21))
+@pytest.mark.parametrize("helix_deg", [0.0, 30.0])
+def test_areas_of_the_refined_points_add_up_to_the_flank(helix_deg, lodm_profile, lodm_width):
+    """So that refining the surface does not stiffen the contact, nor a helix, whose rows and columns are askew."""
+    pair = gear_pair(tooth(17, 0.2, helix_deg), tooth(21, 0.0, -helix_deg))
     flank = meshed_pair(pair, 8, 2, lodm_profile=lodm_profile, lodm_width=lodm_width).pinion
     area = (flank.extents[..., 0] + flank.extents[..., 1]) * (flank.extents[..., 2] + flank.extents[..., 3])
     first, last = flank.roll_angle[[0, -1]]
-    exact = 0.5 * pair.pinion.base_radius * (last**2 - first**2) * 20.0
+    exact = 0.5 * pair.pinion.base_radius * (last**2 - first**2) * 20.0 / math.cos(pair.base_helix_angle)
     assert_allclose(area.sum(), exact, rtol=2e-3)  # chords instead of arcs
     assert np.all(flank.extents[0, :, 0] == 0.0)
     assert np.all(flank.extents[-1, :, 1] == 0.0)

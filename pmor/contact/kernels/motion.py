@@ -15,6 +15,12 @@ def roll_angle(kinematics, gears, gear, roll_position):
 
 
 @compiled
+def section_roll_position(gears, roll_position, z):
+    """Roll position of the spur pair that a tooth pair is in its transverse section at z (mm), rad."""
+    return roll_position + gears[0].twist * z
+
+
+@compiled
 def _wheel_rotation(kinematics, gears, roll_position):
     roll = roll_angle(kinematics, gears, 1, roll_position)
     return np.pi + roll - gears[1].half_angle - kinematics.pressure_angle

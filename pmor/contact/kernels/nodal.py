@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmor.arrays import FloatArray, IntArray
+from pmor.arrays import BoolArray, FloatArray, IntArray
 from pmor.contact.kernels.compiling import allocating, compiled, inlined
 from pmor.contact.kernels.projection import project, share_on_master
 from pmor.contact.kernels.state import Foot, Found, Surface
@@ -40,12 +40,16 @@ class Facing(NamedTuple):
     motion : Motion
         From the slave's tooth to the master's.
     slave_is_pinion : bool
-    penalty : float
-        Of these points, N/mm^3.
-    slave_centre, master_centre : float
-        Kinematic contact in element rows of the two windows, from the first element row of each.
+    penalty : ndarray, shape (points along the width,)
+        Of the slave's points in each section, N/mm^3; 0 where there are none.
+    slave_centre, master_centre : ndarray, shape (points along the width,)
+        Kinematic contact in each section, in element rows of the two windows, from the first element row of each.
+    across : ndarray, shape (points along the width,)
+        Where each section meets the master, in node columns.
+    column_width : float
+        Of the master's node columns, mm.
     clear : float
-        Gap beyond which a row and those behind it cannot touch, mm.
+        Gap beyond which a point and those behind it cannot touch, mm.
     """
 
     slave: IntArray
@@ -55,10 +59,30 @@ class Facing(NamedTuple):
     extents: FloatArray
     motion: Motion
     slave_is_pinion: bool
-    penalty: float
-    slave_centre: float
-    master_centre: float
+    penalty: FloatArray
+    slave_centre: FloatArray
+    master_centre: FloatArray
+    across: FloatArray
+    column_width: float
     clear: float
+
+
+class Visit(NamedTuple):
+    """How far the search has come in each section of the slave.
+
+    Attributes
+    ----------
+    start : ndarray of int, shape (points along the width,)
+        Row of points from which the search goes outwards.
+    going : ndarray of bool, shape (points along the width,)
+        Whether rows further out are still to be visited.
+    smallest : ndarray, shape (points along the width,)
+        Smallest gap met, mm; infinite while nothing projects.
+    """
+
+    start: IntArray
+    going: BoolArray
+    smallest: FloatArray
 
 
 class _Grid(NamedTuple):
@@ -117,17 +141,28 @@ def _guess_foot(feet, row, column, across, columns, foot):
     else:
         # On a border between two patches, the inner one: the search then is the same on both sides of mid width.
         inner = int(across) if 2.0 * across <= columns - 1 else int(np.ceil(across)) - 1
-        element[1] = min(inner, columns - 2)
-        guess[1] = across - element[1]
+        element[1] = min(max(inner, 0), columns - 2)
+        guess[1] = min(max(across - element[1], -0.5), 1.5)
+
+
+@inlined
+def _guess_row(facing, grid, row, column, foot):
+    """Towards the tip of the slave is towards the root of the master, by about as many elements."""
+    first, patches, place = grid.first, grid.patches, facing.master_centre[column] + facing.slave_centre[column] - row
+    place *= grid.detail_profile
+    foot.element[0] = first + min(max(int(place), 0), patches - 1)
+    foot.guess[0] = min(max(place - foot.element[0] + first, -0.5), 1.5)
 
 
 @compiled
-def _search_row(row, scheme, facing, grid, largest_gap, feet, foot, x, row_of_points, count, points):
-    """Project one row of slave points; return what was `Found` in it. `x` and `row_of_points` are room."""
+def _search_row(row, direction, scheme, facing, grid, largest_gap, feet, visit, foot, x, row_of_points, count, points):
+    """Project the points of one row of the slave that are to be visited; return what was `Found` in it.
+
+    `foot`, `x` and `row_of_points` are room.
+    """
     slave, master, motion = facing.slave, facing.master, facing.motion
     rotation, shift, surface, first = motion.rotation, motion.shift, grid.master, grid.first
     lodm_width, last_k = scheme.lodm_width, facing.slave_columns - 2
-    per_column = (surface.nodes.shape[1] - 1) / ((last_k + 1) * lodm_width)
     ei = min(row // scheme.lodm_profile, slave[ELEMENT_ROWS] - 1)
     s = row / scheme.lodm_profile - ei
     smallest, border = np.inf, False
@@ -141,16 +176,22 @@ def _search_row(row, scheme, facing, grid, largest_gap, feet, foot, x, row_of_po
         part += 1
         if part == lodm_width and ek < last_k:
             ek, part = ek + 1, 0
+        if not visit.going[column] or direction * (row - visit.start[column]) < 0:
+            continue
+        before = visit.smallest[column]
         px, py, pz = row_of_points[column, 0], row_of_points[column, 1], row_of_points[column, 2]
         for d in range(3):
             x[d] = shift[d] + rotation[d, 0] * px + rotation[d, 1] * py + rotation[d, 2] * pz
-        _guess_foot(feet, row, column, column * per_column, surface.nodes.shape[1], foot)
+        _guess_row(facing, grid, row / scheme.lodm_profile, column, foot)
+        _guess_foot(feet, row, column, facing.across[column] * grid.detail_width, surface.nodes.shape[1], foot)
         project(surface, first, grid.patches, x, foot, scheme.foot_step)
         element, guess, tangent_s, tangent_t = foot.element, foot.guess, foot.tangent_s, foot.tangent_t
         feet.element[row, column, 0], feet.element[row, column, 1] = element[0], element[1]
         feet.guess[row, column, 0], feet.guess[row, column, 1] = guess[0], guess[1]
         extents = facing.extents[row, column]
-        share = share_on_master(master, surface.nodes, first, grid.patches, foot, extents)
+        share = share_on_master(master, surface.nodes, first, grid.patches, x, foot, extents)
+        if share <= 0.0:  # nothing faces it, as nothing does behind a row that did
+            visit.going[column] = before == np.inf
         if share == 0.0:
             continue
         nx, ny, nz = unit_cross(tangent_t, tangent_s)
@@ -158,12 +199,13 @@ def _search_row(row, scheme, facing, grid, largest_gap, feet, foot, x, row_of_po
         if share < 0.0:
             border = border or gap < 0.0
             continue
-        smallest = min(smallest, gap)
+        smallest, visit.smallest[column] = min(smallest, gap), min(before, gap)
+        visit.going[column] = gap <= facing.clear
         if gap >= largest_gap:
             continue
         along = extents[TO_ROOT] + extents[TO_TIP]
         points.gap[count] = gap
-        points.stiffness[count] = facing.penalty * share * along * (extents[TO_LOW_Z] + extents[TO_HIGH_Z])
+        points.stiffness[count] = facing.penalty[column] * share * along * (extents[TO_LOW_Z] + extents[TO_HIGH_Z])
         _list_levers(facing, x, foot, nx, ny, nz, count, points)
         turned_x = rotation[0, 0] * nx + rotation[1, 0] * ny + rotation[2, 0] * nz
         turned_y = rotation[0, 1] * nx + rotation[1, 1] * ny + rotation[2, 1] * nz
@@ -208,8 +250,8 @@ def _grid_of(nodes, facing, scheme):
 def search_pair(scheme, facing, nodes, largest_gap, feet, count, points):
     """List the slave points of one tooth pair that penetrate, or nearly do; return what was `Found`.
 
-    The rows of slave points are visited outwards from the kinematic contact; flanks separate quadratically from there,
-    so a direction ends at the first row that is clear of the master.
+    In each section of the slave its points are visited outwards from the kinematic contact there; flanks separate
+    quadratically, so a direction ends at the first point that is clear of the master.
 
     Parameters
     ----------
@@ -226,26 +268,32 @@ def search_pair(scheme, facing, nodes, largest_gap, feet, count, points):
     points : Points
     """
     grid = _grid_of(nodes, facing, scheme)
-    first, patches, lodm_profile = grid.first, grid.patches, scheme.lodm_profile
     foot = Foot(np.empty(2, dtype=np.int64), np.empty(2), np.empty(3), np.empty(3), np.empty(3))
-    x, row_of_points = np.empty(3), np.empty(((facing.slave_columns - 1) * scheme.lodm_width + 1, 3))
-    rows = facing.slave[ELEMENT_ROWS] * lodm_profile + 1
-    centre = min(max(int(round(facing.slave_centre * lodm_profile)), 0), rows - 1)
+    columns, rows = len(facing.across), facing.slave[ELEMENT_ROWS] * scheme.lodm_profile + 1
+    x, row_of_points = np.empty(3), np.empty((columns, 3))
+    visit = Visit(np.empty(columns, dtype=np.int64), np.empty(columns, dtype=np.bool_), np.full(columns, np.inf))
+    for column in range(columns):
+        visit.start[column] = min(max(int(round(facing.slave_centre[column] * scheme.lodm_profile)), 0), rows - 1)
     smallest, border = np.inf, False
     for direction in (1, -1):
-        row, met_master = (centre, False) if direction == 1 else (centre - 1, smallest < np.inf)
-        while 0 <= row < rows:
-            # Towards the tip of the slave is towards the root of the master, by about as many elements.
-            place = (facing.master_centre + facing.slave_centre - row / lodm_profile) * grid.detail_profile
-            foot.element[0] = first + min(max(int(place), 0), patches - 1)
-            foot.guess[0] = min(max(place - foot.element[0] + first, -0.5), 1.5)
+        for column in range(columns):
+            visit.going[column] = _faces_master(facing, column)
+        row = visit.start.min() if direction == 1 else visit.start.max() - 1
+        if direction == -1:
+            visit.start[:] -= 1
+        while 0 <= row < rows and visit.going.any():
             found = _search_row(
-                row, scheme, facing, grid, largest_gap, feet, foot, x, row_of_points, count, points
+                row, direction, scheme, facing, grid, largest_gap, feet, visit, foot, x, row_of_points, count, points
             )
             count = found.listed
             smallest, border = min(smallest, found.smallest), border or found.border
-            if found.smallest > facing.clear and (met_master or found.smallest < np.inf):
-                break
-            met_master = met_master or found.smallest < np.inf
             row += direction
     return Found(count, smallest, border)
+
+
+@compiled
+def _faces_master(facing, column):
+    """Whether any of the area of a section's points may face the master, and they are slaves at all."""
+    extents, last = facing.extents[0, column], facing.master_columns - 1
+    spare = 0.5 + (extents[TO_LOW_Z] + extents[TO_HIGH_Z]) / facing.column_width
+    return facing.penalty[column] > 0.0 and -spare < facing.across[column] < last + spare

@@ -104,7 +104,21 @@ def _edge_overshoot(nodes, edge_row, inner_row, k, t, point, in_length):
 
 
 @inlined
-def share_on_master(window, nodes, first, count, foot, extents):
+def _across(x, foot):
+    """Width of a patch across the profile, and how far beyond its foot a point is there, where the foot was held."""
+    s, t = foot.tangent_s, foot.tangent_t
+    skew = (s[0] * t[0] + s[1] * t[1] + s[2] * t[2]) / (s[0] ** 2 + s[1] ** 2 + s[2] ** 2)
+    width = beyond = 0.0
+    for d in range(3):
+        across = t[d] - skew * s[d]
+        width += across**2
+        beyond += across * (x[d] - foot.point[d])
+    width = np.sqrt(width)
+    return width, beyond / width
+
+
+@inlined
+def share_on_master(window, nodes, first, count, x, foot, extents):
     """Share of a slave point's area that faces the master; 0 beyond its edges, -1 on the master but off the window.
 
     Flanks face each other: towards the slave's root is towards the master's tip.
@@ -117,6 +131,8 @@ def share_on_master(window, nodes, first, count, foot, extents):
         Grid of the master's patches.
     first, count : int
         Its element rows that may be used.
+    x : ndarray, shape (3,)
+        The slave point.
     foot : Foot
     extents : ndarray, shape (4,)
         Of the slave point.
@@ -138,10 +154,10 @@ def share_on_master(window, nodes, first, count, foot, extents):
             return -1.0
     last = nodes.shape[1] - 2
     if element[1] == 0 or element[1] == last:
-        width = np.sqrt(foot.tangent_t[0] ** 2 + foot.tangent_t[1] ** 2 + foot.tangent_t[2] ** 2)
+        width, beyond = _across(x, foot)
         low, high = extents[TO_LOW_Z], extents[TO_HIGH_Z]
         if element[1] == last:
-            share *= _inside_share((guess[1] - 1.0) * width, high, low)
+            share *= _inside_share((guess[1] - 1.0) * width + beyond, high, low)
         if element[1] == 0:
-            share *= _inside_share(-guess[1] * width, low, high)
+            share *= _inside_share(-guess[1] * width - beyond, low, high)
     return share

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from pmor.contact.kernels.compiling import allocating, compiled, merged
+from pmor.contact.kernels.compiling import allocating, compiled
 from pmor.contact.kernels.line import search_line
-from pmor.contact.kernels.motion import pinion_slave_share, relative_motion
+from pmor.contact.kernels.motion import pinion_slave_share, relative_motion, section_roll_position
 from pmor.contact.kernels.nodal import Facing, search_pair
 from pmor.contact.kernels.state import Carriers, Feet, Found, Points, SearchRoom
 from pmor.contact.kernels.strip import search_strip
 from pmor.contact.kernels.types import ELEMENT_ROWS, FIRST_ROW, LINE, NODAL, STRIP, Motion
+from pmor.contact.kernels.windows import element_row
 
 
 @compiled
@@ -43,18 +44,40 @@ def search_room(pair, reach):
     return SearchRoom(points, Feet(np.full(grid, -1), np.empty(grid)), forward, back, carriers)
 
 
-@merged
-def _search_nodal(pair, reach, p, slave, penalty, nodes, largest_gap, count, room):
-    """The points of one gear of tooth pair `p` with a penalty (N/mm^3); see `search_all`."""
-    gears, master, lodm_profile = pair.gears, 1 - slave, pair.scheme.lodm_profile
+@allocating
+def facing_flanks(pair, reach, p, slave, room):
+    """How the flank of one gear of tooth pair `p` faces that of its mate: `Facing`, with the motion from `room`."""
+    kinematics, gears, scheme, master = pair.kinematics, pair.gears, pair.scheme, 1 - slave
     own, mate = reach.windows[p, slave], reach.windows[p, master]
-    first = own[FIRST_ROW] * lodm_profile
-    facing = Facing(
-        own, mate, gears[slave].nodes.shape[1], gears[master].nodes.shape[1],
-        gears[slave].extents[first : first + own[ELEMENT_ROWS] * lodm_profile + 1],
-        room.forward if slave == 0 else room.back, slave == 0, penalty,
-        reach.centre[p, slave] - own[FIRST_ROW], reach.centre[p, master] - mate[FIRST_ROW], reach.clear,
+    first, roll_position = own[FIRST_ROW] * scheme.lodm_profile, reach.phi + reach.tooth_pair[p] * kinematics.pitch
+    extents = gears[slave].extents[first : first + own[ELEMENT_ROWS] * scheme.lodm_profile + 1]
+    z, mate_z = gears[slave].nodes[0, :, 2], gears[master].nodes[0, :, 2]
+    columns = (len(z) - 1) * scheme.lodm_width + 1
+    penalty, across = np.empty(columns), np.empty(columns)
+    slave_centre, master_centre = np.empty(columns), np.empty(columns)
+    column_width = (mate_z[-1] - mate_z[0]) / (len(mate_z) - 1)
+    images = 2.0 if scheme.mirrored else 1.0
+    for column in range(columns):
+        k = min(column // scheme.lodm_width, len(z) - 2)
+        section = z[k] + (column / scheme.lodm_width - k) * (z[k + 1] - z[k])
+        own_position = section_roll_position(gears, roll_position, section)
+        share = pinion_slave_share(kinematics, scheme, own_position)
+        penalty[column] = images * (share if slave == 0 else 1.0 - share) * scheme.penalty
+        slave_centre[column] = element_row(kinematics, gears, slave, own_position) - own[FIRST_ROW]
+        master_centre[column] = element_row(kinematics, gears, master, own_position) - mate[FIRST_ROW]
+        across[column] = (section - mate_z[0]) / column_width
+    return Facing(
+        own, mate, len(z), len(mate_z), extents, room.forward if slave == 0 else room.back, slave == 0, penalty,
+        slave_centre, master_centre, across, column_width, reach.clear,
     )  # fmt: skip
+
+
+@allocating
+def _search_nodal(pair, reach, p, slave, nodes, largest_gap, count, room):
+    """The points of one gear of tooth pair `p`; see `search_all`."""
+    facing = facing_flanks(pair, reach, p, slave, room)
+    if facing.penalty.max() == 0.0:
+        return Found(count, np.inf, False)
     feet = Feet(room.feet.element[p, slave], room.feet.guess[p, slave])
     return search_pair(pair.scheme, facing, nodes, largest_gap, feet, count, room.points)
 
@@ -87,19 +110,17 @@ def search_all(pair, reach, lead, nodes, largest_gap, room):
         roll_position = reach.phi + reach.tooth_pair[p] * kinematics.pitch
         if scheme.kind == NODAL:
             relative_motion(kinematics, pair.gears, roll_position, lead, room.forward, room.back)
-        # Line contact knows no slave: its points are listed as the pinion's.
-        share = 1.0 if scheme.kind == LINE else pinion_slave_share(kinematics, scheme, roll_position)
+        share = pinion_slave_share(kinematics, scheme, roll_position)
         for slave in range(2):
             before, portion = count, images * (share if slave == 0 else 1.0 - share)
-            if portion == 0.0:
-                continue
-            if scheme.kind == LINE:
+            if scheme.kind == NODAL:
+                found = _search_nodal(pair, reach, p, slave, nodes, largest_gap, count, room)
+            elif scheme.kind == LINE and slave == 0:  # line contact knows no slave: its points are the pinion's
                 found = search_line(pair, reach, p, lead, nodes, largest_gap, count, room)
-            elif scheme.kind == STRIP:
+            elif scheme.kind == STRIP and portion > 0.0:
                 found = search_strip(pair, reach, p, slave, lead, portion * scheme.penalty, nodes, count, room)
             else:
-                penalty = portion * scheme.penalty
-                found = _search_nodal(pair, reach, p, slave, penalty, nodes, largest_gap, count, room)
+                continue
             count = found.listed
             smallest, border = min(smallest, found.smallest), border or found.border
             points.pair[before:count], points.slave[before:count] = p, slave

@@ -41,7 +41,7 @@ class Kinematics(NamedTuple):
     pitch : float
         Angular pitch of the pinion, rad.
     path_start, path_end : float
-        First and last roll position of the path of contact, rad.
+        First and last roll position of the path of contact, in each section of the face width by itself, rad.
     least_radius : float
         Bottom of the radii of curvature, mm.
     local_share : float
@@ -55,6 +55,8 @@ class Kinematics(NamedTuple):
     first_touch : float
         Angle by which the unloaded pinion is ahead when the flanks first touch, at one of the faces, from which the
         lead counts, rad.
+    face_low, face_high : float
+        First and last z at which both gears have teeth, mm.
     """
 
     action_length: float
@@ -71,6 +73,8 @@ class Kinematics(NamedTuple):
     slope_x: float = 0.0
     slope_y: float = 0.0
     first_touch: float = 0.0
+    face_low: float = 0.0
+    face_high: float = 0.0
 
 
 class Gear(NamedTuple):
@@ -83,7 +87,8 @@ class Gear(NamedTuple):
     roll : ndarray, shape (n + 1,)
         Roll angles of the rows of nodes, rad.
     extents : ndarray, shape (rows, columns of contact points, 4)
-        Half distances of each point to its neighbours (`TO_ROOT` ...), mm; their products are its share of area.
+        Half distances of each point to its neighbours along and across the profile (`TO_ROOT` ...), mm; their products
+        are its share of area.
     base_radius : float
         mm.
     form_roll, tip_roll : float
@@ -182,7 +187,7 @@ class Reach(NamedTuple):
     windows : ndarray of int, shape (P, 2, 7)
         Of pinion and wheel.
     centre : ndarray, shape (P, 2)
-        Kinematic contact in element rows of the flank.
+        Kinematic contact in element rows of the flank; of helical pairs in the middle of the sections in reach.
     clear : float
         Gap beyond which a row of points and those behind it cannot touch, mm.
     """

@@ -6,7 +6,7 @@ import numpy as np
 
 from pmor.contact.kernels.compiling import allocating, compiled
 from pmor.contact.kernels.deviation import flank_deviation
-from pmor.contact.kernels.motion import roll_angle
+from pmor.contact.kernels.motion import roll_angle, section_roll_position
 from pmor.contact.kernels.types import AT_ROOT, AT_TIP, ELEMENT_ROWS, FIRST, FIRST_ROW, NODE_ROWS, OFFSET, Reach
 
 
@@ -34,25 +34,32 @@ def overshoot(kinematics, gears, depth):
 
 
 @compiled
-def _place_window(gear, roll, half, offset, window):
-    """Cut the element rows within the arc length `half` of a roll angle; return where that is, in element rows."""
+def element_row(kinematics, gears, gear, roll_position):
+    """Where on a gear's flank its kinematic contact at a roll position (rad) is, in element rows."""
+    flank = gears[gear]
+    roll, rows = _on_flank(flank, roll_angle(kinematics, gears, gear, roll_position)), len(flank.roll) - 1
+    row = min(max(np.searchsorted(flank.roll, roll, side="right") - 1, 0), rows - 1)
+    return row + (roll - flank.roll[row]) / (flank.roll[row + 1] - flank.roll[row])
+
+
+@compiled
+def _place_window(gear, start, end, half, offset, window):
+    """Cut the element rows from the roll angle `start` to `end`, and within the arc length `half` of them."""
     rows = len(gear.roll) - 1
     reach = 2.0 * half / gear.base_radius  # arc length s = r_b u^2 / 2
-    low = np.searchsorted(gear.roll, np.sqrt(max(roll**2 - reach, 0.0)), side="right") - 1
-    high = np.searchsorted(gear.roll, np.sqrt(roll**2 + reach), side="left")
+    low = np.searchsorted(gear.roll, np.sqrt(max(start**2 - reach, 0.0)), side="right") - 1
+    high = np.searchsorted(gear.roll, np.sqrt(end**2 + reach), side="left")
     low = min(max(low, 0), rows - 1)
     high = min(max(high, low + 1), rows)
     node_low, node_high = max(low - 1, 0), min(high + 1, rows)
     window[OFFSET], window[NODE_ROWS], window[FIRST] = offset, node_high - node_low + 1, low - node_low
     window[ELEMENT_ROWS], window[FIRST_ROW] = high - low, low
     window[AT_ROOT], window[AT_TIP] = 1 if low == 0 else 0, 1 if high == rows else 0
-    row = min(max(np.searchsorted(gear.roll, roll, side="right") - 1, 0), rows - 1)
-    return row + (roll - gear.roll[row]) / (gear.roll[row + 1] - gear.roll[row])
 
 
 @allocating
 def place_windows(phi, depth, clear, reachable, kinematics, gears):
-    """Find the tooth pairs and windows that can touch.
+    """Find the tooth pairs and windows that can touch, in any section of the face width.
 
     Parameters
     ----------
@@ -76,18 +83,28 @@ def place_windows(phi, depth, clear, reachable, kinematics, gears):
     index, windows = np.zeros(reachable, dtype=np.int64), np.zeros((reachable, 2, 7), dtype=np.int64)
     centre = np.zeros((reachable, 2))
     pitch, margin = kinematics.pitch, overshoot(kinematics, gears, depth)
-    low = int(np.ceil((kinematics.path_start - margin - phi) / pitch - 1e-12))
-    high = int(np.floor((kinematics.path_end + margin - phi) / pitch + 1e-12))
+    start, end = kinematics.path_start - margin, kinematics.path_end + margin
+    # By how much the section that is farthest behind, and the one farthest ahead, differ from that at z = 0.
+    one = section_roll_position(gears, 0.0, kinematics.face_low)
+    other = section_roll_position(gears, 0.0, kinematics.face_high)
+    behind, ahead = min(one, other), max(one, other)
+    low = int(np.ceil((start - ahead - phi) / pitch - 1e-12))
+    high = int(np.floor((end - behind - phi) / pitch + 1e-12))
     pairs, offset = 0, 0
     for number in range(low, high + 1):
         roll_position = phi + number * pitch
+        first, last = max(roll_position + behind, start), min(roll_position + ahead, end)
+        middle, radius = 0.5 * (first + last), 0.0
+        for place in (first, middle, last):
+            radius = max(radius, relative_radius(kinematics, gears, place))
         # Wherever contact lies, a row of points on either side of it is inside, not on the border.
-        half = np.sqrt(2.0 * kinematics.local_share * depth * relative_radius(kinematics, gears, roll_position))
-        half = max(half, 1.5 * kinematics.row_spacing)
+        half = max(np.sqrt(2.0 * kinematics.local_share * depth * radius), 1.5 * kinematics.row_spacing)
         for gear in range(2):
             flank, window = gears[gear], windows[pairs, gear]
-            roll = _on_flank(flank, roll_angle(kinematics, gears, gear, roll_position))
-            centre[pairs, gear] = _place_window(flank, roll, half, offset, window)
+            one = _on_flank(flank, roll_angle(kinematics, gears, gear, first))
+            other = _on_flank(flank, roll_angle(kinematics, gears, gear, last))
+            _place_window(flank, min(one, other), max(one, other), half, offset, window)
+            centre[pairs, gear] = element_row(kinematics, gears, gear, middle)
             offset += window[NODE_ROWS] * flank.nodes.shape[1]
         index[pairs] = number
         pairs += 1

@@ -328,7 +328,9 @@ def _iso_result(
             modulus_ratio=ratio,
         )
         mesh = iso6336.mesh_stiffness(single, path.contact_ratio)
-    notes = [f"c' = {single:.2f} N/(mm µm), contact ratio {path.contact_ratio:.3f}, solid discs; gives no curve"]
+    overlap = face_width_mm * np.sin(abs(rack.helix_angle_rad)) / (np.pi * rack.module_n_mm)
+    ratios = f"contact ratio {path.contact_ratio:.3f}" + (f", overlap ratio {overlap:.3f}" if overlap > 0.0 else "")
+    notes = [f"c' = {single:.2f} N/(mm µm), {ratios}, solid discs; gives no curve"]
     notes += ["steel on steel: E as in the standard" if ratio == 1.0 else f"scaled with E/E_steel = {ratio:.3f}"]
     notes += [f"lowered for the specific load of {specific_load:.0f} N/mm"] if specific_load < 100.0 else []
     notes += [str(w.message) for w in caught]
