@@ -217,7 +217,7 @@ def _random_states(basis: Basis, model: ElasticModel) -> tuple[FloatArray, list[
     draws = rng.random((UNSEEN_STATES, 1 + len(ranges)))
     low, high = np.array([r[0] for r in ranges]), np.array([r[-1] for r in ranges])
     states = low + draws[:, 1:] * (high - low)
-    return pair.roll_position_range[0] + pair.pitch * draws[:, 0], [condition_at(state) for state in states]
+    return pair.meshing_range[0] + pair.pitch * draws[:, 0], [condition_at(state) for state in states]
 
 
 def _factors(estimated: FloatArray, true: FloatArray) -> FloatArray:

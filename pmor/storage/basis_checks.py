@@ -125,7 +125,7 @@ def _check_positions(case: Case, pair: GearPair, shapes: ContactShapes) -> None:
             "its shapes are interpolated in another way than the case says")  # fmt: skip
     require(shapes.angles_per_pitch == (case.offline.angles_per_pitch if moving else 0),
             f"it has {shapes.angles_per_pitch} angles per pitch, and its case another number")  # fmt: skip
-    roll, (first, last) = shapes.roll_position, pair.roll_position_range
+    roll, (first, last) = shapes.roll_position, pair.meshing_range
     held = len(roll) >= 2 and roll[0] < first and roll[-1] > last
     require(held, "its roll positions do not hold the path of contact")
     require(np.abs(roll).max() <= pair.pinion.teeth * pair.pitch, "its roll positions go beyond a revolution")
@@ -179,7 +179,7 @@ def _check_training(case: Case, pair: GearPair, training: Training) -> None:
     if not case.reduction.trained:
         require(not len(training.phi), "it was trained, and its shapes need none")
         return
-    first, pitch = pair.roll_position_range[0], pair.pitch
+    first, pitch = pair.meshing_range[0], pair.pitch
     inside = (training.phi >= first - PLACE * pitch) & (training.phi <= first + pitch * (1.0 + PLACE))
     require(len(training.phi) and inside.all(), "its training is not within one pitch")
     require(len(training.conditions) == len(training.phi), "its training has angles without conditions")

@@ -100,8 +100,20 @@ BROKEN = {
         ["[pinion] teeth = 6", "no room", "raise teeth"],
     ),
     "helical": (
-        replaced(PAIR, PAIR + "\nhelix_angle_deg = 15.0"),
-        ["helix_angle_deg = 15", "helical pair", "takes all sections for alike"],
+        replaced(PAIR, PAIR + "\nhelix_angle_deg = 15.0").replace('scheme = "direct"', 'scheme = "strip"'),
+        ["helix_angle_deg = 15", "helical pair", "takes all sections for alike", 'scheme = "direct"'],
+    ),
+    "helical, one section": (
+        replaced(PAIR, PAIR + "\nhelix_angle_deg = 15.0").replace("[mesh]", '[mesh]\nwidth = "plane_strain"'),
+        ["helix_angle_deg = 15", "one section for all of it", "whole"],
+    ),
+    "faces beside each other": (
+        GOOD + "\n[wheel]\nteeth = 21\nbore_radius_mm = 20.0\nface_offset_mm = 21.0\n",
+        ["face_offset_mm", "-10 to 10 and 11 to 31", "bring them together"],
+    ),
+    "face in metres": (
+        replaced(PINION, PINION + "\nface_width_mm = 0.02"),
+        ["[pinion] face_width_mm = 0.02", "looks like metres"],
     ),
     "poisson ratio one half": (
         replaced(PINION, PINION + "\npoisson_ratio = 0.5"),

@@ -58,8 +58,8 @@ def test_what_cannot_be_changed_is_named(settings, message):
         change_case(make_case(**SMALL), **settings)
 
 
-def test_helical_gears_are_refused_wherever_the_case_comes_from():
-    case = parse_case(case_text(), "small", "small")
+def test_helical_gears_on_strips_are_refused_wherever_the_case_comes_from():
+    case = parse_case(case_text(contact={"scheme": "strip"}), "small", "small")
     helical = replace(case, pair=replace(case.pair, helix_angle_deg=10.0))
     with pytest.raises(CaseError, match="helix_angle_deg = 10: is a helical pair"):
         mesh_model(helical)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+import pmor
 from pmor.case import parse_case
 from pmor.contact.condition import at_torques
 from pmor.contact.solve import solve_position
@@ -119,6 +120,18 @@ def test_full_and_reduced_converge_at_all_positions_and_agree(helix_deg):
     # At every position as many pairs share the load as the overlap says.
     sharing = (full.pair_share[1] > 0.0).sum(axis=1)
     assert sharing.mean() > model.mesh.meshed.pair.total_contact_ratio - 0.5
+
+
+@pytest.mark.parametrize("shapes", ["flank_lines", "positions"])
+def test_a_helical_basis_is_read_back(shapes, tmp_path):
+    faces = {"pinion": {"face_width_mm": 33.0}, "wheel": {"face_offset_mm": 2.0}}
+    case = case_of(20.0, offline={"angles_per_pitch": 6}, reduction={"shapes": shapes}, **faces)
+    trained = pmor.train(case)
+    trained.save(tmp_path / "basis.h5")
+    phi = angles(trained.reduced.meshed.pair, 3)
+    again = pmor.load(tmp_path / "basis.h5").sweep(angles=phi)
+    assert again.converged.all()
+    assert np.array_equal(again.ste_um, trained.sweep(angles=phi).ste_um)
 
 
 @pytest.mark.parametrize("helix_deg", [0.0, 25.0])
