@@ -93,7 +93,8 @@ def _training(snapshots: Sequence[Snapshots], greedy: bool, seconds: float) -> T
 
 
 def _compliance(case: Case, model: ElasticModel) -> FlankCompliance | None:
-    if not case.reduction.error_estimate:
+    if not case.reduction.error_estimate and case.reduction.shapes != "line_loads":
         return None
-    components = loaded_components(model.mesh.meshed.scheme.exact)
+    meshed = model.mesh.meshed
+    components = loaded_components(meshed.scheme.exact, meshed.pair.pinion.helix_angle != 0.0)
     return flank_compliance((model.pinion, model.wheel), components)

@@ -89,12 +89,13 @@ def section_roll_angle(meshed: MeshedPair, position: Position, contact: Contact,
     flank = (meshed.pinion, meshed.wheel)[gear]
     squares = np.empty(len(contact.gap))
     for n in range(len(squares)):
-        own = slice(0, 4) if contact.slave[n] == gear else slice(4, 8)
-        weights = contact.weight[n, own]
-        first = position.windows[contact.pair[n], gear, FIRST_ROW]
-        row = first + contact.place[n, 0 if own.start == 0 else 2] + np.arange(4)
+        side = int(contact.slave[n] != gear)
+        # Four rows, in one column or in each of those that carry the section.
+        weights = contact.weight[n].reshape(2, 4, -1, 3)[side].sum(axis=1)
+        row = position.windows[contact.pair[n], gear, FIRST_ROW] + contact.place[n, 2 * side] + np.arange(4)
         direction = weights.sum(axis=0)
-        squares[n] = weights @ direction @ flank.roll_angle[np.minimum(row, flank.element_rows)] ** 2
+        shares = weights @ direction / (direction @ direction)
+        squares[n] = shares @ flank.roll_angle[np.minimum(row, flank.element_rows)] ** 2
     return np.sqrt(squares)
 
 
@@ -141,7 +142,7 @@ def _line_forces(
     meshed: MeshedPair, position: Position, contact: Contact, gear: int, mine: BoolArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """As `_nodal_forces`, of Hertz's semi-ellipses."""
-    found, z = line_contact(meshed, position, contact), meshed.pinion.nodes[0, :, 2]
+    found, z = line_contact(meshed, position, contact), meshed.sections.z
     radius = (meshed.pair.pinion, meshed.pair.wheel)[gear].base_radius
     arc = 0.5 * radius * section_roll_angle(meshed, position, contact, gear)[mine] ** 2
     half_width = found.half_width[mine]
@@ -150,7 +151,7 @@ def _line_forces(
     x = np.clip((edges[:, None] - arc) / half_width, -1.0, 1.0)
     below = (x * np.sqrt(1.0 - x**2) + np.arcsin(x)) / np.pi  # part of the load below an edge, less one half
     force = np.zeros((PROFILE_CELLS, len(z)))
-    force[:, found.column[mine]] = contact.force[mine] * np.diff(below, axis=0)
+    force[:, found.section[mine]] = contact.force[mine] * np.diff(below, axis=0)
     return np.sqrt(2.0 * edges / radius), z, force
 
 

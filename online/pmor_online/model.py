@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -14,15 +14,18 @@ from pmor.case import Case
 from pmor.case.width import mirrors_at_mid_width
 from pmor.contact.elasticity import ReducedElasticity
 from pmor.contact.flank import MeshedPair
+from pmor.contact.kernels.line_loads import place_lines
 from pmor.contact.kernels.state import Family, GearLines, PositionShapes
 from pmor.contact.kernels.sweep import place_position
 from pmor.contact.position import Position, pairs_in_reach
-from pmor.contact.solve import window_depth
+from pmor.contact.solve import ElasticityAt, window_depth
 from pmor.pair.conditions import nominal_condition
 from pmor.pair.model import assemble_pair, gear_pair
 from pmor.reduction.basis import Basis
 from pmor.reduction.contact_shapes import ContactShapes, reduced_elasticity
-from pmor.reduction.flank_lines import line_elasticity
+from pmor.reduction.error_estimate import FlankCompliance
+from pmor.reduction.flank_lines import FlankLineShapes, line_elasticity
+from pmor.reduction.section_compliance import flank_elasticity, section_compliance
 
 
 @dataclass(frozen=True)
@@ -39,17 +42,47 @@ class ReducedPair:
     meshed: MeshedPair
 
     @property
-    def elasticity_at(self) -> Callable[[Position], ReducedElasticity]:
-        """Reduced elasticity of the windows of a position."""
-        shapes, pitch = self.basis.shapes, self.meshed.pair.pitch
+    def elasticity_at(self) -> ElasticityAt:
+        """Elasticity of the windows of a position: of the shapes, or of line loads the compliance itself."""
+        if self.basis.shapes is None:
+            return partial(flank_elasticity, self._compliance)
+        return self.shape_elasticity_at
+
+    @property
+    def shape_elasticity_at(self) -> Callable[[Position], ReducedElasticity]:
+        """Reduced elasticity of the windows of a position, of a basis with shapes."""
+        shapes, pitch = self._shapes, self.meshed.pair.pitch
         if isinstance(shapes, ContactShapes):
             return lambda position: reduced_elasticity(shapes, position, pitch)
         return lambda position: line_elasticity(shapes, position)
 
+    @property
+    def _shapes(self) -> FlankLineShapes | ContactShapes:
+        if self.basis.shapes is None:
+            raise TypeError("line loads have no shapes")
+        return self.basis.shapes
+
+    @property
+    def _compliance(self) -> FlankCompliance:
+        if self.basis.compliance is None:
+            raise TypeError("a basis of line loads holds the compliance of the flanks, and this one does not")
+        return self.basis.compliance
+
+    @property
+    def components(self) -> int:
+        """Components of displacement that line loads cause: those along the axis on helical gears alone."""
+        return self._compliance.components
+
+    @cached_property
+    def section_compliance(self) -> tuple[FloatArray, FloatArray]:
+        """Compliance between sections, for the kernels of line loads."""
+        rows = len(self.meshed.pinion.roll_angle), len(self.meshed.wheel.roll_angle)
+        return section_compliance(self._compliance, self.meshed.sections, rows)
+
     @cached_property
     def family(self) -> Family:
         """Shapes for the kernels."""
-        shapes = self.basis.shapes
+        shapes = self._shapes
         if isinstance(shapes, ContactShapes):
             step = shapes.roll_position[1] - shapes.roll_position[0]
             path = shapes.geodesics
@@ -73,10 +106,18 @@ class ReducedPair:
 
     @cached_property
     def size(self) -> int:
-        """Largest number of unknowns over a pitch under the nominal torque: amplitudes of shapes, and the rotation."""
+        """Largest number of unknowns over a pitch under the nominal torque: amplitudes of shapes, and the rotation.
+
+        Of line loads: the sections that come within the expected approach.
+        """
         meshed, condition = self.meshed, nominal_condition(self.basis.case)
         clearance = meshed.clearance(condition.built)
         depth, pair = window_depth(meshed, condition), meshed.for_kernels(condition.built)
+        if self.basis.shapes is None:
+            angles = online_angles(meshed.pair.pitch, 50)
+            gap = place_lines(angles, pair, pairs_in_reach(meshed), self.components).gap
+            near = gap - gap.min(axis=1, keepdims=True) < meshed.expected_approach(condition.given_torque)
+            return int(near.sum(axis=1).max()) + 1
         positions = (
             place_position(phi, depth, pair, self.family, pairs_in_reach(meshed), clearance)
             for phi in online_angles(meshed.pair.pitch, 50).tolist()

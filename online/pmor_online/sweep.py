@@ -1,4 +1,4 @@
-"""The reduced sweep: one compiled call per block of angles, blocks in parallel.
+"""The reduced sweep: one compiled call per block of angles, blocks in parallel; line loads have one of their own.
 
 The mechanics of the reduced pair stand in the code twice, for a reason. The compiled sweep iterates on contact forces:
 fast, a few microseconds a step, but the stiffer the penalty, the more steps, until there are too many. What it does not
@@ -33,6 +33,7 @@ from pmor.results.force_law import ForceLaw
 from pmor.results.loads import ContactLoads, SweepStates
 from pmor.results.sweep import SteSweep
 from pmor.threads import in_order
+from pmor_online.line_sweep import line_force_law, sweep_line_loads
 from pmor_online.model import ReducedPair
 
 # A block starts cold: long enough that this does not count, short enough to share out between threads.
@@ -80,6 +81,8 @@ def sweep_reduced_pair(
     -------
     SteSweep
     """
+    if reduced.basis.shapes is None:
+        return sweep_line_loads(reduced, phi, conditions, executor, advance, recorded)
     start = time.perf_counter()
     found, loads = _solve(reduced, phi, conditions, executor, tolerance, advance, recorded)
     base_radius = reduced.meshed.pair.pinion.base_radius
@@ -123,6 +126,8 @@ def reduced_force_law(
     -------
     ForceLaw
     """
+    if reduced.basis.shapes is None:
+        return line_force_law(reduced, phi, leads, Built(axes), executor, advance)
     start = time.perf_counter()
     found, _ = _solve(reduced, phi, at_leads(leads, axes), executor, tolerance, advance, False)
     pairs = np.unique(found.pair)
@@ -218,7 +223,7 @@ def _solve_again(
     compliance = reduced.basis.compliance
     solved = solve_position(reduced.meshed, phi, conditions, reduced.elasticity_at)
     position, index = solved.position, solved.position.pair_index
-    elasticity = reduced.elasticity_at(position)
+    elasticity = reduced.shape_elasticity_at(position)
     results.pair[i, : len(index)], results.pair[i, len(index) :] = index, index.min() - 1
     for t, equilibrium in enumerate(solved.equilibria):
         if equilibrium is None:

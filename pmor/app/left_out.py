@@ -100,7 +100,9 @@ def computed(scene: Scene) -> list[tuple[str, str]]:
     ]
     if mirrors_without_tilt(scene.case):
         found.append(("  face width", "all of it: the axes of the training tilt, and load its halves unequally"))
-    if scene.case.reduction.error_estimate:
+    if scene.case.reduction.shapes == "line_loads":
+        found.append(("compliance for the line loads", _compliance(scene)))
+    elif scene.case.reduction.error_estimate:
         found.append(("compliance for the error bar", _compliance(scene)))
     return found
 
@@ -162,7 +164,11 @@ def _training(scene: Scene) -> LeftOut | None:
     if case.reduction.trained:
         return None
     saved = full_solves(replace(case, reduction=replace(case.reduction, shapes="flank_lines")))
-    why = 'shapes = "static_modes": unit forces on all flank nodes'
+    why = {
+        "static_modes": "unit forces on all flank nodes",
+        "line_loads": "all that line contact asks of the teeth is the compliance of their flanks",
+    }[case.reduction.shapes]
+    why = f'shapes = "{case.reduction.shapes}": {why}'
     return LeftOut("the training", why, f"{saved} full solves, those of [offline]")
 
 
@@ -272,7 +278,8 @@ def _contact_ratios(pair: GearPair) -> str:
 
 def _compliance(scene: Scene) -> str:
     """Size of the compliance between loaded flanks, as a basis holds it."""
-    components = loaded_components(scene.case.contact.kind != "nodal")
+    spur = scene.pair.pinion.helix_angle == 0.0
+    components = loaded_components(scene.case.contact.kind != "nodal" and spur)
     size = components * scene.lines * scene.columns
     blocks = (neighbour_reach(scene.pair) + 1) * len(scene.bodies)
     return f"{blocks} matrices of {size} x {size} in the basis, {_mib(blocks * size**2 * DOUBLE)}"

@@ -103,7 +103,8 @@ def _training_text(case: Case) -> str:
     """What the full solves are: a grid, a sequence, or a search."""
     offline = case.offline
     if not case.reduction.trained:
-        return "static modes are unit forces: nothing is trained"
+        what = "line loads are exact" if case.reduction.shapes == "line_loads" else "static modes are unit forces"
+        return f"{what}: nothing is trained"
     if offline.sampling == "sobol":
         return "states of a Sobol sequence, spread over angle and ranges"
     if offline.sampling == "greedy":

@@ -5,7 +5,7 @@ from typing import Any
 
 from pmor.case.extrapolation import MISALIGNMENTS
 from pmor.case.flanks import check_flanks, untrained_conditions
-from pmor.case.schema import Case, ConditionCase, GearCase, MisalignmentCase, PairCase, ReductionCase
+from pmor.case.schema import Case, ConditionCase, GearCase, MisalignmentCase, PairCase
 from pmor.case.values import toml_text, wrong_unit_text
 from pmor.case.width import meshed_width
 from pmor.errors import CaseError
@@ -19,7 +19,7 @@ MOST_ANGLES = 1_000_000
 # Rim that must stay between bore and root circle, in modules.
 THINNEST_RIM = 0.5
 # Schemes in which each section of the face width may be at another place of the path of contact.
-UNEVEN_SECTIONS = ("direct", "paper", "facet")
+UNEVEN_SECTIONS = ("line", "direct", "paper", "facet")
 # What lifts the rule that sweeps stay within the training.
 EXTRAPOLATE = "[online] extrapolate = true and read the error bar"
 
@@ -45,7 +45,7 @@ def check_together(case: Case, document: dict[str, Any], where: str) -> None:
     _check_centre_distance(pair, where)
     _check_sizes(case, where)
     _check_sweep(case, where)
-    _check_reduction(case.reduction, where)
+    _check_reduction(case, where)
     _check_torques(case, document, where)
     _check_sampling(case, where)
     _check_misalignment(case, where)
@@ -56,7 +56,13 @@ def check_together(case: Case, document: dict[str, Any], where: str) -> None:
     check_flanks(case, where)
 
 
-def _check_reduction(reduction: ReductionCase, where: str) -> None:
+def _check_reduction(case: Case, where: str) -> None:
+    reduction, scheme = case.reduction, case.contact.scheme
+    if reduction.shapes == "line_loads" and scheme != "line":
+        raise CaseError(
+            f'{where}: [reduction] shapes = "line_loads": are the unknowns of line contact, and [contact] scheme = '
+            f'"{scheme}" has none: write shapes = "flank_lines", or scheme = "line"'
+        )
     if reduction.interpolation == "grassmann" and reduction.shapes != "pod":
         raise CaseError(
             f'{where}: [reduction] interpolation = "grassmann": goes from subspace to subspace, which only shapes = '
@@ -176,7 +182,7 @@ def _check_centre_distance(pair: PairCase, where: str) -> None:
 
 
 def _check_torques(case: Case, document: dict[str, Any], where: str) -> None:
-    largest = case.offline.torques_Nm[-1]
+    largest = case.offline.torques_Nm[-1] if case.reduction.trained else math.inf
     if case.torque_Nm > largest:
         raise CaseError(
             f"{where}: [load] torque_Nm = {case.torque_Nm}: is beyond the largest training torque, {largest} N m: "
@@ -201,7 +207,7 @@ def _check_torques(case: Case, document: dict[str, Any], where: str) -> None:
 
 def _check_sampling(case: Case, where: str) -> None:
     offline, reduction = case.offline, case.reduction
-    if offline.sampling == "grid":
+    if offline.sampling == "grid" or not reduction.trained:
         return
     if reduction.shapes in ("positions", "pod"):
         raise CaseError(
@@ -227,7 +233,8 @@ def _check_misalignment(case: Case, where: str) -> None:
     for place, values in _misaligned(case):
         for key in MISALIGNMENTS:
             value, trained = getattr(values, key), getattr(case.offline, key)
-            if not trained[0] <= value <= trained[-1] and not case.online.extrapolate:
+            within = not case.reduction.trained or trained[0] <= value <= trained[-1]
+            if not within and not case.online.extrapolate:
                 raise CaseError(
                     f"{where}: {place} {key} = {value}: is beyond the training, {trained[0]:g} to {trained[-1]:g} um: "
                     f"widen [offline] {key}, or write {EXTRAPOLATE}"
@@ -270,7 +277,8 @@ def refuse_uneven_load(case: Case, where: str) -> None:
                 continue
             half = width == "half"
             held = "half the width, which stands for both halves" if half else "one section for all of the width"
-            remedy = f"give [offline] {key} a range with it" if half else 'write [mesh] width = "whole"'
+            trained = half and case.reduction.trained
+            remedy = f"give [offline] {key} a range with it" if trained else 'write [mesh] width = "whole"'
             raise CaseError(
                 f"{where}: {place} {key} = {value}: tilted axes load the width unevenly, and the basis of parallel "
                 f"ones has {held}: {remedy}"
@@ -278,7 +286,7 @@ def refuse_uneven_load(case: Case, where: str) -> None:
 
 
 def _check_extrapolation(case: Case, where: str) -> None:
-    if case.online.extrapolate and not case.reduction.error_estimate:
+    if case.online.extrapolate and case.reduction.trained and not case.reduction.error_estimate:
         raise CaseError(
             f"{where}: [online] extrapolate = true: what a result beyond the training is worth, only its error bar "
             "says, and [reduction] error_estimate = false: write true"

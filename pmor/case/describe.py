@@ -11,6 +11,7 @@ from pmor.case.change import sections_of
 from pmor.case.document import flattened
 from pmor.case.flanks import trained_flanks
 from pmor.case.schema import Case
+from pmor.case.width import meshed_width
 
 # Values of a list that people read one by one.
 LONGEST_LIST = 8
@@ -43,10 +44,14 @@ def short_list(values: Sequence[float | str]) -> str:
 def basis_key(case: Case) -> str:
     """SHA-256, in hex, of everything that determines a basis: pair, mesh, contact, reduction and training.
 
-    Two cases with the same key can share one basis: sweep, comparison, output and comments do not enter. Modifications
-    do where full solves on such flanks train the shapes (`pmor.case.flanks.trained_flanks`).
+    Two cases with the same key can share one basis: sweep, comparison, output and comments do not enter, nor does the
+    training where there is none. Modifications do where full solves on such flanks train the shapes
+    (`pmor.case.flanks.trained_flanks`).
     """
-    parts = {name: asdict(getattr(case, name)) for name in ("pair", "mesh", "contact", "reduction", "offline")}
+    parts: dict[str, Any] = {name: asdict(getattr(case, name)) for name in ("pair", "mesh", "contact", "reduction")}
+    parts["meshed"] = meshed_width(case)
+    if case.reduction.trained:
+        parts["offline"] = asdict(case.offline)
     flanks = trained_flanks(case)
     if any(flank.present for flank in flanks):
         parts["flanks"] = {"pinion": asdict(flanks[0]), "wheel": asdict(flanks[1])}

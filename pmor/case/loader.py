@@ -49,6 +49,8 @@ SECTIONS: dict[str, type] = {
 OFFLINE_TORQUES = (0.2, 0.7, 1.8)
 ONLINE_TORQUES = (1.0,)
 COMPARE_TORQUES = (0.3, 1.0, 1.6)
+# Line contact needs no training.
+DEFAULT_SHAPES = {"line": "line_loads"}
 
 
 def load_case(path: Path | str) -> Case:
@@ -113,6 +115,7 @@ def parse_case(text: str, name: str, where: str, folder: Path | None = None) -> 
     pinion = section("pinion")
     wheel = section("wheel") if "wheel" in document else pinion
     misalignment, modifications = section("misalignment"), [section(f"{gear}.{MODIFICATION}") for gear in GEARS]
+    contact = section("contact")
     case = Case(
         name=name,
         title=title,
@@ -124,9 +127,9 @@ def parse_case(text: str, name: str, where: str, folder: Path | None = None) -> 
             document, {"torque_Nm": torque_Nm, **vars(misalignment)}, modifications, folder, where
         ),
         mesh=section("mesh"),
-        contact=section("contact"),
+        contact=contact,
         misalignment=misalignment,
-        reduction=section("reduction"),
+        reduction=section("reduction", shapes=DEFAULT_SHAPES.get(contact.scheme, "flank_lines")),
         offline=section("offline", torques_Nm=_multiples(torque_Nm, OFFLINE_TORQUES)),
         online=section("online", torques_Nm=_multiples(torque_Nm, ONLINE_TORQUES)),
         compare=section("compare", torques_Nm=_multiples(torque_Nm, COMPARE_TORQUES)),

@@ -175,9 +175,12 @@ class ReductionCase:
 
     Parameters
     ----------
-    shapes : {"flank_lines", "positions", "pod", "global_pod", "static_modes"}
-        `flank_lines`: one shape for each line of flank nodes, its load distribution over the width taken from the
-        training; for all common work. `positions`: one for each trained roll position and torque, interpolated over
+    shapes : {"line_loads", "flank_lines", "positions", "pod", "global_pod", "static_modes"}
+        `line_loads`: the compliance between flank nodes alone, with the line loads as unknowns: exact, without
+        training, for any torque, axes and flank modification; of the scheme `line` alone, and its default.
+        `flank_lines`, the default of the others: one shape for each line of flank nodes, its load distribution over
+        the width taken from the
+        training. `positions`: one for each trained roll position and torque, interpolated over
         the roll position (the paper). `pod`: the same, compressed to orthonormal modes at each position; for many
         torques. `global_pod`: one set of modes for all positions; to see why not. `static_modes`: the unit
         forces on all flank nodes, without training; exact, with the most unknowns.
@@ -190,10 +193,11 @@ class ReductionCase:
         Of flank lines: a further load distribution over the width is kept where it carries more than this share of the
         first one's forces. Smaller for misaligned axes, whose distributions vary.
     error_estimate : bool
-        Keep in the basis what an error bar on every online result takes (`pmor.reduction.error_estimate`).
+        Keep in the basis what an error bar on every online result takes (`pmor.reduction.error_estimate`). Line loads
+        have no error to estimate.
     """
 
-    shapes: Literal["flank_lines", "positions", "pod", "global_pod", "static_modes"] = "flank_lines"
+    shapes: Literal["line_loads", "flank_lines", "positions", "pod", "global_pod", "static_modes"]
     interpolation: Literal["linear", "cubic", "grassmann"] = "linear"
     pod_tolerance: Annotated[float, Range(0.0, 1.0, low_excluded=True, high_excluded=True)] = 1e-6
     distribution_tolerance: Annotated[float, Range(0.0, 1.0, low_excluded=True, high_excluded=True)] = 0.05
@@ -202,7 +206,7 @@ class ReductionCase:
     @property
     def trained(self) -> bool:
         """Whether the shapes come from full solves."""
-        return self.shapes != "static_modes"
+        return self.shapes not in ("line_loads", "static_modes")
 
     @property
     def by_line(self) -> bool:

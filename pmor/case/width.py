@@ -10,17 +10,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from pmor.case.schema import Case, Width
+from pmor.case.schema import Case, ConditionCase, MisalignmentCase, Width
 
 
 def mirrors_at_mid_width(case: Case) -> bool:
     """Return whether half the width stands for the whole: spur, no offset, parallel axes, nodes in the middle plane."""
-    return _mirrors_with_parallel_axes(case) and not _tilted(case)
+    return _mirrors_with_parallel_axes(case) and not _uneven(case)
 
 
 def mirrors_without_tilt(case: Case) -> bool:
     """Return whether half the width would stand for the whole, were the axes parallel in all of the training."""
-    return _mirrors_with_parallel_axes(case) and _tilted(case)
+    return _mirrors_with_parallel_axes(case) and _uneven(case)
 
 
 def meshed_width(case: Case) -> Width:
@@ -42,8 +42,18 @@ def _mirrors_with_parallel_axes(case: Case) -> bool:
     return mesh.width == "half" and symmetric and mesh.width_elements % 2 == 0
 
 
-def _tilted(case: Case) -> bool:
-    return any(case.offline.in_plane_um) or any(case.offline.out_of_plane_um)
+def _uneven(case: Case) -> bool:
+    """Whether the halves are loaded unequally in any state: of the training, or, without one, of what is asked for."""
+    trained = case.offline
+    if any(trained.in_plane_um) or any(trained.out_of_plane_um):
+        return True
+    if case.reduction.trained:
+        return False
+    places: list[MisalignmentCase | ConditionCase] = [case.misalignment, *case.conditions]
+    flanks = [case.pinion_modification, case.wheel_modification]
+    flanks += [flank for condition in case.conditions for flank in (condition.pinion, condition.wheel)]
+    tilted = any(place.in_plane_um != 0.0 or place.out_of_plane_um != 0.0 for place in places)
+    return tilted or not all(flank.mirrored for flank in flanks)
 
 
 def whole_width(case: Case) -> Case:

@@ -149,6 +149,20 @@ def at_leads(
     return tuple(Condition(lead=float(lead), axes=axes, pinion=pinion, wheel=wheel) for lead in leads)
 
 
+def common_axes(conditions: Iterable[Condition]) -> Axes:
+    """Return the axes of conditions that are solved together, whose flanks may differ.
+
+    Raises
+    ------
+    ValueError
+        When they differ, or there is no condition.
+    """
+    found = {condition.axes for condition in conditions}
+    if len(found) != 1:
+        raise ValueError(f"conditions that are solved together need the same axes, not {len(found)} of them")
+    return found.pop()
+
+
 def common_build(conditions: Iterable[Condition]) -> Built:
     """Return what conditions that are solved together share: where the axes are, and what the flanks are like.
 

@@ -77,7 +77,7 @@ class FullElasticity:
         dofs = (3 * nodes[:, None] + np.arange(3)).ravel()
         n = len(free_gap)
         by_node = np.zeros((n, len(nodes), 3))
-        np.add.at(by_node, (np.arange(n)[:, None], inverse.reshape(n, 8)), contact.weight)
+        np.add.at(by_node, (np.arange(n)[:, None], inverse.reshape(n, -1)), contact.weight)
         gradient = by_node.reshape(n, -1)
         flexibility = gradient @ self.compliance[np.ix_(dofs, dofs)] @ gradient.T
         flexibility[np.diag_indices(n)] += 1.0 / contact.stiffness

@@ -11,9 +11,11 @@ import numpy as np
 from pmor.arrays import FloatArray
 from pmor.contact.condition import Axes, Built
 from pmor.contact.deviation import kernel_deviation
-from pmor.contact.kernels.motion import section_offset
+from pmor.contact.kernels.deviation import Deviation
+from pmor.contact.kernels.motion import axial_opening, section_offset
 from pmor.contact.kernels.surface import prepare_surface, refine
-from pmor.contact.kernels.types import LINE, NODAL, STRIP, Gear, Kinematics, Pair, Scheme
+from pmor.contact.kernels.types import LINE, NODAL, STRIP, Gear, Kinematics, Pair, Scheme, Sections
+from pmor.contact.sections import flank_sections
 from pmor.gear.pair import GearPair
 from pmor.gear.tooth import Tooth
 
@@ -179,12 +181,6 @@ class MeshedPair:
     mirrored: bool = False
     layers: tuple[SurfaceLayer, ...] = ()
 
-    @property
-    def section_widths(self) -> FloatArray:
-        """Share of the face width of each column of nodes (the trapezoidal rule), shape (m + 1,), mm."""
-        half = 0.5 * np.diff(self.pinion.nodes[0, :, 2])
-        return np.asarray(np.append(half, 0.0) + np.insert(half, 0, 0.0))
-
     def kinematics(self, axes: Axes) -> Kinematics:
         """Kinematics for the kernels, with the wheel's axis in a place."""
         pair, width = self.pair, self.pair.face_width
@@ -208,8 +204,15 @@ class MeshedPair:
             face_low=low,
             face_high=high,
         )
-        first = min(section_offset(kinematics, self.gears, side * 0.5 * width)[3] for side in (-1.0, 1.0))
-        return kinematics._replace(first_touch=first / pair.pinion.base_radius)
+        across = min(section_offset(kinematics, self.gears, side * 0.5 * width)[3] for side in (-1.0, 1.0))
+        along = min(axial_opening(kinematics, self.gears, roll) for roll in pair.pinion_roll_range)
+        return kinematics._replace(first_touch=(across + along) / pair.pinion.base_radius)
+
+    @cached_property
+    def sections(self) -> Sections:
+        """Where line contact is evaluated; of other schemes too, whose sections are the columns of nodes."""
+        helical = self.pair.pinion.helix_angle != 0.0
+        return flank_sections(self.pinion.nodes[0, :, 2], self.wheel.nodes[0, :, 2], helical)
 
     @cached_property
     def gears(self) -> tuple[Gear, Gear]:
@@ -221,7 +224,7 @@ class MeshedPair:
     def _gear(self, flank: Flank, tooth: Tooth, layer: SurfaceLayer) -> Gear:
         return Gear(
             flank.nodes, flank.roll_angle, flank.extents, tooth.base_radius, tooth.form_roll_angle,
-            tooth.tip_roll_angle, tooth.base_half_angle, layer.compliance, layer.constant, self.section_widths,
+            tooth.tip_roll_angle, tooth.base_half_angle, layer.compliance, layer.constant,
             tooth.twist_per_length,
         )  # fmt: skip
 
@@ -238,11 +241,15 @@ class MeshedPair:
         """Return the pair as the kernels see it, with the wheel's axis in a place and flanks that deviate."""
         gears = self.gears
         if built.modified:
-            pair = self.pair
-            pinion = kernel_deviation(built.pinion, pair.pinion, pair.active_rolls[0], pair.faces[0])
-            wheel = kernel_deviation(built.wheel, pair.wheel, pair.active_rolls[1], pair.faces[1])
+            pinion, wheel = self.deviations(built)
             gears = gears[0]._replace(deviation=pinion), gears[1]._replace(deviation=wheel)
-        return Pair(self.kinematics(built.axes), gears, self._kernel_scheme)
+        return Pair(self.kinematics(built.axes), gears, self._kernel_scheme, self.sections)
+
+    def deviations(self, built: Built) -> tuple[Deviation, Deviation]:
+        """Return what the flanks of pinion and wheel deviate by, for the kernels."""
+        pair = self.pair
+        pinion = kernel_deviation(built.pinion, pair.pinion, pair.active_rolls[0], pair.faces[0])
+        return pinion, kernel_deviation(built.wheel, pair.wheel, pair.active_rolls[1], pair.faces[1])
 
     def clearance(self, built: Built) -> float:
         """Return the share of the windows' depth at which a row of points counts as clear of the mate.

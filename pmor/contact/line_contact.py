@@ -95,8 +95,7 @@ class LineContact:
     ----------
     pair : ndarray of int, shape (n,)
         Number of the tooth pair in the position's list.
-    column : ndarray of int, shape (n,)
-        Column of nodes.
+    section : ndarray of int, shape (n,)
     line_load : ndarray, shape (n,)
         N/mm.
     half_width : ndarray, shape (n,)
@@ -106,7 +105,7 @@ class LineContact:
     """
 
     pair: np.ndarray
-    column: np.ndarray
+    section: np.ndarray
     line_load: FloatArray
     half_width: FloatArray
     peak_pressure: FloatArray
@@ -126,17 +125,18 @@ def line_contact(meshed: MeshedPair, position: Position, contact: Contact) -> Li
     LineContact
         Hertz (Johnson 1985, eq. 4.43 ff.) with the flanks' curvatures at the kinematic contact.
     """
-    widths = meshed.section_widths * (2.0 if meshed.mirrored else 1.0)
-    column = contact.place[:, 1]
-    load = np.maximum(contact.force, 0.0) / widths[column]
+    section, sections, twist = contact.place[:, 1], meshed.sections, meshed.pair.pinion.twist_per_length
+    # The line load along the inclined line is the transverse force per width: both are longer by the same cosine.
+    load = np.maximum(contact.force, 0.0) / (sections.width[section] * (2.0 if meshed.mirrored else 1.0))
     roll_positions = position.phi + position.pair_index * meshed.pair.pitch
+    rolls = roll_positions[contact.pair] + twist * sections.z[section]
     kinematics, gears = position.kernel_pair.kinematics, position.kernel_pair.gears
-    radii = [relative_radius(kinematics, gears, float(roll)) for roll in roll_positions]
-    radius = np.array(radii)[contact.pair]
+    radius = np.array([relative_radius(kinematics, gears, float(roll)) for roll in rolls])
+    radius *= math.hypot(1.0, twist * meshed.pair.pinion.base_radius)
     compliance = sum(meshed.layers[gear].compliance for gear in range(2))
     half_width = np.sqrt(2.0 * compliance * load * radius)
     pressure = 2.0 * load / (math.pi * np.maximum(half_width, np.finfo(float).tiny))
-    return LineContact(contact.pair, column, load, half_width, pressure)
+    return LineContact(contact.pair, section, load, half_width, pressure)
 
 
 def check_half_width(meshed: MeshedPair, torque: float) -> None:

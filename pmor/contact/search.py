@@ -23,9 +23,9 @@ class Contact:
         Number of the tooth pair in the position's list.
     slave : ndarray of int, shape (n,)
         Gear that the point belongs to: 0 pinion, 1 wheel.
-    index : ndarray of int, shape (n, 8)
-        Window nodes that carry the point: four of the slave's element, four of the master's.
-    weight : ndarray, shape (n, 8, 3)
+    index : ndarray of int, shape (n, K)
+        Window nodes that carry the point: half of them the slave's, half the master's (`pmor.contact.kernels.state`).
+    weight : ndarray, shape (n, K, 3)
         Gradient of the gap by the displacements of these nodes.
     gap : ndarray, shape (n,)
         Negative: penetration, mm.

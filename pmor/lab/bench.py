@@ -80,7 +80,9 @@ def variants(case: Case) -> list[Variant]:
         listed.append(Variant("elements over the width", _changed(case, mesh={"width_elements": width})))
     listed.append(Variant("whole width", _changed(case, mesh={"width": "whole"})))
     for scheme in ("line", "direct"):
-        bare = _changed(case, contact={"scheme": scheme}, reduction={"error_estimate": False})
+        lines = {"shapes": "flank_lines"}
+        listed.append(Variant("flank lines", _changed(case, contact={"scheme": scheme}, reduction=lines)))
+        bare = _changed(case, contact={"scheme": scheme}, reduction={**lines, "error_estimate": False})
         listed.append(Variant("no error bar", bare))
     return [*listed, Variant("shapes at positions", _changed(case, reduction={"shapes": "positions"}))]
 
@@ -108,7 +110,8 @@ def run_bench(case: Case, jobs: int) -> dict[str, Any]:
             models.append(_basis(variant.case, Path(folder) / f"{i}.h5"))
             progress.advance()
     rows += sweep_rows(listed, models)
-    rows += phase_rows(case, models[0])
+    trained = next(i for i, variant in enumerate(listed) if variant.label == "flank lines")
+    rows += phase_rows(listed[trained].case, models[trained])
     rows += parallel_rows(case, models[0], jobs)
     rows += start_rows(case)
     rows += stage_rows(case)

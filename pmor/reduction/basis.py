@@ -61,16 +61,17 @@ class Basis:
         rad.
     layers : two SurfaceLayer, or none
         Below the flanks of pinion and wheel, as the compliance was without them; of line contact alone.
-    shapes : FlankLineShapes or ContactShapes
+    shapes : FlankLineShapes, ContactShapes or None
+        None for line loads, which stand on the compliance alone.
     training : Training
     compliance : FlankCompliance or None
-        For the error estimate; None when the case does not ask for it.
+        For line loads, and for the error estimate; None when the case does not ask for it.
     """
 
     case: Case
     flank_nodes: tuple[FloatArray, FloatArray]
     flank_roll_angle: tuple[FloatArray, FloatArray]
     layers: tuple[SurfaceLayer, ...]
-    shapes: FlankLineShapes | ContactShapes
+    shapes: FlankLineShapes | ContactShapes | None
     training: Training
     compliance: FlankCompliance | None

@@ -2,7 +2,8 @@
 
 | shapes | what is solved for | take it for |
 |---|---|---|
-| `flank_lines` | an amplitude for each flank line in reach | all common work |
+| `line_loads` | a line load for each section that carries | line contact: exact, without training |
+| `flank_lines` | an amplitude for each flank line in reach | the other schemes |
 | `positions` | one for each training torque and tooth pair | the paper's way |
 | `pod` | one for each mode and tooth pair | many torques |
 | `global_pod` | one for each mode and tooth pair | the known bad alternative |
@@ -28,8 +29,8 @@ def build_shapes(
     grid: FloatArray,
     force: FloatArray,
     flank_nodes: tuple[FloatArray, FloatArray],
-) -> FlankLineShapes | ContactShapes:
-    """Build the shapes that a case asks for.
+) -> FlankLineShapes | ContactShapes | None:
+    """Build the shapes that a case asks for; line loads have none.
 
     Parameters
     ----------
@@ -46,7 +47,7 @@ def build_shapes(
 
     Returns
     -------
-    FlankLineShapes or ContactShapes
+    FlankLineShapes, ContactShapes or None
 
     Raises
     ------
@@ -54,6 +55,8 @@ def build_shapes(
         When no training state loads a flank.
     """
     reduction, per_pitch = case.reduction, case.offline.angles_per_pitch
+    if reduction.shapes == "line_loads":
+        return None
     if reduction.shapes == "flank_lines":
         return flank_line_shapes(bodies, force, flank_nodes, reduction.distribution_tolerance)
     if reduction.shapes == "static_modes":

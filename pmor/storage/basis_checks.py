@@ -60,7 +60,7 @@ def check_basis(basis: Basis, pair: GearPair) -> None:
         _check_positions(case, pair, basis.shapes)
         if basis.compliance is not None:
             _check_forces_behind(basis.shapes, basis.compliance)
-    else:
+    elif basis.shapes is not None:
         _check_lines(case, basis.shapes, basis.compliance)
     if basis.compliance is not None:
         _check_compliance(case, basis.compliance)
@@ -165,7 +165,7 @@ def _check_forces_behind(shapes: ContactShapes, compliance: FlankCompliance) -> 
 
 
 def _check_compliance(case: Case, compliance: FlankCompliance) -> None:
-    components = loaded_components(case.contact.kind != "nodal")
+    components = loaded_components(case.contact.kind != "nodal", case.pair.helix_angle_deg != 0.0)
     require(compliance.components == components, "its compliance has other components than its contact")
     for blocks in compliance.gears:
         require(_same(blocks[0], blocks[0].T), "the compliance of a flank is not symmetric")

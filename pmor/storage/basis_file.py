@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Callable
 from pathlib import Path
 
 import h5py
@@ -19,13 +20,13 @@ from pmor.reduction.contact_shapes import ContactShapes
 from pmor.reduction.error_estimate import FlankCompliance
 from pmor.reduction.flank_lines import FlankLineShapes, GearLines
 from pmor.storage.basis_checks import check_basis
-from pmor.storage.basis_layout import GEARS, basis_layout, basis_sizes
+from pmor.storage.basis_layout import GEARS, basis_layout, basis_sizes, compliance_group, has_shapes
 from pmor.storage.condition_table import read_conditions, write_conditions
 from pmor.storage.hdf5 import Schema, attribute, create, open_checked, read, set_attributes, write
 from pmor.storage.layout import check_layout, require
 from pmor.storage.structure import items_of
 
-BASIS_SCHEMA = Schema("pmor-basis", 5, "make it anew with 'pmor offline'")
+BASIS_SCHEMA = Schema("pmor-basis", 6, "make it anew with 'pmor offline'")
 # Not read for a basis: kept for checks and for later enrichment.
 KEPT = "training/force"
 
@@ -64,10 +65,10 @@ def write_basis(path: Path, basis: Basis, force: FloatArray, overwrite: bool = F
         if isinstance(basis.shapes, ContactShapes):
             given = {"angles_per_pitch": basis.shapes.angles_per_pitch, "geodesic": basis.shapes.geodesic}
             set_attributes(file["shapes"], **given)
-        else:
+        elif basis.shapes is not None:
             set_attributes(file["shapes"], beside=basis.shapes.beside)
         if basis.compliance is not None:
-            set_attributes(file["error_estimate"], components=basis.compliance.components)
+            set_attributes(file[compliance_group(case)], components=basis.compliance.components)
 
 
 def _arrays(basis: Basis) -> dict[str, np.ndarray]:
@@ -85,14 +86,14 @@ def _arrays(basis: Basis) -> dict[str, np.ndarray]:
     if isinstance(shapes, ContactShapes):
         arrays |= {f"shapes/{name}": getattr(shapes, name) for name in ("roll_position", "loaded")}
         arrays |= {f"shapes/{name}": getattr(shapes, name) for name in ("displacement", "gram")}
-    else:
+    elif shapes is not None:
         for gear, lines in zip(GEARS, shapes.gears, strict=True):
             arrays |= {f"shapes/{gear}/{name}": array for name, array in vars(lines).items()}
     if basis.compliance is not None:
-        pinion, wheel = basis.compliance.gears
-        arrays["error_estimate/pinion"] = pinion
+        (pinion, wheel), group = basis.compliance.gears, compliance_group(basis.case)
+        arrays[f"{group}/pinion"] = pinion
         if wheel is not pinion:
-            arrays["error_estimate/wheel"] = wheel
+            arrays[f"{group}/wheel"] = wheel
     return arrays
 
 
@@ -122,35 +123,40 @@ def _read_case(file: h5py.File, path: Path) -> Case:
     return case
 
 
+def _shapes(
+    group: h5py.Group, case: Case, of: Callable[[str], dict[str, np.ndarray]]
+) -> FlankLineShapes | ContactShapes:
+    if case.reduction.by_line:
+        lines = GearLines(**of("shapes/pinion")), GearLines(**of("shapes/wheel"))
+        return FlankLineShapes(lines, attribute(group, "beside", bool))
+    return ContactShapes(
+        **of("shapes"),
+        angles_per_pitch=attribute(group, "angles_per_pitch", int),
+        geodesic=attribute(group, "geodesic", bool),
+    )
+
+
 def _basis(file: h5py.File, case: Case, arrays: dict[str, np.ndarray]) -> Basis:
     def of(folder: str) -> dict[str, np.ndarray]:
         return {name.rpartition("/")[2]: array for name, array in arrays.items() if name.rpartition("/")[0] == folder}
 
-    layers, compliance, shapes = [], None, file["shapes"]
+    layers, compliance = [], None
     if case.contact.kind == "line":
         for gear in GEARS:
             group, values = file[f"layer/{gear}"], of(f"layer/{gear}")
             known = attribute(group, "compliance", float), values["constant"], attribute(group, "columns", int)
             layers.append(SurfaceLayer(values["depth"], *known))
-    if case.reduction.error_estimate:
-        gears = of("error_estimate")
+    if group := compliance_group(case):
+        gears = of(group)
         both = gears["pinion"], gears.get("wheel", gears["pinion"])
-        compliance = FlankCompliance(both, attribute(file["error_estimate"], "components", int))
+        compliance = FlankCompliance(both, attribute(file[group], "components", int))
     flanks = [of(f"flank/{gear}") for gear in GEARS]
     return Basis(
         case=case,
         flank_nodes=(flanks[0]["nodes"], flanks[1]["nodes"]),
         flank_roll_angle=(flanks[0]["roll_angle"], flanks[1]["roll_angle"]),
         layers=tuple(layers),
-        shapes=FlankLineShapes(
-            (GearLines(**of("shapes/pinion")), GearLines(**of("shapes/wheel"))), attribute(shapes, "beside", bool)
-        )
-        if case.reduction.by_line
-        else ContactShapes(
-            **of("shapes"),
-            angles_per_pitch=attribute(shapes, "angles_per_pitch", int),
-            geodesic=attribute(shapes, "geodesic", bool),
-        ),
+        shapes=_shapes(file["shapes"], case, of) if has_shapes(case) else None,
         training=Training(
             phi=arrays["training/phi"],
             conditions=tuple(on_trained_flanks(case, there) for there in read_conditions(file["training"])),

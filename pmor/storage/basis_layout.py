@@ -61,14 +61,26 @@ def basis_layout(case: Case) -> dict[str, Field]:
             layout |= {f"layer/{gear}/{name}": field for name, field in LAYER.items()}
         if case.reduction.by_line:
             layout |= {f"shapes/{gear}/{name}": field for name, field in LINES.items()}
-        if case.reduction.error_estimate:
+        if group := compliance_group(case):
             words = "compliance between loaded flanks; identical gears: one"
-            layout[f"error_estimate/{gear}"] = Field("mm/N", COMPLIANCE, words, optional=gear == "wheel")
-    if not case.reduction.by_line:
+            layout[f"{group}/{gear}"] = Field("mm/N", COMPLIANCE, words, optional=gear == "wheel")
+    if has_shapes(case) and not case.reduction.by_line:
         layout |= {f"shapes/{name}": field for name, field in POSITIONS.items()}
     if case.offline.sampling == "greedy":
         layout["training/estimate"] = DECAY
     return layout
+
+
+def has_shapes(case: Case) -> bool:
+    """Return whether a basis holds shapes: all but that of line loads."""
+    return case.reduction.shapes != "line_loads"
+
+
+def compliance_group(case: Case) -> str:
+    """Return the folder that holds the compliance between loaded flanks, empty where there is none."""
+    if not has_shapes(case):
+        return "line_loads"
+    return "error_estimate" if case.reduction.error_estimate else ""
 
 
 def basis_sizes(case: Case, pair: GearPair) -> dict[str, int]:
@@ -82,7 +94,7 @@ def basis_sizes(case: Case, pair: GearPair) -> dict[str, int]:
         "xyz": 3,
         "gear": 2,
         "flank unknown": 3 * rows * columns,
-        "loaded unknown": loaded_components(case.contact.kind != "nodal") * rows * columns,
+        "loaded unknown": loaded_components(case.contact.kind != "nodal", pair.pinion.helix_angle != 0.0) * rows * columns,
         "tooth offset": 2 * reach + 1,
         "pitch offset": reach + 1,
         "a": stencil,

@@ -94,6 +94,8 @@ def test_levers_are_the_derivatives_of_the_gap(unlike):
             for turn in (-step, 0.0, step)
         )
         assert_allclose((above.gap - below.gap) / (2.0 * step), here.lever, rtol=1e-5)
+        if here.corner_lead == 0.0:
+            assert_allclose((above.lever - below.lever) / (2.0 * step), here.lever_slope, rtol=1e-5, atol=1e-6)
 
 
 # --- equilibria ----------------------------------------------------------------------------------------------------
@@ -162,7 +164,7 @@ def test_strip_of_ten_elements_has_hertz_width_and_pressure():
     solved = solve_position(meshed, pair.roll_position(pitch_point), at_torques([torque]), model.elasticity_at)
     contact = solved.equilibria[0].contact
     mine = (contact.place[:, 1] == column) & (contact.pair == contact.pair[contact.force.argmax()])
-    width = 2.0 * meshed.section_widths[column]  # and its image
+    width = 2.0 * meshed.sections.width[column]  # and its image
     line_load, length = contact.force[mine].sum() / width, contact.stiffness[mine].sum() / (1e7 * width)
     radius = 0.5 * pair.pinion.base_radius * pitch_point
     modulus = YOUNG / (2.0 * (1.0 - POISSON**2))
@@ -183,7 +185,7 @@ def test_line_contact_gives_hertz_width_and_pressure_on_elements_as_large_as_the
         state, column = solved.equilibria[0].contact, 2
         mine = state.place[:, 1] == column
         if contact:
-            length = state.stiffness[mine].sum() / (1e7 * 2.0 * meshed.section_widths[column])
+            length = state.stiffness[mine].sum() / (1e7 * 2.0 * meshed.sections.width[column])
             found.append((0.5 * length, -1e7 * state.gap[mine].min()))
         else:
             hertz = line_contact(meshed, solved.position, state)
@@ -209,7 +211,7 @@ def unlike_model(driver, driven):
     return elastic_model(case, mesh_model(case))
 
 
-@pytest.mark.parametrize("share", np.linspace(0.0, 0.95, 12))
+@pytest.mark.parametrize("share", np.linspace(0.02, 0.95, 8))
 def test_exchanging_the_gears_changes_nothing(share):
     """No gear is the slave: the same pair, driven by the other gear with the torque that it had, approaches alike."""
     one, other = unlike_model(17, 31), unlike_model(31, 17)
@@ -222,13 +224,15 @@ def test_exchanging_the_gears_changes_nothing(share):
         return solve_position(model.mesh.meshed, at, at_torques([load]), model.elasticity_at).equilibria[0]
 
     here = solve(one, phi, TORQUE)
-    back = 0.0
-    for _ in range(4):  # one holds the wheel, the other the pinion: the same place when that one has turned back
-        there = solve(other, angle - back, here.wheel_torque)
-        back = there.lead
-    # Asked for: 0.2 % of the mean.
-    assert_allclose(there.lead * mirrored.pinion.base_radius, here.lead * pair.pinion.base_radius, rtol=1e-6)
-    assert_allclose(there.wheel_torque, TORQUE, rtol=1e-6)
+    there = solve(other, angle, here.wheel_torque)
+    corner = not np.allclose(here.contact.lever, -pair.pinion.base_radius, rtol=1e-9)
+    if corner:  # one holds the wheel, the other the pinion: a corner is in the same place when that one has turned back
+        for _ in range(3):
+            there = solve(other, angle - there.lead, here.wheel_torque)
+    # The compliance is taken where the flanks meet kinematically, which is not quite there then.
+    tolerance = 3e-4 if corner else 1e-9
+    assert_allclose(there.lead * mirrored.pinion.base_radius, here.lead * pair.pinion.base_radius, rtol=tolerance)
+    assert_allclose(there.wheel_torque, TORQUE, rtol=tolerance)
 
 
 # Place beside the end of the path of contact at which a pair enters (0) or leaves (1), rad.
@@ -244,7 +248,7 @@ def test_wheel_torque_follows_from_the_balance_of_energy(end, beside, corner, un
     """
     meshed, step = unlike.mesh.meshed, 1e-4
     compliance = sum(layer.compliance for layer in meshed.layers)
-    widths = meshed.section_widths * (2.0 if meshed.mirrored else 1.0)
+    widths = meshed.sections.width * (2.0 if meshed.mirrored else 1.0)
 
     def state(phi):
         solved = solve_position(meshed, phi, at_torques([TORQUE]), unlike.elasticity_at)

@@ -79,7 +79,7 @@ def discarded_energy_slope(count, pair, position, coordinates, compliance):
     force, change, rows = np.zeros(unknowns), np.zeros(unknowns), np.empty((2, unknowns))
     loaded = np.zeros((reach.pairs, 2, 2), dtype=np.int64)
     loaded[:, :, 0] = unknowns
-    total = 0.0
+    total, half = 0.0, points.node.shape[1] // 2
     for n in range(count):
         if points.gap[n] >= 0.0:
             continue
@@ -92,15 +92,15 @@ def discarded_energy_slope(count, pair, position, coordinates, compliance):
         p, node = points.pair[n], points.node[n]
         for side in range(2):
             gear = points.slave[n] ^ side
-            for a in range(4 * side, 4 * side + 4):
+            for a in range(half * side, half * side + half):
                 first = parts * node[a]
                 for d in range(parts):
                     force[first + d] += load * points.weight[n, a, d]
                     change[first + d] += slope * points.weight[n, a, d]
-            # The first and the last of the four nodes are the first and the last in the window too.
+            # The first and the last of its nodes are the first and the last in the window too.
             start = reach.windows[p, gear, OFFSET]
-            loaded[p, gear, 0] = min(loaded[p, gear, 0], parts * (node[4 * side] - start))
-            loaded[p, gear, 1] = max(loaded[p, gear, 1], parts * (node[4 * side + 3] - start + 1))
+            loaded[p, gear, 0] = min(loaded[p, gear, 0], parts * (node[half * side] - start))
+            loaded[p, gear, 1] = max(loaded[p, gear, 1], parts * (node[half * side + half - 1] - start + 1))
     for gear in range(2):
         for p in range(reach.pairs):
             for q in range(p + 1):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pmor.contact.kernels.compiling import compiled
+from pmor.contact.kernels.deviation import flank_deviation
 from pmor.contact.kernels.sections import carry, closest_approach, gap_change, list_point, roll_of
 from pmor.contact.kernels.state import Found
 
@@ -39,9 +40,14 @@ def line_load(penetration, compliance, constant, least):
 
 
 @compiled
-def _line_law(gears, meeting, carriers):
-    """Compliance and constant of `line_load` where two flanks meet, and the load below which it is linear."""
+def line_law(gears, meeting, carriers):
+    """Compliance and constant of `line_load` where two flanks meet, and the load below which it is linear.
+
+    Of helical flanks along the transverse line of action: the approach normal to the flanks over the cosine of the base
+    helix angle, at the curvature and the depth of the layer normal to them.
+    """
     compliance, constant, curvature = 0.0, 0.0, 0.0
+    cosine = 1.0 / np.sqrt(1.0 + (gears[0].twist * gears[0].base_radius) ** 2)
     for gear in range(2):
         flank, value = gears[gear], 0.0
         for a in range(4):
@@ -50,44 +56,65 @@ def _line_law(gears, meeting, carriers):
         compliance += flank.line_compliance
         constant += flank.line_compliance * value
         curvature += 1.0 / max(flank.base_radius * roll_of(meeting, gear), 1e-3 * flank.base_radius)
-    constant = constant / compliance - 0.5 * np.log(2.0 * compliance / curvature)
-    return compliance, constant, 1e-9 / (compliance * curvature)
+    curvature *= cosine
+    constant = constant / compliance + np.log(cosine) - 0.5 * np.log(2.0 * compliance / curvature)
+    return compliance / cosine, constant, 1e-9 / (compliance * curvature)
 
 
 @compiled
-def _meet(pair, windows, roll_position, lead, z, room):
+def _meet(pair, windows, roll_position, z, room):
     """Meeting in the section at z, whether it is inside both windows, and the law there."""
     gears = pair.gears
-    meeting = closest_approach(pair.kinematics, gears, roll_position, lead, z, room.forward, room.back)
+    meeting = closest_approach(pair.kinematics, gears, roll_position, 0.0, z, room.forward, room.back)
     inside = carry(gears, windows, meeting, room.carriers)
-    return meeting, inside, _line_law(gears, meeting, room.carriers)
+    return meeting, inside, line_law(gears, meeting, room.carriers)
+
+
+@compiled
+def section_deviation(gears, meeting, z, tooth_pair):
+    """What both flanks deviate by where they meet in the section at z (mm), mm."""
+    pinion = flank_deviation(gears[0].deviation, meeting.pinion_roll, z, tooth_pair)
+    # The wheel's teeth count against the pinion's.
+    return pinion + flank_deviation(gears[1].deviation, meeting.wheel_roll, z, -tooth_pair)
+
+
+@compiled
+def sections_alike(pair):
+    """Whether undeformed flanks meet in the same way in all sections."""
+    kinematics = pair.kinematics
+    return kinematics.slope_x == 0.0 and kinematics.slope_y == 0.0 and pair.gears[0].twist == 0.0
 
 
 @compiled
 def search_line(pair, reach, p, lead, moved, largest_gap, count, room):
     """List the sections of tooth pair `p`, one point each, at the closest approach; see `search_all`.
 
-    The load is not proportional to the gap. Listed are the tangent stiffness and the gap that, times it, gives the
-    load: a Newton step on these is the exact tangent of the nonlinear law.
+    To first order in the displacements, flanks meet where their kinematic position has it, and the gap is linear in the
+    lead; only under a pinion's corner, whose lever turns with it, it is quadratic. The load is not proportional to the
+    gap. Listed are the tangent stiffness and the gap that, times it, gives the load: a Newton step on these is the
+    exact tangent of the nonlinear law.
     """
-    kinematics, gears, windows = pair.kinematics, pair.gears, reach.windows[p]
+    kinematics, windows = pair.kinematics, reach.windows[p]
     roll_position = reach.phi + reach.tooth_pair[p] * kinematics.pitch
-    z, width = gears[0].nodes[0, :, 2], gears[0].section_width
-    alike = kinematics.slope_x == 0.0 and kinematics.slope_y == 0.0
+    z, width = pair.sections.z, pair.sections.width
+    alike = sections_alike(pair)
     images = 2.0 if pair.scheme.mirrored else 1.0
     smallest, border = np.inf, False
-    meeting, inside, law = _meet(pair, windows, roll_position, lead, z[0], room)
-    for column in range(len(z)):
-        if column > 0 and not alike:
-            meeting, inside, law = _meet(pair, windows, roll_position, lead, z[column], room)
-        gap = meeting.gap + gap_change(moved, len(z), windows, meeting, room.carriers, column)
+    meeting, inside, law = _meet(pair, windows, roll_position, z[0], room)
+    for section in range(len(z)):
+        if section > 0 and not alike:
+            meeting, inside, law = _meet(pair, windows, roll_position, z[section], room)
+        gap = meeting.gap + section_deviation(pair.gears, meeting, z[section], reach.tooth_pair[p])
+        gap += meeting.lever * lead
+        gap += 0.5 * meeting.lever_slope * max(lead - meeting.corner_lead, 0.0) ** 2
+        gap += gap_change(moved, pair, windows, meeting, room.carriers, section)
         smallest = min(smallest, gap)
         if gap >= largest_gap:
             continue
         border = border or (gap < 0.0 and not inside)
         load, slope = line_load(-gap, *law)
         effective = gap if gap >= 0.0 else -load / slope
-        stiffness = images * slope * width[column]
-        list_point(len(z), windows, meeting, room.carriers, column, 0, effective, stiffness, count, room.points)
+        stiffness = images * slope * width[section]
+        list_point(pair, windows, meeting, room.carriers, section, 0, effective, stiffness, lead, count, room.points)
         count += 1
     return Found(count, smallest, border)

@@ -93,7 +93,7 @@ def list_loads(listed, gears, reach, points, count, loads):
         loads.lever[count], loads.mate_lever[count] = points.lever[n], points.mate_lever[n]
         for side in range(2):
             gear = slave ^ side
-            square, z = _place_on_flank(gears[gear], reach.windows[p, gear], points, n, 4 * side)
+            square, z = _place_on_flank(gears[gear], reach.windows[p, gear], points, n, side)
             loads.roll[count, gear] = np.sqrt(square)
             if side == 0:
                 loads.z[count] = z
@@ -102,18 +102,21 @@ def list_loads(listed, gears, reach, points, count, loads):
 
 
 @compiled
-def _place_on_flank(flank, window, points, n, first):
-    """Squared roll angle and z, averaged over four nodes from number `first` on by their shares of point `n`."""
-    columns, weight = flank.nodes.shape[1], points.weight
+def _place_on_flank(flank, window, points, n, side):
+    """Squared roll angle and z, averaged over the nodes of one side of point `n` by their shares."""
+    columns, weight, half = flank.nodes.shape[1], points.weight, points.node.shape[1] // 2
+    first = half * side
     normal_x = normal_y = normal_z = square = z = 0.0
-    for a in range(first, first + 4):  # the shares add up to 1, and leave the normal
+    for a in range(first, first + half):  # the shares add up to 1, and leave the direction
         normal_x += weight[n, a, 0]
         normal_y += weight[n, a, 1]
         normal_z += weight[n, a, 2]
-    for a in range(first, first + 4):
+    scale = 1.0 / (normal_x**2 + normal_y**2 + normal_z**2)
+    for a in range(first, first + half):
         share = weight[n, a, 0] * normal_x + weight[n, a, 1] * normal_y + weight[n, a, 2] * normal_z
         number = points.node[n, a] - window[OFFSET]
         row = number // columns + window[FIRST_ROW] - window[FIRST]
+        share *= scale
         square += share * flank.roll[row] ** 2
         z += share * flank.nodes[row, number % columns, 2]
     return square, z

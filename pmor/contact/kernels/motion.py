@@ -118,6 +118,26 @@ def section_offset(kinematics, gears, z):
 
 
 @compiled
+def axial_opening(kinematics, gears, pinion_roll):
+    """Gap that tilted axes open on helical flanks besides `section_offset`, mm.
+
+    The transverse section of the pinion cuts the wheel at another place along its own axis, where it is twisted on.
+
+    Parameters
+    ----------
+    pinion_roll : float
+        Where the line of action meets the pinion's flank, rad.
+    """
+    axial = gears[0].twist * gears[0].base_radius
+    if axial == 0.0 or (kinematics.slope_x == 0.0 and kinematics.slope_y == 0.0):
+        return 0.0
+    c, s = np.cos(kinematics.pressure_angle), np.sin(kinematics.pressure_angle)
+    x = gears[0].base_radius * (s - pinion_roll * c)
+    y = gears[0].base_radius * (c + pinion_roll * s) - kinematics.centre_distance
+    return axial * (kinematics.slope_x * x + kinematics.slope_y * y)
+
+
+@compiled
 def section_motion(kinematics, gears, roll_position, lead, z, forward, back):
     """Rigid motion within the transverse section at z (mm); see `relative_motion`.
 

@@ -95,7 +95,7 @@ def deform(pair, position, coordinates):
 def project_points(count, members, work):
     """Fill ``work.slope``: derivatives of the gaps by the members' amplitudes, shape (count, members)."""
     ranges, fields, points = members.ranges, members.fields, work.room.points
-    node, weight, slave = points.node, points.weight, points.slave
+    node, weight, slave, half = points.node, points.weight, points.slave, points.node.shape[1] // 2
     for n in range(count):
         row = work.slope[n]
         for j in range(members.size):
@@ -104,7 +104,7 @@ def project_points(count, members, work):
             low, high = ranges[slave[n] ^ side, 0], ranges[slave[n] ^ side, 1]
             for j in range(high - low):
                 field, value = fields[j], 0.0
-                for a in range(4 * side, 4 * side + 4):
+                for a in range(half * side, half * side + half):
                     first = 3 * node[n, a]
                     for d in range(3):
                         value += weight[n, a, d] * field[first + d]

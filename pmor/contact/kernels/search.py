@@ -22,7 +22,7 @@ def _grid_size(pair, reach):
         elements = max(elements, reach.windows[p, 0, ELEMENT_ROWS], reach.windows[p, 1, ELEMENT_ROWS])
     columns = max(pair.gears[0].nodes.shape[1], pair.gears[1].nodes.shape[1])
     if scheme.kind == LINE:
-        return reach.pairs * columns, 0, 0
+        return reach.pairs * len(pair.sections.z), 0, 0
     if scheme.kind == STRIP:
         return 2 * reach.pairs * (elements + 3) * len(scheme.gauss_points) * columns, 0, 0
     profile_points, width_points = elements * scheme.lodm_profile + 1, (columns - 1) * scheme.lodm_width + 1
@@ -34,9 +34,10 @@ def search_room(pair, reach):
     """Return room for all points that `search_all` can list."""
     size, profile_points, width_points = _grid_size(pair, reach)
     owners, values = np.empty((2, size), dtype=np.int64), np.empty((4, size))
+    carriers = 8 if pair.scheme.kind == NODAL else 8 * pair.sections.share.shape[2]
     points = Points(
-        owners[0], owners[1], np.empty((size, 8), dtype=np.int64), np.empty((size, 8, 3)), values[0], values[1],
-        values[2], values[3], np.empty((size, 4), dtype=np.int64),
+        owners[0], owners[1], np.empty((size, carriers), dtype=np.int64), np.empty((size, carriers, 3)), values[0],
+        values[1], values[2], values[3], np.empty((size, 4), dtype=np.int64),
     )  # fmt: skip
     grid = (reach.pairs, 2, profile_points, width_points, 2)
     forward, back = Motion(np.empty((3, 3)), np.empty(3)), Motion(np.empty((3, 3)), np.empty(3))

@@ -1,11 +1,15 @@
 """Schemes "line" and "strip": where two involutes meet in a transverse section, and which nodes carry that.
 
 Both take the flanks for the involutes they are, displaced by the nodal displacements that a cubic along the profile
-interpolates, with slopes of the parabola through each node and its neighbours (C1 in the arc length). A section is one
-column of nodes. To first order in the displacements: normals, levers and closest points are those of the undeformed
-involutes, which are parallel curves about their base circles and therefore need no iteration. In a tooth's frame the
-involute at roll angle u is at r_b (e + u e'), with e the unit vector at the angle half - u from +y and e' the one at
-right angles, which is also the outward normal.
+interpolates, with slopes of the parabola through each node and its neighbours (C1 in the arc length). To first order
+in the displacements: normals, levers and closest points are those of the undeformed involutes, which are parallel
+curves about their base circles and therefore need no iteration. In a tooth's frame the involute at roll angle u is at
+r_b (e + u e'), with e the unit vector at the angle half - u from +y and e' the one at right angles, which is also the
+outward normal.
+
+In the section at z a helical pair is the spur pair whose pinion is turned further by the twist over z. Gaps are along
+the transverse line of action. A displacement along the axis opens them too: what the flank's screw motion along itself
+leaves as it is says by how much, and the direction (x, y, z) is the flank's normal over cos(base helix angle).
 """
 
 from __future__ import annotations
@@ -15,8 +19,11 @@ from typing import NamedTuple
 import numpy as np
 
 from pmor.contact.kernels.compiling import compiled
-from pmor.contact.kernels.motion import roll_angle, section_motion
+from pmor.contact.kernels.motion import axial_opening, roll_angle, section_motion
 from pmor.contact.kernels.types import AT_ROOT, AT_TIP, ELEMENT_ROWS, FIRST, FIRST_ROW, NODE_ROWS, OFFSET
+
+# Leads are far below this, rad.
+CORNER = 0.01
 
 
 class Meeting(NamedTuple):
@@ -28,10 +35,13 @@ class Meeting(NamedTuple):
         Without displacements, mm.
     pinion_roll, wheel_roll : float
         Roll angles on both flanks, rad.
-    pinion_x, pinion_y, wheel_x, wheel_y : float
-        Direction in which a displacement of the pinion's and of the wheel's point opens the gap, in its tooth's frame.
+    pinion_x, pinion_y, pinion_z, wheel_x, wheel_y, wheel_z : float
+        How a displacement of the pinion's and of the wheel's point opens the gap, in its tooth's frame.
     lever, mate_lever : float
         Derivative of the gap by the pinion's rotation; lever arm of the force on the wheel, mm.
+    lever_slope, corner_lead : float
+        Derivative of the lever by the pinion's rotation, mm, from a lead (rad) on that brings its corner to the line of
+        action, and turns the lever; 0 where that is far.
     """
 
     gap: float
@@ -39,10 +49,14 @@ class Meeting(NamedTuple):
     wheel_roll: float
     pinion_x: float
     pinion_y: float
+    pinion_z: float
     wheel_x: float
     wheel_y: float
+    wheel_z: float
     lever: float
     mate_lever: float
+    lever_slope: float
+    corner_lead: float
 
 
 @compiled
@@ -53,10 +67,10 @@ def roll_of(meeting, gear):
 
 @compiled
 def opening_of(meeting, gear):
-    """Direction in which a displacement of a gear's point opens the gap."""
+    """How a displacement of a gear's point opens the gap."""
     if gear == 0:
-        return meeting.pinion_x, meeting.pinion_y
-    return meeting.wheel_x, meeting.wheel_y
+        return meeting.pinion_x, meeting.pinion_y, meeting.pinion_z
+    return meeting.wheel_x, meeting.wheel_y, meeting.wheel_z
 
 
 @compiled
@@ -115,9 +129,18 @@ def involute_foot(gears, slave, u, motion):
     slave_arm = (x - shift[0]) * ny - (y - shift[1]) * nx
     # The foot is on the mate's flank, not on the parallel involute through the point.
     gap, mate_roll = mate.base_radius * offset, roll - offset
-    if slave == 0:
-        return Meeting(gap, u, mate_roll, own_x, own_y, -nx, -ny, slave_arm, mate.base_radius)
-    return Meeting(gap, mate_roll, u, -nx, -ny, own_x, own_y, -mate.base_radius, -slave_arm)
+    # The flank that is met is smooth: its normal is that of the force on both.
+    axial = -mate.twist * mate.base_radius
+    if slave == 1:
+        # The mate's normal is at its base radius wherever the corner is: nothing turns with the pinion.
+        return Meeting(
+            gap, mate_roll, u, -nx, -ny, -axial, own_x, own_y, axial, -mate.base_radius, -slave_arm, 0.0, 0.0
+        )
+    arm_x, arm_y = x - shift[0], y - shift[1]
+    # By how much the normal turns as the corner moves over the mate, (-arm_y, arm_x) for each radian.
+    turning = (x * arm_x + y * arm_y) / (x * x + y * y) - (y * arm_x - x * arm_y) / ((x * x + y * y) * roll)
+    slope = (arm_x * nx + arm_y * ny) * (turning - 1.0)
+    return Meeting(gap, u, mate_roll, own_x, own_y, axial, -nx, -ny, -axial, slave_arm, mate.base_radius, slope, 0.0)
 
 
 @compiled
@@ -127,18 +150,41 @@ def closest_approach(kinematics, gears, roll_position, lead, z, forward, back):
     Between the tips it lies on the line of action, which each flank meets at its own roll angle; beyond, a tip corner
     meets the mate. `forward` and `back` are filled as in `section_motion`.
     """
-    turn, opening = section_motion(kinematics, gears, roll_position, lead, z, forward, back)
+    section = roll_position + gears[0].twist * z
+    turn, opening = section_motion(kinematics, gears, section, lead, z, forward, back)
     ahead = lead + kinematics.first_touch + turn
-    pinion_roll = roll_angle(kinematics, gears, 0, roll_position) + ahead
-    wheel_roll = roll_angle(kinematics, gears, 1, roll_position) + turn
+    pinion_roll = roll_angle(kinematics, gears, 0, section) + ahead
+    wheel_roll = roll_angle(kinematics, gears, 1, section) + turn
+    aside = axial_opening(kinematics, gears, pinion_roll)
     if pinion_roll > gears[0].tip_roll:
-        return involute_foot(gears, 0, gears[0].tip_roll, forward)
+        return _turned(involute_foot(gears, 0, gears[0].tip_roll, forward), gears, z, aside)
     if wheel_roll > gears[1].tip_roll:
-        return involute_foot(gears, 1, gears[1].tip_roll, back)
+        return _turned(involute_foot(gears, 1, gears[1].tip_roll, back), gears, z, aside)
+    slope = 0.0
+    if pinion_roll > gears[0].tip_roll - CORNER:
+        slope = involute_foot(gears, 0, gears[0].tip_roll, forward).lever_slope
     pinion, wheel = gears[0].half_angle - pinion_roll, gears[1].half_angle - wheel_roll
+    axial = gears[0].twist * gears[0].base_radius
+    meeting = Meeting(
+        opening - gears[0].base_radius * lead, pinion_roll, wheel_roll, np.cos(pinion), np.sin(pinion), axial,
+        np.cos(wheel), np.sin(wheel), -axial, -gears[0].base_radius, gears[1].base_radius, slope,
+        gears[0].tip_roll - pinion_roll,
+    )  # fmt: skip
+    return _turned(meeting, gears, z, aside)
+
+
+@compiled
+def _turned(meeting, gears, z, aside):
+    """A meeting in the section at z seen from the teeth's frames, which are those of the section z = 0."""
+    if gears[0].twist == 0.0:
+        return meeting
+    c, s = np.cos(gears[0].twist * z), np.sin(gears[0].twist * z)
+    pinion_x, pinion_y = c * meeting.pinion_x - s * meeting.pinion_y, s * meeting.pinion_x + c * meeting.pinion_y
+    c, s = np.cos(gears[1].twist * z), np.sin(gears[1].twist * z)
+    wheel_x, wheel_y = c * meeting.wheel_x - s * meeting.wheel_y, s * meeting.wheel_x + c * meeting.wheel_y
     return Meeting(
-        opening - gears[0].base_radius * lead, pinion_roll, wheel_roll, np.cos(pinion), np.sin(pinion),
-        np.cos(wheel), np.sin(wheel), -gears[0].base_radius, gears[1].base_radius,
+        meeting.gap + aside, meeting.pinion_roll, meeting.wheel_roll, pinion_x, pinion_y, meeting.pinion_z, wheel_x,
+        wheel_y, meeting.wheel_z, meeting.lever, meeting.mate_lever, meeting.lever_slope, meeting.corner_lead,
     )  # fmt: skip
 
 
@@ -167,34 +213,41 @@ def carry(gears, windows, meeting, carriers):
 
 
 @compiled
-def gap_change(moved, columns, windows, meeting, carriers, column):
-    """Change of the gap (mm) by the displacements `moved`, shape (nodes, 3), in one section of `columns`."""
-    change = 0.0
+def gap_change(moved, pair, windows, meeting, carriers, section):
+    """Change of the gap (mm) by the displacements `moved`, shape (nodes, 3), in a section."""
+    change, shares = 0.0, pair.sections.share
     for gear in range(2):
-        window, (x, y) = windows[gear], opening_of(meeting, gear)
-        first = window[FIRST_ROW] - window[FIRST]
+        window, (x, y, z) = windows[gear], opening_of(meeting, gear)
+        first, columns = window[FIRST_ROW] - window[FIRST], pair.gears[gear].nodes.shape[1]
         for a in range(4):
-            weight = carriers.weight[gear, a]
-            if weight != 0.0:
-                node = moved[window[OFFSET] + (carriers.row[gear] + a - first) * columns + column]
-                change += weight * (x * node[0] + y * node[1])
+            row = window[OFFSET] + (carriers.row[gear] + a - first) * columns + pair.sections.column[gear, section]
+            for b in range(shares.shape[2]):
+                weight = carriers.weight[gear, a] * shares[gear, section, b]
+                if weight != 0.0:
+                    node = moved[row + b]
+                    change += weight * (x * node[0] + y * node[1] + z * node[2])
     return change
 
 
 @compiled
-def list_point(columns, windows, meeting, carriers, column, slave, gap, stiffness, count, points):
-    """Write a point of a section, of `columns`, into the list."""
+def list_point(pair, windows, meeting, carriers, section, slave, gap, stiffness, lead, count, points):
+    """Write a point of a section into the list; `lead` is how much further than in the meeting the pinion is, rad."""
     points.gap[count], points.stiffness[count] = gap, stiffness
-    points.lever[count], points.mate_lever[count] = meeting.lever, meeting.mate_lever
-    node, weight, place = points.node, points.weight, points.place
+    points.lever[count] = meeting.lever + meeting.lever_slope * max(lead - meeting.corner_lead, 0.0)
+    points.mate_lever[count] = meeting.mate_lever
+    place, shares, n = points.place, pair.sections.share, 0
     for side in range(2):
         gear = slave ^ side
-        window, (x, y) = windows[gear], opening_of(meeting, gear)
-        first = window[FIRST_ROW] - window[FIRST]
+        window, (x, y, z) = windows[gear], opening_of(meeting, gear)
+        first, columns = window[FIRST_ROW] - window[FIRST], pair.gears[gear].nodes.shape[1]
         for a in range(4):
             row = min(carriers.row[gear] + a - first, window[NODE_ROWS] - 1)
-            node[count, 4 * side + a] = window[OFFSET] + row * columns + column
-            weight[count, 4 * side + a, 0] = carriers.weight[gear, a] * x
-            weight[count, 4 * side + a, 1] = carriers.weight[gear, a] * y
-            weight[count, 4 * side + a, 2] = 0.0
-        place[count, 2 * side], place[count, 2 * side + 1] = carriers.row[gear] - window[FIRST_ROW], column
+            for b in range(shares.shape[2]):
+                # A cubic over few columns has shares of 0 behind the last one.
+                column = min(pair.sections.column[gear, section] + b, columns - 1)
+                weight = carriers.weight[gear, a] * shares[gear, section, b]
+                points.node[count, n] = window[OFFSET] + row * columns + column
+                points.weight[count, n, 0], points.weight[count, n, 1] = weight * x, weight * y
+                points.weight[count, n, 2] = weight * z
+                n += 1
+        place[count, 2 * side], place[count, 2 * side + 1] = carriers.row[gear] - window[FIRST_ROW], section

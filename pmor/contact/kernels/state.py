@@ -87,9 +87,10 @@ class Points(NamedTuple):
         Number of the tooth pair among those in reach.
     slave : ndarray of int, shape (n,)
         Gear whose point it is.
-    node : ndarray of int, shape (n, 8)
-        Window nodes that carry the point: four of the slave, four of the master.
-    weight : ndarray, shape (n, 8, 3)
+    node : ndarray of int, shape (n, K)
+        Window nodes that carry the point: half of them of the slave, half of the master; four each, or four in each of
+        the columns between which a section lies.
+    weight : ndarray, shape (n, K, 3)
         Gradient of the gap by the displacements of these nodes.
     gap : ndarray, shape (n,)
         mm.

@@ -12,21 +12,21 @@ from pmor.contact.kernels.types import AT_ROOT, AT_TIP, ELEMENT_ROWS, FIRST_ROW
 
 
 @compiled
-def _strip_gap(moved, gears, windows, slave, u, motion, column, carriers):
+def _strip_gap(moved, pair, windows, slave, u, motion, column, carriers):
     """Gap of the slave's point at roll angle u in a section, whether both windows hold the point, and the meeting."""
-    meeting = involute_foot(gears, slave, u, motion)
-    inside = carry(gears, windows, meeting, carriers)
-    change = gap_change(moved, gears[0].nodes.shape[1], windows, meeting, carriers, column)
+    meeting = involute_foot(pair.gears, slave, u, motion)
+    inside = carry(pair.gears, windows, meeting, carriers)
+    change = gap_change(moved, pair, windows, meeting, carriers, column)
     return meeting.gap + change, inside, meeting
 
 
 @compiled
-def _strip_end(moved, gears, windows, slave, low, gap_low, high, gap_high, motion, column, carriers):
+def _strip_end(moved, pair, windows, slave, low, gap_low, high, gap_high, motion, column, carriers):
     """Where the gap changes sign between two roll angles, by false position with halving (Illinois)."""
     side, u = 0, low
     for _ in range(60):
         u = (low * gap_high - high * gap_low) / (gap_high - gap_low)
-        gap, _inside, _meeting = _strip_gap(moved, gears, windows, slave, u, motion, column, carriers)
+        gap, _inside, _meeting = _strip_gap(moved, pair, windows, slave, u, motion, column, carriers)
         if abs(gap) <= 1e-15 or abs(high - low) <= 1e-14:
             break
         if (gap < 0.0) == (gap_low < 0.0):
@@ -76,14 +76,14 @@ def _strip_borders(gears, window, slave, centre, motion, borders):
 @compiled
 def _list_piece(moved, pair, windows, slave, low, high, motion, column, penalty, count, room):
     """List the Gauss points between two roll angles of the slave."""
-    gears, scheme, carriers, columns = pair.gears, pair.scheme, room.carriers, pair.gears[0].nodes.shape[1]
+    gears, scheme, carriers = pair.gears, pair.scheme, room.carriers
     for a in range(len(scheme.gauss_points)):
         u = 0.5 * (low + high) + 0.5 * (high - low) * scheme.gauss_points[a]
-        gap, _inside, meeting = _strip_gap(moved, gears, windows, slave, u, motion, column, carriers)
+        gap, _inside, meeting = _strip_gap(moved, pair, windows, slave, u, motion, column, carriers)
         # An element of the involute's length is r_b u du.
         length = 0.5 * (high - low) * scheme.gauss_weights[a] * gears[slave].base_radius * u
-        stiffness = penalty * length * gears[slave].section_width[column]
-        list_point(columns, windows, meeting, carriers, column, slave, gap, stiffness, count, room.points)
+        stiffness = penalty * length * pair.sections.width[column]
+        list_point(pair, windows, meeting, carriers, column, slave, gap, stiffness, 0.0, count, room.points)
         count += 1
     return count
 
@@ -116,7 +116,7 @@ def search_strip(pair, reach, p, slave, lead, penalty, moved, count, room):
             borders_count = _strip_borders(gears, window, slave, centre, motion, borders)
         before = 0.0
         for i in range(borders_count):
-            gap, inside, _meeting = _strip_gap(moved, gears, windows, slave, borders[i], motion, column, carriers)
+            gap, inside, _meeting = _strip_gap(moved, pair, windows, slave, borders[i], motion, column, carriers)
             smallest = min(smallest, gap)
             at_window_root = borders[0] <= gears[slave].roll[window[FIRST_ROW]]
             cut_off = (i == 0 and window[AT_ROOT] == 0 and at_window_root) or (
@@ -126,7 +126,7 @@ def search_strip(pair, reach, p, slave, lead, penalty, moved, count, room):
             if i > 0 and (gap < 0.0 or before < 0.0):
                 low, high = borders[i - 1], borders[i]
                 if before * gap < 0.0:
-                    end = _strip_end(moved, gears, windows, slave, low, before, high, gap, motion, column, carriers)
+                    end = _strip_end(moved, pair, windows, slave, low, before, high, gap, motion, column, carriers)
                     low, high = (end, high) if gap < 0.0 else (low, end)
                 count = _list_piece(moved, pair, windows, slave, low, high, motion, column, penalty, count, room)
             before = gap

@@ -99,8 +99,6 @@ class Gear(NamedTuple):
         Of the closed form of line contact, mm^2/N.
     line_constant : ndarray, shape (n + 1,)
         Its constant at each row of nodes; empty for other schemes.
-    section_width : ndarray, shape (m + 1,)
-        Share of the face width that each column of nodes stands for, mm.
     twist : float
         Rotation of the transverse section per length along +z, rad/mm; 0 for spur gears, of opposite signs on the two
         gears of a helical pair.
@@ -117,7 +115,6 @@ class Gear(NamedTuple):
     half_angle: float
     line_compliance: float
     line_constant: FloatArray
-    section_width: FloatArray
     twist: float
     deviation: Deviation = NO_DEVIATION
 
@@ -165,12 +162,34 @@ class Scheme(NamedTuple):
     gauss_weights: FloatArray
 
 
+class Sections(NamedTuple):
+    """The transverse sections in which line contact is evaluated, S of them, and what carries them (C columns each).
+
+    Attributes
+    ----------
+    z : ndarray, shape (S,)
+        mm.
+    width : ndarray, shape (S,)
+        Share of the face width that each stands for, mm.
+    column : ndarray of int, shape (2, S)
+        First of the columns of nodes that carry a section, on each gear.
+    share : ndarray, shape (2, S, C)
+        Weights of these columns.
+    """
+
+    z: FloatArray
+    width: FloatArray
+    column: IntArray
+    share: FloatArray
+
+
 class Pair(NamedTuple):
-    """A gear pair as the kernels see it."""
+    """A gear pair as the kernels see it; `sections` are empty for other schemes than line contact."""
 
     kinematics: Kinematics
     gears: tuple[Gear, Gear]
     scheme: Scheme
+    sections: Sections
 
 
 class Reach(NamedTuple):

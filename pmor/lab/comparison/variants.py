@@ -127,6 +127,8 @@ def variants(case: Case, greedy_solves: int) -> list[Variant]:
         on_grid("global_pod", broad),
         replace(spread("static_modes", "sobol"), sampling="none"),
     ]
+    if case.contact.scheme == "line":
+        listed.insert(0, replace(spread("line_loads", "sobol"), sampling="none"))
     return list({variant.label: variant for variant in listed}.values())  # budgets may coincide
 
 

@@ -108,8 +108,8 @@ def _solve(
     if meshed.scheme.kind != "line":
         return ste, {}
     found = line_contact(meshed, position, equilibrium.contact)
-    loads = np.zeros((len(position.pair_index), len(meshed.section_widths)))
-    loads[found.pair, found.column] = found.line_load
+    loads = np.zeros((len(position.pair_index), len(meshed.sections.z)))
+    loads[found.pair, found.section] = found.line_load
     return ste, {int(index): load for index, load in zip(position.pair_index, loads, strict=True)}
 
 
@@ -142,7 +142,7 @@ def sweep_states(reduced: ReducedPair, states: States) -> tuple[Solved, FloatArr
 def _line_loads(meshed: MeshedPair, sweep: SteSweep) -> dict[int, FloatArray]:
     """Line loads of the only state of a sweep."""
     assert sweep.states is not None
-    found, widths = sweep.states.loads, meshed.section_widths * (2.0 if meshed.mirrored else 1.0)
+    found, widths = sweep.states.loads, meshed.sections.width * (2.0 if meshed.mirrored else 1.0)
     loads = {int(index): np.zeros(len(widths)) for index in np.unique(found.pair)}
     for index, column, force in zip(found.pair, found.column, found.force_N, strict=True):
         loads[int(index)][column] = force / widths[column]

@@ -1,0 +1,243 @@
+"""The sweep of line contact with the line loads as unknowns (`pmor.contact.kernels.line_loads`).
+
+Sections are placed, and their flexibility gathered, once for a block of angles; torques and flank deviations cost a
+solution each, of as many equations as sections carry load. Blocks have a fixed size and each state starts cold, so that
+a result depends neither on the number of threads nor on what else is asked for, to the last bit.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmor.arrays import FloatArray, IntArray
+from pmor.contact.condition import PLAIN, Built, Condition, at_leads, common_axes
+from pmor.contact.flank import MeshedPair
+from pmor.contact.kernels.deviation import Deviation
+from pmor.contact.kernels.line_loads import LineResults, Lines, line_deviations, place_lines, solve_lines
+from pmor.contact.position import pairs_in_reach
+from pmor.results.force_law import ForceLaw
+from pmor.results.loads import ContactLoads, SweepStates
+from pmor.results.sweep import SteSweep
+from pmor.threads import in_order
+from pmor_online.model import ReducedPair
+
+# Sections are placed for so many angles at a time: enough to share out, few enough for the flexibilities of helical
+# pairs to stay in megabytes.
+ANGLES_PER_BLOCK = 25
+
+
+def sweep_line_loads(
+    reduced: ReducedPair,
+    phi: FloatArray,
+    conditions: Sequence[Condition],
+    executor: Executor | None = None,
+    advance: Callable[[int], None] = lambda n: None,
+    recorded: bool = False,
+) -> SteSweep:
+    """Solve all angles under all conditions.
+
+    Parameters
+    ----------
+    reduced : ReducedPair
+        Of line loads.
+    phi : ndarray, shape (n,)
+        Pinion angles, rad, in any order.
+    conditions : sequence of Condition
+        Torques with the same axes; flanks may differ.
+    executor : concurrent.futures.Executor, optional
+        Of threads; solves several blocks of angles at a time.
+    advance : callable
+        Called with the number of angles done, for progress.
+    recorded : bool
+        Keep leads and line loads of all states too.
+
+    Returns
+    -------
+    SteSweep
+    """
+    start = time.perf_counter()
+    lines, found = _solve(reduced, phi, conditions, executor, advance)
+    lead = np.where(found.converged, found.lead, np.nan)
+    share, pair_index = _shares(lines, found, len(reduced.meshed.sections.z))
+    return SteSweep(
+        phi_rad=np.asarray(phi, dtype=float),
+        torque_Nm=np.array([condition.given_torque for condition in conditions]) * 1e-3,
+        ste_um=lead * reduced.meshed.pair.pinion.base_radius * 1e3,
+        pair_share=share,
+        pair_index=pair_index,
+        newton_steps=found.steps,
+        converged=found.converged,
+        seconds=time.perf_counter() - start,
+        pitch_rad=reduced.meshed.pair.pitch,
+        states=_states(reduced, lines, found, lead) if recorded else None,
+    )
+
+
+def line_force_law(
+    reduced: ReducedPair,
+    phi: FloatArray,
+    leads: Sequence[float],
+    built: Built = PLAIN,
+    executor: Executor | None = None,
+    advance: Callable[[int], None] = lambda n: None,
+) -> ForceLaw:
+    """Find the torque that the line loads make where the pinion's lead is given; arguments as in `sweep_line_loads`.
+
+    Parameters
+    ----------
+    leads : sequence of float
+        rad, from where the unloaded flanks first touch.
+    built : Built
+
+    Returns
+    -------
+    ForceLaw
+    """
+    start = time.perf_counter()
+    conditions = at_leads(leads, built.axes, built.pinion, built.wheel)
+    lines, found = _solve(reduced, phi, conditions, executor, advance)
+    torque, pairs = _pair_torques(lines, found, len(reduced.meshed.sections.z))
+    torque[~found.converged] = np.nan
+    return ForceLaw(
+        phi_rad=np.asarray(phi, dtype=float),
+        lead_rad=np.asarray(leads, dtype=float),
+        pair_torque_Nm=1e-3 * torque,
+        pair_index=pairs,
+        newton_steps=found.steps,
+        converged=found.converged,
+        seconds=time.perf_counter() - start,
+    )
+
+
+@dataclass(frozen=True)
+class _Case:
+    """Conditions that differ in nothing but what drives them.
+
+    Parameters
+    ----------
+    index : ndarray of int
+        Which of all conditions they are.
+    drives : ndarray
+        Torques, N mm, or leads, rad.
+    flanks : (Deviation, Deviation) or None
+        Of pinion and wheel; None where they do not deviate.
+    """
+
+    index: IntArray
+    drives: FloatArray
+    flanks: tuple[Deviation, Deviation] | None
+
+
+def _solve(
+    reduced: ReducedPair, phi: FloatArray, conditions: Sequence[Condition], executor: Executor | None,
+    advance: Callable[[int], None],
+) -> tuple[Lines, LineResults]:  # fmt: skip
+    """Solve block by block; the sections come back without flexibilities and gradients, which nobody reads again."""
+    angles, axes = np.ascontiguousarray(phi, dtype=float), common_axes(conditions)
+    pair, cases = reduced.meshed.for_kernels(Built(axes)), _cases(reduced.meshed, conditions)
+
+    def solve(block: slice) -> tuple[Lines, LineResults]:
+        lines = place_lines(angles[block], pair, pairs_in_reach(reduced.meshed), reduced.components)
+        found = _solve_block(reduced, lines, cases, len(conditions), conditions[0].torque is None)
+        nothing = np.empty((0, 0, 0))
+        return lines._replace(gradient=np.empty((0, 0, 0, 0)), flexibility=nothing), found
+
+    blocks = [slice(i, i + ANGLES_PER_BLOCK) for i in range(0, len(angles), ANGLES_PER_BLOCK)]
+    solved = []
+    for part in in_order(solve, blocks, executor):
+        solved.append(part)
+        advance(len(part[0].first_pair))
+    lines = Lines(*(np.concatenate(arrays) for arrays in zip(*(part[0] for part in solved), strict=True)))
+    found = LineResults(*(np.concatenate(a, axis=1) for a in zip(*(part[1] for part in solved), strict=True)))
+    return lines, found
+
+
+def _cases(meshed: MeshedPair, conditions: Sequence[Condition]) -> list[_Case]:
+    by_flanks: dict[Built, list[int]] = {}
+    for number, condition in enumerate(conditions):
+        by_flanks.setdefault(condition.built, []).append(number)
+    drives = np.array([c.given_torque if c.lead is None else c.lead for c in conditions], dtype=float)
+    cases = []
+    for built, numbers in by_flanks.items():
+        index = np.array(numbers)
+        cases.append(_Case(index, drives[index], meshed.deviations(built) if built.modified else None))
+    return cases
+
+
+def _solve_block(
+    reduced: ReducedPair, lines: Lines, cases: Sequence[_Case], count: int, held: bool
+) -> LineResults:
+    """Solve the angles of placed sections under all cases, with `count` conditions in all."""
+    meshed, sections = reduced.meshed, reduced.meshed.sections
+    width, rate = sections.width * (2.0 if meshed.mirrored else 1.0), meshed.expected_approach(1.0)
+    angles, size = lines.gap.shape
+    whole, deviation = _no_results(count, angles, size), np.empty((angles, size))
+    for case in cases:
+        if case.flanks is not None:
+            line_deviations(lines, sections.z, *case.flanks, deviation)
+        found = whole if len(case.index) == count else _no_results(len(case.index), angles, size)
+        added = np.empty((0, 0)) if case.flanks is None else deviation
+        solve_lines(lines, added, case.drives, held, rate, width, reduced.section_compliance, found)
+        if found is not whole:
+            for all_of_it, part in zip(whole, found, strict=True):
+                all_of_it[case.index] = part
+    return whole
+
+
+def _no_results(conditions: int, angles: int, size: int) -> LineResults:
+    grid = conditions, angles
+    return LineResults(
+        np.zeros(grid), np.zeros(grid, dtype=np.int64), np.zeros(grid, dtype=bool), np.zeros((*grid, size))
+    )
+
+
+def _levers(lines: Lines, found: LineResults) -> FloatArray:
+    """Levers of all states, (D, A, N), mm; under a pinion's corner they turn with the lead."""
+    further = np.maximum(found.lead[..., None] - lines.corner_lead, 0.0)
+    return np.asarray(lines.lever + lines.lever_slope * further)
+
+
+def _pair_torques(lines: Lines, found: LineResults, sections: int) -> tuple[FloatArray, IntArray]:
+    """Torque on the pinion that each tooth pair carries, (D, A, pairs), N mm, and the pairs that ever do."""
+    by_place = (-_levers(lines, found) * found.force).reshape(*found.lead.shape, -1, sections).sum(axis=3)
+    pairs = lines.first_pair[:, None] + np.arange(by_place.shape[2])
+    used = np.unique(pairs[(by_place > 0.0).any(axis=0)])
+    torque = np.zeros((*found.lead.shape, len(used)))
+    for column, index in enumerate(used):
+        torque[:, :, column] = np.where(pairs == index, by_place, 0.0).sum(axis=2)
+    return torque, used
+
+
+def _shares(lines: Lines, found: LineResults, sections: int) -> tuple[FloatArray, IntArray]:
+    torque, pairs = _pair_torques(lines, found, sections)
+    total = torque.sum(axis=2, keepdims=True)
+    return np.divide(torque, total, out=np.zeros_like(torque), where=(total > 0.0) & found.converged[..., None]), pairs
+
+
+def _states(reduced: ReducedPair, lines: Lines, found: LineResults, lead: FloatArray) -> SweepStates:
+    z = reduced.meshed.sections.z
+    carried = (found.force > 0.0) & found.converged[..., None]
+    _, angle, place = np.nonzero(carried)
+    count = carried.sum(axis=2)
+    after = np.cumsum(count.ravel()).reshape(count.shape)
+    column = place % len(z)
+    loads = ContactLoads(
+        first=after - count,
+        count=count,
+        pair=lines.first_pair[angle] + place // len(z),
+        slave=np.zeros(len(place), dtype=np.int64),
+        column=column,
+        force_N=found.force[carried],
+        lever_mm=_levers(lines, found)[carried],
+        mate_lever_mm=lines.mate_lever[angle, place],
+        roll_rad=lines.roll[angle, place],
+        z_mm=z[column],
+    )
+    reach = lines.gap.shape[1] // len(z)
+    pairs = lines.first_pair[:, None] + np.arange(reach)
+    return SweepStates(lead, pairs, np.zeros((*lead.shape, reach, 0)), loads)

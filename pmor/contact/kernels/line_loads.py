@@ -1,0 +1,453 @@
+"""Line contact with the line loads themselves as unknowns: exact, nothing trained, nothing interpolated over the angle.
+
+To first order in the displacements all but the law of the line load is linear: with F the forces of the sections
+that carry load (along the transverse line of action, w = F / width), their gaps are
+
+    g = g_0 + e + l lead + D F + delta(w),    D = W C W^T,                                                        (1)
+
+g_0 between the undeformed flanks in their kinematic position, e what the flanks deviate by, l the levers, W the shares
+and directions by which nodes carry the sections, C the compliance between flank nodes, delta the approach of
+`pmor.contact.line_contact`. (Under a pinion's corner l turns with the lead, and so little that nothing below depends on
+it.) Sought are F > 0 with g = 0, and g >= 0 elsewhere, in balance with the torque, -l F = T, or
+under a given lead. D is symmetric and positive semidefinite and delta rises with the load: it is the minimum of a
+strictly convex energy, so there is one solution, and Newton with an active set finds it (Johnson, Contact Mechanics
+1985, ch. 4; Portugal, Judice & Vicente, Math. Comp. 63 (1994) 625). Neither D nor g_0 depends on torque or deviations.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pmor.arrays import BoolArray, FloatArray, IntArray
+from pmor.contact.kernels.compiling import allocating, compiled
+from pmor.contact.kernels.deviation import flank_deviation
+from pmor.contact.kernels.line import line_law, sections_alike
+from pmor.contact.kernels.linear import cholesky, solve_factored
+from pmor.contact.kernels.sections import closest_approach, cubic_rows, opening_of, roll_of
+from pmor.contact.kernels.state import Carriers
+from pmor.contact.kernels.types import Motion
+
+# Newton steps, and after how many of them sections change sides singly.
+MAX_STEPS, PATIENCE = 60, 20
+# The change of the forces by the last step, squared, over the force and the largest one: the law is quadratic in it.
+TOLERANCE = 1e-11
+# Sections are looked at that stand off by less than this share of the approach, were the flanks rigid.
+NEARBY = 0.2
+# Of that distance: gaps below it have no sign.
+ROUND_OFF = 1e-9
+
+
+class Lines(NamedTuple):
+    """Sections of all tooth pairs in reach over A pinion angles: P pairs of S sections, N = P S unknowns at most.
+
+    Attributes
+    ----------
+    first_pair : ndarray of int, shape (A,)
+        Number of the first tooth pair in reach; the others follow.
+    gap : ndarray, shape (A, N)
+        Between undeformed flanks without deviations in the kinematic position, mm.
+    lever, mate_lever : ndarray, shape (A, N)
+        Derivative of the gap by the pinion's rotation, and lever arm of the force on the wheel, mm.
+    lever_slope, corner_lead : ndarray, shape (A, N)
+        Derivative of the lever by the pinion's rotation, mm, from a lead (rad) on that brings its corner into contact.
+    roll : ndarray, shape (A, N, 2)
+        Roll angles on pinion and wheel, rad.
+    law : ndarray, shape (A, N, 3)
+        Compliance (mm^2/N), constant, and load below which the law is linear (N/mm).
+    row : ndarray of int, shape (A, N, 2)
+        First of the four rows of nodes that carry a section, on each gear.
+    gradient : ndarray, shape (A, N, 2, 4 c)
+        Gradient of the gap by the c components of displacement in these rows.
+    flexibility : ndarray, shape (A, N, N)
+        D, of the sections that are `ready`, mm/N.
+    ready : ndarray of bool, shape (A, N)
+    """
+
+    first_pair: IntArray
+    gap: FloatArray
+    lever: FloatArray
+    mate_lever: FloatArray
+    lever_slope: FloatArray
+    corner_lead: FloatArray
+    roll: FloatArray
+    law: FloatArray
+    row: IntArray
+    gradient: FloatArray
+    flexibility: FloatArray
+    ready: BoolArray
+
+
+class LineResults(NamedTuple):
+    """What `solve_lines` fills, for D torques or leads.
+
+    Attributes
+    ----------
+    lead : ndarray, shape (D, A)
+        rad.
+    steps : ndarray of int, shape (D, A)
+    converged : ndarray of bool, shape (D, A)
+    force : ndarray, shape (D, A, N)
+        Along the transverse line of action, N.
+    """
+
+    lead: FloatArray
+    steps: IntArray
+    converged: BoolArray
+    force: FloatArray
+
+
+class _Room(NamedTuple):
+    """Work space of one solution with N unknowns at most.
+
+    Attributes
+    ----------
+    free : ndarray, shape (N,)
+        Gaps under no load at lead 0, mm.
+    carries : ndarray of bool, shape (N,)
+    active : ndarray of int, shape (N,)
+        Those that carry, in order.
+    matrix, factor : ndarray, shape (N, N)
+    loaded, levered : ndarray, shape (N,)
+        Solutions with the gaps and with the levers on the right-hand side.
+    """
+
+    free: FloatArray
+    carries: BoolArray
+    active: IntArray
+    matrix: FloatArray
+    factor: FloatArray
+    loaded: FloatArray
+    levered: FloatArray
+
+
+@allocating
+def place_lines(phi, pair, reachable, components):
+    """Place the sections of all tooth pairs that can be in reach at some pinion angles.
+
+    Parameters
+    ----------
+    phi : ndarray, shape (A,)
+        rad.
+    pair : Pair
+    reachable : int
+        Tooth pairs in reach at most: P.
+    components : int
+        Of displacement: 2 without, 3 with those along the axis.
+
+    Returns
+    -------
+    Lines
+        With no flexibility ready.
+    """
+    angles, sections = len(phi), len(pair.sections.z)
+    size, kinematics = reachable * sections, pair.kinematics
+    lines = Lines(
+        np.zeros(angles, dtype=np.int64), np.zeros((angles, size)), np.zeros((angles, size)), np.zeros((angles, size)),
+        np.zeros((angles, size)), np.zeros((angles, size)),
+        np.zeros((angles, size, 2)), np.zeros((angles, size, 3)), np.zeros((angles, size, 2), dtype=np.int64),
+        np.zeros((angles, size, 2, 4 * components)), np.zeros((angles, size, size)),
+        np.zeros((angles, size), dtype=np.bool_),
+    )  # fmt: skip
+    forward, back = Motion(np.empty((3, 3)), np.empty(3)), Motion(np.empty((3, 3)), np.empty(3))
+    carriers = Carriers(np.empty(2, dtype=np.int64), np.empty((2, 4)))
+    middle, alike = 0.5 * (kinematics.path_start + kinematics.path_end), sections_alike(pair)
+    for i in range(angles):
+        # As many pairs as can be in reach, about the middle of the path.
+        first = int(np.ceil((middle - phi[i]) / kinematics.pitch - 0.5 * reachable))
+        lines.first_pair[i] = first
+        for p in range(reachable):
+            roll_position = phi[i] + (first + p) * kinematics.pitch
+            for s in range(sections):
+                n = p * sections + s
+                if s > 0 and alike:
+                    _copy_section(lines, i, n)
+                else:
+                    _place_section(lines, i, n, pair, roll_position, pair.sections.z[s], forward, back, carriers)
+    return lines
+
+
+@compiled
+def _place_section(lines, i, n, pair, roll_position, z, forward, back, carriers):
+    gears, parts = pair.gears, lines.gradient.shape[3] // 4
+    meeting = closest_approach(pair.kinematics, gears, roll_position, 0.0, z, forward, back)
+    lines.gap[i, n], lines.lever[i, n], lines.mate_lever[i, n] = meeting.gap, meeting.lever, meeting.mate_lever
+    lines.lever_slope[i, n], lines.corner_lead[i, n] = meeting.lever_slope, meeting.corner_lead
+    for gear in range(2):
+        roll, u = gears[gear].roll, roll_of(meeting, gear)
+        carriers.row[gear] = cubic_rows(roll, u, 0, len(roll) - 1, carriers.weight[gear])
+        # Four rows in any case: of a flank with fewer elements the first ones have no share.
+        row = min(carriers.row[gear], len(roll) - 4)
+        behind = carriers.row[gear] - row
+        lines.roll[i, n, gear], lines.row[i, n, gear] = u, row
+        x, y, axial = opening_of(meeting, gear)
+        for a in range(4 - behind):
+            weight, at = carriers.weight[gear, a], parts * (a + behind)
+            lines.gradient[i, n, gear, at], lines.gradient[i, n, gear, at + 1] = weight * x, weight * y
+            if parts == 3:
+                lines.gradient[i, n, gear, at + 2] = weight * axial
+    law = line_law(gears, meeting, carriers)
+    lines.law[i, n, 0], lines.law[i, n, 1], lines.law[i, n, 2] = law[0], law[1], law[2]
+
+
+@compiled
+def _copy_section(lines, i, n):
+    """On spur gears with parallel axes undeformed flanks meet in all sections alike."""
+    lines.gap[i, n], lines.lever[i, n] = lines.gap[i, n - 1], lines.lever[i, n - 1]
+    lines.mate_lever[i, n] = lines.mate_lever[i, n - 1]
+    lines.lever_slope[i, n], lines.corner_lead[i, n] = lines.lever_slope[i, n - 1], lines.corner_lead[i, n - 1]
+    for k in range(3):
+        lines.law[i, n, k] = lines.law[i, n - 1, k]
+    for gear in range(2):
+        lines.roll[i, n, gear], lines.row[i, n, gear] = lines.roll[i, n - 1, gear], lines.row[i, n - 1, gear]
+        for k in range(lines.gradient.shape[3]):
+            lines.gradient[i, n, gear, k] = lines.gradient[i, n - 1, gear, k]
+
+
+@compiled
+def _product(block, to_row, to, by_row, by, parts, room):
+    """Product of two gradients with the compliance between the rows of two sections, shape (rows c, rows c)."""
+    size, first = len(by), parts * to_row
+    for b in range(size):
+        room[b] = 0.0
+    for a in range(size):
+        value, line = to[a], block[first + a, parts * by_row : parts * by_row + size]
+        if value != 0.0:
+            for b in range(size):
+                room[b] += value * line[b]
+    total = 0.0
+    for b in range(size):
+        total += room[b] * by[b]
+    return total
+
+
+@compiled
+def _make_ready(lines, i, n, compliance, sections, room):
+    """Fill the flexibility between section `n` and all those that are ready."""
+    flexibility, parts = lines.flexibility[i], lines.gradient.shape[3] // 4
+    lines.ready[i, n] = True
+    for m in range(len(lines.gap[i])):
+        if not lines.ready[i, m]:
+            continue
+        low, high = min(n, m), max(n, m)
+        apart = high // sections - low // sections
+        s, t = low % sections, high % sections
+        total = 0.0
+        if apart < len(compliance[0]):
+            row, gradient = lines.row[i], lines.gradient[i]
+            # Pinion teeth count as tooth pairs do, wheel teeth against them.
+            total = _product(compliance[0][apart, t, s], row[high, 0], gradient[high, 0], row[low, 0],
+                             gradient[low, 0], parts, room)  # fmt: skip
+            total += _product(compliance[1][apart, s, t], row[low, 1], gradient[low, 1], row[high, 1],
+                              gradient[high, 1], parts, room)  # fmt: skip
+        flexibility[n, m] = flexibility[m, n] = total
+
+
+@compiled
+def line_deviations(lines, z, pinion, wheel, out):
+    """Fill `out`, shape (A, N), with what both flanks deviate by in all sections, mm.
+
+    Parameters
+    ----------
+    lines : Lines
+    z : ndarray, shape (S,)
+        Of the sections, mm.
+    pinion, wheel : Deviation
+    out : ndarray
+    """
+    sections = len(z)
+    for i in range(out.shape[0]):
+        for n in range(out.shape[1]):
+            tooth, place = lines.first_pair[i] + n // sections, z[n % sections]
+            out[i, n] = flank_deviation(pinion, lines.roll[i, n, 0], place, tooth)
+            # The wheel's teeth count against the pinion's.
+            out[i, n] += flank_deviation(wheel, lines.roll[i, n, 1], place, -tooth)
+
+
+@compiled
+def approach_of(load, law):
+    """Approach of the flanks under a line load (N/mm) and its derivative; linear below the least load."""
+    compliance, constant, least = law[0], law[1], law[2]
+    if load <= least:
+        slope = compliance * (constant - 0.5 * np.log(least))
+        return slope * load, slope
+    shape = compliance * (constant - 0.5 * np.log(load))
+    return shape * load, shape - 0.5 * compliance
+
+
+@allocating
+def solve_lines(lines, deviation, drives, held, rate, width, compliance, results):
+    """Solve all angles under all torques or leads.
+
+    Parameters
+    ----------
+    lines : Lines
+        Flexibilities are made ready as they are needed.
+    deviation : ndarray, shape (A, N) or (0, 0)
+        What both flanks deviate by, mm.
+    drives : ndarray, shape (D,)
+        Torques (N mm) or leads (rad).
+    held : bool
+        Whether they are leads.
+    rate : float
+        Approach of the flanks to expect per torque, mm / (N mm).
+    width : ndarray, shape (S,)
+        Of the sections, with their images, mm.
+    compliance : two ndarrays, shape (reach + 1, S, S, rows c, rows c)
+        Between sections of the flanks of teeth 0, 1, ... apart, of pinion and wheel, mm/N.
+    results : LineResults
+        Filled.
+    """
+    size = lines.gap.shape[1]
+    room = _Room(
+        np.empty(size), np.empty(size, dtype=np.bool_), np.empty(size, dtype=np.int64), np.empty((size, size)),
+        np.empty((size, size)), np.empty(size), np.empty(size),
+    )  # fmt: skip
+    row = np.empty(lines.gradient.shape[3])
+    for i in range(len(lines.first_pair)):
+        room.free[:] = lines.gap[i]
+        if len(deviation) > 0:
+            room.free[:] += deviation[i]
+        for d in range(len(drives)):
+            force = results.force[d, i]
+            lead, steps, converged = _solve(lines, i, drives[d], held, rate, width, compliance, force, row, room)
+            results.lead[d, i], results.steps[d, i], results.converged[d, i] = lead, steps, converged
+
+
+@compiled
+def _start(lines, i, drive, held, rate, force, room):
+    """Choose the sections to begin with and their forces; return the lead, and the gap up to which others count."""
+    free, lever, carries, size = room.free, lines.lever[i], room.carries, len(room.free)
+    lead = drive
+    if not held:
+        touch = np.inf  # the least lead at which rigid flanks touch
+        for n in range(size):
+            touch = min(touch, free[n] / -lever[n])
+        lead = touch + drive * rate / -lever[0]
+    depth, count = 0.0, 0
+    for n in range(size):
+        rigid = free[n] + lever[n] * lead
+        carries[n] = rigid < 0.0
+        depth, count = max(depth, -rigid), count + carries[n]
+    torque = depth / rate / -lever[0] if held else drive
+    for n in range(size):
+        force[n] = torque / (-lever[n] * count) if carries[n] else 0.0
+    return lead, NEARBY * depth
+
+
+@compiled
+def _solve(lines, i, drive, held, rate, width, compliance, force, row, room):
+    """Newton with an active set at one angle; return lead, steps and whether it converged. `force` is filled."""
+    lead, nearby = _start(lines, i, drive, held, rate, force, room)
+    for step in range(1, MAX_STEPS + 1):
+        count = _linearise(lines, i, lead, force, width, compliance, row, room)
+        if count == 0:
+            if held:
+                return lead, step, True
+            return lead, step, False
+        lead = _newton_step(lines, i, drive, held, lead, force, count, room)
+        settled, error = _accept(lines, i, count, width, force, room)
+        single = step > PATIENCE
+        if not (single and error > TOLERANCE):
+            settled = _touch(lines, i, lead, nearby, count, width, compliance, force, row, single, room) and settled
+        if settled and error <= TOLERANCE:
+            return lead, step, True
+    return lead, MAX_STEPS, False
+
+
+@compiled
+def _turning(lines, i, n, lead):
+    """How far the lead is beyond the one that brings the pinion's corner into contact, and the lever's slope there."""
+    further = lead - lines.corner_lead[i, n]
+    return (further, lines.lever_slope[i, n]) if further > 0.0 else (0.0, 0.0)
+
+
+@compiled
+def _linearise(lines, i, lead, force, width, compliance, row, room):
+    """Gather the linearised equations of the sections that carry; return their number."""
+    sections, law, flexibility, active = len(width), lines.law[i], lines.flexibility[i], room.active
+    count = 0
+    for n in range(len(room.free)):
+        if room.carries[n]:
+            if not lines.ready[i, n]:
+                _make_ready(lines, i, n, compliance, sections, row)
+            active[count] = n
+            count += 1
+    for a in range(count):
+        n = active[a]
+        across = width[n % sections]
+        load = force[n] / across
+        approach, slope = approach_of(load, law[n])
+        further, turning = _turning(lines, i, n, lead)
+        # The gap 1/2 turning further^2 linearised about the present lead.
+        room.loaded[a] = room.free[n] + turning * further * (0.5 * further - lead) + approach - slope * load
+        room.levered[a] = lines.lever[i, n] + turning * further
+        line = room.matrix[a]
+        for b in range(a, count):
+            line[b] = flexibility[n, active[b]]
+        line[a] += slope / across
+    cholesky(room.matrix, count, room.factor)
+    return count
+
+
+@compiled
+def _newton_step(lines, i, drive, held, lead, force, count, room):
+    """Solve the linearised equations; the new forces are left in ``room.loaded``, returned is the lead."""
+    solve_factored(room.factor, count, room.loaded)
+    solve_factored(room.factor, count, room.levered)
+    if not held:
+        torque, give = drive, 0.0
+        for a in range(count):
+            n = room.active[a]
+            further, turning = _turning(lines, i, n, lead)
+            lever = lines.lever[i, n] + turning * further
+            torque -= lever * room.loaded[a] + turning * force[n] * lead
+            give += lever * room.levered[a] - turning * force[n]
+        lead = torque / give
+    for a in range(count):
+        room.loaded[a] = -room.loaded[a] - lead * room.levered[a]
+    return lead
+
+
+@compiled
+def _accept(lines, i, count, width, force, room):
+    """Take over the new forces; sections that would pull let go. Return whether none did, and the change."""
+    settled, error, largest = True, 0.0, 0.0
+    for a in range(count):
+        largest = max(largest, room.loaded[a])
+    for a in range(count):
+        n = room.active[a]
+        least = lines.law[i, n, 2] * width[n % len(width)]
+        new = room.loaded[a]
+        if new > 0.0:
+            error = max(error, (new - force[n]) ** 2 / (max(new, least) * largest))
+            force[n] = new
+            continue
+        settled = False
+        # The law is steeper the smaller the load: what pulls here may still push there.
+        room.carries[n] = force[n] > least
+        force[n] = least if room.carries[n] else 0.0
+    return settled, error
+
+
+@compiled
+def _touch(lines, i, lead, nearby, count, width, compliance, force, row, single, room):
+    """Let sections carry whose gaps have closed, one at a time where `single`; return whether there was none."""
+    settled, size = True, len(room.free)
+    for n in range(size):
+        further, turning = _turning(lines, i, n, lead)
+        rigid = room.free[n] + lines.lever[i, n] * lead + 0.5 * turning * further**2
+        if room.carries[n] or rigid > nearby:
+            continue
+        if not lines.ready[i, n]:
+            _make_ready(lines, i, n, compliance, len(width), row)
+        gap, line = rigid, lines.flexibility[i, n]
+        for a in range(count):
+            gap += line[room.active[a]] * force[room.active[a]]
+        if gap < -ROUND_OFF * nearby:
+            room.carries[n], settled = True, False
+            force[n] = lines.law[i, n, 2] * width[n % len(width)]
+            if single:
+                break
+    return settled
