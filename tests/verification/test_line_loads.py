@@ -1,0 +1,280 @@
+"""Line contact solved for its line loads: exact to full FE, on spur and helical, modified and tilted pairs."""
+
+import math
+from functools import cache
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from pmor.case import parse_case
+from pmor.contact.condition import PLAIN, Axes, Built, Condition, at_torques
+from pmor.contact.kernels.line import line_load
+from pmor.contact.kernels.line_loads import approach_of
+from pmor.contact.kernels.sections import closest_approach
+from pmor.contact.kernels.types import Motion
+from pmor.contact.solve import solve_position
+from pmor.flank.modification import Modification
+from pmor.pair.model import elastic_model, mesh_model
+from pmor_offline.train import train
+from pmor_online.line_sweep import sweep_line_loads
+from pmor_online.model import reduced_pair
+from tests.small_case import case_text
+
+TORQUE = 1e5  # N mm
+# Full FE is solved to 1e-9 in its energy norm.
+STE, LOADS = 1e-8, 1e-6
+
+PAIRS = {
+    "spur": {},
+    "unequal": {"wheel": {"teeth": 31, "bore_radius_mm": 25.0, "face_width_mm": 16.0, "face_offset_mm": 1.0}},
+    "helical": {"pair": {"helix_angle_deg": 20.0}, "wheel": {"teeth": 31, "bore_radius_mm": 25.0}},
+}
+
+
+@cache
+def models(name, hand=1.0, width="whole"):
+    """Full FE and the reduced pair of its line loads."""
+    changes = {section: dict(keys) for section, keys in PAIRS[name].items()}
+    if "pair" in changes:
+        changes["pair"]["helix_angle_deg"] *= hand
+    text = case_text(
+        **changes, mesh={"profile_elements": 5, "width_elements": 4, "width": width}, contact={"scheme": "line"},
+    )  # fmt: skip
+    case = parse_case(text, "small", "small case")
+    full = elastic_model(case, mesh_model(case))
+    return full, reduced_pair(train(case, full).basis)
+
+
+def random_modification(rng):
+    tip, root, profile, helix, twist = rng.uniform(0.0, 40.0, 5)
+    return Modification(
+        tip_relief_um=tip, tip_relief_start_roll_deg=rng.uniform(20.0, 30.0), root_relief_um=0.5 * root,
+        root_relief_end_roll_deg=rng.uniform(10.0, 18.0), root_relief_shape="parabolic",
+        profile_crowning_um=0.5 * profile, helix_crowning_um=0.5 * helix, helix_slope_um=rng.uniform(-40.0, 40.0),
+        twist_um=twist, end_relief_um=0.2 * tip, end_relief_length_mm=rng.uniform(1.0, 6.0),
+    )  # fmt: skip
+
+
+def random_conditions(rng, count):
+    """Angles in pitches, and conditions with torques from 0.02 to 2 of nominal, tilts and modifications up to 40 um."""
+    found = []
+    for _ in range(count):
+        torque, axes = TORQUE * math.exp(rng.uniform(math.log(0.02), math.log(2.0))), Axes(*rng.uniform(-40.0, 40.0, 2))
+        condition = Condition(torque=torque, axes=axes, pinion=random_modification(rng), wheel=random_modification(rng))
+        found.append((rng.uniform(0.0, 1.0), condition))
+    return found
+
+
+def disagreement(name, share, condition):
+    """Relative difference of the STE, and of the line loads to their peak, between line loads and full FE."""
+    full, reduced = models(name)
+    phi = share * reduced.meshed.pair.pitch
+    equilibrium = (solved := solve_position(full.mesh.meshed, phi, [condition], full.elasticity_at)).equilibria[0]
+    sweep = sweep_line_loads(reduced, np.array([phi]), [condition], recorded=True)
+    assert sweep.converged.all()
+    force = {}
+    for pair, section, value in zip(
+        solved.position.pair_index[equilibrium.contact.pair], equilibrium.contact.place[:, 1],
+        equilibrium.contact.force, strict=True,
+    ):  # fmt: skip
+        force[int(pair), int(section)] = value
+    loads = sweep.states.loads
+    listed = {(int(p), int(s)): f for p, s, f in zip(loads.pair, loads.column, loads.force_N, strict=True)}
+    largest = max(force.values())
+    worst = max(abs(force.get(key, 0.0) - listed.get(key, 0.0)) for key in {*force, *listed})
+    lead = equilibrium.lead * reduced.meshed.pair.pinion.base_radius * 1e3
+    approach = reduced.meshed.expected_approach(condition.torque) * 1e3
+    return abs(sweep.ste_um[0, 0] - lead) / max(abs(lead), approach), worst / largest
+
+
+@pytest.mark.parametrize("name", PAIRS)
+def test_line_loads_are_those_of_full_fe(name):
+    for share, condition in random_conditions(np.random.default_rng(15), 5):
+        ste, loads = disagreement(name, share, condition)
+        assert ste < STE
+        assert loads < LOADS
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", PAIRS)
+def test_line_loads_are_those_of_full_fe_under_three_hundred_conditions(name):
+    """Slow: 300 random conditions on each pair, ``pytest -m slow tests/verification/test_line_loads.py -s``."""
+    found = np.array([disagreement(name, *state) for state in random_conditions(np.random.default_rng(2016), 300)])
+    print(f"\n{name}: STE within {found[:, 0].max():.2g}, line loads within {found[:, 1].max():.2g} of their peak")
+    assert (found < [STE, LOADS]).all()
+
+
+def test_half_the_width_stands_for_the_whole():
+    phi = np.linspace(0.0, 0.29, 9)
+    conditions = at_torques([2e4, 1e5], pinion=Modification(tip_relief_um=10.0, tip_relief_start_roll_deg=25.0,
+                                                            helix_crowning_um=8.0))  # fmt: skip
+    whole, half = (sweep_line_loads(models("spur", width=width)[1], phi, conditions) for width in ("whole", "half"))
+    # Measured 3e-10: the condensations differ.
+    assert_allclose(half.ste_um, whole.ste_um, rtol=1e-9)
+
+
+@pytest.mark.parametrize("load", [1e-12, 1e-6, 1.0, 300.0])
+def test_approach_is_the_inverse_of_the_law_of_the_load(load):
+    law = np.array([1.1e-5, 8.0, 1e-9])
+    approach, slope = approach_of(load, law)
+    expected, derivative = line_load(approach, *law)
+    assert_allclose([expected, derivative], [load, 1.0 / slope], rtol=1e-12)
+
+
+# --- rigid flanks --------------------------------------------------------------------------------------------------
+
+
+def removed(modification, tooth, active, face, u, z):
+    """Tip relief, crownings and helix slope by the book, um."""
+    start, tip = math.radians(modification.tip_relief_start_roll_deg), tooth.tip_roll_angle
+    xi = (u - 0.5 * sum(active)) / (active[1] - active[0])
+    zeta = (z - 0.5 * sum(face)) / (face[1] - face[0])
+    relief = modification.tip_relief_um * np.maximum(u - start, 0.0) / (tip - start)
+    crowned = 4.0 * (modification.profile_crowning_um * xi**2 + modification.helix_crowning_um * zeta**2)
+    return relief + crowned + modification.helix_slope_um * zeta
+
+
+@pytest.mark.parametrize("name", ["spur", "helical"])
+def test_without_load_the_transmission_error_is_the_lower_envelope_of_the_gaps(name):
+    """Against all teeth on the line of action, section by section; tip edges meet beyond it and are left out here."""
+    rng, (_, reduced) = np.random.default_rng(7), models(name)
+    meshed = reduced.meshed
+    pair, z = meshed.pair, meshed.sections.z
+    for _ in range(4):
+        # So much tip relief that no edge beyond the line of action comes before the flanks on it.
+        flanks = [
+            Modification(tip_relief_um=rng.uniform(30.0, 40.0), tip_relief_start_roll_deg=rng.uniform(24.0, 28.0),
+                         profile_crowning_um=rng.uniform(5.0, 20.0), helix_crowning_um=rng.uniform(0.0, 10.0),
+                         helix_slope_um=rng.uniform(-10.0, 10.0))
+            for _ in range(2)
+        ]  # fmt: skip
+        phi = pair.pitch * rng.uniform(0.0, 1.0, 3)
+        sweep = sweep_line_loads(reduced, phi, at_torques([1e-5], pinion=flanks[0], wheel=flanks[1]))
+        first, last = pair.pinion_roll_range
+        expected = []
+        for angle in phi:
+            gaps = [np.inf]
+            for j in range(-3, 4):
+                rolls = pair.contact_roll_angles(angle + j * pair.pitch + pair.pinion.twist_per_length * z)
+                on_path = (rolls[0] >= first) & (rolls[0] <= last)
+                gap = sum(
+                    removed(flank, tooth, active, face, u, z)
+                    for flank, tooth, active, face, u in zip(
+                        flanks, (pair.pinion, pair.wheel), pair.active_rolls, pair.faces, rolls, strict=True
+                    )
+                )
+                gaps += list(gap[on_path])
+            expected.append(min(gaps))
+        # The torque of 1e-8 N m deforms by 1e-9 um.
+        assert_allclose(sweep.ste_um[0], expected, rtol=0.0, atol=1e-6)
+
+
+# --- helicoids -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("z", [-9.0, 0.0, 4.0])
+@pytest.mark.parametrize("place", [-0.02, 0.1, 0.5, 0.9, 1.02])
+def test_a_flank_that_screws_along_itself_opens_no_gap(z, place):
+    """On the line of action for both gears; where a corner meets a flank, for that flank."""
+    meshed = models("helical")[1].meshed
+    pair = meshed.pair
+    start, end = pair.roll_position_range
+    section = start + place * (end - start)
+    motions = [Motion(np.zeros((3, 3)), np.zeros(3)) for _ in range(2)]
+    kinematics = meshed.kinematics(PLAIN.axes)
+    meeting = closest_approach(
+        kinematics, meshed.gears, section - pair.pinion.twist_per_length * z, 0.0, z, *motions
+    )
+    opening = {
+        0: ((meeting.pinion_x, meeting.pinion_y, meeting.pinion_z), meeting.pinion_roll, pair.pinion),
+        1: ((meeting.wheel_x, meeting.wheel_y, meeting.wheel_z), meeting.wheel_roll, pair.wheel),
+    }
+    smooth = (0, 1) if 0.0 < place < 1.0 else ((1,) if place > 1.0 else (0,))
+    for gear in smooth:
+        direction, roll, tooth = opening[gear]
+        x, y, _ = tooth.flank_point(roll, z)
+        screw = np.array([-y * tooth.twist_per_length, x * tooth.twist_per_length, 1.0])
+        # A corner's meeting is not at the roll angle's own point of the mate, but on the same normal.
+        assert_allclose(np.dot(direction, screw), 0.0, atol=1e-12)
+        assert_allclose(np.linalg.norm(direction), 1.0 / math.cos(pair.base_helix_angle), rtol=1e-12)
+
+
+def test_contact_forces_balance_each_other():
+    """Forces of all tooth pairs on both gears, in space, with their moments; the axial one is F_t tan(beta)."""
+    full, _ = models("helical")
+    meshed = full.mesh.meshed
+    pair = meshed.pair
+    solved = solve_position(meshed, 0.1 * pair.pitch, at_torques([TORQUE]), full.elasticity_at)
+    position, contact = solved.position, solved.equilibria[0].contact
+    nodal = contact.nodal_forces(contact.force, len(position.nodes))
+    total = np.zeros((2, 2, 3))
+    for p, index in enumerate(position.pair_index):
+        for gear in range(2):
+            window = position.window_slice(p, gear)
+            # Undeformed sections lie between nodes on the helicoid: the moment of the forces where they really act.
+            forces = nodal[window]
+            roll_position = position.phi + index * pair.pitch
+            if gear == 0:
+                angle = roll_position
+            else:
+                angle = math.pi + pair.wheel_tooth_rotation(roll_position)
+            c, s = math.cos(angle), math.sin(angle)
+            total[gear, 0] += np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ forces.sum(axis=0)
+    assert_allclose(total[0, 0] + total[1, 0], 0.0, atol=1e-9 * np.abs(total[0, 0]).max())
+    tangential = TORQUE / pair.pinion.base_radius
+    assert_allclose(abs(total[0, 0, 2]), tangential * math.tan(pair.base_helix_angle), rtol=1e-9)
+    assert_allclose(solved.equilibria[0].wheel_torque / TORQUE, pair.wheel.teeth / pair.pinion.teeth, rtol=1e-9)
+
+
+def test_the_other_hand_is_the_mirror_image():
+    """Helix the other way, with all that differs over the width mirrored: tilts out of plane of the normal turn too."""
+    phi = np.linspace(0.0, 0.29, 7)
+    flank = {"tip_relief_um": 12.0, "tip_relief_start_roll_deg": 25.0, "helix_crowning_um": 5.0}
+    right = Built(Axes(20.0, -15.0), Modification(**flank, helix_slope_um=10.0, twist_um=6.0))
+    left = Built(Axes(-20.0, 15.0), Modification(**flank, helix_slope_um=-10.0, twist_um=-6.0))
+    found = [
+        sweep_line_loads(models("helical", hand)[1], phi, at_torques([TORQUE], built.axes, built.pinion)).ste_um
+        for hand, built in ((1.0, right), (-1.0, left))
+    ]
+    assert_allclose(found[1], found[0], rtol=1e-10)
+
+
+# --- modifications -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["spur", "helical"])
+def test_crowning_on_either_gear_is_the_same(name):
+    phi, (_, reduced) = np.linspace(0.0, 0.29, 7), models(name)
+    pinion = sweep_line_loads(reduced, phi, at_torques([TORQUE], pinion=Modification(helix_crowning_um=10.0))).ste_um
+    wheel = sweep_line_loads(reduced, phi, at_torques([TORQUE], wheel=Modification(helix_crowning_um=10.0))).ste_um
+    # Where a corner carries, the flanks meet at other roll angles; over the width it is the same place.
+    assert_allclose(wheel, pinion, rtol=0.0, atol=1e-3 * 10.0)
+
+
+def test_a_helix_slope_is_a_tilt_in_the_plane_of_action():
+    """To first order; the lead counts from first touch on tilted axes, from the middle on a sloped helix."""
+    phi, (_, reduced), slope = np.linspace(0.0, 0.29, 5), models("spur"), 4.0
+    angle = reduced.meshed.pair.working_pressure_angle
+    # A wheel whose axis goes away along the line of action opens the gap.
+    axes = Axes(in_plane_um=slope * math.sin(angle), out_of_plane_um=-slope * math.cos(angle))
+    tilted = sweep_line_loads(reduced, phi, at_torques([TORQUE], axes)).ste_um
+    sloped = sweep_line_loads(reduced, phi, at_torques([TORQUE], wheel=Modification(helix_slope_um=slope))).ste_um
+    assert_allclose(tilted - 0.5 * slope, sloped, rtol=0.0, atol=5e-3)
+
+
+def test_pitch_deviations_show_when_their_tooth_meshes():
+    _, reduced = models("spur")
+    pitch, teeth = reduced.meshed.pair.pitch, reduced.meshed.pair.pinion.teeth
+    phi = pitch * np.array([0.2, 1.2, 2.2, 5.2, 5.2 + teeth])
+
+    def ste(**deviations):
+        return sweep_line_loads(reduced, phi, at_torques([TORQUE], **deviations)).ste_um[0]
+
+    plain, uniform = ste(), ste(pinion=Modification(pitch_deviations_um=(7.0,) * teeth))
+    assert_allclose(uniform, plain, rtol=1e-12)
+    alone = ste(pinion=Modification(pitch_deviations_um=(0.0,) * (teeth - 1) + (20.0,)))
+    # The last tooth is tooth -1, which is in mesh about angle 1 pitch.
+    assert abs(alone[1] - plain[1]) > 1.0
+    assert_allclose(alone[[2, 3]], plain[[2, 3]], rtol=1e-12)
+    assert_allclose(alone[4], alone[3], rtol=1e-9)
