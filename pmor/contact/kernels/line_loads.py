@@ -47,7 +47,7 @@ class Lines(NamedTuple):
     first_pair : ndarray of int, shape (A,)
         Number of the first tooth pair in reach; the others follow.
     gap : ndarray, shape (A, N)
-        Between undeformed flanks without deviations in the kinematic position, mm.
+        Between undeformed flanks without deviations in the kinematic position, mm; infinite far beyond the path.
     lever, mate_lever : ndarray, shape (A, N)
         Derivative of the gap by the pinion's rotation, and lever arm of the force on the wheel, mm.
     lever_slope, corner_lead : ndarray, shape (A, N)
@@ -170,8 +170,13 @@ def place_lines(phi, pair, reachable, components):
 
 @compiled
 def _place_section(lines, i, n, pair, roll_position, z, forward, back, carriers):
-    gears, parts = pair.gears, lines.gradient.shape[3] // 4
-    meeting = closest_approach(pair.kinematics, gears, roll_position, 0.0, z, forward, back)
+    gears, parts, kinematics = pair.gears, lines.gradient.shape[3] // 4, pair.kinematics
+    section, margin = roll_position + gears[0].twist * z, 0.5 * kinematics.pitch
+    if section < kinematics.path_start - margin or section > kinematics.path_end + margin:
+        # So far beyond the path a corner would meet the mate's other side.
+        lines.gap[i, n], lines.lever[i, n], lines.mate_lever[i, n] = np.inf, -gears[0].base_radius, gears[1].base_radius
+        return
+    meeting = closest_approach(kinematics, gears, roll_position, 0.0, z, forward, back)
     lines.gap[i, n], lines.lever[i, n], lines.mate_lever[i, n] = meeting.gap, meeting.lever, meeting.mate_lever
     lines.lever_slope[i, n], lines.corner_lead[i, n] = meeting.lever_slope, meeting.corner_lead
     for gear in range(2):
