@@ -54,7 +54,7 @@ def test_neighbours_of_the_case_differ_in_one_thing_each():
     assert {v.case.mesh.width_elements for v in listed} == {4, 8, 16}
     assert {case.contact.lodm_width for case in nodal} == {1, 4}
     assert {v.case.mesh.width for v in listed} == {"half", "whole"}
-    assert {v.case.reduction.shapes for v in listed} == {"flank_lines", "positions"}
+    assert {v.case.reduction.shapes for v in listed} == {"line_loads", "flank_lines", "positions"}
 
 
 def test_a_later_run_is_a_ratio_to_the_earlier_one(row):

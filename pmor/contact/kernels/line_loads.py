@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pmor.arrays import BoolArray, FloatArray, IntArray
-from pmor.contact.kernels.compiling import allocating, compiled
+from pmor.contact.kernels.compiling import allocating, compiled, inlined
 from pmor.contact.kernels.deviation import flank_deviation
 from pmor.contact.kernels.line import line_law, sections_alike
 from pmor.contact.kernels.linear import cholesky, solve_factored
@@ -210,7 +210,7 @@ def _copy_section(lines, i, n):
             lines.gradient[i, n, gear, k] = lines.gradient[i, n - 1, gear, k]
 
 
-@compiled
+@inlined
 def _product(block, to_row, to, by_row, by, parts, room):
     """Product of two gradients with the compliance between the rows of two sections, shape (rows c, rows c)."""
     size, first = len(by), parts * to_row
@@ -218,9 +218,8 @@ def _product(block, to_row, to, by_row, by, parts, room):
         room[b] = 0.0
     for a in range(size):
         value, line = to[a], block[first + a, parts * by_row : parts * by_row + size]
-        if value != 0.0:
-            for b in range(size):
-                room[b] += value * line[b]
+        for b in range(size):
+            room[b] += value * line[b]
     total = 0.0
     for b in range(size):
         total += room[b] * by[b]
