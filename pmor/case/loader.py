@@ -51,6 +51,7 @@ ONLINE_TORQUES = (1.0,)
 COMPARE_TORQUES = (0.3, 1.0, 1.6)
 # Line contact needs no training.
 DEFAULT_SHAPES = {"line": "line_loads"}
+OTHER_SHAPES = "flank_lines"
 
 
 def load_case(path: Path | str) -> Case:
@@ -129,7 +130,7 @@ def parse_case(text: str, name: str, where: str, folder: Path | None = None) -> 
         mesh=section("mesh"),
         contact=contact,
         misalignment=misalignment,
-        reduction=section("reduction", shapes=DEFAULT_SHAPES.get(contact.scheme, "flank_lines")),
+        reduction=section("reduction", shapes=DEFAULT_SHAPES.get(contact.scheme, OTHER_SHAPES)),
         offline=section("offline", torques_Nm=_multiples(torque_Nm, OFFLINE_TORQUES)),
         online=section("online", torques_Nm=_multiples(torque_Nm, ONLINE_TORQUES)),
         compare=section("compare", torques_Nm=_multiples(torque_Nm, COMPARE_TORQUES)),

@@ -179,11 +179,10 @@ class ReductionCase:
         `line_loads`: the compliance between flank nodes alone, with the line loads as unknowns: exact, without
         training, for any torque, axes and flank modification; of the scheme `line` alone, and its default.
         `flank_lines`, the default of the others: one shape for each line of flank nodes, its load distribution over
-        the width taken from the
-        training. `positions`: one for each trained roll position and torque, interpolated over
-        the roll position (the paper). `pod`: the same, compressed to orthonormal modes at each position; for many
-        torques. `global_pod`: one set of modes for all positions; to see why not. `static_modes`: the unit
-        forces on all flank nodes, without training; exact, with the most unknowns.
+        the width taken from the training. `positions`: one for each trained roll position and torque, interpolated
+        over the roll position (the paper). `pod`: the same, compressed to orthonormal modes at each position; for many
+        torques. `global_pod`: one set of modes for all positions; to see why not. `static_modes`: the unit forces on
+        all flank nodes, without training; exact, with the most unknowns.
     interpolation : {"linear", "cubic", "grassmann"}
         Of shapes at positions and of modes (`pod`), over the roll position; the last, between the subspaces that modes
         span, for modes alone. The others are not interpolated.

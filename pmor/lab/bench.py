@@ -110,7 +110,7 @@ def run_bench(case: Case, jobs: int) -> dict[str, Any]:
             models.append(_basis(variant.case, Path(folder) / f"{i}.h5"))
             progress.advance()
     rows += sweep_rows(listed, models)
-    trained = next(i for i, variant in enumerate(listed) if variant.label == "flank lines")
+    trained = next(i for i, variant in enumerate(listed) if variant.case.reduction.trained)
     rows += phase_rows(listed[trained].case, models[trained])
     rows += parallel_rows(case, models[0], jobs)
     rows += start_rows(case)

@@ -140,7 +140,7 @@ class PairSize:
     members : int
         Those of them in reach of contact.
     components : int
-        Of the contact forces, in the compliance that the error estimate keeps; 0 without one.
+        Of the contact forces, in the compliance that line loads and the error estimate keep; 0 without either.
     """
 
     gears: tuple[GearSize, ...]
@@ -252,8 +252,12 @@ def pair_size(case: Case, pair: GearPair) -> PairSize:
         per_position = max(len(case.offline.torques_Nm) * misalignments(case), 1)
         shapes = math.ceil(2.5 * case.offline.angles_per_pitch) * per_position
         members = 2 * pairs * per_position
+    if case.reduction.shapes == "line_loads":
+        shapes, members = 0, 2 * gear.layers  # as many sections carry on two tooth pairs
     positions = case.offline.angles_per_pitch if case.offline.sampling == "grid" else solves
-    components = (2 if case.contact.kind != "nodal" else 3) if case.reduction.error_estimate else 0
+    kept = case.reduction.error_estimate or case.reduction.shapes == "line_loads"
+    transverse = case.contact.kind != "nodal" and case.pair.helix_angle_deg == 0.0
+    components = (2 if transverse else 3) if kept else 0
     return PairSize(
         tuple(both[:1] if alike else both), neighbour_reach(pair), pairs, rows, positions if solves else 0, solves,
         shapes, members, components,

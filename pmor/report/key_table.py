@@ -17,7 +17,15 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from pmor.case import ConditionCase
 from pmor.case.document import CONDITION
-from pmor.case.loader import COMPARE_TORQUES, OFFLINE_TORQUES, ONLINE_TORQUES, SECTIONS, keys_of
+from pmor.case.loader import (
+    COMPARE_TORQUES,
+    DEFAULT_SHAPES,
+    OFFLINE_TORQUES,
+    ONLINE_TORQUES,
+    OTHER_SHAPES,
+    SECTIONS,
+    keys_of,
+)
 from pmor.case.values import range_text, toml_text
 from pmor.flank import Topography
 from pmor.ranges import Range
@@ -93,6 +101,8 @@ def _default(section: str, key: str, default: Any) -> str:
         return "load × " + ", ".join(f"{factor:g}" for factor in MULTIPLES[section])
     if default is MISSING and section == CONDITION:
         return "its number" if key == "name" else "that of the case"
+    if default is MISSING and key == "shapes":
+        return " or ".join(f"`{toml_text(shapes)}`" for shapes in (DEFAULT_SHAPES["line"], OTHER_SHAPES))
     if default is MISSING:
         return "**required**"
     return "left out" if default is None else f"`{toml_text(default)}`"

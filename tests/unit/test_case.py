@@ -37,7 +37,7 @@ def test_minimal_case_is_filled_with_the_documented_defaults():
     assert (case.mesh.element, case.mesh.spacing) == ("hex8i", "arc_length")
     assert (case.contact.scheme, case.contact.edge_normals) == ("line", None)
     assert (case.contact.lodm_profile, case.contact.lodm_width, case.contact.penalty_N_mm3) == (4, 1, 1e6)
-    assert (case.mesh.width, case.reduction.shapes) == ("half", "flank_lines")
+    assert (case.mesh.width, case.reduction.shapes) == ("half", "line_loads")
     assert (case.reduction.interpolation, case.reduction.pod_tolerance) == ("linear", 1e-6)
     assert (case.offline.angles_per_pitch, case.offline.torques_Nm) == (40, (10.0, 35.0, 90.0))
     assert (case.online.angles_per_pitch, case.online.torques_Nm) == (200, (50.0,))
@@ -162,6 +162,7 @@ def test_basis_key_changes_with_what_determines_a_basis_only():
         MINIMAL + "[online]\nangles_per_pitch = 77\n",
         MINIMAL + "[compare]\nangles = 7\n[output]\nplots = false\n",
         MINIMAL.replace("module_mm = 2", "module_mm = 2.0\nhelix_angle_deg = -0.0"),
+        MINIMAL + "[offline]\nangles_per_pitch = 41\n",  # line loads are not trained
     ]
     changed = [
         MINIMAL.replace("teeth = 30", "teeth = 31"),
@@ -172,7 +173,8 @@ def test_basis_key_changes_with_what_determines_a_basis_only():
         MINIMAL + '[mesh]\nwidth = "whole"\n',
         MINIMAL + '[mesh]\nwidth = "plane_strain"\n',
         MINIMAL + "[reduction]\npod_tolerance = 1e-5\n",
-        MINIMAL + "[offline]\nangles_per_pitch = 41\n",
+        MINIMAL + '[reduction]\nshapes = "flank_lines"\n',
+        MINIMAL + '[reduction]\nshapes = "flank_lines"\n[offline]\nangles_per_pitch = 41\n',
     ]
     assert {basis_key(parse(text)) for text in unchanged} == {key}
     assert len({basis_key(parse(text)) for text in changed} | {key}) == len(changed) + 1

@@ -167,10 +167,9 @@ def test_plan_shows_settings_defaults_sizes_and_work(capsys, tmp_path, monkeypat
     assert "module_mm 4.0" in lines
     assert "centre_distance_mm without backlash *" in lines
     assert "plots true *" in lines
-    assert "torques_Nm [20, 70, 180]" in lines
     assert "flank nodes per tooth 85 (17 over the profile x 5 over half the width)" in lines
     assert "sections over half the width 5 (a line load each, on exact flanks)" in lines
-    assert "offline, full contact solves 120 (40 angles x 3 torques: 20, 70, 180 N m)" in lines
+    assert "offline, full contact solves 0 (line loads are exact: nothing is trained)" in lines
     assert list(tmp_path.iterdir()) == []
 
 

@@ -56,7 +56,9 @@ def test_finer_wider_and_more_cost_more():
         finer = by_name(paper(mesh=mesh))
         assert finer["finite elements"].memory > plain["finite elements"].memory
         assert finer["finite elements"].seconds > plain["finite elements"].seconds
-    more = by_name(paper(offline={"angles_per_pitch": 80}, online={"angles_per_pitch": 2000}, compare={"angles": 96}))
+    trained = {"shapes": "flank_lines"}
+    plain = by_name(paper(reduction=trained))
+    more = by_name(paper(reduction=trained, offline={"angles_per_pitch": 80}, online={"angles_per_pitch": 2000}, compare={"angles": 96}))
     for stage in ("training", "sweep", "comparison"):
         assert more[stage].seconds > 1.3 * plain[stage].seconds
     other = paper(wheel={"teeth": 22, "bore_radius_mm": 20.0})
@@ -121,7 +123,7 @@ def test_the_plan_shows_stages_and_ends_where_they_do_not_fit(monkeypatch, capsy
 @pytest.mark.parametrize("command", ["plan", "run"])
 @pytest.mark.parametrize("mib", [200, 450])
 def test_few_addresses_end_in_one_line(command, mib, tmp_path):
-    case = paper(mesh={"profile_elements": 32})
+    case = paper(mesh={"profile_elements": 32, "width_elements": 12, "width": "whole"})
     needed = max(stage.memory for stage in stages(case, gear_pair(case))) + RESERVED_BYTES
     assert needed > FACTOR * mib * MIB
     path = tmp_path / "case.toml"
