@@ -58,7 +58,8 @@ def test_finer_wider_and_more_cost_more():
         assert finer["finite elements"].seconds > plain["finite elements"].seconds
     trained = {"shapes": "flank_lines"}
     plain = by_name(paper(reduction=trained))
-    more = by_name(paper(reduction=trained, offline={"angles_per_pitch": 80}, online={"angles_per_pitch": 2000}, compare={"angles": 96}))
+    longer = {"offline": {"angles_per_pitch": 80}, "online": {"angles_per_pitch": 2000}, "compare": {"angles": 96}}
+    more = by_name(paper(reduction=trained, **longer))
     for stage in ("training", "sweep", "comparison"):
         assert more[stage].seconds > 1.3 * plain[stage].seconds
     other = paper(wheel={"teeth": 22, "bore_radius_mm": 20.0})
