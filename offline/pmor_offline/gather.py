@@ -8,10 +8,11 @@ import numpy as np
 
 from pmor.arrays import FloatArray
 from pmor.case import Case
+from pmor.contact.sections import loaded_components
 from pmor.pair.model import ElasticModel
 from pmor.reduction.basis import Basis, Training
 from pmor.reduction.build import build_shapes
-from pmor.reduction.error_estimate import FlankCompliance, flank_compliance, loaded_components
+from pmor.reduction.error_estimate import FlankCompliance, flank_compliance
 from pmor.reduction.snapshots import Snapshots
 from pmor_offline.sampling import roll_position_grid
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from pmor.case import Case, beyond_training
 from pmor.case.width import meshed_width, mirrors_without_tilt
+from pmor.contact.sections import loaded_components
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.gear.pair import GearPair
 from pmor.mesh.sector import SectorMesh
@@ -20,7 +21,6 @@ from pmor.pair.conditions import full_solves
 from pmor.pair.cost import rows_in_reach
 from pmor.pair.limits import range_warnings
 from pmor.pair.model import approach_estimate, contact_scheme, gear_pair, neighbour_reach, same_body, sector_meshes
-from pmor.reduction.error_estimate import loaded_components
 
 DOUBLE = 8  # bytes
 PICTURES = "curves, load sharing, spectrum, error, contact pattern, mesh"
@@ -278,8 +278,7 @@ def _contact_ratios(pair: GearPair) -> str:
 
 def _compliance(scene: Scene) -> str:
     """Size of the compliance between loaded flanks, as a basis holds it."""
-    spur = scene.pair.pinion.helix_angle == 0.0
-    components = loaded_components(scene.case.contact.kind != "nodal" and spur)
+    components = loaded_components(scene.case.contact.kind != "nodal", scene.pair.pinion.helix_angle != 0.0)
     size = components * scene.lines * scene.columns
     blocks = (neighbour_reach(scene.pair) + 1) * len(scene.bodies)
     return f"{blocks} matrices of {size} x {size} in the basis, {_mib(blocks * size**2 * DOUBLE)}"

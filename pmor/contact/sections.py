@@ -47,6 +47,11 @@ def flank_sections(pinion_z: FloatArray, wheel_z: FloatArray, helical: bool) -> 
                     np.stack([c[1] for c in carried]))  # fmt: skip
 
 
+def loaded_components(exact_flanks: bool, helical: bool) -> int:
+    """Return how many components contact forces have: those on exact flanks of spur gears have none along the axis."""
+    return 2 if exact_flanks and not helical else 3
+
+
 def _carriers(columns: FloatArray, z: FloatArray) -> tuple[np.ndarray, FloatArray]:
     """First column and weights, (S, `CUBIC`), of the columns that carry points at z; two columns are taken linearly."""
     last = len(columns) - 1

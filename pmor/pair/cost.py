@@ -17,6 +17,7 @@ from pmor.case.width import elements_across
 from pmor.contact.flank import LOCAL_SHARE
 from pmor.contact.kernels.keeping import is_kept
 from pmor.contact.kernels.sweep import sweep_reduced
+from pmor.contact.sections import loaded_components
 from pmor.contact.solve import WINDOW_MARGIN
 from pmor.errors import CaseError
 from pmor.gear.pair import GearPair
@@ -256,8 +257,7 @@ def pair_size(case: Case, pair: GearPair) -> PairSize:
         shapes, members = 0, 2 * gear.layers  # as many sections carry on two tooth pairs
     positions = case.offline.angles_per_pitch if case.offline.sampling == "grid" else solves
     kept = case.reduction.error_estimate or case.reduction.shapes == "line_loads"
-    transverse = case.contact.kind != "nodal" and case.pair.helix_angle_deg == 0.0
-    components = (2 if transverse else 3) if kept else 0
+    components = loaded_components(case.contact.kind != "nodal", case.pair.helix_angle_deg != 0.0) if kept else 0
     return PairSize(
         tuple(both[:1] if alike else both), neighbour_reach(pair), pairs, rows, positions if solves else 0, solves,
         shapes, members, components,

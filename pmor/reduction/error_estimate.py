@@ -65,11 +65,6 @@ class FlankCompliance:
     components: int
 
 
-def loaded_components(exact_flanks: bool, helical: bool) -> int:
-    """Return how many components contact forces have: those on exact flanks of spur gears have none along the axis."""
-    return 2 if exact_flanks and not helical else 3
-
-
 def flank_compliance(bodies: tuple[ElasticGear, ElasticGear], components: int) -> FlankCompliance:
     """Take from full FE what the estimate needs.
 

@@ -16,12 +16,13 @@ from pmor.case import Case, GearCase
 from pmor.case.width import meshed_width
 from pmor.contact.flank import SurfaceLayer
 from pmor.contact.line_contact import approach_constants, line_compliance
+from pmor.contact.sections import loaded_components
 from pmor.gear.pair import GearPair
 from pmor.gear.tooth import Tooth, twist_sections
 from pmor.pair.conditions import DEVIATIONS, training_values
 from pmor.reduction.basis import Basis, Training
 from pmor.reduction.contact_shapes import ContactShapes, energy_products
-from pmor.reduction.error_estimate import FlankCompliance, loaded_components
+from pmor.reduction.error_estimate import FlankCompliance
 from pmor.reduction.flank_lines import FlankLineShapes, GearLines
 from pmor.storage.basis_layout import GEARS
 from pmor.storage.layout import require

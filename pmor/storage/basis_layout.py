@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from pmor.case import Case
 from pmor.case.width import elements_across
+from pmor.contact.sections import loaded_components
 from pmor.gear.pair import GearPair
 from pmor.pair.model import neighbour_reach
 from pmor.reduction.contact_shapes import STENCIL
-from pmor.reduction.error_estimate import loaded_components
 from pmor.storage.condition_table import CONDITIONS, NAME
 from pmor.storage.layout import Field
 
@@ -87,6 +87,7 @@ def basis_sizes(case: Case, pair: GearPair) -> dict[str, int]:
     """Return the lengths of the axes that follow from a case."""
     rows, columns, reach = case.mesh.profile_elements + 1, elements_across(case) + 1, neighbour_reach(pair)
     stencil = STENCIL[case.reduction.interpolation] if case.reduction.shapes != "global_pod" else 2
+    parts = loaded_components(case.contact.kind != "nodal", pair.pinion.helix_angle != 0.0)
     return {
         "profile": rows,
         "line": rows + 1,
@@ -94,7 +95,7 @@ def basis_sizes(case: Case, pair: GearPair) -> dict[str, int]:
         "xyz": 3,
         "gear": 2,
         "flank unknown": 3 * rows * columns,
-        "loaded unknown": loaded_components(case.contact.kind != "nodal", pair.pinion.helix_angle != 0.0) * rows * columns,
+        "loaded unknown": parts * rows * columns,
         "tooth offset": 2 * reach + 1,
         "pitch offset": reach + 1,
         "a": stencil,
