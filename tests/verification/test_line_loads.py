@@ -40,6 +40,7 @@ def models(name, hand=1.0, width="whole"):
         changes["pair"]["helix_angle_deg"] *= hand
     text = case_text(
         **changes, mesh={"profile_elements": 5, "width_elements": 4, "width": width}, contact={"scheme": "line"},
+        reduction={"shapes": "line_loads"},
     )  # fmt: skip
     case = parse_case(text, "small", "small case")
     full = elastic_model(case, mesh_model(case))
