@@ -74,6 +74,8 @@ def compare_models(
         pair.meshing_range[0], pair.pitch, case.compare.angles, case.offline.angles_per_pitch
     )
     conditions = conditions_of(case, case.compare.torques_Nm)
+    sweep_reduced_pair(reduced, phi[:1], conditions)  # compiles: run times are those of warm code
+    sweep_ste(model.mesh.meshed, model.elasticity_at, phi[:1], conditions)
     return Comparison(
         reduced=sweep_reduced_pair(reduced, phi, conditions),
         full=sweep_ste(model.mesh.meshed, model.elasticity_at, phi, conditions, advance, executor),

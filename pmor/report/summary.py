@@ -64,7 +64,8 @@ def summary_rows(result: OnlineResult) -> list[tuple[str, float | int | None, st
                f"needs {MIN_RIPPLE_POINTS} angles with one pair in contact"),
         _known("STE over torque", s["ste_torque_exponent"], "", "exponent; 1 is linear", "needs a second torque"),
         _known("STE error bar, max", s["ste_error_estimate_max_um"], "um", "what the reduction costs, estimated online",
-               "needs [reduction] error_estimate = true"),
+               "none: line loads are exact" if result.reduced.basis.shapes is None
+               else "needs [reduction] error_estimate = true"),
         ("reduced model size", s["rom_size"], "", "unknowns at most"),
         ("online time", s["online_ms_per_position"], "ms", f"per position, {len(result.sweep.phi_rad)} angles x "
          f"{len(result.sweep.torque_Nm)} torques" + (f", {result.jobs} threads" if result.jobs > 1 else "")),

@@ -125,10 +125,9 @@ def variants(case: Case, greedy_solves: int) -> list[Variant]:
         spread("global_pod", "sobol", case.offline.solves),
         on_grid("global_pod", dense),
         on_grid("global_pod", broad),
-        replace(spread("static_modes", "sobol"), sampling="none"),
     ]
-    if case.contact.scheme == "line":
-        listed.insert(0, replace(spread("line_loads", "sobol"), sampling="none"))
+    untrained = ["line_loads"] * (case.contact.scheme == "line") + ["static_modes"]
+    listed += [replace(spread(shapes, "sobol"), sampling="none") for shapes in untrained]
     return list({variant.label: variant for variant in listed}.values())  # budgets may coincide
 
 
