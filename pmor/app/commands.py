@@ -219,10 +219,11 @@ def bench(case_path: Path, json_path: Path, jobs: int = 2, overwrite: bool = Fal
     from pmor.lab.bench import bench_text, read_bench, run_bench, write_bench
     from pmor.storage.results_folder import results_folder
 
-    case, table_path = load_case(case_path), json_path.with_suffix(".md")
-    if table_path == json_path:
-        raise OutputError(f"{json_path}: is where the table goes, beside the numbers; choose a name that ends in .json")
-    with results_folder(json_path.parent, (json_path.name, table_path.name), (), overwrite, (case_path,)):
+    case = load_case(case_path)
+    if json_path.suffix in ("", ".md"):  # the name of the table beside the numbers, or none at all
+        raise OutputError(f"{json_path}: is no name for the numbers; choose one that ends in .json")
+    names = json_path.name, json_path.with_suffix(".md").name
+    with results_folder(json_path.parent, names, (), overwrite, (case_path,)):
         before = read_bench(json_path)
         result = run_bench(case, jobs)
         write_bench(result, before, json_path)

@@ -15,12 +15,12 @@ from pmor.reduction.snapshots import Snapshots
 from pmor.storage.atomic import ensure_folder, refuse_existing, remove_abandoned
 from pmor.storage.basis_file import write_basis
 from pmor.storage.lock import only_writer_of_file
-from pmor.storage.manifest import is_ours
+from pmor.storage.manifest import listed, origin_in
 from pmor.storage.results_folder import remove_working_folder, working_folder
 from pmor.storage.snapshot_file import read_snapshots, write_snapshots
 from pmor.threads import threads
 from pmor_offline.adaptive import ErrorEstimate
-from pmor_offline.sampling import most_positions, planned_positions
+from pmor_offline.sampling import TrainingPosition, most_positions, planned_positions
 from pmor_offline.train import train
 
 
@@ -108,20 +108,24 @@ def parts_of(path: Path) -> Path:
 
 def _kept(case: Case, model: ElasticModel, parts: Path) -> dict[int, Snapshots]:
     """Read what an interrupted run has left: what it wrote, of this case, mesh and position."""
-    key, greedy, found = basis_key(case), case.offline.sampling == "greedy", dict[int, Snapshots]()
-    there = [is_ours(_part(parts, number)) for number in range(most_positions(case))]
-    planned = planned_positions(case.offline, model.mesh.meshed.pair) if any(there) and not greedy else ()
-    for number, ours in enumerate(there):
-        snapshots = read_snapshots(_part(parts, number), key) if ours else None
-        if snapshots is None and greedy:
-            break  # each was chosen by those before it
-        if snapshots is None or snapshots.force.shape[3] != model.pinion.compliance.shape[1]:
+    written, greedy, found = listed(parts), case.offline.sampling == "greedy", dict[int, Snapshots]()
+    if not written:
+        return found
+    planned = () if greedy else planned_positions(case.offline, model.mesh.meshed.pair)
+    for number in range(most_positions(case)):
+        path = _part(parts, number)
+        ours = origin_in(written.get(path.name, {}), path) is not None
+        snapshots = read_snapshots(path, basis_key(case)) if ours else None
+        fits = snapshots is not None and snapshots.force.shape[3] == model.pinion.compliance.shape[1]
+        if snapshots is None or not fits:
+            if greedy:
+                break  # each was chosen by those before it
             continue
-        if planned and (snapshots.phi, snapshots.conditions) != (planned[number].phi, planned[number].conditions):
-            continue
+        snapshots = replace(snapshots, conditions=on_trained_flanks(case, snapshots.conditions))
+        as_planned = greedy or TrainingPosition(snapshots.phi, snapshots.conditions) == planned[number]
         # A solve that failed is tried again: the program may have learnt to do it.
-        if greedy or snapshots.converged.all():
-            found[number] = replace(snapshots, conditions=on_trained_flanks(case, snapshots.conditions))
+        if as_planned and (greedy or snapshots.converged.all()):
+            found[number] = snapshots
     return found
 
 

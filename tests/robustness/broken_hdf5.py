@@ -286,7 +286,7 @@ def break_file(path, rng):
             way = BREAKS[rng.integers(len(BREAKS))]
             try:
                 way(file, rng, path.parent)
-            except (KeyError, ValueError, TypeError, OSError, RuntimeError, OverflowError) as error:
+            except (KeyError, ValueError, TypeError, AttributeError, OSError, RuntimeError, OverflowError) as error:
                 done.append(f"{way.__name__}, not done ({type(error).__name__})")
                 continue  # what the first way left does not allow the second
             done.append(way.__name__)

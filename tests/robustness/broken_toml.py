@@ -30,7 +30,7 @@ def other_value(text, rng):
 
 def other_number(text, rng):
     def number(match):
-        factor = [*WRONG_UNITS, 0.0, 1e-12, 1e12][rng.integers(len(WRONG_UNITS) + 3)]
+        factor = [*WRONG_UNITS, 0.0, 1e-12, 1e12, 1.1][rng.integers(len(WRONG_UNITS) + 4)]
         return repr(float(match[0]) * factor)
 
     return at_some(r"(?<=[ \[])\d+(\.\d+)?", number, text, rng)

@@ -86,7 +86,7 @@ def run_trials(folder, numbers):
         outcomes += [json.loads(line) for line in lines]
         if process.returncode == 0:
             break
-        died = outcomes[-1]["begin"]
+        died = outcomes[-1].get("begin", numbers.start) if outcomes else numbers.start
         end = f"!ended with exit code {process.returncode}"
         outcomes.append({"number": died, "kind": "?", "done": [], "end": end, "grown": 0, "size": 0, "seconds": 0.0})
         numbers = range(died + numbers.step, numbers.stop, numbers.step)

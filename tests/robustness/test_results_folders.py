@@ -123,7 +123,8 @@ def test_bench_replaces_neither_foreign_numbers_nor_a_foreign_table(case_file, t
         assert f"{tmp_path / name}: is there, and not known to be written by pmor" in error
         assert (tmp_path / name).read_text() == "mine"
         (tmp_path / name).unlink()
-    assert "choose a name that ends in .json" in refused(capsys, "bench", case_file, "--json", tmp_path / "bench.md")
+    for name in ("bench.md", ".", "..", tmp_path):
+        assert "choose one that ends in .json" in refused(capsys, "bench", case_file, "--json", name)
 
 
 def test_a_folder_or_a_link_in_the_way_is_refused_even_to_be_overwritten(case_file, tmp_path, no_work, capsys):
