@@ -42,10 +42,10 @@ RESERVED_BYTES = 400 * MIB
 COMPILING, START = CASELESS = ("compiling kernels, once", "start")
 # Seconds on the reference computer: a core with this many operations per second on dense matrices.
 FLOPS = 13e9
-ELEMENT_S, SOLVER_S = 90e-6, 0.3
+ELEMENT_S, SOLVER_S = 90e-6, 0.15
 FULL_S, FULL_ENTRY_S, POSITION_S = 5e-3, 30e-9, 8e-3
 REDUCED_S, REDUCED_MEMBER_S, SWEEP_S = 30e-6, 1.5e-8, 0.2
-START_S, BASIS_S, RESULTS_S, PAGE_S, COMPILING_S = 1.2, 0.3, 0.05, 2.2, 120.0
+START_S, BASIS_S, RESULTS_S, PAGE_S, COMPILING_S = 1.2, 0.6, 0.05, 2.8, 120.0
 # Shapes of a line over the width where the axes tilt; states at which a greedy sampling estimates errors, per solve.
 TILTED_SHAPES, GREEDY_STATES = 8, 200
 

@@ -20,4 +20,9 @@ def start(*arguments, **more):
 def finish(process, timeout=300):
     """Wait for a process: (exit code, what it printed, its errors)."""
     text, errors = process.communicate(timeout=timeout)
-    return process.returncode, text, errors
+    return process.returncode, text, complaints(errors)
+
+
+def complaints(errors):
+    """What a process says on its error stream, beside that kernels are compiled: it may be the first one."""
+    return "".join(line for line in errors.splitlines(True) if not line.startswith("pmor: compiling "))

@@ -122,14 +122,14 @@ def test_the_plan_shows_stages_and_ends_where_they_do_not_fit(monkeypatch, capsy
 
 
 @pytest.mark.parametrize("command", ["plan", "run"])
-@pytest.mark.parametrize("mib", [200, 450])
-def test_few_addresses_end_in_one_line(command, mib, tmp_path):
-    case = paper(mesh={"profile_elements": 32, "width_elements": 12, "width": "whole"})
+@pytest.mark.parametrize("profile_elements", [16, 64])
+def test_half_the_addresses_end_in_one_line(command, profile_elements, tmp_path):
+    """Of a case that the libraries alone would not leave any to, and of one that is refused for its size."""
+    case = paper(mesh={"profile_elements": profile_elements, "width_elements": 16, "width": "whole"})
     needed = max(stage.memory for stage in stages(case, gear_pair(case))) + RESERVED_BYTES
-    assert needed > FACTOR * mib * MIB
     path = tmp_path / "case.toml"
     path.write_text(pmor.case.text_of(case))
-    line = f'ulimit -v {mib * 1024}; exec "{sys.executable}" -m pmor {command} {path}'
+    line = f'ulimit -v {needed // 2048}; exec "{sys.executable}" -m pmor {command} {path}'
     done = subprocess.run(["bash", "-c", line], cwd=tmp_path, env=_environment(), capture_output=True, text=True)
     assert done.returncode == 2
     assert done.stderr.startswith("pmor: error: ")
@@ -188,7 +188,7 @@ SIZES = {
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SIZES)
 def test_memory_and_time_are_within_a_factor_of_two(name, capsys):
-    """On an idle computer with compiled kernels: `pytest -n 0 -m slow tests/unit/test_cost.py`."""
+    """With compiled kernels and one thread: `OPENBLAS_NUM_THREADS=1 pytest -n 0 -m slow tests/unit/test_cost.py`."""
     case = paper(**SIZES[name])
     measured, estimated = measure_stages(case), by_name(case)
     with capsys.disabled():
@@ -201,7 +201,4 @@ def test_memory_and_time_are_within_a_factor_of_two(name, capsys):
             )
     for stage, found in measured.items():
         assert 1 / FACTOR < estimated[stage].memory / MIB / found["peak_mib"] < FACTOR, stage
-    told, found = (sum(values) for values in zip(
-        *((estimated[s].seconds, f["cpu_seconds"]) for s, f in measured.items()), strict=True
-    ))  # fmt: skip
-    assert 1 / FACTOR < told / found < FACTOR
+        assert 1 / FACTOR < estimated[stage].seconds / found["cpu_seconds"] < FACTOR, stage

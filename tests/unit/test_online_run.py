@@ -2,6 +2,7 @@ import csv
 import json
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -282,6 +283,15 @@ def test_switches_leave_out_what_is_not_wanted(plots, report, alone, tmp_path):
     write_pages(result, None, tmp_path)
     found = {path.suffix for path in tmp_path.iterdir()}
     assert found == ({".png"} if plots else set()) | ({".html"} if report else set())
+
+
+def test_every_column_and_key_that_a_run_writes_is_documented(alone, tmp_path):
+    write_results(alone, tmp_path)
+    text = (Path(__file__).parents[2] / "cases" / "README.md").read_text(encoding="utf-8")
+    header = (tmp_path / "ste.csv").read_text().splitlines()[0].split(",")
+    columns = ["share_pair_<j>" if name.startswith("share_pair_") else name for name in header]
+    keys = json.loads((tmp_path / "summary.json").read_text())
+    assert [name for name in (*columns, *keys) if f"`{name}`" not in text] == []
 
 
 def test_pictures_come_in_the_formats_that_the_case_asks_for(alone, tmp_path):
