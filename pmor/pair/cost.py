@@ -16,6 +16,7 @@ from pmor.case import Case
 from pmor.case.width import elements_across
 from pmor.contact.flank import LOCAL_SHARE
 from pmor.contact.kernels.keeping import is_kept
+from pmor.contact.kernels.line_loads import solve_lines
 from pmor.contact.kernels.sweep import sweep_reduced
 from pmor.contact.sections import loaded_components
 from pmor.contact.solve import WINDOW_MARGIN
@@ -186,7 +187,8 @@ def stages(case: Case, pair: GearPair) -> tuple[Stage, ...]:
     searched = GREEDY_STATES * size.solves if case.offline.sampling == "greedy" else 0
     trained_s = size.solves * full_s + size.positions * POSITION_S + searched * reduced_s + BASIS_S
     pictures = int(case.output.plots) + int(case.output.report)
-    compiling = () if is_kept(sweep_reduced) else (Stage(COMPILING, COMPILING_BYTES, COMPILING_S),)
+    kernel = solve_lines if case.reduction.shapes == "line_loads" else sweep_reduced
+    compiling = () if is_kept(kernel) else (Stage(COMPILING, COMPILING_BYTES, COMPILING_S),)
     return (
         *compiling,
         Stage(START, START_BYTES, START_S),

@@ -11,6 +11,7 @@ import pmor.app.plan
 import pmor.pair.cost
 from pmor.app.cli import main
 from pmor.case import change_case, load_case
+from pmor.contact.kernels.line_loads import solve_lines
 from pmor.errors import CaseError
 from pmor.lab.core.stages import measure_stages
 from pmor.lab.study.loader import load_study
@@ -64,6 +65,12 @@ def test_finer_wider_and_more_cost_more():
         assert more[stage].seconds > 1.3 * plain[stage].seconds
     other = paper(wheel={"teeth": 22, "bore_radius_mm": 20.0})
     assert by_name(other)["finite elements"].seconds > 1.5 * plain["finite elements"].seconds, "two gears"
+
+
+def test_compilation_is_told_of_while_the_kernels_of_the_case_are_not_kept(monkeypatch):
+    monkeypatch.setattr(pmor.pair.cost, "is_kept", lambda kernel: kernel is solve_lines)
+    assert "compiling kernels, once" not in by_name(paper(reduction={"shapes": "line_loads"}))
+    assert "compiling kernels, once" in by_name(paper(reduction={"shapes": "flank_lines"}))
 
 
 def test_what_does_not_fit_is_refused_with_number_limit_and_remedy():
