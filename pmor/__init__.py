@@ -16,7 +16,7 @@ Results
     `SweepResult`: named arrays, figures over the pitch, pictures, CSV. `compare` holds a reduced model against full FE:
     a `Comparison`.
 Conditions
-    `Axes`: where the wheel's axis is.
+    `Axes`: where the wheel's axis is. `Modification`: what a gear's flanks deviate by; `Topography`: on a grid.
 Errors
     `PmorError` is the base of all that an engineer can mend: `CaseError`, `GeometryError`, `MeshError`,
     `FileFormatError`, `OutputError`; `ConvergenceError` where no equilibrium was found.

@@ -43,8 +43,11 @@ def plan(case_path: Path) -> None:
     """Print what will run, and how much of it; runs nothing."""
     from pmor.app.plan import plan_parts
     from pmor.case import load_case
+    from pmor.pair.model import gear_pair
 
-    for number, part in enumerate(plan_parts(load_case(case_path))):
+    case = load_case(case_path)
+    gear_pair(case)  # what is no pair is refused before anything is said
+    for number, part in enumerate(plan_parts(case)):
         print("\n" * (number > 0) + part)
 
 

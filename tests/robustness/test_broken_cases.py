@@ -125,10 +125,6 @@ BROKEN = {
         replaced("profile_elements = 6", "profile_elements = 1"),
         ["profile_elements = 1", "between 2 and 512"],
     ),
-    "mesh larger than any memory": (
-        replaced("profile_elements = 6\nwidth_elements = 2", "profile_elements = 512\nwidth_elements = 512"),
-        ["finite elements: takes about", "GiB of memory", "lower [mesh] profile_elements = 512"],
-    ),
     "contact points beyond all use": (
         replaced("lodm_profile = 4", "lodm_profile = 64\nlodm_width = 64").replace(
             "width_elements = 2", "width_elements = 64"

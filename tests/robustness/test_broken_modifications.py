@@ -21,6 +21,8 @@ bore_radius_mm = 20.0
 [mesh]
 profile_elements = 6
 width_elements = 2
+[reduction]
+shapes = "flank_lines"
 """
 RELIEF = "[pinion.modification]\ntip_relief_um = 20.0\n"
 TOPOGRAPHY = '[pinion.modification]\ntopography = "flank.csv"\n'

@@ -14,7 +14,7 @@ from pmor.errors import OutputError
 from pmor.storage.basis_file import read_basis, write_basis
 from tests.small_case import case_text
 
-FORCE, MUCH_FORCE = np.zeros((2, 2, 2, 6)), np.zeros((2000, 2, 2, 6))
+FORCE, MUCH_FORCE = np.zeros((2, 2, 2, 36)), np.zeros((2000, 2, 2, 36))
 
 
 def mount(folder, *options):
@@ -111,7 +111,7 @@ import numpy as np
 basis = read_basis(Path(sys.argv[1]))
 resource.setrlimit(resource.RLIMIT_FSIZE, (20000, 20000))
 try:
-    write_basis(Path(sys.argv[2]), basis, np.zeros((2, 2, 2, 6)))
+    write_basis(Path(sys.argv[2]), basis, np.zeros((2, 2, 2, 36)))
 except OutputError as error:
     print(error)
 """
