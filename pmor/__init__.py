@@ -11,12 +11,14 @@ Cases
     `load_case` reads a case file, `make_case` makes a `Case` from keywords, `change_case` changes one by keywords.
 Models
     `train` solves full FE over the training of a case and gives a `ReducedModel`; `load` reads one that was saved.
-    `full_model` gives the full FE of a case, a `FullModel`. Both have `sweep`.
+    `full_model` gives the full FE of a case, a `FullModel`. Both have `sweep`; a reduced one `sweep_conditions` too,
+    over thousands of modifications and misalignments in one call.
 Results
     `SweepResult`: named arrays, figures over the pitch, pictures, CSV. `compare` holds a reduced model against full FE:
-    a `Comparison`.
+    a `Comparison`. `ConditionsResult`: of many conditions.
 Conditions
     `Axes`: where the wheel's axis is. `Modification`: what a gear's flanks deviate by; `Topography`: on a grid.
+    `Built`: all of it.
 Errors
     `PmorError` is the base of all that an engineer can mend: `CaseError`, `GeometryError`, `MeshError`,
     `FileFormatError`, `OutputError`; `ConvergenceError` where no equilibrium was found.
@@ -34,9 +36,9 @@ from pmor.version import __version__
 
 if TYPE_CHECKING:
     from pmor.app.model import FullModel, ReducedModel, compare, full_model, load, train
-    from pmor.app.result import SweepResult
+    from pmor.app.result import ConditionsResult, SweepResult
     from pmor.case import Case, change_case, load_case, make_case
-    from pmor.contact.condition import Axes
+    from pmor.contact.condition import Axes, Built
     from pmor.errors import (
         CaseError,
         ConvergenceError,
@@ -51,9 +53,9 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "pmor.app.model": ("FullModel", "ReducedModel", "compare", "full_model", "load", "train"),
-    "pmor.app.result": ("SweepResult",),
+    "pmor.app.result": ("ConditionsResult", "SweepResult"),
     "pmor.case": ("Case", "change_case", "load_case", "make_case"),
-    "pmor.contact.condition": ("Axes",),
+    "pmor.contact.condition": ("Axes", "Built"),
     "pmor.errors": (
         "CaseError", "ConvergenceError", "FileFormatError", "GeometryError", "MeshError", "OutputError", "PmorError",
     ),
@@ -64,9 +66,11 @@ _HOME = {name: module for module, names in _HOMES.items() for name in names}
 
 __all__ = [
     "Axes",
+    "Built",
     "Case",
     "CaseError",
     "Comparison",
+    "ConditionsResult",
     "ConvergenceError",
     "FileFormatError",
     "FullModel",

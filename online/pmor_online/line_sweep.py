@@ -66,7 +66,7 @@ def sweep_line_loads(
     share, pair_index = _shares(lines, found, len(reduced.meshed.sections.z))
     return SteSweep(
         phi_rad=np.asarray(phi, dtype=float),
-        torque_Nm=np.array([condition.given_torque for condition in conditions]) * 1e-3,
+        torque_Nm=np.array([condition.torque_Nm for condition in conditions]),
         ste_um=lead * reduced.meshed.pair.pinion.base_radius * 1e3,
         pair_share=share,
         pair_index=pair_index,

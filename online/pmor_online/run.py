@@ -6,9 +6,11 @@ from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass
 
+from pmor.contact.unloaded import with_unloaded
 from pmor.pair.conditions import conditions_of
 from pmor.results.sweep import SteSweep
 from pmor_online.compare import Comparison, failed_positions, training_failures
+from pmor_online.conditions import ConditionSweep
 from pmor_online.model import ReducedPair, sweep_angles
 from pmor_online.sweep import sweep_reduced_pair
 
@@ -28,6 +30,8 @@ class OnlineResult:
         Size of the basis file.
     jobs : int
         Angles that were solved at a time.
+    conditions : tuple of ConditionSweep
+        Of the reduced model, under the conditions that the case lists.
     """
 
     reduced: ReducedPair
@@ -35,6 +39,7 @@ class OnlineResult:
     comparison: Comparison | None
     basis_mib: float
     jobs: int = 1
+    conditions: tuple[ConditionSweep, ...] = ()
 
     @property
     def nominal(self) -> int:
@@ -45,6 +50,8 @@ class OnlineResult:
     def failures(self) -> tuple[str, ...]:
         """Positions that did not converge: of the training, of the sweep, of the comparison."""
         found = training_failures(self.reduced.basis.training) + failed_positions(self.sweep, "reduced model")
+        for listed in self.conditions:
+            found += failed_positions(listed.sweep, f"reduced model, condition {listed.name}")
         if self.comparison is not None:
             found += failed_positions(self.comparison.full, "full FE")
             found += failed_positions(self.comparison.reduced, "reduced model, unseen angle")
@@ -72,4 +79,5 @@ def sweep_case(
     phi = sweep_angles(case)
     conditions = conditions_of(case, case.online.torques_Nm)
     sweep_reduced_pair(reduced, phi[:1], conditions)  # compiles: run times are those of warm code
-    return sweep_reduced_pair(reduced, phi, conditions, executor=executor, advance=advance)
+    sweep = sweep_reduced_pair(reduced, phi, conditions, executor=executor, advance=advance)
+    return with_unloaded(sweep, reduced.meshed, conditions)

@@ -24,11 +24,11 @@ def run(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool
     started = time.perf_counter()
     case, mesh = _meshed_case(case_path)
     from pmor.report.run_page import page_files, write_pages
-    from pmor.report.summary import RESULT_FILES, result_text, write_results
+    from pmor.report.summary import result_files, result_text, write_results
     from pmor.storage.results_folder import default_folder, results_folder
 
     folder = out or default_folder(case.name)
-    names = (*RESULT_FILES, *page_files(case), *(["basis.h5"] if overwrite else []))
+    names = (*result_files(case), *page_files(case), *(["basis.h5"] if overwrite else []))
     with results_folder(folder, names, ("basis.h5.parts",), overwrite, (case_path,)):
         result = _reduced_and_full(case, mesh, folder, jobs, overwrite, started)
         _start_results(folder, case.text)
@@ -84,7 +84,7 @@ def online(
     from pmor.pair.cost import refuse_large_basis
     from pmor.pair.model import refuse_loads
     from pmor.report.run_page import page_files, write_pages
-    from pmor.report.summary import RESULT_FILES, result_text, write_results
+    from pmor.report.summary import result_files, result_text, write_results
     from pmor.storage.basis_file import read_basis, require_made_from
     from pmor.storage.results_folder import default_folder, results_folder
     from pmor_online.model import reduced_pair
@@ -97,7 +97,7 @@ def online(
         basis = replace(basis, case=case)
     reduced = reduced_pair(basis)
     refuse_loads(basis.case, reduced.meshed)  # a sweep may go beyond those that the training has been through
-    folder, names = out or default_folder(basis.case.name), (*RESULT_FILES, *page_files(basis.case))
+    folder, names = out or default_folder(basis.case.name), (*result_files(basis.case), *page_files(basis.case))
     inputs = (basis_path, *([case_path] if case_path else []))
     with results_folder(folder, names, (), overwrite, inputs):
         result = run_online(reduced, basis_path, jobs=jobs)
@@ -113,11 +113,11 @@ def compare(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite: 
     """Compare the reduced with the full model: error and run time."""
     started = time.perf_counter()
     case, mesh = _meshed_case(case_path)
-    from pmor.report.summary import RESULT_FILES, result_text, write_results
+    from pmor.report.summary import result_files, result_text, write_results
     from pmor.storage.results_folder import default_folder, results_folder
 
     folder = out or default_folder(case.name)
-    with results_folder(folder, RESULT_FILES, ("basis.h5.parts",), overwrite, (case_path,)):
+    with results_folder(folder, result_files(case), ("basis.h5.parts",), overwrite, (case_path,)):
         result = _reduced_and_full(case, mesh, folder, jobs, overwrite=False, started=started)
         _start_results(folder, case.text)
         write_results(result, folder)

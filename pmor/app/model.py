@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
@@ -11,11 +11,21 @@ from pathlib import Path
 
 import numpy as np
 
-from pmor.app.result import SweepResult
+from pmor.app.result import ConditionsResult, SweepResult
 from pmor.arrays import FloatArray
-from pmor.case import Case, MisalignmentCase, beyond_training, check_flanks, refuse_uneven_load, trained_flanks
-from pmor.contact.condition import Axes
+from pmor.case import (
+    Case,
+    ConditionCase,
+    MisalignmentCase,
+    beyond_training,
+    check_flanks,
+    refuse_uneven_load,
+    trained_flanks,
+)
+from pmor.case.width import meshed_width
+from pmor.contact.condition import Axes, Built
 from pmor.contact.flank import MeshedPair
+from pmor.contact.unloaded import with_unloaded
 from pmor.errors import CaseError, OutputError
 from pmor.flank import Modification
 from pmor.pair.conditions import conditions_of
@@ -27,6 +37,7 @@ from pmor.storage.atomic import atomic_path, ensure_folder, refuse_existing
 from pmor.storage.basis_file import read_basis, write_basis
 from pmor_offline.train import train as train_basis
 from pmor_online.compare import Comparison, compare_models
+from pmor_online.conditions import sweep_built
 from pmor_online.errors import estimate_errors
 from pmor_online.model import ReducedPair, online_angles, reduced_pair
 from pmor_online.sweep import sweep_reduced_pair
@@ -66,12 +77,11 @@ class FullModel:
         case = _asked(self.case, torques_Nm, angles, axes, (pinion, wheel))
         refuse_loads(case, self.elastic.mesh.meshed)
         meshed = self.elastic.mesh.meshed
+        conditions = conditions_of(case, case.online.torques_Nm)
         sweep = sweep_ste(
-            meshed, self.elastic.elasticity_at, _angles(case, meshed, angles),
-            conditions_of(case, case.online.torques_Nm), lambda: progress(1),
-            executor,
-        )  # fmt: skip
-        return SweepResult(sweep, meshed.pair)
+            meshed, self.elastic.elasticity_at, _angles(case, meshed, angles), conditions, lambda: progress(1), executor
+        )
+        return SweepResult(with_unloaded(sweep, meshed, conditions), meshed.pair)
 
     def __repr__(self) -> str:
         return f"<FullModel of {self.case!r}>"
@@ -150,18 +160,64 @@ class ReducedModel:
             what the contact scheme holds.
         """
         case = _asked(self.case, torques_Nm, angles, axes, (pinion, wheel))
+        self._refuse_beyond_training(case, extrapolate)
+        meshed = self.reduced.meshed
+        refuse_loads(case, meshed)
+        conditions = conditions_of(case, case.online.torques_Nm)
+        sweep = sweep_reduced_pair(
+            self.reduced, _angles(case, meshed, angles), conditions, executor=executor, advance=progress
+        )
+        return SweepResult(with_unloaded(sweep, meshed, conditions), meshed.pair)
+
+    def sweep_conditions(
+        self,
+        built: Sequence[Built],
+        torques_Nm: Iterable[float] | None = None,
+        angles: int | FloatArray | None = None,
+        extrapolate: bool = False,
+        executor: Executor | None = None,
+        progress: Progress = _quietly,
+    ) -> ConditionsResult:
+        """Sweep the pair as it is built in several ways: other axes, other flanks, thousands of them in one call.
+
+        Parameters
+        ----------
+        built : sequence of Built
+            Axes and modifications of both flanks, complete: what one leaves out is as drawn, whatever the case says.
+        torques_Nm, angles, extrapolate, executor
+            As in `sweep`, the same for all.
+        progress : callable
+            Called with the number of angles done, counted for each way of building.
+
+        Returns
+        -------
+        ConditionsResult
+
+        Raises
+        ------
+        CaseError
+            As `sweep`; it says which of them by its number, from 0.
+        """
+        asked = _asked(self.case, torques_Nm, angles, None, (None, None))
+        if not built:
+            raise CaseError("built: there is none: give at least one")
+        asked = replace(asked, conditions=tuple(_listed(asked, n, one) for n, one in enumerate(built)))
+        _check_built(asked, self.case)
+        if self.case.reduction.trained:
+            for one in built:
+                self._refuse_beyond_training(_built_as(asked, one), extrapolate)
+        meshed = self.reduced.meshed
+        refuse_loads(asked, meshed)
+        torques = [asked.online.torques_Nm] * len(built)
+        sweeps = sweep_built(self.reduced, _angles(asked, meshed, angles), built, torques, executor, progress)
+        return ConditionsResult(tuple(built), tuple(SweepResult(sweep, meshed.pair) for sweep in sweeps))
+
+    def _refuse_beyond_training(self, case: Case, extrapolate: bool) -> None:
         beyond = beyond_training(case)
         if trained_flanks(case) != trained_flanks(self.case):
             beyond += ("flanks that load the width otherwise than those of the training",)
         if beyond and not (extrapolate or case.online.extrapolate):
             raise CaseError(f"beyond the training: {beyond[0]}: train over it, or pass extrapolate=True")
-        meshed = self.reduced.meshed
-        refuse_loads(case, meshed)
-        sweep = sweep_reduced_pair(
-            self.reduced, _angles(case, meshed, angles),
-            conditions_of(case, case.online.torques_Nm), executor=executor, advance=progress,
-        )  # fmt: skip
-        return SweepResult(sweep, meshed.pair)
 
     def save(self, path: Path | str, overwrite: bool = False) -> None:
         """Write the model to an HDF5 file, whole or not at all.
@@ -274,15 +330,36 @@ def _asked(
         online = replace(online, angles_per_pitch=int(angles))
     if axes is not None:
         off = MisalignmentCase(**asdict(axes))
-    asked = replace(case, online=online, misalignment=off)
     pinion, wheel = flanks
-    if pinion is not None or wheel is not None:
-        pinion, wheel = pinion or case.pinion_modification, wheel or case.wheel_modification
-        asked = replace(asked, pinion_modification=pinion, wheel_modification=wheel)
-        check_flanks(asked, case.name)
-        refuse_modifications_off_the_flank(asked, gear_pair(case))
-    refuse_uneven_load(asked, case.name)
+    asked = replace(
+        case, online=online, misalignment=off, pinion_modification=pinion or case.pinion_modification,
+        wheel_modification=wheel or case.wheel_modification,
+    )  # fmt: skip
+    _check_built(asked, case)
     return asked
+
+
+def _check_built(asked: Case, case: Case) -> None:
+    """Raise CaseError where axes or flanks are nothing for a case, or for the mesh that its model has."""
+    check_flanks(asked, case.name)
+    refuse_modifications_off_the_flank(asked, gear_pair(case))
+    refuse_uneven_load(asked, case.name)
+    if meshed_width(case) == "half" != meshed_width(asked):
+        raise CaseError(
+            f"{case.name}: tilted axes or flanks whose halves differ load the width unevenly, and the model has half "
+            'the width, which stands for both halves: write [mesh] width = "whole" and train again'
+        )
+
+
+def _built_as(case: Case, built: Built) -> Case:
+    misalignment = MisalignmentCase(**asdict(built.axes))
+    return replace(case, misalignment=misalignment, pinion_modification=built.pinion, wheel_modification=built.wheel)
+
+
+def _listed(case: Case, number: int, built: Built) -> ConditionCase:
+    return ConditionCase(
+        name=f"built[{number}]", torque_Nm=case.torque_Nm, **asdict(built.axes), pinion=built.pinion, wheel=built.wheel
+    )
 
 
 def _angles(case: Case, meshed: MeshedPair, angles: int | FloatArray | None) -> FloatArray:

@@ -4,14 +4,12 @@ A new part of the plan is one more function in `PARTS`: from the case to the lin
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import fields
 
 from pmor.app.left_out import computed, left_out, remarks, scene
-from pmor.case import Case, describe, short_list
-from pmor.case.extrapolation import MISALIGNMENTS
+from pmor.case import Case, condition_words, describe, short_list
 from pmor.case.width import elements_across, meshed_width
 from pmor.memory import memory_text
-from pmor.pair.conditions import full_solves, misalignments
+from pmor.pair.conditions import full_solves, misalignments, torques_of
 from pmor.pair.cost import refuse_beyond_memory, stages
 from pmor.pair.model import gear_pair
 from pmor.progress import format_time
@@ -87,16 +85,25 @@ def _sizes(case: Case) -> list[str]:
 
 def _work(case: Case) -> list[str]:
     online, compare = case.online, case.compare
-    stages = (
+    stages = [
         ("offline, full contact solves", full_solves(case), _training_text(case)),
         ("online, reduced solves", *_sweep(online.angles_per_pitch * case.pitches, online.torques_Nm)),
         ("compare, full and reduced", *_sweep(compare.angles, compare.torques_Nm)),
-    )
+    ]
+    if case.conditions:
+        stages.insert(2, ("online, conditions", *_listed(case)))
     return ["Work", *(f"  {label:<30} {solves:>8}  ({text})" for label, solves, text in stages), *_ranges(case)]
 
 
 def _sweep(angles: int, torques: tuple[float, ...]) -> tuple[int, str]:
     return angles * len(torques), f"{angles} angles x {_torques_text(torques)}"
+
+
+def _listed(case: Case) -> tuple[int, str]:
+    """Solves of the conditions that a case lists, each at the torques of the sweep and at its own."""
+    angles = case.online.angles_per_pitch * case.pitches
+    torques = sum(len(torques_of(case, condition)) for condition in case.conditions)
+    return angles * torques, f"{len(case.conditions)} conditions, {angles} angles x {torques} torques in all"
 
 
 def _training_text(case: Case) -> str:
@@ -147,20 +154,10 @@ def _computed_and_left_out(case: Case) -> list[str]:
 
 def _conditions(case: Case) -> list[str]:
     """The conditions that a case lists beside its own, each with what its flanks are like."""
-    lines = []
-    for condition in case.conditions:
-        off = ", ".join(f"{name} {getattr(condition, name):g}" for name in MISALIGNMENTS if getattr(condition, name))
-        flanks = [
-            f"{gear} {item.name} = {getattr(modification, item.name)}"
-            for gear, modification, own in (
-                ("pinion", condition.pinion, case.pinion_modification),
-                ("wheel", condition.wheel, case.wheel_modification),
-            )
-            for item in fields(modification)
-            if getattr(modification, item.name) != getattr(own, item.name)
-        ]
-        words = [f"{condition.torque_Nm:g} N m", *([off] if off else []), *flanks]
-        lines.append(f"  {condition.name:<22} {'; '.join(words)}")
+    lines = [
+        f"  {condition.name:<22} {'; '.join([f'{condition.torque_Nm:g} N m', *condition_words(case, condition)])}"
+        for condition in case.conditions
+    ]
     return ["Conditions beside the case's own", *lines] if lines else []
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pmor.arrays import BoolArray, FloatArray, IntArray
+from pmor.contact.condition import Built
 from pmor.gear.pair import GearPair
 from pmor.report.data_files import write_ste_csv
 from pmor.report.sweep_figures import load_sharing_figure, spectrum_figure, ste_figure
@@ -52,7 +53,10 @@ class SweepResult:
 
     @property
     def ste_um(self) -> FloatArray:
-        """Static transmission error along the line of action, shape (T, N), um; positive: the pinion runs ahead."""
+        """Static transmission error along the line of action, shape (T, N), um; positive: the pinion runs ahead.
+
+        It counts from the kinematic position of the pair with unmodified flanks.
+        """
         return self.sweep.ste_um
 
     @property
@@ -64,6 +68,12 @@ class SweepResult:
     def ste_error_um(self) -> FloatArray | None:
         """Error bar: estimate of what the reduction lacks, shape (T, N), um; None of full FE, or where not kept."""
         return self.sweep.ste_error_um
+
+    @property
+    def unloaded_um(self) -> FloatArray:
+        """Transmission error of the rigid flanks without load, shape (N,), um; 0 of unmodified flanks."""
+        unloaded = self.sweep.unloaded_um
+        return np.zeros_like(self.phi_rad) if unloaded is None else np.asarray(unloaded[0])
 
     @property
     def pair_share(self) -> FloatArray:
@@ -132,3 +142,47 @@ class SweepResult:
         failed = int(np.count_nonzero(~self.converged))
         ending = f"; {failed} positions did not converge" if failed else ""
         return f"<SweepResult: {len(self.phi_rad)} angles x {torques} N m, STE peak-to-peak {spans} um{ending}>"
+
+
+@dataclass(frozen=True, repr=False)
+class ConditionsResult:
+    """Static transmission error of a pair that is built in B ways, over T torques and N pinion angles.
+
+    Parameters
+    ----------
+    built : tuple of Built
+    results : tuple of SweepResult
+        One for each.
+    """
+
+    built: tuple[Built, ...]
+    results: tuple[SweepResult, ...]
+
+    @property
+    def ste_um(self) -> FloatArray:
+        """Static transmission error along the line of action, shape (B, T, N), um."""
+        return np.stack([result.ste_um for result in self.results])
+
+    @property
+    def mean_um(self) -> FloatArray:
+        """Mean STE over the angles, shape (B, T), um."""
+        return np.stack([result.mean_um for result in self.results])
+
+    @property
+    def peak_to_peak_um(self) -> FloatArray:
+        """Largest minus smallest STE over the angles, shape (B, T), um."""
+        return np.stack([result.peak_to_peak_um for result in self.results])
+
+    @property
+    def converged(self) -> BoolArray:
+        """Whether a position converged, shape (B, T, N)."""
+        return np.stack([result.converged for result in self.results])
+
+    def orders_um(self, count: int = 10) -> FloatArray:
+        """Amplitudes of the first orders of the mesh frequency, shape (B, T, count), um; see `SweepResult`."""
+        return np.stack([result.orders_um(count) for result in self.results])
+
+    def __repr__(self) -> str:
+        failed = int(np.count_nonzero(~self.converged))
+        ending = f"; {failed} positions did not converge" if failed else ""
+        return f"<ConditionsResult: {len(self.built)} ways to build the pair, the first {self.results[0]!r}{ending}>"

@@ -5,7 +5,7 @@ Lengths carry their unit in the name of the key; those without one are in (norma
 
 from pmor.case.change import change_case, changed_text, make_case, text_of
 from pmor.case.checks import refuse_uneven_load
-from pmor.case.describe import basis_key, describe, short_list
+from pmor.case.describe import basis_key, condition_words, describe, short_list
 from pmor.case.extrapolation import beyond_training
 from pmor.case.flanks import check_flanks, trained_flanks
 from pmor.case.loader import load_case, parse_case
@@ -42,6 +42,7 @@ __all__ = [
     "change_case",
     "check_flanks",
     "changed_text",
+    "condition_words",
     "describe",
     "load_case",
     "make_case",

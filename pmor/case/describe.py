@@ -4,13 +4,14 @@ import hashlib
 import json
 import tomllib
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from typing import Any
 
 from pmor.case.change import sections_of
 from pmor.case.document import flattened
+from pmor.case.extrapolation import MISALIGNMENTS
 from pmor.case.flanks import trained_flanks
-from pmor.case.schema import Case
+from pmor.case.schema import Case, ConditionCase
 from pmor.case.width import meshed_width
 
 # Values of a list that people read one by one.
@@ -31,6 +32,25 @@ def describe(case: Case) -> list[tuple[str, Any, bool]]:
         written = document.get(section, {})
         settings += [(f"{section}.{key}", value, key not in written) for key, value in values.items()]
     return settings
+
+
+def condition_words(case: Case, condition: ConditionCase) -> list[str]:
+    """Say where a listed condition's axes are, and in which keys its modifications differ from those of the case."""
+    off = ", ".join(f"{name} {getattr(condition, name):g}" for name in MISALIGNMENTS if getattr(condition, name))
+    flanks = [
+        f"{gear} {item.name} = {_value_words(getattr(modification, item.name))}"
+        for gear, modification, own in (
+            ("pinion", condition.pinion, case.pinion_modification),
+            ("wheel", condition.wheel, case.wheel_modification),
+        )
+        for item in fields(modification)
+        if getattr(modification, item.name) != getattr(own, item.name)
+    ]
+    return [*([off] if off else []), *flanks]
+
+
+def _value_words(value: object) -> str:
+    return f"[{short_list(value)}]" if isinstance(value, tuple) else str(value)
 
 
 def short_list(values: Sequence[float | str]) -> str:

@@ -414,6 +414,12 @@ class Case:
             return self.online.pitches
         return {"revolution": pinion, "hunting": math.lcm(pinion, wheel)}[self.online.pitches]
 
+    @property
+    def swept_torques_Nm(self) -> tuple[float, ...]:
+        """All torques of training and sweeps in N m, those of listed conditions among them."""
+        listed = (condition.torque_Nm for condition in self.conditions)
+        return (self.torque_Nm, *self.offline.torques_Nm, *self.online.torques_Nm, *listed)
+
     def __repr__(self) -> str:
         pair, mesh = self.pair, self.mesh
         return (

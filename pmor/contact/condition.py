@@ -149,7 +149,7 @@ def at_leads(
     return tuple(Condition(lead=float(lead), axes=axes, pinion=pinion, wheel=wheel) for lead in leads)
 
 
-def common_axes(conditions: Iterable[Condition]) -> Axes:
+def common_axes(conditions: Iterable[Condition | Built]) -> Axes:
     """Return the axes of conditions that are solved together, whose flanks may differ.
 
     Raises

@@ -8,6 +8,7 @@ from pmor.pair.model import ElasticModel
 from pmor.progress import Progress
 from pmor.threads import threads
 from pmor_online.compare import compare_models
+from pmor_online.conditions import ConditionSweep, sweep_listed
 from pmor_online.model import ReducedPair, sweep_angles
 from pmor_online.run import OnlineResult, sweep_case
 
@@ -35,7 +36,11 @@ def run_online(
     with threads(jobs) as executor:
         with Progress(len(sweep_angles(case)), "reduced model") as progress:
             sweep = sweep_case(reduced, executor, progress.advance)
+        conditions: tuple[ConditionSweep, ...] = ()
+        if case.conditions:
+            with Progress(len(sweep_angles(case)) * len(case.conditions), "conditions") as progress:
+                conditions = sweep_listed(reduced, executor, progress.advance)
         if model is not None:
             with Progress(case.compare.angles, "full FE, unseen angles") as progress:
                 comparison = compare_models(reduced, model, progress.advance, executor)
-    return OnlineResult(reduced, sweep, comparison, basis_path.stat().st_size / 2**20, jobs)
+    return OnlineResult(reduced, sweep, comparison, basis_path.stat().st_size / 2**20, jobs, conditions)

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import asdict, fields, replace
 
 from pmor.arrays import FloatArray
-from pmor.case import Case, OfflineCase, trained_flanks
+from pmor.case import Case, ConditionCase, OfflineCase, trained_flanks
 from pmor.contact.condition import Axes, Built, Condition, at_torques
 
 DEVIATIONS = tuple(field.name for field in fields(Axes))
@@ -40,6 +40,11 @@ def listed_conditions(case: Case) -> tuple[Condition, ...]:
         )
         for condition in case.conditions
     )
+
+
+def torques_of(case: Case, condition: ConditionCase) -> tuple[float, ...]:
+    """Return the torques in N m at which a listed condition is swept: those of the case's sweep, and its own."""
+    return tuple(sorted({*case.online.torques_Nm, condition.torque_Nm}))
 
 
 def nominal_condition(case: Case) -> Condition:

@@ -25,7 +25,7 @@ from pmor.gear.pair import GearPair
 from pmor.gear.tooth import Tooth
 from pmor.memory import MemoryLimit, memory_limits, memory_text
 from pmor.mesh.sector import build_sector
-from pmor.pair.conditions import built_of, full_solves, misalignments, training_values
+from pmor.pair.conditions import built_of, full_solves, misalignments, torques_of, training_values
 from pmor.pair.model import approach_estimate, contact_scheme, neighbour_reach
 
 DOUBLE, COMPLEX = 8, 16  # bytes
@@ -174,7 +174,8 @@ def stages(case: Case, pair: GearPair) -> tuple[Stage, ...]:
     GeometryError, MeshError
     """
     size = pair_size(case, pair)
-    sweep = case.pitches * case.online.angles_per_pitch * len(case.online.torques_Nm)
+    torques = len(case.online.torques_Nm) + sum(len(torques_of(case, condition)) for condition in case.conditions)
+    sweep = case.pitches * case.online.angles_per_pitch * torques
     compared = case.compare.angles * len(case.compare.torques_Nm)
     kept = sum(_kept(gear, size.reach) for gear in size.gears)
     # Not all that the finite elements took in small pieces goes back to the system.

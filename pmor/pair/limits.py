@@ -55,7 +55,7 @@ def refuse_impossible_load(case: Case, approach_mm: float) -> None:
     approach_mm : float
         Of the flanks, to expect under the nominal torque, mm.
     """
-    torque = max(case.torque_Nm, *case.offline.torques_Nm, *case.online.torques_Nm)
+    torque = max(case.swept_torques_Nm)
     in_modules = approach_mm * torque / case.torque_Nm / case.pair.module_mm
     if in_modules > LARGEST_APPROACH:
         allowed = torque * LARGEST_APPROACH / in_modules
@@ -75,7 +75,7 @@ def refuse_lost_load(case: Case, round_off_at: Callable[[float], float]) -> None
     round_off_at : callable
         Round-off of the coordinates over the approach of the flanks under a torque (N mm).
     """
-    torque = min(case.torque_Nm, *case.offline.torques_Nm, *case.online.torques_Nm, *case.compare.torques_Nm)
+    torque = min(*case.swept_torques_Nm, *case.compare.torques_Nm)
     round_off = round_off_at(1e3 * torque)
     if round_off > MOST_ROUND_OFF:
         raise CaseError(

@@ -197,7 +197,7 @@ def refuse_loads(case: Case, meshed: MeshedPair) -> None:
     refuse_impossible_load(case, approach_estimate(case, meshed.pair))
     refuse_lost_load(case, partial(round_off_residual, meshed))
     if meshed.scheme.kind == "line":
-        check_half_width(meshed, 1e3 * max(case.offline.torques_Nm[-1], case.online.torques_Nm[-1]))
+        check_half_width(meshed, 1e3 * max(case.swept_torques_Nm))
 
 
 def assemble_pair(

@@ -6,7 +6,7 @@ import csv
 import io
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,18 +20,30 @@ def write_ste_csv(path: Path, sweep: SteSweep) -> None:
     """One line per torque and angle; an STE that did not converge is an empty field.
 
     Columns: phi_rad, torque_Nm, ste_um, ste_error_estimate_um (empty where the basis holds none), converged (0/1),
-    newton_steps, share_pair_<index> (fraction of the torque).
+    newton_steps, unloaded_ste_um (empty where it is zero), share_pair_<index> (fraction of the torque).
     """
     buffer = io.StringIO(newline="")
     writer = csv.writer(buffer, lineterminator="\n")
-    header = ["phi_rad", "torque_Nm", "ste_um", "ste_error_estimate_um", "converged", "newton_steps"]
-    error = np.full_like(sweep.ste_um, np.nan) if sweep.ste_error_um is None else sweep.ste_error_um
+    header = ["phi_rad", "torque_Nm", "ste_um", "ste_error_estimate_um", "converged", "newton_steps", "unloaded_ste_um"]
+    nothing = np.full_like(sweep.ste_um, np.nan)
+    error, unloaded = (nothing if a is None else a for a in (sweep.ste_error_um, sweep.unloaded_um))
     writer.writerow(header + [f"share_pair_{j}" for j in sweep.pair_index])
     for i, torque in enumerate(sweep.torque_Nm):
         for k, phi in enumerate(sweep.phi_rad):
             row = [_field(phi), _field(torque), _field(sweep.ste_um[i, k]), _field(error[i, k])]
-            row += [str(int(sweep.converged[i, k])), str(int(sweep.newton_steps[i, k]))]
+            row += [str(int(sweep.converged[i, k])), str(int(sweep.newton_steps[i, k])), _field(unloaded[i, k])]
             writer.writerow(row + [_field(share) for share in sweep.pair_share[i, k]])
+    with atomic_path(path) as temporary:
+        temporary.write_text(buffer.getvalue(), encoding="utf-8", newline="")
+
+
+def write_table_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
+    """Rows of plain values under the keys of the first one; what is not known is an empty field."""
+    buffer = io.StringIO(newline="")
+    writer = csv.DictWriter(buffer, list(rows[0]), lineterminator="\n")
+    writer.writeheader()
+    for row in rows:
+        writer.writerow({key: _field(value) if isinstance(value, float) else value for key, value in row.items()})
     with atomic_path(path) as temporary:
         temporary.write_text(buffer.getvalue(), encoding="utf-8", newline="")
 

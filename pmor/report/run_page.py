@@ -14,12 +14,14 @@ from pmor.case import Case, describe, short_list
 from pmor.gear.classical.formulas import classical_results
 from pmor.mesh.sector import SectorMesh
 from pmor.pair.conditions import nominal_condition
+from pmor.report.condition_figure import conditions_figure
+from pmor.report.condition_table import condition_table
 from pmor.report.mesh_figure import mesh_figure
 from pmor.report.page import Block, Heading, Picture, Warning, write_page
 from pmor.report.pattern_figure import contact_pattern_figure
 from pmor.report.provenance import provenance
 from pmor.report.style import save_picture
-from pmor.report.summary import ms_per_position, summary_rows, warnings
+from pmor.report.summary import counts_from, ms_per_position, summary_rows, warnings
 from pmor.report.sweep_figures import error_figure, load_sharing_figure, spectrum_figure, ste_figure
 from pmor.report.table import Table
 from pmor.results.sweep import peak_to_peak_um, single_pair_zone, ste_mean_um
@@ -30,12 +32,13 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 #: names of all pictures that a run can have
-PICTURES = ("ste", "load_sharing", "spectrum", "error", "contact_pattern", "mesh")
+PICTURES = ("ste", "load_sharing", "spectrum", "error", "conditions", "contact_pattern", "mesh")
 
 
 def page_files(case: Case) -> list[str]:
     """Return the names of the files that `write_pages` may write."""
-    pictures = [f"{name}.{kind}" for name in PICTURES for kind in case.output.format] if case.output.plots else []
+    drawn = [name for name in PICTURES if name != "conditions" or case.conditions] if case.output.plots else []
+    pictures = [f"{name}.{kind}" for name in drawn for kind in case.output.format]
     return [*pictures, "report.html"] if case.output.report else pictures
 
 
@@ -57,7 +60,7 @@ def run_pictures(result: OnlineResult, mesh: SectorMesh | None) -> list[Picture]
     pictures = [
         Picture(
             "ste.png",
-            f"Static transmission error over one pitch: {models}.",
+            f"Static transmission error over one pitch: {models}{_rigid(result)}.",
             ste_figure(sweep, comparison.full, comparison.reduced) if comparison else ste_figure(sweep),
         ),
         Picture(
@@ -73,6 +76,9 @@ def run_pictures(result: OnlineResult, mesh: SectorMesh | None) -> list[Picture]
         figure = error_figure(full.phi_rad, full.torque_Nm, comparison.relative_error, relative)
         bars = "" if relative is None else ", and the error bar of the reduced model itself"
         pictures.append(Picture("error.png", f"Reduced against full FE at unseen angles{bars}.", figure))
+    if result.conditions:
+        caption = "Conditions that the case lists: peak-to-peak STE over the torque, and STE at their own torques."
+        pictures.append(Picture("conditions.png", caption, conditions_figure(sweep, result.nominal, result.conditions)))
     patterns = _patterns(result)
     if patterns:
         caption = "Contact pressure on the unrolled flanks at nominal torque, with two pairs and with one pair in mesh."
@@ -81,6 +87,12 @@ def run_pictures(result: OnlineResult, mesh: SectorMesh | None) -> list[Picture]
         caption = "Section of the pinion's sector mesh, loaded flank marked."
         pictures.append(Picture("mesh.png", caption, _mesh_figure(mesh)))
     return pictures
+
+
+def _rigid(result: OnlineResult) -> str:
+    """What the caption says of the curve without load; from where curves count, it says in any case."""
+    unloaded = "" if result.sweep.unloaded_um is None else ", and that of rigid flanks without load (dashed)"
+    return f"{unloaded}. {counts_from(result)}"
 
 
 def write_pages(result: OnlineResult, mesh: SectorMesh | None, out: Path) -> None:
@@ -122,6 +134,7 @@ def run_blocks(result: OnlineResult, pictures: Sequence[Picture]) -> list[Block]
         Heading("Results"),
         Table("Summary", ("quantity", "value", "unit", "note"), results),
         _error_table(result),
+        *([condition_table(result)] if result.conditions else []),
         _classical_table(result),
         *shown,
         Heading("Provenance"),

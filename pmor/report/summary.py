@@ -7,10 +7,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from pmor.case import beyond_training
+import numpy as np
+
+from pmor.case import Case, beyond_training
+from pmor.contact.condition import ALIGNED
+from pmor.pair.conditions import axes_of
 from pmor.pair.limits import range_warnings
 from pmor.pair.model import approach_estimate
-from pmor.report.data_files import write_ste_csv, write_summary_json
+from pmor.report.condition_table import condition_rows
+from pmor.report.data_files import write_ste_csv, write_summary_json, write_table_csv
 from pmor.report.table import Cell, format_cell
 from pmor.results.sweep import (
     MIN_RIPPLE_POINTS,
@@ -23,13 +28,18 @@ from pmor.results.sweep import (
 )
 from pmor_online.run import OnlineResult
 
-#: what `write_results` leaves
-RESULT_FILES = ("ste.csv", "summary.json")
+CONDITIONS = "conditions.csv"
+
+
+def result_files(case: Case) -> tuple[str, ...]:
+    """Return the names of the files that `write_results` leaves."""
+    return ("ste.csv", "summary.json", *([CONDITIONS] if case.conditions else []))
 
 
 def summary(result: OnlineResult) -> dict[str, Any]:
     """Return the machine-readable summary; None for what was not asked for."""
     case, sweep, comparison, i = result.reduced.basis.case, result.sweep, result.comparison, result.nominal
+    unloaded = None if sweep.unloaded_um is None else sweep.unloaded_um[i]
     return {
         "case": case.name,
         "n_profile": case.mesh.profile_elements,
@@ -39,6 +49,8 @@ def summary(result: OnlineResult) -> dict[str, Any]:
         "torque_Nm": case.torque_Nm,
         "ste_mean_um": ste_mean_um(sweep)[i],
         "ste_peak_to_peak_um": peak_to_peak_um(sweep)[i],
+        "unloaded_ste_mean_um": float(np.mean(unloaded)) if unloaded is not None else None,
+        "unloaded_ste_peak_to_peak_um": float(np.ptp(unloaded)) if unloaded is not None else None,
         "ste_ripple_um": ripple_um(sweep, i),
         "ste_torque_exponent": torque_exponent(sweep),
         "ste_error_estimate_max_um": largest_error_um(sweep),
@@ -51,6 +63,7 @@ def summary(result: OnlineResult) -> dict[str, Any]:
         "offline_s": result.reduced.basis.training.seconds,
         "basis_mib": result.basis_mib,
         "n_positions_failed": len(result.failures),
+        "conditions": [row for listed in result.conditions for row in condition_rows(listed)] or None,
     }
 
 
@@ -60,6 +73,7 @@ def summary_rows(result: OnlineResult) -> list[tuple[str, float | int | None, st
     rows = [
         ("STE mean", s["ste_mean_um"], "um", f"at {s['torque_Nm']:g} N m, over {s['n_angles']} angles of a pitch"),
         ("STE peak-to-peak", s["ste_peak_to_peak_um"], "um", ""),
+        *_unloaded_rows(s, result),
         _known("STE ripple", s["ste_ripple_um"], "um", "about a quartic where one pair carries the load",
                f"needs {MIN_RIPPLE_POINTS} angles with one pair in contact"),
         _known("STE over torque", s["ste_torque_exponent"], "", "exponent; 1 is linear", "needs a second torque"),
@@ -84,6 +98,23 @@ def summary_rows(result: OnlineResult) -> list[tuple[str, float | int | None, st
     ]
 
 
+def _unloaded_rows(s: dict[str, Any], result: OnlineResult) -> list[tuple[str, float, str, str]]:
+    """Rows of the transmission error without load, where there is one, and from where both count."""
+    if s["unloaded_ste_mean_um"] is None:
+        return []
+    return [
+        ("STE without load, mean", s["unloaded_ste_mean_um"], "um", f"of rigid flanks; {counts_from(result)}"),
+        ("STE without load, p-p", s["unloaded_ste_peak_to_peak_um"], "um", ""),
+    ]
+
+
+def counts_from(result: OnlineResult) -> str:
+    """Say from where transmission errors count."""
+    if axes_of(result.reduced.basis.case) == ALIGNED:
+        return "STE counts from the unmodified pair's kinematic position"
+    return "STE counts from where the unmodified flanks first touch"
+
+
 def _known(label: str, value: float | None, unit: str, note: str, lacks: str) -> tuple[str, float | None, str, str]:
     """A row of the summary, with what it takes where there is no value."""
     known = value is not None and math.isfinite(value)
@@ -99,6 +130,8 @@ def write_results(result: OnlineResult, out: Path) -> None:
     """
     write_ste_csv(out / "ste.csv", result.sweep)
     write_summary_json(out / "summary.json", summary(result))
+    if result.conditions:
+        write_table_csv(out / CONDITIONS, [row for listed in result.conditions for row in condition_rows(listed)])
 
 
 def result_text(result: OnlineResult) -> str:

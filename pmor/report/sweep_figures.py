@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,6 +22,8 @@ SHARE_LINES = ("-", "--", "-.", ":")
 # Torques that a picture has room for.
 MOST_TORQUES = len(COLOURS)
 N_MESH_ORDERS = 10
+# How the curve without load is drawn.
+UNLOADED: dict[str, Any] = {"color": "#555555", "ls": "--", "lw": 1.2}
 # Sweeps with more positions than that over a pitch are drawn without dots.
 MOST_DOTS = 48
 
@@ -58,9 +59,12 @@ def ste_figure(reduced: SteSweep, full: SteSweep | None = None, reduced_there: S
             for torque, ste in zip(full.torque_Nm, full.ste_um, strict=True):
                 colour = colours[float(torque)]
                 axes.plot(np.degrees(full.phi_rad), ste, "o", ms=8, mfc="none", mec=colour, mew=1.1)
+        if reduced.unloaded_um is not None:
+            phi = np.append(reduced.phi_rad, reduced.phi_rad[0] + reduced.span_rad)
+            axes.plot(np.degrees(phi), np.append(reduced.unloaded_um[0], reduced.unloaded_um[0, 0]), **UNLOADED)
         axes.set_ylabel("Static transmission error [µm]")
         _angle_axes(axes, reduced)
-        _ste_legend(axes, colours, full is not None, _torque_title(len(reduced.torque_Nm), asked))
+        _ste_legend(axes, colours, reduced, full is not None, _torque_title(len(reduced.torque_Nm), asked))
         missing = int(np.count_nonzero(~np.isfinite(reduced.ste_um)))
         if missing:
             axes.set_title(f"{missing} of {reduced.ste_um.size} positions did not converge (gaps)", color="#b00020")
@@ -165,14 +169,8 @@ def error_figure(
 
 def few_torques(sweep: SteSweep, most: int) -> SteSweep:
     """Return a sweep with at most so many of its torques, spread over all of them."""
-    if len(sweep.torque_Nm) <= most:
-        return sweep
-    kept = _spread(len(sweep.torque_Nm), most)
-    error = None if sweep.ste_error_um is None else sweep.ste_error_um[kept]
-    return replace(
-        sweep, torque_Nm=sweep.torque_Nm[kept], ste_um=sweep.ste_um[kept], pair_share=sweep.pair_share[kept],
-        newton_steps=sweep.newton_steps[kept], converged=sweep.converged[kept], ste_error_um=error, states=None,
-    )  # fmt: skip
+    count = len(sweep.torque_Nm)
+    return sweep if count <= most else sweep.at_torques(_spread(count, most))
 
 
 def _spread(count: int, most: int) -> IntArray:
@@ -237,11 +235,13 @@ def _over(divisor: float) -> Callable[[ArrayLike], FloatArray]:
     return lambda x: np.asarray(x, float) / divisor
 
 
-def _ste_legend(axes: Axes, colours: dict[float, str], with_full: bool, title: str) -> None:
+def _ste_legend(axes: Axes, colours: dict[float, str], reduced: SteSweep, with_full: bool, title: str) -> None:
     """Torques by colour, models by line or marker, outside the curves."""
     from matplotlib.lines import Line2D
 
     handles = [Line2D([], [], color=c, label=f"{t:g} N m") for t, c in sorted(colours.items(), reverse=True)]
+    if reduced.unloaded_um is not None:
+        handles.append(Line2D([], [], label="no load, rigid", **UNLOADED))
     if with_full:
         handles.append(Line2D([], [], color="#555555", label="reduced"))
         handles.append(Line2D([], [], ls="", marker="o", ms=8, mfc="none", mec="#555555", label="full FE"))

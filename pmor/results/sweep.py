@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -45,6 +45,8 @@ class SteSweep:
         Estimate of what a reduced model's STE lacks (`pmor.reduction.error_estimate`), um; None where there is none.
     states : SweepStates or None
         Leads, amplitudes and contact forces of a reduced sweep that was asked to keep them.
+    unloaded_um : (n_torques, n_angles) or None
+        Transmission error of the same flanks without load, um; None where it is zero.
     """
 
     phi_rad: FloatArray
@@ -58,6 +60,7 @@ class SteSweep:
     pitch_rad: float
     ste_error_um: FloatArray | None = None
     states: SweepStates | None = None
+    unloaded_um: FloatArray | None = None
 
     def __post_init__(self) -> None:
         """Refuse arrays that do not belong together: a wrong shape would broadcast silently further on."""
@@ -68,11 +71,22 @@ class SteSweep:
             "newton_steps": grid,
             "converged": grid,
         }
-        if self.ste_error_um is not None:
-            expected["ste_error_um"] = grid
+        for name in ("ste_error_um", "unloaded_um"):
+            if getattr(self, name) is not None:
+                expected[name] = grid
         for name, shape in expected.items():
             if getattr(self, name).shape != shape:
                 raise ValueError(f"{name} has shape {getattr(self, name).shape}, expected {shape}")
+
+    def at_torques(self, rows: slice | IntArray) -> SteSweep:
+        """Return a sweep with some of the torques, by their place; it keeps no states."""
+        ste = self.ste_um[rows]
+        error, unloaded = (None if a is None else a[rows] for a in (self.ste_error_um, self.unloaded_um))
+        return replace(
+            self, torque_Nm=self.torque_Nm[rows], ste_um=ste, pair_share=self.pair_share[rows],
+            newton_steps=self.newton_steps[rows], converged=self.converged[rows],
+            seconds=self.seconds * len(ste) / len(self.ste_um), ste_error_um=error, states=None, unloaded_um=unloaded,
+        )  # fmt: skip
 
     @property
     def pitches(self) -> int:

@@ -14,7 +14,7 @@ from pmor.app.cli import main
 from pmor.case import load_case
 from pmor.errors import OutputError
 from pmor.report.run_page import page_files
-from pmor.report.summary import RESULT_FILES
+from pmor.report.summary import result_files
 from pmor.storage.atomic import atomic_path
 from pmor.storage.manifest import MANIFEST, begin_manifest, is_ours, listed
 from pmor.storage.results_folder import (
@@ -175,8 +175,8 @@ def finished(tmp_path, capsys):
 
 def test_after_an_edit_nothing_of_the_old_text_lies_beside_new_results(finished, capsys):
     path, out = finished
-    before = results_in(out)
-    assert {"report.html", "ste.png"} < before == {"basis.h5", *RESULT_FILES, *page_files(load_case(path))}
+    before, case = results_in(out), load_case(path)
+    assert {"report.html", "ste.png"} < before == {"basis.h5", *result_files(case), *page_files(case)}
     (out / "notes.txt").write_text("mine")
     (out / "report.html").write_text("with remarks of mine")
     assert main(["compare", str(path), "--out", str(out)]) == 0

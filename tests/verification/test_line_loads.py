@@ -14,6 +14,7 @@ from pmor.contact.kernels.line_loads import approach_of
 from pmor.contact.kernels.sections import closest_approach
 from pmor.contact.kernels.types import Motion
 from pmor.contact.solve import solve_position
+from pmor.contact.unloaded import unloaded_ste_um, with_unloaded
 from pmor.flank.modification import Modification
 from pmor.pair.model import elastic_model, mesh_model
 from pmor_offline.train import train
@@ -169,6 +170,30 @@ def test_without_load_the_transmission_error_is_the_lower_envelope_of_the_gaps(n
             expected.append(min(gaps))
         # The torque of 1e-8 N m deforms by 1e-9 um.
         assert_allclose(sweep.ste_um[0], expected, rtol=0.0, atol=1e-6)
+
+
+@pytest.mark.parametrize("name", PAIRS)
+def test_the_loaded_transmission_error_comes_down_to_the_unloaded_one(name):
+    """With all that flanks can be, tilted axes, and tip edges that meet the mate beyond the line of action."""
+    _, reduced = models(name)
+    phi, scale = reduced.meshed.pair.pitch * np.linspace(0.0, 1.0, 12), []
+    for _, condition in random_conditions(np.random.default_rng(23), 6):
+        (light,) = at_torques([1e-5], condition.axes, condition.pinion, condition.wheel)
+        sweep = with_unloaded(sweep_line_loads(reduced, phi, [light]), reduced.meshed, [light])
+        assert_allclose(sweep.unloaded_um, sweep.ste_um, rtol=0.0, atol=1e-6)
+        scale.append(np.ptp(sweep.unloaded_um))
+    assert min(scale) > 1.0
+    plain = at_torques([1e5])
+    assert with_unloaded(sweep_line_loads(reduced, phi, plain), reduced.meshed, plain).unloaded_um is None
+
+
+def test_unloaded_flanks_of_points_are_those_of_lines():
+    """Rigid involutes know no contact scheme."""
+    case = parse_case(case_text(mesh={"profile_elements": 5, "width_elements": 4, "width": "whole"}), "small", "small")
+    built = Built(Axes(in_plane_um=10.0), Modification(tip_relief_um=9.0, tip_relief_start_roll_deg=26.0))
+    phi = np.linspace(0.0, 0.3, 7)
+    found = [unloaded_ste_um(m, phi, [built]) for m in (models("spur")[1].meshed, mesh_model(case).meshed)]
+    assert_allclose(*found, rtol=0.0, atol=1e-9)
 
 
 # --- helicoids -----------------------------------------------------------------------------------------------------

@@ -67,6 +67,7 @@ def run_stages(case: Case, folder: Path) -> dict[str, dict[str, float]]:
     from pmor.report.summary import write_results
     from pmor.storage.basis_file import read_basis
     from pmor_online.compare import compare_models
+    from pmor_online.conditions import sweep_listed
     from pmor_online.errors import estimate_errors
     from pmor_online.model import reduced_pair
     from pmor_online.run import OnlineResult, sweep_case
@@ -74,9 +75,11 @@ def run_stages(case: Case, folder: Path) -> dict[str, dict[str, float]]:
     path = folder / "basis.h5"
     model = measured("finite elements", lambda: elastic_model(case, mesh_model(case)))
     measured("training", lambda: run_offline(case, model, path, estimate=estimate_errors))
-    reduced, swept = measured("sweep", lambda: (pair := reduced_pair(read_basis(path)), sweep_case(pair)))
+    reduced, swept, listed = measured(
+        "sweep", lambda: (pair := reduced_pair(read_basis(path)), sweep_case(pair), sweep_listed(pair))
+    )
     comparison = measured("comparison", lambda: compare_models(reduced, model))
-    result = OnlineResult(reduced, swept, comparison, path.stat().st_size / 2**20)
+    result = OnlineResult(reduced, swept, comparison, path.stat().st_size / 2**20, conditions=listed)
 
     def report() -> None:
         write_results(result, folder)

@@ -1,0 +1,113 @@
+"""Sweeps over conditions: those that share their axes (line loads), or axes and flanks (shapes), in one call."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmor.arrays import FloatArray
+from pmor.contact.condition import Axes, Built, Condition
+from pmor.contact.unloaded import with_unloaded
+from pmor.pair.conditions import listed_conditions, torques_of
+from pmor.results.sweep import SteSweep
+from pmor_online.model import ReducedPair, sweep_angles
+from pmor_online.sweep import sweep_reduced_pair
+
+# Positions that are solved in one call at most: their forces stay within some hundred megabytes.
+POSITIONS_AT_A_TIME = 200_000
+
+
+@dataclass(frozen=True)
+class ConditionSweep:
+    """The sweep of one of the conditions that a case lists.
+
+    Parameters
+    ----------
+    name : str
+    built : Built
+    own : int
+        Index of the condition's own torque in the sweep.
+    sweep : SteSweep
+    """
+
+    name: str
+    built: Built
+    own: int
+    sweep: SteSweep
+
+
+def sweep_listed(
+    reduced: ReducedPair, executor: Executor | None = None, advance: Callable[[int], None] = lambda n: None
+) -> tuple[ConditionSweep, ...]:
+    """Sweep each condition that a case lists, at the torques of the case's sweep and at its own.
+
+    Parameters
+    ----------
+    reduced : ReducedPair
+    executor : concurrent.futures.Executor, optional
+        Shares out blocks of angles between threads.
+    advance : callable
+        Called with the number of angles done, counted for each condition.
+    """
+    case = reduced.basis.case
+    built = [condition.built for condition in listed_conditions(case)]
+    torques = [torques_of(case, condition) for condition in case.conditions]
+    sweeps = sweep_built(reduced, sweep_angles(case), built, torques, executor, advance)
+    return tuple(
+        ConditionSweep(condition.name, one, there.index(condition.torque_Nm), sweep)
+        for condition, one, there, sweep in zip(case.conditions, built, torques, sweeps, strict=True)
+    )
+
+
+def sweep_built(
+    reduced: ReducedPair, phi: FloatArray, built: Sequence[Built], torques_Nm: Sequence[Sequence[float]],
+    executor: Executor | None = None, advance: Callable[[int], None] = lambda n: None,
+) -> list[SteSweep]:  # fmt: skip
+    """Sweep a pair that is built in several ways, each at torques of its own.
+
+    Parameters
+    ----------
+    reduced : ReducedPair
+    phi : ndarray, shape (n,)
+        Pinion angles, rad.
+    built : sequence of Built
+        Axes and flanks.
+    torques_Nm : sequence of sequences of float
+        As many.
+    executor, advance
+        As in `sweep_listed`.
+
+    Returns
+    -------
+    list of SteSweep
+        As many, with the transmission error without load.
+    """
+    found: dict[int, SteSweep] = {}
+    most = max(1, POSITIONS_AT_A_TIME // (len(phi) * max(map(len, torques_Nm), default=1)))
+    for numbers in _together(reduced, built, most):
+        conditions = [
+            Condition(torque=1e3 * torque, axes=built[n].axes, pinion=built[n].pinion, wheel=built[n].wheel)
+            for n in numbers
+            for torque in torques_Nm[n]
+        ]
+        sweep = sweep_reduced_pair(reduced, phi, conditions, executor, advance=_for_each(advance, len(numbers)))
+        sweep = with_unloaded(sweep, reduced.meshed, conditions)
+        ends = np.cumsum([len(torques_Nm[n]) for n in numbers]).tolist()
+        for n, end in zip(numbers, ends, strict=True):
+            found[n] = sweep.at_torques(slice(end - len(torques_Nm[n]), end))
+    return [found[n] for n in range(len(built))]
+
+
+def _together(reduced: ReducedPair, built: Sequence[Built], most: int) -> list[list[int]]:
+    """Numbers of those that are solved in one call: what they share is placed, or gathered, once."""
+    groups: dict[Axes | Built, list[int]] = {}
+    for n, one in enumerate(built):
+        groups.setdefault(one.axes if reduced.basis.shapes is None else one, []).append(n)
+    return [group[i : i + most] for group in groups.values() for i in range(0, len(group), most)]
+
+
+def _for_each(advance: Callable[[int], None], count: int) -> Callable[[int], None]:
+    return lambda done: advance(done * count)

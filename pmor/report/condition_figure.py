@@ -1,0 +1,76 @@
+"""Picture of the conditions that a case lists: peak-to-peak over the torque, and the curves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pmor.report.style import COLOURS, new_figure, plot_style
+from pmor.results.sweep import SteSweep, peak_to_peak_um
+from pmor_online.conditions import ConditionSweep
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# Letters of a name that a legend has room for.
+LONGEST_NAME = 28
+# The last colour, black, is that of the case's own condition.
+MOST_COLOURED = len(COLOURS) - 1
+
+
+def conditions_figure(own: SteSweep, nominal: int, conditions: Sequence[ConditionSweep]) -> Figure:
+    """Peak-to-peak STE over the torque, and STE over the angle at each one's own torque, a colour per condition.
+
+    Of more conditions than there are colours those with the least peak-to-peak at their own torque are in colour, and
+    the others grey.
+
+    Parameters
+    ----------
+    own : SteSweep
+        Of the case's own condition, drawn dashed.
+    nominal : int
+        Index of its torque.
+    conditions : sequence of ConditionSweep
+    """
+    with plot_style():
+        figure = new_figure(7.6, 6.4)
+        over_torque, over_angle = figure.subplots(2, 1)
+        coloured = _least(conditions, MOST_COLOURED)
+        # The coloured ones on top of the others.
+        for number in sorted(range(len(conditions)), key=coloured.__contains__):
+            drawn: dict[str, Any] = {"color": "#bbbbbb", "lw": 0.7}
+            if number in coloured:
+                drawn = {"color": COLOURS[coloured.index(number)], "label": _short(conditions[number].name)}
+            _draw(over_torque, over_angle, conditions[number].sweep, conditions[number].own, drawn)
+        _draw(over_torque, over_angle, own, nominal, {"color": "black", "ls": "--", "label": "the case's own"})
+        over_torque.set_ylim(bottom=0.0)
+        over_torque.set_xlabel("Pinion torque [N m]")
+        over_torque.set_ylabel("STE peak-to-peak [µm]")
+        over_angle.set_xlabel("Pinion roll angle [deg]")
+        over_angle.set_ylabel("STE at own torque [µm]")
+        over_angle.margins(x=0.0)
+        title = "Condition"
+        if len(coloured) < len(conditions):
+            title += f"\n(the {len(coloured)} with the least\npeak-to-peak of {len(conditions)})"
+        handles, labels = over_torque.get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside right upper", title=title)
+    return figure
+
+
+def _draw(over_torque: Axes, over_angle: Axes, sweep: SteSweep, torque: int, drawn: dict[str, Any]) -> None:
+    over_torque.plot(sweep.torque_Nm, peak_to_peak_um(sweep), marker="o", ms=3.5, **drawn)
+    phi = np.append(sweep.phi_rad, sweep.phi_rad[0] + sweep.span_rad)
+    over_angle.plot(np.degrees(phi), np.append(sweep.ste_um[torque], sweep.ste_um[torque, 0]), **drawn)
+
+
+def _least(conditions: Sequence[ConditionSweep], most: int) -> list[int]:
+    """Numbers of at most so many conditions, in their order: those with the least peak-to-peak at their own torque."""
+    spans = [float(peak_to_peak_um(found.sweep)[found.own]) for found in conditions]
+    return sorted(np.argsort(spans, kind="stable")[:most].tolist())  # NaN comes last
+
+
+def _short(name: str) -> str:
+    return name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}…"
