@@ -31,12 +31,15 @@ import numpy as np
 
 from pmor.arrays import FloatArray, IntArray
 from pmor.case import Case, GearCase
+from pmor.contact.kernels.deviation import Deviation
 from pmor.contact.position import active_patches
 from pmor.contact.search import search_contact
 from pmor.contact.solve import surface_error
 from pmor.conventions import rotation_z
 from pmor.errors import ConvergenceError, ExternalProgramError
 from pmor.fe.whole_gear import whole_gear_mesh
+from pmor.gear.tooth import Tooth
+from pmor.lab.rivals.deviated_mesh import flank_shift
 from pmor.mesh.sector import SectorMesh
 from pmor.pair.conditions import built_of
 from pmor.pair.model import MeshModel, assemble_pair
@@ -190,17 +193,20 @@ def _first_touch(case: Case, mesh: MeshModel, phi: float, slave: Slave) -> float
 def _place_gears(case: Case, mesh: MeshModel, phi: float, lead: float) -> tuple[_PlacedGear, _PlacedGear]:
     pair = mesh.meshed.pair
     on_wheel = math.pi + pair.wheel_tooth_rotation(phi)
-    pinion = _place("PINION", case.pair.pinion, mesh.pinion, phi + lead, 0.0, 1, 1)
-    wheel = _place("WHEEL", case.pair.wheel, mesh.wheel, on_wheel, pair.centre_distance, 1 + len(pinion.nodes),
-                   1 + len(pinion.elements))  # fmt: skip
+    deviations = mesh.meshed.deviations(built_of(case))
+    pinion = _place("PINION", case.pair.pinion, mesh.pinion, (pair.pinion, deviations[0]), phi + lead, 0.0, 1, 1)
+    wheel = _place("WHEEL", case.pair.wheel, mesh.wheel, (pair.wheel, deviations[1]), on_wheel, pair.centre_distance,
+                   1 + len(pinion.nodes), 1 + len(pinion.elements))  # fmt: skip
     return pinion, wheel
 
 
 def _place(
-    name: str, material: GearCase, mesh: SectorMesh, angle: float, height: float, first_node: int, first_element: int
-) -> _PlacedGear:
-    """Turn a gear by `angle` (rad) and put its axis at (0, `height`)."""
+    name: str, material: GearCase, mesh: SectorMesh, flanks: tuple[Tooth, Deviation], angle: float, height: float,
+    first_node: int, first_element: int,
+) -> _PlacedGear:  # fmt: skip
+    """Turn a gear with its flanks as they are built by `angle` (rad) and put its axis at (0, `height`)."""
     nodes, elements, numbers = whole_gear_mesh(mesh)
+    nodes[numbers[:, mesh.flank]] += flank_shift(mesh, *flanks)
     placed = nodes @ rotation_z(angle).T + np.array([0.0, height, 0.0])
     bore = first_node + np.unique(numbers[:, mesh.bore])
     return _PlacedGear(name, material, placed, first_node, first_node + elements, first_element, bore, mesh)
