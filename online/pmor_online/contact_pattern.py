@@ -14,10 +14,13 @@ from pmor.contact.line_contact import line_contact
 from pmor.contact.position import Position
 from pmor.contact.search import Contact
 from pmor.contact.solve import solve_position
+from pmor.gear.tooth import Tooth
 from pmor_online.model import ReducedPair
 
 # Cells over the profile in which the pressure of exact flanks is given, and how far they reach beyond the contact.
 PROFILE_CELLS, REACH = 60, 1.3
+# Where contact is inclined: cells over half its width, cells at most, and strips over the width for each section.
+CELLS_PER_HALF_WIDTH, MOST_CELLS, STRIPS = 4, 600, 12
 
 
 @dataclass(frozen=True)
@@ -104,11 +107,12 @@ def _pattern(meshed: MeshedPair, position: Position, contact: Contact, p: int, s
     gear = int(2 * np.count_nonzero(contact.slave[of_pair]) > np.count_nonzero(of_pair))
     mine = of_pair & (contact.slave == gear)
     cells = {"nodal": _nodal_forces, "strip": _strip_forces, "line": _line_forces}[meshed.scheme.kind]
-    roll, z, force = cells(meshed, position, contact, gear, mine)
+    roll, width, force = cells(meshed, position, contact, gear, mine)
     # Where points of both gears carry load (two-pass), each side has a part of it.
     force *= contact.force[of_pair].sum() / force.sum()
-    radius, helix = (meshed.pair.pinion, meshed.pair.wheel)[gear].base_radius, meshed.pair.base_helix_angle
-    width = _edges(z)
+    radius, helix = _tooth(meshed, gear).base_radius, meshed.pair.base_helix_angle
+    if meshed.scheme.exact:  # whose forces are along the transverse line of action
+        force /= np.cos(helix)
     if meshed.mirrored:  # the forces are those of both halves
         pressure = 0.5 * force / _areas(radius, helix, roll, width)
         width, pressure = np.append(width[:-1], -width[-2::-1]), np.append(pressure, pressure[:, -2::-1], axis=1)
@@ -120,7 +124,7 @@ def _pattern(meshed: MeshedPair, position: Position, contact: Contact, p: int, s
 def _nodal_forces(
     meshed: MeshedPair, position: Position, contact: Contact, gear: int, mine: BoolArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Edges over the profile, points over the width, and the force in each cell, about each refined point."""
+    """Edges over the profile, edges over the width, and the force in each cell, about each refined point."""
     flank, scheme, p = (meshed.pinion, meshed.wheel)[gear], meshed.scheme, contact.pair[mine][0]
     roll, z = _points(flank.roll_angle, scheme.lodm_profile), _points(flank.nodes[0, :, 2], scheme.lodm_width)
     window = position.windows[p, gear]
@@ -135,24 +139,44 @@ def _nodal_forces(
         along = np.rint((place[:, 0] + share[:, 2] + share[:, 3]) * scheme.lodm_profile).astype(int)
         across = np.rint((place[:, 1] + share[:, 1] + share[:, 3]) * scheme.lodm_width).astype(int)
         np.add.at(force, (along, across), contact.force[others])
-    return np.sqrt(_edges(roll**2)[first : first + rows + 1]), z, force
+    return np.sqrt(_edges(roll**2)[first : first + rows + 1]), _edges(z), force
 
 
 def _line_forces(
     meshed: MeshedPair, position: Position, contact: Contact, gear: int, mine: BoolArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """As `_nodal_forces`, of Hertz's semi-ellipses."""
-    found, z = line_contact(meshed, position, contact), meshed.sections.z
-    radius = (meshed.pair.pinion, meshed.pair.wheel)[gear].base_radius
-    arc = 0.5 * radius * section_roll_angle(meshed, position, contact, gear)[mine] ** 2
-    half_width = found.half_width[mine]
+    """As `_nodal_forces`, of Hertz's semi-ellipses; where contact is inclined each section's load lies along it."""
+    found, sections, tooth = line_contact(meshed, position, contact), meshed.sections, _tooth(meshed, gear)
+    roll = section_roll_angle(meshed, position, contact, gear)[mine]
+    section, half_width, load = found.section[mine], found.half_width[mine], contact.force[mine]
+    inclined = tooth.twist_per_length != 0.0
+    strips = STRIPS if inclined else 1
+    width = np.repeat(sections.width / strips, strips)
+    across = meshed.pair.common_face[0] + np.concatenate([[0.0], np.cumsum(width)])
+    places = 0.5 * (across[1:] + across[:-1]).reshape(-1, strips)[section]
+    rolls = _inclined(sections.z[section], roll, places, tooth) if inclined else roll[:, None]
+    arc = 0.5 * tooth.base_radius * rolls**2
     reach = REACH * half_width.max()
-    edges = np.linspace(arc.min() - reach, arc.max() + reach, PROFILE_CELLS + 1)
-    x = np.clip((edges[:, None] - arc) / half_width, -1.0, 1.0)
+    low, high = max(arc.min() - reach, 0.0), arc.max() + reach
+    least = int(CELLS_PER_HALF_WIDTH * (high - low) / np.median(half_width))
+    edges = np.linspace(low, high, max(PROFILE_CELLS, min(MOST_CELLS, least) if inclined else 0) + 1)
+    x = np.clip((edges[:, None, None] - arc) / half_width[:, None], -1.0, 1.0)
     below = (x * np.sqrt(1.0 - x**2) + np.arcsin(x)) / np.pi  # part of the load below an edge, less one half
-    force = np.zeros((PROFILE_CELLS, len(z)))
-    force[:, found.section[mine]] = contact.force[mine] * np.diff(below, axis=0)
-    return np.sqrt(2.0 * edges / radius), z, force
+    force = np.zeros((len(edges) - 1, len(sections.z), strips))
+    force[:, section] = np.diff(below, axis=0) * (load / strips)[:, None]
+    return np.sqrt(2.0 * edges / tooth.base_radius), across, force.reshape(len(force), -1)
+
+
+def _inclined(z: FloatArray, roll: FloatArray, places: FloatArray, tooth: Tooth) -> FloatArray:
+    """Roll angles of an inclined line of contact at some places over the width, shape as they, from those of sections.
+
+    They grow evenly over the width, beyond the outermost sections too, up to where the flank ends.
+    """
+    order = np.argsort(z)
+    first, last = order[0], order[-1]
+    beyond = np.minimum(places - z[first], 0.0) + np.maximum(places - z[last], 0.0)
+    rolls = np.interp(places, z[order], roll[order]) + tooth.twist_per_length * beyond
+    return np.clip(rolls, tooth.form_roll_angle, tooth.tip_roll_angle)
 
 
 def _strip_forces(
@@ -170,7 +194,11 @@ def _strip_forces(
         inner = 0.5 * (arc[order][1:] + arc[order][:-1])
         ends = np.concatenate([arc[order][:1], inner, arc[order][-1:]])
         force[:, k] = np.diff(np.interp(edges, ends, np.append(0.0, np.cumsum(load[order]))))
-    return np.sqrt(2.0 * edges / radius), z, force
+    return np.sqrt(2.0 * edges / radius), _edges(z), force
+
+
+def _tooth(meshed: MeshedPair, gear: int) -> Tooth:
+    return (meshed.pair.pinion, meshed.pair.wheel)[gear]
 
 
 def _areas(base_radius: float, base_helix_angle: float, roll_angle: FloatArray, width: FloatArray) -> FloatArray:

@@ -81,7 +81,7 @@ def run_pictures(result: OnlineResult, mesh: SectorMesh | None) -> list[Picture]
         pictures.append(Picture("conditions.png", caption, conditions_figure(sweep, result.nominal, result.conditions)))
     patterns = _patterns(result)
     if patterns:
-        caption = "Contact pressure on the unrolled flanks at nominal torque, with two pairs and with one pair in mesh."
+        caption = f"Contact pressure on the unrolled flanks at nominal torque{_places(result)}."
         pictures.append(Picture("contact_pattern.png", caption, contact_pattern_figure(patterns)))
     if mesh is not None:
         caption = "Section of the pinion's sector mesh, loaded flank marked."
@@ -221,16 +221,24 @@ def _classical_arguments(case: Case, face_width_mm: float) -> dict[str, Any]:
     }
 
 
-def _patterns(result: OnlineResult) -> list[ContactPattern]:
-    """Contact patterns in the middle of the double and of the single contact."""
-    sweep, condition = result.sweep, nominal_condition(result.reduced.basis.case)
-    single = single_pair_zone(sweep, result.nominal)
-    n = len(sweep.phi_rad)
+def _middles(result: OnlineResult) -> list[int]:
+    """Positions in the middle of the double and of the single contact, or one where there are not both."""
+    n, single = len(result.sweep.phi_rad), single_pair_zone(result.sweep, result.nominal)
     if len(single) in (0, n):
-        middles = [n // 2]
-    else:
-        middles = [int(single[len(single) // 2] + n // 2) % n, int(single[len(single) // 2])]
-    return [p for i in middles for p in contact_patterns(result.reduced, float(sweep.phi_rad[i]), condition)]
+        return [n // 2]
+    return [int(single[len(single) // 2] + n // 2) % n, int(single[len(single) // 2])]
+
+
+def _places(result: OnlineResult) -> str:
+    middles = _middles(result)
+    if len(middles) == 2:
+        return ", with two pairs and with one pair in mesh"
+    return f", a panel for each tooth pair in mesh at {np.degrees(result.sweep.phi_rad[middles[0]]):.3g} deg"
+
+
+def _patterns(result: OnlineResult) -> list[ContactPattern]:
+    phi, condition = result.sweep.phi_rad, nominal_condition(result.reduced.basis.case)
+    return [p for i in _middles(result) for p in contact_patterns(result.reduced, float(phi[i]), condition)]
 
 
 def _mesh_figure(mesh: SectorMesh) -> Figure:

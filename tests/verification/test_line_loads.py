@@ -13,11 +13,13 @@ from pmor.contact.kernels.line import line_load
 from pmor.contact.kernels.line_loads import approach_of
 from pmor.contact.kernels.sections import closest_approach
 from pmor.contact.kernels.types import Motion
+from pmor.contact.line_contact import line_contact
 from pmor.contact.solve import solve_position
 from pmor.contact.unloaded import unloaded_ste_um, with_unloaded
 from pmor.flank.modification import Modification
 from pmor.pair.model import elastic_model, mesh_model
 from pmor_offline.train import train
+from pmor_online.contact_pattern import contact_patterns
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.model import reduced_pair
 from tests.small_case import case_text
@@ -194,6 +196,27 @@ def test_unloaded_flanks_of_points_are_those_of_lines():
     phi = np.linspace(0.0, 0.3, 7)
     found = [unloaded_ste_um(m, phi, [built]) for m in (models("spur")[1].meshed, mesh_model(case).meshed)]
     assert_allclose(*found, rtol=0.0, atol=1e-9)
+
+
+def test_drawn_pressure_of_helical_flanks_is_that_of_hertz_and_carries_the_load_from_face_to_face():
+    full, reduced = models("helical")
+    pair, condition = reduced.meshed.pair, Condition(torque=TORQUE)
+    phi = 0.4 * pair.pitch
+    patterns = contact_patterns(reduced, phi, condition)
+    assert len(patterns) > 1
+    force = sum(pattern.force.sum() for pattern in patterns)
+    # Normal to the flanks; a tip edge pushes a little off the line of action.
+    assert_allclose(force, TORQUE / pair.pinion.base_radius / math.cos(pair.base_helix_angle), rtol=2e-3)
+    solved = solve_position(full.mesh.meshed, phi, [condition], full.elasticity_at)
+    peak = line_contact(full.mesh.meshed, solved.position, solved.equilibria[0].contact).peak_pressure.max()
+    # Cells have some width.
+    assert_allclose(max(pattern.pressure.max() for pattern in patterns), peak, rtol=0.02)
+    for pattern in patterns:
+        assert_allclose(pattern.width[[0, -1]], [-10.0, 10.0], rtol=0.0, atol=1e-9)
+        # The line of contact is nowhere cut into steps wider than it is.
+        loaded = np.flatnonzero(pattern.pressure.any(axis=0))
+        middle = [np.flatnonzero(column > 0.0).mean() for column in pattern.pressure[:, loaded].T]
+        assert np.abs(np.diff(middle)).max() < np.count_nonzero(pattern.pressure[:, loaded[0]])
 
 
 # --- helicoids -----------------------------------------------------------------------------------------------------
