@@ -1,9 +1,7 @@
 """What must not change a result, or change it in a known way: over three pairs and all contact schemes, in full FE.
 
-Each relation compares two ways to the same answer, none of which needs to be right. The tolerances are those that hold;
-most relations hold to the tolerance of Newton, 1e-9, those with another mesh or another path through Newton a little
-less. `test_reduced_relations` has the same for trained models.
-Slow: ``pytest -m slow tests/consistency/test_metamorphic.py``.
+Each relation compares two ways to the same answer, none of which needs to be right. Tolerances are three times what was
+measured. `test_reduced_relations` has the same for reduced models.
 """
 
 from concurrent.futures import ThreadPoolExecutor
@@ -17,24 +15,29 @@ from numpy.testing import assert_allclose
 import pmor
 from pmor.contact.condition import Axes, at_torques
 from pmor.contact.solve import solve_position
-from pmor.pair.model import ElasticModel, mesh_model
+from pmor.pair.model import ElasticModel, elastic_model, mesh_model
 
-pytestmark = pytest.mark.slow
 SCHEMES = ("line", "strip", "direct", "paper", "facet")
 NODAL = SCHEMES[2:]
 STIFF_N_MM3 = 1e6
 TORQUES = [60.0, 100.0]
 ANGLES = 3
 # Eight elements: on five, the averaged edge normals of "paper" are so far off that rows of points with a gap hide
-# others
-# behind them that touch, in all but the largest windows, and a larger torque in the company then changes the STE.
+# others behind them that touch, in all but the largest windows, and a larger torque in the company then changes the
+# STE.
 ELEMENTS = 8
-# Newton ends at corrections of 1e-9 of the energy, or 1e-8 where these fall slowly; leads follow with their square, but
-# the points that carry are those of that state.
-NEWTON = 3e-8
-# Other sizes, moduli and meshes round their coordinates and factors otherwise.
-ROUNDED = 1e-7
-SWAPPED = 1e-6
+# Other coordinates and factors are rounded otherwise: 7e-12 here, by other amounts on other processors.
+ROUNDED = 1e-10
+# Another path through Newton, which ends at corrections of 1e-9 of the energy, or 1e-8 where these fall slowly.
+NEWTON = 1e-8
+# Half the width has another condensation.
+HALVED = 2e-9
+# Points that only just touch come in another order, and Newton ends a step earlier or later.
+TILTED = 1.3e-7
+# Both: the torque is the one that was found on the other side.
+SWAPPED = 6e-7
+# A reduced sweep starts each angle from its neighbour, and ends a step behind a residual of 1e-4. Line loads do not.
+LAST_STEP = {"line": ROUNDED, "direct": 3e-6}
 
 PAIRS = {
     "paper": {"pinion": {"teeth": 21, "bore_radius_mm": 20.0}},
@@ -69,24 +72,32 @@ def sections(name, scheme, **changes):
     return found
 
 
-def model_of(documents, name="case"):
-    return pmor.full_model(pmor.make_case(name, **documents))
+@cache
+def bodies(pair, mesh, lines):
+    """Gears of full FE: the same for all schemes but line contact, which takes a layer below the flank out of them."""
+    case = pmor.make_case(**sections("paper", "line" if lines else "direct"))
+    case = replace(case, pair=pair, mesh=mesh)
+    model = elastic_model(case, mesh_model(case))
+    return model.pinion, model.wheel
+
+
+def model_of(documents):
+    case = pmor.make_case("case", **documents)
+    gears = bodies(case.pair, case.mesh, case.contact.kind == "line")
+    return pmor.FullModel(case, ElasticModel(mesh_model(case), *gears))
 
 
 @cache
 def base(name, scheme, width="half"):
-    """Full FE of a pair; the schemes without a layer below the flank share their bodies."""
-    case = pmor.make_case(**sections(name, scheme, mesh={"width": width}))
-    if scheme in ("line", "direct"):
-        return pmor.full_model(case)
-    other = base(name, "direct", width).elastic
-    return pmor.FullModel(case, ElasticModel(mesh_model(case), other.pinion, other.wheel))
+    """Full FE of a pair, and its STE."""
+    model = model_of(sections(name, scheme, mesh={"width": width}))
+    return model, ste(model)
 
 
-def angles_of(model, count=ANGLES):
+def angles_of(model):
     """Angles that fall on no border of anything by chance."""
     first, _ = model.elastic.mesh.meshed.pair.roll_position_range
-    return first + model.elastic.mesh.meshed.pair.pitch * (np.arange(count) + 0.317) / count
+    return first + model.elastic.mesh.meshed.pair.pitch * (np.arange(ANGLES) + 0.317) / ANGLES
 
 
 def ste(model, torques=TORQUES, angles=None, **options):
@@ -108,9 +119,8 @@ def state(model, phi, torque):
 @every_scheme
 @every_pair
 def test_asked_otherwise_it_answers_the_same(name, scheme):
-    model = base(name, scheme)
+    model, expected = base(name, scheme)
     phi, pitch = angles_of(model), model.elastic.mesh.meshed.pair.pitch
-    expected = ste(model)
     teeth = model.case.pair.pinion.teeth
     assert_allclose(ste(model), expected, rtol=0, atol=0, err_msg="asked again")
     assert_allclose(ste(model, angles=phi[::-1])[:, ::-1], expected, rtol=0, atol=0, err_msg="angles in reverse")
@@ -142,17 +152,12 @@ def test_length_scales_with_the_cube_of_torque(name, scheme):
     scale = 0.37
     found = sections(name, scheme)
     for section in ("pair", "pinion", "wheel"):
-        keys = found.get(section, {})
-        found[section] = {k: v * scale if k in LENGTHS else v for k, v in keys.items()}
-    if not found["wheel"]:
-        del found["wheel"]
+        if section in found:
+            found[section] = {k: v * scale if k in LENGTHS else v for k, v in found[section].items()}
     if scheme != "line":
         found["contact"]["penalty_N_mm3"] /= scale
-    torques = [torque * scale**3 for torque in TORQUES]
-    for section in ("offline", "online", "compare"):
-        found[section] = {"torques_Nm": torques}
-    found["load"] = {"torque_Nm": torques[1]}
-    assert_allclose(ste(model_of(found), torques), scale * ste(base(name, scheme)), rtol=ROUNDED)
+    scaled = ste(model_of(found), [torque * scale**3 for torque in TORQUES])
+    assert_allclose(scaled, scale * base(name, scheme)[1], rtol=ROUNDED)
 
 
 @every_scheme
@@ -166,31 +171,31 @@ def test_modulus_torque_and_penalty_scale_together(name, scheme):
     if scheme != "line":
         found["contact"]["penalty_N_mm3"] *= factor
     scaled = ste(model_of(found), [factor * torque for torque in TORQUES])
-    assert_allclose(scaled, ste(base(name, scheme)), rtol=ROUNDED)
+    assert_allclose(scaled, base(name, scheme)[1], rtol=ROUNDED)
 
 
 @every_scheme
 @every_pair
 def test_half_the_width_stands_for_the_whole(name, scheme):
-    assert_allclose(ste(base(name, scheme, "whole")), ste(base(name, scheme)), rtol=ROUNDED)
+    assert_allclose(base(name, scheme, "whole")[1], base(name, scheme)[1], rtol=HALVED)
 
 
 @every_scheme
 @every_pair
 def test_opposite_tilts_mirror_each_other(name, scheme):
-    model = base(name, scheme, "whole")
+    model, _ = base(name, scheme, "whole")
     for axes in (Axes(in_plane_um=12.0), Axes(out_of_plane_um=7.0), Axes(-5.0, 9.0, 3.0)):
         opposite = Axes(-axes.in_plane_um, -axes.out_of_plane_um, axes.centre_distance_um)
-        assert_allclose(ste(model, axes=opposite), ste(model, axes=axes), rtol=ROUNDED, err_msg=str(axes))
+        assert_allclose(ste(model, axes=opposite), ste(model, axes=axes), rtol=TILTED, err_msg=str(axes))
 
 
 @every_scheme
 @every_pair
 def test_in_plane_strain_width_and_torque_go_together(name, scheme):
-    model = base(name, scheme, "plane_strain")
-    wider = sections(name, scheme, mesh={"width": "plane_strain"}, pair={"face_width_mm": 50.0})
-    wider["pair"] |= PAIRS[name].get("pair", {})
-    assert_allclose(ste(model_of(wider), [2.5 * torque for torque in TORQUES]), ste(model), rtol=ROUNDED)
+    wider = sections(name, scheme, mesh={"width": "plane_strain"})
+    wider["pair"] = wider["pair"] | {"face_width_mm": 50.0}
+    found = ste(model_of(wider), [2.5 * torque for torque in TORQUES])
+    assert_allclose(found, base(name, scheme, "plane_strain")[1], rtol=ROUNDED)
 
 
 @every_scheme
@@ -198,8 +203,8 @@ def test_in_plane_strain_width_and_torque_go_together(name, scheme):
 def test_pinion_and_wheel_change_places(name, scheme):
     """A state is another one seen from the wheel, turned so far and under the torque that it found there.
 
-    Not with the slave "tip", which follows the kinematic position and knows nothing of the lead: up to 2 % where the
-    flanks change over.
+    Line contact is where the flanks meet kinematically, whatever the lead (tip corners: test_line_contact). Not with
+    the slave "tip", which goes by that place as well, but whose points do not: up to 2 % where the flanks change over.
     """
     found = sections(name, scheme, contact={} if scheme == "line" else {"slave": "both"})
     model = model_of(found)
@@ -208,17 +213,17 @@ def test_pinion_and_wheel_change_places(name, scheme):
     pair, other = model.elastic.mesh.meshed.pair, swapped.elastic.mesh.meshed.pair
     for phi in angles_of(model):
         there = state(model, phi, 1e3 * TORQUES[1])
-        _, wheel_roll = pair.contact_roll_angles(np.array(phi + there.lead))
+        lead = 0.0 if scheme == "line" else there.lead
+        _, wheel_roll = pair.contact_roll_angles(np.array(phi + lead))
         turned = float(wheel_roll) - other.pinion.base_half_angle - other.working_pressure_angle
         back = state(swapped, turned, there.wheel_torque)
-        ste_mm = there.lead * pair.pinion.base_radius
-        assert_allclose(back.lead * other.pinion.base_radius, ste_mm, rtol=SWAPPED)
+        assert_allclose(back.lead * other.pinion.base_radius, there.lead * pair.pinion.base_radius, rtol=SWAPPED)
         assert_allclose(back.wheel_torque, 1e3 * TORQUES[1], rtol=SWAPPED)
 
 
 @every_scheme
 def test_identical_gears_are_one_or_two_models(scheme):
-    expected = ste(base("paper", scheme))
+    _, expected = base("paper", scheme)
     two = sections("paper", scheme, mesh={"share_identical": False})
     assert_allclose(ste(model_of(two)), expected, rtol=ROUNDED, err_msg="a mesh each")
     written = sections("paper", scheme, wheel=PAIRS["paper"]["pinion"])
@@ -228,14 +233,14 @@ def test_identical_gears_are_one_or_two_models(scheme):
 @every_scheme
 @every_pair
 def test_names_and_what_is_not_asked_change_nothing(name, scheme):
-    model = base(name, scheme)
+    model, expected = base(name, scheme)
     case = replace(model.case, name="another", title="Another title")
-    assert_allclose(ste(pmor.FullModel(case, model.elastic)), ste(model), rtol=0, atol=0)
+    assert_allclose(ste(pmor.FullModel(case, model.elastic)), expected, rtol=0, atol=0)
     given = model.elastic.mesh.meshed.pair.centre_distance
     written = sections(name, scheme, pair={"centre_distance_mm": given}, online={"angles_per_pitch": 17})
     rebuilt = pmor.make_case("written", **written)
     elastic = ElasticModel(mesh_model(rebuilt), model.elastic.pinion, model.elastic.wheel)
-    assert_allclose(ste(pmor.FullModel(rebuilt, elastic)), ste(model), rtol=ROUNDED)
+    assert_allclose(ste(pmor.FullModel(rebuilt, elastic)), expected, rtol=ROUNDED)
 
 
 # --- trained models ------------------------------------------------------------------------------------------------
@@ -243,14 +248,13 @@ def test_names_and_what_is_not_asked_change_nothing(name, scheme):
 
 @pytest.mark.parametrize("scheme", ["line", "direct"])
 def test_reduced_relations(scheme):
-    """A reduced sweep starts each angle from its neighbour, and ends a last step behind a residual of 1e-4."""
     found = sections("paper", scheme, offline={"angles_per_pitch": 6, "torques_Nm": [40.0, 160.0]})
     case = pmor.make_case(**found)
-    full = base("paper", scheme)
+    full, _ = base("paper", scheme)
     model = pmor.train(case, full)
     phi, pitch = angles_of(full), full.elastic.mesh.meshed.pair.pitch
     expected = ste(model, angles=phi)
-    last_step = 5e-5  # as in test_compiled_sweep
+    last_step = LAST_STEP[scheme]
     assert_allclose(ste(model, angles=phi), expected, rtol=0, atol=0, err_msg="asked again")
     assert_allclose(ste(model, angles=phi + pitch), expected, rtol=last_step, err_msg="a pitch on")
     assert_allclose(ste(model, angles=phi[::-1])[:, ::-1], expected, rtol=last_step, err_msg="angles in reverse")
