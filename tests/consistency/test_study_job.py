@@ -272,3 +272,23 @@ def test_a_cell_counts_the_trained_angles_that_are_in_its_basis(offline, shapes,
     case = parse_case(case_text(offline=offline, reduction={"shapes": shapes}), "c", "c")
     part = grid_cell(case, load_study(folder / "tiny.toml"), ModelStore(), tmp_path / "b.h5", 1)
     assert (part["n_angles_trained"], part["n_torques_trained"]) == trained
+
+
+def test_variants_are_compared_with_each_other(folder, tmp_path):
+    variants = [
+        f'[[variant]]\nname = "{helix} deg"\ncell = "4@1"\npair = {{ helix_angle_deg = {helix} }}\n'
+        'contact = { scheme = "line" }\nmesh = { width_elements = 2, width = "whole" }\n'
+        for helix in (0.0, 20.0)
+    ]
+    (folder / "helix.toml").write_text('base = "base.toml"\n[grid]\nangles_per_pitch = 8\n' + "".join(variants))
+    assert main(["study", str(folder / "helix.toml"), "--out", str(tmp_path / "out")]) == 0
+    assert {path.name for path in (tmp_path / "out").glob("*.png")} == {"curves.png", "overlap.png"}
+    found = json.loads((tmp_path / "out" / "study.json").read_text())
+    spur, helical = found["rows"]
+    assert found["reference"] == {}
+    assert spur["overlap_ratio"] == 0.0
+    assert_allclose(helical["overlap_ratio"], 20.0 * math.sin(math.radians(20.0)) / (4.0 * math.pi))
+    assert helical["ste_mean_um"] > spur["ste_mean_um"] > helical["ste_peak_to_peak_um"] > 0.0
+    page = (tmp_path / "out" / "study.md").read_text()
+    assert "| 20.0 deg | 4 x 2 |" in page
+    assert "reference" not in page

@@ -169,3 +169,24 @@ def test_a_bad_study_is_one_line_and_exit_code_2(base, capsys):
     assert not (base / "out").exists()
     assert main(["study", str(base / "none.toml")]) == 2
     assert "none.toml: cannot be read" in capsys.readouterr().err
+
+
+VARIANTS = 'base = "base.toml"\n[[variant]]\nname = "wide"\ncell = "4@1"\npair = { face_width_mm = 30.0 }\n'
+
+
+def test_a_study_of_variants_alone_needs_no_reference(base):
+    study = parse(VARIANTS, base)
+    assert (study.reference, study.members, study.cells) == (None, (), (Cell(4, 1, "wide"),))
+    assert [case.pair.face_width_mm for case in study_cases(study).cells.values()] == [30.0]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (VARIANTS + '[grid]\ncells = ["4@2"]\n', r"\[reference\] members: is missing"),
+        ('base = "base.toml"\n', r"\[\[variant\]\]: is missing: add one"),
+    ],
+)
+def test_a_study_needs_something_to_compare(text, message):
+    with pytest.raises(CaseError, match=message):
+        parse(text)

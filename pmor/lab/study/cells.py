@@ -74,7 +74,7 @@ def study_cases(study: Study) -> StudyCases:
         cells={cell: case(cell, {}) for cell in study.cells},
         members={
             m: case(Cell(m.n_profile, m.lodm), {"mesh": {"width_elements": m.n_width}})
-            for m in study.reference.members
+            for m in study.members
         },
         trainings=tuple(map(training, study.trainings)),
         peer=case(study.peer.cell, study.peer.changes) if study.peer is not None else None,

@@ -14,6 +14,7 @@ from pmor.lab.study.paper import MODELS
 from pmor.lab.study.run import StudyParts
 from pmor.lab.study.settings import Cell
 from pmor.lab.study.table import Row, StudyTable, curve_of
+from pmor.lab.study.variants import variant_pictures
 from pmor.report.page import Picture
 from pmor.report.style import COLOURS, new_figure, plot_style
 
@@ -37,6 +38,8 @@ TORQUE_MARKERS = "osv^D"
 def study_pictures(parts: StudyParts, found: StudyTable) -> list[Picture]:
     """Return the pictures that the parts allow."""
     study, pictures = parts.study, []
+    if study.reference is None:
+        return variant_pictures(parts, found)
 
     def add(name: str, caption: str, figure: Figure) -> None:
         pictures.append(Picture(f"{name}.png", caption, figure))
@@ -256,7 +259,7 @@ def _closed(data: Any) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _reference_curve(parts: StudyParts) -> Any:
-    part = parts.results.get(f"reference {parts.study.reference.members[-1].label}")
+    part = parts.results.get(f"reference {parts.study.members[-1].label}")
     return part["full"] if part is not None else None
 
 

@@ -203,6 +203,12 @@ def _check_together(study: Study) -> None:
     def refuse(place: str, rule: str) -> None:
         raise CaseError(f"{study.where}: {place}: {rule}")
 
+    if not study.reduced_cells and study.reference is not None:
+        refuse("[grid] cells", "is missing: add 'cells = ...' there")
+    if study.reduced_cells and study.reference is None:
+        refuse("[reference] members", "is missing: add 'members = ...' there")
+    if not study.cells:
+        refuse("[[variant]]", "is missing: add one, or [grid] cells with a [reference]")
     for section, family in (("reference", study.reference), ("quick", study.quick)):
         sizes = [(m.n_profile, m.n_width) for m in family.members] if family is not None else [(1, 1), (2, 1)]
         finer = all(a[0] < b[0] and a[1] <= b[1] for a, b in zip(sizes[:-1], sizes[1:], strict=True))

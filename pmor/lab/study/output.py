@@ -15,7 +15,7 @@ from pmor.lab.study.table import StudyTable
 #: what `write_study` may leave
 FILES = (
     "study.json", "study.md", "report.html", "figure5.png", "error_run_time.png", "cost.png", "training.png",
-    "ladder.png", "error_over_angle.png",
+    "ladder.png", "error_over_angle.png", "curves.png", "overlap.png",
 )  # fmt: skip
 
 

@@ -10,6 +10,7 @@ from pmor.lab.study.cells import ENTRY_EXIT_MARGIN
 from pmor.lab.study.paper import MODELS, claim_blocks, ratio_table, seconds_table
 from pmor.lab.study.settings import Study
 from pmor.lab.study.table import Row, StudyTable
+from pmor.lab.study.variants import variant_blocks
 from pmor.report.page import Block, Heading, Picture, Warning
 from pmor.report.table import Table
 
@@ -41,6 +42,8 @@ ERRORS: Columns = {"max, %": percent("rom_vs_full_ste_max_rel"), "rms, %": perce
 
 def study_blocks(study: Study, found: StudyTable, pictures: Sequence[Picture]) -> list[Block]:
     """Return the report, in the order of reading."""
+    if study.reference is None:
+        return [*(Warning(text) for text in found.failures), *variant_blocks(study, found, pictures)]
 
     def picture(name: str) -> list[Block]:
         return [picture for picture in pictures if picture.file_name == f"{name}.png"]

@@ -89,8 +89,9 @@ def _pieces(study: Study, cases: StudyCases, bases: Path, jobs: int) -> Iterator
     yield from _rival_pieces(study, cases, store)
     timed = {cell: (case, paths[cell]) for cell, case in cases.cells.items() if cell in study.reduced_cells}
     labelled = {cell.label: case for cell, (case, _) in timed.items()}
-    yield Piece("run times", labelled, asdict(study.timing), partial(_run_times, timed, study, store),
-                lambda found: set(found["cells"]) == set(labelled))  # fmt: skip
+    if timed:
+        yield Piece("run times", labelled, asdict(study.timing), partial(_run_times, timed, study, store),
+                    lambda found: set(found["cells"]) == set(labelled))  # fmt: skip
 
 
 def _rival_pieces(study: Study, cases: StudyCases, store: ModelStore) -> Iterator[Piece]:

@@ -97,13 +97,14 @@ class GridSettings:
     Parameters
     ----------
     cells : tuple of Cell
+        None in a study of variants alone, which are then compared with each other and not with a reference.
     angles_per_pitch : int
         Regular grid of pinion angles on which every mesh is compared with the reference.
     curve_angles : int
         Angles of the reduced model's curves, per pitch.
     """
 
-    cells: tuple[Cell, ...]
+    cells: tuple[Cell, ...] = ()
     angles_per_pitch: Annotated[int, Range(8, 1000)] = 96
     curve_angles: Positions = 200
 
@@ -309,7 +310,7 @@ class Study:
     base : Path
         Case file that the cells vary.
     grid, variants, rungs, reference, conventional, timing, trainings, paper, peer, figures, quick
-        One per section; `peer` and `quick` are None where the file has none.
+        One per section; `reference`, `peer` and `quick` are None where the file has none.
     """
 
     name: str
@@ -320,7 +321,7 @@ class Study:
     grid: GridSettings
     variants: tuple[Variant, ...] = ()
     rungs: tuple[Rung, ...] = ()
-    reference: ReferenceSettings
+    reference: ReferenceSettings | None = None
     conventional: ConventionalSettings = ConventionalSettings()
     timing: TimingSettings = TimingSettings()
     trainings: tuple[TrainingSettings, ...] = ()
@@ -328,6 +329,11 @@ class Study:
     peer: PeerSettings | None = None
     figures: FigureSettings = FigureSettings()
     quick: QuickSettings | None = None
+
+    @property
+    def members(self) -> tuple[Member, ...]:
+        """Meshes of the reference's family; none in a study of variants alone."""
+        return self.reference.members if self.reference is not None else ()
 
     @property
     def cells(self) -> tuple[Cell, ...]:

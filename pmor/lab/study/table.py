@@ -15,6 +15,7 @@ from pmor.lab.study.measures import Curve
 from pmor.lab.study.paper import checked_claims, checked_time_claims, paper_ratios
 from pmor.lab.study.run import StudyParts
 from pmor.lab.study.settings import Cell
+from pmor.pair.model import gear_pair
 
 Row = dict[str, Any]
 
@@ -35,6 +36,7 @@ class StudyTable:
     rows : list of dict
         One per cell and model.
     reference : dict
+        Empty in a study of variants alone.
     trainings, claims, time_claims, paper_ratios : list of dict
     peer : dict or None
     machine : dict
@@ -64,7 +66,7 @@ class StudyTable:
 
 def study_table(parts: StudyParts) -> StudyTable:
     """Gather the parts of a study."""
-    rows, reference = grid_rows(parts), reference_row(parts)
+    rows, reference = grid_rows(parts), reference_row(parts) if parts.study.members else {}
     return StudyTable(
         rows=rows,
         reference=reference,
@@ -87,7 +89,7 @@ def curve_of(data: Mapping[str, Any], torque: int = 0) -> Curve:
 
 def reference_row(parts: StudyParts) -> Row:
     """Describe the reference and estimate its own discretisation error from the coarser meshes of its family."""
-    members = parts.study.reference.members
+    members = parts.study.members
     found = [(m, parts.results[f"reference {m.label}"]) for m in members if f"reference {m.label}" in parts.results]
     row: Row = {
         "members": [
@@ -127,14 +129,15 @@ def reference_row(parts: StudyParts) -> Row:
 
 def grid_rows(parts: StudyParts) -> list[Row]:
     """Return one row per cell and model: accuracy, sizes, run times; variants have the condensed model alone."""
-    reference = parts.results.get(f"reference {parts.study.reference.members[-1].label}")
+    reference = parts.results.get(f"reference {parts.study.members[-1].label}") if parts.study.members else None
     fine = curve_of(reference["full"]) if reference else None
     rows: list[Row] = []
     for cell in parts.cases.cells:
         part = parts.results.get(f"cell {cell.label}")
         if part is None:
             continue
-        contact = parts.cases.cells[cell].contact
+        case = parts.cases.cells[cell]
+        contact, pair = case.contact, gear_pair(case)
         common = {
             "cell": cell.label,
             "variant": cell.variant or None,
@@ -142,10 +145,12 @@ def grid_rows(parts: StudyParts) -> list[Row]:
             "surface": SURFACES[contact.scheme],
             "quadrature": contact.kind,
             "n_profile": cell.n_profile,
-            "n_width": parts.cases.cells[cell].mesh.width_elements,
+            "n_width": case.mesh.width_elements,
             "lodm": cell.lodm,
             "detail": cell.detail,
             "fe_unknowns": part["fe_unknowns"],
+            "contact_ratio": pair.contact_ratio,
+            "overlap_ratio": pair.overlap_ratio,
             **dict.fromkeys(REDUCED_ONLY),
         }
         times = parts.results.get("run times", {}).get("cells", {}).get(cell.label, {})

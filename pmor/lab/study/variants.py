@@ -1,0 +1,89 @@
+"""Page and pictures of a study of variants alone: other gears or other meshes, compared with each other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pmor.lab.core.figures import panels
+from pmor.lab.core.machine import machine
+from pmor.lab.core.table import Columns, table
+from pmor.lab.study.run import StudyParts
+from pmor.lab.study.settings import Study
+from pmor.lab.study.table import Row, StudyTable
+from pmor.report.page import Block, Heading, Picture
+from pmor.report.style import COLOURS
+from pmor.report.table import Table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+MARKERS = "osv^D"
+
+
+def variant_blocks(study: Study, found: StudyTable, pictures: Sequence[Picture]) -> list[Block]:
+    """Return the report of a study of variants alone, in the order of reading."""
+    columns: Columns = {
+        "variant": "variant",
+        "elements, profile x width": lambda row: f"{row['n_profile']} x {row['n_width']}",
+        "contact ratio": "contact_ratio",
+        "overlap ratio": "overlap_ratio",
+        "STE mean, µm": "ste_mean_um",
+        "peak-to-peak, µm": "ste_peak_to_peak_um",
+        "of the first, %": lambda row: 100.0 * row["ste_peak_to_peak_um"] / found.rows[0]["ste_peak_to_peak_um"],
+        "FE unknowns": "fe_unknowns",
+    }
+    text = (
+        f"Full FE at nominal torque, {study.grid.angles_per_pitch} angles per pitch. STE is in micrometres along the "
+        "line of action."
+    )
+    return [
+        text,
+        table("Variants", columns, found.rows),
+        *pictures,
+        Heading("Provenance"),
+        Table("Machine and software", ("item", "value"), tuple(machine().items())),
+    ]
+
+
+def variant_pictures(parts: StudyParts, found: StudyTable) -> list[Picture]:
+    """Return the curves over the pitch, and the peak-to-peak over the overlap ratio where that is varied."""
+    pictures = []
+    if found.rows:
+        pictures.append(Picture("curves.png", "Static transmission error over one pitch, less its mean.",
+                                _curves(parts, found.rows)))  # fmt: skip
+    if len({row["overlap_ratio"] for row in found.rows}) > 1:
+        pictures.append(Picture("overlap.png", "Peak-to-peak and mean of the static transmission error over the "
+                                "overlap ratio.", _over_overlap(found.rows)))  # fmt: skip
+    return pictures
+
+
+def _curves(parts: StudyParts, rows: Sequence[Row]) -> Figure:
+    with panels(1, 8.6, 4.6) as (figure, (axes,)):
+        for i, row in enumerate(rows):
+            full = parts.results[f"cell {row['cell']}"]["full"]
+            ste = np.array(full["ste_um"][0], dtype=float)
+            share = np.arange(len(ste) + 1) / len(ste)
+            style = ("-", "--", ":")[i // len(COLOURS) % 3]
+            axes.plot(share, np.append(ste, ste[0]) - row["ste_mean_um"], style, color=COLOURS[i % len(COLOURS)],
+                      label=row["variant"])  # fmt: skip
+        axes.set(xlabel="Pinion angle over the pitch [-]", ylabel="STE less its mean [µm]", xlim=(0.0, 1.0))
+        axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5))
+    return figure
+
+
+def _over_overlap(rows: Sequence[Row]) -> Figure:
+    meshes = sorted({(row["n_profile"], row["n_width"]) for row in rows})
+    with panels(2, 9.6, 4.4, legend=len(meshes)) as (figure, shown):
+        for axes, (key, label) in zip(
+            shown, (("ste_peak_to_peak_um", "Peak-to-peak STE [µm]"), ("ste_mean_um", "Mean STE [µm]")), strict=True
+        ):
+            for i, mesh in enumerate(meshes):
+                own = sorted((r["overlap_ratio"], r[key]) for r in rows if (r["n_profile"], r["n_width"]) == mesh)
+                # Between the variants nothing was computed: thin lines guide the eye.
+                axes.plot(*zip(*own, strict=True), MARKERS[i % len(MARKERS)] + "-", lw=0.8, ms=5, mfc="none",
+                          color=COLOURS[i % len(COLOURS)], label=f"{mesh[0]} x {mesh[1]} elements")  # fmt: skip
+            axes.set(xlabel="Overlap ratio [-]", ylabel=label, ylim=(0.0, None))
+    return figure
