@@ -1,9 +1,10 @@
 """The same pair in CalculiX: an independent finite-element contact solver on the same mesh.
 
 CalculiX (Guido Dhondt, http://www.calculix.de) is a program of its own, `ccx`; only `calculix_ste` needs it. Both gears
-go into one input deck as whole rings, in their exact kinematic position with the pinion a little ahead. The wheel's
-bore is fixed. The pinion's bore turns rigidly with one scalar unknown, the path s of its base circle:
-u = (s / r_b) e_z x X; the torque T is the force T / r_b on that unknown. Strains are linear.
+go into one input deck as whole rings, or arcs of them, with their flanks as they are built, in their exact kinematic
+position with the pinion a little ahead. The wheel's bore is fixed. The pinion's bore turns rigidly with one scalar
+unknown, the path s of its base circle: u = (s / r_b) e_z x X; the torque T is the force T / r_b on that unknown.
+Strains are linear.
 
 What CalculiX does differently:
 
@@ -85,7 +86,7 @@ class CalculixSolution:
 
 @dataclass(frozen=True)
 class _PlacedGear:
-    """A whole gear in the global frame; all its numbers continue those of the gear before it, from 1."""
+    """A gear in the global frame, some of its sectors; all its numbers continue those of the gear before it, from 1."""
 
     name: str
     material: GearCase
@@ -95,6 +96,7 @@ class _PlacedGear:
     first_element: int
     bore: IntArray
     mesh: SectorMesh
+    sectors: IntArray
 
 
 def calculix_available() -> bool:
@@ -104,7 +106,7 @@ def calculix_available() -> bool:
 
 def calculix_ste(
     case: Case, mesh: MeshModel, phi: float, torque: float, contact: Contact = "node_to_surface",
-    slave: Slave = "pinion",
+    slave: Slave = "pinion", beside: int | None = None,
 ) -> CalculixSolution:  # fmt: skip
     """Solve one position with CalculiX.
 
@@ -120,6 +122,9 @@ def calculix_ste(
         On the pinion, N mm.
     contact : {"node_to_surface", "surface_to_surface"}
     slave : {"pinion", "wheel"}
+    beside : int, optional
+        So many teeth are kept on either side of those that can touch, and the rest of each ring is cut off: for meshes
+        whose whole rings are too large. By default the rings are whole.
 
     Returns
     -------
@@ -136,7 +141,7 @@ def calculix_ste(
         raise ExternalProgramError(f"{PROGRAM}: not found; install CalculiX (Debian: apt-get install calculix-ccx)")
     base_radius = mesh.meshed.pair.pinion.base_radius
     lead = _first_touch(case, mesh, phi, slave) + START_OVERLAP * mesh.meshed.expected_approach(torque) / base_radius
-    deck = input_deck(case, mesh, phi, torque, lead, contact, slave)
+    deck = input_deck(case, mesh, phi, torque, lead, contact, slave, beside)
     start = time.perf_counter()
     log, results = _run(deck)
     seconds = time.perf_counter() - start
@@ -150,20 +155,21 @@ def calculix_ste(
 
 
 def input_deck(
-    case: Case, mesh: MeshModel, phi: float, torque: float, lead: float, contact: Contact, slave: Slave
-) -> str:
+    case: Case, mesh: MeshModel, phi: float, torque: float, lead: float, contact: Contact, slave: Slave,
+    beside: int | None = None,
+) -> str:  # fmt: skip
     """Return the input deck of one position.
 
     Parameters
     ----------
-    case, mesh, phi, torque, contact, slave
+    case, mesh, phi, torque, contact, slave, beside
         As in `calculix_ste`.
     lead : float
         How far ahead of its kinematic position the undeformed pinion is placed, rad.
     """
     meshed = mesh.meshed
-    gears = _place_gears(case, mesh, phi, lead)
     pairs = meshed.pair.pairs_in_reach(phi, MARGIN * meshed.pair.pitch)
+    gears = _place_gears(case, mesh, phi, lead, pairs, beside)
     driver = gears[1].first_node + len(gears[1].nodes)
     lines: list[str] = []
     for gear in gears:
@@ -190,34 +196,45 @@ def _first_touch(case: Case, mesh: MeshModel, phi: float, slave: Slave) -> float
     return lead
 
 
-def _place_gears(case: Case, mesh: MeshModel, phi: float, lead: float) -> tuple[_PlacedGear, _PlacedGear]:
+def _place_gears(
+    case: Case, mesh: MeshModel, phi: float, lead: float, pairs: IntArray, beside: int | None
+) -> tuple[_PlacedGear, _PlacedGear]:
     pair = mesh.meshed.pair
+    kept = np.arange(pairs[0] - (beside or 0), pairs[-1] + (beside or 0) + 1)
+    # The wheel's teeth are numbered against its own counter-clockwise sense.
+    sectors = [
+        np.arange(teeth) if beside is None else np.unique(side * kept % teeth)
+        for teeth, side in ((pair.pinion.teeth, 1), (pair.wheel.teeth, -1))
+    ]
     on_wheel = math.pi + pair.wheel_tooth_rotation(phi)
     deviations = mesh.meshed.deviations(built_of(case))
-    pinion = _place("PINION", case.pair.pinion, mesh.pinion, (pair.pinion, deviations[0]), phi + lead, 0.0, 1, 1)
-    wheel = _place("WHEEL", case.pair.wheel, mesh.wheel, (pair.wheel, deviations[1]), on_wheel, pair.centre_distance,
-                   1 + len(pinion.nodes), 1 + len(pinion.elements))  # fmt: skip
+    pinion = _place("PINION", case.pair.pinion, mesh.pinion, (pair.pinion, deviations[0]), sectors[0], phi + lead,
+                   0.0, 1, 1)  # fmt: skip
+    wheel = _place("WHEEL", case.pair.wheel, mesh.wheel, (pair.wheel, deviations[1]), sectors[1], on_wheel,
+                   pair.centre_distance, 1 + len(pinion.nodes), 1 + len(pinion.elements))  # fmt: skip
     return pinion, wheel
 
 
 def _place(
-    name: str, material: GearCase, mesh: SectorMesh, flanks: tuple[Tooth, Deviation], angle: float, height: float,
-    first_node: int, first_element: int,
+    name: str, material: GearCase, mesh: SectorMesh, flanks: tuple[Tooth, Deviation], sectors: IntArray, angle: float,
+    height: float, first_node: int, first_element: int,
 ) -> _PlacedGear:  # fmt: skip
     """Turn a gear with its flanks as they are built by `angle` (rad) and put its axis at (0, `height`)."""
     nodes, elements, numbers = whole_gear_mesh(mesh)
     nodes[numbers[:, mesh.flank]] += flank_shift(mesh, *flanks)
     placed = nodes @ rotation_z(angle).T + np.array([0.0, height, 0.0])
-    bore = first_node + np.unique(numbers[:, mesh.bore])
-    return _PlacedGear(name, material, placed, first_node, first_node + elements, first_element, bore, mesh)
+    bore = first_node + np.unique(numbers[sectors][:, mesh.bore])
+    return _PlacedGear(name, material, placed, first_node, first_node + elements, first_element, bore, mesh, sectors)
 
 
 def _gear_lines(gear: _PlacedGear, element: str) -> Iterator[str]:
     name, material = gear.name, gear.material
+    count = len(gear.mesh.elements)
+    kept = (gear.sectors[:, None] * count + np.arange(count)).ravel()
     yield "*NODE"
-    yield from (f"{n},{_numbers(point)}" for n, point in enumerate(gear.nodes, gear.first_node))
+    yield from (f"{n},{_numbers(gear.nodes[n - gear.first_node])}" for n in np.unique(gear.elements[kept]))
     yield f"*ELEMENT,TYPE={element},ELSET={name}"
-    yield from (f"{e},{','.join(map(str, nodes))}" for e, nodes in enumerate(gear.elements, gear.first_element))
+    yield from (f"{gear.first_element + e},{','.join(map(str, gear.elements[e]))}" for e in kept)
     yield f"*NSET,NSET={name}_BORE"
     yield from map(str, gear.bore)
     yield f"*MATERIAL,NAME={name}"
@@ -249,7 +266,6 @@ def _contact_law_lines(penalty: float, contact: Contact) -> Iterator[str]:
 def _contact_pair_lines(
     gears: tuple[_PlacedGear, _PlacedGear], index: int, contact: Contact, slave: Slave
 ) -> Iterator[str]:
-    # The wheel's teeth are numbered against its own counter-clockwise sense.
     teeth = index % gears[0].mesh.teeth, -index % gears[1].mesh.teeth
     names = [f"{gear.name}_{tooth}" for gear, tooth in zip(gears, teeth, strict=True)]
     for gear, name, tooth in zip(gears, names, teeth, strict=True):

@@ -1,0 +1,185 @@
+"""Helical and modified pairs against CalculiX: facets on the same mesh, and line contact on flanks that resolve it.
+
+CalculiX gets flank nodes where deviations put them. Its facets between layers of nodes cut off the helicoid's bulge,
+and between rows the involute's: where they stand for the true flank, two thirds of both are given back, which is their
+mean over a facet.
+
+Slow: three positions of either pair, ``pytest -n 0 -m slow tests/verification/test_calculix_built_flanks.py -s``.
+"""
+
+import math
+from contextlib import contextmanager
+from dataclasses import replace
+from functools import cache
+from unittest.mock import patch
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from pmor.case import parse_case
+from pmor.contact.line_contact import line_contact
+from pmor.contact.solve import solve_position
+from pmor.flank import Topography
+from pmor.lab.rivals.calculix import PROGRAM, calculix_available, calculix_ste
+from pmor.mesh import sector
+from pmor.mesh.outline import tooth_outline
+from pmor.pair.conditions import nominal_condition
+from pmor.pair.model import elastic_model, mesh_model
+from tests.small_case import case_text
+
+SAME_MESH = 3e-3
+RESOLVED = 1.5e-2
+# Shares of the pitch after a pair has come into mesh in the middle of the face.
+SHARES = (0.2, 0.6, 0.85)
+
+pytestmark = [
+    pytest.mark.jit,
+    pytest.mark.skipif(not calculix_available(), reason=f"CalculiX ({PROGRAM}) is not installed"),
+]
+
+RELIEF = {"tip_relief_um": 30.0, "tip_relief_start_roll_deg": 27.0}
+PAIRS = {
+    "helical": {
+        "load": {"torque_Nm": 200.0},
+        "pair": {"helix_angle_deg": 25.0, "face_width_mm": 6.0},
+        "pinion": {"teeth": 17, "profile_shift": 0.2, "bore_radius_mm": 22.0},
+        "wheel": {"teeth": 23, "bore_radius_mm": 32.0},
+    },
+    "modified": {
+        "load": {"torque_Nm": 250.0},
+        "pair": {"face_width_mm": 8.0},
+        "pinion": {"teeth": 21, "bore_radius_mm": 26.0},
+        "wheel": {"teeth": 29, "bore_radius_mm": 40.0},
+        "pinion.modification": RELIEF | {"helix_crowning_um": 10.0},
+        "wheel.modification": RELIEF,
+    },
+}
+
+
+def case_of(name, profile, width, **contact):
+    sections = PAIRS[name] | {
+        "mesh": {"profile_elements": profile, "width_elements": width, "width": "whole"},
+        "contact": contact,
+        "reduction": None,
+    }
+    torques = {"torques_Nm": [PAIRS[name]["load"]["torque_Nm"]]}
+    return parse_case(case_text(**sections, offline=torques, online=torques, compare=torques), name, name)
+
+
+def angle(pair, share):
+    return pair.roll_position_range[0] + share * pair.pitch
+
+
+@cache
+def full_fe(name, profile, width, scheme):
+    case = case_of(name, profile, width, scheme=scheme, lodm_profile=1, slave="pinion")
+    return case, elastic_model(case, mesh_model(case))
+
+
+def solved(name, share, profile, width, scheme):
+    case, model = full_fe(name, profile, width, scheme)
+    meshed = model.mesh.meshed
+    return meshed, solve_position(meshed, angle(meshed.pair, share), [nominal_condition(case)], model.elasticity_at)
+
+
+def ste_um(name, share, profile, width, scheme):
+    meshed, found = solved(name, share, profile, width, scheme)
+    return 1e3 * found.equilibria[0].lead * meshed.pair.pinion.base_radius
+
+
+def same_mesh(name, share, profile, width, **rings):
+    """CalculiX over our facets on the same mesh."""
+    case, model = full_fe(name, profile, width, "facet")
+    phi, torque = angle(model.mesh.meshed.pair, share), 1e3 * case.torque_Nm
+    return calculix_ste(case, model.mesh, phi, torque, **rings).ste_um / ste_um(name, share, profile, width, "facet")
+
+
+# --- flanks that resolve the contact -------------------------------------------------------------------------------
+
+
+def graded_rolls(pair, phi, fine, coarse, reach):
+    """Roll angles of nodes on both flanks: `fine` (mm) apart up to `reach` from all that can touch, then coarser."""
+    start, end = pair.roll_position_range
+    z = np.linspace(*pair.common_face, 9)
+    touching = (phi + pair.pitch * np.arange(-3, 4)[:, None] + pair.pinion.twist_per_length * z).ravel()
+    touching = touching[(touching >= start) & (touching <= end)]
+    found = []
+    for tooth, rolls in zip((pair.pinion, pair.wheel), pair.contact_roll_angles(touching), strict=True):
+        arc, marks = np.linspace(tooth.form_roll_angle**2, tooth.tip_roll_angle**2, 20001), 0.5 * tooth.base_radius
+        distance = np.abs(arc[:, None] - rolls**2).min(axis=1) * marks
+        spacing = np.minimum(fine + 0.4 * np.maximum(distance - reach, 0.0), coarse)
+        density = marks / spacing
+        found.append((arc, np.append(0.0, np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(arc)))))
+    rows = math.ceil(max(count[-1] for _, count in found))
+    return rows, [np.sqrt(np.interp(np.linspace(0.0, count[-1], rows + 1), count, arc)) for arc, count in found]
+
+
+@contextmanager
+def flank_rows(pair, rolls):
+    """Let sectors be meshed with these rows of flank nodes, and columns that grow faster away from the flank."""
+
+    def outline(tooth, _, spacing):
+        roll = rolls[0] if tooth == pair.pinion else rolls[1]
+        return replace(tooth_outline(tooth, 12, spacing), flank=tooth.flank_section(roll), flank_roll_angle=roll)
+
+    with patch.object(sector, "tooth_outline", outline), patch.object(sector, "THICKNESS_GROWTH", 1.4):
+        yield
+
+
+def given_back(modification, tooth, face, fine, layer):
+    """A modification with two thirds of the facets' sagittas added, along the transverse line of action."""
+    roll_deg = np.linspace(4.0, 60.0, 57)
+    roll = np.radians(roll_deg)
+    sagitta = tooth.twist_per_length**2 * tooth.base_radius * roll * layer**2 / 8.0
+    sagitta += fine**2 / (8.0 * tooth.base_radius * roll)
+    amount = -1e3 * 2.0 / 3.0 * sagitta
+    grid = Topography(tuple(roll_deg), face, tuple((float(a),) * 2 for a in amount))
+    return replace(modification, topography=grid)
+
+
+def resolved_um(name, share, fine=0.08, coarse=0.6, width=6):
+    """CalculiX on arcs of the gears, integrating the pressure over facets of `fine` (mm) along the profile."""
+    case = case_of(name, 16, width, scheme="facet", lodm_profile=1, slave="pinion", penalty_N_mm3=1e7)
+    pair = mesh_model(case).meshed.pair
+    rows, rolls = graded_rolls(pair, angle(pair, share), fine, coarse, reach=0.5)
+    layer, face = pair.face_width / width, (-pair.face_width, pair.face_width)
+    case = replace(
+        case, mesh=replace(case.mesh, profile_elements=rows),
+        pinion_modification=given_back(case.pinion_modification, pair.pinion, face, fine, layer),
+        wheel_modification=given_back(case.wheel_modification, pair.wheel, face, fine, layer),
+    )  # fmt: skip
+    with flank_rows(pair, rolls):
+        mesh = mesh_model(case)
+    return calculix_ste(case, mesh, angle(pair, share), 1e3 * case.torque_Nm, "surface_to_surface", beside=1)
+
+
+def test_helical_facets_give_the_ste_of_calculix():
+    assert_allclose(same_mesh("helical", SHARES[1], 6, 2, beside=1), 1.0, rtol=SAME_MESH)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", PAIRS)
+@pytest.mark.parametrize("share", SHARES)
+def test_facets_as_built_give_the_ste_of_calculix(name, share):
+    ratio = same_mesh(name, share, 8, 4)
+    print(f"\n{name} at {share:g}: CalculiX over facets on the same mesh, less 1: {ratio - 1.0:.2e}")  # noqa: T201
+    assert_allclose(ratio, 1.0, rtol=SAME_MESH)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", PAIRS)
+@pytest.mark.parametrize("share", SHARES)
+def test_line_contact_gives_the_ste_of_calculix_on_flanks_that_resolve_the_contact(name, share):
+    meshed, found = solved(name, share, 16, 8, "line")
+    hertz = line_contact(meshed, found.position, found.equilibria[0].contact)
+    half_width = np.average(hertz.half_width, weights=hertz.line_load)
+    fine = 0.08
+    assert fine <= 0.5 * half_width
+    ours = ste_um(name, share, 16, 8, "line")
+    theirs = resolved_um(name, share, fine)
+    print(  # noqa: T201
+        f"\n{name} at {share:g}: line {ours:.3f} um, CalculiX {theirs.ste_um:.3f} um ({theirs.unknowns} unknowns, "
+        f"{theirs.seconds:.0f} s): {100.0 * (ours / theirs.ste_um - 1.0):+.2f} %; half-width {half_width:.3f} mm"
+    )
+    assert_allclose(ours, theirs.ste_um, rtol=RESOLVED)
