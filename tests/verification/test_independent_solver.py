@@ -128,6 +128,18 @@ def test_no_field_of_the_deck_is_longer_than_calculix_reads():
     assert deck.count("*CONTACT PAIR") == 2  # at phi = 0 another pair has just come into mesh
 
 
+def test_arcs_keep_the_teeth_that_can_touch_and_so_many_beside_them():
+    case = paper_case(2, 1)
+    mesh = mesh_model(case)
+    whole, arcs = (
+        input_deck(case, mesh, 0.0, TORQUE, 1e-4, "node_to_surface", "pinion", beside).splitlines()
+        for beside in (None, 1)
+    )
+    assert set(arcs) < set(whole)
+    lines = [sum(line.count(",") == 8 for line in deck) for deck in (whole, arcs)]
+    assert lines == [2 * count * len(mesh.pinion.elements) for count in (21, 4)]  # two pairs in reach, one on each side
+
+
 def solve_with(program, tmp_path, monkeypatch):
     """Call a shell script in CalculiX's place, or nothing at all."""
     monkeypatch.setenv("PATH", str(tmp_path))

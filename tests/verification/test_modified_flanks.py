@@ -8,18 +8,21 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.app.model import full_model, load, train
-from pmor.case import change_case
+from pmor.case import change_case, parse_case
 from pmor.contact.condition import PLAIN, Built, Condition, at_torques
 from pmor.contact.kernels.deviation import flank_deviation
 from pmor.contact.position import active_patches
 from pmor.contact.search import search_contact
 from pmor.contact.solve import solve_position
+from pmor.conventions import rotation_z
 from pmor.errors import CaseError
 from pmor.flank import UNMODIFIED, Modification, Topography
+from pmor.lab.rivals.deviated_mesh import flank_shift
+from pmor.pair.model import mesh_model
 from pmor_online.model import online_angles, reduced_pair
 from pmor_online.sweep import sweep_reduced_pair
 from tests.gear_models import WIDTH, gear_pair, meshed_pair, tooth
-from tests.small_case import small_case
+from tests.small_case import case_text, small_case
 
 PAIR = gear_pair(tooth(17, 0.4), tooth(31, 0.1))
 # Relief that reaches well into the path of contact, and deviations that differ over the width and from tooth to tooth.
@@ -157,3 +160,31 @@ def test_shapes_are_trained_on_flanks_that_differ_over_the_width(tmp_path):
     beyond = model.sweep(angles=3, pinion=UNMODIFIED, extrapolate=True)
     plain = full.sweep(angles=3, pinion=UNMODIFIED)
     assert np.abs(beyond.ste_um / plain.ste_um - 1.0).max() > 5e-3
+
+
+@pytest.mark.parametrize("helix_deg", [0.0, 25.0])
+def test_whole_gears_for_other_programs_have_their_flank_nodes_in_the_same_places(helix_deg):
+    """Tooth by tooth, pitch deviations and all; the mates of a pair are tooth j of the pinion and -j of the wheel."""
+    text = case_text(
+        pair={"helix_angle_deg": helix_deg}, pinion={"teeth": 17, "profile_shift": 0.4},
+        wheel={"teeth": 31, "bore_radius_mm": 30.0},
+        mesh={"profile_elements": 4, "width_elements": 2, "width": "whole"},
+    )  # fmt: skip
+    mesh = mesh_model(parse_case(text, "small", "small"))
+    meshed, built = mesh.meshed, Built(pinion=RELIEVED, wheel=ROOTED)
+    phi = meshed.pair.meshing_range[0] + 0.5 * meshed.pair.pitch - 2.0 * meshed.pair.pitch
+    plain, position = (active_patches(meshed, phi, 5.0, b) for b in (PLAIN, built))
+    compared = 0
+    for gear, (sector, toothing, deviation) in enumerate(
+        zip((mesh.pinion, mesh.wheel), (meshed.pair.pinion, meshed.pair.wheel), meshed.deviations(built), strict=True)
+    ):
+        shift = flank_shift(sector, toothing, deviation)
+        for p, number in enumerate(position.pair_index):
+            index = int(number if gear == 0 else -number) % toothing.teeth
+            slices = plain.window_slice(p, gear), position.window_slice(p, gear)
+            expected = position.nodes[slices[1]] - plain.nodes[slices[0]]
+            own = shift[index] @ rotation_z(index * toothing.angular_pitch)
+            found = own.reshape(-1, 3)[position.flank_nodes[p][gear]]
+            assert_allclose(found, expected, rtol=0.0, atol=1e-13)
+            compared += len(found)
+    assert compared > 30
