@@ -28,8 +28,10 @@ from pmor.pair.conditions import nominal_condition
 from pmor.pair.model import elastic_model, mesh_model
 from tests.small_case import case_text
 
-SAME_MESH = 3e-3
+SAME_MESH = 1e-3  # measured: 2e-4; 3e-3 is what is asked for
 RESOLVED = 1.5e-2
+# Under more, coarse facets of the modified pair have no equilibrium at some positions.
+FACET_TORQUE_NM = 80.0
 # Shares of the pitch after a pair has come into mesh in the middle of the face.
 SHARES = (0.2, 0.6, 0.85)
 
@@ -39,18 +41,21 @@ pytestmark = [
 ]
 
 RELIEF = {"tip_relief_um": 30.0, "tip_relief_start_roll_deg": 27.0}
+# Rims are thin, so that a ring can be cut two teeth beside the contact: that changes the STE by less than 1e-4, and one
+# tooth beside it by 2e-4. The helical wheel is wider: whether a node at the end of a face meets the mate, CalculiX
+# answers with yes or no, and pmor with the part of its area that does.
 PAIRS = {
     "helical": {
         "load": {"torque_Nm": 200.0},
         "pair": {"helix_angle_deg": 25.0, "face_width_mm": 6.0},
-        "pinion": {"teeth": 17, "profile_shift": 0.2, "bore_radius_mm": 22.0},
-        "wheel": {"teeth": 23, "bore_radius_mm": 32.0},
+        "pinion": {"teeth": 17, "profile_shift": 0.2, "bore_radius_mm": 30.0},
+        "wheel": {"teeth": 23, "bore_radius_mm": 42.5, "face_width_mm": 8.0},
     },
     "modified": {
         "load": {"torque_Nm": 250.0},
         "pair": {"face_width_mm": 8.0},
-        "pinion": {"teeth": 21, "bore_radius_mm": 26.0},
-        "wheel": {"teeth": 29, "bore_radius_mm": 40.0},
+        "pinion": {"teeth": 21, "bore_radius_mm": 33.5},
+        "wheel": {"teeth": 29, "bore_radius_mm": 49.5},
         "pinion.modification": RELIEF | {"helix_crowning_um": 10.0},
         "wheel.modification": RELIEF,
     },
@@ -74,6 +79,8 @@ def angle(pair, share):
 @cache
 def full_fe(name, profile, width, scheme):
     case = case_of(name, profile, width, scheme=scheme, lodm_profile=1, slave="pinion")
+    if scheme == "facet":
+        case = replace(case, mesh=replace(case.mesh, element="hex8"), torque_Nm=FACET_TORQUE_NM)
     return case, elastic_model(case, mesh_model(case))
 
 
@@ -88,11 +95,13 @@ def ste_um(name, share, profile, width, scheme):
     return 1e3 * found.equilibria[0].lead * meshed.pair.pinion.base_radius
 
 
-def same_mesh(name, share, profile, width, **rings):
-    """CalculiX over our facets on the same mesh."""
+def same_mesh(name, share, profile, width, beside):
+    """CalculiX over our facets on the same mesh, with the same elements."""
     case, model = full_fe(name, profile, width, "facet")
     phi, torque = angle(model.mesh.meshed.pair, share), 1e3 * case.torque_Nm
-    return calculix_ste(case, model.mesh, phi, torque, **rings).ste_um / ste_um(name, share, profile, width, "facet")
+    return calculix_ste(case, model.mesh, phi, torque, beside=beside).ste_um / ste_um(
+        name, share, profile, width, "facet"
+    )
 
 
 # --- flanks that resolve the contact -------------------------------------------------------------------------------
@@ -162,7 +171,7 @@ def test_helical_facets_give_the_ste_of_calculix():
 @pytest.mark.parametrize("name", PAIRS)
 @pytest.mark.parametrize("share", SHARES)
 def test_facets_as_built_give_the_ste_of_calculix(name, share):
-    ratio = same_mesh(name, share, 8, 4)
+    ratio = same_mesh(name, share, 8, 4, beside=2)
     print(f"\n{name} at {share:g}: CalculiX over facets on the same mesh, less 1: {ratio - 1.0:.2e}")  # noqa: T201
     assert_allclose(ratio, 1.0, rtol=SAME_MESH)
 
