@@ -6,6 +6,7 @@ from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass
 
+from pmor.case import Case, model_names
 from pmor.contact.unloaded import with_unloaded
 from pmor.pair.conditions import conditions_of
 from pmor.results.sweep import SteSweep
@@ -13,6 +14,26 @@ from pmor_online.compare import Comparison, failed_positions, training_failures
 from pmor_online.conditions import ConditionSweep
 from pmor_online.model import ReducedPair, sweep_angles
 from pmor_online.sweep import sweep_reduced_pair
+
+
+@dataclass(frozen=True)
+class LostModel:
+    """A model that a case compares and that has no basis, since no full solve of its training converged.
+
+    Parameters
+    ----------
+    case : Case
+        Of the model.
+    reason : str
+    """
+
+    case: Case
+    reason: str
+
+    @property
+    def failures(self) -> tuple[str, ...]:
+        """The reason, as the only one."""
+        return (self.reason,)
 
 
 @dataclass(frozen=True)
@@ -32,6 +53,10 @@ class OnlineResult:
         Angles that were solved at a time.
     conditions : tuple of ConditionSweep
         Of the reduced model, under the conditions that the case lists.
+    basis_name : str
+        Of the basis file.
+    others : tuple of OnlineResult or LostModel
+        Models that the case compares beside its own, in its order.
     """
 
     reduced: ReducedPair
@@ -40,11 +65,32 @@ class OnlineResult:
     basis_mib: float
     jobs: int = 1
     conditions: tuple[ConditionSweep, ...] = ()
+    basis_name: str = "basis.h5"
+    others: tuple[OnlineResult | LostModel, ...] = ()
+
+    @property
+    def case(self) -> Case:
+        """What was asked for."""
+        return self.reduced.basis.case
+
+    @property
+    def models(self) -> tuple[OnlineResult | LostModel, ...]:
+        """All models that the case compares, this one among them, in its order; none where there is no other."""
+        if not self.others:
+            return ()
+        names = model_names(self.case)
+        return tuple(sorted((self, *self.others), key=lambda model: names.index(model.case.contact.scheme)))
+
+    @property
+    def all_failures(self) -> tuple[str, ...]:
+        """Positions that did not converge, those of the other models with their names."""
+        named = (f"{other.case.contact.scheme}: {text}" for other in self.others for text in other.failures)
+        return (*self.failures, *named)
 
     @property
     def nominal(self) -> int:
         """Index of the nominal torque in the sweep."""
-        return self.reduced.basis.case.online.torques_Nm.index(self.reduced.basis.case.torque_Nm)
+        return self.case.online.torques_Nm.index(self.case.torque_Nm)
 
     @property
     def failures(self) -> tuple[str, ...]:

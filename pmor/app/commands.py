@@ -5,7 +5,6 @@ Imports of what is heavy or belongs to a stage stand inside the functions, so th
 
 from __future__ import annotations
 
-import os
 import sys
 import time
 from dataclasses import replace
@@ -15,7 +14,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from pmor.case import Case
     from pmor.pair.model import ElasticModel, MeshModel
-    from pmor.reduction.basis import Basis
     from pmor_online.run import OnlineResult
 
 
@@ -23,14 +21,16 @@ def run(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool
     """Do everything that the case asks for: offline if there is no valid basis, sweep, comparison, report."""
     started = time.perf_counter()
     case, mesh = _meshed_case(case_path)
+    from pmor.jobs.models import basis_names, meshed_models, run_models, unfinished
     from pmor.report.run_page import page_files, write_pages
-    from pmor.report.summary import result_files, result_text, write_results
+    from pmor.report.screen import result_text
+    from pmor.report.summary import result_files, write_results
     from pmor.storage.results_folder import default_folder, results_folder
 
-    folder = out or default_folder(case.name)
-    names = (*result_files(case), *page_files(case), *(["basis.h5"] if overwrite else []))
-    with results_folder(folder, names, ("basis.h5.parts",), overwrite, (case_path,)):
-        result = _reduced_and_full(case, mesh, folder, jobs, overwrite, started)
+    folder, others = out or default_folder(case.name), meshed_models(case)
+    names = (*result_files(case), *page_files(case), *(basis_names(case) if overwrite else ()))
+    with results_folder(folder, names, unfinished(case), overwrite, (case_path,)):
+        result = run_models(case, _elastic_model(case, mesh), others, folder, jobs, overwrite, started)
         _start_results(folder, case.text)
         write_results(result, folder)
         write_pages(result, mesh.pinion, folder)
@@ -84,7 +84,8 @@ def online(
     from pmor.pair.cost import refuse_large_basis
     from pmor.pair.model import refuse_loads
     from pmor.report.run_page import page_files, write_pages
-    from pmor.report.summary import result_files, result_text, write_results
+    from pmor.report.screen import result_text
+    from pmor.report.summary import result_files, write_results
     from pmor.storage.basis_file import read_basis, require_made_from
     from pmor.storage.results_folder import default_folder, results_folder
     from pmor_online.model import reduced_pair
@@ -113,12 +114,14 @@ def compare(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite: 
     """Compare the reduced with the full model: error and run time."""
     started = time.perf_counter()
     case, mesh = _meshed_case(case_path)
-    from pmor.report.summary import result_files, result_text, write_results
+    from pmor.jobs.models import meshed_models, run_models, unfinished
+    from pmor.report.screen import result_text
+    from pmor.report.summary import result_files, write_results
     from pmor.storage.results_folder import default_folder, results_folder
 
-    folder = out or default_folder(case.name)
-    with results_folder(folder, result_files(case), ("basis.h5.parts",), overwrite, (case_path,)):
-        result = _reduced_and_full(case, mesh, folder, jobs, overwrite=False, started=started)
+    folder, others = out or default_folder(case.name), meshed_models(case)
+    with results_folder(folder, result_files(case), unfinished(case), overwrite, (case_path,)):
+        result = run_models(case, _elastic_model(case, mesh), others, folder, jobs, False, started)
         _start_results(folder, case.text)
         write_results(result, folder)
     print(result_text(result))
@@ -270,48 +273,6 @@ def _meshed_case(case_path: Path) -> tuple[Case, MeshModel]:
     return case, mesh_model(case)
 
 
-def _reduced_and_full(
-    case: Case, mesh: MeshModel, folder: Path, jobs: int, overwrite: bool, started: float
-) -> OnlineResult:
-    """Build or reuse the basis in a folder, sweep, and compare with full FE."""
-    from pmor.jobs.offline import run_offline
-    from pmor.jobs.online import run_online
-    from pmor.storage.basis_file import read_basis
-    from pmor_online.errors import estimate_errors
-    from pmor_online.model import reduced_pair
-
-    basis_path = folder / "basis.h5"
-    model = _elastic_model(case, mesh)
-    basis = None if overwrite else _valid_basis(basis_path, case)
-    if basis is None:
-        run_offline(case, model, basis_path, jobs, not overwrite, True, started, estimate_errors)
-        basis = read_basis(basis_path)
-    # The basis is valid, but sweep and outputs of the case may have changed since.
-    basis = replace(basis, case=case)
-    return run_online(reduced_pair(basis), basis_path, model, jobs)
-
-
-def _valid_basis(path: Path, case: Case) -> Basis | None:
-    """Return the basis in a results folder, if there is one made from these very settings; say so if it is not."""
-    from pmor.errors import FileFormatError, OutputError
-    from pmor.storage.basis_file import BASIS_SCHEMA, read_basis, require_made_from
-    from pmor.storage.hdf5 import schema_name
-    from pmor.storage.manifest import foreign_words, is_ours
-
-    if not os.path.lexists(path):
-        return None
-    try:
-        basis = read_basis(path)
-        require_made_from(path, basis, case)
-    except FileFormatError as error:
-        if not is_ours(path) and schema_name(path) != BASIS_SCHEMA.name:
-            reason = f"{foreign_words(path)}: no basis to replace"
-            raise OutputError(f"{path}: {reason}; move it away, or choose another folder") from error
-        print(f"pmor: not used, made anew: {error}", file=sys.stderr)
-        return None
-    return basis
-
-
 def _start_results(folder: Path, text: str) -> None:
     """Make room in a folder for results that are made from a text, and say what went."""
     from pmor.storage.results_folder import start_results
@@ -333,5 +294,5 @@ def _elastic_model(case: Case, mesh: MeshModel) -> ElasticModel:
 def _require_convergence(result: OnlineResult) -> None:
     from pmor.errors import ConvergenceError
 
-    if result.failures:
-        raise ConvergenceError(f"{len(result.failures)} positions did not converge, first: {result.failures[0]}", [])
+    if failures := result.all_failures:
+        raise ConvergenceError(f"{len(failures)} positions did not converge, first: {failures[0]}", [])

@@ -11,14 +11,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pmor.case import Case, beyond_training
+from pmor.case import Case, beyond_training, other_models
 from pmor.case.width import meshed_width, mirrors_without_tilt
 from pmor.contact.sections import loaded_components
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.gear.pair import GearPair
 from pmor.mesh.sector import SectorMesh
 from pmor.pair.conditions import full_solves
-from pmor.pair.cost import rows_in_reach
+from pmor.pair.cost import rows_in_reach, shares_bodies
 from pmor.pair.limits import range_warnings
 from pmor.pair.model import approach_estimate, contact_scheme, gear_pair, neighbour_reach, same_body, sector_meshes
 
@@ -130,6 +130,17 @@ def _other_model(scene: Scene) -> LeftOut | None:
     return LeftOut(
         "the wheel's finite elements", "the gears are identical",
         f"{unknowns(scene.sectors[1])} unknowns, {scene.flank_unknowns} right-hand sides",
+    )  # fmt: skip
+
+
+def _other_bodies(scene: Scene) -> LeftOut | None:
+    shared = [scheme for scheme, other in other_models(scene.case) if shares_bodies(scene.case, other)]
+    if not shared:
+        return None
+    size = f"{sum(map(unknowns, scene.bodies))} unknowns, {scene.flank_unknowns * len(scene.bodies)} right-hand sides"
+    return LeftOut(
+        "finite elements of models", f"{', '.join(shared)}: the same gears, whatever the contact",
+        f"{len(shared)} x {size}",
     )  # fmt: skip
 
 
@@ -266,8 +277,8 @@ def _page(scene: Scene) -> LeftOut | None:
 
 
 RULES: tuple[Callable[[Scene], LeftOut | None], ...] = (
-    _other_model, _other_flanks, _far_teeth, _volume, _training, _torques, _idle_pairs, _idle_patches, _width,
-    _refinement, _width_refinement, _pictures, _picture_files, _page,
+    _other_model, _other_bodies, _other_flanks, _far_teeth, _volume, _training, _torques, _idle_pairs, _idle_patches,
+    _width, _refinement, _width_refinement, _pictures, _picture_files, _page,
 )  # fmt: skip
 
 

@@ -6,7 +6,7 @@ A new part of the plan is one more function in `PARTS`: from the case to the lin
 from collections.abc import Callable, Iterator
 
 from pmor.app.left_out import computed, left_out, remarks, scene
-from pmor.case import Case, condition_words, describe, short_list
+from pmor.case import Case, condition_words, describe, model_names, other_models, short_list
 from pmor.case.width import elements_across, meshed_width
 from pmor.memory import memory_text
 from pmor.pair.conditions import full_solves, misalignments, torques_of
@@ -15,6 +15,7 @@ from pmor.pair.model import gear_pair
 from pmor.progress import format_time
 
 NOT_WRITTEN = {
+    "compare.models": "the case's own alone",
     "contact.edge_normals": "of the scheme",
     "pair.centre_distance_mm": "without backlash",
     "pinion.face_width_mm": "of the pair",
@@ -161,6 +162,18 @@ def _conditions(case: Case) -> list[str]:
     return ["Conditions beside the case's own", *lines] if lines else []
 
 
+def _models(case: Case) -> list[str]:
+    """The models that a case compares: contact scheme, shapes, what each takes beside the finite elements."""
+    cases = {case.contact.scheme: case, **dict(other_models(case))}
+    lines = []
+    for scheme in model_names(case):
+        model = cases[scheme]
+        whose = ", the case's own" if model is case else ""
+        work = f"{full_solves(model)} full solves for its basis" if model.reduction.trained else "nothing is trained"
+        lines.append(f"  {scheme:<22} {model.reduction.shapes}{whose}; {work}")
+    return ["Models beside full FE, each with sweep and comparison of its own", *lines] if lines else []
+
+
 def _value_text(key: str, value: object) -> str:
     if value is None:
         return NOT_WRITTEN[key]
@@ -175,5 +188,5 @@ def _torques_text(torques: tuple[float, ...]) -> str:
 
 
 PARTS: tuple[Callable[[Case], list[str]], ...] = (
-    _heading, _settings, _conditions, _sizes, _work, _cost, _computed_and_left_out,
+    _heading, _settings, _conditions, _sizes, _work, _models, _cost, _computed_and_left_out,
 )  # fmt: skip

@@ -9,6 +9,7 @@ from pmor.case.describe import basis_key, condition_words, describe, short_list
 from pmor.case.extrapolation import beyond_training
 from pmor.case.flanks import check_flanks, trained_flanks
 from pmor.case.loader import load_case, parse_case
+from pmor.case.models import model_names, other_models, without_models
 from pmor.case.schema import (
     Case,
     CompareCase,
@@ -46,9 +47,12 @@ __all__ = [
     "describe",
     "load_case",
     "make_case",
+    "model_names",
+    "other_models",
     "parse_case",
     "refuse_uneven_load",
     "short_list",
     "text_of",
     "trained_flanks",
+    "without_models",
 ]

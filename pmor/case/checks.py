@@ -5,6 +5,7 @@ from typing import Any
 
 from pmor.case.extrapolation import MISALIGNMENTS
 from pmor.case.flanks import check_flanks, untrained_conditions
+from pmor.case.models import other_models
 from pmor.case.schema import Case, ConditionCase, GearCase, MisalignmentCase, PairCase
 from pmor.case.values import toml_text, wrong_unit_text
 from pmor.case.width import meshed_width
@@ -54,6 +55,8 @@ def check_together(case: Case, document: dict[str, Any], where: str) -> None:
     _check_tip_edge(pair.pinion, f"{where}: [pinion]")
     _check_tip_edge(pair.wheel, f"{where}: [wheel]")
     check_flanks(case, where)
+    for scheme, model in other_models(case):
+        check_together(model, document, f"{where}: [compare] models, {toml_text(scheme)}")
 
 
 def _check_reduction(case: Case, where: str) -> None:

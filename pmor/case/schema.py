@@ -18,6 +18,8 @@ Deviations = Annotated[tuple[float, ...], Range(-1000.0, 1000.0, "um")]
 Positions = Annotated[int, Range(4, 10_000)]
 Subdivisions = Annotated[int, Range(1, 64)]
 Width = Literal["half", "whole", "plane_strain"]
+Scheme = Literal["line", "strip", "direct", "paper", "facet"]
+Shapes = Literal["line_loads", "flank_lines", "positions", "pod", "global_pod", "static_modes"]
 PictureFormat = Literal["png", "svg", "pdf"]
 
 
@@ -155,7 +157,7 @@ class ContactCase:
         Depth, in modules, of the layer below the flank that the closed form of `line` stands for.
     """
 
-    scheme: Literal["line", "strip", "direct", "paper", "facet"] = "line"
+    scheme: Scheme = "line"
     slave: Literal["tip", "pinion", "wheel", "both"] = "tip"
     edge_normals: Literal["parabolic", "average"] | None = None
     lodm_profile: Subdivisions = 4
@@ -196,7 +198,7 @@ class ReductionCase:
         have no error to estimate.
     """
 
-    shapes: Literal["line_loads", "flank_lines", "positions", "pod", "global_pod", "static_modes"]
+    shapes: Shapes
     interpolation: Literal["linear", "cubic", "grassmann"] = "linear"
     pod_tolerance: Annotated[float, Range(0.0, 1.0, low_excluded=True, high_excluded=True)] = 1e-6
     distribution_tolerance: Annotated[float, Range(0.0, 1.0, low_excluded=True, high_excluded=True)] = 0.05
@@ -329,10 +331,15 @@ class CompareCase:
         Number of angles that were not trained, spread over one pitch by a seeded draw.
     torques_Nm : tuple of float
         Torques in N m, increasing.
+    models : tuple of {"line", "strip", "direct", "paper", "facet"} or None
+        Reduced models that `pmor run` and `pmor compare` train and hold against each other, by their contact schemes:
+        `paper` is the paper's way, with the shapes `positions`; `line` has `line_loads`, the others `flank_lines`. The
+        case's own model is always among them, with the shapes of the case. None is the case's own alone.
     """
 
     angles: Annotated[int, Range(1, 10_000)] = 40
     torques_Nm: Torques
+    models: tuple[Scheme, ...] | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

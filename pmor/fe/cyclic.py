@@ -6,7 +6,7 @@ solved for each Fourier harmonic (Thomas, IJNME 14 (1979) 81). This is exact, no
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.linalg as la
@@ -115,11 +115,24 @@ def elastic_gear(
     compliance[reach] += own
     if sector.layer is not None:
         compliance[reach] -= sector.layer
-    held = mesh.flank_held_axially
-    compliance[reach, held, held] = 0.0
-    # Reciprocity holds to round-off; make it hold exactly, the solvers count on it.
-    compliance = 0.5 * (compliance + compliance[::-1].transpose(0, 2, 1))
-    return ElasticGear(mesh, reach, compliance, sector, displacement, layer_columns)
+    return ElasticGear(mesh, reach, _reciprocal(compliance, mesh), sector, displacement, layer_columns)
+
+
+def with_layer(gear: ElasticGear) -> ElasticGear:
+    """Return a gear with the local compliance of its surface layer put back: as it is solved for without a layer."""
+    if gear.sector.layer is None:
+        return gear
+    compliance = gear.compliance.copy()
+    compliance[gear.reach] += gear.sector.layer
+    sector = replace(gear.sector, layer=None)
+    return replace(gear, compliance=_reciprocal(compliance, gear.mesh), sector=sector, layer_columns=0)
+
+
+def _reciprocal(compliance: FloatArray, mesh: SectorMesh) -> FloatArray:
+    """Let hold exactly what holds to round-off: what is held stays, and reciprocity, which the solvers count on."""
+    middle, held = len(compliance) // 2, mesh.flank_held_axially
+    compliance[middle, held, held] = 0.0
+    return np.asarray(0.5 * (compliance + compliance[::-1].transpose(0, 2, 1)))
 
 
 def volume_displacement(gear: ElasticGear, offset: int, flank_forces: FloatArray) -> FloatArray:

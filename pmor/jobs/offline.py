@@ -92,7 +92,8 @@ def run_offline(
             solved.append(number)
 
         positions = most_positions(case)
-        shown = Progress(positions, "full FE", done=len(known)) if positions else nullcontext()
+        label = f"{case.contact.scheme}: full FE"
+        shown = Progress(positions, label, done=len(known)) if positions else nullcontext()
         with threads(jobs) as executor, shown as progress:
             advance = progress.advance if progress else lambda: None
             trained = train(case, model, estimate, executor, advance, known, keep, started)

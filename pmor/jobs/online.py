@@ -33,14 +33,16 @@ def run_online(
     OnlineResult
     """
     case, comparison = reduced.basis.case, None
+    scheme = case.contact.scheme
     with threads(jobs) as executor:
-        with Progress(len(sweep_angles(case)), "reduced model") as progress:
+        with Progress(len(sweep_angles(case)), f"{scheme}: reduced model") as progress:
             sweep = sweep_case(reduced, executor, progress.advance)
         conditions: tuple[ConditionSweep, ...] = ()
         if case.conditions:
             with Progress(len(sweep_angles(case)) * len(case.conditions), "conditions") as progress:
                 conditions = sweep_listed(reduced, executor, progress.advance)
         if model is not None:
-            with Progress(case.compare.angles, "full FE, unseen angles") as progress:
+            with Progress(case.compare.angles, f"{scheme}: full FE, unseen angles") as progress:
                 comparison = compare_models(reduced, model, progress.advance, executor)
-    return OnlineResult(reduced, sweep, comparison, basis_path.stat().st_size / 2**20, jobs, conditions)
+    size_mib = basis_path.stat().st_size / 2**20
+    return OnlineResult(reduced, sweep, comparison, size_mib, jobs, conditions, basis_path.name)

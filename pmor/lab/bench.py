@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from pmor.case import Case, change_case
+from pmor.case import Case, change_case, without_models
 from pmor.contact.kernels.newton import solve_state
 from pmor.contact.kernels.state import Drive
 from pmor.contact.kernels.sweep import place_position
@@ -306,7 +306,7 @@ def _row(phase: str, case: Case, times: list[float], repeats: int | None = None)
 
 def _changed(case: Case, **changes: dict[str, Any]) -> Case:
     """The case with other keys, and trained at few angles."""
-    return change_case(case, **changes, offline={"angles_per_pitch": TRAINING_ANGLES})
+    return change_case(without_models(case), **changes, offline={"angles_per_pitch": TRAINING_ANGLES})
 
 
 def _basis(case: Case, path: Path) -> ReducedPair:

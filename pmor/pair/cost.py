@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from pmor.case import Case
-from pmor.case.width import elements_across
+from pmor.case import Case, other_models
+from pmor.case.width import elements_across, meshed_width
 from pmor.contact.flank import LOCAL_SHARE
 from pmor.contact.kernels.keeping import is_kept
 from pmor.contact.kernels.line_loads import solve_lines
@@ -41,6 +41,7 @@ UNPACKED = 4
 RESERVED_BYTES = 400 * MIB
 # Stages that take the same whatever the case.
 COMPILING, START = CASELESS = ("compiling kernels, once", "start")
+FINITE_ELEMENTS = "finite elements"
 # Seconds on the reference computer: a core with this many operations per second on dense matrices.
 FLOPS = 13e9
 ELEMENT_S, SOLVER_S = 90e-6, 0.15
@@ -169,17 +170,40 @@ class PairSize:
 def stages(case: Case, pair: GearPair) -> tuple[Stage, ...]:
     """Return the stages of `pmor run` in their order; where kernels are not compiled yet, that comes first.
 
+    Those of other models that the case compares have their names.
+
     Raises
     ------
     GeometryError, MeshError
     """
+    others = dict(other_models(case))
+    kernels = {solve_lines if c.reduction.shapes == "line_loads" else sweep_reduced for c in (case, *others.values())}
+    compiling = () if all(map(is_kept, kernels)) else (Stage(COMPILING, COMPILING_BYTES, COMPILING_S),)
+    *own, report = _stages_of(case, pair)
+    held = _held(pair_size(case, pair)) if others else 0
+    further = [
+        replace(stage, name=f"{stage.name}, {scheme}", memory=stage.memory + held)
+        for scheme, other in others.items()
+        for stage in _stages_of(other, pair)[:-1]
+        if stage.name != FINITE_ELEMENTS or not shares_bodies(case, other)
+    ]
+    return (*compiling, Stage(START, START_BYTES, START_S), *own, *further, report)
+
+
+def shares_bodies(case: Case, other: Case) -> bool:
+    """Return whether a model that a case compares is one of finite elements that are solved for the case already."""
+    without_layer = other.contact.kind != "line"
+    return without_layer and meshed_width(case) == meshed_width(other)
+
+
+def _stages_of(case: Case, pair: GearPair) -> tuple[Stage, ...]:
+    """Stages of one model, from its finite elements on."""
     size = pair_size(case, pair)
     torques = len(case.online.torques_Nm) + sum(len(torques_of(case, condition)) for condition in case.conditions)
     sweep = case.pitches * case.online.angles_per_pitch * torques
     compared = case.compare.angles * len(case.compare.torques_Nm)
-    kept = sum(_kept(gear, size.reach) for gear in size.gears)
     # Not all that the finite elements took in small pieces goes back to the system.
-    kept += ELEMENT_BYTES // 3 * max(gear.elements for gear in size.gears)
+    kept = _held(size) + ELEMENT_BYTES // 3 * max(gear.elements for gear in size.gears)
     basis = _basis(size)
     training = kept + 2 * basis + size.solves * size.pairs * 3 * size.flank * 2 * DOUBLE
     reduced = 1.0 + size.members
@@ -188,12 +212,8 @@ def stages(case: Case, pair: GearPair) -> tuple[Stage, ...]:
     searched = GREEDY_STATES * size.solves if case.offline.sampling == "greedy" else 0
     trained_s = size.solves * full_s + size.positions * POSITION_S + searched * reduced_s + BASIS_S
     pictures = int(case.output.plots) + int(case.output.report)
-    kernel = solve_lines if case.reduction.shapes == "line_loads" else sweep_reduced
-    compiling = () if is_kept(kernel) else (Stage(COMPILING, COMPILING_BYTES, COMPILING_S),)
     return (
-        *compiling,
-        Stage(START, START_BYTES, START_S),
-        Stage("finite elements", SOLVER_BYTES + _largest(size), sum(map(_solving_seconds, size.gears)) + SOLVER_S),
+        Stage(FINITE_ELEMENTS, SOLVER_BYTES + _largest(size), sum(map(_solving_seconds, size.gears)) + SOLVER_S),
         Stage("training", KERNEL_BYTES + training, trained_s),
         Stage("sweep", KERNEL_BYTES + online, sweep * reduced_s + SWEEP_S),
         Stage("comparison", KERNEL_BYTES + online + 3 * DOUBLE * size.window**2, compared * (full_s + reduced_s)),
@@ -297,6 +317,11 @@ def _kept(gear: GearSize, reach: int) -> int:
     rest = gear.flank + 2 * gear.side
     matrices = (2 * reach + 2) * gear.flank * (gear.flank + gear.side) + rest**2
     return DOUBLE * matrices
+
+
+def _held(size: PairSize) -> int:
+    """Bytes of the models of the gears that finite elements are solved for."""
+    return sum(_kept(gear, size.reach) for gear in size.gears)
 
 
 def _largest(size: PairSize) -> int:

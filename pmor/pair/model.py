@@ -273,6 +273,37 @@ def elastic_model(case: Case, mesh: MeshModel, keep_volume: bool = False) -> Ela
     return ElasticModel(mesh, *per_gear(case, mesh, build))
 
 
+def model_of_solved(case: Case, mesh: MeshModel, solved: ElasticModel) -> ElasticModel:
+    """Return the model of a case whose gears are those of a solved one, under another contact scheme.
+
+    Finite elements are solved again only where its mesh is another, or its layer below the flank one that was not
+    taken out.
+
+    Parameters
+    ----------
+    case : Case
+    mesh : MeshModel
+        Of the case.
+    solved : ElasticModel
+
+    Returns
+    -------
+    ElasticModel
+    """
+    from pmor.fe.cyclic import with_layer
+
+    sectors, bodies = (mesh.pinion, mesh.wheel), (solved.pinion, solved.wheel)
+    layers = mesh.meshed.layers
+    if not layers:
+        pinion = with_layer(solved.pinion)
+        bodies = pinion, pinion if solved.wheel is solved.pinion else with_layer(solved.wheel)
+    alike = all(_same_sector(sector, body.mesh) for sector, body in zip(sectors, bodies, strict=True))
+    columns = [layer.columns for layer in layers] or [0, 0]
+    if alike and columns == [body.layer_columns for body in bodies]:
+        return ElasticModel(mesh, *bodies)
+    return elastic_model(case, mesh)
+
+
 def per_gear(case: Case, mesh: MeshModel, work: Callable[[SectorMesh, GearCase], T]) -> tuple[T, T]:
     """Do a piece of work for pinion and wheel, once if they are identical."""
     gears = case.pair.pinion, case.pair.wheel

@@ -10,13 +10,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pmor.case import Case, describe, short_list
+from pmor.case import Case, describe, model_names, short_list
 from pmor.gear.classical.formulas import classical_results
 from pmor.mesh.sector import SectorMesh
 from pmor.pair.conditions import nominal_condition
 from pmor.report.condition_figure import conditions_figure
 from pmor.report.condition_table import condition_table
 from pmor.report.mesh_figure import mesh_figure
+from pmor.report.model_figures import MODEL_PICTURES, model_pictures
+from pmor.report.models import advice, model_table
 from pmor.report.page import Block, Heading, Picture, Warning, write_page
 from pmor.report.pattern_figure import contact_pattern_figure
 from pmor.report.provenance import provenance
@@ -31,14 +33,15 @@ from pmor_online.run import OnlineResult
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: names of all pictures that a run can have
+#: names of all pictures that a run of one model can have
 PICTURES = ("ste", "load_sharing", "spectrum", "error", "conditions", "contact_pattern", "mesh")
 
 
 def page_files(case: Case) -> list[str]:
     """Return the names of the files that `write_pages` may write."""
-    drawn = [name for name in PICTURES if name != "conditions" or case.conditions] if case.output.plots else []
-    pictures = [f"{name}.{kind}" for name in drawn for kind in case.output.format]
+    drawn = [name for name in PICTURES if name != "conditions" or case.conditions]
+    drawn += MODEL_PICTURES if model_names(case) else ()
+    pictures = [f"{name}.{kind}" for name in drawn for kind in case.output.format] if case.output.plots else []
     return [*pictures, "report.html"] if case.output.report else pictures
 
 
@@ -76,6 +79,7 @@ def run_pictures(result: OnlineResult, mesh: SectorMesh | None) -> list[Picture]
         figure = error_figure(full.phi_rad, full.torque_Nm, comparison.relative_error, relative)
         bars = "" if relative is None else ", and the error bar of the reduced model itself"
         pictures.append(Picture("error.png", f"Reduced against full FE at unseen angles{bars}.", figure))
+    pictures += model_pictures(result)
     if result.conditions:
         caption = "Conditions that the case lists: peak-to-peak STE over the torque, and STE at their own torques."
         pictures.append(Picture("conditions.png", caption, conditions_figure(sweep, result.nominal, result.conditions)))
@@ -134,6 +138,8 @@ def run_blocks(result: OnlineResult, pictures: Sequence[Picture]) -> list[Block]
         Heading("Results"),
         Table("Summary", ("quantity", "value", "unit", "note"), results),
         _error_table(result),
+        model_table(result),
+        Table("Which model to take", ("model", "take it"), advice(result)),
         *([condition_table(result)] if result.conditions else []),
         _classical_table(result),
         *shown,

@@ -26,9 +26,16 @@ from pmor.results.sweep import (
     ste_mean_um,
     torque_exponent,
 )
-from pmor_online.run import OnlineResult
+from pmor_online.run import LostModel, OnlineResult
 
 CONDITIONS = "conditions.csv"
+
+#: what the summary says of each model that a case compares
+MODEL_FIGURES = (
+    "basis", "rom_size", "basis_mib", "offline_s", "online_ms_per_position", "full_ms_per_position",
+    "rom_vs_full_ste_max_rel", "rom_vs_full_ste_rms_rel", "ste_mean_um", "ste_peak_to_peak_um",
+    "ste_error_estimate_max_um", "n_positions_failed",
+)  # fmt: skip
 
 
 def result_files(case: Case) -> tuple[str, ...]:
@@ -38,6 +45,18 @@ def result_files(case: Case) -> tuple[str, ...]:
 
 def summary(result: OnlineResult) -> dict[str, Any]:
     """Return the machine-readable summary; None for what was not asked for."""
+    return {**figures(result), "models": [model_summary(model) for model in result.models]}
+
+
+def model_summary(model: OnlineResult | LostModel) -> dict[str, Any]:
+    """Return what the summary says of one of several models; None for all figures of one that has no basis."""
+    known = {} if isinstance(model, LostModel) else figures(model) | {"basis": model.basis_name}
+    scheme, shapes = model.case.contact.scheme, model.case.reduction.shapes
+    return {"name": scheme, "scheme": scheme, "shapes": shapes, **{key: known.get(key) for key in MODEL_FIGURES}}
+
+
+def figures(result: OnlineResult) -> dict[str, Any]:
+    """Return what the summary says of the case's own model."""
     case, sweep, comparison, i = result.reduced.basis.case, result.sweep, result.comparison, result.nominal
     unloaded = None if sweep.unloaded_um is None else sweep.unloaded_um[i]
     return {
@@ -69,7 +88,7 @@ def summary(result: OnlineResult) -> dict[str, Any]:
 
 def summary_rows(result: OnlineResult) -> list[tuple[str, float | int | None, str, str]]:
     """Return the summary in words: (label, value, unit, note)."""
-    s, comparison = summary(result), result.comparison
+    s, comparison = figures(result), result.comparison
     rows = [
         ("STE mean", s["ste_mean_um"], "um", f"at {s['torque_Nm']:g} N m, over {s['n_angles']} angles of a pitch"),
         ("STE peak-to-peak", s["ste_peak_to_peak_um"], "um", ""),
@@ -134,12 +153,6 @@ def write_results(result: OnlineResult, out: Path) -> None:
         write_table_csv(out / CONDITIONS, [row for listed in result.conditions for row in condition_rows(listed)])
 
 
-def result_text(result: OnlineResult) -> str:
-    """Return the short summary for the screen."""
-    text = summary_text(result.reduced.basis.case.title, summary_rows(result))
-    return "\n".join([text, *(f"  ! {warning}" for warning in warnings(result))])
-
-
 def summary_text(title: str, rows: Sequence[tuple[str, Cell, str, str]]) -> str:
     """Short aligned lines for the screen from (label, value, unit, note) rows."""
     if not rows:
@@ -160,7 +173,7 @@ def warnings(result: OnlineResult) -> tuple[str, ...]:
     beyond = (
         f"extrapolated: {text}; what the results are worth, their error bar says" for text in beyond_training(case)
     )
-    return (*range_warnings(case, pair, approach_estimate(case, pair)), *beyond, *result.failures)
+    return (*range_warnings(case, pair, approach_estimate(case, pair)), *beyond, *result.all_failures)
 
 
 def ms_per_position(sweep: SteSweep) -> float:

@@ -50,7 +50,7 @@ def ste_figure(reduced: SteSweep, full: SteSweep | None = None, reduced_there: S
         axes = figure.add_subplot()
         colours = _torque_colours(*(sweep.torque_Nm for sweep in sweeps), () if full is None else full.torque_Nm)
         for torque, colour in colours.items():
-            phi, ste, error = _curve(sweeps, torque)
+            phi, ste, error = curve_of(sweeps, torque)
             line = "-" if torque in reduced.torque_Nm else ":"  # few positions, which are there to be compared
             axes.plot(np.degrees(phi), ste, line, color=colour, marker=_position_marker(phi), label=f"{torque:g} N m")
             # Of a good basis no wider than the line.
@@ -63,7 +63,7 @@ def ste_figure(reduced: SteSweep, full: SteSweep | None = None, reduced_there: S
             phi = np.append(reduced.phi_rad, reduced.phi_rad[0] + reduced.span_rad)
             axes.plot(np.degrees(phi), np.append(reduced.unloaded_um[0], reduced.unloaded_um[0, 0]), **UNLOADED)
         axes.set_ylabel("Static transmission error [µm]")
-        _angle_axes(axes, reduced)
+        angle_axes(axes, reduced)
         _ste_legend(axes, colours, reduced, full is not None, _torque_title(len(reduced.torque_Nm), asked))
         missing = int(np.count_nonzero(~np.isfinite(reduced.ste_um)))
         if missing:
@@ -94,7 +94,7 @@ def load_sharing_figure(sweep: SteSweep) -> Figure:
             panel.set_ylim(-4, 104)
             panel.set_yticks([0, 25, 50, 75, 100])
             panel.set_ylabel(f"Share of {torque:g} N m [%]")
-        _angle_axes(panels[-1], sweep, top=panels[0])
+        angle_axes(panels[-1], sweep, top=panels[0])
         handles, labels = panels[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside right upper", title=_torque_title(n, asked, "Tooth pair"))
     return figure
@@ -188,7 +188,7 @@ def _torque_colours(*torques: ArrayLike) -> dict[float, str]:
     return {torque: COLOURS[i % len(COLOURS)] for i, torque in enumerate(distinct)}
 
 
-def _curve(sweeps: Sequence[SteSweep], torque: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+def curve_of(sweeps: Sequence[SteSweep], torque: float) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Angles (rad), STE and error bar (um) of all positions at a torque, in order, and on to either side.
 
     The curve is periodic and should not stop short of the pitch.
@@ -220,7 +220,7 @@ def _close_share(sweep: SteSweep, share: FloatArray, j: int) -> FloatArray:
     return np.append(share[:, j], share[0, successor[0]] if successor.size else 0.0)
 
 
-def _angle_axes(axes: Axes, sweep: SteSweep, top: Axes | None = None) -> None:
+def angle_axes(axes: Axes, sweep: SteSweep, top: Axes | None = None) -> None:
     """Roll angle in degrees below; the same as fraction of the pitch above."""
     pitch_deg = float(np.degrees(sweep.pitch_rad))
     axes.set_xlabel("Pinion roll angle [deg]")

@@ -44,3 +44,15 @@ def format_cell(value: Cell) -> str:
 def _is_numeric(cells: Iterable[Cell]) -> bool:
     present = [cell for cell in cells if cell is not None]
     return bool(present) and all(isinstance(c, (int, float)) and not isinstance(c, bool) for c in present)
+
+
+def aligned_lines(columns: Sequence[str], rows: Sequence[Sequence[Cell]]) -> list[str]:
+    """Return a table in lines of text for the screen, its numbers aligned to the right."""
+    numeric = Table("", columns, rows).numeric_columns()
+    cells = [list(columns), *([format_cell(cell) for cell in row] for row in rows)]
+    widths = [max(len(row[i]) for row in cells) for i in range(len(columns))]
+    return [
+        "  ".join(f"{cell:>{width}}" if right else f"{cell:<{width}}"
+                  for cell, width, right in zip(row, widths, numeric, strict=True)).rstrip()
+        for row in cells
+    ]  # fmt: skip

@@ -10,7 +10,7 @@ import pytest
 import pmor.app.plan
 import pmor.pair.cost
 from pmor.app.cli import main
-from pmor.case import change_case, load_case
+from pmor.case import change_case, load_case, without_models
 from pmor.contact.kernels.line_loads import solve_lines
 from pmor.errors import CaseError
 from pmor.lab.core.stages import measure_stages
@@ -27,7 +27,7 @@ MIB = 2**20
 
 
 def paper(**changes):
-    return change_case(load_case(CASES / "paper_spur.toml"), **changes)
+    return change_case(without_models(load_case(CASES / "paper_spur.toml")), **changes)
 
 
 def by_name(case):

@@ -16,7 +16,8 @@ from pmor.jobs.online import run_online
 from pmor.report.page import Picture
 from pmor.report.provenance import provenance
 from pmor.report.run_page import page_files, run_blocks, run_pictures, write_pages
-from pmor.report.summary import result_text, summary, summary_rows, write_results
+from pmor.report.screen import result_text
+from pmor.report.summary import summary, summary_rows, write_results
 from pmor.report.sweep_figures import error_figure, few_torques
 from pmor.results.sweep import peak_to_peak_um, ste_mean_um
 from pmor_online.compare import Comparison

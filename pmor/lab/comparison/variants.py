@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from pmor.case import Case, OfflineCase, change_case
+from pmor.case import Case, OfflineCase, change_case, without_models
 from pmor.errors import CaseError
 
 # Parameters of a training beside the angle, in the order in which a grid takes their middles in: tilts change the load
@@ -133,7 +133,8 @@ def variants(case: Case, greedy_solves: int) -> list[Variant]:
 
 def changed(case: Case, offline: dict[str, Any], reduction: dict[str, Any]) -> Case:
     """Return a case with other keys of its training and its reduction; the error estimate is always wanted."""
-    return change_case(case, offline=offline, reduction={**reduction, "error_estimate": True})
+    reduction = {**reduction, "error_estimate": True}
+    return change_case(without_models(case), offline=offline, reduction=reduction)
 
 
 def flank_line_case(case: Case, offline: dict[str, Any]) -> Case:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pmor.case import Case, change_case
+from pmor.case import Case, change_case, without_models
 from pmor.lab.core.variants import merged
 from pmor.lab.stability.basis_variants import basis_variants
 from pmor.lab.stability.contact_variants import contact_variants, line_variants, load
@@ -28,7 +28,7 @@ def base_case(case: Case) -> Case:
     changes = merged(mesh, load(case.torque_Nm))
     if case.contact.scheme == "line":
         changes = merged(changes, {"contact": {"scheme": "direct"}})
-    return change_case(case, **changes)
+    return change_case(without_models(case), **changes)
 
 
 def matrix(base: Case) -> tuple[Variant, ...]:

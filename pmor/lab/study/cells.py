@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmor.arrays import FloatArray
-from pmor.case import Case, changed_text, load_case, parse_case, text_of
+from pmor.case import Case, changed_text, load_case, parse_case, text_of, without_models
 from pmor.contact.condition import Condition
 from pmor.lab.core.variants import Sections, merged
 from pmor.lab.study.settings import Cell, Member, Study, TrainingSettings
@@ -51,7 +51,7 @@ def study_cases(study: Study) -> StudyCases:
     CaseError
         When the base case or what a cell makes of it is refused.
     """
-    base = text_of(load_case(study.base))
+    base = text_of(without_models(load_case(study.base)))
 
     def case(cell: Cell, changes: Sections) -> Case:
         text = changed_text(base, merged(study.changes_of(cell), changes))

@@ -1,0 +1,41 @@
+"""The reduced models that a case compares: each a contact scheme, with the reduction that goes with it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+from pmor.case.schema import Case, Scheme, Shapes
+
+#: shapes of the models that `[compare] models` names by their contact schemes
+SHAPES_OF_MODEL: dict[Scheme, Shapes] = {
+    "paper": "positions",
+    "direct": "flank_lines",
+    "facet": "flank_lines",
+    "strip": "flank_lines",
+    "line": "line_loads",
+}
+
+
+def model_names(case: Case) -> tuple[Scheme, ...]:
+    """Return the schemes of the models that a case compares, its own among them; none where it lists none."""
+    listed, own = case.compare.models or (), case.contact.scheme
+    return listed if own in listed or not listed else (*listed, own)
+
+
+def other_models(case: Case) -> Iterator[tuple[Scheme, Case]]:
+    """Return the models that a case compares beside its own, each as a case of its own.
+
+    They answer for the condition of the case alone, and keep all else: gears, mesh, training, sweep and comparison.
+    """
+    for scheme in model_names(case):
+        if scheme != case.contact.scheme:
+            reduction = replace(case.reduction, shapes=SHAPES_OF_MODEL[scheme], interpolation="linear")
+            contact = replace(case.contact, scheme=scheme)
+            alone = replace(without_models(case), name=f"{case.name}_{scheme}", conditions=())
+            yield scheme, replace(alone, contact=contact, reduction=reduction)
+
+
+def without_models(case: Case) -> Case:
+    """Return a case that compares its own model alone; what varies a case varies that one."""
+    return replace(case, compare=replace(case.compare, models=None))

@@ -1,0 +1,155 @@
+"""All models that a case compares: its own, then the others on the same gears, each with a basis file of its own.
+
+The finite elements of the gears are solved once, whatever the contact. A basis that is there and was made from the very
+settings of its model is taken over.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from pmor.case import Case, other_models
+from pmor.errors import CaseError, ConvergenceError, FileFormatError, GeometryError, MeshError, OutputError
+from pmor.jobs import offline
+from pmor.jobs.online import run_online
+from pmor.pair.model import ElasticModel, MeshModel, mesh_model, model_of_solved
+from pmor.reduction.basis import Basis
+from pmor.storage.basis_file import BASIS_SCHEMA, read_basis, require_made_from
+from pmor.storage.hdf5 import schema_name
+from pmor.storage.manifest import foreign_words, is_ours
+from pmor_online.errors import estimate_errors
+from pmor_online.model import reduced_pair
+from pmor_online.run import LostModel, OnlineResult
+
+OWN_BASIS = "basis.h5"
+_LOG = logging.getLogger("pmor.jobs")
+
+
+@dataclass(frozen=True)
+class MeshedCase:
+    """A model that is compared beside a case's own, meshed.
+
+    Parameters
+    ----------
+    case : Case
+        Of the model.
+    mesh : MeshModel
+    basis_name : str
+        Of its basis file.
+    """
+
+    case: Case
+    mesh: MeshModel
+    basis_name: str
+
+
+def basis_names(case: Case) -> tuple[str, ...]:
+    """Return the names of the basis files of a run: the case's own, and those of the other models."""
+    return (OWN_BASIS, *(_basis_name(scheme) for scheme, _ in other_models(case)))
+
+
+def unfinished(case: Case) -> tuple[str, ...]:
+    """Return the names of the folders for unfinished work of a run."""
+    return tuple(offline.parts_of(Path(name)).name for name in basis_names(case))
+
+
+def meshed_models(case: Case) -> tuple[MeshedCase, ...]:
+    """Mesh the models that a case compares beside its own.
+
+    Raises
+    ------
+    CaseError, GeometryError, MeshError
+        With the name of the model, when it cannot hold what the case asks for.
+    """
+    found = []
+    for scheme, model in other_models(case):
+        try:
+            found.append(MeshedCase(model, mesh_model(model), _basis_name(scheme)))
+        except (CaseError, GeometryError, MeshError) as error:
+            raise type(error)(f'[compare] models, "{scheme}": {error}') from None
+    return tuple(found)
+
+
+def run_models(
+    case: Case, model: ElasticModel, others: Sequence[MeshedCase], folder: Path, jobs: int, overwrite: bool,
+    started: float,
+) -> OnlineResult:  # fmt: skip
+    """Build or take over the basis of each model, sweep, and compare with full FE of the same contact scheme.
+
+    Parameters
+    ----------
+    case : Case
+    model : ElasticModel
+        Of the case.
+    others : sequence of MeshedCase
+        Compared beside it.
+    folder : Path
+        Of the basis files.
+    jobs : int
+        Angles solved at a time.
+    overwrite : bool
+        Make all bases anew.
+    started : float
+        ``time.perf_counter()`` before meshing and finite elements, which count to the offline time of each model.
+
+    Returns
+    -------
+    OnlineResult
+        Of the case, with the others.
+    """
+    common = time.perf_counter() - started
+    bases = {} if overwrite else _valid_bases(folder, {OWN_BASIS: case} | {o.basis_name: o.case for o in others})
+
+    def run(case: Case, model: ElasticModel, name: str) -> OnlineResult:
+        return _run_model(case, model, folder / name, bases.get(name), jobs, overwrite, common)
+
+    own, found = run(case, model, OWN_BASIS), list[OnlineResult | LostModel]()
+    for other in others:
+        try:
+            found.append(run(other.case, model_of_solved(other.case, other.mesh, model), other.basis_name))
+        except ConvergenceError as error:  # the others have their results
+            found.append(LostModel(other.case, str(error)))
+    return replace(own, others=tuple(found))
+
+
+def _run_model(
+    case: Case, model: ElasticModel, basis_path: Path, basis: Basis | None, jobs: int, overwrite: bool, common: float
+) -> OnlineResult:
+    if basis is None:
+        started = time.perf_counter() - common
+        offline.run_offline(case, model, basis_path, jobs, not overwrite, True, started, estimate_errors)
+        basis = read_basis(basis_path)
+    # The basis is valid, but sweep and outputs of the case may have changed since.
+    basis = replace(basis, case=case)
+    return run_online(reduced_pair(basis), basis_path, model, jobs)
+
+
+def _valid_bases(folder: Path, cases: Mapping[str, Case]) -> dict[str, Basis]:
+    """Return the bases that are there already, by the names of their files, before any work is begun."""
+    found = {name: _valid_basis(folder / name, case) for name, case in cases.items()}
+    return {name: basis for name, basis in found.items() if basis is not None}
+
+
+def _valid_basis(path: Path, case: Case) -> Basis | None:
+    """Return the basis in a results folder, if there is one made from these very settings; say so if it is not."""
+    if not os.path.lexists(path):
+        return None
+    try:
+        basis = read_basis(path)
+        require_made_from(path, basis, case)
+    except FileFormatError as error:
+        if not is_ours(path) and schema_name(path) != BASIS_SCHEMA.name:
+            reason = f"{foreign_words(path)}: no basis to replace"
+            raise OutputError(f"{path}: {reason}; move it away, or choose another folder") from error
+        _LOG.info("not used, made anew: %s", error)
+        return None
+    return basis
+
+
+def _basis_name(scheme: str) -> str:
+    return f"basis_{scheme}.h5"

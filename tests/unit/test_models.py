@@ -1,0 +1,249 @@
+"""A case that compares models: each has basis, errors and times of its own, and the case's own stays what it is."""
+
+import json
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import pmor.jobs.offline
+import pmor.pair.model
+from pmor.app.cli import main
+from pmor.app.plan import plan_text
+from pmor.case import basis_key, model_names, other_models, parse_case, without_models
+from pmor.contact.solve import solve_position as solve
+from pmor.errors import CaseError
+from pmor.fe.cyclic import with_layer
+from pmor.pair.cost import stages
+from pmor.pair.model import elastic_model, gear_pair, mesh_model, model_of_solved
+from pmor.storage.basis_file import read_basis
+from tests.small_case import case_text
+from tests.stored_files import results_in
+
+LINES = {"contact": {"scheme": "line"}, "reduction": {"shapes": "line_loads"}}
+NUMBERS = {"basis.h5", "basis_paper.h5", "basis_direct.h5", "summary.json", "ste.csv"}
+
+
+def text_with(*models, **changes):
+    """The small case in line contact, with further models."""
+    text = case_text(**{**LINES, **changes})
+    return text.replace("[compare]", f"[compare]\nmodels = {json.dumps(models)}")
+
+
+def case_with(*models, **changes):
+    return parse_case(text_with(*models, **changes), "small", "small.toml")
+
+
+def write_case(folder, *models, **changes):
+    path = folder / "tiny.toml"
+    path.write_text(text_with(*models, **changes))
+    return str(path)
+
+
+def summary_of(folder):
+    return json.loads((folder / "summary.json").read_text())
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """The folder of a whole run of three models."""
+    folder = tmp_path_factory.mktemp("models")
+    assert main(["run", write_case(folder, "paper", "direct"), "--out", str(folder / "out")]) == 0
+    return folder / "out"
+
+
+@pytest.fixture
+def out(finished, tmp_path):
+    """A copy of its bases, to run again."""
+    (tmp_path / "out").mkdir()
+    for name in NUMBERS - {"summary.json", "ste.csv"}:
+        shutil.copy(finished / name, tmp_path / "out")
+    return tmp_path / "out"
+
+
+# --- a run -----------------------------------------------------------------------------------------------------------
+
+
+def test_a_run_leaves_a_basis_for_each_model_and_their_pictures(finished):
+    assert results_in(finished) >= NUMBERS | {"models.png", "error_time.png", "ste.png", "report.html"}
+    page = (finished / "report.html").read_text()
+    for words in ("Reduced models beside full FE", "Which model to take", "to repeat the paper"):
+        assert words in page
+
+
+def test_the_summary_lists_the_models_and_keeps_its_keys_for_the_own_one(finished):
+    found = summary_of(finished)
+    models = {model["name"]: model for model in found["models"]}
+    assert [(m["name"], m["shapes"], m["basis"]) for m in found["models"]] == [
+        ("paper", "positions", "basis_paper.h5"), ("direct", "flank_lines", "basis_direct.h5"),
+        ("line", "line_loads", "basis.h5"),
+    ]  # fmt: skip
+    assert found["scheme"] == "line"
+    assert {key: value for key, value in models["line"].items() if found.get(key, value) != value} == {}
+    for model in models.values():
+        assert not any(value is None for key, value in model.items() if key != "ste_error_estimate_max_um")
+        assert model["n_positions_failed"] == 0
+        assert 0.0 < model["rom_vs_full_ste_rms_rel"] <= model["rom_vs_full_ste_max_rel"] < 0.3
+        assert model["online_ms_per_position"] < model["full_ms_per_position"]
+    assert models["line"]["rom_vs_full_ste_max_rel"] < 1e-7 < models["direct"]["rom_vs_full_ste_max_rel"]
+
+
+def test_every_key_of_a_model_is_documented(finished):
+    text = (Path(__file__).parents[2] / "cases" / "README.md").read_text(encoding="utf-8")
+    assert [key for model in summary_of(finished)["models"] for key in model if f"`{key}`" not in text] == []
+
+
+def test_each_basis_is_the_one_that_its_model_has_alone(finished, tmp_path):
+    """Whoever solves the finite elements: here they are those of line contact, with the layer put back."""
+    case = parse_case(case_text(), "alone", "alone")  # Hermite patches, flank lines
+    model = elastic_model(case, mesh_model(case))
+    pmor.jobs.offline.run_offline(case, model, tmp_path / "basis.h5")
+    alone, found = read_basis(tmp_path / "basis.h5"), read_basis(finished / "basis_direct.h5")
+    assert basis_key(found.case) == basis_key(case)
+    assert_allclose(found.training.ste_um, alone.training.ste_um, rtol=1e-9)
+    for one, other in zip(found.shapes.gears, alone.shapes.gears, strict=True):
+        assert_allclose(one.gram, other.gram, rtol=1e-7, atol=1e-9 * np.abs(other.gram).max())
+
+
+def test_a_second_run_takes_all_bases_that_are_there(out, tmp_path, monkeypatch, finished):
+    monkeypatch.setattr(pmor.jobs.offline, "run_offline", lambda *_a, **_m: pytest.fail("the bases were there"))
+    case = write_case(tmp_path, "direct", "paper", output={"plots": False, "report": False})
+    assert main(["compare", case, "--out", str(out)]) == 0
+    assert results_in(out) == NUMBERS
+    before = {model["name"]: model for model in summary_of(finished)["models"]}
+    assert [model["name"] for model in summary_of(out)["models"]] == ["direct", "paper", "line"]
+    for model in summary_of(out)["models"]:
+        assert model["offline_s"] == before[model["name"]]["offline_s"]
+        assert model["ste_mean_um"] == pytest.approx(before[model["name"]]["ste_mean_um"], rel=1e-9)
+
+
+def test_a_foreign_file_in_place_of_a_basis_stays_and_is_refused(out, tmp_path, capsys):
+    (out / "basis_paper.h5").write_text("precious")
+    assert main(["compare", write_case(tmp_path, "paper"), "--out", str(out)]) == 2
+    assert "basis_paper.h5: is there, and not known to be written by pmor" in capsys.readouterr().err
+    assert (out / "basis_paper.h5").read_text() == "precious"
+
+
+def fail_facets(monkeypatch, angles):
+    """Let full FE of the scheme `paper` fail at the first so many angles that it is solved at."""
+    seen = []
+
+    def failing(meshed, *rest):
+        solved = solve(meshed, *rest)
+        if meshed.scheme.projection != "facet" or len(seen) == angles:
+            return solved
+        seen.append(solved)
+        return replace(solved, equilibria=(None,) * len(solved.equilibria))
+
+    monkeypatch.setattr("pmor_offline.snapshots.solve_position", failing)
+
+
+def test_a_model_that_cannot_be_trained_is_named_and_the_others_have_their_results(out, tmp_path, monkeypatch, capsys):
+    (out / "basis_paper.h5").unlink()
+    fail_facets(monkeypatch, angles=99)
+    case = write_case(tmp_path, "paper", "direct", output={"report": False})
+    assert main(["run", case, "--out", str(out)]) == 3
+    text, error = capsys.readouterr()
+    assert "  ! paper: no full solve converged, first: phi = " in text
+    assert "paper: no full solve converged" in error
+    lost, *others = summary_of(out)["models"]
+    assert {key for key, value in lost.items() if value is not None} == {"name", "scheme", "shapes"}
+    assert [model["n_positions_failed"] for model in others] == [0, 0]
+    assert summary_of(out)["n_positions_failed"] == 0
+    assert results_in(out) >= {"models.png", "error_time.png"}
+
+
+def test_a_hole_in_the_training_of_a_model_is_named_with_it(out, tmp_path, monkeypatch, capsys):
+    (out / "basis_paper.h5").unlink()
+    fail_facets(monkeypatch, angles=1)
+    assert main(["compare", write_case(tmp_path, "paper"), "--out", str(out)]) == 3
+    text, error = capsys.readouterr()
+    assert "! paper: training: phi = " in text
+    assert "2 positions did not converge, first: paper: training: phi = " in error
+    assert [model["n_positions_failed"] for model in summary_of(out)["models"]] == [2, 0]
+
+
+# --- the case --------------------------------------------------------------------------------------------------------
+
+
+def test_each_name_has_its_shapes_and_the_own_model_is_always_among_them():
+    schemes = ("paper", "direct", "facet", "strip")
+    case = case_with(*schemes)
+    assert model_names(case) == (*schemes, "line")
+    shapes = {scheme: model.reduction.shapes for scheme, model in other_models(case)}
+    assert shapes == dict(zip(schemes, ("positions", *["flank_lines"] * 3), strict=True))
+    own = case_with("line", "paper", contact={"scheme": "paper"}, reduction={"shapes": "pod"})
+    ((scheme, model),) = other_models(own)
+    assert (model_names(own), scheme, model.reduction.shapes) == (("line", "paper"), "line", "line_loads")
+    for listed in (without_models(case), case_with("line")):
+        assert dict(other_models(listed)) == {}
+    assert model_names(without_models(case)) == ()
+
+
+def test_models_change_no_basis_of_the_case():
+    assert basis_key(case_with("paper")) == basis_key(parse_case(case_text(**LINES), "small", "small"))
+
+
+@pytest.mark.parametrize(
+    ("models", "changes", "words"),
+    [
+        (["papr"], {}, "models = .*: unknown choice: did you mean paper"),
+        (["paper", "paper"], {}, "one of them is there twice"),
+        ([], {}, "must not be empty"),
+        ([3], {}, "must be text: write one of"),
+        (["strip"], {"pair": {"helix_angle_deg": 15.0}},
+         r'\[compare\] models, "strip": \[pair\] helix_angle_deg = 15: .*takes all sections for alike'),
+        (["strip"], {"pinion.modification": {"profile_crowning_um": 5.0}}, 'models, "strip": .*strips of pressure'),
+        (["paper"], {"offline": {"sampling": "sobol"}}, 'models, "paper": .*interpolated over a grid'),
+        (["direct"], {"offline": {"torques_Nm": [40.0]}}, 'models, "direct": .*beyond the largest training torque'),
+        (["direct"], {"misalignment": {"centre_distance_um": 9.0}}, 'models, "direct": .*beyond the training'),
+    ],
+)  # fmt: skip
+def test_a_model_that_the_case_does_not_fit_is_refused_by_name(models, changes, words):
+    with pytest.raises(CaseError, match=words) as caught:
+        case_with(*models, **changes)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_load_beyond_a_model_is_refused_by_name_before_anything_is_solved(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(pmor.pair.model, "elastic_model", lambda *_: pytest.fail("solved"))
+    soft = {"contact": {"scheme": "direct", "penalty_N_mm3": 1e13}, "reduction": {"shapes": "flank_lines"}}
+    assert main(["run", write_case(tmp_path, "strip", **soft), "--out", str(tmp_path / "out")]) == 2
+    assert '[compare] models, "strip": ' in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_plan_tells_models_stages_and_what_is_shared():
+    case = case_with("paper", "direct")
+    text = plan_text(case)
+    for words in ("positions; 8 full solves", "line_loads, the case's own; nothing is trained", "training, paper",
+                  "comparison, direct", "paper, direct: the same gears, whatever the contact"):  # fmt: skip
+        assert words in text
+    assert "finite elements, paper" not in text
+    patches = case_with("line", contact={"scheme": "direct"}, reduction={"shapes": "flank_lines"})
+    assert "finite elements, line" in plan_text(patches), "the layer below the flank is not known there"
+    names = [stage.name for stage in stages(case, gear_pair(case))]
+    alone = [stage.name for stage in stages(without_models(case), gear_pair(case))]
+    assert [name for name in names if not name.endswith((", paper", ", direct"))] == alone
+
+
+# --- the gears -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("width_elements", [1, 2])
+def test_a_gear_with_its_layer_put_back_is_the_one_without_a_layer(width_elements):
+    mesh = {"profile_elements": 5, "width_elements": width_elements}
+    lines = parse_case(case_text(mesh=mesh, **LINES), "lines", "lines")
+    patches = parse_case(case_text(mesh=mesh), "patches", "patches")
+    solved = elastic_model(lines, mesh_model(lines))
+    expected = elastic_model(patches, mesh_model(patches)).pinion
+    found = model_of_solved(patches, mesh_model(patches), solved)
+    assert found.pinion is found.wheel
+    size = np.abs(expected.compliance).max()
+    assert_allclose(found.pinion.compliance, expected.compliance, rtol=0.0, atol=1e-13 * size)
+    assert np.array_equal(found.pinion.compliance, found.pinion.compliance[::-1].transpose(0, 2, 1))
+    assert with_layer(expected) is expected
+    assert model_of_solved(lines, mesh_model(lines), found).pinion.layer_columns == solved.pinion.layer_columns
