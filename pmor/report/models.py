@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
+from pmor.case.models import SHAPES_OF_MODEL
 from pmor.report.summary import model_summary
 from pmor.report.table import Cell, Table, aligned_lines
 from pmor_online.run import LostModel, OnlineResult
 
-#: what to take a contact scheme with its reduction for
+#: what to take a contact scheme, with the reduction that goes with it, for
 TAKE_FOR = {
-    "paper": "to repeat the paper: shapes of full solves at trained angles and torques, interpolated over the angle",
-    "direct": "for Hermite patches through the mesh: shapes of flank lines, which nothing interpolates over the angle",
+    "paper": "to repeat the paper: shapes of full solves at trained angles, interpolated between them",
+    "direct": "for Hermite patches through the mesh: shapes of flank lines, without interpolation",
     "facet": "to see what conventional contact elements make of this mesh",
     "strip": "for the pressure over the strip of contact, on meshes with ten elements in it",
-    "line": "for transmission error, load sharing, design: exact at any torque, axes, modification, and the fastest",
+    "line": "for all else: exact at any torque, axes and modification, untrained, the fastest",
 }
 COLUMNS = (
     "model", "shapes", "unknowns", "error max, %", "rms, %", "offline, s", "online, ms", "full FE, ms", "STE mean, µm",
-    "peak-to-peak, µm",
+    "p-p, µm",
 )  # fmt: skip
 
 
@@ -36,13 +37,18 @@ def model_text(result: OnlineResult) -> list[str]:
         return []
     table = model_table(result)
     columns = [column.replace(",", "").replace("µ", "u") for column in table.columns]
-    lines = [*aligned_lines(columns, table.rows), *(f"take {name:<6}  {what}" for name, what in advice(result))]
+    lines = [*aligned_lines(columns, table.rows), *(f"take {name:<6} {what}" for name, what in advice(result))]
     return [f"  {table.title}", *(f"    {line}" for line in lines)]
 
 
 def advice(result: OnlineResult) -> list[tuple[str, str]]:
     """Return for each model its name and what to take it for."""
-    return [(model.case.contact.scheme, TAKE_FOR[model.case.contact.scheme]) for model in result.models]
+    found = []
+    for model in result.models:
+        scheme, shapes = model.case.contact.scheme, model.case.reduction.shapes
+        known = shapes == SHAPES_OF_MODEL[scheme]
+        found.append((scheme, TAKE_FOR[scheme] if known else f"where {shapes} are wanted: the case's own choice"))
+    return found
 
 
 def _row(model: OnlineResult | LostModel) -> list[Cell]:

@@ -54,7 +54,13 @@ def test_the_main_command_prints_what_the_readme_says(checkout, capsys):
     timed = ("online time", "full FE time", "offline time", "reduced vs full")
     for line in shown:
         if not line.startswith(timed):
-            assert any(line == other.strip() for other in printed), line
+            assert any(_untimed(line) == _untimed(other) for other in printed), line
+
+
+def _untimed(line):
+    """A line without what differs from run to run: of a model's row, its errors and times."""
+    cells = line.split()
+    return cells[:3] + cells[-2:] if cells and cells[0] in ("paper", "direct", "line") else cells
 
 
 def test_what_pages_refer_to_is_there():
