@@ -3,13 +3,13 @@
 Lengths carry their unit in the name of the key; those without one are in (normal) modules.
 """
 
-from pmor.case.change import change_case, changed_text, make_case, text_of
+from pmor.case.change import change_case, changed_text, make_case, text_of, without_models
 from pmor.case.checks import refuse_uneven_load
 from pmor.case.describe import basis_key, condition_words, describe, short_list
 from pmor.case.extrapolation import beyond_training
 from pmor.case.flanks import check_flanks, trained_flanks
 from pmor.case.loader import load_case, parse_case
-from pmor.case.models import model_names, other_models, without_models
+from pmor.case.models import model_names, other_models
 from pmor.case.schema import (
     Case,
     CompareCase,

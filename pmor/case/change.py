@@ -48,6 +48,11 @@ def change_case(case: Case, **settings: Any) -> Case:
     return parse_case(_text(_changed(tomllib.loads(text_of(case)), settings, case.name)), case.name, case.name)
 
 
+def without_models(case: Case) -> Case:
+    """Return a case that compares its own model alone: what varies a case varies that one."""
+    return case if case.compare.models is None else change_case(case, compare={"models": None})
+
+
 def changed_text(base: str, changes: Mapping[str, Mapping[str, Any]]) -> str:
     r"""Return the TOML text of a case with some keys changed; comments are lost.
 

@@ -32,10 +32,7 @@ def other_models(case: Case) -> Iterator[tuple[Scheme, Case]]:
         if scheme != case.contact.scheme:
             reduction = replace(case.reduction, shapes=SHAPES_OF_MODEL[scheme], interpolation="linear")
             contact = replace(case.contact, scheme=scheme)
-            alone = replace(without_models(case), name=f"{case.name}_{scheme}", conditions=())
-            yield scheme, replace(alone, contact=contact, reduction=reduction)
-
-
-def without_models(case: Case) -> Case:
-    """Return a case that compares its own model alone; what varies a case varies that one."""
-    return replace(case, compare=replace(case.compare, models=None))
+            alone = replace(case.compare, models=None)
+            yield scheme, replace(
+                case, name=f"{case.name}_{scheme}", contact=contact, reduction=reduction, conditions=(), compare=alone
+            )

@@ -43,7 +43,7 @@ def model_text(result: OnlineResult) -> list[str]:
 
 def advice(result: OnlineResult) -> list[tuple[str, str]]:
     """Return for each model its name and what to take it for."""
-    found = []
+    found = list[tuple[str, str]]()
     for model in result.models:
         scheme, shapes = model.case.contact.scheme, model.case.reduction.shapes
         known = shapes == SHAPES_OF_MODEL[scheme]

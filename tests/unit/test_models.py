@@ -13,7 +13,7 @@ import pmor.jobs.offline
 import pmor.pair.model
 from pmor.app.cli import main
 from pmor.app.plan import plan_text
-from pmor.case import basis_key, model_names, other_models, parse_case, without_models
+from pmor.case import basis_key, change_case, model_names, other_models, parse_case, without_models
 from pmor.contact.solve import solve_position as solve
 from pmor.errors import CaseError
 from pmor.fe.cyclic import with_layer
@@ -185,6 +185,7 @@ def test_each_name_has_its_shapes_and_the_own_model_is_always_among_them():
     for listed in (without_models(case), case_with("line")):
         assert dict(other_models(listed)) == {}
     assert model_names(without_models(case)) == ()
+    assert change_case(without_models(case), scheme="direct", shapes="flank_lines").compare.models is None
 
 
 def test_models_change_no_basis_of_the_case():
