@@ -74,7 +74,12 @@ class Built:
     @property
     def spread(self) -> float:
         """Most that the gap can differ over the flanks from that of aligned involutes, mm."""
-        return self.axes.spread + 1e-3 * (self.pinion.largest_um + self.wheel.largest_um)
+        return self.axes.spread + self.flank_spread
+
+    @property
+    def flank_spread(self) -> float:
+        """Most that deviations of both flanks can differ from place to place and from tooth to tooth, mm."""
+        return 1e-3 * (self.pinion.largest_um + self.wheel.largest_um)
 
 
 PLAIN = Built()

@@ -23,6 +23,9 @@ ElasticityAt = Callable[[Position], Elasticity]
 # The approach of the flanks at which the windows are cut, over the expected one: the tooth pairs share the load
 # unevenly and tip corners dig in. Too small costs a repetition, never accuracy.
 WINDOW_MARGIN = 3.0
+# Deviations that bring a tooth pair into contact before its time do so at its corner, whose gap grows a third as fast
+# beyond the path of contact as that of flanks: a pair that is not in reach is missed, however windows grow.
+CORNER_MARGIN = 4.0
 # How many times more, or less, a condition may drive the pair than the one before, to start from its solution.
 FAR = 100.0
 
@@ -134,7 +137,8 @@ def standing_depth(meshed: MeshedPair, condition: Condition) -> float:
     excess = 0.0
     if condition.torque is not None:
         excess = expected_penetration(meshed, condition.torque) - meshed.expected_approach(condition.torque)
-    return surface_error(meshed) + condition.built.spread + WINDOW_MARGIN * max(excess, 0.0)
+    spread = condition.built.axes.spread + CORNER_MARGIN * condition.built.flank_spread
+    return surface_error(meshed) + spread + WINDOW_MARGIN * max(excess, 0.0)
 
 
 def surface_error(meshed: MeshedPair) -> float:

@@ -101,7 +101,7 @@ class Modification:
 
     @property
     def largest_um(self) -> float:
-        """Most that it can deviate on the active flank, or by which teeth can differ; of a topography at its points."""
+        """Most that it can deviate on the active flank, or by which teeth can differ."""
         pitch, grid = self.pitch_deviations_um or (0.0,), self.topography.largest_um if self.topography else 0.0
         return sum(map(abs, self._amounts)) + grid + max(pitch) - min(pitch)
 

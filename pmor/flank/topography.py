@@ -11,6 +11,8 @@ from pmor.errors import CaseError
 # Points beyond which a grid is a slip: no machine measures so many, and they are kept with every result.
 MOST_POINTS = 250_000
 LARGEST_UM = 1000.0
+# Range of a bicubic over that of its points: a quarter of a step on either side, along both directions.
+SWING = 1.5**2
 
 
 @dataclass(frozen=True, repr=False)
@@ -79,8 +81,9 @@ class Topography:
 
     @property
     def largest_um(self) -> float:
-        """Largest magnitude of its amounts, um."""
-        return max(abs(amount) for row in self.amount_um for amount in row)
+        """Most that it can deviate between any two places, um: a bicubic swings beyond its points."""
+        amounts = [amount for row in self.amount_um for amount in row]
+        return SWING * (max(*amounts, 0.0) - min(*amounts, 0.0))
 
 
 def read_topography(text: str) -> Topography:

@@ -27,7 +27,7 @@ from pmor.gear.tooth import Tooth
 from pmor.mesh.layer import surface_layer
 from pmor.mesh.quality import MeshQuality, mesh_quality
 from pmor.mesh.sector import SectorMesh, build_sector
-from pmor.pair.limits import refuse_impossible_load, refuse_locking_penalty, refuse_lost_load
+from pmor.pair.limits import refuse_bent_blank, refuse_impossible_load, refuse_locking_penalty, refuse_lost_load
 from pmor.pair.modifications import refuse_modifications_off_the_flank
 
 if TYPE_CHECKING:
@@ -174,6 +174,7 @@ def mesh_model(case: Case) -> MeshModel:
 
     pair = gear_pair(case)
     refuse_impossible_load(case, approach_estimate(case, pair))
+    refuse_bent_blank(case, pair)
     refuse_beyond_memory(case, stages(case, pair))
     pinion, wheel = sector_meshes(case, pair)
     qualities = [mesh_quality(mesh.nodes, mesh.elements) for mesh in (pinion, wheel)]

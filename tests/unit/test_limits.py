@@ -85,3 +85,26 @@ def test_plain_hexahedra_that_lock_are_named_with_the_remedy():
     assert 'element = "hex8i"' in warning
     better = parse_case(case_text(pinion={"poisson_ratio": 0.499}), "c", "c")
     assert range_warnings(better, pair, 0.0) == ()
+
+
+def helical(width_mm, torque=100.0, elements=4):
+    load = {"torques_Nm": [torque]}
+    pair, mesh = {"helix_angle_deg": 20.0, "face_width_mm": width_mm}, {"width_elements": elements}
+    text = case_text(pair=pair, mesh=mesh, load={"torque_Nm": torque}, offline=load, online=load, compare=load)
+    return parse_case(text, "c", "c")
+
+
+def test_axial_forces_that_would_fold_a_thin_blank_are_refused_with_the_force():
+    with pytest.raises(CaseError, match=r"axial force .* 16\.\d N, would bend the pinion's blank, 0\.4 mm .* widen"):
+        mesh_model(helical(0.4, 2.0))
+    mesh_model(helical(4.0, 20.0))
+    mesh_model(helical(0.4, 0.02))
+    flat = replace(helical(0.4, 2.0), pair=replace(case(2.0).pair, face_width_mm=0.4))
+    mesh_model(flat)
+
+
+def test_lines_of_contact_that_end_between_sections_are_warned_of():
+    coarse, fine = helical(80.0), helical(80.0, elements=16)
+    texts = [" ".join(range_warnings(c, gear_pair(c), approach_estimate(c, gear_pair(c)))) for c in (coarse, fine)]
+    assert "1.8 columns of elements to an axial pitch, fewer than 4" in texts[0]
+    assert "axial pitch" not in texts[1]

@@ -11,6 +11,7 @@ from pmor.contact.solve import solve_position
 from pmor.errors import PmorError
 from pmor.lab.core.models import ModelStore
 from pmor.lab.stability.balances import energy_imbalance, newton_condition, torque_imbalance
+from pmor.lab.stability.flank_variants import flank_variants
 from pmor.lab.stability.matrix import base_case, matrix
 from pmor.lab.stability.measure import measure
 from pmor.lab.stability.places import mirrored_angles, pinion_angles
@@ -63,10 +64,11 @@ def test_the_matrix_is_large_and_every_change_is_one_that_a_case_file_may_say(pa
 
 
 def test_energy_balances_with_facets_and_would_show_a_wrong_force(base, store):
-    position, elasticity = solved(store.model(change_case(base, scheme="facet"))[0], 0.3)
-    states = position.equilibria
-    assert energy_imbalance(elasticity, states, (TORQUE, 1.01 * TORQUE)) < 1e-5
-    assert energy_imbalance(elasticity, states, (1.1 * TORQUE, 1.11 * TORQUE)) > 0.05
+    model = store.model(change_case(base, scheme="facet"))[0]
+    position, elasticity = solved(model, 0.3)
+    states, meshed = position.equilibria, model.mesh.meshed
+    assert energy_imbalance(meshed, elasticity, states, (TORQUE, 1.01 * TORQUE)) < 1e-5
+    assert energy_imbalance(meshed, elasticity, states, (1.1 * TORQUE, 1.11 * TORQUE)) > 0.05
 
 
 def test_torque_of_the_nodal_forces_is_the_applied_one(model):
@@ -156,3 +158,34 @@ def test_the_law_of_the_penalty_is_fitted_where_it_is_stiff(base, store):
     assert_allclose(_penalty_law(entries(-1.0)).exponent, -1.0, atol=1e-6)
     assert_allclose(_penalty_law(entries(-0.5)).exponent, -0.5, atol=1e-6)
     assert _penalty_law({"base case": some}) is None
+
+
+# Of each group one, and both that the mesh refuses: cheap enough for every run; all of them are slow.
+PICKED = (
+    "helix angle 60 deg", "helix angle 20 deg, face of 0.1 modules", "faces that share 0.1 of their width, helical",
+    "a kink on a row of nodes", "crowning of 0.5 mm both ways, helical", "topography: a step over the profile",
+    "one tooth stands out by 0.1 mm", "relief and crowning, helical, direct",
+)  # fmt: skip
+
+
+def test_helices_and_flanks_have_forty_entries_and_more(base):
+    variants = flank_variants(base)
+    assert sum(variant.against != "nothing" for variant in variants) >= 40
+    assert {variant.name for variant in variants} >= set(PICKED)
+
+
+@pytest.mark.parametrize("name", PICKED)
+def test_extreme_helices_and_flanks_hold_or_are_refused_in_words(name, base, store):
+    entry = measure(next(v for v in flank_variants(base) if v.name == name), base, store)
+    assert entry.ok or entry.explained, entry.note
+    if entry.explained:
+        assert "would bend the pinion's blank, 0.4 mm thick" in entry.note
+    else:
+        assert entry.energy_balance_rel is not None
+
+
+@pytest.mark.slow
+def test_all_extreme_helices_and_flanks_hold_or_are_refused_in_words(base, store):
+    """Slow, half a minute: ``pytest -m slow tests/unit/test_stability.py``."""
+    entries = [measure(variant, base, store) for variant in flank_variants(base)]
+    assert [(entry.name, entry.note) for entry in entries if not (entry.ok or entry.explained)] == []

@@ -17,6 +17,7 @@ from pmor.contact.line_contact import line_contact
 from pmor.contact.solve import solve_position
 from pmor.contact.unloaded import unloaded_ste_um, with_unloaded
 from pmor.flank.modification import Modification
+from pmor.flank.topography import Topography
 from pmor.pair.model import elastic_model, mesh_model
 from pmor_offline.train import train
 from pmor_online.contact_pattern import contact_patterns
@@ -107,6 +108,19 @@ def test_line_loads_are_those_of_full_fe_under_three_hundred_conditions(name):
     found = np.array([disagreement(name, *state) for state in random_conditions(np.random.default_rng(2016), 300)])
     print(f"\n{name}: STE within {found[:, 0].max():.2g}, line loads within {found[:, 1].max():.2g}")  # noqa: T201
     assert (found < [STE, LOADS]).all()
+
+
+def test_full_fe_finds_a_pair_that_a_deviation_brings_into_contact_before_its_time():
+    """Its corner meets the mate far beyond the path of contact, where windows once did not look for it."""
+    first = Condition(torque=TORQUE, pinion=Modification(pitch_deviations_um=(-100.0, *[0.0] * 20)))
+    for share in np.linspace(0.1, 0.9, 7):
+        ste, _ = disagreement("spur", share, first)
+        assert ste < STE
+    grain = Topography((0.0, 25.0, 25.001, 60.0), (-20.0, 20.0), ((0.0, 0.0), (0.0, 0.0), (60.0, 60.0), (60.0, 60.0)))
+    step = Condition(torque=0.2 * TORQUE, pinion=Modification(topography=grain))
+    for share in np.linspace(0.05, 0.95, 7):
+        ste, _ = disagreement("spur", share, step)
+        assert ste < STE
 
 
 def test_half_the_width_stands_for_the_whole():

@@ -8,30 +8,41 @@ import scipy.linalg as la
 from pmor.arrays import FloatArray
 from pmor.contact.elasticity import Elasticity, FullElasticity
 from pmor.contact.equilibrium import Equilibrium
+from pmor.contact.flank import MeshedPair
 from pmor.contact.position import Position
 
 
-def stored_energy(elasticity: Elasticity, equilibrium: Equilibrium) -> float:
-    """Return elastic energy and that of the penalty, N mm."""
+def stored_energy(meshed: MeshedPair, elasticity: Elasticity, equilibrium: Equilibrium) -> float:
+    """Return elastic energy and that of penalty or local approach, N mm.
+
+    Gaps of lines are those of the tangent to their law, C w (A - ln(w) / 2): with a slope s of the load over the
+    approach it stores w^2 / (2 s) + C w^2 / 8 per width.
+    """
     contact = equilibrium.contact
     elastic = 0.5 * elasticity.energy_norm(equilibrium.coordinates) ** 2
-    return elastic - 0.5 * float(contact.force @ contact.gap)
+    local = -0.5 * float(contact.force @ contact.gap)
+    if meshed.scheme.kind == "line":
+        compliance = sum(layer.compliance for layer in meshed.layers) / np.cos(meshed.pair.base_helix_angle)
+        width = meshed.sections.width[contact.place[:, 1]] * (2.0 if meshed.mirrored else 1.0)
+        local += 0.125 * compliance * float(np.sum(np.maximum(contact.force, 0.0) ** 2 / width))
+    return elastic + local
 
 
 def energy_imbalance(
-    elasticity: Elasticity, states: tuple[Equilibrium, Equilibrium], torques: tuple[float, float]
+    meshed: MeshedPair, elasticity: Elasticity, states: tuple[Equilibrium, Equilibrium], torques: tuple[float, float]
 ) -> float:
     """Return how far the work of a torque that grows a little misses the energy that is stored, over that work.
 
     Parameters
     ----------
+    meshed : MeshedPair
     elasticity : Elasticity
     states : two Equilibrium
         At one angle.
     torques : (float, float)
         N mm, close to each other: the work is taken by the trapezoidal rule.
     """
-    stored = [stored_energy(elasticity, state) for state in states]
+    stored = [stored_energy(meshed, elasticity, state) for state in states]
     work = 0.5 * sum(torques) * (states[1].lead - states[0].lead)
     return abs(stored[1] - stored[0] - work) / abs(work)
 

@@ -6,6 +6,7 @@ from pmor.case import Case, change_case, without_models
 from pmor.lab.core.variants import merged
 from pmor.lab.stability.basis_variants import basis_variants
 from pmor.lab.stability.contact_variants import contact_variants, line_variants, load
+from pmor.lab.stability.flank_variants import flank_variants
 from pmor.lab.stability.gear_variants import gear_variants
 from pmor.lab.stability.variants import Variant
 
@@ -38,5 +39,6 @@ def matrix(base: Case) -> tuple[Variant, ...]:
         *contact_variants(base),
         *line_variants(),
         *gear_variants(base),
+        *flank_variants(base),
         *basis_variants(base),
     )

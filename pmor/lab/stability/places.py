@@ -20,16 +20,17 @@ def pinion_angles(meshed: MeshedPair, places: str) -> FloatArray:
     Parameters
     ----------
     meshed : MeshedPair
-    places : {"usual", "borders", "ends"}
+    places : {"usual", "borders", "ends", "hunting"}
         Eight positions from entry to entry, with exact entry and exit, in between with one pair more and one less; a
-        pair's contact exactly on rows of nodes of the pinion's or the wheel's flank; exact entry and exit alone.
+        pair's contact exactly on rows of nodes of the pinion's or the wheel's flank; exact entry and exit alone; eight
+        positions over the period after which the same teeth meet again.
 
     Raises
     ------
     KeyError
         For another word.
     """
-    return {"usual": _usual, "borders": _borders, "ends": _ends}[places](meshed)
+    return {"usual": _usual, "borders": _borders, "ends": _ends, "hunting": _hunting}[places](meshed)
 
 
 def mirrored_angles(pair: GearPair, phi: FloatArray, exchanged: GearPair) -> FloatArray:
@@ -50,6 +51,12 @@ def _usual(meshed: MeshedPair) -> FloatArray:
 
 def _ends(meshed: MeshedPair) -> FloatArray:
     return _at(meshed.pair, np.array([0.0, meshed.pair.total_contact_ratio % 1.0]))
+
+
+def _hunting(meshed: MeshedPair) -> FloatArray:
+    pair = meshed.pair
+    period = math.lcm(pair.pinion.teeth, pair.wheel.teeth)
+    return _at(pair, np.asarray(period * (np.arange(8) + 0.3) / 8.0, dtype=float))
 
 
 def _borders(meshed: MeshedPair) -> FloatArray:

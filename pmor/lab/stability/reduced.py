@@ -10,6 +10,7 @@ from pmor.pair.model import ElasticModel
 from pmor_offline.gather import make_basis
 from pmor_offline.sampling import TrainingPosition, training_angles
 from pmor_offline.snapshots import solve_snapshots
+from pmor_offline.train import train as train_basis
 from pmor_online.model import ReducedPair, reduced_pair
 
 ANGLES = 8
@@ -25,15 +26,18 @@ LOADS = {
 
 
 def train(case: Case, model: ElasticModel, way: str) -> ReducedPair:
-    """Train flank lines in memory.
+    """Train flank lines in memory, or gather the compliance for line loads.
 
     Parameters
     ----------
     case : Case
     model : ElasticModel
     way : str
-        Key of `LOADS`; ``single_angle`` trains at one position alone, ``duplicated`` takes every solution three times.
+        ``line_loads``, or a key of `LOADS`: ``single_angle`` trains at one position alone, ``duplicated`` takes every
+        solution three times.
     """
+    if way == "line_loads":
+        return reduced_pair(train_basis(case, model).basis)
     meshed = model.mesh.meshed
     angles = training_angles(meshed.pair, ANGLES)[: 1 if way == "single_angle" else ANGLES]
     conditions = at_torques(1e3 * case.torque_Nm * load for load in LOADS[way])

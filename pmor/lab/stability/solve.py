@@ -65,10 +65,9 @@ def solve_variant(
     rising : tuple of float
         Loads over the torque that are solved before it.
     """
-    # Under the smallest loads, energies differ by less than their round-off; and the energy of line contact is not half
-    # its force times the gap, which is what is stored here.
-    torque, line = condition.given_torque, meshed.scheme.kind == "line"
-    balanced = not line and round_off_residual(meshed, torque) < LEAST_DIGITS * LITTLE_MORE
+    # Under the smallest loads, energies differ by less than their round-off.
+    torque = condition.given_torque
+    balanced = round_off_residual(meshed, torque) < LEAST_DIGITS * LITTLE_MORE
     torques = [*(load * torque for load in rising), torque, (1.0 + LITTLE_MORE) * torque]
     ste, measures, steps = np.full(len(phi), np.nan), [], [0]
     failures: list[str] = []
@@ -89,7 +88,7 @@ def solve_variant(
         steps += [first.steps, *(state.steps for state in solved.equilibria if state is not None)]
         measures.append((
             newton_condition(elasticity, first),
-            energy_imbalance(elasticity, (first, second), (torques[-2], torques[-1])) if balanced else np.nan,
+            energy_imbalance(meshed, elasticity, (first, second), (torques[-2], torques[-1])) if balanced else np.nan,
             torque_imbalance(solved.position, elasticity, first, torque),
         ))  # fmt: skip
     worst, energy, balance = np.max(measures, axis=0) if measures else (np.nan,) * 3

@@ -46,7 +46,7 @@ class Variant:
         What the STE of the reference is multiplied by.
     tolerance : float
         On the largest difference to the reference over its mean STE.
-    places : {"usual", "borders"}
+    places : {"usual", "borders", "ends", "hunting"}
         Where over the pitch: `pmor.lab.stability.places`.
     start_mm : float or None
         How far off the lead of the start is, mm along the line of action; None: the solver's own start.
