@@ -151,9 +151,9 @@ def _over_width() -> list[Variant]:
         "end relief of 1 mm over 0.01 mm, helical": (
             "a step at the faces", merged(HELIX, _both(end_relief_um=1000.0, end_relief_length_mm=0.01)),
         ),
-        "twist of 1 mm": ("contact that wanders over the face", _modified({"twist_um": 1000.0})),
-        "twist of -1 mm, helical": (
-            "contact that wanders over the face", merged(HELIX, _modified({"twist_um": -1000.0})),
+        "twist of 0.5 mm": ("contact that wanders over the face", _modified({"twist_um": 500.0})),
+        "twist of -0.5 mm, helical": (
+            "contact that wanders over the face", merged(HELIX, _modified({"twist_um": -500.0})),
         ),
     }  # fmt: skip
     return [_variant(name, "Over the width", about, changes) for name, (about, changes) in flanks.items()]
@@ -214,9 +214,8 @@ def _together(case: Case) -> list[Variant]:
                  merged(HELIX, _modified(heavy), tilted)),
         *(_variant(f"helix crowning of 1 mm, {torque:g} N m", "Together", "from a point to all of the face",
                    merged(crowned, load(torque))) for torque in (1e-3, 1e3)),
-        # Below the least load the law of a line is linear, and the energy that is counted here is not.
-        _variant("helix angle 30 deg, 1e-3 N m", "Together", "next to no load on inclined lines",
-                 merged({"pair": {"helix_angle_deg": 30.0}}, load(1e-3)), energy=0.05),
+        _variant("helix angle 30 deg, 0.1 N m", "Together", "next to no load on inclined lines",
+                 merged({"pair": {"helix_angle_deg": 30.0}}, load(0.1))),
     ]  # fmt: skip
 
 
