@@ -13,7 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from numba import njit
+from numba import njit, types
 
 from pmor.contact.kernels.keeping import can_keep
 
@@ -41,9 +41,25 @@ def sources_stamp(*more: Path) -> str:
 _STAMP = sources_stamp()
 
 
+def _forget_literals(dispatcher: Any) -> None:
+    """Compile once for all integers: numba would do so for each constant that a caller writes, and once more for int."""
+    template_of = getattr(dispatcher, "get_call_template", None)
+    if template_of is None:  # numba is switched off
+        return
+
+    def template(arguments: Any, keywords: Any) -> Any:
+        return template_of(
+            tuple(types.unliteral(kind) for kind in arguments),
+            {name: types.unliteral(kind) for name, kind in keywords.items()},
+        )
+
+    dispatcher.get_call_template = template
+
+
 def _stamped(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     def compile_stamped(function: Callable[..., Any]) -> Any:
         dispatcher = njit(**options)(function)
+        _forget_literals(dispatcher)
         # Not there when numba is switched off or keeps no cache.
         file: Any = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
         if hasattr(file, "_source_stamp"):
