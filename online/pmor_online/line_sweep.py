@@ -18,8 +18,7 @@ from pmor.arrays import FloatArray, IntArray
 from pmor.contact.condition import PLAIN, Built, Condition, at_leads, common_axes
 from pmor.contact.flank import MeshedPair
 from pmor.contact.kernels.deviation import Deviation
-from pmor.contact.kernels.line_loads import LineResults, Lines, line_deviations, place_lines, solve_lines
-from pmor.contact.position import pairs_in_reach
+from pmor.contact.kernels.line_loads import LineResults, Lines, line_deviations, solve_lines
 from pmor.results.force_law import ForceLaw
 from pmor.results.loads import ContactLoads, SweepStates
 from pmor.results.sweep import SteSweep
@@ -76,6 +75,13 @@ def sweep_line_loads(
         pitch_rad=reduced.meshed.pair.pitch,
         states=_states(reduced, lines, found, lead) if recorded else None,
     )
+
+
+def sections_near(reduced: ReducedPair, phi: FloatArray, condition: Condition) -> int:
+    """Return how many sections, at most over the angles, come within the approach that a torque makes expect."""
+    gap = reduced.lines_at(phi, condition.built.axes).gap
+    near = gap - gap.min(axis=1, keepdims=True) < reduced.meshed.expected_approach(condition.given_torque)
+    return int(near.sum(axis=1).max())
 
 
 def line_force_law(
@@ -139,10 +145,10 @@ def _solve(
 ) -> tuple[Lines, LineResults]:  # fmt: skip
     """Solve block by block; the sections come back without flexibilities and gradients, which nobody reads again."""
     angles, axes = np.ascontiguousarray(phi, dtype=float), common_axes(conditions)
-    pair, cases = reduced.meshed.for_kernels(Built(axes)), _cases(reduced.meshed, conditions)
+    cases = _cases(reduced.meshed, conditions)
 
     def solve(block: slice) -> tuple[Lines, LineResults]:
-        lines = place_lines(angles[block], pair, pairs_in_reach(reduced.meshed), reduced.components)
+        lines = reduced.lines_at(angles[block], axes)
         found = _solve_block(reduced, lines, cases, len(conditions), conditions[0].torque is None)
         nothing = np.empty((0, 0, 0))
         return lines._replace(gradient=np.empty((0, 0, 0, 0)), flexibility=nothing), found

@@ -12,14 +12,13 @@ import numpy as np
 from pmor.arrays import FloatArray
 from pmor.case import Case
 from pmor.case.width import mirrors_at_mid_width
+from pmor.contact.condition import Axes
 from pmor.contact.elasticity import ReducedElasticity
 from pmor.contact.flank import MeshedPair
-from pmor.contact.kernels.line_loads import place_lines
+from pmor.contact.kernels.line_loads import Lines, place_lines
 from pmor.contact.kernels.state import Family, GearLines, PositionShapes
-from pmor.contact.kernels.sweep import place_position
 from pmor.contact.position import Position, pairs_in_reach
-from pmor.contact.solve import ElasticityAt, window_depth
-from pmor.pair.conditions import nominal_condition
+from pmor.contact.solve import ElasticityAt
 from pmor.pair.model import assemble_pair, gear_pair
 from pmor.reduction.basis import Basis
 from pmor.reduction.contact_shapes import ContactShapes, reduced_elasticity
@@ -104,25 +103,12 @@ class ReducedPair:
         none = np.empty((0, 0, 0))
         return self.basis.compliance.gears if self.basis.compliance else (none, none)
 
-    @cached_property
-    def size(self) -> int:
-        """Largest number of unknowns over a pitch under the nominal torque: amplitudes of shapes, and the rotation.
-
-        Of line loads: the sections that come within the expected approach.
-        """
-        meshed, condition = self.meshed, nominal_condition(self.basis.case)
-        clearance = meshed.clearance(condition.built)
-        depth, pair = window_depth(meshed, condition), meshed.for_kernels(condition.built)
-        if self.basis.shapes is None:
-            angles = online_angles(meshed.pair.pitch, 50)
-            gap = place_lines(angles, pair, pairs_in_reach(meshed), self.components).gap
-            near = gap - gap.min(axis=1, keepdims=True) < meshed.expected_approach(condition.given_torque)
-            return int(near.sum(axis=1).max()) + 1
-        positions = (
-            place_position(phi, depth, pair, self.family, pairs_in_reach(meshed), clearance)
-            for phi in online_angles(meshed.pair.pitch, 50).tolist()
-        )
-        return max(position.members.size for position in positions) + 1
+    def lines_at(self, phi: FloatArray, axes: Axes) -> Lines:
+        """Return the sections of line loads at pinion angles (rad), with the wheel's axis in a place."""
+        meshed = self.meshed
+        reach, z = pairs_in_reach(meshed), meshed.sections.z
+        lines: Lines = place_lines(phi, meshed.kinematics(axes), meshed.gears, z, reach, self.components)
+        return lines
 
 
 def reduced_pair(basis: Basis) -> ReducedPair:

@@ -24,17 +24,18 @@ from pmor.contact.kernels.loads import Loads, empty_loads, list_loads, trimmed
 from pmor.contact.kernels.shapes import gather_members, member_slots
 from pmor.contact.kernels.state import Points
 from pmor.contact.kernels.sweep import Results, Settings, sweep_reduced
-from pmor.contact.kernels.types import Pair
+from pmor.contact.kernels.types import NodalScheme, Pair
 from pmor.contact.position import Position, pairs_in_reach
 from pmor.contact.search import Contact
 from pmor.contact.solve import WINDOW_MARGIN, solve_position, standing_depth
+from pmor.pair.conditions import nominal_condition
 from pmor.reduction.error_estimate import discarded_energy_slope
 from pmor.results.force_law import ForceLaw
 from pmor.results.loads import ContactLoads, SweepStates
 from pmor.results.sweep import SteSweep
 from pmor.threads import in_order
-from pmor_online.line_sweep import line_force_law, sweep_line_loads
-from pmor_online.model import ReducedPair
+from pmor_online.line_sweep import line_force_law, sections_near, sweep_line_loads
+from pmor_online.model import ReducedPair, online_angles
 
 # A block starts cold: long enough that this does not count, short enough to share out between threads.
 ANGLES_PER_BLOCK = 25
@@ -149,7 +150,22 @@ def reduced_force_law(
 def sweep_pair(meshed: MeshedPair, built: Built) -> Pair:
     """Return the pair for the kernels with the sweep's own way to the feet of the contact points."""
     pair = meshed.for_kernels(built)
+    if not isinstance(pair.scheme, NodalScheme):
+        return pair
     return pair._replace(scheme=pair.scheme._replace(foot_step=FOOT_STEP))
+
+
+def largest_size(reduced: ReducedPair) -> int:
+    """Return the largest number of unknowns over a pitch under the nominal torque: amplitudes and the rotation.
+
+    Of line loads: the sections that come within the expected approach.
+    """
+    condition = nominal_condition(reduced.basis.case)
+    angles = online_angles(reduced.meshed.pair.pitch, 50)
+    if reduced.basis.shapes is None:
+        return sections_near(reduced, angles, condition) + 1
+    found, _ = _solve(reduced, angles, [condition], None, TOLERANCE, lambda n: None, False)
+    return int(found.members.max()) + 1
 
 
 def _solve(
@@ -173,7 +189,7 @@ def _solve(
     for block, (part, loads) in zip(blocks, in_order(solve, blocks, executor), strict=True):
         part.load_first[:] += sum(len(before.z) for before in listed)
         for name, values in part._asdict().items():
-            getattr(whole, name)[(block,) if name == "pair" else (slice(None), block)] = values
+            getattr(whole, name)[(block,) if name in ("pair", "members") else (slice(None), block)] = values
         listed.append(loads)
         advance(len(part.pair))
     for i in np.flatnonzero(~whole.converged.all(axis=0)):
@@ -193,10 +209,10 @@ def _settings(
         # Windows that hold something, and round-off of the largest forces, where the flanks may be apart.
         standing += WINDOW_MARGIN * rate
         rate, least = meshed.pair.pinion.base_radius, max(expected_approach(meshed, hardest) / rate, 1.0)
-    tolerance = max(tolerance, round_off_residual(meshed, least))
+    tolerance, depth = max(tolerance, round_off_residual(meshed, least)), WINDOW_MARGIN * rate * max(drives.max(), 0.0)
     return Settings(
-        held, recorded, pairs_in_reach(meshed), rate, WINDOW_MARGIN, standing, meshed.clearance(hardest.built),
-        MAX_STEPS, tolerance,
+        held, recorded, pairs_in_reach(meshed), rate, depth + standing, meshed.clearance(hardest.built), MAX_STEPS,
+        tolerance,
     ), drives  # fmt: skip
 
 
@@ -207,6 +223,7 @@ def _no_results(drives: int, angles: int, reach: int, slots: int) -> Results:
         steps=np.zeros(grid, dtype=np.int64),
         converged=np.zeros(grid, dtype=bool),
         pair=np.zeros((angles, reach), dtype=np.int64),
+        members=np.zeros(angles, dtype=np.int64),
         pair_torque=np.zeros((*grid, reach)),
         slope=np.full(grid, np.nan),
         amplitude=np.zeros((*grid, reach, slots)),

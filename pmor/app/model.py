@@ -40,7 +40,7 @@ from pmor_online.compare import Comparison, compare_models
 from pmor_online.conditions import sweep_built
 from pmor_online.errors import estimate_errors
 from pmor_online.model import ReducedPair, online_angles, reduced_pair
-from pmor_online.sweep import sweep_reduced_pair
+from pmor_online.sweep import largest_size, sweep_reduced_pair
 
 Progress = Callable[[int], None]
 
@@ -114,10 +114,10 @@ class ReducedModel:
         """The basis made ready to answer."""
         return reduced_pair(self.basis)
 
-    @property
+    @cached_property
     def size(self) -> int:
         """Largest number of unknowns of a position."""
-        return self.reduced.size
+        return largest_size(self.reduced)
 
     def sweep(
         self,

@@ -11,10 +11,10 @@ import numpy as np
 from pmor.arrays import FloatArray
 from pmor.contact.condition import Axes, Built
 from pmor.contact.deviation import kernel_deviation
-from pmor.contact.kernels.deviation import Deviation
+from pmor.contact.kernels.deviation import NO_DEVIATION, Deviation
 from pmor.contact.kernels.motion import axial_opening, section_offset
 from pmor.contact.kernels.surface import prepare_surface, refine
-from pmor.contact.kernels.types import LINE, NODAL, STRIP, Gear, Kinematics, Pair, Scheme, Sections
+from pmor.contact.kernels.types import Gear, Kinematics, LineScheme, NodalScheme, Pair, Sections, StripScheme
 from pmor.contact.sections import flank_sections
 from pmor.gear.pair import GearPair
 from pmor.gear.tooth import Tooth
@@ -34,7 +34,6 @@ FOOT_STEP = 1e-6
 # Gauss points in each piece of a strip: exact for the pressure of a gap that is a cubic over the arc length.
 STRIP_POINTS = 3
 
-KIND = {"nodal": NODAL, "strip": STRIP, "line": LINE}
 # Negative: the gear whose tip is nearer is the slave.
 PINION_SHARE = {"pinion": 1.0, "wheel": 0.0, "both": 0.5, "tip": -1.0}
 
@@ -210,7 +209,7 @@ class MeshedPair:
 
     @cached_property
     def sections(self) -> Sections:
-        """Where line contact is evaluated; of other schemes too, whose sections are the columns of nodes."""
+        """Where line contact is evaluated; of other schemes too, for their bodies' compliance."""
         helical = self.pair.pinion.helix_angle != 0.0
         return flank_sections(self.pinion.nodes[0, :, 2], self.wheel.nodes[0, :, 2], helical)
 
@@ -229,21 +228,23 @@ class MeshedPair:
         )  # fmt: skip
 
     @cached_property
-    def _kernel_scheme(self) -> Scheme:
+    def _kernel_scheme(self) -> LineScheme | StripScheme | NodalScheme:
         s = self.scheme
-        points, weights = np.polynomial.legendre.leggauss(STRIP_POINTS)
-        return Scheme(
-            KIND[s.kind], s.lodm_profile, s.lodm_width, s.smooth, s.direct, s.parabolic, self.mirrored, s.penalty,
-            FOOT_STEP, PINION_SHARE[s.slave], points, weights,
+        if s.kind == "line":
+            return LineScheme(True, self.mirrored)
+        if s.kind == "strip":
+            points, weights = np.polynomial.legendre.leggauss(STRIP_POINTS)
+            return StripScheme(True, self.mirrored, s.penalty, PINION_SHARE[s.slave], points, weights)
+        return NodalScheme(
+            False, self.mirrored, s.penalty, PINION_SHARE[s.slave], s.lodm_profile, s.lodm_width, s.smooth, s.direct,
+            s.parabolic, FOOT_STEP,
         )  # fmt: skip
 
     def for_kernels(self, built: Built) -> Pair:
         """Return the pair as the kernels see it, with the wheel's axis in a place and flanks that deviate."""
-        gears = self.gears
-        if built.modified:
-            pinion, wheel = self.deviations(built)
-            gears = gears[0]._replace(deviation=pinion), gears[1]._replace(deviation=wheel)
-        return Pair(self.kinematics(built.axes), gears, self._kernel_scheme, self.sections)
+        deviations = self.deviations(built) if built.modified else (NO_DEVIATION, NO_DEVIATION)
+        sections = self.sections if self.scheme.exact else None
+        return Pair(self.kinematics(built.axes), self.gears, self._kernel_scheme, sections, deviations)
 
     def deviations(self, built: Built) -> tuple[Deviation, Deviation]:
         """Return what the flanks of pinion and wheel deviate by, for the kernels."""

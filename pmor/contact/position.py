@@ -103,7 +103,7 @@ def active_patches(meshed: MeshedPair, phi: float, depth: float, built: Built = 
         flank_nodes.append((numbers[0], numbers[1]))
     nodes = np.concatenate(coordinates) if coordinates else np.empty((0, 3))
     if built.modified and not meshed.scheme.exact:
-        windows.load_windows(reach, kernel_pair.gears, nodes)
+        windows.load_windows(reach, kernel_pair.gears, kernel_pair.deviations, nodes)
     return Position(built, kernel_pair, reach, tuple(flank_nodes), nodes, depth)
 
 

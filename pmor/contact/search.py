@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -97,7 +98,8 @@ def search_contact(
     pair, reach = position.kernel_pair, position.reach
     room = room or search_room(pair, reach)
     found = search_all(pair, reach, lead, nodes, largest_gap, room)
-    points = Points(*(np.array(values[: found.listed]) for values in room.points))
+    kept: Any = (np.array(values[: found.listed]) for values in room.points)
+    points = Points(*kept)
     return Contact(
         points.pair, points.slave, points.node, points.weight, points.gap, points.stiffness, points.lever,
         points.mate_lever, points.place, found.smallest, found.border,

@@ -42,7 +42,7 @@ from pmor.storage.basis_file import read_basis
 from pmor.threads import threads
 from pmor_online.errors import estimate_errors
 from pmor_online.model import ReducedPair, online_angles, reduced_pair
-from pmor_online.sweep import TOLERANCE, sweep_pair, sweep_reduced_pair
+from pmor_online.sweep import TOLERANCE, largest_size, sweep_pair, sweep_reduced_pair
 
 REPEATS = 15
 ANGLES = 200  # a full pitch
@@ -160,7 +160,7 @@ def sweep_rows(listed: list[Variant], models: list[ReducedPair]) -> list[Row]:
     with Progress(REPEATS, "sweeps") as progress:
         times = times_in_turn(work, REPEATS, progress.advance)
     return [
-        {**_row(f"position: {variant.label}", variant.case, times[i]), "unknowns": models[i].size}
+        {**_row(f"position: {variant.label}", variant.case, times[i]), "unknowns": largest_size(models[i])}
         for i, variant in enumerate(listed)
     ]
 

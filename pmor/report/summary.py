@@ -27,6 +27,7 @@ from pmor.results.sweep import (
     torque_exponent,
 )
 from pmor_online.run import LostModel, OnlineResult
+from pmor_online.sweep import largest_size
 
 CONDITIONS = "conditions.csv"
 
@@ -74,7 +75,7 @@ def figures(result: OnlineResult) -> dict[str, Any]:
         "ste_torque_exponent": torque_exponent(sweep),
         "ste_error_estimate_max_um": largest_error_um(sweep),
         "extrapolated": beyond_training(case),
-        "rom_size": result.reduced.size,
+        "rom_size": largest_size(result.reduced),
         "rom_vs_full_ste_max_rel": comparison.max_relative_error if comparison else None,
         "rom_vs_full_ste_rms_rel": comparison.rms_relative_error if comparison else None,
         "online_ms_per_position": ms_per_position(sweep),

@@ -65,7 +65,7 @@ def test_the_same_amount_everywhere_delays_the_contact_by_it(surface, slave):
 
 def test_where_one_pair_touches_the_gap_has_opened_by_the_deviation():
     meshed, built = meshed_pair(PAIR, 24, 1, slave="pinion", lodm_profile=32), Built(pinion=SLOPED)
-    deviation = meshed.for_kernels(built).gears[0].deviation
+    deviation = meshed.for_kernels(built).deviations[0]
     start, end = PAIR.roll_position_range
     for phi in np.linspace(end - PAIR.pitch, start + PAIR.pitch, 6)[1:-1]:
         roll = float(PAIR.contact_roll_angles(phi)[0])
@@ -81,7 +81,7 @@ def test_nodes_lie_where_the_deviation_says_along_the_transverse_normal():
     phi = PAIR.roll_position_range[0] + 0.2 * PAIR.pitch - 2.0 * PAIR.pitch
     plain, position = active_patches(meshed, phi, 0.1), active_patches(meshed, phi, 0.1, built)
     assert list(plain.pair_index) == list(position.pair_index) == [2, 3]
-    gears = position.kernel_pair.gears
+    deviations = position.kernel_pair.deviations
     for p, number in enumerate(position.pair_index):
         for gear, (flank, toothing) in enumerate([(meshed.pinion, PAIR.pinion), (meshed.wheel, PAIR.wheel)]):
             nodes = position.nodes[position.window_slice(p, gear)]
@@ -89,7 +89,7 @@ def test_nodes_lie_where_the_deviation_says_along_the_transverse_normal():
             rows = position.flank_nodes[p][gear] // flank.columns
             for node, there, u in zip(nodes, before, flank.roll_angle[rows], strict=True):
                 index = int(number) if gear == 0 else -int(number)
-                amount = flank_deviation(gears[gear].deviation, u, there[2], index)
+                amount = flank_deviation(deviations[gear], u, there[2], index)
                 assert_allclose(there - node, amount * toothing.flank_normal(u, there[2]), rtol=0, atol=1e-14)
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable
 from pathlib import Path
+from types import FunctionType
 from typing import Any
 
 from numba import njit, types
@@ -19,12 +20,13 @@ from pmor.contact.kernels.keeping import can_keep
 
 # Divisions follow IEEE 754 instead of raising, which spares a branch at each; results are checked where they are used.
 # fastmath stays off: sums keep their order, and NaN stays what it is.
-_OPTIONS: dict[str, Any] = {"cache": can_keep(), "nogil": True, "error_model": "numpy", "fastmath": False}
+_OPTIONS: dict[str, Any] = {"cache": can_keep(), "nogil": True, "error_model": "numpy", "fastmath": False,
+                            "no_cfunc_wrapper": True}  # fmt: skip
 # What neither makes, copies nor returns arrays goes without numba's runtime: it borrows its arguments from its caller
 # instead of counting references to each of their arrays at every call, which took a third of a sweep's time.
 _BORROWING: dict[str, Any] = {**_OPTIONS, "_nrt": False}
 # Said aloud: a function that says nothing inherits this from its caller.
-_ALLOCATING: dict[str, Any] = {**_OPTIONS, "_nrt": True}
+ALLOCATING: dict[str, Any] = {**_OPTIONS, "_nrt": True}
 
 _FOLDER = Path(__file__).parent
 
@@ -41,41 +43,52 @@ def sources_stamp(*more: Path) -> str:
 _STAMP = sources_stamp()
 
 
-def _forget_literals(dispatcher: Any) -> None:
-    """Compile once for all integers: numba would do so for each constant that a caller writes, and once more for int."""
-    template_of = getattr(dispatcher, "get_call_template", None)
-    if template_of is None:  # numba is switched off
-        return
-
-    def template(arguments: Any, keywords: Any) -> Any:
-        return template_of(
-            tuple(types.unliteral(kind) for kind in arguments),
-            {name: types.unliteral(kind) for name, kind in keywords.items()},
-        )
-
-    dispatcher.get_call_template = template
-
-
 def _stamped(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     def compile_stamped(function: Callable[..., Any]) -> Any:
-        dispatcher = njit(**options)(function)
-        _forget_literals(dispatcher)
-        # Not there when numba is switched off or keeps no cache.
-        file: Any = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
-        if hasattr(file, "_source_stamp"):
-            own = Path(function.__code__.co_filename)
-            file._source_stamp = _STAMP if own.parent == _FOLDER else sources_stamp(own)
-            # Looked at before anything is unpickled: an index of other sources may name types that are no more.
-            file._version = f"{file._version} {file._source_stamp}"
+        dispatcher = _keep_stamped(njit(**options)(function), function)
+        if hasattr(dispatcher, "get_call_template") and "inline" not in options:
+            _serve_kernels(dispatcher, function, options)
         return dispatcher
 
     return compile_stamped
 
 
+def _keep_stamped(dispatcher: Any, function: Callable[..., Any]) -> Any:
+    # Not there when numba is switched off or keeps no cache.
+    file: Any = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
+    if hasattr(file, "_source_stamp"):
+        own = Path(function.__code__.co_filename)
+        file._source_stamp = _STAMP if own.parent == _FOLDER else sources_stamp(own)
+        # Looked at before anything is unpickled: an index of other sources may name types that are no more.
+        file._version = f"{file._version} {file._source_stamp}"
+    return dispatcher
+
+
+def _serve_kernels(dispatcher: Any, function: Callable[..., Any], options: dict[str, Any]) -> None:
+    """Let other kernels call a twin without what only a call from Python needs, which takes long to compile.
+
+    The twin is compiled once for all integers: numba would do so for each constant that a caller writes, and once more
+    for int.
+    """
+    within = FunctionType(function.__code__, function.__globals__, function.__name__, function.__defaults__)
+    within.__qualname__ = f"{function.__qualname__}_within"  # its code is kept apart
+    within.__module__ = function.__module__
+    twin = _keep_stamped(njit(**{**options, "no_cpython_wrapper": True})(within), function)
+
+    def call_template(arguments: Any, keywords: Any) -> Any:
+        return twin.get_call_template(
+            tuple(types.unliteral(kind) for kind in arguments),
+            {name: types.unliteral(kind) for name, kind in keywords.items()},
+        )
+
+    dispatcher.get_call_template = call_template
+    dispatcher.get_overload = twin.get_overload
+
+
 compiled = _stamped(**_BORROWING)
 # Called once per contact point: dozens of shapes and strides to pass on each time.
 inlined = _stamped(**_BORROWING, forceinline=True)
-allocating = _stamped(**_ALLOCATING)
+allocating = _stamped(**ALLOCATING)
 # A part of its only caller, set apart to be read. Each function below another one is optimised once more with its
 # caller: near the top of the call tree that takes ten seconds.
 merged = _stamped(**_OPTIONS, inline="always")

@@ -62,27 +62,25 @@ def line_law(gears, meeting, carriers):
 
 
 @compiled
-def _meet(pair, windows, roll_position, z, room):
+def _meet(kinematics, gears, windows, roll_position, z, room):
     """Meeting in the section at z, whether it is inside both windows, and the law there."""
-    gears = pair.gears
-    meeting = closest_approach(pair.kinematics, gears, roll_position, 0.0, z, room.forward, room.back)
+    meeting = closest_approach(kinematics, gears, roll_position, 0.0, z, room.forward, room.back)
     inside = carry(gears, windows, meeting, room.carriers)
     return meeting, inside, line_law(gears, meeting, room.carriers)
 
 
 @compiled
-def section_deviation(gears, meeting, z, tooth_pair):
+def section_deviation(deviations, meeting, z, tooth_pair):
     """What both flanks deviate by where they meet in the section at z (mm), mm."""
-    pinion = flank_deviation(gears[0].deviation, meeting.pinion_roll, z, tooth_pair)
+    pinion = flank_deviation(deviations[0], meeting.pinion_roll, z, tooth_pair)
     # The wheel's teeth count against the pinion's.
-    return pinion + flank_deviation(gears[1].deviation, meeting.wheel_roll, z, -tooth_pair)
+    return pinion + flank_deviation(deviations[1], meeting.wheel_roll, z, -tooth_pair)
 
 
 @compiled
-def sections_alike(pair):
+def sections_alike(kinematics, gears):
     """Whether undeformed flanks meet in the same way in all sections."""
-    kinematics = pair.kinematics
-    return kinematics.slope_x == 0.0 and kinematics.slope_y == 0.0 and pair.gears[0].twist == 0.0
+    return kinematics.slope_x == 0.0 and kinematics.slope_y == 0.0 and gears[0].twist == 0.0
 
 
 @compiled
@@ -94,20 +92,20 @@ def search_line(pair, reach, p, lead, moved, largest_gap, count, room):
     gap. Listed are the tangent stiffness and the gap that, times it, gives the load: a Newton step on these is the
     exact tangent of the nonlinear law.
     """
-    kinematics, windows = pair.kinematics, reach.windows[p]
+    kinematics, gears, windows = pair.kinematics, pair.gears, reach.windows[p]
     roll_position = reach.phi + reach.tooth_pair[p] * kinematics.pitch
     z, width = pair.sections.z, pair.sections.width
-    alike = sections_alike(pair)
+    alike = sections_alike(kinematics, gears)
     images = 2.0 if pair.scheme.mirrored else 1.0
     smallest, border = np.inf, False
-    meeting, inside, law = _meet(pair, windows, roll_position, z[0], room)
+    meeting, inside, law = _meet(kinematics, gears, windows, roll_position, z[0], room)
     for section in range(len(z)):
         if section > 0 and not alike:
-            meeting, inside, law = _meet(pair, windows, roll_position, z[section], room)
-        gap = meeting.gap + section_deviation(pair.gears, meeting, z[section], reach.tooth_pair[p])
+            meeting, inside, law = _meet(kinematics, gears, windows, roll_position, z[section], room)
+        gap = meeting.gap + section_deviation(pair.deviations, meeting, z[section], reach.tooth_pair[p])
         gap += meeting.lever * lead
         gap += 0.5 * meeting.lever_slope * max(lead - meeting.corner_lead, 0.0) ** 2
-        gap += gap_change(moved, pair, windows, meeting, room.carriers, section)
+        gap += gap_change(moved, gears, pair.sections, windows, meeting, room.carriers, section)
         smallest = min(smallest, gap)
         if gap >= largest_gap:
             continue
@@ -115,6 +113,9 @@ def search_line(pair, reach, p, lead, moved, largest_gap, count, room):
         load, slope = line_load(-gap, *law)
         effective = gap if gap >= 0.0 else -load / slope
         stiffness = images * slope * width[section]
-        list_point(pair, windows, meeting, room.carriers, section, 0, effective, stiffness, lead, count, room.points)
+        list_point(
+            gears, pair.sections, windows, meeting, room.carriers, section, 0, effective, stiffness, lead, count,
+            room.points,
+        )  # fmt: skip
         count += 1
     return Found(count, smallest, border)

@@ -123,14 +123,17 @@ class _Room(NamedTuple):
 
 
 @allocating
-def place_lines(phi, pair, reachable, components):
+def place_lines(phi, kinematics, gears, z, reachable, components):
     """Place the sections of all tooth pairs that can be in reach at some pinion angles.
 
     Parameters
     ----------
     phi : ndarray, shape (A,)
         rad.
-    pair : Pair
+    kinematics : Kinematics
+    gears : two Gear
+    z : ndarray, shape (S,)
+        Of the sections, mm.
     reachable : int
         Tooth pairs in reach at most: P.
     components : int
@@ -141,8 +144,8 @@ def place_lines(phi, pair, reachable, components):
     Lines
         With no flexibility ready.
     """
-    angles, sections = len(phi), len(pair.sections.z)
-    size, kinematics = reachable * sections, pair.kinematics
+    angles, sections = len(phi), len(z)
+    size = reachable * sections
     lines = Lines(
         np.zeros(angles, dtype=np.int64), np.zeros((angles, size)), np.zeros((angles, size)), np.zeros((angles, size)),
         np.zeros((angles, size)), np.zeros((angles, size)),
@@ -152,7 +155,7 @@ def place_lines(phi, pair, reachable, components):
     )  # fmt: skip
     forward, back = Motion(np.empty((3, 3)), np.empty(3)), Motion(np.empty((3, 3)), np.empty(3))
     carriers = Carriers(np.empty(2, dtype=np.int64), np.empty((2, 4)))
-    middle, alike = 0.5 * (kinematics.path_start + kinematics.path_end), sections_alike(pair)
+    middle, alike = 0.5 * (kinematics.path_start + kinematics.path_end), sections_alike(kinematics, gears)
     for i in range(angles):
         # As many pairs as can be in reach, about the middle of the path.
         first = int(np.ceil((middle - phi[i]) / kinematics.pitch - 0.5 * reachable))
@@ -164,14 +167,13 @@ def place_lines(phi, pair, reachable, components):
                 if s > 0 and alike:
                     _copy_section(lines, i, n)
                 else:
-                    _place_section(lines, i, n, pair, roll_position, pair.sections.z[s], forward, back, carriers)
+                    _place_section(lines, i, n, kinematics, gears, roll_position, z[s], forward, back, carriers)
     return lines
 
 
 @compiled
-def _place_section(lines, i, n, pair, roll_position, z, forward, back, carriers):
-    gears, parts, kinematics = pair.gears, lines.gradient.shape[3] // 4, pair.kinematics
-    section, margin = roll_position + gears[0].twist * z, 0.5 * kinematics.pitch
+def _place_section(lines, i, n, kinematics, gears, roll_position, z, forward, back, carriers):
+    parts, section, margin = lines.gradient.shape[3] // 4, roll_position + gears[0].twist * z, 0.5 * kinematics.pitch
     if section < kinematics.path_start - margin or section > kinematics.path_end + margin:
         # So far beyond the path a corner would meet the mate's other side.
         lines.gap[i, n], lines.lever[i, n], lines.mate_lever[i, n] = np.inf, -gears[0].base_radius, gears[1].base_radius
@@ -310,9 +312,8 @@ def solve_lines(lines, deviation, drives, held, rate, width, compliance, results
     )  # fmt: skip
     row = np.empty(lines.gradient.shape[3])
     for i in range(len(lines.first_pair)):
-        room.free[:] = lines.gap[i]
-        if len(deviation) > 0:
-            room.free[:] += deviation[i]
+        for n in range(size):
+            room.free[n] = lines.gap[i, n] + (deviation[i, n] if len(deviation) > 0 else 0.0)
         for d in range(len(drives)):
             force = results.force[d, i]
             lead, steps, converged = _solve(lines, i, drives[d], held, rate, width, compliance, force, row, room)

@@ -272,15 +272,18 @@ def search_pair(scheme, facing, nodes, largest_gap, feet, count, points):
     columns, rows = len(facing.across), facing.slave[ELEMENT_ROWS] * scheme.lodm_profile + 1
     x, row_of_points = np.empty(3), np.empty((columns, 3))
     visit = Visit(np.empty(columns, dtype=np.int64), np.empty(columns, dtype=np.bool_), np.full(columns, np.inf))
+    lowest, highest = rows, 0
     for column in range(columns):
-        visit.start[column] = min(max(int(round(facing.slave_centre[column] * scheme.lodm_profile)), 0), rows - 1)
+        start = min(max(int(round(facing.slave_centre[column] * scheme.lodm_profile)), 0), rows - 1)
+        visit.start[column], lowest, highest = start, min(lowest, start), max(highest, start)
     smallest, border = np.inf, False
     for direction in (1, -1):
         for column in range(columns):
             visit.going[column] = _faces_master(facing, column)
-        row = visit.start.min() if direction == 1 else visit.start.max() - 1
+        row = lowest if direction == 1 else highest - 1
         if direction == -1:
-            visit.start[:] -= 1
+            for column in range(columns):
+                visit.start[column] -= 1
         while 0 <= row < rows and visit.going.any():
             found = _search_row(
                 row, direction, scheme, facing, grid, largest_gap, feet, visit, foot, x, row_of_points, count, points

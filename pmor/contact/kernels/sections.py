@@ -213,14 +213,14 @@ def carry(gears, windows, meeting, carriers):
 
 
 @compiled
-def gap_change(moved, pair, windows, meeting, carriers, section):
+def gap_change(moved, gears, sections, windows, meeting, carriers, section):
     """Change of the gap (mm) by the displacements `moved`, shape (nodes, 3), in a section."""
-    change, shares = 0.0, pair.sections.share
+    change, shares = 0.0, sections.share
     for gear in range(2):
         window, (x, y, z) = windows[gear], opening_of(meeting, gear)
-        first, columns = window[FIRST_ROW] - window[FIRST], pair.gears[gear].nodes.shape[1]
+        first, columns = window[FIRST_ROW] - window[FIRST], gears[gear].nodes.shape[1]
         for a in range(4):
-            row = window[OFFSET] + (carriers.row[gear] + a - first) * columns + pair.sections.column[gear, section]
+            row = window[OFFSET] + (carriers.row[gear] + a - first) * columns + sections.column[gear, section]
             for b in range(shares.shape[2]):
                 weight = carriers.weight[gear, a] * shares[gear, section, b]
                 if weight != 0.0:
@@ -230,21 +230,21 @@ def gap_change(moved, pair, windows, meeting, carriers, section):
 
 
 @compiled
-def list_point(pair, windows, meeting, carriers, section, slave, gap, stiffness, lead, count, points):
+def list_point(gears, sections, windows, meeting, carriers, section, slave, gap, stiffness, lead, count, points):
     """Write a point of a section into the list; `lead` is how much further than in the meeting the pinion is, rad."""
     points.gap[count], points.stiffness[count] = gap, stiffness
     points.lever[count] = meeting.lever + meeting.lever_slope * max(lead - meeting.corner_lead, 0.0)
     points.mate_lever[count] = meeting.mate_lever
-    place, shares, n = points.place, pair.sections.share, 0
+    place, shares, n = points.place, sections.share, 0
     for side in range(2):
         gear = slave ^ side
         window, (x, y, z) = windows[gear], opening_of(meeting, gear)
-        first, columns = window[FIRST_ROW] - window[FIRST], pair.gears[gear].nodes.shape[1]
+        first, columns = window[FIRST_ROW] - window[FIRST], gears[gear].nodes.shape[1]
         for a in range(4):
             row = min(carriers.row[gear] + a - first, window[NODE_ROWS] - 1)
             for b in range(shares.shape[2]):
                 # A cubic over few columns has shares of 0 behind the last one.
-                column = min(pair.sections.column[gear, section] + b, columns - 1)
+                column = min(sections.column[gear, section] + b, columns - 1)
                 weight = carriers.weight[gear, a] * shares[gear, section, b]
                 points.node[count, n] = window[OFFSET] + row * columns + column
                 points.weight[count, n, 0], points.weight[count, n, 1] = weight * x, weight * y

@@ -16,7 +16,7 @@ def _strip_gap(moved, pair, windows, slave, u, motion, column, carriers):
     """Gap of the slave's point at roll angle u in a section, whether both windows hold the point, and the meeting."""
     meeting = involute_foot(pair.gears, slave, u, motion)
     inside = carry(pair.gears, windows, meeting, carriers)
-    change = gap_change(moved, pair, windows, meeting, carriers, column)
+    change = gap_change(moved, pair.gears, pair.sections, windows, meeting, carriers, column)
     return meeting.gap + change, inside, meeting
 
 
@@ -83,7 +83,9 @@ def _list_piece(moved, pair, windows, slave, low, high, motion, column, penalty,
         # An element of the involute's length is r_b u du.
         length = 0.5 * (high - low) * scheme.gauss_weights[a] * gears[slave].base_radius * u
         stiffness = penalty * length * pair.sections.width[column]
-        list_point(pair, windows, meeting, carriers, column, slave, gap, stiffness, 0.0, count, room.points)
+        list_point(
+            gears, pair.sections, windows, meeting, carriers, column, slave, gap, stiffness, 0.0, count, room.points
+        )
         count += 1
     return count
 

@@ -14,7 +14,6 @@ from pmor.contact.kernels.newton import Solution, solve_state
 from pmor.contact.kernels.search import search_room
 from pmor.contact.kernels.shapes import cubic_weights, gather_members, member_slots
 from pmor.contact.kernels.state import Drive, Position, Work
-from pmor.contact.kernels.types import NODAL
 from pmor.contact.kernels.windows import load_windows, place_windows
 
 
@@ -31,8 +30,8 @@ class Settings(NamedTuple):
         Tooth pairs that can be in reach at most: P.
     approach_rate : float
         Approach of the flanks to expect per torque, mm / (N mm), or per lead, mm / rad.
-    margin, standing_depth : float
-        Windows are cut for the depth margin x largest approach + standing depth (mm).
+    depth : float
+        Approach for which windows are cut, mm.
     clearance : float
         Share of the depth that counts as clear.
     max_steps : int
@@ -44,8 +43,7 @@ class Settings(NamedTuple):
     recorded: bool
     reachable: int
     approach_rate: float
-    margin: float
-    standing_depth: float
+    depth: float
     clearance: float
     max_steps: int
     tolerance: float
@@ -62,6 +60,8 @@ class Results(NamedTuple):
     converged : ndarray of bool, shape (D, angles)
     pair : ndarray of int, shape (angles, P)
         Tooth pairs in reach.
+    members : ndarray of int, shape (angles,)
+        How many shapes are.
     pair_torque : ndarray, shape (D, angles, P)
         Torque on the pinion that each of them carries, N mm; 0 beyond their number.
     slope : ndarray, shape (D, angles)
@@ -76,6 +76,7 @@ class Results(NamedTuple):
     steps: IntArray
     converged: BoolArray
     pair: IntArray
+    members: IntArray
     pair_torque: FloatArray
     slope: FloatArray
     amplitude: FloatArray
@@ -128,8 +129,8 @@ def place_position(phi, depth, pair, family, reachable, clearance):
     reach, nodes = place_windows(phi, depth, clearance * depth, reachable, pair.kinematics, pair.gears)
     members = gather_members(pair, reach, nodes, family)
     undeformed = np.zeros((nodes, 3))
-    if pair.scheme.kind == NODAL:
-        load_windows(reach, pair.gears, undeformed)
+    if not pair.scheme.exact:
+        load_windows(reach, pair.gears, pair.deviations, undeformed)
     room, size = search_room(pair, reach), members.size
     points, vectors, matrices = len(room.points.gap), np.empty((5, size + 1)), np.empty((2, size + 1, size + 1))
     work = Work(
@@ -206,6 +207,14 @@ def _remember_position(reach, converged, neighbour):
 
 
 @compiled
+def _record_amplitudes(t, i, amplitude, out):
+    # Singly: numba takes seconds to compile what could go wrong between arrays of different shapes.
+    for p in range(amplitude.shape[1]):
+        for slot in range(amplitude.shape[2]):
+            out[t, i, p, slot] = amplitude[t, p, slot]
+
+
+@compiled
 def _pair_torques(count, points, out):
     for n in range(count):
         force = points.stiffness[n] * min(points.gap[n], 0.0)
@@ -242,7 +251,7 @@ def sweep_reduced(phi, drives, pair, family, compliance, settings, results):
     )  # fmt: skip
     loads, filled = empty_loads(16 * count * len(phi) if settings.recorded else 0), 0
     for i in range(len(phi)):
-        depth = settings.margin * settings.approach_rate * max(drives.max(), 0.0) + settings.standing_depth
+        depth = settings.depth
         while True:
             position = place_position(phi[i], depth, pair, family, reachable, settings.clearance)
             border, coordinates, end = False, np.zeros(position.members.size), filled
@@ -258,7 +267,7 @@ def sweep_reduced(phi, drives, pair, family, compliance, settings, results):
                         solution.listed, pair, position, coordinates, compliance
                     )
                 if settings.recorded:
-                    results.amplitude[t, i] = neighbour.amplitude[t]
+                    _record_amplitudes(t, i, neighbour.amplitude, results.amplitude)
                     loads = with_room(loads, end + solution.listed)
                     results.load_first[t, i] = end
                     end = list_loads(
@@ -271,8 +280,9 @@ def sweep_reduced(phi, drives, pair, family, compliance, settings, results):
                 break
             depth *= 3.0
         filled = end
-        results.pair[i] = neighbour.tooth_pair[0] - 1
-        results.pair[i, : reach.pairs] = reach.tooth_pair[: reach.pairs]
+        results.members[i] = position.members.size
+        for p in range(reachable):
+            results.pair[i, p] = reach.tooth_pair[p] if p < reach.pairs else neighbour.tooth_pair[0] - 1
     return trimmed(loads, filled)
 
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from pmor.arrays import FloatArray, IntArray
-from pmor.contact.kernels.deviation import NO_DEVIATION, Deviation
+from pmor.contact.kernels.deviation import Deviation
 
 # A window: number of its first node among the nodes of all windows; rows of nodes; number of its first element row,
 # counted in the window; rows of elements; whether the first element row is the first of the flank, and the last the
@@ -22,9 +22,6 @@ OFFSET, NODE_ROWS, FIRST, ELEMENT_ROWS, AT_ROOT, AT_TIP, FIRST_ROW = range(7)
 
 # Half distances from a contact point to its neighbours.
 TO_ROOT, TO_TIP, TO_LOW_Z, TO_HIGH_Z = range(4)
-
-# Kinds of contact schemes.
-NODAL, STRIP, LINE = range(3)
 
 
 class Kinematics(NamedTuple):
@@ -102,8 +99,6 @@ class Gear(NamedTuple):
     twist : float
         Rotation of the transverse section per length along +z, rad/mm; 0 for spur gears, of opposite signs on the two
         gears of a helical pair.
-    deviation : Deviation
-        Of its flanks from the involute helicoid that the nodes lie on.
     """
 
     nodes: FloatArray
@@ -116,16 +111,58 @@ class Gear(NamedTuple):
     line_compliance: float
     line_constant: FloatArray
     twist: float
-    deviation: Deviation = NO_DEVIATION
 
 
-class Scheme(NamedTuple):
-    """How contact is evaluated.
+class LineScheme(NamedTuple):
+    """Contact as one line load for each section.
+
+    Each scheme has a type of its own, so that only its own kernels are compiled.
 
     Attributes
     ----------
-    kind : int
-        `NODAL`, `STRIP` or `LINE`.
+    exact : bool
+        The flanks are involutes, not surfaces through nodes: true.
+    mirrored : bool
+        The last column lies in a plane of symmetry z = const, behind which the flank goes on: each contact point stands
+        for its mirror image too.
+    """
+
+    exact: bool
+    mirrored: bool
+
+
+class StripScheme(NamedTuple):
+    """Contact as penalty pressure over the strips in which exact flanks overlap.
+
+    Attributes
+    ----------
+    exact, mirrored : bool
+        See `LineScheme`.
+    penalty : float
+        N/mm^3.
+    pinion_share : float
+        Share of the penalty with which the pinion is the slave; negative: the gear whose tip is nearer is.
+    gauss_points, gauss_weights : ndarray
+        On [-1, 1].
+    """
+
+    exact: bool
+    mirrored: bool
+    penalty: float
+    pinion_share: float
+    gauss_points: FloatArray
+    gauss_weights: FloatArray
+
+
+class NodalScheme(NamedTuple):
+    """Contact of refined surface points under the penalty law.
+
+    Attributes
+    ----------
+    exact : bool
+        False.
+    mirrored, penalty, pinion_share
+        See `StripScheme`.
     lodm_profile, lodm_width : int
         Subdivisions of an element along the profile and the width.
     smooth : bool
@@ -135,31 +172,20 @@ class Scheme(NamedTuple):
     parabolic : bool
         At the edges of the flank: normals from one-sided parabolas instead of the paper's plain average over the
         concurrent elements, which is one-sided there and wrong by half an element's turn.
-    mirrored : bool
-        The last column lies in a plane of symmetry z = const, behind which the flank goes on: each contact point stands
-        for its mirror image too.
-    penalty : float
-        N/mm^3.
     foot_step : float
         Last step to the foot of a point, in elements.
-    pinion_share : float
-        Share of the penalty with which the pinion is the slave; negative: the gear whose tip is nearer is.
-    gauss_points, gauss_weights : ndarray
-        On [-1, 1], for strips.
     """
 
-    kind: int
+    exact: bool
+    mirrored: bool
+    penalty: float
+    pinion_share: float
     lodm_profile: int
     lodm_width: int
     smooth: bool
     direct: bool
     parabolic: bool
-    mirrored: bool
-    penalty: float
     foot_step: float
-    pinion_share: float
-    gauss_points: FloatArray
-    gauss_weights: FloatArray
 
 
 class Sections(NamedTuple):
@@ -184,12 +210,25 @@ class Sections(NamedTuple):
 
 
 class Pair(NamedTuple):
-    """A gear pair as the kernels see it; `sections` are empty for other schemes than line contact."""
+    """A gear pair as the kernels see it.
+
+    Attributes
+    ----------
+    kinematics : Kinematics
+    gears : two Gear
+        Their flanks are the involute helicoids that the nodes lie on.
+    scheme : LineScheme, StripScheme or NodalScheme
+    sections : Sections or None
+        None for the nodal scheme.
+    deviations : two Deviation
+        Of the flanks of pinion and wheel from `gears`.
+    """
 
     kinematics: Kinematics
     gears: tuple[Gear, Gear]
-    scheme: Scheme
-    sections: Sections
+    scheme: LineScheme | StripScheme | NodalScheme
+    sections: Sections | None
+    deviations: tuple[Deviation, Deviation]
 
 
 class Reach(NamedTuple):

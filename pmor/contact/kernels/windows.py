@@ -112,7 +112,7 @@ def place_windows(phi, depth, clear, reachable, kinematics, gears):
 
 
 @compiled
-def load_windows(reach, gears, out):
+def load_windows(reach, gears, deviations, out):
     """Fill `out`, shape (nodes, 3), with the undeformed nodes of all windows (mm), where the flanks deviate to."""
     for p in range(reach.pairs):
         for gear in range(2):
@@ -123,14 +123,15 @@ def load_windows(reach, gears, out):
                 for k in range(nodes.shape[1]):
                     for d in range(3):
                         out[window[OFFSET] + i * nodes.shape[1] + k, d] = nodes[low + i, k, d]
-                    _deviate(gears[gear], low + i, tooth, out[window[OFFSET] + i * nodes.shape[1] + k])
+                    node = out[window[OFFSET] + i * nodes.shape[1] + k]
+                    _deviate(gears[gear], deviations[gear], low + i, tooth, node)
 
 
 @compiled
-def _deviate(gear, row, tooth, node):
+def _deviate(gear, deviation, row, tooth, node):
     """Move a node into the material, along the involute's normal in its transverse section."""
-    if gear.deviation.present:
-        amount = flank_deviation(gear.deviation, gear.roll[row], node[2], tooth)
+    if deviation.present:
+        amount = flank_deviation(deviation, gear.roll[row], node[2], tooth)
         angle = gear.half_angle - gear.roll[row] + gear.twist * node[2]  # see `sections`
         node[0] += amount * np.cos(angle)
         node[1] += amount * np.sin(angle)

@@ -23,7 +23,7 @@ from pmor.storage.basis_file import read_basis
 from pmor_online.compare import training_failures
 from pmor_online.errors import estimate_errors
 from pmor_online.model import ReducedPair, online_angles, reduced_pair, unseen_angles
-from pmor_online.sweep import sweep_reduced_pair
+from pmor_online.sweep import largest_size, sweep_reduced_pair
 
 
 def reference_member(case: Case, study: Study, jobs: int) -> dict[str, Any]:
@@ -63,7 +63,7 @@ def grid_cell(case: Case, study: Study, store: ModelStore, basis_path: Path, job
         "comparison": comparison,
         "training_failures": training_failures(training),
         "flank_unknowns": int(model.pinion.compliance.shape[1]),
-        "rom_size": reduced.size,
+        "rom_size": largest_size(reduced),
         "basis_mib": basis_path.stat().st_size / 2**20,
         "n_angles_trained": len(training.phi),
         "n_torques_trained": len(training.torque),
@@ -95,7 +95,7 @@ def trainings(
                 "n_torques_trained": len(torques),
                 "rom_vs_full_ste_max_rel": comparison["max_rel"],
                 "rom_vs_full_ste_rms_rel": comparison["rms_rel"],
-                "rom_size": reduced.size,
+                "rom_size": largest_size(reduced),
                 "basis_mib": path.stat().st_size / 2**20,
                 "training_failures": training_failures(reduced.basis.training),
                 "training_s": offline.seconds,
