@@ -19,6 +19,7 @@ from pmor.contact.condition import PLAIN, Built, Condition, at_leads, common_axe
 from pmor.contact.flank import MeshedPair
 from pmor.contact.kernels.deviation import Deviation
 from pmor.contact.kernels.line_loads import LineResults, Lines, line_deviations, solve_lines
+from pmor.contact.position import place_sections
 from pmor.results.force_law import ForceLaw
 from pmor.results.loads import ContactLoads, SweepStates
 from pmor.results.sweep import SteSweep
@@ -79,7 +80,7 @@ def sweep_line_loads(
 
 def sections_near(reduced: ReducedPair, phi: FloatArray, condition: Condition) -> int:
     """Return how many sections, at most over the angles, come within the approach that a torque makes expect."""
-    gap = reduced.lines_at(phi, condition.built.axes).gap
+    gap = place_sections(reduced.meshed, phi, condition.built.axes, reduced.components).gap
     near = gap - gap.min(axis=1, keepdims=True) < reduced.meshed.expected_approach(condition.given_torque)
     return int(near.sum(axis=1).max())
 
@@ -148,7 +149,7 @@ def _solve(
     cases = _cases(reduced.meshed, conditions)
 
     def solve(block: slice) -> tuple[Lines, LineResults]:
-        lines = reduced.lines_at(angles[block], axes)
+        lines = place_sections(reduced.meshed, angles[block], axes, reduced.components)
         found = _solve_block(reduced, lines, cases, len(conditions), conditions[0].torque is None)
         nothing = np.empty((0, 0, 0))
         return lines._replace(gradient=np.empty((0, 0, 0, 0)), flexibility=nothing), found

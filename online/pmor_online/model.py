@@ -12,12 +12,10 @@ import numpy as np
 from pmor.arrays import FloatArray
 from pmor.case import Case
 from pmor.case.width import mirrors_at_mid_width
-from pmor.contact.condition import Axes
 from pmor.contact.elasticity import ReducedElasticity
 from pmor.contact.flank import MeshedPair
-from pmor.contact.kernels.line_loads import Lines, place_lines
 from pmor.contact.kernels.state import Family, GearLines, PositionShapes
-from pmor.contact.position import Position, pairs_in_reach
+from pmor.contact.position import Position
 from pmor.contact.solve import ElasticityAt
 from pmor.pair.model import assemble_pair, gear_pair
 from pmor.reduction.basis import Basis
@@ -102,13 +100,6 @@ class ReducedPair:
         """What the error estimate needs, for the kernel; of length 0 where the basis does not hold it."""
         none = np.empty((0, 0, 0))
         return self.basis.compliance.gears if self.basis.compliance else (none, none)
-
-    def lines_at(self, phi: FloatArray, axes: Axes) -> Lines:
-        """Return the sections of line loads at pinion angles (rad), with the wheel's axis in a place."""
-        meshed = self.meshed
-        reach, z = pairs_in_reach(meshed), meshed.sections.z
-        lines: Lines = place_lines(phi, meshed.kinematics(axes), meshed.gears, z, reach, self.components)
-        return lines
 
 
 def reduced_pair(basis: Basis) -> ReducedPair:

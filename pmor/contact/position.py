@@ -16,6 +16,7 @@ from pmor.arrays import FloatArray, IntArray
 from pmor.contact.condition import ALIGNED, PLAIN, Axes, Built
 from pmor.contact.flank import MeshedPair
 from pmor.contact.kernels import motion, windows
+from pmor.contact.kernels.line_loads import Lines, place_lines
 from pmor.contact.kernels.types import AT_ROOT, AT_TIP, FIRST, FIRST_ROW, NODE_ROWS, OFFSET, Motion, Pair, Reach
 
 
@@ -111,6 +112,28 @@ def pairs_in_reach(meshed: MeshedPair) -> int:
     """Return the largest number of tooth pairs that can be in reach together."""
     # The overshoot on either side of the path of contact is at most half a pitch (`windows.overshoot`).
     return math.floor(meshed.pair.total_contact_ratio + 1.0) + 1
+
+
+def place_sections(meshed: MeshedPair, phi: FloatArray, axes: Axes = ALIGNED, components: int = 2) -> Lines:
+    """Place the sections of all tooth pairs that can be in reach, for line loads.
+
+    Parameters
+    ----------
+    meshed : MeshedPair
+        With surface layers.
+    phi : ndarray, shape (n,)
+        Pinion angles, rad.
+    axes : Axes
+    components : int
+        Of displacement: 2 without, 3 with those along the axis.
+
+    Returns
+    -------
+    Lines
+    """
+    reach, z = pairs_in_reach(meshed), meshed.sections.z
+    lines: Lines = place_lines(phi, meshed.kinematics(axes), meshed.gears, z, reach, components)
+    return lines
 
 
 def overshoot(meshed: MeshedPair, depth: float) -> float:

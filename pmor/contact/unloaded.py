@@ -14,8 +14,8 @@ import numpy as np
 from pmor.arrays import FloatArray
 from pmor.contact.condition import PLAIN, Built, Condition, common_axes
 from pmor.contact.flank import MeshedPair, SurfaceLayer
-from pmor.contact.kernels.line_loads import Lines, line_deviations, place_lines
-from pmor.contact.position import pairs_in_reach
+from pmor.contact.kernels.line_loads import Lines, line_deviations
+from pmor.contact.position import place_sections
 from pmor.results.sweep import SteSweep
 
 # Sections are placed for so many angles at a time: room is made for their flexibility, of which nothing is needed.
@@ -59,12 +59,12 @@ def unloaded_ste_um(meshed: MeshedPair, phi: FloatArray, built: Sequence[Built])
     """
     if not meshed.layers:  # sections are placed with the law of their load, which nothing rigid asks for
         meshed = replace(meshed, layers=(_layer(meshed.pinion.element_rows), _layer(meshed.wheel.element_rows)))
-    plain = meshed.for_kernels(Built(common_axes(built)))
+    axes = common_axes(built)
     deviations = [meshed.deviations(one) if one.modified else None for one in built]
     angles, lead = np.ascontiguousarray(phi, dtype=float), np.empty((len(built), len(phi)))
     for start in range(0, len(angles), ANGLES_PER_BLOCK):
         block = slice(start, start + ANGLES_PER_BLOCK)
-        lines = place_lines(angles[block], plain, pairs_in_reach(meshed), 2)
+        lines = place_sections(meshed, angles[block], axes)
         for number, flanks in enumerate(deviations):
             removed = np.zeros_like(lines.gap)
             if flanks is not None:
