@@ -89,7 +89,7 @@ def figures(result: OnlineResult) -> dict[str, Any]:
 
 def summary_rows(result: OnlineResult) -> list[tuple[str, float | int | None, str, str]]:
     """Return the summary in words: (label, value, unit, note)."""
-    s, comparison = figures(result), result.comparison
+    s, case, comparison = figures(result), result.reduced.basis.case, result.comparison
     rows = [
         ("STE mean", s["ste_mean_um"], "um", f"at {s['torque_Nm']:g} N m, over {s['n_angles']} angles of a pitch"),
         ("STE peak-to-peak", s["ste_peak_to_peak_um"], "um", ""),
@@ -97,7 +97,8 @@ def summary_rows(result: OnlineResult) -> list[tuple[str, float | int | None, st
         _known("STE ripple", s["ste_ripple_um"], "um", "about a quartic where one pair carries the load",
                f"needs {MIN_RIPPLE_POINTS} angles with one pair in contact"),
         _known("STE over torque", s["ste_torque_exponent"], "", "exponent; 1 is linear", "needs a second torque"),
-        _known("STE error bar, max", s["ste_error_estimate_max_um"], "um", "what the reduction costs, estimated online",
+        _known("STE error bar, max", s["ste_error_estimate_max_um"], "um", "what the reduction costs, estimated"
+               + ("; too long where rows of points come and go" if case.contact.kind == "nodal" else " online"),
                "none: line loads are exact" if result.reduced.basis.shapes is None
                else "needs [reduction] error_estimate = true"),
         ("reduced model size", s["rom_size"], "", "unknowns at most"),

@@ -12,6 +12,7 @@ from pmor.case.width import whole_width
 from pmor.contact.condition import ALIGNED, Axes, Condition, at_torques
 from pmor.contact.solve import solve_position
 from pmor.pair.model import elastic_model, mesh_model
+from pmor.pair.sweep import sweep_ste
 from pmor.reduction.error_estimate import discarded_energy, discarded_energy_slope
 from pmor_offline.gather import make_basis
 from pmor_offline.sampling import TrainingPosition, sobol_positions
@@ -133,6 +134,20 @@ def test_estimate_is_near_the_error_at_states_that_no_training_saw(tilted, least
     ratio = np.abs(estimate[counted] / true[counted])
     assert np.mean((ratio > 0.3) & (ratio < 5.0)) >= 0.95
     assert spearmanr(np.abs(estimate), np.abs(true)).statistic > 0.9
+
+
+@pytest.mark.parametrize(("scheme", "longest"), [("line", 1.1), ("strip", 3.0), ("direct", 40.0)])
+def test_the_longest_bar_covers_the_largest_error_and_is_so_much_longer_at_most(scheme, longest):
+    """Here 1.02, 1.7 and 3.8: a bar of points follows the row that comes to carry under a little more torque."""
+    case, model = setting(scheme)
+    meshed = model.mesh.meshed
+    phi = meshed.pair.pitch * (np.arange(30) + 0.3) / 30
+    sweep = sweep_reduced_pair(reduced_pair(poor_basis(scheme)), phi, at_torques(TORQUES))
+    exact = sweep_ste(meshed, model.elasticity_at, phi, at_torques(TORQUES))
+    error = np.abs(exact.ste_um - sweep.ste_um).max(axis=1)
+    bar = np.abs(sweep.ste_error_um).max(axis=1)
+    assert np.all(bar > 0.9 * error)
+    assert np.all(bar < longest * error)
 
 
 def test_a_trained_state_has_no_error_and_says_so():

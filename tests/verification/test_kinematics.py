@@ -1,10 +1,14 @@
 """The pair over the pitch: periodicity, windows, the rigid pair, and how loads approach it."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from pmor.case import change_case, load_case
 from pmor.contact.position import active_patches, overshoot, pairs_in_reach
+from pmor.pair.model import mesh_model
 from tests.gear_models import meshed_pair
 from tests.loaded_pair import DEPTH, PAIRS, SAME_STATE, TORQUE, Model, every_pair, rigid_lead
 
@@ -50,6 +54,15 @@ def test_rigid_pair_has_no_transmission_error():
     meshed = meshed_pair(pair, 64, 1, lodm_profile=8)
     lead = [rigid_lead(meshed, pair.roll_position_range[0] + share * pair.pitch) for share in np.linspace(0, 1, 13)]
     assert np.abs(lead).max() * pair.pinion.base_radius * 1e3 < 0.02
+
+
+@pytest.mark.parametrize(("elements", "most_um"), [(6, 5.0), (8, 1.5), (16, 0.4)])
+def test_without_load_coarse_patches_miss_the_involute_by_what_the_readme_says(elements, most_um):
+    case = load_case(Path(__file__).parents[2] / "cases" / "small_spur.toml")
+    meshed = mesh_model(change_case(case, mesh={"profile_elements": elements})).meshed
+    lead = [rigid_lead(meshed, meshed.pair.pitch * share) for share in np.arange(32) / 32]
+    ste_um = np.array(lead) * meshed.pair.pinion.base_radius * 1e3
+    assert 0.5 * most_um < np.abs(ste_um).max() < most_um
 
 
 def test_rigid_unequal_shifted_pair_has_no_transmission_error():
