@@ -49,6 +49,20 @@ def rng():
     return np.random.default_rng(20160919)
 
 
+@pytest.fixture
+def undrawn(monkeypatch):
+    """Pictures are empty where a test looks at what is around them: to draw one takes half a second."""
+    monkeypatch.setattr("pmor.report.style._picture_bytes", lambda figure, picture_format: b"")
+
+
+@pytest.fixture(scope="module")
+def few_candidates():
+    """A greedy training looks for the worst of a hundred states per dimension: which one it is no matter here."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("pmor_offline.adaptive.CANDIDATES_PER_DIMENSION", 96)
+        yield
+
+
 @pytest.fixture(scope="session")
 def small_models():
     """Function from the meshed width to the case and full FE of a small spur pair.

@@ -31,8 +31,8 @@ by factors of 10 and in sign on tilted axes, where (2) stayed within a factor of
 in the displacements. At a tip corner the levers turn with the lead, and the Hermite schemes transfer forces by bilinear
 shares that are not the derivative of their gaps: there it is an estimate. (2) is an estimate everywhere, with a sign.
 Points that have only just come to carry let r grow steeply with the torque until the row is complete, and (2) with it,
-while the STE goes on as before: on 6 x 2 elements up to 0.17 um where the largest error was 0.01 um. Lines do not come and
-go in rows: there (2) was within a third of the error.
+while the STE goes on as before: up to 0.17 um on 6 x 2 elements, where the largest error was 0.01 um. Lines do not come
+and go in rows: there (2) was within a third of the error.
 What full FE itself misses, by its mesh, is no part of either.
 """
 

@@ -196,7 +196,7 @@ STATES = 8  # four to begin with, four where the error estimate is largest
 
 
 @pytest.fixture(scope="module")
-def greedy(tiny):
+def greedy(tiny, few_candidates):
     """The same pair, whose training goes by the error estimate; no tolerance ends it before the budget does."""
     search = {"sampling": "greedy", "solves": STATES, "tolerance_percent": 1e-9}
     return parse_case(case_text(offline=search), "tiny", "tiny"), tiny[1]

@@ -1,5 +1,7 @@
 """`pmor reductions` from end to end on a tiny case, and what must be equal in it."""
 
+import contextlib
+import io
 import json
 from functools import partial
 
@@ -9,7 +11,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import pmor.lab.comparison.run
 from pmor.app.cli import main
-from pmor.case import parse_case
+from pmor.case import load_case, parse_case
 from pmor.jobs.offline import run_offline
 from pmor.lab.comparison.measure import build
 from pmor.lab.comparison.output import FILES, content
@@ -32,17 +34,24 @@ from pmor_online.model import reduced_pair
 from tests.small_case import case_text, fail_where
 from tests.stored_files import results_in
 
-pytestmark = pytest.mark.jit
+pytestmark = [pytest.mark.jit, pytest.mark.usefixtures("few_candidates")]
 
 # What the tolerance of the sweep leaves; measured: 5e-9 of STE and peak load.
 SWEEP = 1e-6
 FEW = {"states": 6, "repeats": 2, "most_solves": 32}
-TEXT = case_text(
-    mesh={"profile_elements": 6, "width_elements": 2},
-    contact={"scheme": "line"},
-    offline={"sampling": "greedy", "out_of_plane_um": [-10.0, 10.0], "solves": 24, "tolerance_percent": 0.3},
-    reduction={"distribution_tolerance": 0.01},
-)
+FEWEST = {"states": 3, "repeats": 1, "most_solves": 16}
+
+
+def text_of(solves):
+    return case_text(
+        mesh={"profile_elements": 6, "width_elements": 2},
+        contact={"scheme": "line"},
+        offline={"sampling": "greedy", "out_of_plane_um": [-10.0, 10.0], "solves": solves, "tolerance_percent": 0.3},
+        reduction={"distribution_tolerance": 0.01},
+    )
+
+
+TEXT = text_of(24)
 
 
 @pytest.fixture(scope="module")
@@ -56,23 +65,37 @@ def model(case):
 
 
 @pytest.fixture(scope="module")
-def compared(case, model, tmp_path_factory):
-    return compare_reductions(case, model, tmp_path_factory.mktemp("out"), jobs=2, **FEW)
+def finished(tmp_path_factory):
+    """What the command left and said, and the comparison that it made."""
+    folder, kept, said = tmp_path_factory.mktemp("reductions"), [], io.StringIO()
+    (folder / "tiny.toml").write_text(TEXT)
+
+    def comparing(*arguments):
+        kept.append(compare_reductions(*arguments, **FEW))
+        return kept[0]
+
+    with pytest.MonkeyPatch.context() as patch, contextlib.redirect_stdout(said):
+        patch.setattr(pmor.lab.comparison.run, "compare_reductions", comparing)
+        assert main(["reductions", str(folder / "tiny.toml"), "--out", str(folder / "out"), "--jobs", "2"]) == 0
+    return folder / "out", said.getvalue(), kept[0]
+
+
+@pytest.fixture(scope="module")
+def compared(finished):
+    return finished[2]
 
 
 @pytest.fixture
 def case_path(tmp_path, monkeypatch):
-    monkeypatch.setattr(pmor.lab.comparison.run, "compare_reductions", partial(compare_reductions, **FEW))
+    """A case with the fewest solves, of which no picture is drawn."""
+    monkeypatch.setattr(pmor.lab.comparison.run, "compare_reductions", partial(compare_reductions, **FEWEST))
     path = tmp_path / "tiny.toml"
-    path.write_text(TEXT)
+    path.write_text(text_of(16))
     return path
 
 
-def test_the_command_leaves_numbers_page_and_pictures(case_path, capsys):
-    out = case_path.parent / "out"
-    code = main(["reductions", str(case_path), "--out", str(out)])
-    text = capsys.readouterr().out
-    assert code == 0, text
+def test_the_command_leaves_numbers_page_and_pictures(finished):
+    out, text, _ = finished
     pictures = {"error_run_time.png", "decay.png", "estimate.png"}
     assert results_in(out) == {"reductions.json", "reductions.md", "reductions.html", *pictures} == set(FILES)
     found = json.loads((out / "reductions.json").read_text())
@@ -167,7 +190,7 @@ def test_nested_trainings_are_those_of_the_smaller_ones(case, model):
     assert_array_equal([s.ste_um for s in few.snapshots], [s.ste_um for s in many.first(6).snapshots])
 
 
-def test_an_interrupted_run_goes_on_where_it_stopped(case_path, capsys, monkeypatch):
+def test_an_interrupted_run_goes_on_where_it_stopped(case_path, capsys, monkeypatch, undrawn):
     genuine, measured, out = pmor.lab.comparison.run.worth, [], case_path.parent / "out"
 
     def counting(reduction, truth):
@@ -195,8 +218,10 @@ def test_an_unusable_folder_is_refused_before_anything_is_solved(case_path, caps
     assert "cannot create the folder" in capsys.readouterr().err
 
 
-def test_states_that_do_not_converge_are_named_and_end_with_exit_code_3(case_path, capsys, monkeypatch, compared):
-    out, bad = case_path.parent / "out", float(compared.truth.states.phi[2])
+def test_states_that_do_not_converge_are_named_and_end_with_exit_code_3(case_path, capsys, monkeypatch, model, undrawn):
+    few = load_case(case_path)
+    states = unseen_states(few.offline, model.mesh.meshed.pair, FEWEST["states"])
+    out, bad = case_path.parent / "out", float(states.phi[2])
     fail_where(lambda phi, torque: phi == bad, monkeypatch)
     assert main(["reductions", str(case_path), "--out", str(out)]) == 3
     captured = capsys.readouterr()

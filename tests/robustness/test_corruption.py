@@ -1,6 +1,6 @@
 """Files that are damaged, foreign, of another version or of another case: refused, each in its own words.
 
-    pytest -s tests/robustness/test_corruption.py          # hundreds of damages, half a minute
+    pytest -s tests/robustness/test_corruption.py          # two hundred damages, some seconds
     pytest -s -m slow tests/robustness/test_corruption.py  # thousands of random ones
 """
 
@@ -20,7 +20,7 @@ from pmor.storage.snapshot_file import read_snapshots, write_snapshots
 from tests.robustness.refusals import check, edit, no_hang
 from tests.small_case import case_text
 
-FLIPS, SECTORS, LENGTHS = 125, 50, 60
+FLIPS, SECTORS, LENGTHS = 60, 25, 30
 
 
 def some_snapshots(rng):

@@ -210,7 +210,7 @@ def test_results_go_to_a_folder_named_after_the_case(out, tmp_path, monkeypatch)
 # --- what did not converge -------------------------------------------------------------------------------------------
 
 
-def test_a_failed_position_ends_with_3_and_is_named(out, tmp_path, monkeypatch, capsys):
+def test_a_failed_position_ends_with_3_and_is_named(out, tmp_path, monkeypatch, capsys, undrawn):
     seen = []
 
     def first_angle(phi, torque):
@@ -227,7 +227,7 @@ def test_a_failed_position_ends_with_3_and_is_named(out, tmp_path, monkeypatch, 
     assert message in (out / "report.html").read_text()
 
 
-def test_a_reduced_position_that_fails_is_an_empty_field(out, tmp_path, monkeypatch, capsys):
+def test_a_reduced_position_that_fails_is_an_empty_field(out, tmp_path, monkeypatch, capsys, undrawn):
     import pmor_online.run
     from pmor_online.sweep import sweep_reduced_pair
 
@@ -266,7 +266,7 @@ def test_training_that_fails_is_not_passed_over_in_silence(tmp_path, monkeypatch
 # --- offline, online, compare, info ----------------------------------------------------------------------------------
 
 
-def test_offline_then_online(tmp_path, monkeypatch, capsys):
+def test_offline_then_online(tmp_path, monkeypatch, capsys, undrawn):
     monkeypatch.chdir(tmp_path)
     basis = tmp_path / "new" / "basis.h5"
     assert main(["offline", write_case(tmp_path), "-o", str(basis)]) == 0

@@ -52,6 +52,13 @@ def alone(compared):
     return replace(compared, comparison=None)
 
 
+def page_only(result):
+    """The result of a case that asks for no files of pictures."""
+    basis = result.reduced.basis
+    case = replace(basis.case, output=replace(basis.case.output, plots=False))
+    return replace(result, reduced=replace(result.reduced, basis=replace(basis, case=case)))
+
+
 def with_failures(result, where):
     """The result with positions of the reduced sweep that did not converge."""
     sweep = result.sweep
@@ -160,7 +167,7 @@ def test_a_torque_at_which_nothing_converges_gives_nulls_not_numbers(compared, t
     assert found["ste_mean_um"] is None
     assert found["ste_peak_to_peak_um"] is None
     assert found["ste_ripple_um"] is None
-    write_pages(failed, None, tmp_path)
+    write_pages(page_only(failed), None, tmp_path)
     assert "did not converge" in (tmp_path / "report.html").read_text()
 
 
@@ -172,7 +179,7 @@ def test_full_fe_that_fails_leaves_gaps_in_the_comparison(compared, tmp_path):
                                                   replace(full, ste_um=ste, converged=converged)))  # fmt: skip
     error = compared.comparison.relative_error
     assert gap.comparison.max_relative_error == np.abs(np.delete(error.ravel(), 1)).max()
-    write_pages(gap, None, tmp_path)
+    write_pages(page_only(gap), None, tmp_path)
 
 
 @pytest.mark.parametrize("rows", [[0], [0, 1]], ids=["one torque", "all"])
@@ -276,7 +283,7 @@ def test_pictures_show_what_there_is(compared, alone, small_model):
 
 
 @pytest.mark.parametrize(("plots", "report"), [(False, False), (True, False), (False, True)])
-def test_switches_leave_out_what_is_not_wanted(plots, report, alone, tmp_path):
+def test_switches_leave_out_what_is_not_wanted(plots, report, alone, tmp_path, undrawn):
     basis = alone.reduced.basis
     output = replace(basis.case.output, plots=plots, report=report)
     case = replace(basis.case, output=output)
@@ -295,7 +302,7 @@ def test_every_column_and_key_that_a_run_writes_is_documented(alone, tmp_path):
     assert [name for name in (*columns, *keys) if f"`{name}`" not in text] == []
 
 
-def test_pictures_come_in_the_formats_that_the_case_asks_for(alone, tmp_path):
+def test_pictures_come_in_the_formats_that_the_case_asks_for(alone, tmp_path, undrawn):
     basis = alone.reduced.basis
     case = replace(basis.case, output=replace(basis.case.output, format=("svg", "pdf")))
     write_pages(replace(alone, reduced=replace(alone.reduced, basis=replace(basis, case=case))), None, tmp_path)
@@ -310,10 +317,7 @@ def test_pictures_come_in_the_formats_that_the_case_asks_for(alone, tmp_path):
 
 
 def test_report_is_one_file_with_the_figures_of_the_trade(compared, small_model, tmp_path):
-    case = compared.reduced.basis.case
-    only_page = replace(case, output=replace(case.output, plots=False))
-    basis = replace(compared.reduced.basis, case=only_page)
-    write_pages(replace(compared, reduced=replace(compared.reduced, basis=basis)), small_model[1].mesh.pinion, tmp_path)
+    write_pages(page_only(compared), small_model[1].mesh.pinion, tmp_path)
     page = (tmp_path / "report.html").read_text()
     assert page.count("data:image/png;base64,") == 6
     assert "ISO 6336" in page
