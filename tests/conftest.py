@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 import tempfile
+from contextlib import ExitStack
 from functools import cache
 
 from pmor.threads import use_one_thread
@@ -34,14 +35,16 @@ def pytest_configure(config):
     from tests.small_case import case_text
 
     config.get_terminal_writer().line("compiling the kernels, once for all workers")
-    with tempfile.TemporaryDirectory() as folder:
-        path = os.path.join(folder, "tiny.toml")
-        with open(path, "w") as file:
-            file.write(case_text(output={"plots": False, "report": False}))
-        subprocess.run(
-            [sys.executable, "-m", "pmor", "run", path, "--out", folder],
-            env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}, capture_output=True, check=False,
-        )  # fmt: skip
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    with tempfile.TemporaryDirectory() as folder, ExitStack() as running:
+        for scheme in ("direct", "line"):
+            path = os.path.join(folder, f"{scheme}.toml")
+            with open(path, "w") as file:
+                file.write(case_text(contact=None, reduction=None, output={"plots": False, "report": False}))
+                file.write(f'[contact]\nscheme = "{scheme}"\n')
+            command = [sys.executable, "-m", "pmor", "run", path, "--out", os.path.join(folder, scheme)]
+            quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+            running.enter_context(subprocess.Popen(command, env=environment, **quiet))
 
 
 @pytest.fixture

@@ -16,6 +16,7 @@ from pathlib import Path
 from pmor.case import Case, other_models
 from pmor.errors import CaseError, ConvergenceError, FileFormatError, GeometryError, MeshError, OutputError
 from pmor.jobs import offline
+from pmor.jobs.kernels import kernels_beside
 from pmor.jobs.online import run_online
 from pmor.pair.model import ElasticModel, MeshModel, mesh_model, model_of_solved
 from pmor.reduction.basis import Basis
@@ -108,12 +109,16 @@ def run_models(
     def run(case: Case, model: ElasticModel, name: str) -> OnlineResult:
         return _run_model(case, model, folder / name, bases.get(name), jobs, overwrite, common)
 
-    own, found = run(case, model, OWN_BASIS), list[OnlineResult | LostModel]()
-    for other in others:
-        try:
-            found.append(run(other.case, model_of_solved(other.case, other.mesh, model), other.basis_name))
-        except ConvergenceError as error:  # the others have their results
-            found.append(LostModel(other.case, str(error)))
+    found = list[OnlineResult | LostModel]()
+    with kernels_beside(case) as wait:
+        own = run(case, model, OWN_BASIS)
+        if others:
+            wait()
+        for other in others:
+            try:
+                found.append(run(other.case, model_of_solved(other.case, other.mesh, model), other.basis_name))
+            except ConvergenceError as error:  # the others have their results
+                found.append(LostModel(other.case, str(error)))
     return replace(own, others=tuple(found))
 
 

@@ -145,7 +145,7 @@ def test_compilation_is_announced_once_with_how_long_it_takes(caplog, monkeypatc
             ends.on_end(compilation)
             ends.on_end(compilation)
     assert caplog.messages == [
-        "compiling the kernels of contact, once after each installation: one to two minutes in all"
+        "compiling the kernels of contact, once after each installation: up to two minutes in all"
     ]
 
 

@@ -96,9 +96,9 @@ class _Announcement(event.Listener):
         if self._seconds:
             return f"compiling more kernels ({self._seconds:.0f} s so far)"
         if can_keep():
-            return "compiling the kernels of contact, once after each installation: one to two minutes in all"
+            return "compiling the kernels of contact, once after each installation: up to two minutes in all"
         return (
-            "compiling the kernels of contact, at each start: one to two minutes; they are kept where NUMBA_CACHE_DIR "
+            "compiling the kernels of contact, at each start: up to two minutes; they are kept where NUMBA_CACHE_DIR "
             "names a folder that can be written to"
         )
 

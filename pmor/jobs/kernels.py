@@ -1,0 +1,93 @@
+"""Kernels compiled by a second process while the first one is at other work: a fresh machine's first run waits less.
+
+Nothing depends on it: what the second process has not compiled, the first one compiles when it comes to it.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from pmor.case import Case, make_case, other_models
+from pmor.contact.kernels.keeping import can_keep, is_kept
+from pmor.contact.kernels.sweep import sweep_reduced
+from pmor.contact.kernels.windows import place_windows
+from pmor.jobs.offline import run_offline
+from pmor.jobs.online import run_online
+from pmor.pair.conditions import nominal_condition
+from pmor.pair.model import elastic_model, mesh_model
+from pmor.pair.sweep import sweep_ste
+from pmor.storage.basis_file import read_basis
+from pmor_online.model import reduced_pair
+
+_COMMAND = "import sys; from pmor.jobs.kernels import compile_kernels; compile_kernels(*sys.argv[1:])"
+# Kernels that tell whether those of full FE, and those of trained shapes, were compiled before.
+_OF_FULL, _OF_SHAPES = place_windows, sweep_reduced
+
+
+@contextmanager
+def kernels_beside(case: Case) -> Iterator[Callable[[], None]]:
+    """Let a second process compile kernels that a case needs later: those of full FE, and of its further models.
+
+    Yields
+    ------
+    wait : callable
+        Returns when the second process has ended.
+    """
+    waiting = () if is_kept(_OF_FULL) else (case.contact.scheme,)
+    # The nodal schemes share their kernels.
+    trained = next((scheme for scheme, _ in other_models(case) if not is_kept(_OF_SHAPES)), None)
+    if not can_keep() or not (waiting or trained):
+        yield lambda: None
+        return
+    with subprocess.Popen(
+        # From the same folders as this process, and not from the one that it happens to be in.
+        [sys.executable, "-P", "-c", _COMMAND, ",".join(waiting), trained or ""],
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+        stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+    ) as process:  # fmt: skip
+        try:
+            yield partial(_wait, process)
+        finally:
+            process.kill()
+
+
+def _wait(process: subprocess.Popen[bytes]) -> None:
+    process.wait()
+
+
+def compile_kernels(full: str, trained: str) -> None:
+    """Compile kernels by solving a tiny pair.
+
+    Parameters
+    ----------
+    full, trained : str
+        Contact scheme of which full FE is solved, and the one of which a reduced model is trained and compared; empty
+        for none.
+    """
+    if full:
+        case = _tiny_case(full)
+        model = elastic_model(case, mesh_model(case))
+        sweep_ste(model.mesh.meshed, model.elasticity_at, np.array([0.01]), [nominal_condition(case)])
+    if trained:
+        case = _tiny_case(trained)
+        with tempfile.TemporaryDirectory() as folder:
+            path, model = Path(folder) / "basis.h5", elastic_model(case, mesh_model(case))
+            run_offline(case, model, path)
+            run_online(reduced_pair(read_basis(path)), path, model)
+
+
+def _tiny_case(scheme: str) -> Case:
+    return make_case(
+        teeth=21, bore_radius_mm=20.0, module_mm=4.0, face_width_mm=20.0, torque_Nm=100.0, scheme=scheme,
+        profile_elements=6, width_elements=1, offline={"angles_per_pitch": 4, "torques_Nm": [100.0]},
+        online={"angles_per_pitch": 4, "torques_Nm": [100.0]}, compare={"angles": 1, "torques_Nm": [100.0]},
+    )  # fmt: skip

@@ -1,0 +1,23 @@
+"""A second process compiles kernels that the first run needs later, and nothing depends on it."""
+
+from pmor.jobs import kernels
+from tests.small_case import small_case
+
+
+def test_what_the_second_process_does_works_for_full_fe_and_for_trained_shapes():
+    kernels.compile_kernels("line", "direct")
+
+
+def test_nothing_is_started_where_all_is_compiled(monkeypatch):
+    monkeypatch.setattr(kernels, "is_kept", lambda _kernel: True)
+    monkeypatch.setattr(kernels.subprocess, "Popen", None)
+    with kernels.kernels_beside(small_case()) as wait:
+        wait()
+
+
+def test_a_second_process_that_fails_is_waited_for_and_no_matter(monkeypatch):
+    monkeypatch.setattr(kernels, "is_kept", lambda _kernel: False)
+    monkeypatch.setattr(kernels, "can_keep", lambda: True)
+    monkeypatch.setattr(kernels, "_COMMAND", "raise SystemExit(3)")
+    with kernels.kernels_beside(small_case()) as wait:
+        wait()
