@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import subprocess
 import sys
 import tempfile
@@ -17,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from pmor.case import Case, change_case, without_models
+from pmor.contact.condition import ALIGNED, Built
 from pmor.contact.kernels.newton import solve_state
 from pmor.contact.kernels.state import Drive
 from pmor.contact.kernels.sweep import place_position
@@ -25,6 +27,7 @@ from pmor.contact.solve import window_depth
 from pmor.fe.assembly import assemble
 from pmor.fe.condensation import condense_sector
 from pmor.fe.cyclic import elastic_gear
+from pmor.flank import Modification
 from pmor.jobs.offline import run_offline
 from pmor.lab.core.machine import machine
 from pmor.lab.core.stages import measure_stages
@@ -40,6 +43,7 @@ from pmor.report.markdown import write_markdown
 from pmor.report.table import Table
 from pmor.storage.basis_file import read_basis
 from pmor.threads import threads
+from pmor_online.conditions import sweep_built
 from pmor_online.errors import estimate_errors
 from pmor_online.model import ReducedPair, online_angles, reduced_pair
 from pmor_online.sweep import TOLERANCE, largest_size, sweep_pair, sweep_reduced_pair
@@ -49,6 +53,11 @@ ANGLES = 200  # a full pitch
 # Online cost does not depend on how densely the basis was trained: few angles keep the benchmark short.
 TRAINING_ANGLES = 12
 PHASE_LOOPS = 300
+# Angles, and torques, of the sweep that is shared out between threads.
+SWEEP_SIDE = 100
+# Of line loads: how far axes are tilted, what helix the pair gets, and a sweep over modifications.
+TILT_UM, HELIX_DEG = 20.0, 20.0
+RELIEFS, RELIEF_ANGLES, RELIEF_LOADS = 1000, 32, (0.5, 1.0, 1.5)
 
 Row = dict[str, Any]
 
@@ -79,12 +88,24 @@ def variants(case: Case) -> list[Variant]:
     for width in (4, 8, 16):
         listed.append(Variant("elements over the width", _changed(case, mesh={"width_elements": width})))
     listed.append(Variant("whole width", _changed(case, mesh={"width": "whole"})))
+    listed += line_load_variants(case)
     for scheme in ("line", "direct"):
         lines = {"shapes": "flank_lines"}
         listed.append(Variant("flank lines", _changed(case, contact={"scheme": scheme}, reduction=lines)))
         bare = _changed(case, contact={"scheme": scheme}, reduction={**lines, "error_estimate": False})
         listed.append(Variant("no error bar", bare))
     return [*listed, Variant("shapes at positions", _changed(case, reduction={"shapes": "positions"}))]
+
+
+def line_load_variants(case: Case) -> list[Variant]:
+    """Return what line loads are timed on: a case itself, its axes tilted, and with a helix and sixteen sections."""
+    changes: dict[str, dict[str, Any]] = {
+        "line loads": {},
+        "line loads, tilted axes": {"misalignment": {"in_plane_um": TILT_UM}},
+        "line loads, helical": {"pair": {"helix_angle_deg": HELIX_DEG}, "mesh": {"width_elements": 8}},
+    }
+    lines = {"contact": {"scheme": "line"}, "reduction": {"shapes": "line_loads"}}
+    return [Variant(label, _changed(case, **lines, **more)) for label, more in changes.items()]
 
 
 def run_bench(case: Case, jobs: int) -> dict[str, Any]:
@@ -105,11 +126,14 @@ def run_bench(case: Case, jobs: int) -> dict[str, Any]:
     rows = offline_rows(case)
     listed = variants(case)
     with tempfile.TemporaryDirectory() as folder, Progress(len(listed), "bases") as progress:
-        models = []
+        models, sizes = [], []
         for i, variant in enumerate(listed):
-            models.append(_basis(variant.case, Path(folder) / f"{i}.h5"))
+            models.append(_basis(variant.case, path := Path(folder) / f"{i}.h5"))
+            sizes.append(path.stat().st_size / 2**20)
             progress.advance()
-    rows += sweep_rows(listed, models)
+    rows += [row | {"basis_mib": size} for row, size in zip(sweep_rows(listed, models), sizes, strict=True)]
+    lines = next(i for i, variant in enumerate(listed) if variant.label == "line loads")
+    rows += line_load_rows(listed[lines].case, models[lines])
     trained = next(i for i, variant in enumerate(listed) if variant.case.reduction.trained)
     rows += phase_rows(listed[trained].case, models[trained])
     rows += parallel_rows(case, models[0], jobs)
@@ -165,6 +189,33 @@ def sweep_rows(listed: list[Variant], models: list[ReducedPair]) -> list[Row]:
     ]
 
 
+def line_load_rows(case: Case, model: ReducedPair) -> list[Row]:
+    """Time all that line loads take offline, and a sweep over many tip reliefs of both gears."""
+
+    def offline_ms() -> float:
+        start = time.perf_counter()
+        with tempfile.TemporaryDirectory() as folder:
+            _basis(case, Path(folder) / "basis.h5")
+        return 1e3 * (time.perf_counter() - start)
+
+    pair, phi = model.meshed.pair, online_angles(model.meshed.pair.pitch, RELIEF_ANGLES)
+    starts = [math.degrees(0.3 * active[0] + 0.7 * active[1]) for active in pair.active_rolls]
+    built = [
+        Built(ALIGNED, *(Modification(tip_relief_um=amount, tip_relief_start_roll_deg=start) for start in starts))
+        for amount in np.linspace(1.0, 40.0, RELIEFS).tolist()
+    ]
+    torques = [tuple(case.torque_Nm * share for share in RELIEF_LOADS)] * RELIEFS
+
+    def sweep_ms() -> float:
+        start = time.perf_counter()
+        sweep_built(model, phi, built, torques)
+        return 1e3 * (time.perf_counter() - start)
+
+    times = times_in_turn({"offline": offline_ms, "reliefs": sweep_ms}, 3)
+    what = f"conditions: {RELIEFS} tip reliefs x {RELIEF_ANGLES} angles x {len(RELIEF_LOADS)} torques"
+    return [_row("offline: line loads, in all", case, times["offline"]), _row(what, case, times["reliefs"])]
+
+
 def phase_rows(case: Case, model: ReducedPair) -> list[Row]:
     """Time the phases of one evaluation, averaged over a pitch."""
     meshed, condition = model.meshed, nominal_condition(case)
@@ -195,9 +246,9 @@ def phase_rows(case: Case, model: ReducedPair) -> list[Row]:
 
 
 def parallel_rows(case: Case, model: ReducedPair, jobs: int) -> list[Row]:
-    """Time a sweep of 100 angles x 100 torques with one thread and with `jobs`; say whether they agree to the bit."""
-    phi = online_angles(model.meshed.pair.pitch, 100)
-    loads = case.torque_Nm * np.linspace(0.1, case.offline.torques_Nm[-1] / case.torque_Nm, 100)
+    """Time a sweep over as many angles as torques with one thread and with `jobs`; say whether they agree to the bit."""
+    phi = online_angles(model.meshed.pair.pitch, SWEEP_SIDE)
+    loads = case.torque_Nm * np.linspace(0.1, case.offline.torques_Nm[-1] / case.torque_Nm, SWEEP_SIDE)
     results = {}
 
     def sweep_ms(count: int) -> float:
@@ -209,7 +260,7 @@ def parallel_rows(case: Case, model: ReducedPair, jobs: int) -> list[Row]:
     same = bool(np.array_equal(results[1].ste_um, results[jobs].ste_um))
     efficiency = median(times[1]) / (jobs * median(times[jobs]))
     return [
-        {**_row("sweep: 100 angles x 100 torques", case, found), "threads": count, "equal_to_the_bit": same,
+        {**_row(f"sweep: {SWEEP_SIDE} angles x {SWEEP_SIDE} torques", case, found), "threads": count, "equal_to_the_bit": same,
          "efficiency": efficiency}
         for count, found in times.items()
     ]  # fmt: skip
@@ -246,6 +297,7 @@ def bench_table(result: dict[str, Any], before: dict[str, Any] | None) -> Table:
         "LoDM": lambda row: f"{row['lodm_profile']}, {row['lodm_width']}" if row["lodm_profile"] else "-",
         "ms": "median_ms",
         "peak MiB": lambda row: f"{row['peak_mib']:.0f}" if "peak_mib" in row else "",
+        "basis MiB": lambda row: f"{row['basis_mib']:.2g}" if "basis_mib" in row else "",
         "told": lambda row: f"{row['told_ms']:.0f} ms, {row['told_mib']:.0f} MiB" if "told_ms" in row else "",
     }
     if before:

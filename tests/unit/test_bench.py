@@ -10,6 +10,7 @@ from pmor.case import load_case, parse_case
 from pmor.lab.bench import (
     PHASES,
     bench_text,
+    line_load_variants,
     offline_rows,
     parallel_rows,
     phase_rows,
@@ -21,6 +22,7 @@ from pmor.lab.bench import (
     write_bench,
 )
 from pmor.lab.core.machine import machine
+from pmor.pair.model import mesh_model
 from pmor_online.model import reduced_pair
 from pmor_online.sweep import largest_size
 from tests.small_case import case_text
@@ -98,6 +100,7 @@ def test_offline_stage_is_split_without_overlap(case):
 @pytest.mark.jit
 def test_reduced_model_is_timed_by_phase_and_by_threads(small_basis, monkeypatch):
     monkeypatch.setattr("pmor.lab.bench.PHASE_LOOPS", 2)
+    monkeypatch.setattr("pmor.lab.bench.SWEEP_SIDE", 30)
     monkeypatch.setattr("pmor.lab.bench.REPEATS", 2)
     case, model = small_basis.case, reduced_pair(small_basis)
     phases = phase_rows(case, model)
@@ -136,12 +139,27 @@ def test_the_table_stands_as_markdown_beside_the_numbers(row, tmp_path):
 
 @pytest.mark.jit
 def test_all_parts_come_together(case, monkeypatch):
-    monkeypatch.setattr("pmor.lab.bench.variants", lambda case: variants(case)[:1])
+    listed = [variants(case)[0], line_load_variants(case)[0]]
+    monkeypatch.setattr("pmor.lab.bench.variants", lambda case: listed)
     monkeypatch.setattr("pmor.lab.bench.PHASE_LOOPS", 2)
+    monkeypatch.setattr("pmor.lab.bench.SWEEP_SIDE", 30)
     monkeypatch.setattr("pmor.lab.bench.REPEATS", 1)
+    monkeypatch.setattr("pmor.lab.bench.RELIEFS", 2)
     measured = run_bench(case, 2)
     assert {row["phase"].partition(":")[0] for row in measured["rows"]} == {
-        "offline", "position", "phase", "sweep", "start", "run"
+        "offline", "position", "phase", "sweep", "start", "run", "conditions"
     }  # fmt: skip
     assert set(measured["machine"]) >= {"cpu", "cores", "system", "python"}
     assert all(set(row) >= KEYS for row in measured["rows"])
+    assert all(row["basis_mib"] > 0.0 for row in measured["rows"] if row["phase"].startswith("position"))
+
+
+def test_line_loads_are_timed_on_the_pair_on_tilted_axes_and_with_sixteen_sections():
+    case = load_case(Path(__file__).parents[2] / "cases" / "paper_spur.toml")
+    plain, tilted, helical = (gears.case for gears in line_load_variants(case))
+    assert {variant.reduction.shapes for variant in (plain, tilted, helical)} == {"line_loads"}
+    assert plain.pair == case.pair
+    assert tilted.misalignment.in_plane_um > 0.0
+    meshed = mesh_model(helical).meshed
+    assert len(meshed.sections.z) == 16
+    assert meshed.pair.total_contact_ratio < 3.0
