@@ -246,7 +246,7 @@ def phase_rows(case: Case, model: ReducedPair) -> list[Row]:
 
 
 def parallel_rows(case: Case, model: ReducedPair, jobs: int) -> list[Row]:
-    """Time a sweep over as many angles as torques with one thread and with `jobs`; say whether they agree to the bit."""
+    """Time a sweep over angles and torques with one thread and with `jobs`; say whether they agree to the bit."""
     phi = online_angles(model.meshed.pair.pitch, SWEEP_SIDE)
     loads = case.torque_Nm * np.linspace(0.1, case.offline.torques_Nm[-1] / case.torque_Nm, SWEEP_SIDE)
     results = {}
@@ -259,9 +259,9 @@ def parallel_rows(case: Case, model: ReducedPair, jobs: int) -> list[Row]:
     times = times_in_turn({count: partial(sweep_ms, count) for count in (1, jobs)}, 5)
     same = bool(np.array_equal(results[1].ste_um, results[jobs].ste_um))
     efficiency = median(times[1]) / (jobs * median(times[jobs]))
+    what = f"sweep: {SWEEP_SIDE} angles x {SWEEP_SIDE} torques"
     return [
-        {**_row(f"sweep: {SWEEP_SIDE} angles x {SWEEP_SIDE} torques", case, found), "threads": count, "equal_to_the_bit": same,
-         "efficiency": efficiency}
+        {**_row(what, case, found), "threads": count, "equal_to_the_bit": same, "efficiency": efficiency}
         for count, found in times.items()
     ]  # fmt: skip
 

@@ -22,6 +22,15 @@ from pmor.report.provenance import provenance
 from pmor.report.table import Table
 from pmor.storage.results_folder import remove_working_folder
 
+# What the page says where line contact is compared.
+LINE_LOADS = (
+    "Line contact needs no trained shapes. Exact line loads are full FE to what its solver leaves, for every torque, "
+    "axis and modification, while any trained basis has the error of its training and an end to its ranges. What "
+    "trained shapes are still good for: the schemes of contact points (direct, paper, facet), which have no line "
+    "loads; amplitudes as states of a flexible body, which want a few fixed coordinates, whereas line loads come and "
+    "go with the sections that touch; and the paper's method to hold others against."
+)
+
 #: what `write_comparison` leaves
 FILES = (
     "reductions.json", "reductions.md", "reductions.html", "error_run_time.png", "decay.png", "estimate.png",
@@ -131,8 +140,10 @@ def _blocks(comparison: Comparison, seconds: float) -> list[Block]:
         f"that none of them was trained at. {format_time(seconds)} in all.",
         comparison_table(comparison, "What they cost", EFFORT, effort_note(comparison)),
         comparison_table(comparison, "What they are worth", WORTH, worth_note()),
-        "The default is flank_lines with what [offline] sampling says: nothing is interpolated over the angle or any "
-        "parameter, so that any training serves it, and the greedy sampling can go by its error estimate.",
+        *([LINE_LOADS] if case.contact.scheme == "line" else []),
+        "Of trained shapes the default is flank_lines with what [offline] sampling says: nothing is interpolated over "
+        "the angle or any parameter, so that any training serves it, and the greedy sampling can go by its error "
+        "estimate.",
         *pictures[:1],
         Heading("Solves that an accuracy takes"),
         *(f"{sentence[0].upper()}{sentence[1:]}." for sentence in _reached(comparison)),
