@@ -61,29 +61,40 @@ def variant_pictures(parts: StudyParts, found: StudyTable) -> list[Picture]:
 
 
 def _curves(parts: StudyParts, rows: Sequence[Row]) -> Figure:
-    with panels(1, 8.6, 4.6) as (figure, (axes,)):
-        for i, row in enumerate(rows):
-            full = parts.results[f"cell {row['cell']}"]["full"]
-            ste = np.array(full["ste_um"][0], dtype=float)
-            share = np.arange(len(ste) + 1) / len(ste)
-            style = ("-", "--", ":")[i // len(COLOURS) % 3]
-            axes.plot(share, np.append(ste, ste[0]) - row["ste_mean_um"], style, color=COLOURS[i % len(COLOURS)],
-                      label=row["variant"])  # fmt: skip
-        axes.set(xlabel="Pinion angle over the pitch [-]", ylabel="STE less its mean [µm]", xlim=(0.0, 1.0))
-        axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5))
+    meshes, gears = _meshes(rows), sorted({row["overlap_ratio"] for row in rows})
+    with panels(len(meshes), 3.6 * len(meshes) + 1.0, 5.0, sharey=True) as (figure, shown):
+        for axes, mesh in zip(shown, meshes, strict=True):
+            for i, row in enumerate(_of(rows, mesh)):
+                full = parts.results[f"cell {row['cell']}"]["full"]
+                ste = np.array(full["ste_um"][0], dtype=float)
+                # The same gears have the same colour on all meshes.
+                colour = gears.index(row["overlap_ratio"]) if len(gears) > 1 else i
+                axes.plot(np.arange(len(ste) + 1) / len(ste), np.append(ste, ste[0]) - row["ste_mean_um"],
+                          color=COLOURS[colour % len(COLOURS)], label=row["variant"])  # fmt: skip
+            axes.set(title=f"{mesh[0]} x {mesh[1]} elements", xlabel="Pinion angle over the pitch [-]", xlim=(0.0, 1.0))
+            axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16))
+        shown[0].set_ylabel("STE less its mean [µm]")
     return figure
 
 
 def _over_overlap(rows: Sequence[Row]) -> Figure:
-    meshes = sorted({(row["n_profile"], row["n_width"]) for row in rows})
+    meshes = _meshes(rows)
+    keys = {"ste_peak_to_peak_um": "Peak-to-peak STE [µm]", "ste_mean_um": "Mean STE [µm]"}
     with panels(2, 9.6, 4.4, legend=len(meshes)) as (figure, shown):
-        for axes, (key, label) in zip(
-            shown, (("ste_peak_to_peak_um", "Peak-to-peak STE [µm]"), ("ste_mean_um", "Mean STE [µm]")), strict=True
-        ):
+        for axes, (key, label) in zip(shown, keys.items(), strict=True):
             for i, mesh in enumerate(meshes):
-                own = sorted((r["overlap_ratio"], r[key]) for r in rows if (r["n_profile"], r["n_width"]) == mesh)
+                own = sorted((row["overlap_ratio"], row[key]) for row in _of(rows, mesh))
                 # Between the variants nothing was computed: thin lines guide the eye.
                 axes.plot(*zip(*own, strict=True), MARKERS[i % len(MARKERS)] + "-", lw=0.8, ms=5, mfc="none",
                           color=COLOURS[i % len(COLOURS)], label=f"{mesh[0]} x {mesh[1]} elements")  # fmt: skip
-            axes.set(xlabel="Overlap ratio [-]", ylabel=label, ylim=(0.0, None))
+            axes.set(xlabel="Overlap ratio [-]", ylabel=label, ylim=(0.0, 1.08 * max(row[key] for row in rows)))
     return figure
+
+
+def _meshes(rows: Sequence[Row]) -> list[tuple[int, int]]:
+    """Elements over profile and width, coarse ones first."""
+    return sorted({(row["n_profile"], row["n_width"]) for row in rows})
+
+
+def _of(rows: Sequence[Row], mesh: tuple[int, int]) -> list[Row]:
+    return [row for row in rows if (row["n_profile"], row["n_width"]) == mesh]
