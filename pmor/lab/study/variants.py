@@ -84,8 +84,8 @@ def _over_overlap(rows: Sequence[Row]) -> Figure:
         for axes, (key, label) in zip(shown, keys.items(), strict=True):
             for i, mesh in enumerate(meshes):
                 own = sorted((row["overlap_ratio"], row[key]) for row in _of(rows, mesh))
-                # Between the variants nothing was computed: thin lines guide the eye.
-                axes.plot(*zip(*own, strict=True), MARKERS[i % len(MARKERS)] + "-", lw=0.8, ms=5, mfc="none",
+                # No lines: between the variants nothing was computed.
+                axes.plot(*zip(*own, strict=True), MARKERS[i % len(MARKERS)], ms=6, mfc="none",
                           color=COLOURS[i % len(COLOURS)], label=f"{mesh[0]} x {mesh[1]} elements")  # fmt: skip
             axes.set(xlabel="Overlap ratio [-]", ylabel=label, ylim=(0.0, 1.08 * max(row[key] for row in rows)))
     return figure
