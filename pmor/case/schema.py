@@ -334,7 +334,7 @@ class CompareCase:
     models : tuple of {"line", "strip", "direct", "paper", "facet"} or None
         Reduced models that `pmor run` and `pmor compare` train and hold against each other, by their contact schemes:
         `paper` is the paper's way, with the shapes `positions`; `line` has `line_loads`, the others `flank_lines`. The
-        case's own model is always among them, with the shapes of the case. None is the case's own alone.
+        case's own model is always among them, with the shapes of the case; None is the case's own alone.
     """
 
     angles: Annotated[int, Range(1, 10_000)] = 40
@@ -359,6 +359,11 @@ class OutputCase:
     plots: bool = True
     report: bool = True
     format: tuple[PictureFormat, ...] = ("png",)
+
+    @property
+    def shown_as(self) -> Literal["png", "svg"]:
+        """What the page shows pictures as."""
+        return "svg" if "svg" in self.format else "png"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -211,13 +211,14 @@ def _stages_of(case: Case, pair: GearPair) -> tuple[Stage, ...]:
     online = kept + 2 * basis
     searched = GREEDY_STATES * size.solves if case.offline.sampling == "greedy" else 0
     trained_s = size.solves * full_s + size.positions * POSITION_S + searched * reduced_s + BASIS_S
-    pictures = int(case.output.plots) + int(case.output.report)
+    drawn = set(case.output.format if case.output.plots else ())
+    drawn |= {case.output.shown_as} if case.output.report else set()
     return (
         Stage(FINITE_ELEMENTS, SOLVER_BYTES + _largest(size), sum(map(_solving_seconds, size.gears)) + SOLVER_S),
         Stage("training", KERNEL_BYTES + training, trained_s),
         Stage("sweep", KERNEL_BYTES + online, sweep * reduced_s + SWEEP_S),
         Stage("comparison", KERNEL_BYTES + online + 3 * DOUBLE * size.window**2, compared * (full_s + reduced_s)),
-        Stage("report", KERNEL_BYTES + online + PAGE_BYTES * (pictures > 0), RESULTS_S + PAGE_S * pictures),
+        Stage("report", KERNEL_BYTES + online + PAGE_BYTES * bool(drawn), RESULTS_S + PAGE_S * len(drawn)),
     )
 
 

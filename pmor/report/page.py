@@ -7,11 +7,11 @@ What it looks like is in `templates`.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pmor.report.style import data_uri
+from pmor.report.style import data_uri, picture_bytes
 from pmor.report.table import Table, format_cell
 from pmor.storage.atomic import atomic_path
 
@@ -35,12 +35,22 @@ class Warning:
 
 @dataclass(frozen=True)
 class Picture:
-    """A picture, the name of its file where it is written beside the page, and how the page itself shows it."""
+    """A picture, the name of its file where it is written beside the page, and how the page itself shows it.
+
+    File and page share what was drawn: drawing takes longer than most of what it shows.
+    """
 
     file_name: str
     caption: str
     figure: Figure
     shown_as: str = "png"
+    drawn: dict[str, bytes] = field(default_factory=dict, repr=False, compare=False)
+
+    def content(self, picture_format: str) -> bytes:
+        """Return what a file of a format holds."""
+        if picture_format not in self.drawn:
+            self.drawn[picture_format] = picture_bytes(self.figure, picture_format)
+        return self.drawn[picture_format]
 
 
 #: what a page is made of; text is a paragraph

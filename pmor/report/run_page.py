@@ -22,7 +22,7 @@ from pmor.report.models import advice, model_table
 from pmor.report.page import Block, Heading, Picture, Warning, write_page
 from pmor.report.pattern_figure import contact_pattern_figure
 from pmor.report.provenance import provenance
-from pmor.report.style import save_picture
+from pmor.report.style import write_picture
 from pmor.report.summary import counts_from, ms_per_position, summary_rows, warnings
 from pmor.report.sweep_figures import error_figure, load_sharing_figure, spectrum_figure, ste_figure
 from pmor.report.table import Table
@@ -115,12 +115,12 @@ def write_pages(result: OnlineResult, mesh: SectorMesh | None, out: Path) -> Non
     case = result.reduced.basis.case
     if not (case.output.plots or case.output.report):
         return
-    shown_as = "svg" if "svg" in case.output.format else "png"
-    pictures = [replace(picture, shown_as=shown_as) for picture in run_pictures(result, mesh)]
+    pictures = [replace(picture, shown_as=case.output.shown_as) for picture in run_pictures(result, mesh)]
     if case.output.plots:
         for picture in pictures:
             for picture_format in case.output.format:
-                save_picture(picture.figure, (out / picture.file_name).with_suffix(f".{picture_format}"))
+                target = (out / picture.file_name).with_suffix(f".{picture_format}")
+                write_picture(picture.content(picture_format), target)
     if case.output.report:
         write_page(out / "report.html", case.title, run_blocks(result, pictures))
 

@@ -81,24 +81,24 @@ def new_figure(width_in: float = 7.2, height_in: float = 4.2) -> Figure:
     return Figure(figsize=(width_in, height_in), layout="constrained")
 
 
-def save_picture(figure: Figure, target: Path) -> None:
-    """Write the figure in the format that the target's name says; it is replaced only when the picture is complete.
+def write_picture(content: bytes, target: Path) -> None:
+    """Write a picture; the target is replaced only when it is complete.
 
     Raises
     ------
     OutputError
     """
     with atomic_path(target) as temporary:
-        temporary.write_bytes(_picture_bytes(figure, target.suffix[1:]))
+        temporary.write_bytes(content)
 
 
-def data_uri(figure: Figure, picture_format: str = "png") -> str:
-    """The figure as a data URI, for a page that has nothing beside it."""
-    encoded = base64.b64encode(_picture_bytes(figure, picture_format)).decode("ascii")
-    return f"data:{MEDIA_TYPES[picture_format]};base64,{encoded}"
+def data_uri(content: bytes, picture_format: str) -> str:
+    """Return a picture as a data URI, for a page that has nothing beside it."""
+    return f"data:{MEDIA_TYPES[picture_format]};base64,{base64.b64encode(content).decode('ascii')}"
 
 
-def _picture_bytes(figure: Figure, picture_format: str) -> bytes:
+def picture_bytes(figure: Figure, picture_format: str) -> bytes:
+    """Draw a figure: what a file of that format holds."""
     buffer = io.BytesIO()
     with plot_style():  # some settings are read only now
         figure.savefig(buffer, format=picture_format, metadata=UNDATED[picture_format])

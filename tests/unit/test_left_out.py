@@ -275,9 +275,9 @@ def test_pictures_and_page_are_made_as_announced(plots, report, tmp_path, monkey
     from pmor.report import run_page
     from pmor.report.page import Picture
 
-    done, pictures = [], [Picture("a.png", "a", None)]
+    done, pictures = [], [Picture("a.png", "a", None, drawn={"png": b""})]
     monkeypatch.setattr(run_page, "run_pictures", lambda result, mesh: done.append("drawn") or pictures)
-    monkeypatch.setattr(run_page, "save_picture", lambda figure, path: done.append("file"))
+    monkeypatch.setattr(run_page, "write_picture", lambda content, path: done.append("file"))
     monkeypatch.setattr(run_page, "run_blocks", lambda result, pictures: [])
     monkeypatch.setattr(run_page, "write_page", lambda path, title, blocks: done.append("page"))
 

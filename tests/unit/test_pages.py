@@ -4,6 +4,7 @@ import csv
 import json
 import math
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 from matplotlib.figure import Figure
 from numpy.testing import assert_array_equal
 
+import pmor.report.page
 from pmor.report.data_files import write_ste_csv, write_summary_json
 from pmor.report.markdown import write_markdown
 from pmor.report.page import Heading, Picture, Warning, page_html, write_page
@@ -192,8 +194,8 @@ def test_csv_round_trip_is_exact(tmp_path):
     with open(tmp_path / "ste.csv", newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert list(rows[0]) == [
-        "phi_rad", "torque_Nm", "ste_um", "ste_error_estimate_um", "converged", "newton_steps", "share_pair_-1",
-        "share_pair_0",
+        "phi_rad", "torque_Nm", "ste_um", "ste_error_estimate_um", "converged", "newton_steps", "unloaded_ste_um",
+        "share_pair_-1", "share_pair_0",
     ]  # fmt: skip
 
     def column(name):
@@ -257,3 +259,13 @@ def test_screen_summary_is_aligned():
 def test_nan_in_a_numeric_column_is_a_dash():
     html = page(Table("E", ("Model", "ms"), [("a", 1.0), ("b", math.nan)]))
     assert '<td class="number">–</td>' in html
+
+
+def test_a_picture_is_drawn_once_for_its_file_and_for_the_page(monkeypatch):
+    drawn = []
+    monkeypatch.setattr(pmor.report.page, "picture_bytes", lambda figure, kind: drawn.append(kind) or b"drawn")
+    picture = Picture("a.png", "a", figure())
+    for shown in (picture, replace(picture, shown_as="svg"), picture):
+        assert shown.content("png") == b"drawn"
+        assert page_html("Pair", [shown]).count("base64,ZHJhd24=") == 1
+    assert drawn == ["png", "svg"]

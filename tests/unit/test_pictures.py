@@ -1,6 +1,5 @@
 """What an engineer must find in each picture."""
 
-import base64
 import os
 import re
 import subprocess
@@ -15,7 +14,7 @@ from numpy.testing import assert_allclose
 
 from pmor.report.mesh_figure import LOADED_FLANK_COLOUR, mesh_figure
 from pmor.report.pattern_figure import contact_pattern_figure
-from pmor.report.style import COLOURS, data_uri, save_picture
+from pmor.report.style import COLOURS, picture_bytes, write_picture
 from pmor.report.sweep_figures import (
     MOST_TORQUES,
     SHARE_COLOURS,
@@ -57,7 +56,7 @@ def legend_texts(figure):
 
 def draw(figure):
     """Render, so that layout and label errors surface."""
-    assert base64.b64decode(data_uri(figure).partition(",")[2]).startswith(b"\x89PNG")
+    assert picture_bytes(figure, "png").startswith(b"\x89PNG")
 
 
 def assert_units_on_every_axis(figure):
@@ -254,7 +253,7 @@ def test_style_does_not_leak():
 
 def test_pictures_look_the_same_whatever_the_users_settings():
     def picture():
-        return data_uri(ste_figure(make_sweep(), make_sweep((100.0,), 7)))
+        return picture_bytes(ste_figure(make_sweep(), make_sweep((100.0,), 7)), "png")
 
     expected = picture()
     with matplotlib.rc_context():
@@ -267,12 +266,12 @@ def test_pictures_need_no_backend_and_no_settings_of_the_user(tmp_path):
     """As in a process that Jupyter started, with a matplotlibrc for talks."""
     (tmp_path / "matplotlibrc").write_text("text.usetex: True\naxes.facecolor: black\nbackend: TkAgg\n")
     code = (
-        "from pmor.report.style import new_figure, plot_style, data_uri\n"
+        "from pmor.report.style import data_uri, new_figure, picture_bytes, plot_style\n"
         "with plot_style():\n"
         "    figure = new_figure()\n"
         "    figure.add_subplot().plot([0.0, 1.0], label='words')\n"
         "    figure.legend()\n"
-        "picture = data_uri(figure)\n"
+        "picture = data_uri(picture_bytes(figure, 'png'), 'png')\n"
     )
     here: dict[str, str] = {}
     exec(code, here)
@@ -289,10 +288,10 @@ def test_pictures_need_no_backend_and_no_settings_of_the_user(tmp_path):
 @pytest.mark.parametrize(("kind", "start"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")])
 def test_picture_files_hold_what_their_names_say_and_no_time_of_day(kind, start, tmp_path, monkeypatch):
     target = tmp_path / f"ste.{kind}"
-    save_picture(ste_figure(make_sweep((100.0,))), target)
+    write_picture(picture_bytes(ste_figure(make_sweep((100.0,))), kind), target)
     found = target.read_bytes()
     assert found.startswith(start)
     assert [p.name for p in tmp_path.iterdir()] == [target.name]
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "0")  # what dates there are would be of 1970 now
-    save_picture(ste_figure(make_sweep((100.0,))), target)
+    write_picture(picture_bytes(ste_figure(make_sweep((100.0,))), kind), target)
     assert target.read_bytes() == found

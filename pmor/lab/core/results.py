@@ -9,7 +9,7 @@ from typing import Any
 from pmor.report.data_files import write_summary_json
 from pmor.report.markdown import write_markdown
 from pmor.report.page import Block, Picture, write_page
-from pmor.report.style import save_picture
+from pmor.report.style import write_picture
 
 
 def write_results(
@@ -36,6 +36,6 @@ def write_results(
     write_summary_json(folder / f"{name}.json", data)
     for block in blocks:
         if isinstance(block, Picture):
-            save_picture(block.figure, folder / block.file_name)
+            write_picture(block.content("png"), folder / block.file_name)
     write_page(folder / page, title, blocks)
     write_markdown(folder / f"{name}.md", title, blocks)
