@@ -180,7 +180,9 @@ def _training(scene: Scene) -> LeftOut | None:
         "line_loads": "all that line contact asks of the teeth is the compliance of their flanks",
     }[case.reduction.shapes]
     why = f'shapes = "{case.reduction.shapes}": {why}'
-    return LeftOut("the training", why, f"{saved} full solves, those of [offline]")
+    others = any(other.reduction.trained for _, other in other_models(case))
+    what = "training of the case's own model" if others else "the training"
+    return LeftOut(what, why, f"{saved} full solves, those of [offline]")
 
 
 def _torques(scene: Scene) -> LeftOut | None:

@@ -56,7 +56,7 @@ def test_four_cases_have_four_lists():
     identical = common | {"the wheel's finite elements", "half the face width"}
     assert what["paper_64"] == identical
     assert what["paper_spur"] == identical | {
-        "contact points and penalty", "the training", "finite elements of models",
+        "contact points and penalty", "training of the case's own model", "finite elements of models",
     }  # fmt: skip
     assert what["small_spur"] == identical | {"contact points over the width"}
     assert what["unequal_pair"] == common | {
