@@ -52,8 +52,8 @@ def check_together(case: Case, document: dict[str, Any], where: str) -> None:
     _check_misalignment(case, where)
     _check_conditions(case, where)
     _check_extrapolation(case, where)
-    _check_tip_edge(pair.pinion, f"{where}: [pinion]")
-    _check_tip_edge(pair.wheel, f"{where}: [wheel]")
+    _check_tip_edge(pair.pinion, case.contact.scheme, f"{where}: [pinion]")
+    _check_tip_edge(pair.wheel, case.contact.scheme, f"{where}: [wheel]")
     check_flanks(case, where)
     for scheme, model in other_models(case):
         check_together(model, document, f"{where}: [compare] models, {toml_text(scheme)}")
@@ -155,12 +155,18 @@ def _check_bore(pair: PairCase, gear: GearCase, place: str) -> None:
         )
 
 
-def _check_tip_edge(gear: GearCase, place: str) -> None:
+def _check_tip_edge(gear: GearCase, scheme: str, place: str) -> None:
     if gear.tip_rounding_mm > 0.0 and gear.tip_chamfer_mm > 0.0:
         raise CaseError(
             f"{place} tip_rounding_mm = {gear.tip_rounding_mm}: the edge has a chamfer, tip_chamfer_mm = "
             f"{gear.tip_chamfer_mm}: leave one of the two out"
         )
+    for key in ("tip_rounding_mm", "tip_chamfer_mm"):
+        if getattr(gear, key) > 0.0 and scheme != "line":
+            raise CaseError(
+                f'{place} {key} = {getattr(gear, key)}: is known to line contact, and [contact] scheme = "{scheme}" '
+                'takes the sharp edge of the mesh: write scheme = "line", or leave it out'
+            )
 
 
 def _check_centre_distance(pair: PairCase, where: str) -> None:

@@ -44,9 +44,9 @@ class GearCase:
     face_offset_mm : float
         Along the axis, from the middle of the pair to the middle of this gear's face, in mm.
     tip_rounding_mm : float
-        Radius in mm of the rounded edge between flank and tip.
+        Radius in mm of the rounded edge between flank and tip; in line contact.
     tip_chamfer_mm : float
-        Height in mm, along the radius, that a chamfer takes off the flank at its tip.
+        Height in mm, along the radius, that a chamfer takes off the flank at its tip; in line contact.
     youngs_modulus_GPa : float
         Young's modulus in GPa.
     poisson_ratio : float

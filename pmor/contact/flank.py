@@ -17,6 +17,7 @@ from pmor.contact.kernels.surface import prepare_surface, refine
 from pmor.contact.kernels.types import Gear, Kinematics, LineScheme, NodalScheme, Pair, Sections, StripScheme
 from pmor.contact.sections import flank_sections
 from pmor.gear.pair import GearPair
+from pmor.gear.tip_edge import TipEdge
 from pmor.gear.tooth import Tooth
 
 # Share of the approach by which flanks interpenetrate where they meet, and which windows must hold: the rest is
@@ -218,14 +219,9 @@ class MeshedPair:
         """Flanks of pinion and wheel for the kernels."""
         none = SurfaceLayer(np.empty(0), 0.0, np.empty(0), 0)
         layers = self.layers or (none, none)
-        return self._gear(self.pinion, self.pair.pinion, layers[0]), self._gear(self.wheel, self.pair.wheel, layers[1])
-
-    def _gear(self, flank: Flank, tooth: Tooth, layer: SurfaceLayer) -> Gear:
-        return Gear(
-            flank.nodes, flank.roll_angle, flank.extents, tooth.base_radius, tooth.form_roll_angle,
-            tooth.tip_roll_angle, tooth.base_half_angle, layer.compliance, layer.constant,
-            tooth.twist_per_length,
-        )  # fmt: skip
+        flanks, teeth = (self.pinion, self.wheel), (self.pair.pinion, self.pair.wheel)
+        pinion, wheel = map(_gear, flanks, teeth, self.pair.tip_edges, layers)
+        return pinion, wheel
 
     @cached_property
     def _kernel_scheme(self) -> LineScheme | StripScheme | NodalScheme:
@@ -270,6 +266,13 @@ class MeshedPair:
         """
         approach, spread = self.expected_approach(torque), axes.spread
         return approach + 0.5 * spread if approach > 0.5 * spread else math.sqrt(2.0 * approach * spread)
+
+
+def _gear(flank: Flank, tooth: Tooth, edge: TipEdge, layer: SurfaceLayer) -> Gear:
+    return Gear(
+        flank.nodes, flank.roll_angle, flank.extents, tooth.base_radius, tooth.form_roll_angle, edge.roll_angle,
+        tooth.base_half_angle, layer.compliance, layer.constant, tooth.twist_per_length, edge.radius,
+    )  # fmt: skip
 
 
 def make_flank(

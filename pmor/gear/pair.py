@@ -14,6 +14,7 @@ import numpy as np
 
 from pmor.arrays import FloatArray, IntArray
 from pmor.errors import GeometryError
+from pmor.gear.tip_edge import TipEdge, tip_edge
 from pmor.gear.tooth import Tooth, inverse_involute, involute_function
 
 # Modules by which a centre distance may be tighter than without backlash: profile shifts on drawings are rounded.
@@ -38,6 +39,8 @@ class GearPair:
         Distance of the axes, mm.
     pinion_face, wheel_face : (float, float), optional
         Where a gear's face begins and ends along z, mm; by default the face width, half of it on either side of z = 0.
+    pinion_edge, wheel_edge : TipEdge, optional
+        Where the gears' flanks end towards the tip; by default at the tip circle.
 
     Raises
     ------
@@ -52,6 +55,8 @@ class GearPair:
     centre_distance: float
     pinion_face: tuple[float, float] | None = None
     wheel_face: tuple[float, float] | None = None
+    pinion_edge: TipEdge | None = None
+    wheel_edge: TipEdge | None = None
 
     def __post_init__(self) -> None:
         if abs(self.pinion.helix_angle + self.wheel.helix_angle) > 1e-12:
@@ -100,8 +105,9 @@ class GearPair:
     @property
     def pinion_roll_range(self) -> tuple[float, float]:
         """Roll angles at the start and the end of the pinion's active profile, rad."""
-        start = max(self._mate_roll(self.wheel.tip_roll_angle), self.pinion.form_roll_angle)
-        end = min(self.pinion.tip_roll_angle, self._mate_roll(self.wheel.form_roll_angle))
+        pinion, wheel = self.tip_edges
+        start = max(self._mate_roll(wheel.roll_angle), self.pinion.form_roll_angle)
+        end = min(pinion.roll_angle, self._mate_roll(self.wheel.form_roll_angle))
         return start, end
 
     @property
@@ -122,6 +128,11 @@ class GearPair:
         """Where the faces of pinion and wheel begin and end along z, mm."""
         middle = -0.5 * self.face_width, 0.5 * self.face_width
         return self.pinion_face or middle, self.wheel_face or middle
+
+    @property
+    def tip_edges(self) -> tuple[TipEdge, TipEdge]:
+        """Where the flanks of pinion and wheel end towards the tip."""
+        return self.pinion_edge or tip_edge(self.pinion), self.wheel_edge or tip_edge(self.wheel)
 
     @property
     def common_face(self) -> tuple[float, float]:

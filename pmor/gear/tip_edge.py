@@ -12,13 +12,30 @@ A chamfer takes its height off the radius on the flank, and as much off the tip 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from pmor.errors import GeometryError
 from pmor.gear.tooth import Tooth
 
 
-def contact_tip_roll_angle(tooth: Tooth, rounding: float = 0.0, chamfer: float = 0.0) -> float:
-    """Return the roll angle at which the usable flank ends, rad.
+@dataclass(frozen=True)
+class TipEdge:
+    """Where a flank ends towards the tip.
+
+    Parameters
+    ----------
+    roll_angle : float
+        At which the usable flank ends, rad.
+    radius : float
+        Of the rounded edge that goes on from there, mm; 0 for a sharp one, at the tip circle or at a chamfer.
+    """
+
+    roll_angle: float
+    radius: float = 0.0
+
+
+def tip_edge(tooth: Tooth, rounding: float = 0.0, chamfer: float = 0.0) -> TipEdge:
+    """Return where the usable flank of a tooth ends.
 
     Parameters
     ----------
@@ -32,10 +49,10 @@ def contact_tip_roll_angle(tooth: Tooth, rounding: float = 0.0, chamfer: float =
         When the edge takes more than the flank or half of the tip land has room for.
     """
     if rounding > 0.0:
-        return _rounded(tooth, rounding)
+        return TipEdge(_rounded(tooth, rounding), rounding)
     if chamfer > 0.0:
-        return _chamfered(tooth, chamfer)
-    return tooth.tip_roll_angle
+        return TipEdge(_chamfered(tooth, chamfer))
+    return TipEdge(tooth.tip_roll_angle)
 
 
 def _rounded(tooth: Tooth, radius: float) -> float:

@@ -22,7 +22,7 @@ from pmor.contact.solve import ElasticityAt
 from pmor.errors import GeometryError, MeshError
 from pmor.gear.clearance import refuse_interference
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance
-from pmor.gear.tip_edge import contact_tip_roll_angle
+from pmor.gear.tip_edge import TipEdge, tip_edge
 from pmor.gear.tooth import Tooth
 from pmor.mesh.layer import surface_layer
 from pmor.mesh.quality import MeshQuality, mesh_quality
@@ -111,15 +111,18 @@ def gear_pair(case: Case) -> GearPair:
     pair, width = case.pair, case.pair.face_width_mm
     pinion, wheel = _tooth(case, pair.pinion, 1.0), _tooth(case, pair.wheel, -1.0)
     distance = pair.centre_distance_mm or zero_backlash_centre_distance(pinion, wheel)
-    made = GearPair(pinion, wheel, width, distance, pair.pinion.face(width), pair.wheel.face(width))
+    edges = _tip_edge("pinion", pair.pinion, pinion), _tip_edge("wheel", pair.wheel, wheel)
+    made = GearPair(pinion, wheel, width, distance, pair.pinion.face(width), pair.wheel.face(width), *edges)
     refuse_interference(made)
-    for name, gear, tooth in (("pinion", pair.pinion, pinion), ("wheel", pair.wheel, wheel)):
-        try:
-            contact_tip_roll_angle(tooth, gear.tip_rounding_mm, gear.tip_chamfer_mm)
-        except GeometryError as error:
-            raise GeometryError(f"[{name}] {error}") from None
     refuse_modifications_off_the_flank(case, made)
     return made
+
+
+def _tip_edge(name: str, gear: GearCase, tooth: Tooth) -> TipEdge:
+    try:
+        return tip_edge(tooth, gear.tip_rounding_mm, gear.tip_chamfer_mm)
+    except GeometryError as error:
+        raise GeometryError(f"[{name}] {error}") from None
 
 
 def contact_scheme(case: Case) -> ContactScheme:

@@ -95,6 +95,10 @@ BROKEN = {
     "rounding and chamfer": (
         GOOD.replace("teeth = 21", "teeth = 21\ntip_rounding_mm = 0.2\ntip_chamfer_mm = 0.2"), ["leave one of the two"],
     ),
+    "rounding of a mesh with sharp edges": (
+        GOOD.replace("teeth = 21", "teeth = 21\ntip_rounding_mm = 0.3") + '[contact]\nscheme = "direct"\n',
+        ["[pinion] tip_rounding_mm = 0.3", "known to line contact"],
+    ),
     "rounding wider than the tip": (
         GOOD.replace("teeth = 21", "teeth = 21\ntip_rounding_mm = 3.0"), ["[pinion] tip_rounding_mm = 3", "tip land"],
     ),

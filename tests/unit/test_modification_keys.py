@@ -11,7 +11,7 @@ from pmor.case import basis_key, change_case, describe, load_case, make_case, pa
 from pmor.contact.condition import Axes, Built
 from pmor.errors import CaseError, GeometryError
 from pmor.flank import UNMODIFIED, Modification, Topography
-from pmor.gear.tip_edge import contact_tip_roll_angle
+from pmor.gear.tip_edge import tip_edge
 from pmor.pair.conditions import built_of, conditions_of, listed_conditions, nominal_condition
 from pmor.pair.model import gear_pair
 from tests.gear_models import tooth
@@ -155,17 +155,25 @@ def test_the_case_with_relief_starts_it_where_one_pair_is_no_longer_alone():
     assert case.pair == load_case(CASES / "paper_spur.toml").pair
 
 
+def test_edges_shorten_the_path_of_contact():
+    case = change_case(load_case(CASES / "paper_spur.toml"), pinion={"tip_rounding_mm": 0.4})
+    sharp, rounded = gear_pair(load_case(CASES / "paper_spur.toml")), gear_pair(case)
+    lost = sharp.pinion.tip_roll_angle - tip_edge(sharp.pinion, rounding=0.4).roll_angle
+    assert lost > 0.0
+    assert rounded.contact_ratio == pytest.approx(sharp.contact_ratio - lost / sharp.pitch, rel=1e-12)
+
+
 def test_edges_shorten_the_flank():
     gear = tooth(21)
-    assert contact_tip_roll_angle(gear) == gear.tip_roll_angle
-    chamfered = contact_tip_roll_angle(gear, chamfer=0.3)
+    assert tip_edge(gear).roll_angle == gear.tip_roll_angle
+    chamfered = tip_edge(gear, chamfer=0.3).roll_angle
     assert gear.base_radius * math.hypot(1.0, chamfered) == pytest.approx(gear.tip_radius - 0.3, rel=1e-14)
-    radius, roll = 0.4, contact_tip_roll_angle(gear, rounding=0.4)
+    radius, roll = 0.4, tip_edge(gear, rounding=0.4).roll_angle
     # The centre of the arc is its radius below the flank's point and below the tip circle.
     point, normal = gear.flank_point(roll, 0.0), gear.flank_normal(roll, 0.0)
     centre = point - radius * normal
     assert math.hypot(*centre[:2]) == pytest.approx(gear.tip_radius - radius, rel=1e-14)
-    assert contact_tip_roll_angle(gear, rounding=1e-9) == pytest.approx(gear.tip_roll_angle, abs=1e-9)
+    assert tip_edge(gear, rounding=1e-9).roll_angle == pytest.approx(gear.tip_roll_angle, abs=1e-9)
     for edge in ({"rounding": 3.0}, {"chamfer": 1.5}, {"chamfer": 9.0}, {"rounding": 9.0}):
         with pytest.raises(GeometryError, match="tip_(rounding|chamfer)_mm = "):
-            contact_tip_roll_angle(gear, **edge)
+            tip_edge(gear, **edge)

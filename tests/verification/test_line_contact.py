@@ -60,8 +60,9 @@ def test_cubic_along_the_profile_has_no_kink_at_the_nodes(rng):
 
 @pytest.mark.parametrize("slave", [0, 1])
 @pytest.mark.parametrize("beyond", [0.0, 0.02, 0.05])
-def test_a_corner_meets_the_involute_at_its_distance(slave, beyond, unlike):
-    """Against the least distance to points of the mate's flank, found by brute force."""
+@pytest.mark.parametrize("radius", [0.0, 0.3])
+def test_a_corner_meets_the_involute_at_its_distance(slave, beyond, radius, unlike):
+    """Against the least distance to points of the mate's flank, found by brute force; of an arc, from its centre."""
     meshed = unlike.mesh.meshed
     pair = meshed.pair
     own, mate = (pair.pinion, pair.wheel) if slave == 0 else (pair.wheel, pair.pinion)
@@ -71,14 +72,15 @@ def test_a_corner_meets_the_involute_at_its_distance(slave, beyond, unlike):
     if slave == 1:
         rotation, shift = rotation.T, -rotation.T @ shift
     motion = Motion(np.ascontiguousarray(rotation), shift)
-    meeting = involute_foot(meshed.gears, slave, own.tip_roll_angle, motion)
-    corner = rotation[:2, :2] @ own.flank_section(np.array([own.tip_roll_angle]))[0] + shift[:2]
+    meeting = involute_foot(meshed.gears, slave, own.tip_roll_angle, radius, motion)
+    centre = own.flank_point(own.tip_roll_angle, 0.0) - radius * own.flank_normal(own.tip_roll_angle, 0.0)
+    corner = (rotation @ centre + shift)[:2]
 
     # Around the foot: the tooth's other side is near too.
     foot = roll_of(meeting, 1 - slave)
     roll = foot + np.linspace(-0.05, 0.05, 100_001)
     distance = np.linalg.norm(mate.flank_section(roll) - corner, axis=1)
-    assert_allclose(abs(meeting.gap), distance.min(), rtol=1e-6, atol=1e-9)
+    assert_allclose(abs(meeting.gap + radius), distance.min(), rtol=1e-6, atol=1e-9)
     assert_allclose(foot, roll[distance.argmin()], atol=2e-6)
     assert_allclose(abs(meeting.mate_lever if slave == 0 else meeting.lever), mate.base_radius, rtol=ROUND_OFF)
 

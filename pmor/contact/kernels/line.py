@@ -55,7 +55,10 @@ def line_law(gears, meeting, carriers):
             value += carriers.weight[gear, a] * flank.line_constant[row]
         compliance += flank.line_compliance
         constant += flank.line_compliance * value
-        curvature += 1.0 / max(flank.base_radius * roll_of(meeting, gear), 1e-3 * flank.base_radius)
+        roll = roll_of(meeting, gear)
+        on_edge = flank.edge_radius > 0.0 and roll >= flank.tip_roll
+        radius = flank.edge_radius if on_edge else flank.base_radius * max(roll, 1e-3)
+        curvature += 1.0 / radius
     curvature *= cosine
     constant = constant / compliance + np.log(cosine) - 0.5 * np.log(2.0 * compliance / curvature)
     return compliance / cosine, constant, 1e-9 / (compliance * curvature)

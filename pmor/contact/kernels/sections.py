@@ -108,16 +108,18 @@ def cubic_rows(roll, u, low, high, weights):
 
 
 @compiled
-def involute_foot(gears, slave, u, motion):
+def involute_foot(gears, slave, u, radius, motion):
     """Meeting of the point of the slave's involute at roll angle u with the master's involute.
 
-    `motion` leads from the slave's tooth to the master's.
+    With a radius (mm), of the arc that goes on from that point, tangentially: its centre keeps that distance, and the
+    normal through it carries the force. `motion` leads from the slave's tooth to the master's.
     """
     own, mate = gears[slave], gears[1 - slave]
     rotation, shift = motion.rotation, motion.shift
     angle = own.half_angle - u
-    px = own.base_radius * (-np.sin(angle) - u * np.cos(angle))
-    py = own.base_radius * (np.cos(angle) - u * np.sin(angle))
+    along = own.base_radius * u - radius
+    px = -own.base_radius * np.sin(angle) - along * np.cos(angle)
+    py = own.base_radius * np.cos(angle) - along * np.sin(angle)
     x = rotation[0, 0] * px + rotation[0, 1] * py + shift[0]
     y = rotation[1, 0] * px + rotation[1, 1] * py + shift[1]
     roll = np.sqrt(max((x * x + y * y) / mate.base_radius**2 - 1.0, 0.0))
@@ -128,7 +130,7 @@ def involute_foot(gears, slave, u, motion):
     own_x, own_y = rotation[0, 0] * nx + rotation[1, 0] * ny, rotation[0, 1] * nx + rotation[1, 1] * ny
     slave_arm = (x - shift[0]) * ny - (y - shift[1]) * nx
     # The foot is on the mate's flank, not on the parallel involute through the point.
-    gap, mate_roll = mate.base_radius * offset, roll - offset
+    gap, mate_roll = mate.base_radius * offset - radius, roll - offset
     # The flank that is met is smooth: its normal is that of the force on both.
     axial = -mate.twist * mate.base_radius
     if slave == 1:
@@ -141,6 +143,12 @@ def involute_foot(gears, slave, u, motion):
     turning = (x * arm_x + y * arm_y) / (x * x + y * y) - (y * arm_x - x * arm_y) / ((x * x + y * y) * roll)
     slope = (arm_x * nx + arm_y * ny) * (turning - 1.0)
     return Meeting(gap, u, mate_roll, own_x, own_y, axial, -nx, -ny, -axial, slave_arm, mate.base_radius, slope, 0.0)
+
+
+@compiled
+def _corner_foot(gears, slave, motion):
+    """Meeting of the edge at the slave's tip with the master's involute."""
+    return involute_foot(gears, slave, gears[slave].tip_roll, gears[slave].edge_radius, motion)
 
 
 @compiled
@@ -157,12 +165,12 @@ def closest_approach(kinematics, gears, roll_position, lead, z, forward, back):
     wheel_roll = roll_angle(kinematics, gears, 1, section) + turn
     aside = axial_opening(kinematics, gears, pinion_roll)
     if pinion_roll > gears[0].tip_roll:
-        return _turned(involute_foot(gears, 0, gears[0].tip_roll, forward), gears, z, aside)
+        return _turned(_corner_foot(gears, 0, forward), gears, z, aside)
     if wheel_roll > gears[1].tip_roll:
-        return _turned(involute_foot(gears, 1, gears[1].tip_roll, back), gears, z, aside)
+        return _turned(_corner_foot(gears, 1, back), gears, z, aside)
     slope = 0.0
     if pinion_roll > gears[0].tip_roll - CORNER:
-        slope = involute_foot(gears, 0, gears[0].tip_roll, forward).lever_slope
+        slope = _corner_foot(gears, 0, forward).lever_slope
     pinion, wheel = gears[0].half_angle - pinion_roll, gears[1].half_angle - wheel_roll
     axial = gears[0].twist * gears[0].base_radius
     meeting = Meeting(

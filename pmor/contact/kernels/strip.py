@@ -14,7 +14,7 @@ from pmor.contact.kernels.types import AT_ROOT, AT_TIP, ELEMENT_ROWS, FIRST_ROW
 @compiled
 def _strip_gap(moved, pair, windows, slave, u, motion, column, carriers):
     """Gap of the slave's point at roll angle u in a section, whether both windows hold the point, and the meeting."""
-    meeting = involute_foot(pair.gears, slave, u, motion)
+    meeting = involute_foot(pair.gears, slave, u, 0.0, motion)
     inside = carry(pair.gears, windows, meeting, carriers)
     change = gap_change(moved, pair.gears, pair.sections, windows, meeting, carriers, column)
     return meeting.gap + change, inside, meeting
@@ -52,7 +52,7 @@ def _strip_borders(gears, window, slave, centre, motion, borders):
     # Towards the slave's root is towards the master's tip.
     start = low
     for _ in range(20):
-        beyond = roll_of(involute_foot(gears, slave, start, motion), 1 - slave) - mate.tip_roll
+        beyond = roll_of(involute_foot(gears, slave, start, 0.0, motion), 1 - slave) - mate.tip_roll
         if (beyond <= 0.0 and start <= low) or abs(beyond) < 1e-14:
             break
         start = max(start + beyond * mate.base_radius / gears[slave].base_radius, low)

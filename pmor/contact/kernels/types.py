@@ -89,7 +89,7 @@ class Gear(NamedTuple):
     base_radius : float
         mm.
     form_roll, tip_roll : float
-        Roll angles at the form circle and at the tip circle, rad.
+        Roll angles at the form circle and where the flank ends towards the tip, rad.
     half_angle : float
         Half the tooth's angle on the base circle, rad.
     line_compliance : float
@@ -99,6 +99,8 @@ class Gear(NamedTuple):
     twist : float
         Rotation of the transverse section per length along +z, rad/mm; 0 for spur gears, of opposite signs on the two
         gears of a helical pair.
+    edge_radius : float
+        Of the rounded edge behind the flank's end, mm; 0 for a sharp one.
     """
 
     nodes: FloatArray
@@ -111,6 +113,7 @@ class Gear(NamedTuple):
     line_compliance: float
     line_constant: FloatArray
     twist: float
+    edge_radius: float
 
 
 class LineScheme(NamedTuple):
