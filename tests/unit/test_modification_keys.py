@@ -160,7 +160,7 @@ def test_edges_shorten_the_path_of_contact():
     sharp, rounded = gear_pair(load_case(CASES / "paper_spur.toml")), gear_pair(case)
     lost = sharp.pinion.tip_roll_angle - tip_edge(sharp.pinion, rounding=0.4).roll_angle
     assert lost > 0.0
-    assert rounded.contact_ratio == pytest.approx(sharp.contact_ratio - lost / sharp.pitch, rel=1e-12)
+    assert rounded.contact_ratio == pytest.approx(sharp.contact_ratio - 2.0 * lost / sharp.pitch, rel=1e-12)  # both gears
 
 
 def test_edges_shorten_the_flank():
