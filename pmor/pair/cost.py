@@ -8,7 +8,7 @@ factor of two there.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -47,7 +47,9 @@ FLOPS = 13e9
 ELEMENT_S, SOLVER_S = 90e-6, 0.15
 FULL_S, FULL_ENTRY_S, POSITION_S = 5e-3, 30e-9, 8e-3
 REDUCED_S, REDUCED_MEMBER_S, SWEEP_S = 30e-6, 1.5e-8, 0.2
-START_S, BASIS_S, RESULTS_S, PAGE_S, COMPILING_S = 1.2, 0.6, 0.05, 2.8, 120.0
+START_S, BASIS_S, RESULTS_S, PAGE_S = 1.2, 0.6, 0.05, 2.8
+# Of line loads with the full FE of line contact, and of trained shapes with that of their scheme.
+LINES_COMPILING_S, SHAPES_COMPILING_S = 30.0, 60.0
 # Shapes of a line over the width where the axes tilt; states at which a greedy sampling estimates errors, per solve.
 TILTED_SHAPES, GREEDY_STATES = 8, 200
 
@@ -167,6 +169,12 @@ class PairSize:
         return 2 * self.pairs * self.flank * min(self.rows + 1, self.gears[0].lines) // self.gears[0].lines
 
 
+def _compiling_seconds(cases: Iterable[Case]) -> float:
+    by_lines = {case.reduction.shapes == "line_loads" for case in cases}
+    lines = LINES_COMPILING_S if True in by_lines and not is_kept(solve_lines) else 0.0
+    return lines + (SHAPES_COMPILING_S if False in by_lines and not is_kept(sweep_reduced) else 0.0)
+
+
 def stages(case: Case, pair: GearPair) -> tuple[Stage, ...]:
     """Return the stages of `pmor run` in their order; where kernels are not compiled yet, that comes first.
 
@@ -177,8 +185,8 @@ def stages(case: Case, pair: GearPair) -> tuple[Stage, ...]:
     GeometryError, MeshError
     """
     others = dict(other_models(case))
-    kernels = {solve_lines if c.reduction.shapes == "line_loads" else sweep_reduced for c in (case, *others.values())}
-    compiling = () if all(map(is_kept, kernels)) else (Stage(COMPILING, COMPILING_BYTES, COMPILING_S),)
+    seconds = _compiling_seconds((case, *others.values()))
+    compiling = (Stage(COMPILING, COMPILING_BYTES, seconds),) if seconds else ()
     *own, report = _stages_of(case, pair)
     held = _held(pair_size(case, pair)) if others else 0
     further = [
