@@ -48,8 +48,8 @@ pytestmark = [
 ]
 
 RELIEF = {"tip_relief_um": 30.0, "tip_relief_start_roll_deg": 27.0}
-# Rims are thin, so that a ring can be cut two teeth beside the contact: that changes the STE by less than 1e-4, and one
-# tooth beside it by 2e-4. The helical wheel is wider: whether a node at the end of a face meets the mate, CalculiX
+# Rims are thin, so that a ring can be cut beside the contact: one tooth beside it instead of two changes the STE by 2e-4.
+# The helical wheel is wider: whether a node at the end of a face meets the mate, CalculiX
 # answers with yes or no, and pmor with the part of its area that does.
 PAIRS = {
     "helical": {
