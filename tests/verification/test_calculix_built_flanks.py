@@ -48,9 +48,9 @@ pytestmark = [
 ]
 
 RELIEF = {"tip_relief_um": 30.0, "tip_relief_start_roll_deg": 27.0}
-# Rims are thin, so that a ring can be cut beside the contact: one tooth beside it instead of two changes the STE by 2e-4.
-# The helical wheel is wider: whether a node at the end of a face meets the mate, CalculiX
-# answers with yes or no, and pmor with the part of its area that does.
+# Rims are thin, so that a ring can be cut beside the contact: one tooth beside it instead of two changes the STE by
+# 2e-4. The helical wheel is wider: whether a node at the end of a face meets the mate, CalculiX answers with yes or no,
+# and pmor with the part of its area that does.
 PAIRS = {
     "helical": {
         "load": {"torque_Nm": 200.0},
