@@ -28,7 +28,7 @@ from pmor_online.model import ReducedPair
 
 # Sections are placed for so many angles at a time: enough to share out, few enough for the flexibilities of helical
 # pairs to stay in megabytes.
-ANGLES_PER_BLOCK = 25
+ANGLES_PER_BLOCK = 50
 
 
 def sweep_line_loads(
