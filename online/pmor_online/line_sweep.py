@@ -18,7 +18,8 @@ from pmor.arrays import FloatArray, IntArray
 from pmor.contact.condition import PLAIN, Built, Condition, at_leads, common_axes
 from pmor.contact.flank import MeshedPair
 from pmor.contact.kernels.deviation import Deviation
-from pmor.contact.kernels.line_loads import LineResults, Lines, line_deviations, solve_lines
+from pmor.contact.kernels.line_loads import LineResults, solve_lines
+from pmor.contact.kernels.line_places import Lines, line_deviations
 from pmor.contact.position import place_sections
 from pmor.results.force_law import ForceLaw
 from pmor.results.loads import ContactLoads, SweepStates

@@ -16,7 +16,7 @@ from pmor.arrays import FloatArray, IntArray
 from pmor.contact.condition import ALIGNED, PLAIN, Axes, Built
 from pmor.contact.flank import MeshedPair
 from pmor.contact.kernels import motion, windows
-from pmor.contact.kernels.line_loads import Lines, place_lines
+from pmor.contact.kernels.line_places import Lines, place_lines
 from pmor.contact.kernels.types import AT_ROOT, AT_TIP, FIRST, FIRST_ROW, NODE_ROWS, OFFSET, Motion, Pair, Reach
 
 

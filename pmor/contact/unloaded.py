@@ -14,7 +14,7 @@ import numpy as np
 from pmor.arrays import FloatArray
 from pmor.contact.condition import PLAIN, Built, Condition, common_axes
 from pmor.contact.flank import MeshedPair, SurfaceLayer
-from pmor.contact.kernels.line_loads import Lines, line_deviations
+from pmor.contact.kernels.line_places import Lines, line_deviations
 from pmor.contact.position import place_sections
 from pmor.results.sweep import SteSweep
 

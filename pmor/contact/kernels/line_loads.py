@@ -22,12 +22,7 @@ import numpy as np
 
 from pmor.arrays import BoolArray, FloatArray, IntArray
 from pmor.contact.kernels.compiling import allocating, compiled, inlined
-from pmor.contact.kernels.deviation import flank_deviation
-from pmor.contact.kernels.line import line_law, sections_alike
 from pmor.contact.kernels.linear import cholesky, solve_factored
-from pmor.contact.kernels.sections import closest_approach, cubic_rows, opening_of, roll_of
-from pmor.contact.kernels.state import Carriers
-from pmor.contact.kernels.types import Motion
 
 # Newton steps, and after how many of them sections change sides singly.
 MAX_STEPS, PATIENCE = 60, 20
@@ -37,46 +32,6 @@ TOLERANCE = 1e-11
 NEARBY = 0.2
 # Of that distance: gaps below it have no sign.
 ROUND_OFF = 1e-9
-
-
-class Lines(NamedTuple):
-    """Sections of all tooth pairs in reach over A pinion angles: P pairs of S sections, N = P S unknowns at most.
-
-    Attributes
-    ----------
-    first_pair : ndarray of int, shape (A,)
-        Number of the first tooth pair in reach; the others follow.
-    gap : ndarray, shape (A, N)
-        Between undeformed flanks without deviations in the kinematic position, mm; infinite far beyond the path.
-    lever, mate_lever : ndarray, shape (A, N)
-        Derivative of the gap by the pinion's rotation, and lever arm of the force on the wheel, mm.
-    lever_slope, corner_lead : ndarray, shape (A, N)
-        Derivative of the lever by the pinion's rotation, mm, from a lead (rad) on that brings its corner into contact.
-    roll : ndarray, shape (A, N, 2)
-        Roll angles on pinion and wheel, rad.
-    law : ndarray, shape (A, N, 3)
-        Compliance (mm^2/N), constant, and load below which the law is linear (N/mm).
-    row : ndarray of int, shape (A, N, 2)
-        First of the four rows of nodes that carry a section, on each gear.
-    gradient : ndarray, shape (A, N, 2, 4 c)
-        Gradient of the gap by the c components of displacement in these rows.
-    flexibility : ndarray, shape (A, N, N)
-        D, of the sections that are `ready`, mm/N.
-    ready : ndarray of bool, shape (A, N)
-    """
-
-    first_pair: IntArray
-    gap: FloatArray
-    lever: FloatArray
-    mate_lever: FloatArray
-    lever_slope: FloatArray
-    corner_lead: FloatArray
-    roll: FloatArray
-    law: FloatArray
-    row: IntArray
-    gradient: FloatArray
-    flexibility: FloatArray
-    ready: BoolArray
 
 
 class LineResults(NamedTuple):
@@ -122,96 +77,6 @@ class _Room(NamedTuple):
     levered: FloatArray
 
 
-@allocating
-def place_lines(phi, kinematics, gears, z, reachable, components):
-    """Place the sections of all tooth pairs that can be in reach at some pinion angles.
-
-    Parameters
-    ----------
-    phi : ndarray, shape (A,)
-        rad.
-    kinematics : Kinematics
-    gears : two Gear
-    z : ndarray, shape (S,)
-        Of the sections, mm.
-    reachable : int
-        Tooth pairs in reach at most: P.
-    components : int
-        Of displacement: 2 without, 3 with those along the axis.
-
-    Returns
-    -------
-    Lines
-        With no flexibility ready.
-    """
-    angles, sections = len(phi), len(z)
-    size = reachable * sections
-    lines = Lines(
-        np.zeros(angles, dtype=np.int64), np.zeros((angles, size)), np.zeros((angles, size)), np.zeros((angles, size)),
-        np.zeros((angles, size)), np.zeros((angles, size)),
-        np.zeros((angles, size, 2)), np.zeros((angles, size, 3)), np.zeros((angles, size, 2), dtype=np.int64),
-        np.zeros((angles, size, 2, 4 * components)), np.zeros((angles, size, size)),
-        np.zeros((angles, size), dtype=np.bool_),
-    )  # fmt: skip
-    forward, back = Motion(np.empty((3, 3)), np.empty(3)), Motion(np.empty((3, 3)), np.empty(3))
-    carriers = Carriers(np.empty(2, dtype=np.int64), np.empty((2, 4)))
-    middle, alike = 0.5 * (kinematics.path_start + kinematics.path_end), sections_alike(kinematics, gears)
-    for i in range(angles):
-        # As many pairs as can be in reach, about the middle of the path.
-        first = int(np.ceil((middle - phi[i]) / kinematics.pitch - 0.5 * reachable))
-        lines.first_pair[i] = first
-        for p in range(reachable):
-            roll_position = phi[i] + (first + p) * kinematics.pitch
-            for s in range(sections):
-                n = p * sections + s
-                if s > 0 and alike:
-                    _copy_section(lines, i, n)
-                else:
-                    _place_section(lines, i, n, kinematics, gears, roll_position, z[s], forward, back, carriers)
-    return lines
-
-
-@compiled
-def _place_section(lines, i, n, kinematics, gears, roll_position, z, forward, back, carriers):
-    parts, section, margin = lines.gradient.shape[3] // 4, roll_position + gears[0].twist * z, 0.5 * kinematics.pitch
-    if section < kinematics.path_start - margin or section > kinematics.path_end + margin:
-        # So far beyond the path a corner would meet the mate's other side.
-        lines.gap[i, n], lines.lever[i, n], lines.mate_lever[i, n] = np.inf, -gears[0].base_radius, gears[1].base_radius
-        return
-    meeting = closest_approach(kinematics, gears, roll_position, 0.0, z, forward, back)
-    lines.gap[i, n], lines.lever[i, n], lines.mate_lever[i, n] = meeting.gap, meeting.lever, meeting.mate_lever
-    lines.lever_slope[i, n], lines.corner_lead[i, n] = meeting.lever_slope, meeting.corner_lead
-    for gear in range(2):
-        roll, u = gears[gear].roll, roll_of(meeting, gear)
-        carriers.row[gear] = cubic_rows(roll, u, 0, len(roll) - 1, carriers.weight[gear])
-        # Four rows in any case: of a flank with fewer elements the first ones have no share.
-        row = min(carriers.row[gear], len(roll) - 4)
-        behind = carriers.row[gear] - row
-        lines.roll[i, n, gear], lines.row[i, n, gear] = u, row
-        x, y, axial = opening_of(meeting, gear)
-        for a in range(4 - behind):
-            weight, at = carriers.weight[gear, a], parts * (a + behind)
-            lines.gradient[i, n, gear, at], lines.gradient[i, n, gear, at + 1] = weight * x, weight * y
-            if parts == 3:
-                lines.gradient[i, n, gear, at + 2] = weight * axial
-    law = line_law(gears, meeting, carriers)
-    lines.law[i, n, 0], lines.law[i, n, 1], lines.law[i, n, 2] = law[0], law[1], law[2]
-
-
-@compiled
-def _copy_section(lines, i, n):
-    """On spur gears with parallel axes undeformed flanks meet in all sections alike."""
-    lines.gap[i, n], lines.lever[i, n] = lines.gap[i, n - 1], lines.lever[i, n - 1]
-    lines.mate_lever[i, n] = lines.mate_lever[i, n - 1]
-    lines.lever_slope[i, n], lines.corner_lead[i, n] = lines.lever_slope[i, n - 1], lines.corner_lead[i, n - 1]
-    for k in range(3):
-        lines.law[i, n, k] = lines.law[i, n - 1, k]
-    for gear in range(2):
-        lines.roll[i, n, gear], lines.row[i, n, gear] = lines.roll[i, n - 1, gear], lines.row[i, n - 1, gear]
-        for k in range(lines.gradient.shape[3]):
-            lines.gradient[i, n, gear, k] = lines.gradient[i, n - 1, gear, k]
-
-
 @inlined
 def _product(block, to_row, to, by_row, by, parts, room):
     """Product of two gradients with the compliance between the rows of two sections, shape (rows c, rows c)."""
@@ -248,27 +113,6 @@ def _make_ready(lines, i, n, compliance, sections, room):
             total += _product(compliance[1][apart, s, t], row[low, 1], gradient[low, 1], row[high, 1],
                               gradient[high, 1], parts, room)  # fmt: skip
         flexibility[n, m] = flexibility[m, n] = total
-
-
-@compiled
-def line_deviations(lines, z, pinion, wheel, out):
-    """Fill `out`, shape (A, N), with what both flanks deviate by in all sections, mm.
-
-    Parameters
-    ----------
-    lines : Lines
-    z : ndarray, shape (S,)
-        Of the sections, mm.
-    pinion, wheel : Deviation
-    out : ndarray
-    """
-    sections = len(z)
-    for i in range(out.shape[0]):
-        for n in range(out.shape[1]):
-            tooth, place = lines.first_pair[i] + n // sections, z[n % sections]
-            out[i, n] = flank_deviation(pinion, lines.roll[i, n, 0], place, tooth)
-            # The wheel's teeth count against the pinion's.
-            out[i, n] += flank_deviation(wheel, lines.roll[i, n, 1], place, -tooth)
 
 
 @compiled
