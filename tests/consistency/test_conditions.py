@@ -15,7 +15,8 @@ import pmor
 from pmor.app.cli import main
 from pmor.app.plan import plan_text
 from pmor.case import parse_case
-from pmor.report.summary import result_text, summary
+from pmor.report.screen import result_text
+from pmor.report.summary import summary
 from pmor.storage.basis_file import read_basis
 from pmor_online.conditions import sweep_built, sweep_listed
 from pmor_online.model import reduced_pair

@@ -32,7 +32,9 @@ STE, LOADS = 1e-8, 1e-6
 PAIRS = {
     "spur": {},
     "unequal": {"wheel": {"teeth": 31, "bore_radius_mm": 25.0, "face_width_mm": 16.0, "face_offset_mm": 1.0}},
-    "edges": {"pinion": {"tip_rounding_mm": 0.3}, "wheel": {"tip_chamfer_mm": 0.2}},
+    "edges": {
+        "pinion": {"tip_rounding_mm": 0.3}, "wheel": {"teeth": 25, "bore_radius_mm": 25.0, "tip_chamfer_mm": 0.2},
+    },
     "helical": {"pair": {"helix_angle_deg": 20.0}, "wheel": {"teeth": 31, "bore_radius_mm": 25.0}},
 }
 
