@@ -16,9 +16,14 @@ ODD_TEXTS = ["", "x", "../../..", "/etc", "\x1b[31mred\x1b[0m", "\r\n\n", "a\0b"
 
 
 def datasets_of(file):
+    """Those that can be read: a virtual one may be made of itself, which the library follows until it dies."""
     found = []
-    file.visititems(lambda name, item: found.append(name) if isinstance(item, h5py.Dataset) else None)
+    file.visititems(lambda name, item: found.append(name) if _readable(item) else None)
     return sorted(found)
+
+
+def _readable(item):
+    return isinstance(item, h5py.Dataset) and not item.is_virtual
 
 
 def groups_of(file):
