@@ -285,7 +285,10 @@ def _evaluate(
     def solve(active: np.ndarray, hardness: float) -> _Linear:
         points = _select(contact, active)
         points = replace(points, stiffness=hardness * points.stiffness)
-        solution, rotation = elasticity.newton_step(points, free[active], torque)
+        try:
+            solution, rotation = elasticity.newton_step(points, free[active], torque)
+        except np.linalg.LinAlgError as error:
+            raise ConvergenceError(f"the equations of contact have no solution: {error}", []) from None
         gap = free + contact.gap_change(elasticity.displacement(solution)) + contact.lever * rotation
         return solution, rotation, gap
 

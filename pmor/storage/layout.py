@@ -18,6 +18,10 @@ from pmor.storage.structure import Damaged, Items
 KINDS = {float: np.dtype(np.float64), int: np.dtype(np.int64), bool: np.dtype(np.bool_)}
 
 
+# In mm, N, MPa and their products nothing that this program writes comes near it, and squares of it are numbers still.
+LARGEST = 1e30
+
+
 @dataclass(frozen=True)
 class Field:
     """What a dataset is.
@@ -47,8 +51,8 @@ class Field:
     kind: type = float
     finite: bool = True
     increasing: bool = False
-    least: float = -np.inf
-    most: float = np.inf
+    least: float = -LARGEST
+    most: float = LARGEST
     optional: bool = False
 
 

@@ -16,14 +16,17 @@ ODD_TEXTS = ["", "x", "../../..", "/etc", "\x1b[31mred\x1b[0m", "\r\n\n", "a\0b"
 
 
 def datasets_of(file):
-    """Those that can be read: a virtual one may be made of itself, which the library follows until it dies."""
+    """Those that can be read: a virtual one may be made of itself, which the library follows until it dies.
+
+    Neither are terabytes that were declared and never written.
+    """
     found = []
     file.visititems(lambda name, item: found.append(name) if _readable(item) else None)
     return sorted(found)
 
 
 def _readable(item):
-    return isinstance(item, h5py.Dataset) and not item.is_virtual
+    return isinstance(item, h5py.Dataset) and not item.is_virtual and (item.size or 0) < 10**7
 
 
 def groups_of(file):

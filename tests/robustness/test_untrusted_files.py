@@ -89,6 +89,8 @@ LIES = {
     "zero roll angles": (of_zeros("flank/wheel/roll_angle"), "flank/wheel/roll_angle do not increase"),
     "other roll angles": (times("flank/wheel/roll_angle", 1.01), "do not go from the start of its involute to its tip"),
     "zero displacements": (of_zeros("shapes/wheel/displacement"), "energy products of the wheel"),
+    "displacements that overflow": (other("shapes/wheel/displacement", lambda data: np.full_like(data, -1e308)),
+                                    "shapes/wheel/displacement holds values beyond -1e+30 to 1e+30 mm"),
     "larger displacements": (times("shapes/pinion/displacement", 1.001), "energy products of the pinion"),
     "larger forces": (times("shapes/pinion/force", 2.0), "energy products of the pinion"),
     "nodes off the flank": (other("flank/pinion/nodes", lambda data: data + 1e-3), "not on its involutes"),
