@@ -1,6 +1,7 @@
 """What the laboratories share: models that are not mixed up, pieces that are kept, times in turn, tables."""
 
 import json
+import math
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
@@ -112,7 +113,8 @@ def test_a_key_is_of_what_a_case_says_and_not_of_how_it_is_written():
     plain = Piece("a", {"case": case}, None, dict)
     assert replace(plain, cases={"case": commented}).key == plain.key
     harder = {"case": change_case(case, penalty_N_mm3=1e5)}
-    others = [replace(plain, name="b"), replace(plain, settings=1), replace(plain, cases=harder)]
+    others = [replace(plain, name="b"), replace(plain, settings=1), replace(plain, settings=math.nan),
+              replace(plain, cases=harder)]  # fmt: skip
     assert plain.key not in [other.key for other in others]
 
 

@@ -60,7 +60,8 @@ class Piece:
             for label, case in self.cases.items()
         }
         content = [PART_VERSION, __version__, self.name, said, self.settings]
-        return hashlib.sha256(json.dumps(content, sort_keys=True, allow_nan=False).encode()).hexdigest()
+        # What a piece is to refuse may be no number.
+        return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
 class Announcer:
