@@ -16,7 +16,7 @@ def stored_energy(meshed: MeshedPair, elasticity: Elasticity, equilibrium: Equil
     """Return elastic energy and that of penalty or local approach, N mm.
 
     Gaps of lines are those of the tangent to their law, C w (A - ln(w) / 2): with a slope s of the load over the
-    approach it stores w^2 / (2 s) + C w^2 / 8 per width.
+    approach it stores w^2 / (2 s) + C w^2 / 8 per width, far beyond the load up to which it is straight.
     """
     contact = equilibrium.contact
     elastic = 0.5 * elasticity.energy_norm(equilibrium.coordinates) ** 2
@@ -47,13 +47,18 @@ def energy_imbalance(
     return abs(stored[1] - stored[0] - work) / abs(work)
 
 
-def torque_imbalance(position: Position, elasticity: Elasticity, equilibrium: Equilibrium, torque: float) -> float:
+def torque_imbalance(
+    meshed: MeshedPair, position: Position, elasticity: Elasticity, equilibrium: Equilibrium, torque: float
+) -> float:
     """Return how far the moment of the nodal forces about the pinion's axis misses the torque (N mm), over it.
 
     The solver balances the forces at contact points; here the forces have gone to the nodes, at their deformed places.
+    Lines are balanced where they meet undeformed.
     """
     forces = equilibrium.contact.nodal_forces(equilibrium.contact.force, len(position.nodes))
-    places = position.nodes + elasticity.displacement(equilibrium.coordinates)
+    places = position.nodes
+    if meshed.scheme.kind != "line":
+        places = places + elasticity.displacement(equilibrium.coordinates)
     own = np.concatenate([np.arange(*position.window_slice(p, 0).indices(len(places)))
                           for p in range(len(position.pair_index))])  # fmt: skip
     moment = places[own, 0] @ forces[own, 1] - places[own, 1] @ forces[own, 0]

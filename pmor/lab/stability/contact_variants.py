@@ -111,7 +111,7 @@ def line_variants() -> list[Variant]:
         # The coordinates of a tip corner have a round-off of 2e-11 um, the STE under 1e-6 N m is 1e-7 um.
         variant("1e-06 N m", "next to nothing", load(1e-6), tolerance=1e-3),
         *(variant(f"{torque:g} N m", "up to a contact that is not much narrower than the layer is deep",
-                  load(torque)) for torque in (1e-3, 1.0, 1e3, 2e3)),
+                  load(torque), limit="Hertz pressure") for torque in (1e-3, 1.0, 1e3, 2e3)),
         variant("1e4 N m", "contact wider than half the layer is deep: refused before it is solved", load(1e4)),
         variant("4 elements over the profile", "the coarsest sensible mesh", {"mesh": {"profile_elements": 4}}),
         variant("LoDM 32", "a refinement that it does not have", {"contact": {"lodm_profile": 32}}),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -19,6 +20,8 @@ from pmor.lab.stability.balances import energy_imbalance, newton_condition, torq
 LITTLE_MORE = 1e-2
 # Round-off of a state over the change that the balance looks at, above which the balance says nothing.
 LEAST_DIGITS = 1e-3
+# Half-width of contact over the radius of curvature: three times that up to which the law of lines is straight.
+LEAST_HALF_WIDTH = 1.4e-4
 # The load from which another way to the same state starts, over the nominal one.
 OTHER_LOAD = 0.5
 
@@ -65,9 +68,8 @@ def solve_variant(
     rising : tuple of float
         Loads over the torque that are solved before it.
     """
-    # Under the smallest loads, energies differ by less than their round-off.
     torque = condition.given_torque
-    balanced = round_off_residual(meshed, torque) < LEAST_DIGITS * LITTLE_MORE
+    balanced = _has_known_energy(meshed, torque)
     torques = [*(load * torque for load in rising), torque, (1.0 + LITTLE_MORE) * torque]
     ste, measures, steps = np.full(len(phi), np.nan), [], [0]
     failures: list[str] = []
@@ -89,10 +91,20 @@ def solve_variant(
         measures.append((
             newton_condition(elasticity, first),
             energy_imbalance(meshed, elasticity, (first, second), (torques[-2], torques[-1])) if balanced else np.nan,
-            torque_imbalance(solved.position, elasticity, first, torque),
+            torque_imbalance(meshed, solved.position, elasticity, first, torque),
         ))  # fmt: skip
     worst, energy, balance = np.max(measures, axis=0) if measures else (np.nan,) * 3
     return Solved(ste, max(steps), float(worst), float(energy), float(balance), tuple(failures))
+
+
+def _has_known_energy(meshed: MeshedPair, torque: float) -> bool:
+    """Whether energies differ by more than their round-off, and lines carry more than their law is straight for."""
+    if round_off_residual(meshed, torque) >= LEAST_DIGITS * LITTLE_MORE:
+        return False
+    pair = meshed.pair
+    line_load = torque / (pair.pinion.base_radius * pair.common_width)
+    squared = 2.0 * sum(layer.compliance for layer in meshed.layers) * line_load * pair.pitch_point_radius
+    return meshed.scheme.kind != "line" or math.sqrt(squared) > LEAST_HALF_WIDTH * pair.pitch_point_radius
 
 
 def _under(condition: Condition, torques: list[float]) -> list[Condition]:
