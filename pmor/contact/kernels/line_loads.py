@@ -78,23 +78,32 @@ class _Room(NamedTuple):
 
 
 @inlined
-def _product(block, to_row, to, by_row, by, parts, room):
+def _product(block, to_row, to, by_row, by, parts):
     """Product of two gradients with the compliance between the rows of two sections, shape (rows c, rows c)."""
-    size, first = len(by), parts * to_row
-    for b in range(size):
-        room[b] = 0.0
-    for a in range(size):
-        value, line = to[a], block[first + a, parts * by_row : parts * by_row + size]
-        for b in range(size):
-            room[b] += value * line[b]
+    # With a size that the compiler knows loops are unrolled: half the time of a sweep.
+    if parts == 2:
+        return _bilinear(8, block, parts * to_row, to, parts * by_row, by)
+    return _bilinear(12, block, parts * to_row, to, parts * by_row, by)
+
+
+@inlined
+def _bilinear(size, block, first, to, start, by):
+    """Sum of to[a] block[first + a, start + b] by[b], four columns at a time."""
     total = 0.0
-    for b in range(size):
-        total += room[b] * by[b]
+    for b in range(0, size, 4):
+        one = two = three = four = 0.0
+        for a in range(size):
+            value, line = to[a], block[first + a]
+            one += value * line[start + b]
+            two += value * line[start + b + 1]
+            three += value * line[start + b + 2]
+            four += value * line[start + b + 3]
+        total += one * by[b] + two * by[b + 1] + three * by[b + 2] + four * by[b + 3]
     return total
 
 
 @compiled
-def _make_ready(lines, i, n, compliance, sections, room):
+def _make_ready(lines, i, n, compliance, sections):
     """Fill the flexibility between section `n` and all those that are ready."""
     flexibility, parts = lines.flexibility[i], lines.gradient.shape[3] // 4
     lines.ready[i, n] = True
@@ -109,9 +118,9 @@ def _make_ready(lines, i, n, compliance, sections, room):
             row, gradient = lines.row[i], lines.gradient[i]
             # Pinion teeth count as tooth pairs do, wheel teeth against them.
             total = _product(compliance[0][apart, t, s], row[high, 0], gradient[high, 0], row[low, 0],
-                             gradient[low, 0], parts, room)  # fmt: skip
+                             gradient[low, 0], parts)  # fmt: skip
             total += _product(compliance[1][apart, s, t], row[low, 1], gradient[low, 1], row[high, 1],
-                              gradient[high, 1], parts, room)  # fmt: skip
+                              gradient[high, 1], parts)  # fmt: skip
         flexibility[n, m] = flexibility[m, n] = total
 
 
@@ -154,13 +163,12 @@ def solve_lines(lines, deviation, drives, held, rate, width, compliance, results
         np.empty(size), np.empty(size, dtype=np.bool_), np.empty(size, dtype=np.int64), np.empty((size, size)),
         np.empty((size, size)), np.empty(size), np.empty(size),
     )  # fmt: skip
-    row = np.empty(lines.gradient.shape[3])
     for i in range(len(lines.first_pair)):
         for n in range(size):
             room.free[n] = lines.gap[i, n] + (deviation[i, n] if len(deviation) > 0 else 0.0)
         for d in range(len(drives)):
             force = results.force[d, i]
-            lead, steps, converged = _solve(lines, i, drives[d], held, rate, width, compliance, force, row, room)
+            lead, steps, converged = _solve(lines, i, drives[d], held, rate, width, compliance, force, room)
             results.lead[d, i], results.steps[d, i], results.converged[d, i] = lead, steps, converged
 
 
@@ -186,11 +194,11 @@ def _start(lines, i, drive, held, rate, force, room):
 
 
 @compiled
-def _solve(lines, i, drive, held, rate, width, compliance, force, row, room):
+def _solve(lines, i, drive, held, rate, width, compliance, force, room):
     """Newton with an active set at one angle; return lead, steps and whether it converged. `force` is filled."""
     lead, nearby = _start(lines, i, drive, held, rate, force, room)
     for step in range(1, MAX_STEPS + 1):
-        count = _linearise(lines, i, lead, force, width, compliance, row, room)
+        count = _linearise(lines, i, lead, force, width, compliance, room)
         if count == 0:
             if held:
                 return lead, step, True
@@ -199,7 +207,7 @@ def _solve(lines, i, drive, held, rate, width, compliance, force, row, room):
         settled, error = _accept(lines, i, count, width, force, room)
         single = step > PATIENCE
         if not (single and error > TOLERANCE):
-            settled = _touch(lines, i, lead, nearby, count, width, compliance, force, row, single, room) and settled
+            settled = _touch(lines, i, lead, nearby, count, width, compliance, force, single, room) and settled
         if settled and error <= TOLERANCE:
             return lead, step, True
     return lead, MAX_STEPS, False
@@ -213,14 +221,14 @@ def _turning(lines, i, n, lead):
 
 
 @compiled
-def _linearise(lines, i, lead, force, width, compliance, row, room):
+def _linearise(lines, i, lead, force, width, compliance, room):
     """Gather the linearised equations of the sections that carry; return their number."""
     sections, law, flexibility, active = len(width), lines.law[i], lines.flexibility[i], room.active
     count = 0
     for n in range(len(room.free)):
         if room.carries[n]:
             if not lines.ready[i, n]:
-                _make_ready(lines, i, n, compliance, sections, row)
+                _make_ready(lines, i, n, compliance, sections)
             active[count] = n
             count += 1
     for a in range(count):
@@ -281,7 +289,7 @@ def _accept(lines, i, count, width, force, room):
 
 
 @compiled
-def _touch(lines, i, lead, nearby, count, width, compliance, force, row, single, room):
+def _touch(lines, i, lead, nearby, count, width, compliance, force, single, room):
     """Let sections carry whose gaps have closed, one at a time where `single`; return whether there was none."""
     settled, size = True, len(room.free)
     for n in range(size):
@@ -290,7 +298,7 @@ def _touch(lines, i, lead, nearby, count, width, compliance, force, row, single,
         if room.carries[n] or rigid > nearby:
             continue
         if not lines.ready[i, n]:
-            _make_ready(lines, i, n, compliance, len(width), row)
+            _make_ready(lines, i, n, compliance, len(width))
         gap, line = rigid, lines.flexibility[i, n]
         for a in range(count):
             gap += line[room.active[a]] * force[room.active[a]]
