@@ -33,9 +33,9 @@ def gear_pair(pinion, wheel, extra_distance=0.0):
 
 
 @cache
-def sector(gear, elements, across, spacing="roll_angle"):
+def sector(gear, elements, across, spacing="roll_angle", order=1):
     """Sector mesh of a gear whose bore is half as large as its root circle."""
-    return build_sector(gear, 0.5 * gear.root_radius, WIDTH, elements, across, spacing)
+    return build_sector(gear, 0.5 * gear.root_radius, WIDTH, elements, across, spacing, order=order)
 
 
 @cache

@@ -50,7 +50,7 @@ class Scene:
     @property
     def lines(self) -> int:
         """Rows of nodes along a flank."""
-        return self.case.mesh.profile_elements + 1
+        return self.case.mesh.profile_intervals + 1
 
     @property
     def columns(self) -> int:
@@ -204,7 +204,7 @@ def _idle_pairs(scene: Scene) -> LeftOut | None:
 
 
 def _idle_patches(scene: Scene) -> LeftOut | None:
-    rows, kept = scene.case.mesh.profile_elements, rows_in_reach(scene.case, scene.pair)
+    rows, kept = scene.case.mesh.profile_intervals, rows_in_reach(scene.case, scene.pair)
     if kept >= rows:
         return None
     return LeftOut(

@@ -36,6 +36,11 @@ def elements_across(case: Case) -> int:
     return {"whole": across, "half": across // 2, "plane_strain": 1}[meshed_width(case)]
 
 
+def intervals_across(case: Case) -> int:
+    """Return the number of intervals between nodes over the width that is meshed."""
+    return case.mesh.order * elements_across(case)
+
+
 def _mirrors_with_parallel_axes(case: Case) -> bool:
     mesh, pair = case.mesh, case.pair
     symmetric = pair.helix_angle_deg == pair.pinion.face_offset_mm == pair.wheel.face_offset_mm == 0.0

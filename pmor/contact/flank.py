@@ -125,7 +125,7 @@ class Flank:
 
     @property
     def element_rows(self) -> int:
-        """Number of elements along the profile."""
+        """Number of patches between nodes along the profile: elements, or halves of quadratic ones."""
         return self.nodes.shape[0] - 1
 
     @property
@@ -147,7 +147,7 @@ class SurfaceLayer:
     constant : ndarray, shape (n + 1,)
         ln(2 depth) + 1/2 + a of the approach (`pmor.contact.line_contact`).
     columns : int
-        Elements through the layer.
+        Columns of nodes above the layer's inner face.
     """
 
     depth: FloatArray
@@ -171,6 +171,8 @@ class MeshedPair:
         The flanks are halves up to a plane of symmetry at mid width; every contact point counts twice.
     layers : two SurfaceLayer
         Of pinion and wheel; only the scheme "line" has them.
+    order : int
+        Intervals between nodes along the edge of an element.
     """
 
     pair: GearPair
@@ -180,6 +182,7 @@ class MeshedPair:
     stiffness_estimate: float
     mirrored: bool = False
     layers: tuple[SurfaceLayer, ...] = ()
+    order: int = 1
 
     def kinematics(self, axes: Axes) -> Kinematics:
         """Kinematics for the kernels, with the wheel's axis in a place."""
@@ -212,7 +215,7 @@ class MeshedPair:
     def sections(self) -> Sections:
         """Where line contact is evaluated; of other schemes too, for their bodies' compliance."""
         helical = self.pair.pinion.helix_angle != 0.0
-        return flank_sections(self.pinion.nodes[0, :, 2], self.wheel.nodes[0, :, 2], helical)
+        return flank_sections(self.pinion.nodes[0, :, 2], self.wheel.nodes[0, :, 2], helical, self.order)
 
     @cached_property
     def gears(self) -> tuple[Gear, Gear]:

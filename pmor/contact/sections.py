@@ -19,7 +19,7 @@ GAUSS_POINTS = 2
 CUBIC = 4
 
 
-def flank_sections(pinion_z: FloatArray, wheel_z: FloatArray, helical: bool) -> Sections:
+def flank_sections(pinion_z: FloatArray, wheel_z: FloatArray, helical: bool, order: int = 1) -> Sections:
     """Return the sections of a pair.
 
     Parameters
@@ -27,24 +27,41 @@ def flank_sections(pinion_z: FloatArray, wheel_z: FloatArray, helical: bool) -> 
     pinion_z, wheel_z : ndarray, shape (m + 1,)
         Columns of nodes, rising, mm.
     helical : bool
+    order : int
+        Intervals between columns that an element spans.
 
     Returns
     -------
     Sections
     """
     if not helical and np.array_equal(pinion_z, wheel_z):
-        half = 0.5 * np.diff(pinion_z)
-        width, column = np.append(half, 0.0) + np.insert(half, 0, 0.0), np.arange(len(pinion_z))
-        return Sections(pinion_z, width, np.stack([column, column]), np.ones((2, len(pinion_z), 1)))
+        column = np.arange(len(pinion_z))
+        return Sections(
+            pinion_z, _tributary_widths(pinion_z, order), np.stack([column, column]), np.ones((2, len(pinion_z), 1))
+        )
     low, high = max(pinion_z[0], wheel_z[0]), min(pinion_z[-1], wheel_z[-1])
     finest = min(float(np.diff(z).min()) for z in (pinion_z, wheel_z))
     edges = np.linspace(low, high, round((high - low) / finest + 0.499) + 1)
     points, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
     half = 0.5 * np.diff(edges)
     z = (0.5 * (edges[1:] + edges[:-1])[:, None] + half[:, None] * points).ravel()
-    carried = [_carriers(columns, z) for columns in (pinion_z, wheel_z)]
+    carriers = _carriers if order == 1 else _carriers_of_parabolas
+    carried = [carriers(columns, z) for columns in (pinion_z, wheel_z)]
     return Sections(z, np.outer(half, weights).ravel(), np.stack([c[0] for c in carried]),
                     np.stack([c[1] for c in carried]))  # fmt: skip
+
+
+def _tributary_widths(z: FloatArray, order: int) -> FloatArray:
+    """Width that each column of nodes carries: even loads are then those that the elements turn them into."""
+    step = np.diff(z)
+    if order == 1:
+        return np.append(0.5 * step, 0.0) + np.insert(0.5 * step, 0, 0.0)
+    simpson = np.zeros(len(z))
+    span = step[::2] + step[1::2]
+    simpson[0:-2:2] += span / 6.0
+    simpson[1::2] += span * (4.0 / 6.0)
+    simpson[2::2] += span / 6.0
+    return simpson
 
 
 def loaded_components(exact_flanks: bool, helical: bool) -> int:
@@ -70,6 +87,14 @@ def _carriers(columns: FloatArray, z: FloatArray) -> tuple[np.ndarray, FloatArra
         used = row[base : base + CUBIC]
         shares[n, : len(used)] = used
     return first, shares
+
+
+def _carriers_of_parabolas(columns: FloatArray, z: FloatArray) -> tuple[np.ndarray, FloatArray]:
+    """First column and weights, (S, 3), of the columns that carry points at z on quadratic elements."""
+    first = 2 * np.clip(np.searchsorted(columns[::2], z, side="right") - 1, 0, len(columns) // 2 - 1)
+    s = (z - columns[first]) / (columns[first + 2] - columns[first])
+    parabolas = (1.0 - s) * (1.0 - 2.0 * s), 4.0 * s * (1.0 - s), s * (2.0 * s - 1.0)
+    return first, np.stack(parabolas, axis=-1)
 
 
 def _slope(columns: FloatArray, i: int) -> FloatArray:

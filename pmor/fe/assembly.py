@@ -30,8 +30,8 @@ def assemble(
         N/mm.
     """
     blocks = element_stiffness(nodes, elements, youngs_modulus, poisson_ratio, element)
-    dofs = (3 * elements[:, :, None] + np.arange(3)).reshape(len(elements), 24)
-    rows = np.repeat(dofs, 24, axis=1).ravel()
-    columns = np.tile(dofs, (1, 24)).ravel()
+    dofs = (3 * elements[:, :, None] + np.arange(3)).reshape(len(elements), -1)
+    rows = np.repeat(dofs, dofs.shape[1], axis=1).ravel()
+    columns = np.tile(dofs, (1, dofs.shape[1])).ravel()
     size = 3 * len(nodes)
     return sp.coo_array((blocks.ravel(), (rows, columns)), shape=(size, size)).tocsr()

@@ -18,7 +18,7 @@ import scipy.sparse as sp
 
 from pmor.arrays import FloatArray, IntArray
 from pmor.fe.assembly import assemble, degrees_of_freedom
-from pmor.fe.elimination import EliminatedRow, eliminate, eliminate_chain, submatrix
+from pmor.fe.elimination import EliminatedRow, eliminate, eliminate_chain, in_twos, submatrix
 from pmor.fe.surface_layer import layer_compliance
 from pmor.mesh.sector import SectorMesh
 
@@ -60,7 +60,7 @@ def condense_sector(
     youngs_modulus : float
         MPa.
     poisson_ratio : float
-    element : {"hex8", "hex8i"}
+    element : {"hex8", "hex8i", "hex27"}
     keep_rows : bool
         Keep the factors, for back-substitution to the volume (memory grows with the mesh).
     layer_columns : int
@@ -82,7 +82,10 @@ def condense_sector(
 
     junction = free(np.union1d(mesh.tooth_rows[0], mesh.ring_rows[0]))
     from_tip = [free(row) for row in mesh.tooth_rows[:0:-1]]
-    from_bore = [free(row) for row in mesh.ring_rows[-2:0:-1]]
+    # The row on the bore is held: nothing is left of it, but rows are joined in twos with it.
+    from_bore = [free(row) for row in mesh.ring_rows[:0:-1]]
+    if mesh.order == 2:
+        from_tip, from_bore = in_twos(from_tip), in_twos(from_bore)
     last = np.concatenate([junction, retained])
     total = submatrix(stiffness, last, last)
     position = np.full(stiffness.shape[0], -1)

@@ -74,7 +74,7 @@ def elastic_gear(
     youngs_modulus : float
         MPa.
     poisson_ratio : float
-    element : {"hex8", "hex8i"}
+    element : {"hex8", "hex8i", "hex27"}
     reach : int
         Neighbouring teeth to cover, on either side.
     keep_rows : bool

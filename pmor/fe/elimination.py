@@ -56,6 +56,21 @@ def eliminate_chain(
     return rest, carried
 
 
+def in_twos(rows: list[IntArray]) -> list[IntArray]:
+    """Join rows of quadratic elements, which are coupled to the next two, such that each is coupled to the next one only.
+
+    Parameters
+    ----------
+    rows : list of ndarray of int
+        The last row before the first, and the first after the last, are held or handled with what is left over.
+
+    Returns
+    -------
+    list of ndarray of int
+    """
+    return [np.concatenate(rows[first : first + 2]) for first in range(0, len(rows), 2)]
+
+
 def eliminate(
     row: IntArray, rest: IntArray, front: FloatArray, kept: list[EliminatedRow] | None
 ) -> tuple[IntArray, FloatArray]:

@@ -1,29 +1,37 @@
-"""Stiffness of eight-node hexahedra, linear isotropic elasticity, all elements at once.
+"""Stiffness of hexahedra, linear isotropic elasticity, all elements at once.
 
 ``hex8`` is the trilinear element with full 2 x 2 x 2 integration. ``hex8i`` adds the three incompatible bubble modes
 of Wilson, Taylor, Doherty & Ghaboussi (1973), with the gradient correction of Taylor, Beresford & Wilson (IJNME 10
 (1976) 1211) that makes distorted elements pass the patch test: the bubble gradients are taken with the Jacobian at
-the element centre, scaled by det(J_0) / det(J). The bubbles are condensed out element by element.
+the element centre, scaled by det(J_0) / det(J). The bubbles are condensed out element by element. ``hex27`` is the
+triquadratic element with full 3 x 3 x 3 integration: of the quadratic ones the one with a node in the middle of each
+face, so that the nodes of a flank are a full grid.
 """
 
 from __future__ import annotations
+
+from itertools import product
 
 import numpy as np
 
 from pmor.arrays import FloatArray, IntArray
 from pmor.errors import MeshError
+from pmor.mesh.element import node_places
 
-CORNERS = np.array(
-    [[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]], dtype=float
-)
+# Elements whose matrices are integrated at a time: those of a fine mesh would not fit into the memory otherwise.
+BLOCK = 512
 
 
-def shape_gradient(xi: FloatArray) -> FloatArray:
-    """Return the gradients of the trilinear shape functions at a point of the unit cube [-1, 1]^3, shape (8, 3)."""
-    factors = 1.0 + CORNERS * xi
-    return 0.125 * CORNERS * np.stack(
-        [factors[:, 1] * factors[:, 2], factors[:, 0] * factors[:, 2], factors[:, 0] * factors[:, 1]], axis=-1
-    )
+def shape_gradient(xi: FloatArray, order: int) -> FloatArray:
+    """Return the gradients of the shape functions at a point of the unit cube [-1, 1]^3, shape ((order + 1)^3, 3)."""
+    nodes = np.linspace(-1.0, 1.0, order + 1)
+    value, slope = np.empty((3, order + 1)), np.empty((3, order + 1))
+    for k, node in enumerate(nodes):
+        polynomial = np.poly1d(np.delete(nodes, k), r=True) / np.prod(node - np.delete(nodes, k))
+        value[:, k], slope[:, k] = polynomial(xi), polynomial.deriv()(xi)
+    x, y, z = node_places(order).T
+    return np.stack([slope[0, x] * value[1, y] * value[2, z], value[0, x] * slope[1, y] * value[2, z],
+                     value[0, x] * value[1, y] * slope[2, z]], axis=-1)  # fmt: skip
 
 
 def elasticity_matrix(youngs_modulus: float, poisson_ratio: float) -> FloatArray:
@@ -44,15 +52,16 @@ def element_stiffness(
     ----------
     nodes : ndarray, shape (n_nodes, 3)
         mm.
-    elements : ndarray of int, shape (n_elements, 8)
+    elements : ndarray of int, shape (n_elements, 8), or (n_elements, 27) for "hex27"
+        Nodes in the order of `pmor.mesh.element`.
     youngs_modulus : float
         MPa.
     poisson_ratio : float
-    element : {"hex8", "hex8i"}
+    element : {"hex8", "hex8i", "hex27"}
 
     Returns
     -------
-    ndarray, shape (n_elements, 24, 24)
+    ndarray, shape (n_elements, 24, 24) or (n_elements, 81, 81)
         N/mm; degrees of freedom node by node, x y z within a node.
 
     Raises
@@ -60,30 +69,42 @@ def element_stiffness(
     MeshError
         When the Jacobian is not positive at an integration point.
     """
-    corners = nodes[elements]
+    blocks = range(0, len(elements), BLOCK)
+    return np.concatenate([_stiffness(nodes, elements[b : b + BLOCK], b, youngs_modulus, poisson_ratio, element)
+                           for b in blocks])  # fmt: skip
+
+
+def _stiffness(
+    nodes: FloatArray, elements: IntArray, first: int, youngs_modulus: float, poisson_ratio: float, element: str
+) -> FloatArray:
+    """Stiffness matrices of a block of elements; `first` is the number of the first of them."""
+    order, corners = (2 if element == "hex27" else 1), nodes[elements]
+    unknowns = 3 * elements.shape[1]
     elasticity = elasticity_matrix(youngs_modulus, poisson_ratio)
     incompatible = element == "hex8i"
-    columns = 33 if incompatible else 24
+    columns = unknowns + (9 if incompatible else 0)
     stiffness = np.zeros((len(elements), columns, columns))
-    centre_jacobian = np.einsum("ni,enj->eij", shape_gradient(np.zeros(3)), corners)
+    centre_jacobian = np.einsum("ni,enj->eij", shape_gradient(np.zeros(3), order), corners)
     centre_inverse, centre_det = np.linalg.inv(centre_jacobian), np.linalg.det(centre_jacobian)
-    for point in CORNERS / np.sqrt(3.0):
-        gradient = shape_gradient(point)
+    abscissas, weights = np.polynomial.legendre.leggauss(order + 1)
+    for place in product(range(order + 1), repeat=3):
+        point, weight = abscissas[list(place)], float(np.prod(weights[list(place)]))
+        gradient = shape_gradient(point, order)
         jacobian = np.einsum("ni,enj->eij", gradient, corners)
         det = np.linalg.det(jacobian)
         if det.min() <= 0.0:
-            raise MeshError(f"element {int(det.argmin())} has a negative Jacobian at an integration point")
+            raise MeshError(f"element {first + int(det.argmin())} has a negative Jacobian at an integration point")
         gradients = np.einsum("eij,nj->eni", np.linalg.inv(jacobian), gradient)
         if incompatible:
             bubbles = np.diag(-2.0 * point)
             corrected = np.einsum("eij,nj->eni", centre_inverse, bubbles) * (centre_det / det)[:, None, None]
             gradients = np.concatenate([gradients, corrected], axis=1)
         strain = _strain_matrix(gradients)
-        stress = np.einsum("ij,ejk->eik", elasticity, strain) * det[:, None, None]
+        stress = np.einsum("ij,ejk->eik", elasticity, strain) * (weight * det)[:, None, None]
         stiffness += strain.transpose(0, 2, 1) @ stress
     if incompatible:
-        coupling, bubble = stiffness[:, 24:, :24], stiffness[:, 24:, 24:]
-        stiffness = stiffness[:, :24, :24] - coupling.transpose(0, 2, 1) @ np.linalg.solve(bubble, coupling)
+        coupling, bubble = stiffness[:, unknowns:, :unknowns], stiffness[:, unknowns:, unknowns:]
+        stiffness = stiffness[:, :unknowns, :unknowns] - coupling.transpose(0, 2, 1) @ np.linalg.solve(bubble, coupling)
     return 0.5 * (stiffness + stiffness.transpose(0, 2, 1))
 
 

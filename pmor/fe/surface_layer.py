@@ -12,7 +12,7 @@ import scipy.sparse as sp
 
 from pmor.arrays import FloatArray
 from pmor.fe.assembly import degrees_of_freedom
-from pmor.fe.elimination import eliminate_chain, submatrix
+from pmor.fe.elimination import eliminate_chain, in_twos, submatrix
 from pmor.mesh.sector import SectorMesh
 
 
@@ -23,7 +23,7 @@ def layer_compliance(mesh: SectorMesh, columns: int, stiffness: sp.csr_array) ->
     ----------
     mesh : SectorMesh
     columns : int
-        Elements through the layer.
+        Columns of nodes above the layer's inner face.
     stiffness : scipy.sparse.csr_array
         Of the sector, N/mm.
 
@@ -37,7 +37,7 @@ def layer_compliance(mesh: SectorMesh, columns: int, stiffness: sp.csr_array) ->
     # long as the tooth is high and take more than twice the time with 64 elements.
     across = (degrees_of_freedom(row.reshape(-1, layers)[:columns].ravel()) for row in mesh.tooth_rows[1:])
     inside = [np.setdiff1d(row, flank) for row in across]
-    chain = [row for row in inside if len(row)]
+    chain = [row for row in (inside if mesh.order == 1 else in_twos(inside)) if len(row)]
     reached, update = eliminate_chain(stiffness, [*chain, np.empty(0, dtype=np.int64)], flank, None)
     order = np.argsort(flank)
     place = order[np.searchsorted(flank, reached, sorter=order)]

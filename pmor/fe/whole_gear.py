@@ -23,7 +23,7 @@ def whole_gear_mesh(mesh: SectorMesh) -> tuple[FloatArray, IntArray, IntArray]:
     -------
     nodes : ndarray, shape (n_nodes, 3)
         In the frame of tooth 0, mm.
-    elements : ndarray of int, shape (n_elements, 8)
+    elements : ndarray of int, shape (n_elements, 8 or 27)
     numbers : ndarray of int, shape (teeth, sector nodes)
         Node of the whole gear for each node of each sector.
 
@@ -45,7 +45,7 @@ def whole_gear_mesh(mesh: SectorMesh) -> tuple[FloatArray, IntArray, IntArray]:
     nodes = np.empty((mesh.teeth * len(own), 3))
     for k in range(mesh.teeth):
         nodes[numbers[k, own]] = mesh.nodes[own] @ rotation_z(2.0 * np.pi * k / mesh.teeth).T
-    return nodes, numbers[:, mesh.elements].reshape(-1, 8), numbers
+    return nodes, numbers[:, mesh.elements].reshape(-1, mesh.elements.shape[1]), numbers
 
 
 def whole_gear_displacement(
@@ -59,7 +59,7 @@ def whole_gear_displacement(
     youngs_modulus : float
         MPa.
     poisson_ratio : float
-    element : {"hex8", "hex8i"}
+    element : {"hex8", "hex8i", "hex27"}
     flank_forces : ndarray, shape (n, m)
         Forces on the flank's degrees of freedom, m load cases, N.
 

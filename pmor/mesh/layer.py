@@ -10,7 +10,9 @@ from pmor.mesh.outline import tooth_outline
 from pmor.mesh.sector import tooth_block
 
 
-def surface_layer(tooth: Tooth, profile_elements: int, spacing: str, depth: float) -> tuple[int, FloatArray]:
+def surface_layer(
+    tooth: Tooth, profile_elements: int, spacing: str, depth: float, order: int = 1
+) -> tuple[int, FloatArray]:
     """Find the columns of elements that make a layer of about a given depth in the middle of the flank.
 
     Parameters
@@ -21,20 +23,24 @@ def surface_layer(tooth: Tooth, profile_elements: int, spacing: str, depth: floa
         As in `pmor.mesh.sector.build_sector`.
     depth : float
         mm.
+    order : int
+        1 for linear elements, 2 for quadratic ones.
 
     Returns
     -------
     columns : int
-        Elements through the layer, at least 1 and at most up to the middle of the tooth.
-    depths : ndarray, shape (profile_elements + 1,)
+        Columns of nodes above the layer's inner face: one element's at least, at most up to the middle of the
+        tooth.
+    depths : ndarray, shape (order profile_elements + 1,)
         Depth below each row of flank nodes, along the flank's normal, mm.
     """
-    block = tooth_block(tooth_outline(tooth, profile_elements, spacing))
-    flank = block[-profile_elements - 1 :, 0]
+    block = tooth_block(tooth_outline(tooth, profile_elements, spacing, order), order)
+    rows = order * profile_elements
+    flank = block[-rows - 1 :, 0]
     half_columns = (block.shape[1] - 1) // 2
-    depths = np.stack([_depth(flank, block[:, column]) for column in range(1, half_columns + 1)])
-    column = int(np.argmin(np.abs(depths[:, profile_elements // 2] - depth)))
-    return column + 1, depths[column]
+    depths = np.stack([_depth(flank, block[:, column]) for column in range(order, half_columns + 1, order)])
+    nearest = int(np.argmin(np.abs(depths[:, rows // 2] - depth)))
+    return order * (nearest + 1), depths[nearest]
 
 
 def _depth(flank: FloatArray, inner: FloatArray) -> FloatArray:

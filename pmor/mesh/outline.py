@@ -43,7 +43,7 @@ class Outline:
     lower_fillet: FloatArray
 
 
-def tooth_outline(tooth: Tooth, profile_elements: int, spacing: str) -> Outline:
+def tooth_outline(tooth: Tooth, profile_elements: int, spacing: str, order: int = 1) -> Outline:
     """Place nodes on the true outline of a tooth.
 
     Parameters
@@ -53,6 +53,8 @@ def tooth_outline(tooth: Tooth, profile_elements: int, spacing: str) -> Outline:
         Elements along the flank, from start of involute to tip.
     spacing : {"roll_angle", "arc_length"}
         Uniform quantity along the flank. Uniform roll angle makes the elements small where the involute curves most.
+    order : int
+        Intervals between nodes along the edge of an element.
 
     Returns
     -------
@@ -64,10 +66,11 @@ def tooth_outline(tooth: Tooth, profile_elements: int, spacing: str) -> Outline:
         When there is no fillet to put nodes on.
     """
     first, last = tooth.form_roll_angle, tooth.tip_roll_angle
+    intervals = order * profile_elements
     if spacing == "roll_angle":
-        roll = np.linspace(first, last, profile_elements + 1)
+        roll = np.linspace(first, last, intervals + 1)
     else:  # the arc length of an involute is r_b u^2 / 2
-        roll = np.sqrt(np.linspace(first**2, last**2, profile_elements + 1))
+        roll = np.sqrt(np.linspace(first**2, last**2, intervals + 1))
     flank = tooth.flank_section(roll)
 
     parameter = np.linspace(0.0, 1.0, 2001)
@@ -82,14 +85,14 @@ def tooth_outline(tooth: Tooth, profile_elements: int, spacing: str) -> Outline:
     land = tooth.root_radius * np.stack([-np.sin(land_angles), np.cos(land_angles)], axis=-1)
     upper, lower = fillet[: split + 1], np.concatenate([fillet[split:], land[1:]])
 
-    elements = max(min(profile_elements + 4, FINE_FILLET), math.ceil(0.4 * profile_elements))
+    elements = math.ceil(max(min(intervals + 4, FINE_FILLET), math.ceil(0.4 * intervals)) / order)
     lengths = _arc_length(upper)[-1], _arc_length(lower)[-1]
     upper_elements = min(max(2, round(elements * lengths[0] / sum(lengths))), elements - 2)
     return Outline(
         flank=flank,
         flank_roll_angle=roll,
-        upper_fillet=_resample(upper, upper_elements)[::-1],
-        lower_fillet=_resample(lower, elements - upper_elements)[::-1],
+        upper_fillet=_resample(upper, order * upper_elements)[::-1],
+        lower_fillet=_resample(lower, order * (elements - upper_elements))[::-1],
     )
 
 

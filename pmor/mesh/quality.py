@@ -41,7 +41,8 @@ def mesh_quality(nodes: FloatArray, elements: IntArray) -> MeshQuality:
     Parameters
     ----------
     nodes : ndarray, shape (n_nodes, 3)
-    elements : ndarray of int, shape (n_elements, 8)
+    elements : ndarray of int, shape (n_elements, 8 or more)
+        Corners first.
 
     Returns
     -------
@@ -52,7 +53,7 @@ def mesh_quality(nodes: FloatArray, elements: IntArray) -> MeshQuality:
     MeshError
         When an element is turned inside out at a corner.
     """
-    corners = nodes[elements]
+    corners = nodes[elements[:, :8]]
     edges = corners[:, CORNER_NEIGHBOURS] - corners[:, :, None, :]
     lengths = np.linalg.norm(edges, axis=-1)
     scaled = np.linalg.det(edges) / np.prod(lengths, axis=-1)

@@ -22,6 +22,7 @@ import numpy as np
 from pmor.arrays import FloatArray, IntArray
 from pmor.errors import MeshError
 from pmor.gear.tooth import Tooth, twist_sections
+from pmor.mesh.element import node_places
 from pmor.mesh.outline import Outline, tooth_outline
 
 THICKNESS_GROWTH = 1.2
@@ -36,8 +37,9 @@ class SectorMesh:
     ----------
     nodes : ndarray, shape (n_nodes, 3)
         In the tooth frame, mm.
-    elements : ndarray of int, shape (n_elements, 8)
-        Hexahedra in the usual order (four nodes at the lower z, counter-clockwise, then the four above them).
+    elements : ndarray of int, shape (n_elements, 8) or (n_elements, 27)
+        Hexahedra in the usual order (four nodes at the lower z, counter-clockwise, then the four above them; then those
+        on edges, faces and in the middle, `pmor.mesh.element`).
     flank : ndarray of int, shape (n + 1, m + 1)
         Nodes of the loaded flank: from the start of the involute to the tip, along the face width.
     flank_roll_angle : ndarray, shape (n + 1,)
@@ -57,6 +59,8 @@ class SectorMesh:
     width : {"whole", "half", "plane_strain"}
         The whole face width; half of it, up to the plane of symmetry z = 0; or one layer of elements, whose nodes stay
         in their transverse planes.
+    order : int
+        Intervals between nodes along the edge of an element: 1 of linear elements, 2 of quadratic ones.
     """
 
     nodes: FloatArray
@@ -71,6 +75,7 @@ class SectorMesh:
     ring_rows: tuple[IntArray, ...]
     teeth: int
     width: str = "whole"
+    order: int = 1
 
     @property
     def mirrored(self) -> bool:
@@ -112,6 +117,7 @@ def build_sector(
     spacing: str = "roll_angle",
     width: str = "whole",
     offset: float = 0.0,
+    order: int = 1,
 ) -> SectorMesh:
     """Mesh one tooth sector.
 
@@ -129,6 +135,8 @@ def build_sector(
         strain is one whatever their number.
     offset : float
         Middle of the face along z, mm; half a width takes none.
+    order : int
+        1 for linear elements, 2 for quadratic ones.
 
     Returns
     -------
@@ -139,12 +147,12 @@ def build_sector(
     MeshError
         When the bore leaves no rim, or an element is turned inside out.
     """
-    outline = tooth_outline(tooth, profile_elements, spacing)
+    outline = tooth_outline(tooth, profile_elements, spacing, order)
     rim = float(np.linalg.norm(outline.lower_fillet, axis=1).min()) - bore_radius
     if rim <= 0.0:
         raise MeshError(f"bore_radius_mm = {bore_radius:g}: leaves no rim below the root; reduce it")
-    tooth_points = tooth_block(outline)
-    ring_points = _ring_block(outline, tooth_points[0], bore_radius, tooth.teeth)
+    tooth_points = tooth_block(outline, order)
+    ring_points = _ring_block(outline, tooth_points[0], bore_radius, tooth.teeth, order)
 
     # Section numbering: tooth block first, then the ring without the handover row that it shares with the tooth.
     rows, columns = tooth_points.shape[0], tooth_points.shape[1]
@@ -156,16 +164,18 @@ def build_sector(
     ring_id[~shared] = rows * columns + np.arange(np.count_nonzero(~shared))
     ring_id[shared] = tooth_id[0]
     section = np.concatenate([tooth_points.reshape(-1, 2), ring_points[~shared]])
-    quads = np.concatenate([_quads(tooth_id), _quads(ring_id[::-1])])
+    cells = np.concatenate([_cells(tooth_id, order), _cells(ring_id[::-1], order)])
 
-    layers = 2 if width == "plane_strain" else width_elements + 1
-    z = np.linspace(offset - 0.5 * face_width, offset + 0.5 * face_width, layers)
+    across = order * (1 if width == "plane_strain" else width_elements)
+    z = np.linspace(offset - 0.5 * face_width, offset + 0.5 * face_width, across + 1)
     if width == "half":
-        z = z[: width_elements // 2 + 1]
+        z = z[: across // 2 + 1]
     layers = len(z)
     nodes = twist_sections(section[:, None, :], z[None, :], tooth.twist_per_length).reshape(-1, 3)
-    lower = (quads[:, None, :] * layers + np.arange(layers - 1)[None, :, None]).reshape(-1, 4)
-    elements = np.concatenate([lower, lower + 1], axis=1)
+    through = np.arange(0, layers - 1, order)[:, None] + np.arange(order + 1)
+    grid = cells[:, None, :, :, None] * layers + through[None, :, None, None, :]
+    column, row, layer = node_places(order).T
+    elements = grid[:, :, row, column, layer].reshape(-1, len(row))
 
     def through_width(section_ids: IntArray) -> IntArray:
         return (np.asarray(section_ids)[..., None] * layers + np.arange(layers)).astype(np.int64)
@@ -173,7 +183,7 @@ def build_sector(
     return SectorMesh(
         nodes=nodes,
         elements=elements,
-        flank=through_width(tooth_id[-profile_elements - 1 :, 0]),
+        flank=through_width(tooth_id[-order * profile_elements - 1 :, 0]),
         flank_roll_angle=outline.flank_roll_angle,
         z=z,
         left=through_width(ring_id[:-1, 0]).ravel(),
@@ -183,15 +193,18 @@ def build_sector(
         ring_rows=tuple(through_width(row).ravel() for row in ring_id),
         teeth=tooth.teeth,
         width=width,
+        order=order,
     )
 
 
-def tooth_block(outline: Outline) -> FloatArray:
+def tooth_block(outline: Outline, order: int = 1) -> FloatArray:
     """Fill a tooth's section: transfinite interpolation between the two flanks, the tip land and the handover line.
 
     Parameters
     ----------
     outline : Outline
+    order : int
+        Intervals between nodes along the edge of an element.
 
     Returns
     -------
@@ -202,11 +215,9 @@ def tooth_block(outline: Outline) -> FloatArray:
     mirror = np.array([-1.0, 1.0])
     right = left * mirror
     half_width = abs(outline.flank[len(outline.flank) // 2, 0])
-    element = float(np.linalg.norm(outline.flank[-1] - outline.flank[0])) / (len(outline.flank) - 1)
-    half_columns = max(2, math.ceil(math.log(1.0 + (THICKNESS_GROWTH - 1.0) * half_width / element)
-                                    / math.log(THICKNESS_GROWTH)))
-    graded = 0.5 * _graded(half_columns, THICKNESS_GROWTH)
-    across = np.concatenate([graded, 1.0 - graded[-2::-1]])
+    element = order * float(np.linalg.norm(outline.flank[-1] - outline.flank[0])) / (len(outline.flank) - 1)
+    graded = 0.5 * _graded(half_width, element, 2, THICKNESS_GROWTH**order)
+    across = _halved(np.concatenate([graded, 1.0 - graded[-2::-1]]), order)
 
     tip_angle = math.atan2(-left[-1, 0], left[-1, 1]) * (1.0 - 2.0 * across)
     tip = np.linalg.norm(left[-1]) * np.stack([-np.sin(tip_angle), np.cos(tip_angle)], axis=-1)
@@ -223,28 +234,37 @@ def tooth_block(outline: Outline) -> FloatArray:
     return sides + ends - corners
 
 
-def _ring_block(outline: Outline, handover: FloatArray, bore_radius: float, teeth: int) -> FloatArray:
+def _ring_block(
+    outline: Outline, handover: FloatArray, bore_radius: float, teeth: int, order: int
+) -> FloatArray:
     """Columns that fan out evenly from the outline to the bore: (rows, columns, 2), from the outline inwards."""
     mirror = np.array([-1.0, 1.0])
     top = np.concatenate([outline.lower_fillet[:-1], handover, (outline.lower_fillet[:-1] * mirror)[::-1]])
     radius = np.linalg.norm(top, axis=1)
     angle = np.arctan2(-top[:, 0], top[:, 1])
-    element = float(np.mean(np.linalg.norm(np.diff(top, axis=0), axis=1)))
+    element = order * float(np.mean(np.linalg.norm(np.diff(top, axis=0), axis=1)))
     height = float(radius.mean()) - bore_radius
-    rows = max(3, math.ceil(math.log(1.0 + (RIM_GROWTH - 1.0) * height / element) / math.log(RIM_GROWTH)))
-    depth = _graded(rows, RIM_GROWTH)[:, None]
+    depth = _halved(_graded(height, element, 3 if order == 1 else 2, RIM_GROWTH**order), order)[:, None]
     even = np.linspace(math.pi / teeth, -math.pi / teeth, len(top))
     row_radius = radius + depth * (bore_radius - radius)
     row_angle = angle + depth * (even - angle)
     return np.stack([-row_radius * np.sin(row_angle), row_radius * np.cos(row_angle)], axis=-1)
 
 
-def _graded(elements: int, growth: float) -> FloatArray:
-    """Positions from 0 to 1 whose steps grow by a constant factor."""
-    return np.asarray(np.concatenate([[0.0], np.cumsum(growth ** np.arange(elements))])
-                      / np.sum(growth ** np.arange(elements)))
+def _graded(length: float, first: float, least: int, growth: float) -> FloatArray:
+    """Positions from 0 to 1 whose steps grow by a constant factor, from about `first` of `length` on."""
+    elements = max(least, math.ceil(math.log(1.0 + (growth - 1.0) * length / first) / math.log(growth)))
+    steps = growth ** np.arange(elements)
+    return np.asarray(np.concatenate([[0.0], np.cumsum(steps)]) / np.sum(steps))
 
 
-def _quads(grid: IntArray) -> IntArray:
-    """Counter-clockwise quadrilaterals of a grid whose rows go up (+y) and whose columns go right (+x)."""
-    return np.stack([grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]], axis=-1).reshape(-1, 4)
+def _halved(positions: FloatArray, order: int) -> FloatArray:
+    """Put the nodes inside elements evenly between their ends."""
+    places = np.linspace(0.0, 1.0, order + 1)[:-1]
+    return np.append((positions[:-1, None] + np.diff(positions)[:, None] * places).ravel(), positions[-1])
+
+
+def _cells(grid: IntArray, order: int) -> IntArray:
+    """Nodes of the elements of a grid whose rows go up (+y) and whose columns go right (+x): (n, row, column)."""
+    windows = np.lib.stride_tricks.sliding_window_view(grid, (order + 1, order + 1))[::order, ::order]
+    return np.ascontiguousarray(windows.reshape(-1, order + 1, order + 1))

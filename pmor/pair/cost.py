@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pmor.case import Case, other_models
-from pmor.case.width import elements_across, meshed_width
+from pmor.case.width import intervals_across, meshed_width
 from pmor.contact.flank import LOCAL_SHARE
 from pmor.contact.kernels.keeping import is_kept
 from pmor.contact.kernels.line_loads import solve_lines
@@ -67,6 +67,8 @@ class GearSize:
         Columns of nodes over the face width, as far as it is meshed.
     tooth, ring : two int
         Rows and columns of nodes of the two blocks of a transverse section.
+    order : int
+        Intervals between nodes along the edge of an element.
     """
 
     teeth: int
@@ -74,6 +76,7 @@ class GearSize:
     layers: int
     tooth: tuple[int, int]
     ring: tuple[int, int]
+    order: int = 1
 
     @property
     def flank(self) -> int:
@@ -89,7 +92,8 @@ class GearSize:
     def elements(self) -> int:
         """Elements of a sector."""
         blocks = (self.tooth, self.ring)
-        return sum((rows - 1) * (columns - 1) for rows, columns in blocks) * (self.layers - 1)
+        cells = sum((rows - 1) * (columns - 1) for rows, columns in blocks) * (self.layers - 1)
+        return cells // self.order**3
 
 
 def gear_size(case: Case, tooth: Tooth, bore_radius_mm: float, face_width_mm: float) -> GearSize:
@@ -100,10 +104,13 @@ def gear_size(case: Case, tooth: Tooth, bore_radius_mm: float, face_width_mm: fl
     GeometryError, MeshError
     """
     mesh = case.mesh
-    section = build_sector(tooth, bore_radius_mm, face_width_mm, mesh.profile_elements, 1, mesh.spacing, "plane_strain")
+    section = build_sector(tooth, bore_radius_mm, face_width_mm, mesh.profile_elements, 1, mesh.spacing,
+                           "plane_strain", order=mesh.order)  # fmt: skip
     blocks = section.tooth_rows, section.ring_rows
     tooth_block, ring_block = ((len(rows), len(rows[0]) // len(section.z)) for rows in blocks)
-    return GearSize(tooth.teeth, mesh.profile_elements + 1, elements_across(case) + 1, tooth_block, ring_block)
+    return GearSize(
+        tooth.teeth, mesh.profile_intervals + 1, intervals_across(case) + 1, tooth_block, ring_block, mesh.order
+    )
 
 
 @dataclass(frozen=True)
@@ -299,7 +306,7 @@ def pair_size(case: Case, pair: GearPair) -> PairSize:
 def rows_in_reach(case: Case, pair: GearPair) -> int:
     """Return about how many element rows of a flank contact can reach under the nominal load."""
     first, last = pair.pinion.form_roll_angle, pair.pinion.tip_roll_angle
-    row = 0.5 * pair.pinion.base_radius * (last**2 - first**2) / case.mesh.profile_elements
+    row = 0.5 * pair.pinion.base_radius * (last**2 - first**2) / case.mesh.profile_intervals
     local = 1.0 if case.contact.scheme == "facet" else LOCAL_SHARE
     # Line contact is on the line of action; points need a row on either side.
     spacing = 0.0 if case.contact.scheme == "line" else 1.5 * row / contact_scheme(case).lodm_profile
@@ -308,7 +315,7 @@ def rows_in_reach(case: Case, pair: GearPair) -> int:
     # An inclined line of contact crosses as many rows as its ends are apart on the profile.
     turn = abs(pair.pinion.twist_per_length) * pair.common_width
     inclined = turn * pair.pinion.base_radius * math.tan(pair.working_pressure_angle)
-    return min(case.mesh.profile_elements, math.ceil((2.0 * max(half, spacing) + inclined) / row) + 1)
+    return min(case.mesh.profile_intervals, math.ceil((2.0 * max(half, spacing) + inclined) / row) + 1)
 
 
 def _solving(gear: GearSize, reach: int) -> int:

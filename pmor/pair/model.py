@@ -239,7 +239,8 @@ def assemble_pair(
     refuse_uneven_sections(case, case.name)
     scheme = contact_scheme(case)
     flanks = [make_flank(n, u, scheme, mirrored) for n, u in zip(nodes, roll_angles, strict=True)]
-    return MeshedPair(pair, flanks[0], flanks[1], scheme, stiffness_estimate(case, pair), mirrored, layers)
+    return MeshedPair(pair, flanks[0], flanks[1], scheme, stiffness_estimate(case, pair), mirrored, layers,
+                      case.mesh.order)  # fmt: skip
 
 
 def surface_layers(case: Case, pair: GearPair) -> tuple[SurfaceLayer, ...]:
@@ -322,7 +323,9 @@ def neighbour_reach(pair: GearPair) -> int:
 
 def _layer(case: Case, gear: GearCase, tooth: Tooth) -> SurfaceLayer:
     wanted = case.contact.layer_depth * case.pair.module_mm
-    columns, depth = surface_layer(tooth, case.mesh.profile_elements, case.mesh.spacing, wanted)
+    columns, depth = surface_layer(
+        tooth, case.mesh.profile_elements, case.mesh.spacing, wanted, case.mesh.order
+    )
     compliance = line_compliance(gear.youngs_modulus_GPa * 1e3, gear.poisson_ratio)
     return SurfaceLayer(depth, compliance, approach_constants(depth, gear.poisson_ratio), columns)
 
@@ -356,6 +359,6 @@ def _sector(case: Case, gear: GearCase, tooth: Tooth, face: tuple[float, float])
     mesh = case.mesh
     try:
         return build_sector(tooth, gear.bore_radius_mm, face[1] - face[0], mesh.profile_elements, mesh.width_elements,
-                            mesh.spacing, meshed_width(case), gear.face_offset_mm)  # fmt: skip
+                            mesh.spacing, meshed_width(case), gear.face_offset_mm, mesh.order)  # fmt: skip
     except MeshError as error:
         raise MeshError(f"gear with {gear.teeth} teeth: {error}") from error

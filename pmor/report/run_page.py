@@ -250,5 +250,5 @@ def _patterns(result: OnlineResult) -> list[ContactPattern]:
 def _mesh_figure(mesh: SectorMesh) -> Figure:
     layers = len(mesh.z)
     section = mesh.nodes[::layers, :2]
-    quads = mesh.elements[:: layers - 1, :4] // layers
+    quads = mesh.elements[:: (layers - 1) // mesh.order, :4] // layers
     return mesh_figure(section, quads, mesh.flank_nodes[:, 0, :2])

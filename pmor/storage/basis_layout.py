@@ -7,7 +7,7 @@ tie them to the case and to each other (`pmor.storage.basis_checks`).
 from __future__ import annotations
 
 from pmor.case import Case
-from pmor.case.width import elements_across
+from pmor.case.width import intervals_across
 from pmor.contact.sections import loaded_components
 from pmor.gear.pair import GearPair
 from pmor.pair.model import neighbour_reach
@@ -85,7 +85,7 @@ def compliance_group(case: Case) -> str:
 
 def basis_sizes(case: Case, pair: GearPair) -> dict[str, int]:
     """Return the lengths of the axes that follow from a case."""
-    rows, columns, reach = case.mesh.profile_elements + 1, elements_across(case) + 1, neighbour_reach(pair)
+    rows, columns, reach = case.mesh.profile_intervals + 1, intervals_across(case) + 1, neighbour_reach(pair)
     stencil = STENCIL[case.reduction.interpolation] if case.reduction.shapes != "global_pod" else 2
     parts = loaded_components(case.contact.kind != "nodal", pair.pinion.helix_angle != 0.0)
     return {

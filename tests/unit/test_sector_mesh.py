@@ -8,7 +8,8 @@ from numpy.testing import assert_allclose
 
 from pmor.conventions import rotation_z
 from pmor.errors import MeshError
-from pmor.fe.hexahedron import CORNERS, shape_gradient
+from pmor.fe.hexahedron import shape_gradient
+from pmor.mesh.element import node_places
 from pmor.mesh.outline import tooth_outline
 from pmor.mesh.quality import mesh_quality
 from pmor.mesh.sector import build_sector
@@ -53,7 +54,7 @@ def test_fine_meshes_are_sound(teeth):
 
 
 def brick(lengths=(1.0, 1.0, 1.0)):
-    return 0.5 * (CORNERS + 1.0) * np.array(lengths), np.arange(8)[None]
+    return node_places(1) * np.array(lengths), np.arange(8)[None]
 
 
 def test_a_brick_is_perfect():
@@ -203,8 +204,8 @@ def test_nodes_sit_on_tip_circle_and_bore(gear):
 
 def volume(nodes, elements):
     total = 0.0
-    for point in CORNERS / math.sqrt(3.0):
-        total += np.linalg.det(np.einsum("ni,enj->eij", shape_gradient(point), nodes[elements])).sum()
+    for point in (2.0 * node_places(1) - 1.0) / math.sqrt(3.0):
+        total += np.linalg.det(np.einsum("ni,enj->eij", shape_gradient(point, 1), nodes[elements])).sum()
     return total
 
 

@@ -19,10 +19,10 @@ GEARS = {"spur": tooth(12, 0.2), "undercut, odd": tooth(9), "helical": tooth(12,
 OFFSETS = (-2, -1, 0, 1, 2)
 
 
-@pytest.fixture(scope="module", params=[(g, e) for g in GEARS for e in ("hex8", "hex8i")], ids="-".join)
+@pytest.fixture(scope="module", params=[(g, e) for g in GEARS for e in ("hex8i", "hex27")], ids="-".join)
 def gear(request):
     name, element = request.param
-    mesh = sector(GEARS[name], 3, 2)
+    mesh = sector(GEARS[name], 3, 2, order=2 if element == "hex27" else 1)
     return elastic_gear(mesh, YOUNG, POISSON, element, reach=2, keep_rows=True), element
 
 

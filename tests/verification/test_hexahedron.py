@@ -8,58 +8,77 @@ from numpy.testing import assert_allclose
 
 from pmor.errors import MeshError
 from pmor.fe.assembly import assemble, degrees_of_freedom
-from pmor.fe.hexahedron import CORNERS, elasticity_matrix, element_stiffness
+from pmor.fe.hexahedron import elasticity_matrix, element_stiffness
+from pmor.mesh.element import node_places
 from tests.gear_models import POISSON, YOUNG
 
 PATCH = 1e-10  # relative; a linear field is exact but for round-off in a solve of some 100 unknowns
 ROUND_OFF = 1e-12  # relative to the largest eigenvalue
-elements_of_both_kinds = pytest.mark.parametrize("element", ["hex8", "hex8i"])
+CORNERS = 2.0 * node_places(1) - 1.0
+elements_of_all_kinds = pytest.mark.parametrize("element", ["hex8", "hex8i", "hex27"])
 
 
-def block(counts, lengths):
-    """Regular mesh of a block; nodes of shape (nx + 1, ny + 1, nz + 1, 3), and its elements."""
-    axes = [np.linspace(0.0, length, n + 1) for n, length in zip(counts, lengths, strict=True)]
+def order_of(element):
+    return 2 if element == "hex27" else 1
+
+
+def block(counts, lengths, element):
+    """Regular mesh of a block; nodes as a grid (..., 3), and its elements."""
+    order = order_of(element)
+    axes = [np.linspace(0.0, length, order * n + 1) for n, length in zip(counts, lengths, strict=True)]
     nodes = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
     ids = np.arange(nodes[..., 0].size).reshape(nodes.shape[:3])
-    offsets = ((CORNERS + 1) // 2).astype(int)
+    ends = [order * n for n in counts]
     elements = np.stack(
-        [ids[i : i + counts[0], j : j + counts[1], k : k + counts[2]].ravel() for i, j, k in offsets], axis=1
-    )
+        [ids[i : i + ends[0] : order, j : j + ends[1] : order, k : k + ends[2] : order].ravel()
+         for i, j, k in node_places(order)], axis=1)  # fmt: skip
     return nodes, elements
 
 
-def distorted_block(rng, amount=0.22):
-    nodes, elements = block((3, 3, 3), (3.0, 3.0, 3.0))
+def even_load(element, count):
+    """Forces on the nodes of elements of unit length in a row, under an even load of one: the trapezoid, Simpson's."""
+    order = order_of(element)
+    share = np.zeros(order * count + 1)
+    for first in range(0, order * count, order):
+        share[first : first + order + 1] += [1 / 6, 4 / 6, 1 / 6] if order == 2 else [0.5, 0.5]
+    return share
+
+
+def distorted_block(rng, element):
+    nodes, elements = block((3, 3, 3), (3.0, 3.0, 3.0), element)
     inside = nodes[1:-1, 1:-1, 1:-1]
+    amount = 0.22 / order_of(element) ** 2  # edges and faces between the nodes of quadratic elements curve
     inside += rng.uniform(-amount, amount, inside.shape)
     return nodes.reshape(-1, 3), elements
 
 
-def single_distorted(rng):
-    return 0.5 * CORNERS + rng.uniform(-0.15, 0.15, (8, 3)), np.arange(8)[None]
+def single_distorted(rng, element):
+    order = order_of(element)
+    nodes = node_places(order) / order - 0.5
+    return nodes + rng.uniform(-0.15, 0.15, nodes.shape) / order**2, np.arange(len(nodes))[None]
 
 
 # --- patch test ----------------------------------------------------------------------------------------------------
 
 
-@elements_of_both_kinds
+@elements_of_all_kinds
 def test_distorted_patch_carries_any_linear_field_exactly(element, rng):
-    nodes, elements = distorted_block(rng)
+    nodes, elements = distorted_block(rng, element)
     stiffness = assemble(nodes, elements, YOUNG, POISSON, element)
     gradient = rng.uniform(-1e-3, 1e-3, (3, 3))
     expected = (nodes @ gradient.T).ravel()
     on_boundary = np.any((nodes == 0.0) | (nodes == 3.0), axis=1)
     fixed = degrees_of_freedom(np.flatnonzero(on_boundary))
     free = degrees_of_freedom(np.flatnonzero(~on_boundary))
-    assert len(free) == 24
+    assert len(free) == 3 * (3 * order_of(element) - 1) ** 3
     full = stiffness.toarray()
     found = np.linalg.solve(full[np.ix_(free, free)], -full[np.ix_(free, fixed)] @ expected[fixed])
     assert_allclose(found, expected[free], rtol=0, atol=PATCH * np.abs(expected).max())
 
 
-@elements_of_both_kinds
+@elements_of_all_kinds
 def test_boundary_forces_of_the_patch_are_those_of_constant_stress(element, rng):
-    nodes, elements = distorted_block(rng)
+    nodes, elements = distorted_block(rng, element)
     gradient = rng.uniform(-1e-3, 1e-3, (3, 3))
     strain = 0.5 * (gradient + gradient.T)
     e, g = np.diag(strain), 2.0 * np.array([strain[0, 1], strain[1, 2], strain[2, 0]])
@@ -71,7 +90,9 @@ def test_boundary_forces_of_the_patch_are_those_of_constant_stress(element, rng)
         others = [a for a in range(3) if a != axis]
         inner = nodes[:, axis] == end
         inner &= np.all((nodes[:, others] > 0.0) & (nodes[:, others] < 3.0), axis=1)
-        assert_allclose(force[inner], np.tile(sign * stress[axis], (4, 1)), rtol=0, atol=PATCH * np.abs(stress).max())
+        share = even_load(element, 3)[1:-1]
+        expected = sign * np.outer(np.outer(share, share), stress[axis])
+        assert_allclose(force[inner], expected, rtol=0, atol=PATCH * np.abs(stress).max())
     virial = nodes.T @ force / 27.0
     assert_allclose(virial, stress.T, rtol=0, atol=PATCH * np.abs(stress).max())
 
@@ -91,9 +112,9 @@ def rigid_modes(nodes):
     return np.stack([m.ravel() for m in modes], axis=1)
 
 
-@elements_of_both_kinds
+@elements_of_all_kinds
 def test_six_rigid_body_modes_and_not_more(element, rng):
-    nodes, elements = single_distorted(rng)
+    nodes, elements = single_distorted(rng, element)
     stiffness = element_stiffness(nodes, elements, YOUNG, POISSON, element)[0]
     assert_allclose(stiffness, stiffness.T, rtol=0, atol=0)
     values = np.linalg.eigvalsh(stiffness)
@@ -103,19 +124,19 @@ def test_six_rigid_body_modes_and_not_more(element, rng):
     assert_allclose(forces / np.abs(stiffness).max(), 0.0, atol=ROUND_OFF)
 
 
-@elements_of_both_kinds
+@elements_of_all_kinds
 def test_element_stiffness_turns_with_the_element(element, rng):
-    nodes, elements = single_distorted(rng)
+    nodes, elements = single_distorted(rng, element)
     turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
     turn *= np.sign(np.linalg.det(turn))
-    both = np.kron(np.eye(8), turn)
+    both = np.kron(np.eye(len(nodes)), turn)
     straight = element_stiffness(nodes, elements, YOUNG, POISSON, element)[0]
     turned = element_stiffness(nodes @ turn.T, elements, YOUNG, POISSON, element)[0]
     assert_allclose(turned, both @ straight @ both.T, rtol=0, atol=1e-11 * np.abs(straight).max())
 
 
 def test_incompatible_modes_only_soften(rng):
-    nodes, elements = single_distorted(rng)
+    nodes, elements = single_distorted(rng, "hex8")
     difference = np.subtract(*(element_stiffness(nodes, elements, YOUNG, POISSON, e)[0] for e in ("hex8", "hex8i")))
     values = np.linalg.eigvalsh(difference)
     assert values[0] > -1e-9 * values[-1]
@@ -123,7 +144,7 @@ def test_incompatible_modes_only_soften(rng):
 
 
 def test_assembly_adds_element_matrices(rng):
-    nodes, elements = block((2, 1, 1), (2.0, 1.0, 1.0))
+    nodes, elements = block((2, 1, 1), (2.0, 1.0, 1.0), "hex8i")
     nodes = nodes.reshape(-1, 3)
     expected = np.zeros((36, 36))
     for matrix, element in zip(element_stiffness(nodes, elements, YOUNG, POISSON, "hex8i"), elements, strict=True):
@@ -139,11 +160,12 @@ def test_assembly_adds_element_matrices(rng):
 def cantilever_ratio(element, elements_along, poisson):
     """Tip deflection of a 10:1 cantilever with one element over its depth, over that of the Timoshenko beam."""
     length, side, load = 10.0, 1.0, 1.0
-    nodes, elements = block((elements_along, 1, 1), (length, side, side))
+    nodes, elements = block((elements_along, 1, 1), (length, side, side), element)
     nodes = nodes.reshape(-1, 3)
     stiffness = assemble(nodes, elements, YOUNG, poisson, element).toarray()
     force = np.zeros((len(nodes), 3))
-    force[nodes[:, 0] == length, 1] = load / 4.0
+    share = np.outer(even_load(element, 1), even_load(element, 1)).ravel()
+    force[nodes[:, 0] == length, 1] = load * share
     # Clamped as the beam is: the section stays plane, but may contract.
     fixed = [*(3 * np.flatnonzero(nodes[:, 0] == 0.0))]
     corner = np.flatnonzero(nodes[:, 0] == 0.0)
@@ -151,16 +173,22 @@ def cantilever_ratio(element, elements_along, poisson):
     free = np.setdiff1d(np.arange(force.size), fixed)
     displacement = np.zeros(force.size)
     displacement[free] = np.linalg.solve(stiffness[np.ix_(free, free)], force.ravel()[free])
-    tip = displacement.reshape(-1, 3)[nodes[:, 0] == length, 1].mean()
+    clamped, loaded = (share @ displacement.reshape(-1, 3)[nodes[:, 0] == x, 1] for x in (0.0, length))
     inertia, shear = side**4 / 12.0, YOUNG / (2.0 * (1.0 + poisson))
     bending, shearing = load * length**3 / (3.0 * YOUNG * inertia), load * length / (5.0 / 6.0 * shear * side**2)
-    return tip / (bending + shearing)
+    return (loaded - clamped) / (bending + shearing)
 
 
 @pytest.mark.parametrize("elements_along", [5, 10, 20])
 @pytest.mark.parametrize("poisson", [0.0, 0.3])
 def test_incompatible_element_bends_like_a_beam(elements_along, poisson):
     assert_allclose(cantilever_ratio("hex8i", elements_along, poisson), 1.0, atol=0.03)
+
+
+@pytest.mark.parametrize("elements_along", [10, 20])
+@pytest.mark.parametrize("poisson", [0.0, 0.3, 0.499])
+def test_quadratic_element_bends_like_a_beam(elements_along, poisson):
+    assert_allclose(cantilever_ratio("hex27", elements_along, poisson), 1.0, atol=0.002)
 
 
 @pytest.mark.parametrize("elements_along", [5, 10])
@@ -171,9 +199,10 @@ def test_linear_element_locks_in_bending(elements_along):
 # --- unusable elements ---------------------------------------------------------------------------------------------
 
 
-@elements_of_both_kinds
+@elements_of_all_kinds
 def test_negative_jacobian_is_refused_and_named(element):
-    nodes = np.concatenate([0.5 * CORNERS, 0.5 * CORNERS + [3.0, 0.0, 0.0]])
-    elements = np.array([np.arange(8), [12, 13, 14, 15, 8, 9, 10, 11]])
+    brick = node_places(order_of(element)) / order_of(element)
+    inside_out = brick * [1.0, 1.0, -1.0] + [3.0, 0.0, 0.0]
+    nodes, elements = np.concatenate([brick, inside_out]), np.arange(2 * len(brick)).reshape(2, -1)
     with pytest.raises(MeshError, match="element 1 has a negative Jacobian"):
         element_stiffness(nodes, elements, YOUNG, POISSON, element)

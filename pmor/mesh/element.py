@@ -1,0 +1,22 @@
+"""Where the nodes of a hexahedron sit, in the order in which its list of nodes names them (that of VTK)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pmor.arrays import IntArray
+
+_CORNERS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]])
+_EDGES = [[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]]
+_FACES = [[0, 1, 1], [2, 1, 1], [1, 0, 1], [1, 2, 1], [1, 1, 0], [1, 1, 2]]
+
+
+def node_places(order: int) -> IntArray:
+    """Return the place of each node in the element's grid of (order + 1)^3 nodes, shape (n, 3), from 0 to `order`.
+
+    Corners first, counter-clockwise at the lower z and then above them; of quadratic elements the middles of the edges
+    (below, above, upright), of the faces (-x, +x, -y, +y, -z, +z) and of the element follow.
+    """
+    if order == 1:
+        return _CORNERS
+    return np.concatenate([2 * _CORNERS, _CORNERS[_EDGES].sum(axis=1), _FACES, [[1, 1, 1]]])
