@@ -57,7 +57,7 @@ def eliminate_chain(
 
 
 def in_twos(rows: list[IntArray]) -> list[IntArray]:
-    """Join rows of quadratic elements, which are coupled to the next two, such that each is coupled to the next one only.
+    """Join rows of quadratic elements, coupled to the next two, so that each is coupled to the next one only.
 
     Parameters
     ----------
