@@ -157,9 +157,9 @@ def test_assembly_adds_element_matrices(rng):
 # --- bending -------------------------------------------------------------------------------------------------------
 
 
-def cantilever_ratio(element, elements_along, poisson):
-    """Tip deflection of a 10:1 cantilever with one element over its depth, over that of the Timoshenko beam."""
-    length, side, load = 10.0, 1.0, 1.0
+def cantilever_ratio(element, elements_along, poisson, length=10.0):
+    """Tip deflection of a cantilever 1 mm deep, with one element over its depth, over that of the Timoshenko beam."""
+    side, load = 1.0, 1.0
     nodes, elements = block((elements_along, 1, 1), (length, side, side), element)
     nodes = nodes.reshape(-1, 3)
     stiffness = assemble(nodes, elements, YOUNG, poisson, element).toarray()
@@ -173,12 +173,10 @@ def cantilever_ratio(element, elements_along, poisson):
     free = np.setdiff1d(np.arange(force.size), fixed)
     displacement = np.zeros(force.size)
     displacement[free] = np.linalg.solve(stiffness[np.ix_(free, free)], force.ravel()[free])
-    # On the axis: in the middle of the element's face, where quadratic ones have a node.
-    clamped, loaded = (displacement.reshape(-1, 3)[nodes[:, 0] == x, 1] for x in (0.0, length))
-    sag = loaded[4] - clamped[4] if element == "hex27" else loaded.mean() - clamped.mean()
+    clamped, loaded = (share @ displacement.reshape(-1, 3)[nodes[:, 0] == x, 1] for x in (0.0, length))
     inertia, shear = side**4 / 12.0, YOUNG / (2.0 * (1.0 + poisson))
     bending, shearing = load * length**3 / (3.0 * YOUNG * inertia), load * length / (5.0 / 6.0 * shear * side**2)
-    return sag / (bending + shearing)
+    return (loaded - clamped) / (bending + shearing)
 
 
 @pytest.mark.parametrize("elements_along", [5, 10, 20])
@@ -190,7 +188,8 @@ def test_incompatible_element_bends_like_a_beam(elements_along, poisson):
 @pytest.mark.parametrize("elements_along", [10, 20])
 @pytest.mark.parametrize("poisson", [0.0, 0.3, 0.499])
 def test_quadratic_element_bends_like_a_beam(elements_along, poisson):
-    assert_allclose(cantilever_ratio("hex27", elements_along, poisson), 1.0, atol=0.002)
+    # At 10:1 what happens around the clamp, which the beam does not know, is 0.3 % already.
+    assert_allclose(cantilever_ratio("hex27", elements_along, poisson, 20.0), 1.0, atol=0.002)
 
 
 @pytest.mark.parametrize("elements_along", [5, 10])
