@@ -111,7 +111,7 @@ class MeshCase:
         Elements along one flank, from the start of the involute to the tip.
     width_elements : int
         Elements over the whole face width, of each gear.
-    element : {"hex27", "hex8i", "hex8"}
+    element : {"hex20", "hex8i", "hex8"}
         Quadratic hexahedron, or linear ones with or without incompatible modes.
     width : {"half", "whole", "plane_strain"}
         How much of the face width is meshed. `half`: half of it where the pair is symmetric about mid width (spur, an
@@ -126,14 +126,14 @@ class MeshCase:
     profile_elements: Annotated[int, Range(2, 512)] = 16
     width_elements: Annotated[int, Range(1, 512)] = 8
     width: Width = "half"
-    element: Literal["hex27", "hex8i", "hex8"] = "hex8i"
+    element: Literal["hex20", "hex8i", "hex8"] = "hex8i"
     spacing: Literal["arc_length", "roll_angle"] = "arc_length"
     share_identical: bool = True
 
     @property
     def order(self) -> int:
         """Intervals between nodes along the edge of an element."""
-        return 2 if self.element == "hex27" else 1
+        return 2 if self.element == "hex20" else 1
 
     @property
     def profile_intervals(self) -> int:

@@ -7,6 +7,7 @@ import scipy.sparse as sp
 
 from pmor.arrays import FloatArray, IntArray
 from pmor.fe.hexahedron import element_stiffness
+from pmor.mesh.element import QUADRATIC_NODES
 
 
 def degrees_of_freedom(node_ids: IntArray) -> IntArray:
@@ -22,13 +23,14 @@ def assemble(
     Parameters
     ----------
     nodes, elements, youngs_modulus, poisson_ratio, element
-        As in `pmor.fe.hexahedron.element_stiffness`.
+        As in `pmor.fe.hexahedron.element_stiffness`; the middles of faces of `SectorMesh.elements` are passed over.
 
     Returns
     -------
     scipy.sparse.csr_array, shape (3 n_nodes, 3 n_nodes)
         N/mm.
     """
+    elements = elements[:, :QUADRATIC_NODES]
     blocks = element_stiffness(nodes, elements, youngs_modulus, poisson_ratio, element)
     dofs = (3 * elements[:, :, None] + np.arange(3)).reshape(len(elements), -1)
     rows = np.repeat(dofs, dofs.shape[1], axis=1).ravel()

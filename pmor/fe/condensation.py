@@ -18,6 +18,7 @@ import scipy.sparse as sp
 
 from pmor.arrays import FloatArray, IntArray
 from pmor.fe.assembly import assemble, degrees_of_freedom
+from pmor.fe.completion import nodes_of_elements
 from pmor.fe.elimination import EliminatedRow, eliminate, eliminate_chain, in_twos, submatrix
 from pmor.fe.surface_layer import layer_compliance
 from pmor.mesh.sector import SectorMesh
@@ -60,7 +61,7 @@ def condense_sector(
     youngs_modulus : float
         MPa.
     poisson_ratio : float
-    element : {"hex8", "hex8i", "hex27"}
+    element : {"hex8", "hex8i", "hex20"}
     keep_rows : bool
         Keep the factors, for back-substitution to the volume (memory grows with the mesh).
     layer_columns : int
@@ -71,10 +72,13 @@ def condense_sector(
     CondensedSector
     """
     stiffness = sector_stiffness(mesh, youngs_modulus, poisson_ratio, element)
-    flank, left, right = (degrees_of_freedom(ids) for ids in (mesh.flank, mesh.left, mesh.right))
+    flank, left, right = (
+        degrees_of_freedom(nodes_of_elements(mesh, ids)) for ids in (mesh.flank, mesh.left, mesh.right)
+    )
     retained = np.concatenate([flank, left, right])
     status = np.zeros(stiffness.shape[0], dtype=bool)
     status[retained] = status[degrees_of_freedom(mesh.bore)] = status[mesh.held_axially] = True
+    status[degrees_of_freedom(mesh.middles)] = True
 
     def free(row: IntArray) -> IntArray:
         dofs = degrees_of_freedom(row)

@@ -13,6 +13,8 @@ import scipy.linalg as la
 
 from pmor.arrays import FloatArray
 from pmor.conventions import rotation_z
+from pmor.fe.assembly import degrees_of_freedom
+from pmor.fe.completion import completion, nodes_of_elements
 from pmor.fe.condensation import CondensedSector, back_substitute, condense_sector
 from pmor.mesh.sector import SectorMesh
 
@@ -32,7 +34,8 @@ class ElasticGear:
         the surface layer where that was taken out. On half the width a unit force is shared by a node and its image.
     sector : CondensedSector
     side_displacement : ndarray, shape (2 reach + 2, n_left, n)
-        Displacement of the left side face of sectors -reach - 1 ... reach under the same forces, mm/N.
+        Displacement of the left side face of sectors -reach - 1 ... reach under unit forces on those of the flank's
+        nodes that elements have, mm/N.
     layer_columns : int
         Columns of elements below the flank whose local compliance was taken out.
     """
@@ -74,7 +77,7 @@ def elastic_gear(
     youngs_modulus : float
         MPa.
     poisson_ratio : float
-    element : {"hex8", "hex8i", "hex27"}
+    element : {"hex8", "hex8i", "hex20"}
     reach : int
         Neighbouring teeth to cover, on either side.
     keep_rows : bool
@@ -115,6 +118,8 @@ def elastic_gear(
     compliance[reach] += own
     if sector.layer is not None:
         compliance[reach] -= sector.layer
+    if len(mesh.middles):
+        compliance = _on_the_grid(mesh, compliance)
     return ElasticGear(mesh, reach, _reciprocal(compliance, mesh), sector, displacement, layer_columns)
 
 
@@ -123,9 +128,16 @@ def with_layer(gear: ElasticGear) -> ElasticGear:
     if gear.sector.layer is None:
         return gear
     compliance = gear.compliance.copy()
-    compliance[gear.reach] += gear.sector.layer
+    layer = gear.sector.layer
+    compliance[gear.reach] += _on_the_grid(gear.mesh, layer[None])[0] if len(gear.mesh.middles) else layer
     sector = replace(gear.sector, layer=None)
     return replace(gear, compliance=_reciprocal(compliance, gear.mesh), sector=sector, layer_columns=0)
+
+
+def _on_the_grid(mesh: SectorMesh, compliance: FloatArray) -> FloatArray:
+    """Compliance of all nodes of the flank from that of those that elements have."""
+    full = completion(mesh, mesh.flank)
+    return np.stack([full @ (full @ block.T).T for block in compliance])
 
 
 def _reciprocal(compliance: FloatArray, mesh: SectorMesh) -> FloatArray:
@@ -152,10 +164,16 @@ def volume_displacement(gear: ElasticGear, offset: int, flank_forces: FloatArray
     ndarray, shape (n_nodes, 3)
         In the frame of sector `offset`, mm.
     """
-    turn = np.kron(np.eye(len(gear.sector.left) // 3), rotation_z(-2.0 * np.pi / gear.mesh.teeth))
+    mesh, sector = gear.mesh, gear.sector
+    turn = np.kron(np.eye(len(sector.left) // 3), rotation_z(-2.0 * np.pi / mesh.teeth))
     index = gear.reach + offset
-    left = gear.side_displacement[index + 1] @ flank_forces
-    right = turn @ (gear.side_displacement[index] @ flank_forces)
-    flank = gear.tooth_compliance(offset) @ flank_forces
-    retained = np.concatenate([flank, left, right])
-    return back_substitute(gear.sector, retained[:, None], 3 * len(gear.mesh.nodes))[:, 0].reshape(-1, 3)
+    on_elements = completion(mesh, mesh.flank).T @ flank_forces
+    left = gear.side_displacement[index + 1] @ on_elements
+    right = turn @ (gear.side_displacement[index] @ on_elements)
+    displacement = np.zeros(3 * len(mesh.nodes))
+    displacement[degrees_of_freedom(mesh.flank)] = gear.tooth_compliance(offset) @ flank_forces
+    retained = np.concatenate([displacement[sector.flank], left, right])
+    solved = back_substitute(sector, retained[:, None], len(displacement))[:, 0]
+    every = np.arange(len(mesh.nodes))
+    own = degrees_of_freedom(nodes_of_elements(mesh, every))
+    return np.asarray(completion(mesh, every) @ solved[own]).reshape(-1, 3)

@@ -24,7 +24,7 @@ def assemble_arc(
     youngs_modulus : float
         MPa.
     poisson_ratio : float
-    element : {"hex8", "hex8i", "hex27"}
+    element : {"hex8", "hex8i", "hex20"}
     sectors : int
         Counted counter-clockwise from sector 0; all teeth make the closed ring, fewer an arc with open ends.
 

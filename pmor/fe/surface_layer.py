@@ -12,6 +12,7 @@ import scipy.sparse as sp
 
 from pmor.arrays import FloatArray
 from pmor.fe.assembly import degrees_of_freedom
+from pmor.fe.completion import nodes_of_elements
 from pmor.fe.elimination import eliminate_chain, in_twos, submatrix
 from pmor.mesh.sector import SectorMesh
 
@@ -30,12 +31,13 @@ def layer_compliance(mesh: SectorMesh, columns: int, stiffness: sp.csr_array) ->
     Returns
     -------
     ndarray, shape (f, f)
-        Of the flank's unknowns in the order of `SectorMesh.flank`, mm/N.
+        Of the unknowns of the flank's nodes that elements have, in the order of `SectorMesh.flank`, mm/N.
     """
-    layers, flank = len(mesh.z), degrees_of_freedom(mesh.flank)
+    layers, flank = len(mesh.z), degrees_of_freedom(nodes_of_elements(mesh, mesh.flank))
     # The handover row belongs to the ring as well: it is held. The rows across the layer are short; its columns are as
     # long as the tooth is high and take more than twice the time with 64 elements.
-    across = (degrees_of_freedom(row.reshape(-1, layers)[:columns].ravel()) for row in mesh.tooth_rows[1:])
+    rows = (row.reshape(-1, layers)[:columns] for row in mesh.tooth_rows[1:])
+    across = (degrees_of_freedom(nodes_of_elements(mesh, row)) for row in rows)
     inside = [np.setdiff1d(row, flank) for row in across]
     chain = [row for row in (inside if mesh.order == 1 else in_twos(inside)) if len(row)]
     reached, update = eliminate_chain(stiffness, [*chain, np.empty(0, dtype=np.int64)], flank, None)

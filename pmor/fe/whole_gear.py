@@ -9,6 +9,7 @@ from pmor.arrays import FloatArray, IntArray
 from pmor.conventions import rotation_z
 from pmor.errors import MeshError
 from pmor.fe.assembly import assemble, degrees_of_freedom
+from pmor.fe.completion import completion, nodes_of_elements
 from pmor.mesh.sector import SectorMesh
 
 
@@ -59,7 +60,7 @@ def whole_gear_displacement(
     youngs_modulus : float
         MPa.
     poisson_ratio : float
-    element : {"hex8", "hex8i", "hex27"}
+    element : {"hex8", "hex8i", "hex20"}
     flank_forces : ndarray, shape (n, m)
         Forces on the flank's degrees of freedom, m load cases, N.
 
@@ -71,14 +72,18 @@ def whole_gear_displacement(
     nodes, elements, numbers = whole_gear_mesh(mesh)
     stiffness = assemble(nodes, elements, youngs_modulus, poisson_ratio, element)
     load = np.zeros((3 * len(nodes), flank_forces.shape[1]))
-    load[degrees_of_freedom(numbers[0, mesh.flank])] = flank_forces
-    free = np.setdiff1d(np.arange(3 * len(nodes)), degrees_of_freedom(numbers[:, mesh.bore]))
+    own = nodes_of_elements(mesh, mesh.flank)
+    load[degrees_of_freedom(numbers[0, own])] = completion(mesh, mesh.flank).T @ flank_forces
+    held = np.concatenate([numbers[:, mesh.bore].ravel(), numbers[:, mesh.middles].ravel()])
+    free = np.setdiff1d(np.arange(3 * len(nodes)), degrees_of_freedom(held))
     factor = spla.splu(stiffness[free][:, free].tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
     solution = np.zeros_like(load)
     solution[free] = factor.solve(load[free])
     result = np.empty((mesh.teeth, 3 * len(mesh.nodes), flank_forces.shape[1]))
+    every = np.arange(len(mesh.nodes))
+    full, own = completion(mesh, every), degrees_of_freedom(nodes_of_elements(mesh, every))
     for k in range(mesh.teeth):
         vectors = solution.reshape(len(nodes), 3, -1)[numbers[k]]
         turned = np.einsum("ij,njm->nim", rotation_z(-2.0 * np.pi * k / mesh.teeth), vectors)
-        result[k] = turned.reshape(3 * len(mesh.nodes), -1)
+        result[k] = full @ turned.reshape(3 * len(mesh.nodes), -1)[own]
     return result

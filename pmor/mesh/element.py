@@ -10,6 +10,9 @@ _CORNERS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 
 _EDGES = [[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]]
 _FACES = [[0, 1, 1], [2, 1, 1], [1, 0, 1], [1, 2, 1], [1, 1, 0], [1, 1, 2]]
 
+# Nodes of quadratic hexahedra, on corners and edges. The grid has nodes in the middle of faces and elements too.
+QUADRATIC_NODES = 20
+
 
 def node_places(order: int) -> IntArray:
     """Return the place of each node in the element's grid of (order + 1)^3 nodes, shape (n, 3), from 0 to `order`.

@@ -16,13 +16,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from pmor.arrays import FloatArray, IntArray
 from pmor.errors import MeshError
 from pmor.gear.tooth import Tooth, twist_sections
-from pmor.mesh.element import node_places
+from pmor.mesh.element import QUADRATIC_NODES, node_places
 from pmor.mesh.outline import Outline, tooth_outline
 
 THICKNESS_GROWTH = 1.2
@@ -38,8 +39,8 @@ class SectorMesh:
     nodes : ndarray, shape (n_nodes, 3)
         In the tooth frame, mm.
     elements : ndarray of int, shape (n_elements, 8) or (n_elements, 27)
-        Hexahedra in the usual order (four nodes at the lower z, counter-clockwise, then the four above them; then those
-        on edges, faces and in the middle, `pmor.mesh.element`).
+        Hexahedra in the usual order (four nodes at the lower z, counter-clockwise, then the four above them). Quadratic
+        ones go on as in `pmor.mesh.element`, with the nodes in the middle of faces, that are not theirs, at the end.
     flank : ndarray of int, shape (n + 1, m + 1)
         Nodes of the loaded flank: from the start of the involute to the tip, along the face width.
     flank_roll_angle : ndarray, shape (n + 1,)
@@ -88,6 +89,11 @@ class SectorMesh:
         images = np.full(len(self.z), 2.0 if self.mirrored else 1.0)
         images[-1] = 1.0
         return images
+
+    @cached_property
+    def middles(self) -> IntArray:
+        """Nodes of the grid that no element has: in the middle of the faces of quadratic ones, and of these."""
+        return np.unique(self.elements[:, QUADRATIC_NODES:])
 
     @property
     def held_axially(self) -> IntArray:

@@ -19,10 +19,10 @@ GEARS = {"spur": tooth(12, 0.2), "undercut, odd": tooth(9), "helical": tooth(12,
 OFFSETS = (-2, -1, 0, 1, 2)
 
 
-@pytest.fixture(scope="module", params=[(g, e) for g in GEARS for e in ("hex8i", "hex27")], ids="-".join)
+@pytest.fixture(scope="module", params=[(g, e) for g in GEARS for e in ("hex8i", "hex20")], ids="-".join)
 def gear(request):
     name, element = request.param
-    mesh = sector(GEARS[name], 3, 2, order=2 if element == "hex27" else 1)
+    mesh = sector(GEARS[name], 3, 2, order=2 if element == "hex20" else 1)
     return elastic_gear(mesh, YOUNG, POISSON, element, reach=2, keep_rows=True), element
 
 
@@ -63,9 +63,15 @@ def test_neighbouring_teeth_move_less_and_less(gear):
     assert size[0] > 3.0 * size[1] > 3.0 * size[2]
 
 
+def on_elements(elastic, offset):
+    """Compliance among those flank nodes that elements have: forces on the others are combinations of theirs."""
+    known = np.flatnonzero(np.isin(degrees_of_freedom(elastic.mesh.flank), elastic.sector.flank))
+    return elastic.tooth_compliance(offset)[np.ix_(known, known)]
+
+
 def test_compliance_is_symmetric_and_positive_definite(gear):
     elastic, _ = gear
-    own = elastic.tooth_compliance(0)
+    own = on_elements(elastic, 0)
     assert_allclose(own, own.T, rtol=0, atol=RECIPROCAL * np.abs(own).max())
     values = np.linalg.eigvalsh(own)
     assert values[0] > 0.0
@@ -73,7 +79,7 @@ def test_compliance_is_symmetric_and_positive_definite(gear):
 
 def test_compliance_of_several_teeth_together_is_positive_definite(gear):
     elastic, _ = gear
-    blocks = [[elastic.tooth_compliance(a - b) for b in range(3)] for a in range(3)]
+    blocks = [[on_elements(elastic, a - b) for b in range(3)] for a in range(3)]
     together = np.block(blocks)
     assert_allclose(together, together.T, rtol=0, atol=RECIPROCAL * np.abs(together).max())
     assert np.linalg.eigvalsh(together)[0] > 0.0
