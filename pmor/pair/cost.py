@@ -33,8 +33,8 @@ MIB = 2**20
 # Measured on Linux with Python 3.11: interpreter and libraries; with those of the solver; with compiled kernels; what a
 # page takes on top of that; and all of it while kernels are compiled.
 START_BYTES, SOLVER_BYTES, KERNEL_BYTES, PAGE_BYTES, COMPILING_BYTES = (n * MIB for n in (130, 175, 195, 65, 800))
-# An element's matrix, its place in the whole one, and what is left over on the way.
-ELEMENT_BYTES = 40_000
+# An element's matrix, its place in the whole one, and what is left over on the way: of linear and of quadratic ones.
+ELEMENT_BYTES = {1: 40_000, 2: 250_000}
 # A sweep takes so many times the size of the basis file: read, unpacked, and made ready for the kernels.
 UNPACKED = 4
 # Addresses that libraries reserve beyond the memory they use, with one thread.
@@ -44,7 +44,7 @@ COMPILING, START = CASELESS = ("compiling kernels, once", "start")
 FINITE_ELEMENTS = "finite elements"
 # Seconds on the reference computer: a core with this many operations per second on dense matrices.
 FLOPS = 13e9
-ELEMENT_S, SOLVER_S = 90e-6, 0.15
+ELEMENT_S, SOLVER_S = {1: 90e-6, 2: 500e-6}, 0.15
 FULL_S, FULL_ENTRY_S, POSITION_S = 5e-3, 30e-9, 8e-3
 REDUCED_S, REDUCED_MEMBER_S, SWEEP_S = 30e-6, 1.5e-8, 0.2
 START_S, BASIS_S, RESULTS_S, PAGE_S = 1.2, 0.6, 0.05, 2.8
@@ -94,6 +94,11 @@ class GearSize:
         blocks = (self.tooth, self.ring)
         cells = sum((rows - 1) * (columns - 1) for rows, columns in blocks) * (self.layers - 1)
         return cells // self.order**3
+
+    @property
+    def known(self) -> float:
+        """Share of a surface's nodes that elements have: quadratic ones have none in the middle of their faces."""
+        return 1.0 if self.order == 1 else 0.75
 
 
 def gear_size(case: Case, tooth: Tooth, bore_radius_mm: float, face_width_mm: float) -> GearSize:
@@ -218,7 +223,7 @@ def _stages_of(case: Case, pair: GearPair) -> tuple[Stage, ...]:
     sweep = case.pitches * case.online.angles_per_pitch * torques
     compared = case.compare.angles * len(case.compare.torques_Nm)
     # Not all that the finite elements took in small pieces goes back to the system.
-    kept = _held(size) + ELEMENT_BYTES // 3 * max(gear.elements for gear in size.gears)
+    kept = _held(size) + max(ELEMENT_BYTES[gear.order] // 3 * gear.elements for gear in size.gears)
     basis = _basis(size)
     training = kept + 2 * basis + size.solves * size.pairs * 3 * size.flank * 2 * DOUBLE
     reduced = 1.0 + size.members
@@ -320,12 +325,13 @@ def rows_in_reach(case: Case, pair: GearPair) -> int:
 
 def _solving(gear: GearSize, reach: int) -> int:
     """Bytes while a gear is condensed and the ring is closed."""
-    flank, side, rest = gear.flank, gear.side, gear.flank + 2 * gear.side
+    flank, side = gear.known * gear.flank, gear.known * gear.side
+    rest, elements = flank + 2 * side, ELEMENT_BYTES[gear.order] * gear.elements
     front = 3 * gear.layers * gear.ring[1] + rest
     condensing = 4 * DOUBLE * front**2
     ring = DOUBLE * (rest**2 + (3 + 3 * (2 * reach + 1)) * flank**2 + 2 * (2 * reach + 4) * side * flank)
     ring += COMPLEX * (4 * side**2 + 3 * side * flank)
-    return max(ELEMENT_BYTES * gear.elements, ELEMENT_BYTES // 2 * gear.elements + condensing, ring)
+    return int(max(elements, elements / 2 + condensing, ring))
 
 
 def _kept(gear: GearSize, reach: int) -> int:
@@ -355,15 +361,18 @@ def _basis(size: PairSize) -> int:
 
 
 def _solving_seconds(gear: GearSize) -> float:
-    """Time of a gear's finite elements: the eliminations row by row, the harmonics of the ring, its compliance."""
-    flank, side = gear.flank, gear.side
+    """Time of a gear's finite elements: the eliminations row by row, the harmonics of the ring, its compliance.
+
+    Rows of quadratic elements go in twos, which have together as many nodes as a row of the grid.
+    """
+    flank, side = gear.known * gear.flank, gear.known * gear.side
     total = 0.0
     for (rows, columns), border in ((gear.tooth, 0.5 * flank), (gear.ring, side)):
         front = 3 * gear.layers * columns
-        total += rows * _elimination(front, front + border)
+        total += rows / gear.order * _elimination(front, front + border)
     total += _elimination(3 * gear.layers * gear.ring[1], flank + 2 * side) + 5.0 * flank**3
     total += (gear.teeth // 2 + 1) * (8.0 / 3.0 * side**3 + 8.0 * side**2 * flank) + 20.0 * side * flank**2
-    return total / FLOPS + ELEMENT_S * gear.elements
+    return total / FLOPS + ELEMENT_S[gear.order] * gear.elements
 
 
 def _elimination(front: float, rest: float) -> float:

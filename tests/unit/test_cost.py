@@ -38,7 +38,8 @@ def limit(size, **more):
     return MemoryLimit(int(size), "somebody allows", "ask for more", **more)
 
 
-@pytest.mark.parametrize("mesh", [{}, {"width": "whole"}, {"width": "plane_strain"}, {"profile_elements": 40}])
+@pytest.mark.parametrize("mesh", [{}, {"width": "whole"}, {"width": "plane_strain"}, {"profile_elements": 40},
+                                  {"element": "hex20"}])
 @pytest.mark.parametrize("name", ["small_spur", "unequal_pair"])
 def test_sizes_are_those_of_the_mesh(name, mesh):
     case = change_case(load_case(CASES / f"{name}.toml"), mesh=mesh)
@@ -181,6 +182,7 @@ def test_half_the_memory_in_a_control_group_ends_in_one_line(tmp_path):
 
 
 SIZES = {
+    "quadratic": {"mesh": {"element": "hex20", "profile_elements": 8, "width": "whole"}},
     "small": {"mesh": {"profile_elements": 6, "width_elements": 2}},
     "paper": {},
     "whole width": {"mesh": {"width": "whole"}},
