@@ -36,6 +36,10 @@ PAIRS = {
         "pinion": {"tip_rounding_mm": 0.3}, "wheel": {"teeth": 25, "bore_radius_mm": 25.0, "tip_chamfer_mm": 0.2},
     },
     "helical": {"pair": {"helix_angle_deg": 20.0}, "wheel": {"teeth": 31, "bore_radius_mm": 25.0}},
+    "quadratic": {
+        "pair": {"helix_angle_deg": 20.0}, "wheel": {"teeth": 25, "bore_radius_mm": 25.0},
+        "mesh": {"element": "hex20", "profile_elements": 3, "width_elements": 2},
+    },
 }
 
 
@@ -45,10 +49,8 @@ def models(name, hand=1.0, width="whole"):
     changes = {section: dict(keys) for section, keys in PAIRS[name].items()}
     if "pair" in changes:
         changes["pair"]["helix_angle_deg"] *= hand
-    text = case_text(
-        **changes, mesh={"profile_elements": 5, "width_elements": 4, "width": width}, contact={"scheme": "line"},
-        reduction={"shapes": "line_loads"},
-    )  # fmt: skip
+    mesh = {"profile_elements": 5, "width_elements": 4, "width": width} | changes.pop("mesh", {})
+    text = case_text(**changes, mesh=mesh, contact={"scheme": "line"}, reduction={"shapes": "line_loads"})
     case = parse_case(text, "small", "small case")
     full = elastic_model(case, mesh_model(case))
     return full, reduced_pair(train(case, full).basis)

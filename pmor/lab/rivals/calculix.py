@@ -41,6 +41,7 @@ from pmor.errors import ConvergenceError, ExternalProgramError
 from pmor.fe.whole_gear import whole_gear_mesh
 from pmor.gear.tooth import Tooth
 from pmor.lab.rivals.deviated_mesh import flank_shift
+from pmor.lab.rivals.linear_elements import refuse_quadratic_elements
 from pmor.mesh.sector import SectorMesh
 from pmor.pair.conditions import built_of
 from pmor.pair.model import MeshModel, assemble_pair
@@ -166,7 +167,13 @@ def input_deck(
         As in `calculix_ste`.
     lead : float
         How far ahead of its kinematic position the undeformed pinion is placed, rad.
+
+    Raises
+    ------
+    CaseError
+        With quadratic elements.
     """
+    refuse_quadratic_elements(case, "the deck for CalculiX")
     meshed = mesh.meshed
     pairs = meshed.pair.pairs_in_reach(phi, MARGIN * meshed.pair.pitch)
     gears = _place_gears(case, mesh, phi, lead, pairs, beside)

@@ -33,6 +33,7 @@ from pmor.contact.solve import window_depth
 from pmor.conventions import rotation_z
 from pmor.errors import CaseError, ConvergenceError
 from pmor.fe.sparse_direct import assemble_arc, factorise
+from pmor.lab.rivals.linear_elements import refuse_quadratic_elements
 from pmor.mesh.sector import SectorMesh
 from pmor.pair.model import MeshModel, per_gear
 
@@ -164,10 +165,11 @@ def conventional_pair(case: Case, mesh: MeshModel) -> ConventionalPair:
     Raises
     ------
     CaseError
-        With line contact, whose closed form takes the place of part of the mesh's compliance.
+        With line contact, whose closed form takes the place of part of the mesh's compliance; with quadratic elements.
     MeshError
         When the mesh does not span the whole face width.
     """
+    refuse_quadratic_elements(case, "conventional full FE")
     if mesh.meshed.scheme.kind == "line":
         raise CaseError(
             f'case {case.name}: [contact] scheme = "line": conventional full FE has no surface layer to take out: '
