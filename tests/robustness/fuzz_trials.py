@@ -84,7 +84,9 @@ def warm_up(folder, sound):
         if (source / "basis.h5").exists():
             _command(["online", str(source / "basis.h5"), "-o", str(folder / "warm" / source.name)], folder)
             _command(["info", str(source / "basis.h5")], folder)
-    shutil.copytree(folder / "resumed.h5.parts", folder / "warm.h5.parts", dirs_exist_ok=True)
+    parts = folder / "warm.h5.parts"
+    shutil.copytree(folder / "resumed.h5.parts", parts, dirs_exist_ok=True)
+    min(parts.glob("*.h5")).unlink()  # so that something is solved
     run_offline(*sound, folder / "warm.h5", resume=True, overwrite=True)
 
 
