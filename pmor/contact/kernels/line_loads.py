@@ -102,26 +102,61 @@ def _bilinear(size, block, first, to, start, by):
     return total
 
 
+@inlined
+def _between(lines, i, n, m, compliance, sections):
+    """Flexibility between two sections."""
+    low, high = min(n, m), max(n, m)
+    apart = high // sections - low // sections
+    if apart >= len(compliance[0]):
+        return 0.0
+    s, t, parts = low % sections, high % sections, lines.gradient.shape[3] // 4
+    row, gradient = lines.row[i], lines.gradient[i]
+    # Pinion teeth count as tooth pairs do, wheel teeth against them.
+    total = _product(compliance[0][apart, t, s], row[high, 0], gradient[high, 0], row[low, 0], gradient[low, 0], parts)
+    return total + _product(compliance[1][apart, s, t], row[low, 1], gradient[low, 1], row[high, 1], gradient[high, 1],
+                            parts)  # fmt: skip
+
+
 @compiled
 def _make_ready(lines, i, n, compliance, sections):
     """Fill the flexibility between section `n` and all those that are ready."""
-    flexibility, parts = lines.flexibility[i], lines.gradient.shape[3] // 4
+    flexibility = lines.flexibility[i]
     lines.ready[i, n] = True
     for m in range(len(lines.gap[i])):
-        if not lines.ready[i, m]:
-            continue
-        low, high = min(n, m), max(n, m)
-        apart = high // sections - low // sections
-        s, t = low % sections, high % sections
-        total = 0.0
-        if apart < len(compliance[0]):
-            row, gradient = lines.row[i], lines.gradient[i]
-            # Pinion teeth count as tooth pairs do, wheel teeth against them.
-            total = _product(compliance[0][apart, t, s], row[high, 0], gradient[high, 0], row[low, 0],
-                             gradient[low, 0], parts)  # fmt: skip
-            total += _product(compliance[1][apart, s, t], row[low, 1], gradient[low, 1], row[high, 1],
-                              gradient[high, 1], parts)  # fmt: skip
-        flexibility[n, m] = flexibility[m, n] = total
+        if lines.ready[i, m]:
+            flexibility[n, m] = flexibility[m, n] = _between(lines, i, n, m, compliance, sections)
+
+
+@compiled
+def _make_likely_ready(lines, deviation, drive, held, rate, force, width, compliance, likely, room):
+    """Make those sections ready that a drive lets begin to carry, at all angles.
+
+    The compliance between two sections is larger than the memory next to the processor: it is read once for all angles.
+    """
+    angles, size = lines.gap.shape
+    count = 0
+    for i in range(angles):
+        _set_free(lines, i, deviation, room)
+        _start(lines, i, drive, held, rate, force, room)
+        for n in range(size):
+            likely[i, n] = room.carries[n] and not lines.ready[i, n]
+            count += likely[i, n]
+    if count == 0:
+        return
+    for n in range(size):
+        for i in range(angles):
+            lines.ready[i, n] |= likely[i, n]
+        for m in range(n + 1):
+            for i in range(angles):
+                if lines.ready[i, n] and lines.ready[i, m] and (likely[i, n] or likely[i, m]):
+                    value = _between(lines, i, n, m, compliance, len(width))
+                    lines.flexibility[i, n, m] = lines.flexibility[i, m, n] = value
+
+
+@inlined
+def _set_free(lines, i, deviation, room):
+    for n in range(len(room.free)):
+        room.free[n] = lines.gap[i, n] + (deviation[i, n] if len(deviation) > 0 else 0.0)
 
 
 @compiled
@@ -163,9 +198,12 @@ def solve_lines(lines, deviation, drives, held, rate, width, compliance, results
         np.empty(size), np.empty(size, dtype=np.bool_), np.empty(size, dtype=np.int64), np.empty((size, size)),
         np.empty((size, size)), np.empty(size), np.empty(size),
     )  # fmt: skip
+    likely = np.empty(lines.gap.shape, dtype=np.bool_)
+    _make_likely_ready(
+        lines, deviation, np.max(drives), held, rate, results.force[0, 0], width, compliance, likely, room
+    )
     for i in range(len(lines.first_pair)):
-        for n in range(size):
-            room.free[n] = lines.gap[i, n] + (deviation[i, n] if len(deviation) > 0 else 0.0)
+        _set_free(lines, i, deviation, room)
         for d in range(len(drives)):
             force = results.force[d, i]
             lead, steps, converged = _solve(lines, i, drives[d], held, rate, width, compliance, force, room)
