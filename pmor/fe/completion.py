@@ -6,6 +6,8 @@ there go to the element's nodes by the same shares, so that work is the same.
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import scipy.sparse as sp
 
@@ -36,27 +38,28 @@ def completion(mesh: SectorMesh, nodes: IntArray) -> sp.csr_array:
         Unknowns x y z node by node.
     """
     flat, own = np.asarray(nodes).ravel(), nodes_of_elements(mesh, nodes)
+    if len(own) == len(flat):
+        return sp.eye_array(3 * len(flat), format="csr")
     row, column = np.full(len(mesh.nodes), -1), np.full(len(mesh.nodes), -1)
     row[flat], column[own] = np.arange(len(flat)), np.arange(len(own))
-    rows, columns, shares = [row[own]], [column[own]], [np.ones(len(own))]
-    if len(mesh.middles):
-        places = node_places(2)
-        known = mesh.elements[:, :QUADRATIC_NODES]
-        for k in range(QUADRATIC_NODES, len(places)):
-            share: FloatArray = shape_functions(places[k] - 1.0, 2)
-            used = np.flatnonzero(share)
-            # A face in the middle of the mesh has two elements: the first one counts.
-            middle, element = np.unique(mesh.elements[:, k], return_index=True)
-            fresh = (row[middle] >= 0) & ~np.isin(middle, _done(mesh, k))
-            around = known[element[fresh]][:, used]
-            rows.append(np.repeat(row[middle[fresh]], len(used)))
-            columns.append(column[around].ravel())
-            shares.append(np.tile(share[used], np.count_nonzero(fresh)))
-    entries = np.concatenate(shares), (np.concatenate(rows), np.concatenate(columns))
-    scalar = sp.coo_array(entries, shape=(len(flat), len(own)))
+    # A face within the mesh belongs to two elements: the first one counts.
+    middle, index = np.unique(mesh.elements[:, QUADRATIC_NODES:], return_index=True)
+    wanted = row[middle] >= 0
+    element, place = np.divmod(index[wanted], mesh.elements.shape[1] - QUADRATIC_NODES)
+    share = _shares_of_middles()[place]
+    used = share != 0.0  # of a face: the nodes on its edges
+    rows = np.repeat(row[middle[wanted]], np.count_nonzero(used, axis=1))
+    columns = column[mesh.elements[element, :QUADRATIC_NODES][used]]
+    scalar = sp.coo_array(
+        (np.concatenate([np.ones(len(own)), share[used]]),
+         (np.concatenate([row[own], rows]), np.concatenate([column[own], columns]))),
+        shape=(len(flat), len(own)),
+    )  # fmt: skip
     return sp.kron(scalar, np.eye(3)).tocsr()
 
 
-def _done(mesh: SectorMesh, k: int) -> IntArray:
-    """Middles that an earlier place within the elements stands for."""
-    return np.unique(mesh.elements[:, QUADRATIC_NODES:k])
+@cache
+def _shares_of_middles() -> FloatArray:
+    """Shape functions at the middles of the faces and of the element, (7, nodes): quarters, freed of round-off."""
+    middles = node_places(2)[QUADRATIC_NODES:] - 1.0
+    return np.asarray(np.round(4.0 * np.stack([shape_functions(place, 2) for place in middles])) / 4.0)

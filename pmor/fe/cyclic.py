@@ -118,8 +118,7 @@ def elastic_gear(
     compliance[reach] += own
     if sector.layer is not None:
         compliance[reach] -= sector.layer
-    if len(mesh.middles):
-        compliance = _on_the_grid(mesh, compliance)
+    compliance = _on_the_grid(mesh, compliance)
     return ElasticGear(mesh, reach, _reciprocal(compliance, mesh), sector, displacement, layer_columns)
 
 
@@ -128,14 +127,15 @@ def with_layer(gear: ElasticGear) -> ElasticGear:
     if gear.sector.layer is None:
         return gear
     compliance = gear.compliance.copy()
-    layer = gear.sector.layer
-    compliance[gear.reach] += _on_the_grid(gear.mesh, layer[None])[0] if len(gear.mesh.middles) else layer
+    compliance[gear.reach] += _on_the_grid(gear.mesh, gear.sector.layer[None])[0]
     sector = replace(gear.sector, layer=None)
     return replace(gear, compliance=_reciprocal(compliance, gear.mesh), sector=sector, layer_columns=0)
 
 
 def _on_the_grid(mesh: SectorMesh, compliance: FloatArray) -> FloatArray:
-    """Compliance of all nodes of the flank from that of those that elements have."""
+    """Compliance of all nodes of the flank from that of those that elements have, both (teeth, n, n)."""
+    if not len(mesh.middles):
+        return compliance
     full = completion(mesh, mesh.flank)
     return np.stack([full @ (full @ block.T).T for block in compliance])
 

@@ -1,8 +1,7 @@
 """Geometric nested dissection of the structured gear mesh: the order that keeps the fill of a sparse factor small.
 
-Nodes of an element differ by at most its order in row, column and layer, so every plane of the grid between elements
-separates what lies on its two sides (George, SIAM J. Numer. Anal. 10 (1973) 345). The planes are found by counting, no
-graph is needed.
+Nodes of an element differ by at most one row, one column and one layer, so every plane of the grid separates what lies
+on its two sides (George, SIAM J. Numer. Anal. 10 (1973) 345). The planes are found by counting, no graph is needed.
 """
 
 from __future__ import annotations
@@ -64,18 +63,16 @@ def elimination_order(mesh: SectorMesh, numbers: IntArray, sectors: int) -> IntA
     # A ring has to be cut open, at the face where its columns end and begin, before planes can separate it.
     cut = (column == column.min()) & (sectors == mesh.teeth)
     inner = nodes[~cut]
-    return np.concatenate([inner[nested_dissection(grid[inner], mesh.order)], nodes[cut]])
+    return np.concatenate([inner[nested_dissection(grid[inner])], nodes[cut]])
 
 
-def nested_dissection(grid: IntArray, order: int = 1) -> IntArray:
+def nested_dissection(grid: IntArray) -> IntArray:
     """Order nodes so that each separator comes after the two parts that it separates.
 
     Parameters
     ----------
     grid : ndarray of int, shape (n, 3)
-        Place of each node; nodes that are coupled differ by at most `order` in each direction.
-    order : int
-        Planes at its multiples lie between elements.
+        Place of each node; nodes that are coupled differ by at most one in each direction.
 
     Returns
     -------
@@ -83,23 +80,23 @@ def nested_dissection(grid: IntArray, order: int = 1) -> IntArray:
         Node numbers in the order of elimination.
     """
     parts: list[IntArray] = []
-    _dissect(grid, np.lexsort(grid.T), order, parts)
+    _dissect(grid, np.lexsort(grid.T), parts)
     return np.concatenate(parts)
 
 
-def _dissect(grid: IntArray, nodes: IntArray, order: int, parts: list[IntArray]) -> None:
+def _dissect(grid: IntArray, nodes: IntArray, parts: list[IntArray]) -> None:
     """Append the order of some nodes to `parts`."""
-    axis, plane = _separator(grid[nodes], order) if len(nodes) > LEAF_NODES else (0, None)
+    axis, plane = _separator(grid[nodes]) if len(nodes) > LEAF_NODES else (0, None)
     if plane is None:
         parts.append(nodes)
         return
     place = grid[nodes, axis]
-    _dissect(grid, nodes[place < plane], order, parts)
-    _dissect(grid, nodes[place > plane], order, parts)
+    _dissect(grid, nodes[place < plane], parts)
+    _dissect(grid, nodes[place > plane], parts)
     parts.append(nodes[place == plane])
 
 
-def _separator(grid: IntArray, order: int) -> tuple[int, int | None]:
+def _separator(grid: IntArray) -> tuple[int, int | None]:
     """Return the axis and place of the plane with the fewest nodes that leaves balanced parts, if there is one."""
     best: tuple[int, int | None] = (0, None)
     fewest = len(grid)
@@ -109,7 +106,6 @@ def _separator(grid: IntArray, order: int) -> tuple[int, int | None]:
         below = np.cumsum(count) - count
         smaller = np.minimum(below, len(grid) - below - count)
         allowed = np.flatnonzero(smaller >= BALANCE * (len(grid) - count))
-        allowed = allowed[(allowed + low) % order == 0]
         if len(allowed) > 0:
             # Of equally small planes the one that halves best.
             plane = allowed[np.lexsort((-smaller[allowed], count[allowed]))[0]]

@@ -24,7 +24,7 @@ def assemble_arc(
     youngs_modulus : float
         MPa.
     poisson_ratio : float
-    element : {"hex8", "hex8i", "hex20"}
+    element : {"hex8", "hex8i"}
     sectors : int
         Counted counter-clockwise from sector 0; all teeth make the closed ring, fewer an arc with open ends.
 
@@ -41,7 +41,7 @@ def assemble_arc(
     rank = np.full(len(nodes), -1)
     rank[order] = np.arange(len(order))
     # Numbered like this before assembly, the matrix needs no permutation, and the fixed unknowns are the last.
-    arc = rank[elements.reshape(mesh.teeth, -1)[:sectors].reshape(-1, mesh.elements.shape[1])]
+    arc = rank[elements.reshape(mesh.teeth, -1)[:sectors].reshape(-1, 8)]
     stiffness = assemble(nodes[order], arc, youngs_modulus, poisson_ratio, element)
     size = 3 * len(free)
     return stiffness[:size, :size].tocsc(), 3 * rank[numbers[:sectors, mesh.flank.ravel()]]
