@@ -11,7 +11,6 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -34,7 +33,7 @@ _OF_FULL, _OF_SHAPES = place_windows, sweep_reduced
 
 
 @contextmanager
-def kernels_beside(case: Case) -> Iterator[Callable[[], None]]:
+def kernels_beside(case: Case) -> Iterator[Callable[[], object]]:
     """Let a second process compile kernels that a case needs later: those of full FE, and of its further models.
 
     Yields
@@ -42,26 +41,22 @@ def kernels_beside(case: Case) -> Iterator[Callable[[], None]]:
     wait : callable
         Returns when the second process has ended.
     """
-    waiting = () if is_kept(_OF_FULL) else (case.contact.scheme,)
+    full = "" if is_kept(_OF_FULL) else case.contact.scheme
     # The nodal schemes share their kernels.
-    trained = next((scheme for scheme, _ in other_models(case) if not is_kept(_OF_SHAPES)), None)
-    if not can_keep() or not (waiting or trained):
+    trained = next((scheme for scheme, _ in other_models(case) if not is_kept(_OF_SHAPES)), "")
+    if not can_keep() or not (full or trained):
         yield lambda: None
         return
     with subprocess.Popen(
         # From the same folders as this process, and not from the one that it happens to be in.
-        [sys.executable, "-P", "-c", _COMMAND, ",".join(waiting), trained or ""],
+        [sys.executable, "-P", "-c", _COMMAND, full, trained],
         env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
         stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
     ) as process:  # fmt: skip
         try:
-            yield partial(_wait, process)
+            yield process.wait
         finally:
             process.kill()
-
-
-def _wait(process: subprocess.Popen[bytes]) -> None:
-    process.wait()
 
 
 def compile_kernels(full: str, trained: str) -> None:
