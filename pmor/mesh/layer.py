@@ -34,7 +34,7 @@ def surface_layer(
     depths : ndarray, shape (order profile_elements + 1,)
         Depth below each row of flank nodes, along the flank's normal, mm.
     """
-    block = tooth_block(tooth_outline(tooth, profile_elements, spacing, order), order)
+    block = tooth_block(tooth_outline(tooth, profile_elements, spacing, order), tooth.module, order)
     rows = order * profile_elements
     flank = block[-rows - 1 :, 0]
     half_columns = (block.shape[1] - 1) // 2
