@@ -10,7 +10,7 @@ from pmor.arrays import FloatArray
 from pmor.case import Case
 from pmor.contact.sections import loaded_components
 from pmor.pair.model import ElasticModel
-from pmor.reduction.basis import Basis, Training
+from pmor.reduction.basis import Basis, Training, untrained
 from pmor.reduction.build import build_shapes
 from pmor.reduction.error_estimate import FlankCompliance, flank_compliance
 from pmor.reduction.snapshots import Snapshots
@@ -80,9 +80,7 @@ def _loaded_pairs(snapshots: Sequence[Snapshots]) -> FloatArray:
 
 def _training(snapshots: Sequence[Snapshots], greedy: bool, seconds: float) -> Training:
     if not snapshots:
-        nothing = np.empty((0, 0))
-        decay = np.empty(0) if greedy else None
-        return Training(np.empty(0), (), nothing, nothing.astype(bool), decay, seconds)
+        return untrained(seconds, greedy)
     return Training(
         phi=np.array([s.phi for s in snapshots]),
         conditions=tuple(s.conditions for s in snapshots),

@@ -5,13 +5,14 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 from pmor.arrays import FloatArray
 from pmor.case import Case
-from pmor.errors import ConvergenceError
-from pmor.pair.model import ElasticModel
+from pmor.case.coarser import coarser
+from pmor.errors import ConvergenceError, MeshError
+from pmor.pair.model import ElasticModel, elastic_model, mesh_model
 from pmor.reduction.basis import Basis
 from pmor.reduction.snapshots import Snapshots
 from pmor.threads import in_order
@@ -85,8 +86,22 @@ def train(
     failures = tuple(failure for s in snapshots for failure in s.failures)
     if failures and len(failures) == sum(len(s.converged) for s in snapshots):
         raise ConvergenceError(f"no full solve converged, first: {failures[0]}", [])
+    coarse = _on_coarser_mesh(case)
     basis, force = make_basis(case, model, snapshots, time.perf_counter() - started)
-    return Trained(basis, force, failures)
+    return Trained(replace(basis, coarser=coarse), force, failures)
+
+
+def _on_coarser_mesh(case: Case) -> Basis | None:
+    """Basis of line loads on half as many elements, where the case has an error bar of the mesh."""
+    coarse = coarser(case)
+    if coarse is None:
+        return None
+    try:
+        model = elastic_model(coarse, mesh_model(coarse))
+    except MeshError as error:
+        remedy = "take more elements, or write [mesh] error_bar = false"
+        raise MeshError(f"half as many elements, for the error bar of the mesh: {error}; {remedy}") from error
+    return make_basis(coarse, model, [])[0]
 
 
 def _planned(

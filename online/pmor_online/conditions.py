@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 
@@ -13,6 +13,7 @@ from pmor.contact.condition import Axes, Built, Condition
 from pmor.contact.unloaded import with_unloaded
 from pmor.pair.conditions import listed_conditions, torques_of
 from pmor.results.sweep import SteSweep
+from pmor_online.mesh_error import with_mesh_error
 from pmor_online.model import ReducedPair, sweep_angles
 from pmor_online.sweep import sweep_reduced_pair
 
@@ -57,9 +58,19 @@ def sweep_listed(
     torques = [torques_of(case, condition) for condition in case.conditions]
     sweeps = sweep_built(reduced, sweep_angles(case), built, torques, executor, advance)
     return tuple(
-        ConditionSweep(condition.name, one, there.index(condition.torque_Nm), sweep)
+        ConditionSweep(condition.name, one, there.index(condition.torque_Nm), _with_mesh_error(sweep, reduced, one))
         for condition, one, there, sweep in zip(case.conditions, built, torques, sweeps, strict=True)
     )
+
+
+def _with_mesh_error(sweep: SteSweep, reduced: ReducedPair, built: Built) -> SteSweep:
+    return with_mesh_error(sweep, reduced, _conditions(built, sweep.torque_Nm))
+
+
+def _conditions(built: Built, torques_Nm: Iterable[float]) -> list[Condition]:
+    return [
+        Condition(torque=1e3 * torque, axes=built.axes, pinion=built.pinion, wheel=built.wheel) for torque in torques_Nm
+    ]
 
 
 def sweep_built(
@@ -88,11 +99,7 @@ def sweep_built(
     found: dict[int, SteSweep] = {}
     most = max(1, POSITIONS_AT_A_TIME // (len(phi) * max(map(len, torques_Nm), default=1)))
     for numbers in _together(reduced, built, most):
-        conditions = [
-            Condition(torque=1e3 * torque, axes=built[n].axes, pinion=built[n].pinion, wheel=built[n].wheel)
-            for n in numbers
-            for torque in torques_Nm[n]
-        ]
+        conditions = [condition for n in numbers for condition in _conditions(built[n], torques_Nm[n])]
         sweep = sweep_reduced_pair(reduced, phi, conditions, executor, advance=_for_each(advance, len(numbers)))
         sweep = with_unloaded(sweep, reduced.meshed, conditions)
         ends = np.cumsum([len(torques_Nm[n]) for n in numbers]).tolist()

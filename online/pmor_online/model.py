@@ -65,6 +65,11 @@ class ReducedPair:
             raise TypeError("a basis of line loads holds the compliance of the flanks, and this one does not")
         return self.basis.compliance
 
+    @cached_property
+    def coarser(self) -> ReducedPair | None:
+        """The same pair on half as many elements, where the basis has it."""
+        return None if self.basis.coarser is None else reduced_pair(self.basis.coarser)
+
     @property
     def components(self) -> int:
         """Components of displacement that line loads cause: those along the axis on helical gears alone."""

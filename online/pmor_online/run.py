@@ -12,6 +12,7 @@ from pmor.pair.conditions import conditions_of
 from pmor.results.sweep import SteSweep
 from pmor_online.compare import Comparison, failed_positions, training_failures
 from pmor_online.conditions import ConditionSweep
+from pmor_online.mesh_error import with_mesh_error
 from pmor_online.model import ReducedPair, sweep_angles
 from pmor_online.sweep import sweep_reduced_pair
 
@@ -126,4 +127,4 @@ def sweep_case(
     conditions = conditions_of(case, case.online.torques_Nm)
     sweep_reduced_pair(reduced, phi[:1], conditions)  # compiles: run times are those of warm code
     sweep = sweep_reduced_pair(reduced, phi, conditions, executor=executor, advance=advance)
-    return with_unloaded(sweep, reduced.meshed, conditions)
+    return with_mesh_error(with_unloaded(sweep, reduced.meshed, conditions), reduced, conditions)

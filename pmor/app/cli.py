@@ -29,6 +29,7 @@ RESUME_HINTS = {
     "offline": "the same command with --resume goes on where it stopped",
     "study": KEPT,
     "stability": KEPT,
+    "convergence": KEPT,
     "reductions": KEPT,
 }
 SMALLER = "lower the elements, the angles or the torques of the case"
@@ -125,6 +126,11 @@ def build_parser() -> argparse.ArgumentParser:
     _add_jobs(study)
     study.add_argument("--quick", action="store_true", help="the short variant that the study file describes")
     _add_overwrite(study)
+
+    convergence = command("convergence", "what the mesh costs: finer and finer meshes against their limit")
+    _add_case(convergence)
+    _add_out(convergence, "--out", "out/<name of the case>_convergence")
+    _add_overwrite(convergence)
 
     stability = command("stability", "stiff and extreme variants of a case: does it hold, and how well")
     _add_case(stability)

@@ -158,6 +158,28 @@ def study(
         raise ConvergenceError(f"{len(table.failures)} did not converge, first: {table.failures[0]}", [])
 
 
+def convergence(case_path: Path, out: Path | None = None, overwrite: bool = False) -> None:
+    """Solve a case on finer and finer meshes of each element: what does the mesh cost?"""
+    from pmor.threads import use_one_thread
+
+    use_one_thread()  # before anything loads numpy
+    from pmor.case import load_case
+
+    case = load_case(case_path)
+    from pmor.lab.convergence.output import FILES, convergence_text, write_convergence
+    from pmor.lab.convergence.run import run_convergence
+    from pmor.lab.core.parts import PARTS
+    from pmor.storage.results_folder import default_folder, results_folder
+
+    folder = out or default_folder(case.name, "_convergence")
+    with results_folder(folder, FILES, (PARTS,), overwrite, (case_path,)):
+        found = run_convergence(case, folder, announce=lambda text: print(text, flush=True))
+        _start_results(folder, case.text)
+        write_convergence(found, folder)
+    print(convergence_text(found))
+    print(f"  results in {folder}")
+
+
 def stability(
     case_path: Path, out: Path | None = None, jobs: int = 1, only: str = "", overwrite: bool = False
 ) -> None:

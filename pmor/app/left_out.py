@@ -12,9 +12,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pmor.case import Case, beyond_training, other_models
+from pmor.case.coarser import coarser
 from pmor.case.width import meshed_width, mirrors_without_tilt
 from pmor.contact.sections import loaded_components
 from pmor.fe.assembly import degrees_of_freedom
+from pmor.fe.completion import nodes_of_elements
 from pmor.gear.pair import GearPair
 from pmor.mesh.sector import SectorMesh
 from pmor.pair.conditions import full_solves
@@ -59,8 +61,8 @@ class Scene:
 
     @property
     def flank_unknowns(self) -> int:
-        """Unknowns of a flank."""
-        return 3 * self.lines * self.columns
+        """Unknowns of a flank that elements have."""
+        return 3 * len(nodes_of_elements(self.sectors[0], self.sectors[0].flank))
 
 
 @dataclass(frozen=True)
@@ -102,6 +104,8 @@ def computed(scene: Scene) -> list[tuple[str, str]]:
         found.append(("  face width", "all of it: the axes of the training tilt, and load its halves unequally"))
     if scene.case.reduction.shapes == "line_loads":
         found.append(("compliance for the line loads", _compliance(scene)))
+        if coarse := coarser(scene.case):
+            found.append(("error bar of the mesh", f"all of that on {_elements(coarse)} elements too"))
     elif scene.case.reduction.error_estimate:
         found.append(("compliance for the error bar", _compliance(scene)))
     return found
@@ -120,8 +124,9 @@ def remarks(scene: Scene) -> tuple[str, ...]:
 
 
 def unknowns(sector: SectorMesh) -> int:
-    """Return the unknowns of a sector: all nodes but those on the bore, in the directions in which they are free."""
-    return 3 * len(sector.nodes) - len(np.union1d(degrees_of_freedom(sector.bore), sector.held_axially))
+    """Return the unknowns of a sector: nodes of elements, but not on the bore, in the directions in which they move."""
+    held = [degrees_of_freedom(sector.bore), sector.held_axially, degrees_of_freedom(sector.middles)]
+    return 3 * len(sector.nodes) - len(np.unique(np.concatenate(held)))
 
 
 def _other_model(scene: Scene) -> LeftOut | None:
@@ -185,6 +190,15 @@ def _training(scene: Scene) -> LeftOut | None:
     return LeftOut(what, why, f"{saved} full solves, those of [offline]")
 
 
+def _coarser_mesh(scene: Scene) -> LeftOut | None:
+    asked = coarser(replace(scene.case, mesh=replace(scene.case.mesh, error_bar=True)))
+    if scene.case.mesh.error_bar or asked is None:
+        return None
+    return LeftOut(
+        "the error bar of the mesh", "[mesh] error_bar is off", f"finite elements on {_elements(asked)} elements"
+    )
+
+
 def _torques(scene: Scene) -> LeftOut | None:
     case, offline = scene.case, scene.case.offline
     if len(offline.torques_Nm) > 1 or not case.reduction.trained or offline.sampling != "grid":
@@ -221,15 +235,24 @@ def _width(scene: Scene) -> LeftOut | None:
         what, why = "half the face width", "spur teeth, nodes at mid width: symmetric"
     else:
         what, why = "all but one layer over the width", '[mesh] width = "plane_strain"'
-    columns, (profile, subdivided) = scene.case.mesh.width_elements + 1, _subdivisions(scene.case)
+    mesh, (profile, subdivided) = scene.case.mesh, _subdivisions(scene.case)
+    columns = mesh.order * mesh.width_elements + 1
     saved = columns - scene.columns
     points = ((scene.lines - 1) * profile + 1) * saved * subdivided
     carried = f"{points} contact points per flank" if scene.case.contact.kind == "nodal" else "as many sections"
-    whole = sum(len(s.nodes) - len(s.bore) for s in scene.bodies) // scene.columns * columns * 3
+    whole = sum(_unknowns_of_the_whole(sector, mesh.width_elements) for sector in scene.bodies)
     return LeftOut(
         what, why,
         f"{saved} of {columns} columns of nodes, {whole - sum(map(unknowns, scene.bodies))} unknowns, {carried}",
     )  # fmt: skip
+
+
+def _unknowns_of_the_whole(sector: SectorMesh, elements: int) -> int:
+    """Unknowns of a sector that is as wide as the gear, with so many elements over the width."""
+    there = np.ones(len(sector.nodes), dtype=bool)
+    there[sector.bore] = there[sector.middles] = False
+    nodes = there.reshape(-1, len(sector.z)).sum(axis=0)  # of each column
+    return int(3 * ((elements + 1) * nodes[0] + (sector.order - 1) * elements * nodes[1]))
 
 
 def _subdivisions(case: Case) -> tuple[int, int]:
@@ -279,8 +302,8 @@ def _page(scene: Scene) -> LeftOut | None:
 
 
 RULES: tuple[Callable[[Scene], LeftOut | None], ...] = (
-    _other_model, _other_bodies, _other_flanks, _far_teeth, _volume, _training, _torques, _idle_pairs, _idle_patches,
-    _width, _refinement, _width_refinement, _pictures, _picture_files, _page,
+    _other_model, _other_bodies, _other_flanks, _far_teeth, _volume, _training, _coarser_mesh, _torques, _idle_pairs,
+    _idle_patches, _width, _refinement, _width_refinement, _pictures, _picture_files, _page,
 )  # fmt: skip
 
 
@@ -295,6 +318,10 @@ def _compliance(scene: Scene) -> str:
     size = components * scene.lines * scene.columns
     blocks = (neighbour_reach(scene.pair) + 1) * len(scene.bodies)
     return f"{blocks} matrices of {size} x {size} in the basis, {_mib(blocks * size**2 * DOUBLE)}"
+
+
+def _elements(case: Case) -> str:
+    return f"{case.mesh.profile_elements} x {case.mesh.width_elements}"
 
 
 def _mib(size: int) -> str:

@@ -39,6 +39,7 @@ from pmor_offline.train import train as train_basis
 from pmor_online.compare import Comparison, compare_models
 from pmor_online.conditions import sweep_built
 from pmor_online.errors import estimate_errors
+from pmor_online.mesh_error import with_mesh_error
 from pmor_online.model import ReducedPair, online_angles, reduced_pair
 from pmor_online.sweep import largest_size, sweep_reduced_pair
 
@@ -167,7 +168,8 @@ class ReducedModel:
         sweep = sweep_reduced_pair(
             self.reduced, _angles(case, meshed, angles), conditions, executor=executor, advance=progress
         )
-        return SweepResult(with_unloaded(sweep, meshed, conditions), meshed.pair)
+        sweep = with_mesh_error(with_unloaded(sweep, meshed, conditions), self.reduced, conditions)
+        return SweepResult(sweep, meshed.pair)
 
     def sweep_conditions(
         self,

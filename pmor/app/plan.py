@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 
 from pmor.app.left_out import computed, left_out, remarks, scene
 from pmor.case import Case, condition_words, describe, model_names, other_models, short_list
-from pmor.case.width import elements_across, meshed_width
+from pmor.case.width import intervals_across, meshed_width
 from pmor.memory import memory_text
 from pmor.pair.conditions import full_solves, misalignments, torques_of
 from pmor.pair.cost import refuse_beyond_memory, stages
@@ -64,7 +64,7 @@ def _settings(case: Case) -> list[str]:
 
 def _sizes(case: Case) -> list[str]:
     mesh, contact = case.mesh, case.contact
-    along, across = mesh.profile_elements, elements_across(case)
+    along, across = mesh.profile_intervals, intervals_across(case)
     width = {"whole": "the width", "half": "half the width", "plane_strain": "the width"}[meshed_width(case)]
     flank_nodes = (along + 1) * (across + 1)
     grid = f"{along + 1} over the profile x {across + 1} over {width}"

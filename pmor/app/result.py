@@ -70,6 +70,16 @@ class SweepResult:
         return self.sweep.ste_error_um
 
     @property
+    def mesh_error_percent(self) -> FloatArray | None:
+        """Error bar: estimate of what the mesh costs, shape (T,), % of the mean STE; None where it is not estimated."""
+        return self.sweep.mesh_error_percent
+
+    @property
+    def error_bar_um(self) -> FloatArray | None:
+        """Error bar of reduction and mesh together, shape (T, N), um; None where neither is estimated."""
+        return self.sweep.error_bar_um
+
+    @property
     def unloaded_um(self) -> FloatArray:
         """Transmission error of the rigid flanks without load, shape (N,), um; 0 of unmodified flanks."""
         unloaded = self.sweep.unloaded_um

@@ -121,14 +121,17 @@ class MeshCase:
         In what the flank nodes are equally spaced along the profile.
     share_identical : bool
         Mesh gears of one shape once, and solve the finite elements of identical gears once.
+    error_bar : bool
+        Solve the gears on half as many elements too, for an error bar of the mesh on the STE of exact line loads.
     """
 
-    profile_elements: Annotated[int, Range(2, 512)] = 16
-    width_elements: Annotated[int, Range(1, 512)] = 8
+    profile_elements: Annotated[int, Range(2, 512)] = 8
+    width_elements: Annotated[int, Range(1, 512)] = 4
     width: Width = "half"
-    element: Literal["hex20", "hex8i", "hex8"] = "hex8i"
+    element: Literal["hex20", "hex8i", "hex8"] = "hex20"
     spacing: Literal["arc_length", "roll_angle"] = "arc_length"
     share_identical: bool = True
+    error_bar: bool = True
 
     @property
     def order(self) -> int:

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pmor.case import Case, other_models
+from pmor.case.coarser import coarser
 from pmor.case.width import intervals_across, meshed_width
 from pmor.contact.flank import LOCAL_SHARE
 from pmor.contact.kernels.keeping import is_kept
@@ -230,7 +231,12 @@ def _stages_of(case: Case, pair: GearPair) -> tuple[Stage, ...]:
     full_s, reduced_s = FULL_S + FULL_ENTRY_S * size.window**2, REDUCED_S + REDUCED_MEMBER_S * reduced**2.2
     online = kept + 2 * basis
     searched = GREEDY_STATES * size.solves if case.offline.sampling == "greedy" else 0
-    trained_s = size.solves * full_s + size.positions * POSITION_S + searched * reduced_s + BASIS_S
+    coarse = coarser(case)
+    coarse_size = pair_size(coarse, pair) if coarse else None
+    if coarse_size:
+        training = max(training, kept + SOLVER_BYTES + _largest(coarse_size))
+    coarse_s = sum(map(_solving_seconds, coarse_size.gears)) if coarse_size else 0.0
+    trained_s = coarse_s + size.solves * full_s + size.positions * POSITION_S + searched * reduced_s + BASIS_S
     drawn = set(case.output.format if case.output.plots else ())
     drawn |= {case.output.shown_as} if case.output.report else set()
     return (

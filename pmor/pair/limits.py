@@ -136,6 +136,11 @@ def range_warnings(case: Case, pair: GearPair, approach_mm: float) -> tuple[str,
             f"poisson_ratio = {stiffest:g} with plain hexahedra: they lock above {LOCKING_POISSON_RATIO:g}, the teeth "
             'come out too stiff: write element = "hex8i" in [mesh]'
         )
+    if case.mesh.order > 1 and case.contact.kind != "line":
+        warnings.append(
+            f'scheme = "{case.contact.scheme}" on quadratic elements: their corners and middles carry points unevenly, '
+            'and pressures swing from node to node: write element = "hex8i" in [mesh], or scheme = "line"'
+        )
     pressure, modulus = hertz_pressure(case, pair)
     if pressure > PRESSURE_OVER_MODULUS * modulus:
         warnings.append(

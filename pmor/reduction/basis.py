@@ -48,6 +48,12 @@ class Training:
         return np.array(torques).reshape(len(torques), -1).T if torques else np.empty((0, 0))
 
 
+def untrained(seconds: float = 0.0, greedy: bool = False) -> Training:
+    """Return the training of a basis that takes none, after so many seconds of the offline stage."""
+    nothing = np.empty((0, 0))
+    return Training(np.empty(0), (), nothing, nothing.astype(bool), np.empty(0) if greedy else None, seconds)
+
+
 @dataclass(frozen=True)
 class Basis:
     """A reduced basis with all that the online stage needs.
@@ -66,6 +72,8 @@ class Basis:
     training : Training
     compliance : FlankCompliance or None
         For line loads, and for the error estimate; None when the case does not ask for it.
+    coarser : Basis or None
+        Of the same pair on half as many elements, for the error bar of the mesh; None where there is none.
     """
 
     case: Case
@@ -75,3 +83,4 @@ class Basis:
     shapes: FlankLineShapes | ContactShapes | None
     training: Training
     compliance: FlankCompliance | None
+    coarser: Basis | None = None

@@ -32,6 +32,7 @@ def condition_rows(found: ConditionSweep) -> list[dict[str, Any]]:
             "ste_mean_um": float(mean[t]), "ste_peak_to_peak_um": float(span[t]),
             "unloaded_ste_peak_to_peak_um": unloaded,
             **{f"ste_order_{k}_um": float(amplitude) for k, amplitude in enumerate(orders, start=1)},
+            "ste_mesh_error_percent": None if sweep.mesh_error_percent is None else float(sweep.mesh_error_percent[t]),
             "n_positions_failed": int(np.count_nonzero(~sweep.converged[t])),
         })  # fmt: skip
     return rows

@@ -20,18 +20,22 @@ def write_ste_csv(path: Path, sweep: SteSweep) -> None:
     """One line per torque and angle; an STE that did not converge is an empty field.
 
     Columns: phi_rad, torque_Nm, ste_um, ste_error_estimate_um (empty where the basis holds none), converged (0/1),
-    newton_steps, unloaded_ste_um (empty where it is zero), share_pair_<index> (fraction of the torque).
+    newton_steps, unloaded_ste_um (empty where it is zero), ste_mesh_error_estimate_um (empty where there is none),
+    share_pair_<index> (fraction of the torque).
     """
     buffer = io.StringIO(newline="")
     writer = csv.writer(buffer, lineterminator="\n")
-    header = ["phi_rad", "torque_Nm", "ste_um", "ste_error_estimate_um", "converged", "newton_steps", "unloaded_ste_um"]
+    header = ["phi_rad", "torque_Nm", "ste_um", "ste_error_estimate_um", "converged", "newton_steps", "unloaded_ste_um",
+              "ste_mesh_error_estimate_um"]  # fmt: skip
     nothing = np.full_like(sweep.ste_um, np.nan)
     error, unloaded = (nothing if a is None else a for a in (sweep.ste_error_um, sweep.unloaded_um))
+    of_mesh = nothing[:, 0] if sweep.mesh_error_um is None else sweep.mesh_error_um
     writer.writerow(header + [f"share_pair_{j}" for j in sweep.pair_index])
     for i, torque in enumerate(sweep.torque_Nm):
         for k, phi in enumerate(sweep.phi_rad):
             row = [_field(phi), _field(torque), _field(sweep.ste_um[i, k]), _field(error[i, k])]
             row += [str(int(sweep.converged[i, k])), str(int(sweep.newton_steps[i, k])), _field(unloaded[i, k])]
+            row.append(_field(of_mesh[i]))
             writer.writerow(row + [_field(share) for share in sweep.pair_share[i, k]])
     with atomic_path(path) as temporary:
         temporary.write_text(buffer.getvalue(), encoding="utf-8", newline="")

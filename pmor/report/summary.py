@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from pmor.case import Case, beyond_training
+from pmor.case.coarser import LEAST_ELEMENTS
 from pmor.contact.condition import ALIGNED
 from pmor.pair.conditions import axes_of
 from pmor.pair.limits import range_warnings
@@ -35,7 +36,7 @@ CONDITIONS = "conditions.csv"
 MODEL_FIGURES = (
     "basis", "rom_size", "basis_mib", "offline_s", "online_ms_per_position", "full_ms_per_position",
     "rom_vs_full_ste_max_rel", "rom_vs_full_ste_rms_rel", "ste_mean_um", "ste_peak_to_peak_um",
-    "ste_error_estimate_max_um", "n_positions_failed",
+    "ste_error_estimate_max_um", "ste_mesh_error_percent", "n_positions_failed",
 )  # fmt: skip
 
 
@@ -74,6 +75,7 @@ def figures(result: OnlineResult) -> dict[str, Any]:
         "ste_ripple_um": ripple_um(sweep, i),
         "ste_torque_exponent": torque_exponent(sweep),
         "ste_error_estimate_max_um": largest_error_um(sweep),
+        "ste_mesh_error_percent": None if sweep.mesh_error_percent is None else float(sweep.mesh_error_percent[i]),
         "extrapolated": beyond_training(case),
         "rom_size": largest_size(result.reduced),
         "rom_vs_full_ste_max_rel": comparison.max_relative_error if comparison else None,
@@ -101,6 +103,8 @@ def summary_rows(result: OnlineResult) -> list[tuple[str, float | int | None, st
                + ("; too long where rows of points come and go" if case.contact.kind == "nodal" else " online"),
                "none: line loads are exact" if result.reduced.basis.shapes is None
                else "needs [reduction] error_estimate = true"),
+        _known("STE error bar, mesh", s["ste_mesh_error_percent"], "%", "of the mean; from half as many elements",
+               _no_mesh_error(case)),
         ("reduced model size", s["rom_size"], "", "unknowns at most"),
         ("online time", s["online_ms_per_position"], "ms", f"per position, {len(result.sweep.phi_rad)} angles x "
          f"{len(result.sweep.torque_Nm)} torques" + (f", {result.jobs} threads" if result.jobs > 1 else "")),
@@ -117,6 +121,16 @@ def summary_rows(result: OnlineResult) -> list[tuple[str, float | int | None, st
         ("offline time", s["offline_s"], "s", "finite elements and training"),
         ("basis", s["basis_mib"], "MiB", ""),
     ]
+
+
+def _no_mesh_error(case: Case) -> str:
+    if case.contact.kind != "line":
+        return "none: the mesh itself holds the local compliance"
+    if case.reduction.shapes != "line_loads":
+        return "none: that of exact line loads"
+    return f"needs {LEAST_ELEMENTS} elements over the profile" if case.mesh.error_bar else (
+        "needs [mesh] error_bar = true"
+    )
 
 
 def _unloaded_rows(s: dict[str, Any], result: OnlineResult) -> list[tuple[str, float, str, str]]:

@@ -53,7 +53,7 @@ def ste_figure(reduced: SteSweep, full: SteSweep | None = None, reduced_there: S
             phi, ste, error = curve_of(sweeps, torque)
             line = "-" if torque in reduced.torque_Nm else ":"  # few positions, which are there to be compared
             axes.plot(np.degrees(phi), ste, line, color=colour, marker=_position_marker(phi), label=f"{torque:g} N m")
-            # Of a good basis no wider than the line.
+            # Of a good basis on a good mesh no wider than the line.
             axes.fill_between(np.degrees(phi), ste - error, ste + error, color=colour, alpha=0.3, lw=0.0)
         if full is not None:
             for torque, ste in zip(full.torque_Nm, full.ste_um, strict=True):
@@ -195,7 +195,7 @@ def curve_of(sweeps: Sequence[SteSweep], torque: float) -> tuple[FloatArray, Flo
     """
     found = []
     for sweep in sweeps:
-        error = np.zeros_like(sweep.ste_um) if sweep.ste_error_um is None else np.abs(sweep.ste_error_um)
+        error = np.zeros_like(sweep.ste_um) if sweep.error_bar_um is None else sweep.error_bar_um
         rows = np.flatnonzero(sweep.torque_Nm == torque)
         found += [np.stack([sweep.phi_rad, sweep.ste_um[i], error[i]]) for i in rows]
     start, span = sweeps[0].phi_rad[0], max(sweep.span_rad for sweep in sweeps)

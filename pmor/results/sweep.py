@@ -47,6 +47,8 @@ class SteSweep:
         Leads, amplitudes and contact forces of a reduced sweep that was asked to keep them.
     unloaded_um : (n_torques, n_angles) or None
         Transmission error of the same flanks without load, um; None where it is zero.
+    mesh_error_percent : (n_torques,) or None
+        Estimate of what the mesh costs, of the mean STE (`pmor_online.mesh_error`), %; None where there is none.
     """
 
     phi_rad: FloatArray
@@ -61,6 +63,7 @@ class SteSweep:
     ste_error_um: FloatArray | None = None
     states: SweepStates | None = None
     unloaded_um: FloatArray | None = None
+    mesh_error_percent: FloatArray | None = None
 
     def __post_init__(self) -> None:
         """Refuse arrays that do not belong together: a wrong shape would broadcast silently further on."""
@@ -74,6 +77,8 @@ class SteSweep:
         for name in ("ste_error_um", "unloaded_um"):
             if getattr(self, name) is not None:
                 expected[name] = grid
+        if self.mesh_error_percent is not None:
+            expected["mesh_error_percent"] = grid[:1]
         for name, shape in expected.items():
             if getattr(self, name).shape != shape:
                 raise ValueError(f"{name} has shape {getattr(self, name).shape}, expected {shape}")
@@ -81,12 +86,30 @@ class SteSweep:
     def at_torques(self, rows: slice | IntArray) -> SteSweep:
         """Return a sweep with some of the torques, by their place; it keeps no states."""
         ste = self.ste_um[rows]
-        error, unloaded = (None if a is None else a[rows] for a in (self.ste_error_um, self.unloaded_um))
+        kept = self.ste_error_um, self.unloaded_um, self.mesh_error_percent
+        error, unloaded, of_mesh = (None if a is None else a[rows] for a in kept)
         return replace(
             self, torque_Nm=self.torque_Nm[rows], ste_um=ste, pair_share=self.pair_share[rows],
             newton_steps=self.newton_steps[rows], converged=self.converged[rows],
             seconds=self.seconds * len(ste) / len(self.ste_um), ste_error_um=error, states=None, unloaded_um=unloaded,
+            mesh_error_percent=of_mesh,
         )  # fmt: skip
+
+    @property
+    def mesh_error_um(self) -> FloatArray | None:
+        """What the mesh costs (n_torques,), um; None where it is not estimated."""
+        if self.mesh_error_percent is None:
+            return None
+        return np.asarray(0.01 * self.mesh_error_percent * np.abs(ste_mean_um(self)))
+
+    @property
+    def error_bar_um(self) -> FloatArray | None:
+        """What reduction and mesh cost together (n_torques, n_angles), um; None where neither is estimated."""
+        of_mesh = self.mesh_error_um
+        if self.ste_error_um is None and of_mesh is None:
+            return None
+        total = np.zeros_like(self.ste_um) if self.ste_error_um is None else np.abs(self.ste_error_um)
+        return np.asarray(total if of_mesh is None else total + of_mesh[:, None])
 
     @property
     def pitches(self) -> int:

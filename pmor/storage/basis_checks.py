@@ -66,6 +66,8 @@ def check_basis(basis: Basis, pair: GearPair) -> None:
     if basis.compliance is not None:
         _check_compliance(case, basis.compliance)
     _check_training(case, pair, basis.training)
+    if basis.coarser is not None:
+        check_basis(basis.coarser, pair)
 
 
 def _check_flank(name: str, tooth: Tooth, roll: FloatArray) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import h5py
@@ -11,22 +12,32 @@ import numpy as np
 
 from pmor.arrays import FloatArray
 from pmor.case import Case, basis_key, describe, parse_case, text_of
+from pmor.case.coarser import coarser
 from pmor.contact.flank import SurfaceLayer
 from pmor.errors import FileFormatError
+from pmor.gear.pair import GearPair
 from pmor.pair.conditions import on_trained_flanks
 from pmor.pair.model import gear_pair
-from pmor.reduction.basis import Basis, Training
+from pmor.reduction.basis import Basis, Training, untrained
 from pmor.reduction.contact_shapes import ContactShapes
 from pmor.reduction.error_estimate import FlankCompliance
 from pmor.reduction.flank_lines import FlankLineShapes, GearLines
 from pmor.storage.basis_checks import check_basis
-from pmor.storage.basis_layout import GEARS, basis_layout, basis_sizes, compliance_group, has_shapes
+from pmor.storage.basis_layout import (
+    COARSER,
+    GEARS,
+    basis_layout,
+    basis_sizes,
+    coarser_layout,
+    compliance_group,
+    has_shapes,
+)
 from pmor.storage.condition_table import read_conditions, write_conditions
 from pmor.storage.hdf5 import Schema, attribute, create, open_checked, read, set_attributes, write
 from pmor.storage.layout import check_layout, require
-from pmor.storage.structure import items_of
+from pmor.storage.structure import Items, items_of
 
-BASIS_SCHEMA = Schema("pmor-basis", 6, "make it anew with 'pmor offline'")
+BASIS_SCHEMA = Schema("pmor-basis", 7, "make it anew with 'pmor offline'")
 # Not read for a basis: kept for checks and for later enrichment.
 KEPT = "training/force"
 
@@ -57,28 +68,42 @@ def write_basis(path: Path, basis: Basis, force: FloatArray, overwrite: bool = F
         "offline_s": basis.training.seconds,
     }
     with create(path, BASIS_SCHEMA, attributes, overwrite) as file:
-        for name, array in {**_arrays(basis), KEPT: force}.items():
+        for name, array in {**_training_arrays(basis.training), **_arrays(basis), KEPT: force}.items():
             write(file, name, array, layout[name])
         write_conditions(file["training"], basis.training.conditions)
-        for gear, layer in zip(GEARS, basis.layers, strict=False):
-            set_attributes(file[f"layer/{gear}"], compliance=layer.compliance, columns=layer.columns)
-        if isinstance(basis.shapes, ContactShapes):
-            given = {"angles_per_pitch": basis.shapes.angles_per_pitch, "geodesic": basis.shapes.geodesic}
-            set_attributes(file["shapes"], **given)
-        elif basis.shapes is not None:
-            set_attributes(file["shapes"], beside=basis.shapes.beside)
-        if basis.compliance is not None:
-            set_attributes(file[compliance_group(case)], components=basis.compliance.components)
+        _write_attributes(file, basis)
+        if basis.coarser is not None:
+            folder, layout = file.create_group(COARSER), coarser_layout(basis.coarser.case)
+            for name, array in _arrays(basis.coarser).items():
+                write(folder, name, array, layout[name])
+            _write_attributes(folder, basis.coarser)
 
 
-def _arrays(basis: Basis) -> dict[str, np.ndarray]:
-    """Arrays of a basis by their names in the file; the table of the conditions is written apart."""
-    shapes, training = basis.shapes, basis.training
+def _write_attributes(folder: h5py.Group, basis: Basis) -> None:
+    for gear, layer in zip(GEARS, basis.layers, strict=False):
+        set_attributes(folder[f"layer/{gear}"], compliance=layer.compliance, columns=layer.columns)
+    if isinstance(basis.shapes, ContactShapes):
+        given = {"angles_per_pitch": basis.shapes.angles_per_pitch, "geodesic": basis.shapes.geodesic}
+        set_attributes(folder["shapes"], **given)
+    elif basis.shapes is not None:
+        set_attributes(folder["shapes"], beside=basis.shapes.beside)
+    if basis.compliance is not None:
+        set_attributes(folder[compliance_group(basis.case)], components=basis.compliance.components)
+
+
+def _training_arrays(training: Training) -> dict[str, np.ndarray]:
+    """Arrays of a training by their names in the file; the table of the conditions is written apart."""
     arrays: dict[str, np.ndarray] = {
         "training/phi": training.phi, "training/ste": training.ste_um, "training/converged": training.converged
     }  # fmt: skip
     if training.estimate_percent is not None:
         arrays["training/estimate"] = training.estimate_percent
+    return arrays
+
+
+def _arrays(basis: Basis) -> dict[str, np.ndarray]:
+    """Arrays of a basis without its training, by their names in its folder."""
+    shapes, arrays = basis.shapes, dict[str, np.ndarray]()
     for gear, nodes, roll in zip(GEARS, basis.flank_nodes, basis.flank_roll_angle, strict=True):
         arrays |= {f"flank/{gear}/nodes": nodes, f"flank/{gear}/roll_angle": roll}
     for gear, layer in zip(GEARS, basis.layers, strict=False):
@@ -107,13 +132,31 @@ def read_basis(path: Path) -> Basis:
     """
     with open_checked(path, BASIS_SCHEMA) as file:
         case = _read_case(file, path)
-        pair, layout = gear_pair(case), basis_layout(case)
-        check_layout(items_of(file), layout, basis_sizes(case, pair))
+        pair, coarse = gear_pair(case), coarser(case)
+        items, coarse_items = _by_folder(items_of(file)) if coarse else (items_of(file), {})
+        layout = basis_layout(case)
+        check_layout(items, layout, basis_sizes(case, pair))
         arrays = {name: read(file, name, field) for name, field in layout.items() if name in file and name != KEPT}
-        basis = _basis(file, case, arrays)
+        basis = replace(_basis(file, case, arrays), training=_training(file, case, arrays))
+        if coarse is not None:
+            basis = replace(basis, coarser=_read_coarser(file, coarse, pair, coarse_items))
         with np.errstate(all="ignore"):  # absurd numbers are refused, not warned of
             check_basis(basis, pair)
         return basis
+
+
+def _by_folder(items: Items) -> tuple[Items, Items]:
+    """Part the items of a file: its own, and those in the folder of the coarser mesh by their paths there."""
+    start = f"{COARSER}/"
+    within = {path.removeprefix(start): item for path, item in items.items() if path.startswith(start)}
+    return {path: item for path, item in items.items() if not path.startswith(start)}, within
+
+
+def _read_coarser(file: h5py.File, case: Case, pair: GearPair, items: Items) -> Basis:
+    layout = coarser_layout(case)
+    check_layout(items, layout, basis_sizes(case, pair))
+    folder = file[COARSER]
+    return _basis(folder, case, {name: read(folder, name, field) for name, field in layout.items() if name in folder})
 
 
 def _read_case(file: h5py.File, path: Path) -> Case:
@@ -137,7 +180,19 @@ def _shapes(
     )
 
 
-def _basis(file: h5py.File, case: Case, arrays: dict[str, np.ndarray]) -> Basis:
+def _training(file: h5py.File, case: Case, arrays: dict[str, np.ndarray]) -> Training:
+    return Training(
+        phi=arrays["training/phi"],
+        conditions=tuple(on_trained_flanks(case, there) for there in read_conditions(file["training"])),
+        ste_um=arrays["training/ste"],
+        converged=arrays["training/converged"],
+        estimate_percent=arrays.get("training/estimate"),
+        seconds=attribute(file, "offline_s", float),
+    )
+
+
+def _basis(file: h5py.Group, case: Case, arrays: dict[str, np.ndarray]) -> Basis:
+    """Basis in a folder, without its training."""
     def of(folder: str) -> dict[str, np.ndarray]:
         return {name.rpartition("/")[2]: array for name, array in arrays.items() if name.rpartition("/")[0] == folder}
 
@@ -158,14 +213,7 @@ def _basis(file: h5py.File, case: Case, arrays: dict[str, np.ndarray]) -> Basis:
         flank_roll_angle=(flanks[0]["roll_angle"], flanks[1]["roll_angle"]),
         layers=tuple(layers),
         shapes=_shapes(file["shapes"], case, of) if has_shapes(case) else None,
-        training=Training(
-            phi=arrays["training/phi"],
-            conditions=tuple(on_trained_flanks(case, there) for there in read_conditions(file["training"])),
-            ste_um=arrays["training/ste"],
-            converged=arrays["training/converged"],
-            estimate_percent=arrays.get("training/estimate"),
-            seconds=attribute(file, "offline_s", float),
-        ),
+        training=untrained(),
         compliance=compliance,
     )
 

@@ -16,6 +16,8 @@ from pmor.storage.condition_table import CONDITIONS, NAME
 from pmor.storage.layout import Field
 
 GEARS = ("pinion", "wheel")
+# Folder of the same pair on half as many elements.
+COARSER = "coarser"
 
 FLANK = {
     "nodes": Field("mm", "profile, width, xyz", "undeformed flank nodes, tooth frame"),
@@ -69,6 +71,12 @@ def basis_layout(case: Case) -> dict[str, Field]:
     if case.offline.sampling == "greedy":
         layout["training/estimate"] = DECAY
     return layout
+
+
+def coarser_layout(case: Case) -> dict[str, Field]:
+    """Return the datasets of the basis on a coarser mesh, by their paths in its folder; it has no training."""
+    layout = basis_layout(case)
+    return {name: field for name, field in layout.items() if not name.startswith("training/")}
 
 
 def has_shapes(case: Case) -> bool:

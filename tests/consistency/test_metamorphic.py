@@ -63,7 +63,7 @@ def sections(name, scheme, **changes):
     torques = {"torques_Nm": TORQUES}
     found = {
         "load": {"torque_Nm": 100.0}, "pair": {"module_mm": 4.0, "face_width_mm": 20.0},
-        "mesh": {"profile_elements": ELEMENTS, "width_elements": 2}, "contact": contact,
+        "mesh": {"profile_elements": ELEMENTS, "width_elements": 2, "element": "hex8i"}, "contact": contact,
         "offline": torques, "online": torques, "compare": torques,
     }  # fmt: skip
     for part in (PAIRS[name], changes):

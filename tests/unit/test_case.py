@@ -33,8 +33,8 @@ def test_minimal_case_is_filled_with_the_documented_defaults():
     assert case.pair.centre_distance_mm is None
     assert (case.pair.pressure_angle_deg, case.pair.helix_angle_deg) == (20.0, 0.0)
     assert case.pair.pinion == GearCase(teeth=30, bore_radius_mm=10.0)
-    assert (case.mesh.profile_elements, case.mesh.width_elements) == (16, 8)
-    assert (case.mesh.element, case.mesh.spacing) == ("hex8i", "arc_length")
+    assert (case.mesh.element, case.mesh.profile_elements, case.mesh.width_elements) == ("hex20", 8, 4)
+    assert case.mesh.spacing == "arc_length"
     assert (case.contact.scheme, case.contact.edge_normals) == ("line", None)
     assert (case.contact.lodm_profile, case.contact.lodm_width, case.contact.penalty_N_mm3) == (4, 1, 1e6)
     assert (case.mesh.width, case.reduction.shapes) == ("half", "line_loads")

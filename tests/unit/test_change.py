@@ -68,5 +68,5 @@ def test_helical_gears_on_strips_are_refused_wherever_the_case_comes_from():
 def test_a_case_shows_itself_in_one_line():
     case = make_case("mine", **SMALL)
     assert isinstance(case, Case)
-    expected = "<Case 'mine': 21/21 teeth, module 4 mm, face width 20 mm, 100 N m, line, 16 x 8 elements>"
+    expected = "<Case 'mine': 21/21 teeth, module 4 mm, face width 20 mm, 100 N m, line, 8 x 4 elements>"
     assert repr(case) == expected

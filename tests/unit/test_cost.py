@@ -75,7 +75,7 @@ def test_compilation_is_told_of_while_the_kernels_of_the_case_are_not_kept(monke
 
 
 def test_what_does_not_fit_is_refused_with_number_limit_and_remedy():
-    case = paper(mesh={"profile_elements": 64, "width_elements": 32, "width": "whole"})
+    case = paper(mesh={"profile_elements": 64, "width_elements": 32, "width": "whole", "element": "hex8i"})
     found = stages(case, gear_pair(case))
     largest = max(stage.memory for stage in found)
     refuse_beyond_memory(case, found, [limit(1.01 * largest)])
@@ -116,7 +116,7 @@ def test_a_study_is_refused_before_its_first_cell(monkeypatch, tmp_path):
 
 def test_the_plan_shows_stages_and_ends_where_they_do_not_fit(monkeypatch, capsys, tmp_path):
     case = tmp_path / "large.toml"
-    case.write_text((CASES / "paper_spur.toml").read_text().replace("profile_elements = 16", "profile_elements = 128"))
+    case.write_text((CASES / "paper_spur.toml").read_text().replace("profile_elements = 8", "profile_elements = 64"))
     monkeypatch.setattr(pmor.pair.cost, "memory_limits", lambda: (limit(200 * MIB),))
     assert main(["plan", str(case)]) == 2
     text, errors = capsys.readouterr()

@@ -28,6 +28,9 @@ QUIET = {"plots": False, "report": False}
 LINES = {"contact": {"scheme": "line"}, "reduction": {"shapes": "line_loads"}}
 NUMBERS = {"basis.h5", "basis_paper.h5", "basis_direct.h5", "summary.json", "ste.csv"}
 
+# One model has no error bar of its reduction, the others none of their mesh, which this case leaves out.
+MAY_LACK = "ste_error_estimate_max_um", "ste_mesh_error_percent"
+
 
 def text_with(*models, **changes):
     """The small case in line contact, with further models."""
@@ -83,7 +86,7 @@ def test_the_summary_lists_the_models_and_keeps_its_keys_for_the_own_one(finishe
     assert found["scheme"] == "line"
     assert {key: value for key, value in models["line"].items() if found.get(key, value) != value} == {}
     for model in models.values():
-        assert not any(value is None for key, value in model.items() if key != "ste_error_estimate_max_um")
+        assert not any(value is None for key, value in model.items() if key not in MAY_LACK)
         assert model["n_positions_failed"] == 0
         assert 0.0 < model["rom_vs_full_ste_rms_rel"] <= model["rom_vs_full_ste_max_rel"] < 0.3
         assert model["online_ms_per_position"] < model["full_ms_per_position"]

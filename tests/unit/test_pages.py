@@ -195,7 +195,7 @@ def test_csv_round_trip_is_exact(tmp_path):
         rows = list(csv.DictReader(file))
     assert list(rows[0]) == [
         "phi_rad", "torque_Nm", "ste_um", "ste_error_estimate_um", "converged", "newton_steps", "unloaded_ste_um",
-        "share_pair_-1", "share_pair_0",
+        "ste_mesh_error_estimate_um", "share_pair_-1", "share_pair_0",
     ]  # fmt: skip
 
     def column(name):

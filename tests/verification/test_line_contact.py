@@ -105,7 +105,8 @@ def test_levers_are_the_derivatives_of_the_gap(unlike):
 
 def paper_model(elements, width=4, **contact):
     """Full FE of the paper's pair on another mesh."""
-    changes = {"mesh": {"profile_elements": elements, "width_elements": width}, "contact": contact}
+    mesh = {"profile_elements": elements, "width_elements": width, "element": "hex8i"}
+    changes = {"mesh": mesh, "contact": contact}
     text = load_case(CASES / "paper_spur.toml").text
     case = parse_case(changed_text(text, changes), "paper", "paper case")
     return elastic_model(case, mesh_model(case))

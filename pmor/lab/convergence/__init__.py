@@ -1,0 +1,1 @@
+"""Convergence of line contact with the mesh of the bodies."""

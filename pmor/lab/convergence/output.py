@@ -1,0 +1,111 @@
+"""Everything that a ladder of meshes leaves in its folder, and the summary on the screen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from pmor.lab.convergence.figures import convergence_figure
+from pmor.lab.convergence.run import PLANE, QUANTITIES, Convergence, Level
+from pmor.lab.core.parts import PARTS
+from pmor.lab.core.results import write_results
+from pmor.lab.core.table import Columns, table, text_lines
+from pmor.report.page import Block, Heading, Picture
+from pmor.report.provenance import provenance
+from pmor.report.table import Table
+from pmor.storage.results_folder import remove_working_folder
+
+#: what `write_convergence` may leave
+FILES = ("convergence.json", "convergence.md", "report.html", "convergence.png")
+WIDTHS = {PLANE: "Plane strain", "half": "Half the face width", "whole": "The whole face width"}
+
+
+def write_convergence(found: Convergence, out: Path) -> None:
+    """Write `convergence.json`, `convergence.md`, `report.html` and the picture; finished meshes are given up.
+
+    Parameters
+    ----------
+    found : Convergence
+    out : Path
+
+    Raises
+    ------
+    OutputError
+    """
+    content = {
+        "case": found.case.name,
+        "levels": [_row(found, level) for level in found.levels],
+        "limits": [
+            {"width": width, "quantity": quantity, "limit_um": limit}
+            for (width, quantity), limit in found.limits.items()
+        ],
+    }
+    write_results(out, "convergence", content, f"Mesh convergence: {found.case.title}", _blocks(found))
+    remove_working_folder(out / PARTS)
+
+
+def convergence_text(found: Convergence) -> str:
+    """Return the tables for the screen."""
+    lines = [f"Mesh convergence: {found.case.title}"]
+    for shown in _tables(found):
+        lines += [f"  {shown.title}", *(f"    {line}" for line in text_lines(shown))]
+    return "\n".join(lines)
+
+
+def _row(found: Convergence, level: Level) -> dict[str, Any]:
+    errors = {f"{q.removesuffix('_um')}_error_percent": found.error_percent(level, q) for q in QUANTITIES}
+    return asdict(level) | errors | {"left_out": level.left_out or None}
+
+
+def _blocks(found: Convergence) -> list[Block]:
+    case = found.case
+    caption = (
+        "Largest error of the STE at the pitch point, in the middle of double contact and on the mean, against the "
+        "limit, over elements along the profile and over the time of the finite elements."
+    )
+    return [
+        "The STE by exact line loads on finer and finer meshes of the bodies, against its limit: Aitken's "
+        f"extrapolation of the three finest quadratic meshes. {case.torque_Nm:g} N m, unless a table says otherwise. "
+        "Over the width there are half as many elements as along the profile; a row counts those that are meshed.",
+        Picture("convergence.png", caption, convergence_figure(found)),
+        *_tables(found),
+        Heading("Provenance"),
+        Table("Machine and software", ("item", "value"), provenance(case)),
+    ]
+
+
+def _tables(found: Convergence) -> Sequence[Table]:
+    shown = []
+    for width in dict.fromkeys(level.width for level in found.levels):
+        rows = [level for level in found.levels if level.width == width and not level.left_out]
+        lost = [f"{v.element} {v.n_profile} x {v.n_width} ({v.left_out})" for v in found.levels
+                if v.width == width and v.left_out]  # fmt: skip
+        limits = ", ".join(f"{found.limits[width, q]:.5g}" for q in QUANTITIES if (width, q) in found.limits)
+        note = f"Limits, µm: {limits}." + (f" Left out: {'; '.join(lost)}." if lost else "")
+        shown.append(table(WIDTHS[width], _columns(found), rows, note))
+    return shown
+
+
+def _columns(found: Convergence) -> Columns:
+    def off(quantity: str) -> Any:
+        return lambda level: _short(found.error_percent(level, quantity))
+
+    return {
+        "element": lambda level: level.element,
+        "elements": lambda level: f"{level.n_profile} x {level.n_width}",
+        "pitch point, µm": lambda level: level.ste_pitch_point_um,
+        "double contact, µm": lambda level: level.ste_mid_double_contact_um,
+        "mean, µm": lambda level: level.ste_mean_um,
+        "pitch point, %": off("ste_pitch_point_um"),
+        "double contact, %": off("ste_mid_double_contact_um"),
+        "mean, %": off("ste_mean_um"),
+        "peak-to-peak, %": off("ste_peak_to_peak_um"),
+        "finite elements, s": lambda level: level.offline_s,
+    }
+
+
+def _short(value: float | None) -> float | None:
+    """Two digits: the extrapolated limit is worth no more."""
+    return None if value is None else float(f"{value:.2g}")

@@ -1,0 +1,126 @@
+"""The error bar of the mesh against what four times as many elements give."""
+
+import h5py
+import numpy as np
+import pytest
+
+from pmor.case import change_case, parse_case
+from pmor.case.coarser import coarser
+from pmor.errors import FileFormatError, PmorError
+from pmor.pair.conditions import conditions_of
+from pmor.pair.model import elastic_model, mesh_model
+from pmor.storage.basis_file import read_basis, write_basis
+from pmor_offline.train import train
+from pmor_online.line_sweep import sweep_line_loads
+from pmor_online.mesh_error import with_mesh_error
+from pmor_online.model import online_angles, reduced_pair
+from tests.robustness.broken_hdf5 import reseal
+from tests.small_case import case_text
+
+ANGLES = 24
+# What is asked for: the bar over the true error, in nine of ten pairs and in all of them.
+LEAST, MOST, LEAST_OF_ALL = 0.5, 3.0, 0.3
+
+
+def pair_case(gears, **mesh):
+    mesh = {"element": "hex20", "error_bar": True} | mesh
+    text = case_text(**gears, mesh=mesh, contact={"scheme": "line"}, reduction={"shapes": "line_loads"})
+    return parse_case(text, "pair", "pair")
+
+
+def full_model(case):
+    return elastic_model(case, mesh_model(case))
+
+
+def swept(case):
+    """Sweep with its error bar."""
+    reduced = reduced_pair(train(case, full_model(case)).basis)
+    phi = online_angles(reduced.meshed.pair.pitch, ANGLES)
+    conditions = conditions_of(case, [case.torque_Nm])
+    return with_mesh_error(sweep_line_loads(reduced, phi, conditions), reduced, conditions)
+
+
+def bar_over_error(case, times=4):
+    """Error bar over the true error, both as root mean square over the pitch."""
+    mesh = case.mesh
+    fine = {"profile_elements": times * mesh.profile_elements, "error_bar": False}
+    if mesh.width != "plane_strain":
+        fine["width_elements"] = times * mesh.width_elements
+    found, truth = swept(case), swept(change_case(case, mesh=fine)).ste_um[0]
+    error = np.sqrt(np.mean((found.ste_um[0] - truth) ** 2)) / np.mean(truth)
+    return found.mesh_error_percent[0] / (100.0 * error)
+
+
+def test_error_bar_of_the_mesh_is_as_long_as_the_error():
+    """Of the paper's pair in plane strain, four and eight quadratic elements and eight linear ones."""
+    for element, elements in (("hex20", 4), ("hex20", 8), ("hex8i", 8)):
+        case = pair_case({}, width="plane_strain", element=element, profile_elements=elements)
+        assert LEAST < bar_over_error(case) < MOST, (element, elements)
+
+
+def random_gears(rng, helix):
+    """Gears such as people build, with a load that is usual for their size."""
+    teeth = int(rng.integers(12, 50))
+    mate, module = int(rng.integers(teeth, 81)), float(np.exp(rng.uniform(0.0, np.log(8.0))))
+    beta = float(rng.uniform(8.0, 28.0)) if helix else 0.0
+    shifts = float(rng.uniform(0.0, 0.5) if teeth < 25 else rng.uniform(-0.2, 0.4)), float(rng.uniform(-0.3, 0.3))
+    width = module * float(rng.uniform(4.0, 12.0))
+    bores = [rng.uniform(0.35, 0.7) * module * (0.5 * z / np.cos(np.radians(beta)) - 1.25 + x)
+             for z, x in zip((teeth, mate), shifts, strict=True)]  # fmt: skip
+    line_load = float(rng.uniform(40.0, 80.0)) * module
+    gears = {
+        "load": {"torque_Nm": 1e-3 * line_load * width * 0.47 * module * teeth},
+        "pair": {"module_mm": module, "face_width_mm": width, "helix_angle_deg": beta},
+        "pinion": {"teeth": teeth, "profile_shift": shifts[0], "bore_radius_mm": float(bores[0])},
+        "wheel": {"teeth": mate, "profile_shift": shifts[1], "bore_radius_mm": float(bores[1])},
+        "offline": None, "online": None, "compare": None,
+    }  # fmt: skip
+    if rng.random() < 0.4:
+        gears["pinion.modification"] = {"profile_crowning_um": 0.02 * line_load}
+        gears["wheel.modification"] = {"profile_crowning_um": 0.02 * line_load}
+    return gears
+
+
+@pytest.mark.slow
+def test_error_bars_of_random_pairs_are_as_long_as_their_errors(capsys):
+    """Thirty pairs: ten in plane strain, half of them on 16 elements, ten spur over the width, ten helical."""
+    rng, ratios = np.random.default_rng(16), []
+    plans = [("plane_strain", 8, 4, 4)] * 5 + [("plane_strain", 16, 4, 4)] * 5
+    plans += [("half", 8, 4, 2)] * 10 + [("whole", 8, 4, 2)] * 10
+    while plans:
+        width, along, across, times = plans[-1]
+        gears = random_gears(rng, width == "whole")
+        try:
+            case = pair_case(gears, width=width, profile_elements=along, width_elements=across)
+            ratios.append(bar_over_error(case, times))
+        except PmorError:  # such gears cannot be built
+            continue
+        plans.pop()
+        with capsys.disabled():
+            print(f"{width} {along} x {across}: {ratios[-1]:.2f}", gears, flush=True)  # noqa: T201
+    within = np.mean([LEAST <= ratio <= MOST for ratio in ratios])
+    assert within >= 0.9
+    assert min(ratios) >= LEAST_OF_ALL
+
+
+def test_a_saved_basis_keeps_the_coarser_mesh_and_is_incomplete_without_it(tmp_path):
+    basis = train(case := pair_case({}, profile_elements=4, width_elements=2), full := full_model(case)).basis
+    write_basis(tmp_path / "basis.h5", basis, np.empty((0, 0, 2, full.pinion.compliance.shape[1])))
+    phi, conditions = np.linspace(0.0, 0.29, 5), conditions_of(case, [case.torque_Nm])
+    bars = [
+        with_mesh_error(sweep_line_loads(pair, phi, conditions), pair, conditions).mesh_error_percent
+        for pair in map(reduced_pair, (basis, read_basis(tmp_path / "basis.h5")))
+    ]
+    assert bars[0] == bars[1]
+    with h5py.File(tmp_path / "basis.h5", "r+") as file:
+        del file["coarser/flank/wheel/nodes"]
+        reseal(file)
+    with pytest.raises(FileFormatError, match="the dataset .*flank/wheel/nodes is missing"):
+        read_basis(tmp_path / "basis.h5")
+
+
+def test_a_mesh_that_cannot_be_halved_or_a_case_that_asks_for_none_has_no_error_bar():
+    assert coarser(pair_case({}, profile_elements=3)) is None
+    assert coarser(pair_case({}, error_bar=False)) is None
+    halved = [coarser(pair_case({}, profile_elements=9, width_elements=n)).mesh.width_elements for n in (1, 2, 3, 6, 8)]
+    assert halved == [1, 2, 2, 4, 4], "an even number stays even, so that half the width stands for the whole"
