@@ -14,13 +14,15 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg as la
-import scipy.sparse as sp
 
 from pmor.arrays import FloatArray, IntArray
-from pmor.fe.assembly import assemble, degrees_of_freedom
+from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.completion import nodes_of_elements
-from pmor.fe.elimination import EliminatedRow, eliminate, eliminate_chain, in_twos, submatrix
+from pmor.fe.elimination import EliminatedPart, condense
+from pmor.fe.hexahedron import element_stiffness
+from pmor.fe.nested_dissection import element_places
 from pmor.fe.surface_layer import layer_compliance
+from pmor.mesh.element import QUADRATIC_NODES
 from pmor.mesh.sector import SectorMesh
 
 
@@ -35,7 +37,7 @@ class CondensedSector:
     stiffness : ndarray, shape (n, n)
         Condensed stiffness in the order flank, left, right, N/mm; the bore is fixed, what has no axial displacement is
         uncoupled. Twice that of half the width where the mesh ends in a plane of symmetry.
-    rows : tuple of EliminatedRow
+    rows : tuple of EliminatedPart
         In the order of elimination; empty unless they were asked for.
     layer : ndarray or None
         Compliance of the flank with everything below a surface layer held (`pmor.fe.surface_layer`), mm/N.
@@ -45,7 +47,7 @@ class CondensedSector:
     left: IntArray
     right: IntArray
     stiffness: FloatArray
-    rows: tuple[EliminatedRow, ...]
+    rows: tuple[EliminatedPart, ...]
     layer: FloatArray | None
 
 
@@ -71,40 +73,20 @@ def condense_sector(
     -------
     CondensedSector
     """
+    elements, places = mesh.elements[:, :QUADRATIC_NODES], element_places(mesh)
     stiffness = sector_stiffness(mesh, youngs_modulus, poisson_ratio, element)
-    flank, left, right = (
-        degrees_of_freedom(nodes_of_elements(mesh, ids)) for ids in (mesh.flank, mesh.left, mesh.right)
+    flank, left, right = (nodes_of_elements(mesh, nodes) for nodes in (mesh.flank, mesh.left, mesh.right))
+    kept: list[EliminatedPart] = []
+    condensed = condense(
+        stiffness, elements, places, np.concatenate([flank, left, right]), mesh.bore, kept if keep_rows else None
     )
-    retained = np.concatenate([flank, left, right])
-    status = np.zeros(stiffness.shape[0], dtype=bool)
-    status[retained] = status[degrees_of_freedom(mesh.bore)] = status[mesh.held_axially] = True
-    status[degrees_of_freedom(mesh.middles)] = True
-
-    def free(row: IntArray) -> IntArray:
-        dofs = degrees_of_freedom(row)
-        return dofs[~status[dofs]]
-
-    junction = free(np.union1d(mesh.tooth_rows[0], mesh.ring_rows[0]))
-    from_tip = [free(row) for row in mesh.tooth_rows[:0:-1]]
-    # The row on the bore is held: nothing is left of it, but rows are joined in twos with it.
-    from_bore = [free(row) for row in mesh.ring_rows[:0:-1]]
-    if mesh.order == 2:
-        from_tip, from_bore = in_twos(from_tip), in_twos(from_bore)
-    last = np.concatenate([junction, retained])
-    total = submatrix(stiffness, last, last)
-    position = np.full(stiffness.shape[0], -1)
-    position[last] = np.arange(len(last))
-    kept: list[EliminatedRow] = []
-    for chain in (from_tip, from_bore):
-        rest, update = eliminate_chain(stiffness, [*chain, junction], retained, kept if keep_rows else None)
-        total[np.ix_(position[rest], position[rest])] += update
-    rest, schur = eliminate(junction, retained, total, kept if keep_rows else None)
     layer = layer_compliance(mesh, layer_columns, stiffness) if layer_columns else None
-    return CondensedSector(flank, left, right, schur, tuple(kept), layer)
+    unknowns = (degrees_of_freedom(nodes) for nodes in (flank, left, right))
+    return CondensedSector(*unknowns, condensed, tuple(kept), layer)
 
 
-def sector_stiffness(mesh: SectorMesh, youngs_modulus: float, poisson_ratio: float, element: str) -> sp.csr_array:
-    """Assemble a sector, with what has no axial displacement uncoupled from the rest.
+def sector_stiffness(mesh: SectorMesh, youngs_modulus: float, poisson_ratio: float, element: str) -> FloatArray:
+    """Return the stiffness of a sector's elements, with what has no axial displacement uncoupled from the rest.
 
     Half the width counts twice: a force is then that on a node and on its image, and work and energy are those of the
     whole width.
@@ -116,21 +98,20 @@ def sector_stiffness(mesh: SectorMesh, youngs_modulus: float, poisson_ratio: flo
 
     Returns
     -------
-    scipy.sparse.csr_array
+    ndarray, shape (n_elements, 3 k, 3 k)
         N/mm.
     """
-    stiffness = assemble(mesh.nodes, mesh.elements, youngs_modulus, poisson_ratio, element)
+    elements = mesh.elements[:, :QUADRATIC_NODES]
+    stiffness = element_stiffness(mesh.nodes, elements, youngs_modulus, poisson_ratio, element)
     if mesh.mirrored:
-        stiffness = 2.0 * stiffness
-    if not len(mesh.held_axially):
-        return stiffness
-    free = np.ones(stiffness.shape[0], dtype=bool)
-    free[mesh.held_axially] = False
-    entries = stiffness.tocoo()
-    rows, columns = entries.coords
+        stiffness *= 2.0
+    unknowns = (3 * elements[:, :, None] + np.arange(3)).reshape(len(elements), -1)
+    number, place = np.nonzero(np.isin(unknowns, mesh.held_axially))
     # Their own diagonal stays, so that factorisations need not know of them.
-    kept = (free[rows] & free[columns]) | (rows == columns)
-    return sp.coo_array((entries.data[kept], (rows[kept], columns[kept])), shape=stiffness.shape).tocsr()
+    diagonal = stiffness[number, place, place]
+    stiffness[number, place, :] = stiffness[number, :, place] = 0.0
+    stiffness[number, place, place] = diagonal
+    return stiffness
 
 
 def back_substitute(sector: CondensedSector, retained_displacement: FloatArray, size: int) -> FloatArray:
@@ -152,7 +133,7 @@ def back_substitute(sector: CondensedSector, retained_displacement: FloatArray, 
     """
     displacement = np.zeros((size, retained_displacement.shape[1]))
     displacement[np.concatenate([sector.flank, sector.left, sector.right])] = retained_displacement
-    for row in reversed(sector.rows):
-        rhs = row.coupling @ displacement[row.rest]
-        displacement[row.dofs] = -la.solve_triangular(row.factor, rhs, lower=True, trans="T", check_finite=False)
+    for part in reversed(sector.rows):
+        rhs = part.coupling @ displacement[part.border]
+        displacement[part.inner] = -la.solve_triangular(part.factor, rhs, check_finite=False)
     return displacement

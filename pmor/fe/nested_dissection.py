@@ -1,24 +1,47 @@
-"""Geometric nested dissection of the structured gear mesh: the order that keeps the fill of a sparse factor small.
+"""Geometric nested dissection of the structured gear mesh: which nodes are eliminated together, and in which order.
 
-Nodes of an element differ by at most one row, one column and one layer, so every plane of the grid separates what lies
-on its two sides (George, SIAM J. Numer. Anal. 10 (1973) 345). The planes are found by counting, no graph is needed.
+Elements are halved again and again by planes of the grid (George, SIAM J. Numer. Anal. 10 (1973) 345). What is left of
+a part once its inner nodes are eliminated is its border, and a plane across the mesh is a small one. The planes are
+found by counting elements, no graph is needed, and it does not matter how many nodes an element has.
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from pmor.arrays import IntArray
+from pmor.mesh.element import QUADRATIC_NODES
 from pmor.mesh.sector import SectorMesh
 
-# Below this many nodes a part is dense anyway.
-LEAF_NODES = 12
-# A separator leaves at least this share of the nodes on either side.
+# A plane leaves at least this share of the elements on either side.
 BALANCE = 0.25
 
 
-def sector_grid(mesh: SectorMesh) -> IntArray:
-    """Return row, column and layer of each node of a sector, shape (n_nodes, 3).
+class Part(NamedTuple):
+    """Some elements that hang together.
+
+    Parameters
+    ----------
+    elements : ndarray of int
+        Of a part that is not divided further; none of the others.
+    parts : tuple of int
+        The two that it is divided into, which precede it.
+    inner : ndarray of int
+        Nodes that are eliminated here: no element outside has them, and none of the two parts has eliminated them.
+    border : ndarray of int
+        Nodes that elements outside have too, or that are retained.
+    """
+
+    elements: IntArray
+    parts: tuple[int, ...]
+    inner: IntArray
+    border: IntArray
+
+
+def element_places(mesh: SectorMesh) -> IntArray:
+    """Return row, column and layer of each element of a sector, shape (n_elements, 3).
 
     Rows count outwards from the bore, columns from the counter-clockwise side face to the clockwise one; the tooth
     continues the columns of the ring that it stands on.
@@ -32,7 +55,59 @@ def sector_grid(mesh: SectorMesh) -> IntArray:
     for row, column, nodes in rows:
         number = np.arange(len(nodes))
         grid[nodes] = np.column_stack([np.full(len(nodes), row), column + number // layers, number % layers])
-    return grid
+    return grid[mesh.elements].min(axis=1) // mesh.order
+
+
+def nested_dissection(places: IntArray, elements: IntArray, retained: IntArray, undivided: int) -> list[Part]:
+    """Divide elements into parts within parts.
+
+    Parameters
+    ----------
+    places : ndarray of int, shape (n, 3)
+        Row, column and layer of each element; those that share nodes differ by at most one in each direction, but for
+        the first and last columns of a closed ring.
+    elements : ndarray of int, shape (n, nodes)
+        Nodes of each; negative numbers are passed over.
+    retained : ndarray of int
+        Nodes that are not eliminated.
+    undivided : int
+        Parts of so many elements are not divided further.
+
+    Returns
+    -------
+    list of Part
+        In the order of elimination; the last one is the whole.
+    """
+    size = int(elements.max()) + 1
+    users = np.bincount(elements[elements >= 0], minlength=size)
+    users[retained] += 1  # never all within
+    parts: list[Part] = []
+
+    def divide(own: IntArray) -> tuple[IntArray, IntArray]:
+        """Append a part and those within it; return its border, and how many of its elements have each node there."""
+        split = _separator(places[own]) if len(own) > undivided else None
+        if split is None:
+            within: tuple[int, ...] = ()
+            nodes, count = np.unique(elements[own], return_counts=True)
+            nodes, count = nodes[nodes >= 0], count[nodes >= 0]
+        else:
+            axis, plane = split
+            below = places[own, axis] < plane
+            borders, counts, last = [], [], []
+            for half in (own[below], own[~below]):
+                border, number = divide(half)
+                borders.append(border)
+                counts.append(number)
+                last.append(len(parts) - 1)
+            nodes, place = np.unique(np.concatenate(borders), return_inverse=True)
+            count = np.bincount(place, weights=np.concatenate(counts)).astype(np.int64)
+            within, own = tuple(last), own[:0]
+        done = count == users[nodes]
+        parts.append(Part(own, within, nodes[done], nodes[~done]))
+        return nodes[~done], count[~done]
+
+    divide(np.arange(len(elements)))
+    return parts
 
 
 def elimination_order(mesh: SectorMesh, numbers: IntArray, sectors: int) -> IntArray:
@@ -49,66 +124,29 @@ def elimination_order(mesh: SectorMesh, numbers: IntArray, sectors: int) -> IntA
     Returns
     -------
     ndarray of int, shape (n,)
-        Nodes of the whole gear, those on the bore left out.
+        Nodes of the whole gear that elements have, those on the bore left out.
     """
-    sector = sector_grid(mesh)
-    width = int(sector[:, 1].max())
-    free = np.setdiff1d(np.arange(len(mesh.nodes)), mesh.bore)
-    grid = np.empty((int(numbers.max()) + 1, 3), dtype=np.int64)
-    for k in range(sectors):
-        # Sectors count counter-clockwise, columns clockwise.
-        grid[numbers[k]] = sector - [0, k * width, 0]
-    nodes = np.unique(numbers[:sectors, free])
-    column = grid[nodes, 1]
-    # A ring has to be cut open, at the face where its columns end and begin, before planes can separate it.
-    cut = (column == column.min()) & (sectors == mesh.teeth)
-    inner = nodes[~cut]
-    return np.concatenate([inner[nested_dissection(grid[inner])], nodes[cut]])
+    place = element_places(mesh)
+    width = int(place[:, 1].max()) + 1
+    # Sectors count counter-clockwise, columns clockwise.
+    places = np.concatenate([place - [0, k * width, 0] for k in range(sectors)])
+    elements = numbers[:sectors, mesh.elements[:, :QUADRATIC_NODES]].reshape(len(places), -1)
+    elements = np.where(np.isin(elements, numbers[:, mesh.bore]), -1, elements)
+    parts = nested_dissection(places, elements, np.empty(0, dtype=np.int64), 1)
+    return np.concatenate([part.inner for part in parts])
 
 
-def nested_dissection(grid: IntArray) -> IntArray:
-    """Order nodes so that each separator comes after the two parts that it separates.
-
-    Parameters
-    ----------
-    grid : ndarray of int, shape (n, 3)
-        Place of each node; nodes that are coupled differ by at most one in each direction.
-
-    Returns
-    -------
-    ndarray of int, shape (n,)
-        Node numbers in the order of elimination.
-    """
-    parts: list[IntArray] = []
-    _dissect(grid, np.lexsort(grid.T), parts)
-    return np.concatenate(parts)
-
-
-def _dissect(grid: IntArray, nodes: IntArray, parts: list[IntArray]) -> None:
-    """Append the order of some nodes to `parts`."""
-    axis, plane = _separator(grid[nodes]) if len(nodes) > LEAF_NODES else (0, None)
-    if plane is None:
-        parts.append(nodes)
-        return
-    place = grid[nodes, axis]
-    _dissect(grid, nodes[place < plane], parts)
-    _dissect(grid, nodes[place > plane], parts)
-    parts.append(nodes[place == plane])
-
-
-def _separator(grid: IntArray) -> tuple[int, int | None]:
-    """Return the axis and place of the plane with the fewest nodes that leaves balanced parts, if there is one."""
-    best: tuple[int, int | None] = (0, None)
-    fewest = len(grid)
+def _separator(places: IntArray) -> tuple[int, int] | None:
+    """Return axis and place of the plane that cuts the fewest elements apart and leaves balanced halves."""
+    best: tuple[int, int, int, int] | None = None
     for axis in range(3):
-        low = int(grid[:, axis].min())
-        count = np.bincount(grid[:, axis] - low)
-        below = np.cumsum(count) - count
-        smaller = np.minimum(below, len(grid) - below - count)
-        allowed = np.flatnonzero(smaller >= BALANCE * (len(grid) - count))
-        if len(allowed) > 0:
+        low = int(places[:, axis].min())
+        count = np.bincount(places[:, axis] - low)
+        below = np.cumsum(count)[:-1]
+        smaller = np.minimum(below, len(places) - below)
+        cut = np.minimum(count[:-1], count[1:])
+        for plane in np.flatnonzero(smaller >= BALANCE * len(places)):
             # Of equally small planes the one that halves best.
-            plane = allowed[np.lexsort((-smaller[allowed], count[allowed]))[0]]
-            if count[plane] < fewest:
-                fewest, best = int(count[plane]), (axis, low + int(plane))
-    return best
+            key = int(cut[plane]), -int(smaller[plane]), axis, low + int(plane) + 1
+            best = key if best is None else min(best, key)
+    return None if best is None else (best[2], best[3])

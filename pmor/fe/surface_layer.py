@@ -7,17 +7,16 @@ so its compliance is the local one: the dent, without the bending of the tooth (
 from __future__ import annotations
 
 import numpy as np
-import scipy.linalg as la
-import scipy.sparse as sp
 
 from pmor.arrays import FloatArray
-from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.completion import nodes_of_elements
-from pmor.fe.elimination import eliminate_chain, in_twos, submatrix
+from pmor.fe.elimination import condense, inverse
+from pmor.fe.nested_dissection import element_places
+from pmor.mesh.element import QUADRATIC_NODES
 from pmor.mesh.sector import SectorMesh
 
 
-def layer_compliance(mesh: SectorMesh, columns: int, stiffness: sp.csr_array) -> FloatArray:
+def layer_compliance(mesh: SectorMesh, columns: int, stiffness: FloatArray) -> FloatArray:
     """Return the compliance of the flank with everything below the layer held fixed.
 
     Parameters
@@ -25,27 +24,21 @@ def layer_compliance(mesh: SectorMesh, columns: int, stiffness: sp.csr_array) ->
     mesh : SectorMesh
     columns : int
         Columns of nodes above the layer's inner face.
-    stiffness : scipy.sparse.csr_array
-        Of the sector, N/mm.
+    stiffness : ndarray, shape (n_elements, 3 k, 3 k)
+        Of the sector's elements, N/mm.
 
     Returns
     -------
     ndarray, shape (f, f)
         Of the unknowns of the flank's nodes that elements have, in the order of `SectorMesh.flank`, mm/N.
     """
-    layers, flank = len(mesh.z), degrees_of_freedom(nodes_of_elements(mesh, mesh.flank))
-    # The handover row belongs to the ring as well: it is held. The rows across the layer are short; its columns are as
-    # long as the tooth is high and take more than twice the time with 64 elements.
-    rows = (row.reshape(-1, layers)[:columns] for row in mesh.tooth_rows[1:])
-    across = (degrees_of_freedom(nodes_of_elements(mesh, row)) for row in rows)
-    inside = [np.setdiff1d(row, flank) for row in across]
-    chain = [row for row in (inside if mesh.order == 1 else in_twos(inside)) if len(row)]
-    reached, update = eliminate_chain(stiffness, [*chain, np.empty(0, dtype=np.int64)], flank, None)
-    order = np.argsort(flank)
-    place = order[np.searchsorted(flank, reached, sorter=order)]
-    schur = submatrix(stiffness, flank, flank)
-    schur[np.ix_(place, place)] += update
-    half = la.solve_triangular(
-        la.cholesky(schur, lower=True, check_finite=False), np.eye(len(flank)), lower=True, check_finite=False
-    )
-    return np.asarray(half.T @ half)
+    layers, elements = len(mesh.z), mesh.elements[:, :QUADRATIC_NODES]
+    # The handover row belongs to the ring as well: it is held.
+    free = np.zeros(len(mesh.nodes), dtype=bool)
+    free[np.concatenate([row[: columns * layers] for row in mesh.tooth_rows[1:]])] = True
+    inside = np.flatnonzero(free[elements].any(axis=1))
+    schur = condense(
+        stiffness[inside], elements[inside], element_places(mesh)[inside], nodes_of_elements(mesh, mesh.flank),
+        np.flatnonzero(~free),
+    )  # fmt: skip
+    return inverse(schur)
