@@ -37,7 +37,7 @@ class CondensedSector:
     stiffness : ndarray, shape (n, n)
         Condensed stiffness in the order flank, left, right, N/mm; the bore is fixed, what has no axial displacement is
         uncoupled. Twice that of half the width where the mesh ends in a plane of symmetry.
-    rows : tuple of EliminatedPart
+    parts : tuple of EliminatedPart
         In the order of elimination; empty unless they were asked for.
     layer : ndarray or None
         Compliance of the flank with everything below a surface layer held (`pmor.fe.surface_layer`), mm/N.
@@ -47,7 +47,7 @@ class CondensedSector:
     left: IntArray
     right: IntArray
     stiffness: FloatArray
-    rows: tuple[EliminatedPart, ...]
+    parts: tuple[EliminatedPart, ...]
     layer: FloatArray | None
 
 
@@ -81,8 +81,8 @@ def condense_sector(
         stiffness, elements, places, np.concatenate([flank, left, right]), mesh.bore, kept if keep_rows else None
     )
     layer = layer_compliance(mesh, layer_columns, stiffness) if layer_columns else None
-    unknowns = (degrees_of_freedom(nodes) for nodes in (flank, left, right))
-    return CondensedSector(*unknowns, condensed, tuple(kept), layer)
+    unknowns = [degrees_of_freedom(nodes) for nodes in (flank, left, right)]
+    return CondensedSector(unknowns[0], unknowns[1], unknowns[2], condensed, tuple(kept), layer)
 
 
 def sector_stiffness(mesh: SectorMesh, youngs_modulus: float, poisson_ratio: float, element: str) -> FloatArray:
@@ -133,7 +133,7 @@ def back_substitute(sector: CondensedSector, retained_displacement: FloatArray, 
     """
     displacement = np.zeros((size, retained_displacement.shape[1]))
     displacement[np.concatenate([sector.flank, sector.left, sector.right])] = retained_displacement
-    for part in reversed(sector.rows):
+    for part in reversed(sector.parts):
         rhs = part.coupling @ displacement[part.border]
         displacement[part.inner] = -la.solve_triangular(part.factor, rhs, check_finite=False)
     return displacement

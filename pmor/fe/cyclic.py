@@ -1,21 +1,19 @@
-"""Cyclic coupling of the condensed sectors: flank compliance of the whole gear.
-
-All sectors are equal and the side face of one is the side face of the next, so the ring is a block-circulant system,
-solved for each Fourier harmonic (Thomas, IJNME 14 (1979) 81). This is exact, not a reduction.
-"""
+"""Flank compliance of the whole gear from one condensed sector and the ring of its likes: exact, not a reduction."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy.linalg as la
+import scipy.sparse as sp
 
 from pmor.arrays import FloatArray
 from pmor.conventions import rotation_z
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.completion import completion, nodes_of_elements
 from pmor.fe.condensation import CondensedSector, back_substitute, condense_sector
+from pmor.fe.elimination import inverse
+from pmor.fe.ring import ring_compliance, symmetric_coordinates
 from pmor.mesh.sector import SectorMesh
 
 
@@ -35,7 +33,7 @@ class ElasticGear:
     sector : CondensedSector
     side_displacement : ndarray, shape (2 reach + 2, n_left, n)
         Displacement of the left side face of sectors -reach - 1 ... reach under unit forces on those of the flank's
-        nodes that elements have, mm/N.
+        nodes that elements have, mm/N; of no sectors unless they were asked for.
     layer_columns : int
         Columns of elements below the flank whose local compliance was taken out.
     """
@@ -91,30 +89,32 @@ def elastic_gear(
     """
     sector = condense_sector(mesh, youngs_modulus, poisson_ratio, element, keep_rows, layer_columns)
     n_flank, n_side = len(sector.flank), len(sector.left)
-    factor = la.cho_factor(sector.stiffness[:n_flank, :n_flank], lower=True, check_finite=False)
-    flank_from_side = la.cho_solve(factor, sector.stiffness[:n_flank, n_flank:], check_finite=False)
-    side = sector.stiffness[n_flank:, n_flank:] - sector.stiffness[n_flank:, :n_flank] @ flank_from_side
-    own = la.cho_solve(factor, np.eye(n_flank), check_finite=False)
-    load = -flank_from_side.T
-    turn = np.kron(np.eye(n_side // 3), rotation_z(-2.0 * np.pi / mesh.teeth))
+    own = inverse(sector.stiffness[:n_flank, :n_flank].copy())
+    load = -sector.stiffness[n_flank:, :n_flank] @ own
+    side = sector.stiffness[n_flank:, n_flank:] + load @ sector.stiffness[:n_flank, n_flank:]
 
-    load_left, load_right = load[:n_side], load[n_side:]
-    diagonal = side[:n_side, :n_side] + turn.T @ side[n_side:, n_side:] @ turn
-    coupling = side[:n_side, n_side:] @ turn
-    sectors = np.arange(-reach - 1, reach + 1)
-    displacement = np.zeros((len(sectors), n_side, n_flank))
-    for harmonic in range(mesh.teeth // 2 + 1):
-        w = np.exp(2j * np.pi * harmonic / mesh.teeth)
-        system = diagonal + coupling / w + coupling.T * w
-        rhs = load_left + turn.T @ load_right * w
-        amplitude = la.solve(system, rhs, assume_a="her", check_finite=False)
-        # Harmonics h and z - h are conjugate: one stands for both, except h = 0 and h = z / 2.
-        weight = (1.0 if harmonic in (0, mesh.teeth / 2) else 2.0) / mesh.teeth
-        phase = weight * w**sectors
-        displacement += phase.real[:, None, None] * amplitude.real - phase.imag[:, None, None] * amplitude.imag
-    compliance = np.stack(
-        [load_left.T @ displacement[k + 1] + load_right.T @ (turn @ displacement[k]) for k in range(2 * reach + 1)]
-    )
+    to_left, even = symmetric_coordinates(mesh, nodes_of_elements(mesh, mesh.left))
+    to_right, _ = symmetric_coordinates(mesh, nodes_of_elements(mesh, mesh.right))
+    left, right = slice(None, n_side), slice(n_side, None)
+    diagonal = _turned(to_left, side[left, left], to_left) + _turned(to_right, side[right, right], to_right)
+    faces = ring_compliance(diagonal, _turned(to_left, side[left, right], to_right), even, mesh.teeth, reach + 1)
+    load = np.concatenate([to_left @ load[left], to_right @ load[right]])
+
+    def moved(k: int) -> FloatArray:
+        """Displacement of the left side face of sector k, in symmetric coordinates."""
+        both = [faces[j] if j >= 0 else faces[-j].T for j in (k, k + 1)]
+        return np.asarray(np.hstack(both) @ load)
+
+    compliance = np.empty((2 * reach + 1, n_flank, n_flank))
+    before = moved(-1)
+    for k in range(reach + 1):
+        after = moved(k)
+        compliance[reach + k] = load.T @ np.concatenate([after, before])
+        compliance[reach - k] = compliance[reach + k].T
+        before = after
+    displacement = np.empty((0, n_side, n_flank))
+    if keep_rows:
+        displacement = np.stack([to_left.T @ moved(k) for k in range(-reach - 1, reach + 1)])
     compliance[reach] += own
     if sector.layer is not None:
         compliance[reach] -= sector.layer
@@ -130,6 +130,11 @@ def with_layer(gear: ElasticGear) -> ElasticGear:
     compliance[gear.reach] += _on_the_grid(gear.mesh, gear.sector.layer[None])[0]
     sector = replace(gear.sector, layer=None)
     return replace(gear, compliance=_reciprocal(compliance, gear.mesh), sector=sector, layer_columns=0)
+
+
+def _turned(left: sp.csr_array, matrix: FloatArray, right: sp.csr_array) -> FloatArray:
+    """Matrix in other coordinates of its rows and columns."""
+    return np.asarray(left @ (right @ matrix.T).T)
 
 
 def _on_the_grid(mesh: SectorMesh, compliance: FloatArray) -> FloatArray:

@@ -18,9 +18,11 @@ from scipy.linalg import blas, lapack
 
 from pmor.arrays import FloatArray, IntArray
 from pmor.fe.assembly import degrees_of_freedom
-from pmor.fe.nested_dissection import Part, nested_dissection
+from pmor.fe.nested_dissection import nested_dissection
 
-# Unknowns of the elements of a part that is not divided further: smaller fronts take more time around LAPACK than in it.
+# Rows that are mirrored at a time: a block of them fits into the cache.
+MIRRORED = 128
+# Unknowns of the elements of a part that is not divided further: of smaller ones most time goes by around LAPACK.
 UNDIVIDED = 1000
 
 
@@ -108,15 +110,14 @@ def condense(
         if kept is not None:
             unknowns = degrees_of_freedom(order[inner]), degrees_of_freedom(order[border])
             kept.append(EliminatedPart(*unknowns, front.inner, front.coupling))
-    upper = left[-1].stiffness
-    return np.asarray(np.triu(upper) + np.triu(upper, 1).T)
+    return _mirror(left[-1].stiffness)
 
 
 def inverse(matrix: FloatArray) -> FloatArray:
     """Return the inverse of a symmetric positive definite matrix, which it takes the place of."""
     _factorise(matrix)
     lapack.dpotri(matrix.T, lower=1, overwrite_c=1)
-    return np.asarray(np.triu(matrix) + np.triu(matrix, 1).T)
+    return _mirror(matrix)
 
 
 def _add_up(inner: IntArray, border: IntArray, elements: IntArray, stiffness: FloatArray) -> _Front:
@@ -127,7 +128,8 @@ def _add_up(inner: IntArray, border: IntArray, elements: IntArray, stiffness: Fl
     unknowns = (3 * place[:, :, None] + np.arange(3)).reshape(len(elements), -1)
     size = 3 * len(nodes) + 3
     index = unknowns[:, :, None] * size + unknowns[:, None, :]
-    full = np.bincount(index.ravel(), weights=stiffness.ravel(), minlength=size * size).reshape(size, size)
+    added = np.bincount(index.ravel(), weights=stiffness.ravel(), minlength=size * size)
+    full = np.asarray(added, dtype=np.float64).reshape(size, size)
     i = 3 * len(inner)
     return _Front(full[:i, :i].copy(), full[:i, i:-3].copy(), full[i:-3, i:-3].copy())
 
@@ -152,7 +154,7 @@ def _join(inner: IntArray, border: IntArray, parts: list[_Left]) -> _Front:
 
 
 def _runs(inner: IntArray, border: IntArray, nodes: IntArray) -> list[tuple[bool, int, int, int]]:
-    """Where unknowns of nodes follow each other in a front: whether in its border, first ones there and here, number."""
+    """Return where unknowns stay neighbours in a front: whether in its border, the first one there and here, number."""
     place = np.searchsorted(np.concatenate([inner, border]), nodes)
     starts = np.flatnonzero((np.diff(place, prepend=-2) != 1) | (place == len(inner)))
     sizes = np.diff(starts, append=len(place))
@@ -172,6 +174,16 @@ def _eliminate(front: _Front) -> None:
         return
     blas.dtrsm(1.0, front.inner.T, front.coupling.T, side=1, lower=1, trans_a=1, overwrite_b=1)
     blas.dsyrk(-1.0, front.coupling.T, beta=1.0, c=front.border.T, lower=1, overwrite_c=1)
+
+
+def _mirror(matrix: FloatArray) -> FloatArray:
+    """Fill the lower triangle of a matrix from its upper one, and return it."""
+    for start in range(0, len(matrix), MIRRORED):
+        end = start + MIRRORED
+        block = matrix[start:end, start:end]
+        block[...] = np.triu(block) + np.triu(block, 1).T
+        matrix[end:, start:end] = matrix[start:end, end:].T
+    return matrix
 
 
 def _factorise(matrix: FloatArray) -> None:

@@ -19,8 +19,8 @@ from pmor.arrays import FloatArray, IntArray
 from pmor.errors import MeshError
 from pmor.mesh.element import node_places
 
-# Elements whose matrices are integrated at a time: those of a fine mesh would not fit into the memory otherwise.
-BLOCK = 512
+# Elements whose matrices are integrated at a time: they stay in the cache.
+BLOCK = 64
 
 
 def shape_functions(xi: FloatArray, order: int) -> FloatArray:
@@ -52,15 +52,6 @@ def _monomials(order: int) -> tuple[IntArray, FloatArray]:
     return powers, np.linalg.inv(np.prod(nodes[:, None] ** powers, axis=-1))
 
 
-def elasticity_matrix(youngs_modulus: float, poisson_ratio: float) -> FloatArray:
-    """Return the isotropic elasticity matrix for strains (xx, yy, zz, xy, yz, zx) with engineering shear, MPa."""
-    lame = youngs_modulus * poisson_ratio / ((1.0 + poisson_ratio) * (1.0 - 2.0 * poisson_ratio))
-    shear = youngs_modulus / (2.0 * (1.0 + poisson_ratio))
-    matrix = np.diag([2.0 * shear] * 3 + [shear] * 3)
-    matrix[:3, :3] += lame
-    return matrix
-
-
 def element_stiffness(
     nodes: FloatArray, elements: IntArray, youngs_modulus: float, poisson_ratio: float, element: str
 ) -> FloatArray:
@@ -87,51 +78,56 @@ def element_stiffness(
     MeshError
         When the Jacobian is not positive at an integration point.
     """
-    blocks = range(0, len(elements), BLOCK)
-    return np.concatenate([_stiffness(nodes, elements[b : b + BLOCK], b, youngs_modulus, poisson_ratio, element)
-                           for b in blocks])  # fmt: skip
+    stiffness = np.empty((len(elements), 3 * elements.shape[1], 3 * elements.shape[1]))
+    for b in range(0, len(elements), BLOCK):
+        block = elements[b : b + BLOCK]
+        stiffness[b : b + BLOCK] = _stiffness(nodes, block, b, youngs_modulus, poisson_ratio, element)
+    return stiffness
 
 
 def _stiffness(
     nodes: FloatArray, elements: IntArray, first: int, youngs_modulus: float, poisson_ratio: float, element: str
 ) -> FloatArray:
-    """Stiffness matrices of a block of elements; `first` is the number of the first of them."""
+    """Stiffness matrices of a block of elements; `first` is the number of the first of them.
+
+    With g_a the gradients of the shape functions and M_aibj the integral of g_ai g_bj, that of nodes a and b in the
+    directions i and j is ``lame M_aibj + shear (M_ajbi + (M_axbx + M_ayby + M_azbz) delta_ij)``.
+    """
     order, corners = (2 if element == "hex20" else 1), nodes[elements]
-    unknowns = 3 * elements.shape[1]
-    elasticity = elasticity_matrix(youngs_modulus, poisson_ratio)
-    incompatible = element == "hex8i"
-    columns = unknowns + (9 if incompatible else 0)
-    stiffness = np.zeros((len(elements), columns, columns))
-    centre_jacobian = np.einsum("ni,enj->eij", shape_gradient(np.zeros(3), order), corners)
-    centre_inverse, centre_det = np.linalg.inv(centre_jacobian), np.linalg.det(centre_jacobian)
+    slopes, points, weights = _quadrature(order)
+    jacobian = slopes.transpose(0, 2, 1) @ corners[:, None]
+    det = np.linalg.det(jacobian)
+    if det.min() <= 0.0:
+        worst = first + int(np.unravel_index(det.argmin(), det.shape)[0])
+        raise MeshError(f"element {worst} has a negative Jacobian at an integration point")
+    gradients = slopes @ np.linalg.inv(jacobian).transpose(0, 1, 3, 2)
+    if element == "hex8i":
+        centre = shape_gradient(np.zeros(3), order).T @ corners
+        bubbles = -2.0 * points[:, :, None] * np.eye(3)
+        corrected = bubbles @ np.linalg.inv(centre).transpose(0, 2, 1)[:, None]
+        corrected *= (np.linalg.det(centre)[:, None] / det)[:, :, None, None]
+        gradients = np.concatenate([gradients, corrected], axis=2)
+    gradients *= np.sqrt(weights * det)[:, :, None, None]
+    count, functions = len(elements), gradients.shape[2]
+    flat = gradients.reshape(count, len(points), -1)
+    products = (flat.transpose(0, 2, 1) @ flat).reshape(count, functions, 3, functions, 3)
+    shear = youngs_modulus / (2.0 * (1.0 + poisson_ratio))
+    lame = 2.0 * shear * poisson_ratio / (1.0 - 2.0 * poisson_ratio)
+    full = lame * products + shear * products.transpose(0, 1, 4, 3, 2)
+    trace = shear * np.trace(products, axis1=2, axis2=4)
+    for axis in range(3):
+        full[:, :, axis, :, axis] += trace
+    stiffness = full.reshape(count, 3 * functions, -1)
+    if element == "hex8i":
+        coupling, bubble = stiffness[:, 24:, :24], stiffness[:, 24:, 24:]
+        stiffness = stiffness[:, :24, :24] - coupling.transpose(0, 2, 1) @ np.linalg.solve(bubble, coupling)
+    return np.asarray(0.5 * (stiffness + stiffness.transpose(0, 2, 1)))
+
+
+@cache
+def _quadrature(order: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Gradients of the shape functions at the integration points (p, nodes, 3), these (p, 3), their weights (p,)."""
     abscissas, weights = np.polynomial.legendre.leggauss(order + 1)
-    for place in product(range(order + 1), repeat=3):
-        point, weight = abscissas[list(place)], float(np.prod(weights[list(place)]))
-        gradient = shape_gradient(point, order)
-        jacobian = np.einsum("ni,enj->eij", gradient, corners)
-        det = np.linalg.det(jacobian)
-        if det.min() <= 0.0:
-            raise MeshError(f"element {first + int(det.argmin())} has a negative Jacobian at an integration point")
-        gradients = np.einsum("eij,nj->eni", np.linalg.inv(jacobian), gradient)
-        if incompatible:
-            bubbles = np.diag(-2.0 * point)
-            corrected = np.einsum("eij,nj->eni", centre_inverse, bubbles) * (centre_det / det)[:, None, None]
-            gradients = np.concatenate([gradients, corrected], axis=1)
-        strain = _strain_matrix(gradients)
-        stress = np.einsum("ij,ejk->eik", elasticity, strain) * (weight * det)[:, None, None]
-        stiffness += strain.transpose(0, 2, 1) @ stress
-    if incompatible:
-        coupling, bubble = stiffness[:, unknowns:, :unknowns], stiffness[:, unknowns:, unknowns:]
-        stiffness = stiffness[:, :unknowns, :unknowns] - coupling.transpose(0, 2, 1) @ np.linalg.solve(bubble, coupling)
-    return 0.5 * (stiffness + stiffness.transpose(0, 2, 1))
-
-
-def _strain_matrix(gradients: FloatArray) -> FloatArray:
-    """Strain-displacement matrices (n_elements, 6, 3 n) from shape function gradients (n_elements, n, 3)."""
-    count, modes, _ = gradients.shape
-    strain = np.zeros((count, 6, modes, 3))
-    gx, gy, gz = gradients[..., 0], gradients[..., 1], gradients[..., 2]
-    strain[:, 0, :, 0] = strain[:, 3, :, 1] = strain[:, 5, :, 2] = gx
-    strain[:, 1, :, 1] = strain[:, 3, :, 0] = strain[:, 4, :, 2] = gy
-    strain[:, 2, :, 2] = strain[:, 4, :, 1] = strain[:, 5, :, 0] = gz
-    return strain.reshape(count, 6, 3 * modes)
+    places = list(product(range(order + 1), repeat=3))
+    points = abscissas[places]
+    return np.stack([shape_gradient(point, order) for point in points]), points, np.prod(weights[places], axis=1)
