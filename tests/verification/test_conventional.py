@@ -9,9 +9,11 @@ from pmor.case import parse_case
 from pmor.contact.condition import Condition, at_torques
 from pmor.contact.flank import MeshedPair
 from pmor.contact.solve import solve_position
+from pmor.conventions import rotation_z
 from pmor.errors import CaseError, ConvergenceError
-from pmor.fe.assembly import assemble
-from pmor.fe.nested_dissection import elimination_order, nested_dissection, sector_grid
+from pmor.fe.assembly import assemble, degrees_of_freedom
+from pmor.fe.completion import completion, nodes_of_elements
+from pmor.fe.nested_dissection import element_places, elimination_order, nested_dissection
 from pmor.fe.sparse_direct import assemble_arc, factorise
 from pmor.fe.whole_gear import whole_gear_mesh
 from pmor.lab.rivals.conventional import conventional_pair, solve_conventional
@@ -25,19 +27,25 @@ EXACT = 1e-12  # the same sums in another order
 TORQUE = 1e5
 
 CASES = {
-    "identical": {"pinion": {"teeth": 12, "profile_shift": 0.2, "bore_radius_mm": 10.0},
-                  "mesh": {"profile_elements": 3, "width_elements": 2, "width": "whole"}},
+    "identical, quadratic": {"pinion": {"teeth": 12, "profile_shift": 0.2, "bore_radius_mm": 10.0},
+                             "mesh": {"profile_elements": 2, "width_elements": 1, "width": "whole", "element": "hex20"}},
     "unequal, facets": {"pinion": {"teeth": 12, "profile_shift": 0.2, "bore_radius_mm": 10.0},
                         "wheel": {"teeth": 15, "bore_radius_mm": 12.0, "youngs_modulus_GPa": 100.0},
                         "mesh": {"profile_elements": 4, "width_elements": 1, "element": "hex8"},
                         "contact": {"scheme": "facet", "lodm_profile": 2}},
 }  # fmt: skip
+SMALL_WINDOWS = {"pinion": {"teeth": 12, "profile_shift": 0.2, "bore_radius_mm": 10.0},
+                 "mesh": {"profile_elements": 3, "width_elements": 2, "width": "whole"}}  # fmt: skip
 ONE_PAIR, TWO_PAIRS = 0.75, 0.2  # positions as shares of a pitch from where a pair enters
 
 
 @pytest.fixture(scope="module", params=list(CASES))
 def pair(request):
-    case = parse_case(case_text(**CASES[request.param]), "small", "small case")
+    return both_ways(CASES[request.param])
+
+
+def both_ways(sections):
+    case = parse_case(case_text(**sections), "small", "small case")
     mesh = mesh_model(case)
     return elastic_model(case, mesh), conventional_pair(case, mesh)
 
@@ -62,9 +70,8 @@ def test_conventional_solution_is_the_condensed_one(pair, share, loaded):
     assert 0.0 < found.factor_seconds < found.seconds
 
 
-@pytest.mark.parametrize("pair", ["identical"], indirect=True)  # those of facets allow for their sagitta and suffice
-def test_windows_too_small_grow_as_those_of_the_condensed_model(pair, monkeypatch):
-    condensed, whole = pair
+def test_windows_too_small_grow_as_those_of_the_condensed_model(monkeypatch):
+    condensed, whole = both_ways(SMALL_WINDOWS)  # those of facets allow for their sagitta and suffice
     monkeypatch.setattr("pmor.contact.solve.WINDOW_MARGIN", 0.05)
     phi = angle(whole, ONE_PAIR)
     genuine = MeshedPair.kinematics
@@ -92,7 +99,7 @@ def test_pair_has_all_free_unknowns_and_the_rotation(pair):
     free = 0
     for mesh in (condensed.mesh.pinion, condensed.mesh.wheel):
         nodes, _, numbers = whole_gear_mesh(mesh)
-        free += 3 * (len(nodes) - len(np.unique(numbers[:, mesh.bore])))
+        free += 3 * (len(nodes) - len(np.unique(numbers[:, np.concatenate([mesh.bore, mesh.middles])])))
     assert whole.unknowns == free + 1
     assert whole.stiffness[-1:].nnz == whole.stiffness[:, -1:].nnz == 0
 
@@ -100,59 +107,82 @@ def test_pair_has_all_free_unknowns_and_the_rotation(pair):
 # --- order of elimination -------------------------------------------------------------------------------------------
 
 
-@pytest.fixture(scope="module")
-def mesh():
-    return sector(tooth(12, 0.2), 3, 2)
+@pytest.fixture(scope="module", params=["hex8i", "hex20"])
+def mesh(request):
+    return sector(tooth(12, 0.2), 3, 2) if request.param == "hex8i" else sector(tooth(12, 0.2), 2, 1, order=2)
 
 
-def test_nodes_of_an_element_are_neighbours_on_the_grid(mesh):
-    grid = sector_grid(mesh)
-    assert len(np.unique(grid, axis=0)) == len(grid)
-    assert np.ptp(grid[mesh.elements], axis=1).max() == 1
+def assembled(mesh, element_nodes, nodes):
+    return assemble(nodes, element_nodes, YOUNG, POISSON, "hex20" if mesh.order == 2 else "hex8i")
+
+
+def arc_of(mesh, sectors):
+    return assemble_arc(mesh, YOUNG, POISSON, "hex20" if mesh.order == 2 else "hex8i", sectors)
+
+
+def test_elements_with_common_nodes_are_neighbours_on_the_grid(mesh):
+    places = element_places(mesh)
+    assert len(np.unique(places, axis=0)) == len(places)
+    for node in np.unique(mesh.elements[:, :8]):
+        assert np.ptp(places[(mesh.elements == node).any(axis=1)], axis=0).max() <= 1
 
 
 def test_separators_come_last_and_separate():
-    grid = np.stack(np.meshgrid(np.arange(9), np.arange(4), np.arange(3), indexing="ij"), axis=-1).reshape(-1, 3)
-    order = nested_dissection(grid)
-    assert np.array_equal(np.sort(order), np.arange(len(grid)))
-    assert np.all(grid[order[-12:], 0] == 4)  # the plane with the fewest nodes that halves the block
-    below, above = grid[order[:48], 0], grid[order[48:96], 0]
-    assert below.max() < 4 < above.min()
+    grid = np.arange(9 * 4 * 3).reshape(9, 4, 3)
+    places = np.stack(np.meshgrid(np.arange(8), np.arange(3), np.arange(2), indexing="ij"), axis=-1).reshape(-1, 3)
+    corners = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+    elements = grid[tuple(np.moveaxis(places[:, None] + corners, -1, 0))]
+    retained = grid[0, 0]
+    parts = nested_dissection(places, elements, retained, 1)
+    order = np.concatenate([part.inner for part in parts])
+    assert np.array_equal(np.sort(np.concatenate([order, retained])), np.arange(grid.size))
+    assert np.array_equal(np.sort(parts[-1].inner), grid[4].ravel())  # the smallest plane that halves the block
+    assert np.array_equal(parts[-1].border, retained)
+    below, above = (parts[number].border for number in parts[-1].parts)
+    assert set(below) == {*grid[4].ravel(), *retained}
+    assert set(above) == {*grid[4].ravel()}
+    assert np.array_equal(np.sort(np.concatenate([part.elements for part in parts])), np.arange(len(elements)))
 
 
 @pytest.mark.parametrize("sectors", [1, 3, 12])
 def test_elimination_order_holds_the_free_nodes_once(mesh, sectors):
     _, _, numbers = whole_gear_mesh(mesh)
     order = elimination_order(mesh, numbers, sectors)
-    expected = np.setdiff1d(numbers[:sectors], numbers[:, mesh.bore])
+    expected = np.setdiff1d(numbers[:sectors], numbers[:, np.concatenate([mesh.bore, mesh.middles])])
     assert np.array_equal(np.sort(order), expected)
 
 
-def test_whole_gear_in_order_of_elimination_is_the_whole_gear(mesh):
+def test_whole_gear_in_order_of_elimination_is_the_whole_gear(mesh, rng):
     nodes, elements, numbers = whole_gear_mesh(mesh)
-    natural = assemble(nodes, elements, YOUNG, POISSON, "hex8i")
-    ordered, flank = assemble_arc(mesh, YOUNG, POISSON, "hex8i", mesh.teeth)
-    nodes_in_order = elimination_order(mesh, numbers, mesh.teeth)
-    dofs = (3 * nodes_in_order[:, None] + np.arange(3)).ravel()
+    natural = assembled(mesh, elements, nodes)
+    ordered, flanks = arc_of(mesh, mesh.teeth)
+    dofs = degrees_of_freedom(elimination_order(mesh, numbers, mesh.teeth))
     difference = natural[dofs][:, dofs] - ordered
     assert abs(difference).max() < EXACT * abs(natural).max()
-    assert np.array_equal(dofs[flank], 3 * numbers[:, mesh.flank.ravel()])
+    # Shares of the middles are those of the whole sector; frames are those of the teeth.
+    displacement = rng.normal(size=3 * len(nodes))
+    every = np.arange(len(mesh.nodes))
+    for k in (0, 5):
+        vectors = displacement.reshape(-1, 3)[numbers[k]] @ rotation_z(2.0 * np.pi * k / mesh.teeth)
+        filled = completion(mesh, every) @ vectors[nodes_of_elements(mesh, every)].ravel()
+        expected = filled[degrees_of_freedom(mesh.flank)]
+        assert_allclose(flanks[k] @ displacement[dofs], expected, rtol=0, atol=EXACT)
 
 
-def test_ring_is_cut_open_at_the_face_that_comes_last(mesh):
+def test_ring_is_cut_open_at_the_faces_that_come_last(mesh):
     _, _, numbers = whole_gear_mesh(mesh)
     order = elimination_order(mesh, numbers, mesh.teeth)
-    assert set(order[-len(mesh.right) :]) == set(numbers[0, mesh.right])
+    faces = numbers[[0, 6]][:, nodes_of_elements(mesh, mesh.right)]
+    assert set(order[-faces.size :]) == set(faces.ravel())
 
 
 @pytest.mark.parametrize("sectors", [2, 12])
 def test_nested_dissection_fills_less_than_the_order_of_the_mesh(mesh, sectors):
-    ordered, _ = assemble_arc(mesh, YOUNG, POISSON, "hex8i", sectors)
+    ordered, _ = arc_of(mesh, sectors)
     nodes, elements, numbers = whole_gear_mesh(mesh)
-    free = np.setdiff1d(numbers[:sectors], numbers[:, mesh.bore])
-    dofs = (3 * free[:, None] + np.arange(3)).ravel()
-    arc = elements.reshape(mesh.teeth, -1)[:sectors].reshape(-1, 8)
-    natural = sp.csc_array(assemble(nodes, arc, YOUNG, POISSON, "hex8i")[dofs][:, dofs])
+    dofs = degrees_of_freedom(np.sort(elimination_order(mesh, numbers, sectors)))
+    arc = elements[: sectors * len(mesh.elements)]
+    natural = sp.csc_array(assembled(mesh, arc, nodes)[dofs][:, dofs])
     assert ordered.shape == natural.shape
     assert factorise(ordered).nnz < 0.7 * factorise(natural).nnz
 
@@ -185,7 +215,7 @@ def test_each_tooth_costs_what_a_further_sector_adds():
 
 
 def test_arcs_stay_within_the_memory_but_are_two_at_least():
-    case = parse_case(case_text(**CASES["identical"]), "small", "small case")
+    case = parse_case(case_text(**CASES["identical, quadratic"]), "small", "small case")
     assert newton_step_seconds(case, mesh_model(case), memory_bytes=1.0).sectors == (2, 4)
 
 

@@ -22,7 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from pmor.arrays import FloatArray, IntArray
+from pmor.arrays import FloatArray
 from pmor.case import Case, GearCase
 from pmor.contact.condition import Condition
 from pmor.contact.equilibrium import round_off_residual
@@ -30,10 +30,9 @@ from pmor.contact.flank import MeshedPair
 from pmor.contact.position import Position, active_patches
 from pmor.contact.search import Contact, search_contact
 from pmor.contact.solve import window_depth
-from pmor.conventions import rotation_z
 from pmor.errors import CaseError, ConvergenceError
+from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.sparse_direct import assemble_arc, factorise
-from pmor.lab.rivals.linear_elements import refuse_quadratic_elements
 from pmor.mesh.sector import SectorMesh
 from pmor.pair.model import MeshModel, per_gear
 
@@ -48,15 +47,16 @@ class ConventionalPair:
     stiffness : scipy.sparse.csc_array, shape (n, n)
         Nodes in the order of elimination, x y z node by node, pinion first; the last row and column, of the pinion's
         rotation, are empty. N/mm.
-    flank_unknown : tuple of ndarray of int, shape (teeth, flank nodes)
-        Of pinion and wheel: first unknown of each flank node; teeth count counter-clockwise from the one on +y.
+    flanks : tuple of lists of scipy.sparse.csr_array, shape (3 x flank nodes, n)
+        For each tooth of pinion and wheel, counter-clockwise from the one on +y: times the unknowns, displacement of
+        its flank's nodes in its frame.
     assembly_seconds : float
         Wall time, ordering included, s.
     """
 
     meshed: MeshedPair
     stiffness: sp.csc_array
-    flank_unknown: tuple[IntArray, IntArray]
+    flanks: tuple[list[sp.csr_array], list[sp.csr_array]]
     assembly_seconds: float
 
     @property
@@ -113,14 +113,12 @@ class _State:
 class _Problem:
     """Equilibrium under one torque within the windows of one position.
 
-    `unknown`, shape (n, 3), and `turn`, shape (n, 3, 3), are the window nodes' unknowns and the rotations from their
-    teeth's frames into their gears'.
+    `windows`, shape (3 n, unknowns), gives the displacement of the window nodes in the frames of their teeth.
     """
 
     pair: ConventionalPair
     position: Position
-    unknown: IntArray
-    turn: FloatArray
+    windows: sp.csr_array
     torque: float
 
     @property
@@ -128,7 +126,7 @@ class _Problem:
         return self.pair.meshed.pair.pinion.base_radius
 
     def evaluate(self, x: FloatArray) -> _State:
-        displacement = np.einsum("nij,ni->nj", self.turn, x[self.unknown])
+        displacement = (self.windows @ x).reshape(-1, 3)
         contact = search_contact(self.pair.meshed, self.position, displacement, x[-1] / self.base_radius)
         gradient = self.gap_gradient(contact, len(x))
         elastic, pushed = self.pair.stiffness @ x, gradient.T @ contact.force
@@ -142,12 +140,12 @@ class _Problem:
 
     def gap_gradient(self, contact: Contact, size: int) -> sp.csr_array:
         """Derivative of the gaps by all unknowns, shape (points, size)."""
-        points = len(contact.gap)
-        weight = np.einsum("naij,naj->nai", self.turn[contact.index], contact.weight).reshape(points, 24)
-        values = np.column_stack([weight, contact.lever / self.base_radius])
-        columns = np.column_stack([self.unknown[contact.index].reshape(points, 24), np.full(points, size - 1)])
-        rows = np.repeat(np.arange(points), 25)
-        return sp.coo_array((values.ravel(), (rows, columns.ravel())), shape=(points, size)).tocsr()
+        columns = 3 * contact.index[:, :, None] + np.arange(3)
+        rows = np.broadcast_to(np.arange(len(columns))[:, None, None], columns.shape)
+        entries = contact.weight.ravel(), (rows.ravel(), columns.ravel())
+        by_nodes = sp.coo_array(entries, shape=(len(columns), self.windows.shape[0])).tocsr()
+        by_lead = sp.csr_array((contact.lever / self.base_radius)[:, None])
+        return (by_nodes @ self.windows + sp.hstack([sp.csr_array((len(columns), size - 1)), by_lead])).tocsr()
 
 
 def conventional_pair(case: Case, mesh: MeshModel) -> ConventionalPair:
@@ -165,23 +163,26 @@ def conventional_pair(case: Case, mesh: MeshModel) -> ConventionalPair:
     Raises
     ------
     CaseError
-        With line contact, whose closed form takes the place of part of the mesh's compliance; with quadratic elements.
+        With line contact, whose closed form takes the place of part of the mesh's compliance.
     MeshError
         When the mesh does not span the whole face width.
     """
-    refuse_quadratic_elements(case, "conventional full FE")
     if mesh.meshed.scheme.kind == "line":
         raise CaseError(
             f'case {case.name}: [contact] scheme = "line": conventional full FE has no surface layer to take out: '
             'choose "strip", "direct", "paper" or "facet"'
         )
     start = time.perf_counter()
-    (pinion, pinion_flank), (wheel, wheel_flank) = per_gear(
+    (pinion, on_pinion), (wheel, on_wheel) = per_gear(
         case, mesh, lambda sector, gear: assemble_gear(case, sector, gear, sector.teeth)
     )
     stiffness = sp.block_diag([pinion, wheel, sp.csc_array((1, 1))], format="csc")
-    flanks = pinion_flank, pinion.shape[0] + wheel_flank
-    return ConventionalPair(mesh.meshed, stiffness, flanks, time.perf_counter() - start)
+    flanks = [
+        [sp.csr_array((flank.data, first + flank.indices, flank.indptr), shape=(flank.shape[0], stiffness.shape[0]))
+         for flank in teeth]
+        for first, teeth in ((0, on_pinion), (pinion.shape[0], on_wheel))
+    ]  # fmt: skip
+    return ConventionalPair(mesh.meshed, stiffness, (flanks[0], flanks[1]), time.perf_counter() - start)
 
 
 def solve_conventional(
@@ -225,7 +226,9 @@ def solve_conventional(
     )  # fmt: skip
 
 
-def assemble_gear(case: Case, sector: SectorMesh, gear: GearCase, sectors: int) -> tuple[sp.csc_array, IntArray]:
+def assemble_gear(
+    case: Case, sector: SectorMesh, gear: GearCase, sectors: int
+) -> tuple[sp.csc_array, list[sp.csr_array]]:
     """Assemble consecutive sectors of one of a case's gears (`pmor.fe.sparse_direct.assemble_arc`)."""
     return assemble_arc(sector, gear.youngs_modulus_GPa * 1e3, gear.poisson_ratio, case.mesh.element, sectors)
 
@@ -279,13 +282,10 @@ def _damped_step(problem: _Problem, state: _State, factor_seconds: list[float]) 
 
 def _problem(pair: ConventionalPair, position: Position, torque: float) -> _Problem:
     """Find the nodes of a position's windows on the teeth of the whole gears."""
-    unknown = np.empty((len(position.nodes), 3), dtype=np.int64)
-    turn = np.empty((len(position.nodes), 3, 3))
+    windows = [sp.csr_array((0, pair.unknowns))]
     for p, index in enumerate(position.pair_index):
         # The wheel's teeth are numbered against its own counter-clockwise sense.
-        for gear, k in ((0, int(index)), (1, -int(index))):
-            window, flank = position.window_slice(p, gear), pair.flank_unknown[gear]
-            teeth = len(flank)
-            unknown[window] = flank[k % teeth, position.flank_nodes[p][gear], None] + np.arange(3)
-            turn[window] = rotation_z(2.0 * np.pi * k / teeth)
-    return _Problem(pair, position, unknown, turn, torque)
+        for gear, tooth in ((0, int(index)), (1, -int(index))):
+            flank = pair.flanks[gear][tooth % len(pair.flanks[gear])]
+            windows.append(flank[degrees_of_freedom(position.flank_nodes[p][gear])])
+    return _Problem(pair, position, sp.vstack(windows, format="csr"), torque)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmor.case import Case, GearCase
+from pmor.fe.completion import nodes_of_elements
 from pmor.fe.sparse_direct import factorise
 from pmor.lab.rivals.conventional import assemble_gear
 from pmor.mesh.sector import SectorMesh
@@ -115,5 +116,6 @@ def _gear_cost(case: Case, mesh: SectorMesh, gear: GearCase, memory_bytes: float
         sectors.append(count)
         entries.append(int(factor.nnz))
         count *= 2
-    nodes = len(mesh.nodes) - len(mesh.left) - len(mesh.bore)
+    rest = np.setdiff1d(np.arange(len(mesh.nodes)), np.concatenate([mesh.left, mesh.bore]))
+    nodes = len(nodes_of_elements(mesh, rest))
     return GearCost(mesh.teeth, 3 * nodes * mesh.teeth, tuple(sectors), tuple(seconds), tuple(entries))
