@@ -35,7 +35,7 @@ CASES = {
                         "contact": {"scheme": "facet", "lodm_profile": 2}},
 }  # fmt: skip
 SMALL_WINDOWS = {"pinion": {"teeth": 12, "profile_shift": 0.2, "bore_radius_mm": 10.0},
-                 "mesh": {"profile_elements": 3, "width_elements": 2, "width": "whole"}}  # fmt: skip
+                 "mesh": {"profile_elements": 3, "width_elements": 1, "width": "whole"}}  # fmt: skip
 ONE_PAIR, TWO_PAIRS = 0.75, 0.2  # positions as shares of a pitch from where a pair enters
 
 
