@@ -12,6 +12,7 @@ import numpy as np
 
 from pmor.arrays import FloatArray
 from pmor.contact.kernels.types import Sections
+from pmor.mesh.element import tributary_widths
 
 # Sections per column of elements: of a helical pair with 8 columns one makes the peak-to-peak STE 9 % wrong, two 3 %.
 GAUSS_POINTS = 2
@@ -37,7 +38,7 @@ def flank_sections(pinion_z: FloatArray, wheel_z: FloatArray, helical: bool, ord
     if not helical and np.array_equal(pinion_z, wheel_z):
         column = np.arange(len(pinion_z))
         return Sections(
-            pinion_z, _tributary_widths(pinion_z, order), np.stack([column, column]), np.ones((2, len(pinion_z), 1))
+            pinion_z, tributary_widths(pinion_z, order), np.stack([column, column]), np.ones((2, len(pinion_z), 1))
         )
     low, high = max(pinion_z[0], wheel_z[0]), min(pinion_z[-1], wheel_z[-1])
     finest = min(float(np.diff(z).min()) for z in (pinion_z, wheel_z))
@@ -49,19 +50,6 @@ def flank_sections(pinion_z: FloatArray, wheel_z: FloatArray, helical: bool, ord
     carried = [carriers(columns, z) for columns in (pinion_z, wheel_z)]
     return Sections(z, np.outer(half, weights).ravel(), np.stack([c[0] for c in carried]),
                     np.stack([c[1] for c in carried]))  # fmt: skip
-
-
-def _tributary_widths(z: FloatArray, order: int) -> FloatArray:
-    """Width that each column of nodes carries: even loads are then those that the elements turn them into."""
-    step = np.diff(z)
-    if order == 1:
-        return np.append(0.5 * step, 0.0) + np.insert(0.5 * step, 0, 0.0)
-    simpson = np.zeros(len(z))
-    span = step[::2] + step[1::2]
-    simpson[0:-2:2] += span / 6.0
-    simpson[1::2] += span * (4.0 / 6.0)
-    simpson[2::2] += span / 6.0
-    return simpson
 
 
 def loaded_components(exact_flanks: bool, helical: bool) -> int:

@@ -40,7 +40,7 @@ class CondensedSector:
     parts : tuple of EliminatedPart
         In the order of elimination; empty unless they were asked for.
     layer : ndarray or None
-        Compliance of the flank with everything below a surface layer held (`pmor.fe.surface_layer`), mm/N.
+        Compliance of all of the flank's nodes by a surface layer alone (`pmor.fe.surface_layer`), mm/N.
     """
 
     flank: IntArray

@@ -116,9 +116,9 @@ def elastic_gear(
     if keep_rows:
         displacement = np.stack([to_left.T @ moved(k) for k in range(-reach - 1, reach + 1)])
     compliance[reach] += own
+    compliance = _on_the_grid(mesh, compliance)
     if sector.layer is not None:
         compliance[reach] -= sector.layer
-    compliance = _on_the_grid(mesh, compliance)
     return ElasticGear(mesh, reach, _reciprocal(compliance, mesh), sector, displacement, layer_columns)
 
 
@@ -127,7 +127,7 @@ def with_layer(gear: ElasticGear) -> ElasticGear:
     if gear.sector.layer is None:
         return gear
     compliance = gear.compliance.copy()
-    compliance[gear.reach] += _on_the_grid(gear.mesh, gear.sector.layer[None])[0]
+    compliance[gear.reach] += gear.sector.layer
     sector = replace(gear.sector, layer=None)
     return replace(gear, compliance=_reciprocal(compliance, gear.mesh), sector=sector, layer_columns=0)
 

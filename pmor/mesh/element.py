@@ -1,10 +1,10 @@
-"""Where the nodes of a hexahedron sit, in the order in which its list of nodes names them (that of VTK)."""
+"""Where the nodes of a hexahedron sit, in the order of its list of nodes (VTK), and what columns of them carry."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from pmor.arrays import IntArray
+from pmor.arrays import FloatArray, IntArray
 
 _CORNERS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]])
 _EDGES = [[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]]
@@ -23,3 +23,29 @@ def node_places(order: int) -> IntArray:
     if order == 1:
         return _CORNERS
     return np.concatenate([2 * _CORNERS, _CORNERS[_EDGES].sum(axis=1), _FACES, [[1, 1, 1]]])
+
+
+def tributary_widths(z: FloatArray, order: int) -> FloatArray:
+    """Return the width that each column of nodes carries: even loads are then what the elements turn them into.
+
+    Parameters
+    ----------
+    z : ndarray, shape (m + 1,)
+        Columns of nodes, rising, mm.
+    order : int
+        Intervals between columns that an element spans.
+
+    Returns
+    -------
+    ndarray, shape (m + 1,)
+        mm.
+    """
+    step = np.diff(z)
+    if order == 1:
+        return np.append(0.5 * step, 0.0) + np.insert(0.5 * step, 0, 0.0)
+    simpson = np.zeros(len(z))
+    span = step[::2] + step[1::2]
+    simpson[0:-2:2] += span / 6.0
+    simpson[1::2] += span * (4.0 / 6.0)
+    simpson[2::2] += span / 6.0
+    return simpson

@@ -67,6 +67,8 @@ class SectorMesh:
         in their transverse planes.
     order : int
         Intervals between nodes along the edge of an element: 1 of linear elements, 2 of quadratic ones.
+    twist_per_length : float
+        By which sections are turned along the axis, rad/mm.
     """
 
     nodes: FloatArray
@@ -82,6 +84,7 @@ class SectorMesh:
     teeth: int
     width: str = "whole"
     order: int = 1
+    twist_per_length: float = 0.0
 
     @property
     def mirrored(self) -> bool:
@@ -205,6 +208,7 @@ def build_sector(
         teeth=tooth.teeth,
         width=width,
         order=order,
+        twist_per_length=tooth.twist_per_length,
     )
 
 

@@ -135,9 +135,9 @@ def graded_rolls(pair, phi, fine, coarse, reach):
 def flank_rows(pair, rolls):
     """Let sectors be meshed with these rows of flank nodes, and columns that grow faster away from the flank."""
 
-    def outline(tooth, _, spacing):
+    def outline(tooth, _, spacing, order):
         roll = rolls[0] if tooth == pair.pinion else rolls[1]
-        return replace(tooth_outline(tooth, 12, spacing), flank=tooth.flank_section(roll), flank_roll_angle=roll)
+        return replace(tooth_outline(tooth, 12, spacing, order), flank=tooth.flank_section(roll), flank_roll_angle=roll)
 
     with patch.object(sector, "tooth_outline", outline), patch.object(sector, "THICKNESS_GROWTH", 1.4):
         yield
