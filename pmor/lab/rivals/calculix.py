@@ -38,10 +38,11 @@ from pmor.contact.search import search_contact
 from pmor.contact.solve import surface_error
 from pmor.conventions import rotation_z
 from pmor.errors import ConvergenceError, ExternalProgramError
+from pmor.fe.completion import nodes_of_elements
 from pmor.fe.whole_gear import whole_gear_mesh
 from pmor.gear.tooth import Tooth
 from pmor.lab.rivals.deviated_mesh import flank_shift
-from pmor.lab.rivals.linear_elements import refuse_quadratic_elements
+from pmor.mesh.element import QUADRATIC_NODES
 from pmor.mesh.sector import SectorMesh
 from pmor.pair.conditions import built_of
 from pmor.pair.model import MeshModel, assemble_pair
@@ -49,7 +50,9 @@ from pmor.pair.model import MeshModel, assemble_pair
 PROGRAM = "ccx"
 Contact = Literal["node_to_surface", "surface_to_surface"]
 Slave = Literal["pinion", "wheel"]
-ELEMENTS = {"hex8": "C3D8", "hex8i": "C3D8I"}
+ELEMENTS = {"hex8": "C3D8", "hex8i": "C3D8I", "hex20": "C3D20"}
+# It reads so many entries of a line.
+ENTRIES = 16
 # Corners of the faces S1 to S6 of an eight-node brick.
 BRICK_FACES = ((0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0))
 # With this overlap, of the approach that is expected, it converged at once: with none the pinion is loose, and with too
@@ -167,13 +170,7 @@ def input_deck(
         As in `calculix_ste`.
     lead : float
         How far ahead of its kinematic position the undeformed pinion is placed, rad.
-
-    Raises
-    ------
-    CaseError
-        With quadratic elements.
     """
-    refuse_quadratic_elements(case, "the deck for CalculiX")
     meshed = mesh.meshed
     pairs = meshed.pair.pairs_in_reach(phi, MARGIN * meshed.pair.pitch)
     gears = _place_gears(case, mesh, phi, lead, pairs, beside)
@@ -228,9 +225,10 @@ def _place(
 ) -> _PlacedGear:  # fmt: skip
     """Turn a gear with its flanks as they are built by `angle` (rad) and put its axis at (0, `height`)."""
     nodes, elements, numbers = whole_gear_mesh(mesh)
+    elements = elements[:, :QUADRATIC_NODES]
     nodes[numbers[:, mesh.flank]] += flank_shift(mesh, *flanks)
     placed = nodes @ rotation_z(angle).T + np.array([0.0, height, 0.0])
-    bore = first_node + np.unique(numbers[sectors][:, mesh.bore])
+    bore = first_node + np.unique(numbers[sectors][:, nodes_of_elements(mesh, mesh.bore)])
     return _PlacedGear(name, material, placed, first_node, first_node + elements, first_element, bore, mesh, sectors)
 
 
@@ -241,7 +239,9 @@ def _gear_lines(gear: _PlacedGear, element: str) -> Iterator[str]:
     yield "*NODE"
     yield from (f"{n},{_numbers(gear.nodes[n - gear.first_node])}" for n in np.unique(gear.elements[kept]))
     yield f"*ELEMENT,TYPE={element},ELSET={name}"
-    yield from (f"{gear.first_element + e},{','.join(map(str, gear.elements[e]))}" for e in kept)
+    for e in kept:
+        entries = [str(n) for n in (gear.first_element + e, *gear.elements[e])]
+        yield ",\n".join(",".join(entries[i : i + ENTRIES]) for i in range(0, len(entries), ENTRIES))
     yield f"*NSET,NSET={name}_BORE"
     yield from map(str, gear.bore)
     yield f"*MATERIAL,NAME={name}"
