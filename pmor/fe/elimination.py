@@ -18,12 +18,10 @@ from scipy.linalg import blas, lapack
 
 from pmor.arrays import FloatArray, IntArray
 from pmor.fe.assembly import degrees_of_freedom
-from pmor.fe.nested_dissection import nested_dissection
+from pmor.fe.nested_dissection import UNDIVIDED, nested_dissection
 
 # Rows that are mirrored at a time: a block of them fits into the cache.
 MIRRORED = 128
-# Unknowns of the elements of a part that is not divided further: of smaller ones most time goes by around LAPACK.
-UNDIVIDED = 1000
 
 
 @dataclass(frozen=True)

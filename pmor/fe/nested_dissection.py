@@ -18,6 +18,10 @@ from pmor.mesh.sector import SectorMesh
 # A plane leaves at least this share of the elements on either side.
 BALANCE = 0.25
 
+# Unknowns of the elements of a part that dense elimination does not divide further: of smaller ones most time goes by
+# around LAPACK.
+UNDIVIDED = 1000
+
 
 class Part(NamedTuple):
     """Some elements that hang together.

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 
 from pmor.case import Case, other_models
@@ -22,6 +23,7 @@ from pmor.contact.kernels.sweep import sweep_reduced
 from pmor.contact.sections import loaded_components
 from pmor.contact.solve import WINDOW_MARGIN
 from pmor.errors import CaseError
+from pmor.fe.nested_dissection import UNDIVIDED
 from pmor.gear.pair import GearPair
 from pmor.gear.tooth import Tooth
 from pmor.memory import MemoryLimit, memory_limits, memory_text
@@ -29,13 +31,13 @@ from pmor.mesh.sector import build_sector
 from pmor.pair.conditions import built_of, full_solves, misalignments, torques_of, training_values
 from pmor.pair.model import approach_estimate, contact_scheme, neighbour_reach
 
-DOUBLE, COMPLEX = 8, 16  # bytes
+DOUBLE = 8  # bytes
 MIB = 2**20
 # Measured on Linux with Python 3.11: interpreter and libraries; with those of the solver; with compiled kernels; what a
 # page takes on top of that; and all of it while kernels are compiled.
 START_BYTES, SOLVER_BYTES, KERNEL_BYTES, PAGE_BYTES, COMPILING_BYTES = (n * MIB for n in (130, 175, 195, 65, 800))
-# An element's matrix, its place in the whole one, and what is left over on the way: of linear and of quadratic ones.
-ELEMENT_BYTES = {1: 40_000, 2: 250_000}
+# Of linear and of quadratic elements: unknowns of one; its matrix, and what is left over on the way.
+ELEMENT_UNKNOWNS, ELEMENT_BYTES = {1: 24, 2: 60}, {1: 7_000, 2: 40_000}
 # A sweep takes so many times the size of the basis file: read, unpacked, and made ready for the kernels.
 UNPACKED = 4
 # Addresses that libraries reserve beyond the memory they use, with one thread.
@@ -45,7 +47,7 @@ COMPILING, START = CASELESS = ("compiling kernels, once", "start")
 FINITE_ELEMENTS = "finite elements"
 # Seconds on the reference computer: a core with this many operations per second on dense matrices.
 FLOPS = 13e9
-ELEMENT_S, SOLVER_S = {1: 90e-6, 2: 500e-6}, 0.15
+ELEMENT_S, SOLVER_S = {1: 90e-6, 2: 250e-6}, 0.15
 FULL_S, FULL_ENTRY_S, POSITION_S = 5e-3, 30e-9, 8e-3
 REDUCED_S, REDUCED_MEMBER_S, SWEEP_S = 30e-6, 1.5e-8, 0.2
 START_S, BASIS_S, RESULTS_S, PAGE_S = 1.2, 0.6, 0.05, 2.8
@@ -331,20 +333,17 @@ def rows_in_reach(case: Case, pair: GearPair) -> int:
 
 def _solving(gear: GearSize, reach: int) -> int:
     """Bytes while a gear is condensed and the ring is closed."""
-    flank, side = gear.known * gear.flank, gear.known * gear.side
+    flank, side, across = gear.known * gear.flank, gear.known * gear.side, _across(gear)
     rest, elements = flank + 2 * side, ELEMENT_BYTES[gear.order] * gear.elements
-    front = 3 * gear.layers * gear.ring[1] + rest
-    condensing = 4 * DOUBLE * front**2
-    ring = DOUBLE * (rest**2 + (3 + 3 * (2 * reach + 1)) * flank**2 + 2 * (2 * reach + 4) * side * flank)
-    ring += COMPLEX * (4 * side**2 + 3 * side * flank)
-    return int(max(elements, elements / 2 + condensing, ring))
+    fronts = (across + rest) ** 2 + (across + flank) ** 2 + (across + 2 * side) ** 2
+    ring = 2 * rest**2 + (reach + 8) * side**2 + 8 * side * flank + (6 * reach + 5) * gear.flank**2
+    return int(max(elements + DOUBLE * fronts, DOUBLE * ring))
 
 
 def _kept(gear: GearSize, reach: int) -> int:
-    """Bytes of a gear's model: compliance, condensed stiffness, displacement of the side faces, surface layer."""
-    rest = gear.flank + 2 * gear.side
-    matrices = (2 * reach + 2) * gear.flank * (gear.flank + gear.side) + rest**2
-    return DOUBLE * matrices
+    """Bytes of a gear's model: compliance, condensed stiffness, surface layer."""
+    flank, side = gear.known * gear.flank, gear.known * gear.side
+    return int(DOUBLE * ((2 * reach + 1) * gear.flank**2 + flank**2 + (flank + 2 * side) ** 2))
 
 
 def _held(size: PairSize) -> int:
@@ -367,20 +366,57 @@ def _basis(size: PairSize) -> int:
 
 
 def _solving_seconds(gear: GearSize) -> float:
-    """Time of a gear's finite elements: the eliminations row by row, the harmonics of the ring, its compliance.
-
-    Rows of quadratic elements go in twos, which have together as many nodes as a row of the grid.
-    """
+    """Time of a gear's finite elements: the eliminations, the harmonics of the ring, its compliance."""
     flank, side = gear.known * gear.flank, gear.known * gear.side
-    total = 0.0
-    for (rows, columns), border in ((gear.tooth, 0.5 * flank), (gear.ring, side)):
-        front = 3 * gear.layers * columns
-        total += rows / gear.order * _elimination(front, front + border)
-    total += _elimination(3 * gear.layers * gear.ring[1], flank + 2 * side) + 5.0 * flank**3
-    total += (gear.teeth // 2 + 1) * (8.0 / 3.0 * side**3 + 8.0 * side**2 * flank) + 20.0 * side * flank**2
+    (tooth_rows, tooth_columns), (ring_rows, ring_columns) = (
+        tuple((count - 1) // gear.order for count in block) for block in (gear.tooth, gear.ring)
+    )
+    layers = (gear.layers - 1) // gear.order
+    # The tooth goes on into the ring and ends at its flank, the ring at its side faces; the bore is held.
+    total = _dissection((tooth_rows, tooth_columns, layers), (True, False, True, False, False, False), gear.order)
+    total += _dissection((ring_rows, ring_columns, layers), (False, True, True, True, False, False), gear.order)
+    total += _elimination(_across(gear), flank + 2 * side)
+    total += 3.0 * flank**3 + 20.0 * side * flank**2 + 30.0 * side**2 * flank + gear.teeth / 2.0 * side**3
     return total / FLOPS + ELEMENT_S[gear.order] * gear.elements
+
+
+def _across(gear: GearSize) -> float:
+    """Unknowns of the face that tooth and ring share."""
+    return 3 * gear.known * gear.layers * gear.tooth[1]
+
+
+@cache
+def _dissection(sizes: tuple[int, ...], shared: tuple[bool, ...], order: int) -> float:
+    """Operations that eliminate what is inside a block of elements, as `pmor.fe.nested_dissection` divides it.
+
+    `sizes` are its elements along each axis, `shared` tells which of its six faces (two to an axis) others share.
+    """
+    faces = [_face(sizes, axis, order) for axis in range(3)]
+    border = sum(faces[face // 2] for face in range(6) if shared[face])
+    if math.prod(sizes) * ELEMENT_UNKNOWNS[order] <= UNDIVIDED:
+        every = 3.0 * _nodes(sizes, order)
+        return _elimination(max(every - border, 0.0), min(border, every))
+    axis = max(range(3), key=lambda i: sizes[i])
+    total = _elimination(faces[axis], border)
+    for half, end in ((sizes[axis] // 2, 1), (sizes[axis] - sizes[axis] // 2, 0)):
+        cut = tuple(half if i == axis else size for i, size in enumerate(sizes))
+        total += _dissection(cut, tuple(s or face == 2 * axis + end for face, s in enumerate(shared)), order)
+    return total
+
+
+def _face(sizes: tuple[int, ...], axis: int, order: int) -> float:
+    """Unknowns of a face of a block of elements across an axis."""
+    p, q = (size for i, size in enumerate(sizes) if i != axis)
+    return 3.0 * ((order * p + 1) * (order * q + 1) - (order - 1) * p * q)
+
+
+def _nodes(sizes: tuple[int, ...], order: int) -> float:
+    """Nodes of a block of elements: quadratic ones have some on each edge, those of linear ones are the corners."""
+    corners = math.prod(size + 1 for size in sizes)
+    edges = sum(size * corners / (size + 1) for size in sizes)
+    return corners + (order - 1) * edges
 
 
 def _elimination(front: float, rest: float) -> float:
     """Operations that eliminate a front which is coupled to the rest."""
-    return front**3 / 3.0 + front**2 * rest + 2.0 * front * rest**2
+    return front**3 / 3.0 + front**2 * rest + front * rest**2

@@ -27,8 +27,9 @@ EXACT = 1e-12  # the same sums in another order
 TORQUE = 1e5
 
 CASES = {
-    "identical, quadratic": {"pinion": {"teeth": 12, "profile_shift": 0.2, "bore_radius_mm": 10.0},
-                             "mesh": {"profile_elements": 2, "width_elements": 1, "width": "whole", "element": "hex20"}},
+    "identical, quadratic": {
+        "pinion": {"teeth": 12, "profile_shift": 0.2, "bore_radius_mm": 10.0},
+        "mesh": {"profile_elements": 2, "width_elements": 1, "width": "whole", "element": "hex20"}},
     "unequal, facets": {"pinion": {"teeth": 12, "profile_shift": 0.2, "bore_radius_mm": 10.0},
                         "wheel": {"teeth": 15, "bore_radius_mm": 12.0, "youngs_modulus_GPa": 100.0},
                         "mesh": {"profile_elements": 4, "width_elements": 1, "element": "hex8"},
