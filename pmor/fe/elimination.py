@@ -94,13 +94,11 @@ def condense(
     order = np.concatenate([*(part.inner for part in parts), retained])
     rank = np.full(size + 1, -1)
     rank[order] = np.arange(len(order))
-    ranked, left = rank[elements], [_Left(rank[:0], stiffness[0, :0, :0])] * len(parts)
+    ranked, left = rank[elements], dict[int, _Left]()
     for number, part in enumerate(parts):
         inner, border = rank[part.inner], np.sort(rank[part.border])
         if part.parts:
-            front = _join(inner, border, [left[p] for p in part.parts])
-            for p in part.parts:
-                left[p] = _Left(border[:0], front.border[:0, :0])
+            front = _join(inner, border, [left.pop(p) for p in part.parts])
         else:
             front = _add_up(inner, border, ranked[part.elements], stiffness[part.elements])
         _eliminate(front)
@@ -108,7 +106,7 @@ def condense(
         if kept is not None:
             unknowns = degrees_of_freedom(order[inner]), degrees_of_freedom(order[border])
             kept.append(EliminatedPart(*unknowns, front.inner, front.coupling))
-    return _mirror(left[-1].stiffness)
+    return _mirror(front.border)
 
 
 def inverse(matrix: FloatArray) -> FloatArray:
