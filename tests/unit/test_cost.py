@@ -182,11 +182,13 @@ def test_half_the_memory_in_a_control_group_ends_in_one_line(tmp_path):
 
 
 SIZES = {
-    "quadratic": {"mesh": {"element": "hex20", "profile_elements": 8, "width": "whole"}},
     "small": {"mesh": {"profile_elements": 6, "width_elements": 2}},
     "paper": {},
     "whole width": {"mesh": {"width": "whole"}},
-    "fine": {"mesh": {"profile_elements": 32, "width_elements": 12, "width": "whole"}, "compare": {"angles": 10}},
+    "fine": {
+        "mesh": {"profile_elements": 32, "width_elements": 12, "width": "whole", "element": "hex8i"},
+        "compare": {"angles": 10},
+    },
     "unequal": {
         "pinion": {"teeth": 30, "bore_radius_mm": 30.0}, "wheel": {"teeth": 80, "bore_radius_mm": 40.0},
         "mesh": {"width": "whole"},
