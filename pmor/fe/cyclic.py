@@ -89,7 +89,7 @@ def elastic_gear(
     """
     sector = condense_sector(mesh, youngs_modulus, poisson_ratio, element, keep_rows, layer_columns)
     n_flank, n_side = len(sector.flank), len(sector.left)
-    own = inverse(sector.stiffness[:n_flank, :n_flank].copy())
+    own = _flank_compliance(mesh, sector.stiffness[:n_flank, :n_flank].copy())
     load = -sector.stiffness[n_flank:, :n_flank] @ own
     side = sector.stiffness[n_flank:, n_flank:] + load @ sector.stiffness[:n_flank, n_flank:]
 
@@ -119,7 +119,7 @@ def elastic_gear(
     compliance = _on_the_grid(mesh, compliance)
     if sector.layer is not None:
         compliance[reach] -= sector.layer
-    return ElasticGear(mesh, reach, _reciprocal(compliance, mesh), sector, displacement, layer_columns)
+    return ElasticGear(mesh, reach, _reciprocal(compliance), sector, displacement, layer_columns)
 
 
 def with_layer(gear: ElasticGear) -> ElasticGear:
@@ -129,7 +129,7 @@ def with_layer(gear: ElasticGear) -> ElasticGear:
     compliance = gear.compliance.copy()
     compliance[gear.reach] += gear.sector.layer
     sector = replace(gear.sector, layer=None)
-    return replace(gear, compliance=_reciprocal(compliance, gear.mesh), sector=sector, layer_columns=0)
+    return replace(gear, compliance=_reciprocal(compliance), sector=sector, layer_columns=0)
 
 
 def _turned(left: sp.csr_array, matrix: FloatArray, right: sp.csr_array) -> FloatArray:
@@ -145,10 +145,19 @@ def _on_the_grid(mesh: SectorMesh, compliance: FloatArray) -> FloatArray:
     return np.stack([full @ (full @ block.T).T for block in compliance])
 
 
-def _reciprocal(compliance: FloatArray, mesh: SectorMesh) -> FloatArray:
-    """Let hold exactly what holds to round-off: what is held stays, and reciprocity, which the solvers count on."""
-    middle, held = len(compliance) // 2, mesh.flank_held_axially
-    compliance[middle, held, held] = 0.0
+def _flank_compliance(mesh: SectorMesh, stiffness: FloatArray) -> FloatArray:
+    """Inverse of a flank's stiffness, of the nodes that elements have, which it takes the place of.
+
+    What is held axially has a stiffness of its own that means nothing: it does not move.
+    """
+    compliance = inverse(stiffness)
+    held = np.isin(degrees_of_freedom(nodes_of_elements(mesh, mesh.flank)), mesh.held_axially)
+    compliance[held, held] = 0.0
+    return compliance
+
+
+def _reciprocal(compliance: FloatArray) -> FloatArray:
+    """Let reciprocity hold exactly, which the solvers count on, and not to round-off."""
     return np.asarray(0.5 * (compliance + compliance[::-1].transpose(0, 2, 1)))
 
 
