@@ -183,6 +183,7 @@ def _solve_block(
     """Solve the angles of placed sections under all cases, with `count` conditions in all."""
     meshed, sections = reduced.meshed, reduced.meshed.sections
     width, rate = sections.width * (2.0 if meshed.mirrored else 1.0), meshed.expected_approach(1.0)
+    corners = meshed.gears[0].corner, meshed.gears[1].corner
     angles, size = lines.gap.shape
     whole, deviation = _no_results(count, angles, size), np.empty((angles, size))
     for case in cases:
@@ -190,7 +191,7 @@ def _solve_block(
             line_deviations(lines, sections.z, *case.flanks, deviation)
         found = whole if len(case.index) == count else _no_results(len(case.index), angles, size)
         added = np.empty((0, 0)) if case.flanks is None else deviation
-        solve_lines(lines, added, case.drives, held, rate, width, reduced.section_compliance, found)
+        solve_lines(lines, added, case.drives, held, rate, width, reduced.section_compliance, corners, found)
         if found is not whole:
             for all_of_it, part in zip(whole, found, strict=True):
                 all_of_it[case.index] = part

@@ -14,8 +14,10 @@ from pmor.contact.deviation import kernel_deviation
 from pmor.contact.kernels.deviation import NO_DEVIATION, Deviation
 from pmor.contact.kernels.motion import axial_opening, section_offset
 from pmor.contact.kernels.surface import prepare_surface, refine
+from pmor.contact.kernels.tip_corner import Corner
 from pmor.contact.kernels.types import Gear, Kinematics, LineScheme, NodalScheme, Pair, Sections, StripScheme
 from pmor.contact.sections import flank_sections
+from pmor.contact.tip_corner import REACH, corner_coefficients, wedge_softness
 from pmor.gear.pair import GearPair
 from pmor.gear.tip_edge import TipEdge
 from pmor.gear.tooth import Tooth
@@ -148,12 +150,14 @@ class SurfaceLayer:
         ln(2 depth) + 1/2 + a of the approach (`pmor.contact.line_contact`).
     columns : int
         Columns of nodes above the layer's inner face.
+    poisson_ratio : float
     """
 
     depth: FloatArray
     compliance: float
     constant: FloatArray
     columns: int
+    poisson_ratio: float
 
 
 @dataclass(frozen=True)
@@ -220,7 +224,7 @@ class MeshedPair:
     @cached_property
     def gears(self) -> tuple[Gear, Gear]:
         """Flanks of pinion and wheel for the kernels."""
-        none = SurfaceLayer(np.empty(0), 0.0, np.empty(0), 0)
+        none = SurfaceLayer(np.empty(0), 0.0, np.empty(0), 0, 0.0)
         layers = self.layers or (none, none)
         flanks, teeth = (self.pinion, self.wheel), (self.pair.pinion, self.pair.wheel)
         pinion, wheel = map(_gear, flanks, teeth, self.pair.tip_edges, layers)
@@ -275,6 +279,18 @@ def _gear(flank: Flank, tooth: Tooth, edge: TipEdge, layer: SurfaceLayer) -> Gea
     return Gear(
         flank.nodes, flank.roll_angle, flank.extents, tooth.base_radius, tooth.form_roll_angle, edge.roll_angle,
         tooth.base_half_angle, layer.compliance, layer.constant, tooth.twist_per_length, edge.radius,
+        _corner(tooth, edge, layer),
+    )  # fmt: skip
+
+
+def _corner(tooth: Tooth, edge: TipEdge, layer: SurfaceLayer) -> Corner:
+    if len(layer.depth) == 0:
+        return Corner(0.0, 0.0, 0.0, 0.0, np.empty((3, 0, 0)))
+    angle = 0.5 * math.pi + math.acos(tooth.base_radius / tooth.tip_radius)
+    place = 0.5 * tooth.base_radius * (tooth.tip_roll_angle**2 - edge.roll_angle**2)
+    return Corner(
+        place, float(layer.depth[-1]), REACH, wedge_softness(angle) - 1.0,
+        corner_coefficients(angle, layer.poisson_ratio),
     )  # fmt: skip
 
 

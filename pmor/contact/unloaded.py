@@ -89,4 +89,4 @@ def _touching_lead(lines: Lines, removed: FloatArray) -> FloatArray:
 
 
 def _layer(rows: int) -> SurfaceLayer:
-    return SurfaceLayer(np.ones(rows + 1), 1.0, np.ones(rows + 1), 0)
+    return SurfaceLayer(np.ones(rows + 1), 1.0, np.ones(rows + 1), 0, 0.0)

@@ -327,7 +327,8 @@ def _layer(case: Case, gear: GearCase, tooth: Tooth) -> SurfaceLayer:
         tooth, case.mesh.profile_elements, case.mesh.spacing, wanted, case.mesh.order
     )
     compliance = line_compliance(gear.youngs_modulus_GPa * 1e3, gear.poisson_ratio)
-    return SurfaceLayer(depth, compliance, approach_constants(depth, gear.poisson_ratio), columns)
+    return SurfaceLayer(depth, compliance, approach_constants(depth, gear.poisson_ratio), columns,
+                        gear.poisson_ratio)  # fmt: skip
 
 
 def _same_sector(one: SectorMesh, other: SectorMesh) -> bool:

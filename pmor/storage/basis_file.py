@@ -198,10 +198,10 @@ def _basis(file: h5py.Group, case: Case, arrays: dict[str, np.ndarray]) -> Basis
 
     layers, compliance = [], None
     if case.contact.kind == "line":
-        for gear in GEARS:
+        for gear, material in zip(GEARS, (case.pair.pinion, case.pair.wheel), strict=True):
             group, values = file[f"layer/{gear}"], of(f"layer/{gear}")
             known = attribute(group, "compliance", float), values["constant"], attribute(group, "columns", int)
-            layers.append(SurfaceLayer(values["depth"], *known))
+            layers.append(SurfaceLayer(values["depth"], *known, material.poisson_ratio))
     if group := compliance_group(case):
         gears = of(group)
         both = gears["pinion"], gears.get("wheel", gears["pinion"])

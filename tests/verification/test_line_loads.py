@@ -139,9 +139,8 @@ def test_half_the_width_stands_for_the_whole():
 
 @pytest.mark.parametrize("load", [1e-12, 1e-6, 1.0, 300.0])
 def test_approach_is_the_inverse_of_the_law_of_the_load(load):
-    law = np.array([1.1e-5, 8.0, 1e-9])
-    approach, slope = approach_of(load, law)
-    expected, derivative = line_load(approach, *law)
+    approach, slope = approach_of(load, PLAIN_LAW, NO_CORNERS)
+    expected, derivative = line_load(approach, PLAIN_LAW, NO_CORNERS)
     assert_allclose([expected, derivative], [load, 1.0 / slope], rtol=1e-12)
 
 

@@ -8,60 +8,141 @@ from pmor.contact.kernels.compiling import compiled
 from pmor.contact.kernels.deviation import flank_deviation
 from pmor.contact.kernels.sections import carry, closest_approach, gap_change, list_point, roll_of
 from pmor.contact.kernels.state import Found
+from pmor.contact.kernels.tip_corner import SHORT, LineLaw, corner_approach, single_mean
 
 
 @compiled
-def line_load(penetration, compliance, constant, least):
+def _smooth_approach(load, law, corners):
+    """Approach of the flanks under a line load above the least one, and its derivative."""
+    if load <= law.plain:
+        shape = law.constant - 0.5 * np.log(load)
+        return law.compliance * load * shape, law.compliance * (shape - 0.5)
+    return corner_approach(load, law, corners[int(law.gear)])
+
+
+@compiled
+def widest_load(law):
+    """Line load at which Hertz's half-width comes near the depth of the layer: A - ln(w) / 2 = 1, N/mm."""
+    return 0.5 * law.curvature / law.compliance * np.exp(2.0 * law.opening - 1.0)
+
+
+@compiled
+def approach_of(load, law, corners):
+    """Approach of the flanks under a line load (N/mm) and its derivative; linear below the least load.
+
+    At a corner also beyond the widest, where there is no table.
+    """
+    if load <= law.least:
+        slope = _smooth_approach(law.least, law, corners)[0] / law.least
+        return slope * load, slope
+    if load > law.plain:
+        widest = widest_load(law)
+        if load > widest:
+            approach, slope = _smooth_approach(widest, law, corners)
+            return approach + slope * (load - widest), slope
+    return _smooth_approach(load, law, corners)
+
+
+@compiled
+def line_load(penetration, law, corners):
     """Line load and its derivative for an approach of the flanks.
 
-    Solves penetration = C w (A - ln(w) / 2), C the compliance, A the constant. Below the load `least` the logarithm is
-    held (the contact is then narrower than any roughness); where the half-width comes near the depth of the layer,
-    beyond A - ln(w) / 2 = 1, the law goes on linearly, so that Newton finds its way back from there.
+    Away from corners penetration = C w (A - ln(w) / 2), C the compliance, A the constant. Below the least load the
+    logarithm is held (the contact is then narrower than any roughness); where the half-width comes near the depth of
+    the layer, beyond A - ln(w) / 2 = 1, the law goes on linearly, so that Newton finds its way back from there.
+
+    Parameters
+    ----------
+    penetration : float
+        mm.
+    law : LineLaw
+    corners : two Corner
 
     Returns
     -------
     load, slope : float
         N/mm, N/mm^2.
     """
-    secant = compliance * (constant - 0.5 * np.log(least))
-    if penetration <= secant * least:
+    secant = _smooth_approach(law.least, law, corners)[0] / law.least
+    if penetration <= secant * law.least:
         return max(penetration, 0.0) / secant, 1.0 / secant
-    widest = np.exp(2.0 * constant - 2.0)
-    if penetration >= compliance * widest:
-        return widest + 2.0 * (penetration / compliance - widest), 2.0 / compliance
-    load = penetration / secant
-    for _ in range(50):
-        shape = constant - 0.5 * np.log(load)
-        step = (penetration - compliance * load * shape) / (compliance * (shape - 0.5))
-        load = min(load + step, widest)
+    widest = widest_load(law)
+    most, slope = _smooth_approach(widest, law, corners)
+    if penetration >= most:
+        return widest + (penetration - most) / slope, 1.0 / slope
+    low, high, load = law.least, widest, min(penetration / secant, widest)
+    for _ in range(60):
+        approach, slope = _smooth_approach(load, law, corners)
+        if approach < penetration:
+            low = load
+        else:
+            high = load
+        step = (penetration - approach) / slope
+        load = load + step if low <= load + step <= high else 0.5 * (low + high)
         if abs(step) <= 1e-15 * load:
             break
-    return load, 1.0 / (compliance * (constant - 0.5 * np.log(load) - 0.5))
+    return load, 1.0 / _smooth_approach(load, law, corners)[1]
 
 
 @compiled
 def line_law(gears, meeting, carriers):
-    """Compliance and constant of `line_load` where two flanks meet, and the load below which it is linear.
+    """`LineLaw` where two flanks meet.
 
     Of helical flanks along the transverse line of action: the approach normal to the flanks over the cosine of the base
     helix angle, at the curvature and the depth of the layer normal to them.
     """
     compliance, constant, curvature = 0.0, 0.0, 0.0
     cosine = 1.0 / np.sqrt(1.0 + (gears[0].twist * gears[0].base_radius) ** 2)
+    near, nearest, inside = -1, 1.0, 0.0
     for gear in range(2):
-        flank, value = gears[gear], 0.0
+        distance, reach = _from_corner(gears[gear], roll_of(meeting, gear), cosine)
+        if distance < nearest * reach:
+            near, nearest, inside = gear, distance / reach, distance
+    for gear in range(2):
+        flank, value, roll = gears[gear], 0.0, roll_of(meeting, gear)
         for a in range(4):
             row = min(carriers.row[gear] + a, len(flank.line_constant) - 1)
             value += carriers.weight[gear, a] * flank.line_constant[row]
+        if gear != near:
+            distance, reach = _from_corner(flank, roll, cosine)
+            value += single_mean(flank.corner, (flank.corner.place + distance) / reach)
         compliance += flank.line_compliance
         constant += flank.line_compliance * value
-        roll = roll_of(meeting, gear)
-        on_edge = flank.edge_radius > 0.0 and roll >= flank.tip_roll
-        radius = flank.edge_radius if on_edge else flank.base_radius * max(roll, 1e-3)
-        curvature += 1.0 / radius
-    curvature *= cosine
-    constant = constant / compliance + np.log(cosine) - 0.5 * np.log(2.0 * compliance / curvature)
-    return compliance / cosine, constant, 1e-9 / (compliance * curvature)
+        curvature += 1.0 / (flank.base_radius * max(roll, 1e-3))
+    constant = constant / compliance + np.log(cosine)
+    least = 1e-9 / (compliance * curvature * cosine)
+    law = LineLaw(
+        compliance / cosine, constant - 0.5 * np.log(2.0 * compliance / (cosine * curvature)), least, np.inf, 0.0,
+        constant - 0.5, 0.0, curvature, 0.0, 0.0, 1.0, 0.0,
+    )  # fmt: skip
+    return law if near < 0 else _law_near_corner(gears, meeting, near, inside, cosine, law)
+
+
+@compiled
+def _from_corner(flank, roll, cosine):
+    """Distance from where the flank ends to the roll angle `roll`, and that over which the layer's end is felt, mm."""
+    distance = 0.5 * flank.base_radius * max(flank.tip_roll**2 - roll**2, 0.0)
+    return distance, flank.corner.reach * flank.corner.depth * cosine
+
+
+@compiled
+def _law_near_corner(gears, meeting, near, inside, cosine, law):
+    """Complete a law with the corner of the gear `near`, the flanks meeting `inside` (mm) of its edge or at it."""
+    flank, mate = gears[near], gears[1 - near]
+    share = flank.line_compliance / (gears[0].line_compliance + gears[1].line_compliance)
+    place, reach, edge = flank.corner.place, flank.corner.reach * flank.corner.depth * cosine, 0.0
+    if flank.edge_radius > 0.0:
+        edge = 1.0 / flank.edge_radius + 1.0 / (mate.base_radius * max(roll_of(meeting, 1 - near), 1e-3))
+    if inside > 0.0:
+        angle, short = -law.curvature * inside, min(SHORT * (place + inside), inside)
+        constant = law.constant + share * single_mean(flank.corner, (place + inside) / reach)
+    else:
+        angle, short, constant = meeting.slant, 0.0, law.constant
+    plain = 0.5 * law.curvature * short**2 / law.compliance
+    return LineLaw(
+        law.compliance, constant, law.least, plain, float(near), law.opening, angle, law.curvature, edge, place, reach,
+        share,
+    )  # fmt: skip
 
 
 @compiled
@@ -99,7 +180,7 @@ def search_line(pair, reach, p, lead, moved, largest_gap, count, room):
     roll_position = reach.phi + reach.tooth_pair[p] * kinematics.pitch
     z, width = pair.sections.z, pair.sections.width
     alike = sections_alike(kinematics, gears)
-    images = 2.0 if pair.scheme.mirrored else 1.0
+    images, corners = 2.0 if pair.scheme.mirrored else 1.0, (gears[0].corner, gears[1].corner)
     smallest, border = np.inf, False
     meeting, inside, law = _meet(kinematics, gears, windows, roll_position, z[0], room)
     for section in range(len(z)):
@@ -113,7 +194,7 @@ def search_line(pair, reach, p, lead, moved, largest_gap, count, room):
         if gap >= largest_gap:
             continue
         border = border or (gap < 0.0 and not inside)
-        load, slope = line_load(-gap, *law)
+        load, slope = line_load(-gap, law, corners)
         effective = gap if gap >= 0.0 else -load / slope
         stiffness = images * slope * width[section]
         list_point(

@@ -22,7 +22,9 @@ import numpy as np
 
 from pmor.arrays import BoolArray, FloatArray, IntArray
 from pmor.contact.kernels.compiling import allocating, compiled, inlined
+from pmor.contact.kernels.line import approach_of
 from pmor.contact.kernels.linear import cholesky, solve_factored
+from pmor.contact.kernels.tip_corner import LineLaw, stored_law
 
 # Newton steps, and after how many of them sections change sides singly.
 MAX_STEPS, PATIENCE = 60, 20
@@ -32,6 +34,8 @@ TOLERANCE = 1e-11
 NEARBY = 0.2
 # Of that distance: gaps below it have no sign.
 ROUND_OFF = 1e-9
+# Where a stored law has its least load.
+LEAST = LineLaw._fields.index("least")
 
 
 class LineResults(NamedTuple):
@@ -159,19 +163,8 @@ def _set_free(lines, i, deviation, room):
         room.free[n] = lines.gap[i, n] + (deviation[i, n] if len(deviation) > 0 else 0.0)
 
 
-@compiled
-def approach_of(load, law):
-    """Approach of the flanks under a line load (N/mm) and its derivative; linear below the least load."""
-    compliance, constant, least = law[0], law[1], law[2]
-    if load <= least:
-        slope = compliance * (constant - 0.5 * np.log(least))
-        return slope * load, slope
-    shape = compliance * (constant - 0.5 * np.log(load))
-    return shape * load, shape - 0.5 * compliance
-
-
 @allocating
-def solve_lines(lines, deviation, drives, held, rate, width, compliance, results):
+def solve_lines(lines, deviation, drives, held, rate, width, compliance, corners, results):
     """Solve all angles under all torques or leads.
 
     Parameters
@@ -190,6 +183,8 @@ def solve_lines(lines, deviation, drives, held, rate, width, compliance, results
         Of the sections, with their images, mm.
     compliance : two ndarrays, shape (reach + 1, S, S, rows c, rows c)
         Between sections of the flanks of teeth 0, 1, ... apart, of pinion and wheel, mm/N.
+    corners : two Corner
+        Of the flanks of pinion and wheel.
     results : LineResults
         Filled.
     """
@@ -206,7 +201,7 @@ def solve_lines(lines, deviation, drives, held, rate, width, compliance, results
         _set_free(lines, i, deviation, room)
         for d in range(len(drives)):
             force = results.force[d, i]
-            lead, steps, converged = _solve(lines, i, drives[d], held, rate, width, compliance, force, room)
+            lead, steps, converged = _solve(lines, i, drives[d], held, rate, width, compliance, corners, force, room)
             results.lead[d, i], results.steps[d, i], results.converged[d, i] = lead, steps, converged
 
 
@@ -232,11 +227,11 @@ def _start(lines, i, drive, held, rate, force, room):
 
 
 @compiled
-def _solve(lines, i, drive, held, rate, width, compliance, force, room):
+def _solve(lines, i, drive, held, rate, width, compliance, corners, force, room):
     """Newton with an active set at one angle; return lead, steps and whether it converged. `force` is filled."""
     lead, nearby = _start(lines, i, drive, held, rate, force, room)
     for step in range(1, MAX_STEPS + 1):
-        count = _linearise(lines, i, lead, force, width, compliance, room)
+        count = _linearise(lines, i, lead, force, width, compliance, corners, room)
         if count == 0:
             if held:
                 return lead, step, True
@@ -259,7 +254,7 @@ def _turning(lines, i, n, lead):
 
 
 @compiled
-def _linearise(lines, i, lead, force, width, compliance, room):
+def _linearise(lines, i, lead, force, width, compliance, corners, room):
     """Gather the linearised equations of the sections that carry; return their number."""
     sections, law, flexibility, active = len(width), lines.law[i], lines.flexibility[i], room.active
     count = 0
@@ -273,7 +268,7 @@ def _linearise(lines, i, lead, force, width, compliance, room):
         n = active[a]
         across = width[n % sections]
         load = force[n] / across
-        approach, slope = approach_of(load, law[n])
+        approach, slope = approach_of(load, stored_law(law[n]), corners)
         further, turning = _turning(lines, i, n, lead)
         # The gap 1/2 turning further^2 linearised about the present lead.
         room.loaded[a] = room.free[n] + turning * further * (0.5 * further - lead) + approach - slope * load
@@ -313,7 +308,7 @@ def _accept(lines, i, count, width, force, room):
         largest = max(largest, room.loaded[a])
     for a in range(count):
         n = room.active[a]
-        least = lines.law[i, n, 2] * width[n % len(width)]
+        least = lines.law[i, n, LEAST] * width[n % len(width)]
         new = room.loaded[a]
         if new > 0.0:
             error = max(error, (new - force[n]) ** 2 / (max(new, least) * largest))
@@ -342,7 +337,7 @@ def _touch(lines, i, lead, nearby, count, width, compliance, force, single, room
             gap += line[room.active[a]] * force[room.active[a]]
         if gap < -ROUND_OFF * nearby:
             room.carries[n], settled = True, False
-            force[n] = lines.law[i, n, 2] * width[n % len(width)]
+            force[n] = lines.law[i, n, LEAST] * width[n % len(width)]
             if single:
                 break
     return settled

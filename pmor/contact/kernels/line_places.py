@@ -15,6 +15,7 @@ from pmor.contact.kernels.deviation import flank_deviation
 from pmor.contact.kernels.line import line_law, sections_alike
 from pmor.contact.kernels.sections import closest_approach, cubic_rows, opening_of, roll_of
 from pmor.contact.kernels.state import Carriers
+from pmor.contact.kernels.tip_corner import LAW_FIELDS, store_law
 from pmor.contact.kernels.types import Motion
 
 
@@ -33,8 +34,8 @@ class Lines(NamedTuple):
         Derivative of the lever by the pinion's rotation, mm, from a lead (rad) on that brings its corner into contact.
     roll : ndarray, shape (A, N, 2)
         Roll angles on pinion and wheel, rad.
-    law : ndarray, shape (A, N, 3)
-        Compliance (mm^2/N), constant, and load below which the law is linear (N/mm).
+    law : ndarray, shape (A, N, 12)
+        `LineLaw` of each section, in the order of its fields.
     row : ndarray of int, shape (A, N, 2)
         First of the four rows of nodes that carry a section, on each gear.
     gradient : ndarray, shape (A, N, 2, 4 c)
@@ -85,7 +86,7 @@ def place_lines(phi, kinematics, gears, z, reachable, components):
     lines = Lines(
         np.zeros(angles, dtype=np.int64), np.zeros((angles, size)), np.zeros((angles, size)), np.zeros((angles, size)),
         np.zeros((angles, size)), np.zeros((angles, size)),
-        np.zeros((angles, size, 2)), np.zeros((angles, size, 3)), np.zeros((angles, size, 2), dtype=np.int64),
+        np.zeros((angles, size, 2)), np.zeros((angles, size, LAW_FIELDS)), np.zeros((angles, size, 2), dtype=np.int64),
         np.zeros((angles, size, 2, 4 * components)), np.zeros((angles, size, size)),
         np.zeros((angles, size), dtype=np.bool_),
     )  # fmt: skip
@@ -130,8 +131,7 @@ def _place_section(lines, i, n, kinematics, gears, roll_position, z, forward, ba
             lines.gradient[i, n, gear, at], lines.gradient[i, n, gear, at + 1] = weight * x, weight * y
             if parts == 3:
                 lines.gradient[i, n, gear, at + 2] = weight * axial
-    law = line_law(gears, meeting, carriers)
-    lines.law[i, n, 0], lines.law[i, n, 1], lines.law[i, n, 2] = law[0], law[1], law[2]
+    store_law(line_law(gears, meeting, carriers), lines.law[i, n])
 
 
 @compiled
@@ -140,7 +140,7 @@ def _copy_section(lines, i, n):
     lines.gap[i, n], lines.lever[i, n] = lines.gap[i, n - 1], lines.lever[i, n - 1]
     lines.mate_lever[i, n] = lines.mate_lever[i, n - 1]
     lines.lever_slope[i, n], lines.corner_lead[i, n] = lines.lever_slope[i, n - 1], lines.corner_lead[i, n - 1]
-    for k in range(3):
+    for k in range(LAW_FIELDS):
         lines.law[i, n, k] = lines.law[i, n - 1, k]
     for gear in range(2):
         lines.roll[i, n, gear], lines.row[i, n, gear] = lines.roll[i, n - 1, gear], lines.row[i, n - 1, gear]

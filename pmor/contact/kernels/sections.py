@@ -42,6 +42,8 @@ class Meeting(NamedTuple):
     lever_slope, corner_lead : float
         Derivative of the lever by the pinion's rotation, mm, from a lead (rad) on that brings its corner to the line of
         action, and turns the lever; 0 where that is far.
+    slant : float
+        Angle between the flank of the gear whose corner meets the mate and the mate's, rad; 0 between the tips.
     """
 
     gap: float
@@ -57,6 +59,7 @@ class Meeting(NamedTuple):
     mate_lever: float
     lever_slope: float
     corner_lead: float
+    slant: float
 
 
 @compiled
@@ -133,16 +136,19 @@ def involute_foot(gears, slave, u, radius, motion):
     gap, mate_roll = mate.base_radius * offset - radius, roll - offset
     # The flank that is met is smooth: its normal is that of the force on both.
     axial = -mate.twist * mate.base_radius
+    slant = np.arcsin(np.cos(angle) * own_y - np.sin(angle) * own_x)
     if slave == 1:
         # The mate's normal is at its base radius wherever the corner is: nothing turns with the pinion.
         return Meeting(
-            gap, mate_roll, u, -nx, -ny, -axial, own_x, own_y, axial, -mate.base_radius, -slave_arm, 0.0, 0.0
+            gap, mate_roll, u, -nx, -ny, -axial, own_x, own_y, axial, -mate.base_radius, -slave_arm, 0.0, 0.0, slant
         )
     arm_x, arm_y = x - shift[0], y - shift[1]
     # By how much the normal turns as the corner moves over the mate, (-arm_y, arm_x) for each radian.
     turning = (x * arm_x + y * arm_y) / (x * x + y * y) - (y * arm_x - x * arm_y) / ((x * x + y * y) * roll)
     slope = (arm_x * nx + arm_y * ny) * (turning - 1.0)
-    return Meeting(gap, u, mate_roll, own_x, own_y, axial, -nx, -ny, -axial, slave_arm, mate.base_radius, slope, 0.0)
+    return Meeting(
+        gap, u, mate_roll, own_x, own_y, axial, -nx, -ny, -axial, slave_arm, mate.base_radius, slope, 0.0, slant
+    )
 
 
 @compiled
@@ -176,7 +182,7 @@ def closest_approach(kinematics, gears, roll_position, lead, z, forward, back):
     meeting = Meeting(
         opening - gears[0].base_radius * lead, pinion_roll, wheel_roll, np.cos(pinion), np.sin(pinion), axial,
         np.cos(wheel), np.sin(wheel), -axial, -gears[0].base_radius, gears[1].base_radius, slope,
-        gears[0].tip_roll - pinion_roll,
+        gears[0].tip_roll - pinion_roll, 0.0,
     )  # fmt: skip
     return _turned(meeting, gears, z, aside)
 
@@ -193,6 +199,7 @@ def _turned(meeting, gears, z, aside):
     return Meeting(
         meeting.gap + aside, meeting.pinion_roll, meeting.wheel_roll, pinion_x, pinion_y, meeting.pinion_z, wheel_x,
         wheel_y, meeting.wheel_z, meeting.lever, meeting.mate_lever, meeting.lever_slope, meeting.corner_lead,
+        meeting.slant,
     )  # fmt: skip
 
 

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 from pmor.arrays import FloatArray, IntArray
 from pmor.contact.kernels.deviation import Deviation
+from pmor.contact.kernels.tip_corner import Corner
 
 # A window: number of its first node among the nodes of all windows; rows of nodes; number of its first element row,
 # counted in the window; rows of elements; whether the first element row is the first of the flank, and the last the
@@ -101,6 +102,8 @@ class Gear(NamedTuple):
         gears of a helical pair.
     edge_radius : float
         Of the rounded edge behind the flank's end, mm; 0 for a sharp one.
+    corner : Corner
+        Where the layer of line contact ends.
     """
 
     nodes: FloatArray
@@ -114,6 +117,7 @@ class Gear(NamedTuple):
     line_constant: FloatArray
     twist: float
     edge_radius: float
+    corner: Corner
 
 
 class LineScheme(NamedTuple):
