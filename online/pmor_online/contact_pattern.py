@@ -145,7 +145,10 @@ def _nodal_forces(
 def _line_forces(
     meshed: MeshedPair, position: Position, contact: Contact, gear: int, mine: BoolArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """As `_nodal_forces`, of Hertz's semi-ellipses; where contact is inclined each section's load lies along it."""
+    """As `_nodal_forces`, of Hertz's semi-ellipses; where contact is inclined each section's load lies along it.
+
+    At a tip corner the ellipse has the length of contact, which there is carried more towards the corner.
+    """
     found, sections, tooth = line_contact(meshed, position, contact), meshed.sections, _tooth(meshed, gear)
     roll = section_roll_angle(meshed, position, contact, gear)[mine]
     section, half_width, load = found.section[mine], found.half_width[mine], contact.force[mine]
@@ -155,7 +158,7 @@ def _line_forces(
     across = meshed.pair.common_face[0] + np.concatenate([[0.0], np.cumsum(width)])
     places = 0.5 * (across[1:] + across[:-1]).reshape(-1, strips)[section]
     rolls = _inclined(sections.z[section], roll, places, tooth) if inclined else roll[:, None]
-    arc = 0.5 * tooth.base_radius * rolls**2
+    arc = 0.5 * tooth.base_radius * rolls**2 + found.offset[mine, None] * (1.0 if gear == 0 else -1.0)
     reach = REACH * half_width.max()
     low, high = max(arc.min() - reach, 0.0), arc.max() + reach
     least = int(CELLS_PER_HALF_WIDTH * (high - low) / np.median(half_width))

@@ -34,11 +34,11 @@ There is no penalty: w is the unknown, one for each section and tooth pair, nonl
 
 Where it stops being valid. *Wide contact*: (1) needs b << d; against a bonded layer solved by finite elements it is
 0.5 % low at b = d / 4 and 3 % at b = d / 2. Wider contact is refused before anything is solved (`check_half_width`).
-*Tip corner*: a corner that digs in has a smaller radius of curvature than the flank; the flank's is kept, as if the tip
-were rounded, so that pressure and half-width are no numbers there; the layer's end at the tip land, which is softer
-than (1), is left out too. *Face edges*: plane strain is kept up to the edge, where the true
-state tends to plane stress (c larger by 1 / (1 - nu^2), 10 % of the local part, over about a depth). *Width*: sections
-are coupled through the mesh, not through the layer: load must not change much over the width within one depth.
+*Tip corner*: within a depth from the tip, and where its edge carries, the law is that of
+`pmor.contact.kernels.tip_corner`, to second order in the gap, of flanks without deviations: a relief that runs out at
+the tip turns the corner away from the mate, which is left out. *Face edges*: plane strain is kept up to the edge, where
+the true state tends to plane stress (c larger by 1 / (1 - nu^2), 10 % of the local part, over about a depth). *Width*:
+sections are coupled through the mesh, not through the layer: load must not change much over the width within one depth.
 """
 
 from __future__ import annotations
@@ -51,9 +51,11 @@ import numpy as np
 
 from pmor.arrays import FloatArray
 from pmor.contact.flank import MeshedPair
-from pmor.contact.kernels.windows import relative_radius
+from pmor.contact.kernels.line import laws_of_lines
+from pmor.contact.kernels.tip_corner import LineLaw, contact_patch
 from pmor.contact.position import Position
 from pmor.contact.search import Contact
+from pmor.contact.tip_corner import edge_pressure
 from pmor.errors import GeometryError
 
 # Half-width over the depth of the layer, beyond which the closed form is refused.
@@ -99,15 +101,19 @@ class LineContact:
     line_load : ndarray, shape (n,)
         N/mm.
     half_width : ndarray, shape (n,)
-        mm.
+        Half of the length of contact along the profile, mm.
+    offset : ndarray, shape (n,)
+        By how far its middle lies towards the tip of the pinion from where the undeformed flanks meet: not 0 where an
+        edge at a tip is in contact, mm.
     peak_pressure : ndarray, shape (n,)
-        MPa.
+        MPa; NaN where a sharp edge is in contact, at which the pressure has no bound.
     """
 
     pair: np.ndarray
     section: np.ndarray
     line_load: FloatArray
     half_width: FloatArray
+    offset: FloatArray
     peak_pressure: FloatArray
 
 
@@ -123,20 +129,34 @@ def line_contact(meshed: MeshedPair, position: Position, contact: Contact) -> Li
     Returns
     -------
     LineContact
-        Hertz (Johnson 1985, eq. 4.43 ff.) with the flanks' curvatures at the kinematic contact.
+        Hertz (Johnson 1985, eq. 4.43 ff.) with the flanks' curvatures at the kinematic contact; at a tip corner by half
+        planes (`pmor.contact.kernels.tip_corner`).
     """
-    section, sections, twist = contact.place[:, 1], meshed.sections, meshed.pair.pinion.twist_per_length
+    section, sections = contact.place[:, 1], meshed.sections
     # The line load along the inclined line is the transverse force per width: both are longer by the same cosine.
     load = np.maximum(contact.force, 0.0) / (sections.width[section] * (2.0 if meshed.mirrored else 1.0))
+    patches = np.array([_patch(law, w) for law, w in zip(contact_laws(meshed, position, contact), load, strict=True)])
+    return LineContact(contact.pair, section, load, *patches.reshape(-1, 3).T)
+
+
+def contact_laws(meshed: MeshedPair, position: Position, contact: Contact) -> list[LineLaw]:
+    """Return the law of each section in contact."""
     roll_positions = position.phi + position.pair_index * meshed.pair.pitch
-    rolls = roll_positions[contact.pair] + twist * sections.z[section]
-    kinematics, gears = position.kernel_pair.kinematics, position.kernel_pair.gears
-    radius = np.array([relative_radius(kinematics, gears, float(roll)) for roll in rolls])
-    radius *= math.hypot(1.0, twist * meshed.pair.pinion.base_radius)
-    compliance = sum(meshed.layers[gear].compliance for gear in range(2))
-    half_width = np.sqrt(2.0 * compliance * load * radius)
-    pressure = 2.0 * load / (math.pi * np.maximum(half_width, np.finfo(float).tiny))
-    return LineContact(contact.pair, section, load, half_width, pressure)
+    pair, z = position.kernel_pair, meshed.sections.z[contact.place[:, 1]]
+    laws = laws_of_lines(pair.kinematics, pair.gears, roll_positions[contact.pair], z)
+    return [LineLaw(*law) for law in laws.tolist()]
+
+
+def _patch(law: LineLaw, load: float) -> tuple[float, float, float]:
+    """Half-width, offset and peak pressure."""
+    size = law.compliance * max(load, np.finfo(float).tiny)
+    if load <= law.plain:
+        half_width = math.sqrt(2.0 * size / law.curvature)
+        return half_width, 0.0, half_width * law.curvature / (math.pi * law.compliance)
+    patch = contact_patch(size, law.angle, law.curvature, law.edge_curvature)
+    offset = patch.middle - max(-law.angle / law.curvature, 0.0)
+    pressure = edge_pressure(patch, law) / law.compliance
+    return patch.length, offset if law.gear == 1.0 else -offset, pressure
 
 
 def check_half_width(meshed: MeshedPair, torque: float) -> None:

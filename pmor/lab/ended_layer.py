@@ -34,6 +34,7 @@ the approach of two steel flanks is 8 to 13 of these units.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import scipy.sparse as sp
@@ -42,8 +43,10 @@ from scipy.interpolate import CubicSpline, RectBivariateSpline
 
 from pmor.arrays import FloatArray
 from pmor.contact.line_contact import bonded_layer_constant
-from pmor.contact.tip_corner import ANGLES_DEG, POWERS, RATIOS, REACH, TABLE, SPREADS, wedge_softness
+from pmor.contact.tip_corner import ANGLES_DEG, POWERS, RATIOS, REACH, SPREADS, TABLE, wedge_softness
 
+# H of distances from the corner, an array of each.
+Difference = Callable[[FloatArray, FloatArray], FloatArray]
 # Growth of the layer's depth along the flank.
 TAPER = 0.25
 # First element at the corner in depths, growth from one to the next, and largest one.
@@ -115,7 +118,9 @@ def _stiffness(places: FloatArray, elements: np.ndarray, poisson_ratio: float) -
     return sp.csc_array(sp.coo_array((matrices.ravel(), (rows, columns)), shape=(2 * len(places),) * 2))
 
 
-def smooth_rest(angle: float, poisson_ratio: float, loads: FloatArray, first: float = FIRST, taper: float = TAPER):
+def smooth_rest(
+    angle: float, poisson_ratio: float, loads: FloatArray, first: float = FIRST, taper: float = TAPER
+) -> tuple[FloatArray, FloatArray]:
     """Solve for what a layer's end, its inner face and its depth add to Flamant's field.
 
     Parameters
@@ -165,7 +170,7 @@ def smooth_rest(angle: float, poisson_ratio: float, loads: FloatArray, first: fl
     return along, -moved[2 * grid[:, 0] + 1]
 
 
-def ended_layer(angle: float, poisson_ratio: float):
+def ended_layer(angle: float, poisson_ratio: float) -> Difference:
     """Return H of equation (1), a function of two arrays of distances from the corner in depths.
 
     Parameters
@@ -189,12 +194,13 @@ def ended_layer(angle: float, poisson_ratio: float):
         scale = np.maximum(1.0, SCALING / np.maximum(x, s))
         places = (np.log(np.clip(v * scale, LOADS[0], LOADS[-1])) for v in (x, s))
         depth = 1.0 + 0.5 * TAPER * (x + s)
-        return spline(*places, grid=False) + excess * np.log(scale) - np.log(depth) - infinite(np.abs(x - s) / depth)
+        ended = spline(*places, grid=False) + excess * np.log(scale)
+        return np.asarray(ended - np.log(depth) - infinite(np.abs(x - s) / depth))
 
     return difference
 
 
-def patch_means(difference, middle: float, spread: float) -> FloatArray:
+def patch_means(difference: Difference, middle: float, spread: float) -> FloatArray:
     """Return M_0, M_1 and M_2 of equation (2), shape (3,).
 
     Parameters

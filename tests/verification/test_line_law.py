@@ -8,7 +8,7 @@ import scipy.sparse.linalg as spla
 from numpy.testing import assert_allclose
 
 from pmor.case import parse_case
-from pmor.contact.kernels.line import line_load
+from pmor.contact.kernels.line import line_load, widest_load
 from pmor.contact.line_contact import approach_constants, line_compliance
 from pmor.conventions import rotation_z
 from pmor.errors import GeometryError
@@ -21,10 +21,12 @@ from pmor.mesh.layer import surface_layer
 from pmor.mesh.sector import build_sector
 from pmor.pair.model import mesh_model
 from tests.gear_models import MODULE, POISSON, YOUNG, tooth
+from tests.line_laws import NO_CORNERS, plain_law
 from tests.loaded_pair import line_model
 from tests.small_case import case_text
 
 ROUND_OFF = 1e-12
+PLAIN = plain_law(compliance=5.5e-6, opening=-0.53 + math.log(2.0), curvature=1.0 / 8.0, least=1e-4)
 
 
 # --- the closed form -----------------------------------------------------------------------------------------------
@@ -69,23 +71,20 @@ def test_approach_is_that_of_a_bonded_layer_under_hertz_pressure(poisson, half_w
 
 @pytest.mark.parametrize("penetration", [1e-9, 1e-6, 1e-3, 5e-3, 0.05, 1.0])
 def test_line_load_solves_the_law_and_its_slope_is_the_derivative(penetration):
-    compliance, constant, least = 5.5e-6, 6.3, 1e-4
-    load, slope = line_load(penetration, compliance, constant, least)
-    widest = math.exp(2.0 * constant - 2.0)
+    compliance, constant, least, widest = PLAIN.compliance, PLAIN.constant, PLAIN.least, widest_load(PLAIN)
+    load, slope = line_load(penetration, PLAIN, NO_CORNERS)
     if least < load < widest:
         assert_allclose(compliance * load * (constant - 0.5 * math.log(load)), penetration, rtol=1e-13)
     step = 1e-6 * penetration
-    ends = [line_load(penetration + s * step, compliance, constant, least)[0] for s in (-1.0, 1.0)]
+    ends = [line_load(penetration + s * step, PLAIN, NO_CORNERS)[0] for s in (-1.0, 1.0)]
     assert_allclose((ends[1] - ends[0]) / (2.0 * step), slope, rtol=1e-6)
     assert ends[0] < load < ends[1]
 
 
 def test_line_load_is_continuous_where_the_law_is_continued():
-    compliance, constant, least = 5.5e-6, 6.3, 1e-4
-    widest = math.exp(2.0 * constant - 2.0)
-    for load in (least, widest):
-        at = compliance * load * (constant - 0.5 * math.log(load))
-        below, above = (line_load(at * f, compliance, constant, least)[0] for f in (1.0 - 1e-9, 1.0 + 1e-9))
+    for load in (PLAIN.least, widest_load(PLAIN)):
+        at = PLAIN.compliance * load * (PLAIN.constant - 0.5 * math.log(load))
+        below, above = (line_load(at * f, PLAIN, NO_CORNERS)[0] for f in (1.0 - 1e-9, 1.0 + 1e-9))
         assert_allclose([below, above], load, rtol=1e-8)
 
 

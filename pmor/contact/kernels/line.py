@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from pmor.contact.kernels.compiling import compiled
+from pmor.contact.kernels.compiling import allocating, compiled
 from pmor.contact.kernels.deviation import flank_deviation
-from pmor.contact.kernels.sections import carry, closest_approach, gap_change, list_point, roll_of
-from pmor.contact.kernels.state import Found
-from pmor.contact.kernels.tip_corner import SHORT, LineLaw, corner_approach, single_mean
+from pmor.contact.kernels.sections import carry, closest_approach, cubic_rows, gap_change, list_point, roll_of
+from pmor.contact.kernels.state import Carriers, Found
+from pmor.contact.kernels.tip_corner import LAW_FIELDS, SHORT, LineLaw, corner_approach, single_mean, store_law
+from pmor.contact.kernels.types import Motion
 
 
 @compiled
@@ -143,6 +144,22 @@ def _law_near_corner(gears, meeting, near, inside, cosine, law):
         law.compliance, constant, law.least, plain, float(near), law.opening, angle, law.curvature, edge, place, reach,
         share,
     )  # fmt: skip
+
+
+@allocating
+def laws_of_lines(kinematics, gears, roll_positions, z):
+    """Laws of sections at some roll positions of their tooth pairs (rad) and places z (mm), shape (n, `LAW_FIELDS`)."""
+    laws = np.empty((len(z), LAW_FIELDS))
+    forward, back = Motion(np.empty((3, 3)), np.empty(3)), Motion(np.empty((3, 3)), np.empty(3))
+    carriers = Carriers(np.empty(2, dtype=np.int64), np.empty((2, 4)))
+    for n in range(len(z)):
+        meeting = closest_approach(kinematics, gears, roll_positions[n], 0.0, z[n], forward, back)
+        for gear in range(2):
+            roll = gears[gear].roll
+            last = len(roll) - 1
+            carriers.row[gear] = cubic_rows(roll, roll_of(meeting, gear), 0, last, carriers.weight[gear])
+        store_law(line_law(gears, meeting, carriers), laws[n])
+    return laws
 
 
 @compiled

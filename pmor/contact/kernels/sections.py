@@ -136,7 +136,7 @@ def involute_foot(gears, slave, u, radius, motion):
     gap, mate_roll = mate.base_radius * offset - radius, roll - offset
     # The flank that is met is smooth: its normal is that of the force on both.
     axial = -mate.twist * mate.base_radius
-    slant = np.arcsin(np.cos(angle) * own_y - np.sin(angle) * own_x)
+    slant = np.arcsin(np.sin(angle) * own_x - np.cos(angle) * own_y)
     if slave == 1:
         # The mate's normal is at its base radius wherever the corner is: nothing turns with the pinion.
         return Meeting(

@@ -90,7 +90,8 @@ def solve_variant(
         steps += [first.steps, *(state.steps for state in solved.equilibria if state is not None)]
         measures.append((
             newton_condition(elasticity, first),
-            energy_imbalance(meshed, elasticity, (first, second), (torques[-2], torques[-1])) if balanced else np.nan,
+            energy_imbalance(meshed, solved.position, elasticity, (first, second), (torques[-2], torques[-1]))
+            if balanced else np.nan,
             torque_imbalance(meshed, solved.position, elasticity, first, torque),
         ))  # fmt: skip
     worst, energy, balance = np.max(measures, axis=0) if measures else (np.nan,) * 3
