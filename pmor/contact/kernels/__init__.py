@@ -12,6 +12,7 @@ deviation   what a gear's loaded flanks deviate by from the involute helicoid
 motion      where the flanks are to each other, axes out of place and all
 windows     which tooth pairs can touch, and which part of their flanks
 sections    schemes "line" and "strip": where two involutes meet in a transverse section, and which nodes carry that
+tip_corner  line contact where a tip corner carries: cut off there, on a wedge, at an angle to the mate
 line        one line load for each section
 strip       penalty pressure over the strips in which exact flanks overlap
 search      all points of all tooth pairs, whichever the scheme
