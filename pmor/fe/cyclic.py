@@ -12,8 +12,8 @@ from pmor.conventions import rotation_z
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.completion import completion, nodes_of_elements
 from pmor.fe.condensation import CondensedSector, back_substitute, condense_sector
-from pmor.fe.elimination import inverse
 from pmor.fe.ring import ring_compliance, symmetric_coordinates
+from pmor.fe.surface_layer import flank_compliance
 from pmor.mesh.sector import SectorMesh
 
 
@@ -89,7 +89,7 @@ def elastic_gear(
     """
     sector = condense_sector(mesh, youngs_modulus, poisson_ratio, element, keep_rows, layer_columns)
     n_flank, n_side = len(sector.flank), len(sector.left)
-    own = _flank_compliance(mesh, sector.stiffness[:n_flank, :n_flank].copy())
+    own = flank_compliance(mesh, sector.stiffness[:n_flank, :n_flank].copy())
     load = -sector.stiffness[n_flank:, :n_flank] @ own
     side = sector.stiffness[n_flank:, n_flank:] + load @ sector.stiffness[:n_flank, n_flank:]
 
@@ -143,17 +143,6 @@ def _on_the_grid(mesh: SectorMesh, compliance: FloatArray) -> FloatArray:
         return compliance
     full = completion(mesh, mesh.flank)
     return np.stack([full @ (full @ block.T).T for block in compliance])
-
-
-def _flank_compliance(mesh: SectorMesh, stiffness: FloatArray) -> FloatArray:
-    """Inverse of a flank's stiffness, of the nodes that elements have, which it takes the place of.
-
-    What is held axially has a stiffness of its own that means nothing: it does not move.
-    """
-    compliance = inverse(stiffness)
-    held = np.isin(degrees_of_freedom(nodes_of_elements(mesh, mesh.flank)), mesh.held_axially)
-    compliance[held, held] = 0.0
-    return compliance
 
 
 def _reciprocal(compliance: FloatArray) -> FloatArray:

@@ -10,7 +10,6 @@ from numpy.testing import assert_allclose
 from pmor.case import parse_case
 from pmor.contact.kernels.line import line_load, widest_load
 from pmor.contact.line_contact import approach_constants, line_compliance
-from pmor.conventions import rotation_z
 from pmor.errors import GeometryError
 from pmor.fe.assembly import assemble, degrees_of_freedom
 from pmor.fe.completion import completion
@@ -113,24 +112,19 @@ def whole_layer(mesh, columns, element):
 
 
 # Of 80 mm the middle is in plane strain: measured 4e-4 of the dent, 1e-3 of quadratic elements.
-@pytest.mark.parametrize(("helix", "element"), [(0.0, "hex8i"), (0.0, "hex20"), (25.0, "hex8i")])
-def test_under_even_loads_the_layer_amid_the_face_deforms_as_one_section_does(helix, element):
-    order = 2 if element == "hex20" else 1
-    gear = tooth(21, helix_deg=helix)
+@pytest.mark.parametrize("element", ["hex8i", "hex20"])
+def test_under_even_loads_the_layer_amid_the_face_deforms_as_one_section_does(element):
+    order, gear = 2 if element == "hex20" else 1, tooth(21)
     mesh = build_sector(gear, 20.0, 80.0, 4, 24 // order, "arc_length", order=order)
     stiffness = sector_stiffness(mesh, YOUNG, POISSON, element)
     alike = layer_compliance(mesh, 2, stiffness)
     assert_allclose(alike, alike.T, rtol=0.0, atol=ROUND_OFF * alike.max())
     force = np.zeros((*mesh.flank.shape, 3))
-    force[2] = tributary_widths(mesh.z, order)[:, None] * np.array([1.0, 0.0, gear.twist_per_length * gear.base_radius])
-    turn = np.stack([rotation_z(gear.twist_per_length * z) for z in mesh.z])
-    force = np.einsum("cab,rcb->rca", turn, force)
+    force[2] = tributary_widths(mesh.z, order)[:, None] * np.array([1.0, 0.0, 0.0])
     middle, dent = len(mesh.z) // 2, (alike @ force.ravel()).reshape(force.shape)[2]
     found = (whole_layer(mesh, 2, element) @ force.ravel()).reshape(force.shape)[2]
     assert_allclose(found[middle], dent[middle], rtol=0.0, atol=2e-3 * np.abs(dent[middle]).max())
-    # Under its own direction, per load: at the face, of helical ones at the acute one, it is softer.
-    own = np.einsum("ca,ca->c", force[2], found) / np.einsum("ca,ca->c", force[2], dent)
-    assert max(own[0], own[-1]) > 1.05
+    assert found[0, 0] > 1.05 * dent[0, 0], "at its face it is softer"
 
 
 @pytest.mark.parametrize(("elements", "across"), [(5, 2), (8, 2), (8, 32), (16, 2)])
