@@ -20,7 +20,7 @@ from pmor.fe.completion import nodes_of_elements
 from pmor.gear.pair import GearPair
 from pmor.mesh.sector import SectorMesh
 from pmor.pair.conditions import full_solves
-from pmor.pair.cost import rows_in_reach, shares_bodies
+from pmor.pair.cost import rows_in_reach, sharing_bodies
 from pmor.pair.limits import range_warnings
 from pmor.pair.model import approach_estimate, contact_scheme, gear_pair, neighbour_reach, same_body, sector_meshes
 
@@ -139,7 +139,7 @@ def _other_model(scene: Scene) -> LeftOut | None:
 
 
 def _other_bodies(scene: Scene) -> LeftOut | None:
-    shared = [scheme for scheme, other in other_models(scene.case) if shares_bodies(scene.case, other)]
+    shared = sharing_bodies(scene.case)
     if not shared:
         return None
     size = f"{sum(map(unknowns, scene.bodies))} unknowns, {scene.flank_unknowns * len(scene.bodies)} right-hand sides"

@@ -115,8 +115,9 @@ def run_models(
         if others:
             wait()
         for other in others:
+            model = model_of_solved(other.case, other.mesh, model)
             try:
-                found.append(run(other.case, model_of_solved(other.case, other.mesh, model), other.basis_name))
+                found.append(run(other.case, model, other.basis_name))
             except ConvergenceError as error:  # the others have their results
                 found.append(LostModel(other.case, str(error)))
     return replace(own, others=tuple(found))

@@ -199,7 +199,7 @@ def stages(case: Case, pair: GearPair) -> tuple[Stage, ...]:
     ------
     GeometryError, MeshError
     """
-    others = dict(other_models(case))
+    others, sharing = dict(other_models(case)), sharing_bodies(case)
     seconds = _compiling_seconds((case, *others.values()))
     compiling = (Stage(COMPILING, COMPILING_BYTES, seconds),) if seconds else ()
     *own, report = _stages_of(case, pair)
@@ -208,15 +208,20 @@ def stages(case: Case, pair: GearPair) -> tuple[Stage, ...]:
         replace(stage, name=f"{stage.name}, {scheme}", memory=stage.memory + held)
         for scheme, other in others.items()
         for stage in _stages_of(other, pair)[:-1]
-        if stage.name != FINITE_ELEMENTS or not shares_bodies(case, other)
+        if stage.name != FINITE_ELEMENTS or scheme not in sharing
     ]
     return (*compiling, Stage(START, START_BYTES, START_S), *own, *further, report)
 
 
-def shares_bodies(case: Case, other: Case) -> bool:
-    """Return whether a model that a case compares is one of finite elements that are solved for the case already."""
-    without_layer = other.contact.kind != "line"
-    return without_layer and meshed_width(case) == meshed_width(other)
+def sharing_bodies(case: Case) -> tuple[str, ...]:
+    """Return the models that a case compares whose finite elements are solved for the one before them already."""
+    found, before = list[str](), case
+    for scheme, other in other_models(case):
+        without_layer, width = other.contact.kind != "line", meshed_width(before) == meshed_width(other)
+        if without_layer and width and other.mesh == before.mesh:
+            found.append(scheme)
+        before = other
+    return tuple(found)
 
 
 def _stages_of(case: Case, pair: GearPair) -> tuple[Stage, ...]:

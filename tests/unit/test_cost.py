@@ -125,7 +125,7 @@ def test_the_plan_shows_stages_and_ends_where_they_do_not_fit(monkeypatch, capsy
     assert row[3] in ("MiB", "GiB")
     assert ["in", "all"] in [line[:2] for line in lines]
     assert "Left out" not in text
-    assert errors.startswith("pmor: error: large: training, paper: takes about")
+    assert errors.startswith("pmor: error: large: finite elements, paper: takes about")
     assert len(errors.splitlines()) == 1
 
 
