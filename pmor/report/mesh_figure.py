@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from matplotlib.patches import Rectangle
 
 LOADED_FLANK_COLOUR = "#D55E00"
+# Of a curved edge.
+CHORDS = 6
 
 
 def mesh_figure(nodes_xy_mm: FloatArray, quads: IntArray, flank_nodes_xy_mm: FloatArray) -> Figure:
@@ -23,8 +25,8 @@ def mesh_figure(nodes_xy_mm: FloatArray, quads: IntArray, flank_nodes_xy_mm: Flo
     Parameters
     ----------
     nodes_xy_mm : (n, 2)
-    quads : (m, 4) int
-        Corner nodes of the elements' section.
+    quads : (m, 4) or (m, 8) int
+        Nodes around the elements' section: corners, or corners and the middles of the edges between them in turn.
     flank_nodes_xy_mm : (k, 2)
         Nodes of the loaded flank, in order along the profile.
     """
@@ -38,7 +40,7 @@ def mesh_figure(nodes_xy_mm: FloatArray, quads: IntArray, flank_nodes_xy_mm: Flo
             axes.grid(False)
             axes.set_xlabel("x [mm]")
             axes.set_ylabel("y [mm]")
-        whole.set_title(f"One tooth sector:\n{len(quads)} elements, {len(nodes_xy_mm)} nodes")
+        whole.set_title(f"One tooth sector:\n{len(quads)} elements, {len(np.unique(quads))} nodes")
         zoom.plot(*flank_nodes_xy_mm.T, "o", ms=3, color=LOADED_FLANK_COLOUR)
         zoom.set_title("Loaded flank and root fillet")
         low, high = flank_nodes_xy_mm.min(axis=0), flank_nodes_xy_mm.max(axis=0)
@@ -57,8 +59,18 @@ def mesh_figure(nodes_xy_mm: FloatArray, quads: IntArray, flank_nodes_xy_mm: Flo
 def _draw_mesh(axes: Axes, nodes: FloatArray, quads: IntArray, line_width: float) -> None:
     from matplotlib.collections import PolyCollection
 
-    faces = PolyCollection(list(nodes[quads]), facecolors="#eef3f7", edgecolors="#44525c", linewidths=line_width)
+    faces = PolyCollection(list(_outlines(nodes[quads])), facecolors="#eef3f7", edgecolors="#44525c", linewidths=line_width)
     axes.add_collection(faces)
+
+
+def _outlines(around: FloatArray) -> FloatArray:
+    """Points around sections of elements, (m, points, 2); edges with a node in their middle are parabolas."""
+    if around.shape[1] == 4:
+        return around
+    start, middle = around[:, ::2, None], around[:, 1::2, None]
+    end, t = np.roll(start, -1, axis=1), np.linspace(0.0, 1.0, CHORDS, endpoint=False)[:, None]
+    points = (1.0 - t) * (1.0 - 2.0 * t) * start + 4.0 * t * (1.0 - t) * middle + t * (2.0 * t - 1.0) * end
+    return np.asarray(points.reshape(len(around), -1, 2))
 
 
 def _window(centre: FloatArray, size: float) -> Rectangle:

@@ -250,5 +250,6 @@ def _patterns(result: OnlineResult) -> list[ContactPattern]:
 def _mesh_figure(mesh: SectorMesh) -> Figure:
     layers = len(mesh.z)
     section = mesh.nodes[::layers, :2]
-    quads = mesh.elements[:: (layers - 1) // mesh.order, :4] // layers
+    around = [0, 1, 2, 3] if mesh.order == 1 else [0, 8, 1, 9, 2, 10, 3, 11]
+    quads = mesh.elements[:: (layers - 1) // mesh.order, around] // layers
     return mesh_figure(section, quads, mesh.flank_nodes[:, 0, :2])
