@@ -59,8 +59,10 @@ def mesh_figure(nodes_xy_mm: FloatArray, quads: IntArray, flank_nodes_xy_mm: Flo
 def _draw_mesh(axes: Axes, nodes: FloatArray, quads: IntArray, line_width: float) -> None:
     from matplotlib.collections import PolyCollection
 
-    faces = PolyCollection(list(_outlines(nodes[quads])), facecolors="#eef3f7", edgecolors="#44525c", linewidths=line_width)
-    axes.add_collection(faces)
+    outlines = list(_outlines(nodes[quads]))
+    axes.add_collection(
+        PolyCollection(outlines, facecolors="#eef3f7", edgecolors="#44525c", linewidths=line_width)
+    )
 
 
 def _outlines(around: FloatArray) -> FloatArray:

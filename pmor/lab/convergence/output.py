@@ -67,7 +67,7 @@ def _blocks(found: Convergence) -> list[Block]:
     )
     return [
         "The STE by exact line loads on finer and finer meshes of the bodies, against its limit: Aitken's "
-        f"extrapolation of the three finest quadratic meshes. {case.torque_Nm:g} N m, unless a table says otherwise. "
+        f"extrapolation of the three finest quadratic meshes, at {case.torque_Nm:g} N m. "
         "Over the width there are half as many elements as along the profile; a row counts those that are meshed.",
         Picture("convergence.png", caption, convergence_figure(found)),
         *_tables(found),
@@ -82,7 +82,9 @@ def _tables(found: Convergence) -> Sequence[Table]:
         rows = [level for level in found.levels if level.width == width and not level.left_out]
         lost = [f"{v.element} {v.n_profile} x {v.n_width} ({v.left_out})" for v in found.levels
                 if v.width == width and v.left_out]  # fmt: skip
-        limits = ", ".join(f"{found.limits[width, q]:.5g}" for q in QUANTITIES if (width, q) in found.limits)
+        limits = ", ".join(
+            f"{name} {found.limits[width, q]:.5g}" for q, name in QUANTITIES.items() if (width, q) in found.limits
+        )
         note = f"Limits, µm: {limits}." + (f" Left out: {'; '.join(lost)}." if lost else "")
         shown.append(table(WIDTHS[width], _columns(found), rows, note))
     return shown
@@ -92,16 +94,14 @@ def _columns(found: Convergence) -> Columns:
     def off(quantity: str) -> Any:
         return lambda level: _short(found.error_percent(level, quantity))
 
+    def value(quantity: str) -> Any:
+        return lambda level: getattr(level, quantity)
+
     return {
         "element": lambda level: level.element,
         "elements": lambda level: f"{level.n_profile} x {level.n_width}",
-        "pitch point, µm": lambda level: level.ste_pitch_point_um,
-        "double contact, µm": lambda level: level.ste_mid_double_contact_um,
-        "mean, µm": lambda level: level.ste_mean_um,
-        "pitch point, %": off("ste_pitch_point_um"),
-        "double contact, %": off("ste_mid_double_contact_um"),
-        "mean, %": off("ste_mean_um"),
-        "peak-to-peak, %": off("ste_peak_to_peak_um"),
+        **{f"{name}, µm": value(quantity) for quantity, name in QUANTITIES.items()},
+        **{f"{name}, %": off(quantity) for quantity, name in QUANTITIES.items()},
         "finite elements, s": lambda level: level.offline_s,
     }
 

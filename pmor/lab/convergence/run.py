@@ -33,8 +33,13 @@ LONGEST_S = 90.0
 SLOWEST = 0.5
 # Pinion angles over the pitch.
 ANGLES = 48
-#: transmission errors that are held against their limits
-QUANTITIES = ("ste_pitch_point_um", "ste_mid_double_contact_um", "ste_mean_um", "ste_peak_to_peak_um")
+#: transmission errors that are held against their limits, and what to call them
+QUANTITIES = {
+    "ste_pitch_point_um": "pitch point",
+    "ste_mid_double_contact_um": "double contact",
+    "ste_mean_um": "mean",
+    "ste_peak_to_peak_um": "peak-to-peak",
+}
 
 
 @dataclass(frozen=True)
@@ -125,7 +130,7 @@ def run_convergence(
 
 
 def _pieces(case: Case, profile_elements: Sequence[int]) -> Iterator[Piece]:
-    for width in dict.fromkeys((PLANE, "whole" if meshed_width(case) == "whole" else "half")):
+    for width in dict.fromkeys((PLANE, "half" if case.mesh.width == PLANE else case.mesh.width)):
         for element in ELEMENTS:
             for n in profile_elements:
                 # As fine over the width as helps: half as many elements, and an even number.
