@@ -41,12 +41,17 @@ def swept(case):
 
 
 def bar_over_error(case, times=4):
-    """Error bar over the true error, both as root mean square over the pitch."""
+    """Error bar over the true error, both as root mean square over the pitch.
+
+    Twice the elements, where four times as many take too long, leave a fourth of the error: that is added to them.
+    """
     mesh = case.mesh
     fine = {"profile_elements": times * mesh.profile_elements, "error_bar": False}
     if mesh.width != "plane_strain":
         fine["width_elements"] = times * mesh.width_elements
     found, truth = swept(case), swept(change_case(case, mesh=fine)).ste_um[0]
+    if times == 2:
+        truth = truth + (truth - found.ste_um[0]) / 3.0
     error = np.sqrt(np.mean((found.ste_um[0] - truth) ** 2)) / np.mean(truth)
     return found.mesh_error_percent[0] / (100.0 * error)
 
@@ -83,10 +88,10 @@ def random_gears(rng, helix):
 
 @pytest.mark.slow
 def test_error_bars_of_random_pairs_are_as_long_as_their_errors(capsys):
-    """Thirty pairs: ten in plane strain, half of them on 16 elements, ten spur over the width, ten helical."""
+    """Thirty pairs: in plane strain, spur over the width, and helical, on 8 and on 16 elements."""
     rng, ratios = np.random.default_rng(16), []
-    plans = [("plane_strain", 8, 4, 4)] * 5 + [("plane_strain", 16, 4, 4)] * 5
-    plans += [("half", 8, 4, 2)] * 10 + [("whole", 8, 4, 2)] * 10
+    plans = [("plane_strain", 8, 4, 4)] * 3 + [("plane_strain", 16, 4, 4)] * 3
+    plans += [("half", 8, 4, 2)] * 8 + [("half", 16, 8, 2)] * 6 + [("whole", 8, 4, 2)] * 6 + [("whole", 8, 8, 2)] * 4
     while plans:
         width, along, across, times = plans[-1]
         gears = random_gears(rng, width == "whole")
