@@ -1,11 +1,9 @@
 """Exact static condensation of one sector onto its loaded flank and its two side faces.
 
-The structured sector is eliminated row by row: from the tip down to the handover line, and from the bore up to it.
-Each row connects only to the next one and to retained unknowns already met, so every step is a dense Cholesky
-factorisation with LAPACK and the last Schur complement *is* the condensed matrix: nobody solves thousands of
-right-hand sides. Against ``scipy.sparse.linalg.splu`` (minimum degree on A + A^T, symmetric mode, one right-hand side
-per retained unknown) on the paper's gear with 8 elements over the width: 7 times faster with 16 elements over the
-profile (10,071 unknowns, 891 retained), 15 times with 32 (26,514 and 1,431); the matrices agree to 2e-14.
+The sector is eliminated from within, part by part (`pmor.fe.elimination`); the flank and the side faces are left, and
+nobody solves thousands of right-hand sides. *Measured*, one core, one sector of a helical gear, whole width, 8 x 8
+quadratic elements on the flank (1,536 elements, 1,767 unknowns retained): 1.7 s, and 7.6 s row by row from the tip and
+from the bore, each row dense and as long as the gear is wide; the matrices agree to 1e-13.
 """
 
 from __future__ import annotations
