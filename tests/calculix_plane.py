@@ -25,8 +25,8 @@ from pmor.mesh.outline import tooth_outline
 FREE_ROWS, FILLET, COLUMN_GROWTH, ROW_GROWTH, COARSEST = 3, 12, 1.6, 0.8, 0.8
 # Part of a pitch beyond the path of contact at which corners are still looked after.
 MARGIN = 0.1
-# Lead at which the rings start, as a path on the base circle (mm): the first overlap is as long as the contact.
-START = 2e-3
+# Share of the STE by which the pinion is ahead at first: the overlap is then about as long as the contact.
+START = 0.12
 TOLERANCE = 1e-5
 
 
@@ -42,12 +42,13 @@ class Ring:
     faces: dict
 
 
-def plane_ste_um(case, pair, phi, fine, reach, penalty):
+def plane_ste_um(case, pair, phi, fine, reach, penalty, expected_um):
     """STE of whole rings by CalculiX, um.
 
     `fine` is the length of elements up to `reach` (both mm) from a contact, `penalty` is in N/mm^3.
     """
-    rings, teeth = _rings(case, pair, phi, fine, reach)
+    start = 1e-3 * START * expected_um
+    rings, teeth = _rings(case, pair, phi + start / pair.pinion.base_radius, phi, fine, reach)
     deck = "\n".join([*_deck(case, pair, rings, teeth, penalty)]) + "\n"
     with tempfile.TemporaryDirectory(prefix="pmor-plane-") as folder:
         (Path(folder) / "pair.inp").write_text(deck)
@@ -56,7 +57,7 @@ def plane_ste_um(case, pair, phi, fine, reach, penalty):
         results = (Path(folder) / "pair.dat").read_text()
     assert "best solution" not in ran.stdout, "no equilibrium"
     path = re.findall(r"displacements.*for set DRIVER.*\n\s*\n\s*\d+\s+(\S+)", results)[-1]
-    return 1e3 * (START + float(path))
+    return 1e3 * (start + float(path))
 
 
 def _rows(tooth, roll, fine, reach):
@@ -80,11 +81,11 @@ def _sector(tooth, gear, width, roll, across):
         return sector.build_sector(tooth, gear.bore_radius_mm, width, rows, 1, width="plane_strain", order=2)
 
 
-def _rings(case, pair, phi, fine, reach):
-    """Both gears, and the numbers of their teeth that can touch."""
+def _rings(case, pair, turned, phi, fine, reach):
+    """Both gears, the pinion `turned` ahead of phi, and the numbers of their teeth that can touch."""
     index = pair.pairs_in_reach(phi, MARGIN * pair.pitch)
     rolls = pair.contact_roll_angles(np.clip(phi + pair.pitch * index, *pair.roll_position_range))
-    turned = phi + START / pair.pinion.base_radius, math.pi + pair.wheel_tooth_rotation(phi)
+    angles = turned, math.pi + pair.wheel_tooth_rotation(phi)
     rings, teeth = [], []
     for gear, tooth in enumerate((pair.pinion, pair.wheel)):
         made_of = (case.pair.pinion, case.pair.wheel)[gear]
@@ -98,7 +99,7 @@ def _rings(case, pair, phi, fine, reach):
             rows = _rows(tooth, roll, fine, reach)
             meshes[number] = _sector(tooth, made_of, pair.face_width, rows, across)
         height = (0.0, pair.centre_distance)[gear]
-        rings.append(_ring(("PINION", "WHEEL")[gear], meshes, turned[gear], height))
+        rings.append(_ring(("PINION", "WHEEL")[gear], meshes, angles[gear], height))
         teeth.append(touching)
     return rings, teeth
 

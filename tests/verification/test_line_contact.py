@@ -16,6 +16,7 @@ from pmor.contact.line_contact import line_contact
 from pmor.contact.position import relative_motion
 from pmor.contact.solve import solve_position
 from pmor.conventions import rotation_z
+from pmor.lab.stability.balances import stored_energy
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.pair.sweep import sweep_ste
 from pmor.results.sweep import ripple_um
@@ -241,7 +242,8 @@ def test_exchanging_the_gears_changes_nothing(share):
 # Place beside the end of the path of contact at which a pair enters (0) or leaves (1), rad.
 @pytest.mark.parametrize(
     ("end", "beside", "corner"),
-    [(0, -0.0125, -4.3e-3), (0, -0.008, -5.2e-3), (0, 0.01, 0), (1, -0.01, 0), (1, 0.005, 3.8e-3), (1, 0.01, 5.5e-3)],
+    [(0, -0.0125, -3.7e-3), (0, -0.008, -4.7e-3), (0, 0.0, 0), (0, 0.01, 0), (1, -0.01, 0), (1, 0.0, 2e-4),
+     (1, 0.005, 3.5e-3), (1, 0.01, 4.9e-3)],
 )
 def test_wheel_torque_follows_from_the_balance_of_energy(end, beside, corner, unlike):
     """T_1 (d phi + d lead) = T_2 d phi z_1 / z_2 + d (elastic energy and that of the layers), by finite differences.
@@ -250,25 +252,20 @@ def test_wheel_torque_follows_from_the_balance_of_energy(end, beside, corner, un
     that the slope of the STE then is the energy that the teeth store is not. A corner off the line has other levers.
     """
     meshed, step = unlike.mesh.meshed, 1e-4
-    compliance = sum(layer.compliance for layer in meshed.layers)
-    widths = meshed.sections.width * (2.0 if meshed.mirrored else 1.0)
 
     def state(phi):
         solved = solve_position(meshed, phi, at_torques([TORQUE]), unlike.elasticity_at)
-        equilibrium, contact = solved.equilibria[0], solved.equilibria[0].contact
-        width = widths[contact.place[:, 1]]
-        load = contact.force / width
-        # The integral of w d delta over delta = C w (A - ln(w) / 2).
-        layers = width * (-0.5 * load * contact.gap - compliance * load**2 / 8.0)
-        elastic = 0.5 * unlike.elasticity_at(solved.position).energy_norm(equilibrium.coordinates) ** 2
-        return equilibrium, elastic + layers.sum()
+        equilibrium = solved.equilibria[0]
+        return equilibrium, stored_energy(meshed, solved.position, unlike.elasticity_at(solved.position), equilibrium)
 
     phi = meshed.pair.roll_position_range[end] + beside
     (before, energy_before), (here, _), (after, energy_after) = (state(phi + s * step) for s in (-1.0, 0.0, 1.0))
     expected = (after.lead - before.lead - (energy_after - energy_before) / TORQUE) / (2.0 * step)
     ratio = here.wheel_torque / TORQUE * 17 / 31 - 1.0
     assert_allclose(ratio, corner, rtol=0.0, atol=1e-4)
-    assert_allclose(expected, ratio, rtol=0.0, atol=4e-4)  # measured 2.8e-4 at the outermost, elsewhere 1e-4
+    # Measured 1.1e-3 at the very end of the path, where the middle of the pressure is farthest from the corner that the
+    # force is taken to act at; elsewhere up to 2e-4.
+    assert_allclose(expected, ratio, rtol=0.0, atol=4e-4 if beside != 0.0 else 1.5e-3)
 
 
 def test_both_gears_get_the_same_force_and_moment(unlike):

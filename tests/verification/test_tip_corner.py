@@ -56,7 +56,7 @@ def gap_of(law, s):
 def strips(law, size, count=240):
     """Approach, pressure and its places under a load, by strips of even pressure that carry where they want to.
 
-    `count` strips move the approach by 5e-4 against twice as many.
+    Twice as many strips move the approach by less than 1e-5.
     """
     patch = contact_patch(size, law.angle, law.curvature, law.edge_curvature)
     ends = patch.middle - 1.3 * patch.length, patch.middle + 1.3 * patch.length
@@ -131,7 +131,8 @@ def test_approach_is_that_of_strips_on_the_wedge(angle, rounding):
     corner, law = law_at(angle, rounding)
     for size in LOADS:
         approach, _ = corner_approach(size, law, corner)
-        # Measured: 0.35 % at a sharp edge, 0.27 % at 0.1 mm, 0.05 % at 0.5 mm; without the layer's end up to 12 %.
+        # Measured: 0.34 % at a sharp edge, 0.27 % at 0.1 mm, 0.05 % at 0.5 mm; without the layer's end up to 12 %,
+        # with its mean over the patch alone 0.8 %.
         assert_allclose(approach, strips(law, size)[0], rtol=5e-3)
 
 
@@ -232,6 +233,6 @@ def test_work_of_both_torques_is_the_same_over_a_mesh_cycle():
     for phi in pair.pitch * (np.arange(60) + 0.5) / 60:
         solved = solve_position(meshed, phi, [nominal_condition(case)], model.elasticity_at)
         ratio.append(solved.equilibria[0].wheel_torque / (1e3 * case.torque_Nm) * pair.pinion.teeth / pair.wheel.teeth)
-    # Where a corner carries the torques differ by up to 0.6 %.
-    assert np.ptp(ratio) > 1e-3
-    assert_allclose(np.mean(ratio), 1.0, atol=1e-3)
+    # Where a corner carries the torques differ by up to 1 %; measured on average 2e-6.
+    assert np.ptp(ratio) > 5e-3
+    assert_allclose(np.mean(ratio), 1.0, atol=2e-5)
