@@ -37,10 +37,12 @@ Where it stops being valid. *Wide contact*: (1) needs b << d; against a bonded l
 0.5 % low at b = d / 4 and 3 % at b = d / 2. Wider contact is refused before anything is solved (`check_half_width`).
 *Tip corner*: within a depth from the tip, and where its edge carries, the law is that of
 `pmor.contact.kernels.tip_corner`, to second order in the gap, of flanks without deviations: a relief that runs out at
-the tip turns the corner away from the mate, which is left out. *Face ends*: the softer end of a layer at a free face,
-and what sections do to each other through it, are known as well as the mesh resolves a depth; of the paper's pair they
-make the STE 0.2 % larger. *Helical faces*: on helical flanks the layer keeps plane strain up to the face, and sections
-are coupled through what is below it alone: load must not change much over the width within one depth.
+the tip turns the corner away from the mate, which is left out. *Root*: in the fillet the layer ends at a held face, (1)
+does not; where contact begins, 0.8 to 1.2 depths from there, (1) is too large by 0.03 to 0.006 c w, 0.3 % at most.
+*Face ends*: the softer end of a layer at a free face, and what sections do to each other through it, are known as well
+as the mesh resolves a depth; of the paper's pair they make the STE 0.2 % larger. *Helical faces*: on helical flanks the
+layer keeps plane strain up to the face, and sections are coupled through what is below it alone: load must not change
+much over the width within one depth.
 """
 
 from __future__ import annotations

@@ -112,6 +112,6 @@ def test_line_contact_at_a_corner_gives_the_ste_of_calculix(name, torque, end, b
     phi = corner_angle(name, end, beyond)
     ours, _, half_width = solved(name, torque, phi)
     theirs = calculix(name, torque, phi, ours, half_width)
-    print(f"\n{name}, {torque:g} N m, {end}: {ours:.4f}, CalculiX {theirs:.4f} um: {1e2 * (ours / theirs - 1.0):+.3f} %")  # noqa: T201
+    print(f"\n{name}, {torque:g} N m, {end}: {ours:.4f}, CalculiX {theirs:.4f} um: {1e2 * (ours / theirs - 1):+.3f} %")  # noqa: T201
     assert_allclose(ours, theirs, rtol=CORNER_RTOL)
     assert_allclose(theirs, known_um, rtol=2e-3)  # other meshes and penalties
