@@ -18,8 +18,8 @@ from pmor.results.sweep import SteSweep, ste_mean_um
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.model import ReducedPair
 
-# Of the difference to half as many elements, by the order of the elements. Twice the quadratic elements leave a fifth of
-# the error in plane strain, a third over the width; of linear ones half, whose interior is not refined with the flank.
+# Of the difference to half as many elements, by the order of the elements. Twice the quadratic elements leave a fifth
+# of the error in plane strain, a third over the width; linear ones half, whose interior is not refined with the flank.
 SHARE = {1: 0.9, 2: 0.4}
 # Pinion angles at which the meshes are compared, at most; the difference varies slowly over them.
 ANGLES = 24
