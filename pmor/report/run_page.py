@@ -26,7 +26,7 @@ from pmor.report.style import write_picture
 from pmor.report.summary import counts_from, ms_per_position, summary_rows, warnings
 from pmor.report.sweep_figures import error_figure, load_sharing_figure, spectrum_figure, ste_figure
 from pmor.report.table import Table
-from pmor.results.sweep import peak_to_peak_um, single_pair_zone, ste_mean_um
+from pmor.results.sweep import SteSweep, peak_to_peak_um, single_pair_zone, ste_mean_um
 from pmor_online.contact_pattern import ContactPattern, contact_patterns
 from pmor_online.run import OnlineResult
 
@@ -63,7 +63,7 @@ def run_pictures(result: OnlineResult, mesh: SectorMesh | None) -> list[Picture]
     pictures = [
         Picture(
             "ste.png",
-            f"Static transmission error over one pitch: {models}{_rigid(result)}.",
+            f"Static transmission error over one pitch: {models}{_bars(sweep)}{_rigid(result)}.",
             ste_figure(sweep, comparison.full, comparison.reduced) if comparison else ste_figure(sweep),
         ),
         Picture(
@@ -91,6 +91,13 @@ def run_pictures(result: OnlineResult, mesh: SectorMesh | None) -> list[Picture]
         caption = "Section of the pinion's sector mesh, loaded flank marked."
         pictures.append(Picture("mesh.png", caption, _mesh_figure(mesh)))
     return pictures
+
+
+def _bars(sweep: SteSweep) -> str:
+    """What the caption says of the bands about the curves."""
+    errors = {"reduction": sweep.ste_error_um, "mesh": sweep.mesh_error_um}
+    kinds = " and the ".join(name for name, error in errors.items() if error is not None)
+    return f"; bands: error bar of the {kinds}, often no wider than the line" if kinds else ""
 
 
 def _rigid(result: OnlineResult) -> str:

@@ -127,7 +127,7 @@ def test_under_even_loads_the_layer_amid_the_face_deforms_as_one_section_does(el
     assert found[0, 0] > 1.05 * dent[0, 0], "at its face it is softer"
 
 
-@pytest.mark.parametrize(("elements", "across"), [(5, 2), (8, 2), (8, 32), (16, 2)])
+@pytest.mark.parametrize(("elements", "across"), [(5, 2), (8, 2), (3, 32), (16, 2)])
 def test_line_loads_have_one_solution_also_where_columns_are_nearer_than_contact_is_wide(elements, across):
     """What is left of the compliance, with the least slope of the law, is positive definite."""
     model = line_model(elements, across)
