@@ -44,7 +44,7 @@ def layer_compliance(mesh: SectorMesh, columns: int, stiffness: FloatArray) -> F
     Returns
     -------
     ndarray, shape (f, f)
-        Of all unknowns of `SectorMesh.flank`, mm/N.
+        Of all unknowns of `SectorMesh.flank`, mm/N; of spur gears without those along the axis, where no load is.
     """
     if mesh.twist_per_length != 0.0:
         return _of_the_whole_layer(mesh, columns, stiffness)
@@ -52,11 +52,10 @@ def layer_compliance(mesh: SectorMesh, columns: int, stiffness: FloatArray) -> F
     middle = mesh.tooth_rows[-1 - rows // 2].reshape(-1, across)[[0, columns], 0]
     depth = float(np.linalg.norm(np.diff(mesh.nodes[middle], axis=0)))
     shares = _even_loads(mesh.z, tributary_widths(mesh.z, mesh.order), EVENED * depth)
-    found = np.einsum("rasd,tb->rtasbd", _section_compliance(mesh, columns, stiffness), shares)
-    compliance = np.asarray(found.reshape(3 * rows * across, -1))
-    held = mesh.flank_held_axially
-    compliance[held] = compliance[:, held] = 0.0
-    return compliance
+    compliance = np.zeros((rows, across, 3, rows, across, 3))
+    alone = _section_compliance(mesh, columns, stiffness)
+    compliance[:, :, :2, :, :, :2] = np.einsum("rasd,tb->rtasbd", alone, shares)
+    return compliance.reshape(3 * rows * across, -1)
 
 
 def flank_compliance(mesh: SectorMesh, stiffness: FloatArray) -> FloatArray:
@@ -100,9 +99,9 @@ def _even_loads(z: FloatArray, width: FloatArray, length: float) -> FloatArray:
 
 
 def _section_compliance(mesh: SectorMesh, columns: int, stiffness: FloatArray) -> FloatArray:
-    """Displacement of the flank's rows of nodes under line loads on them, (rows, 3, rows, 3), mm^2/N.
+    """Displacement of the flank's rows of nodes under line loads on them, in x and y, (rows, 2, rows, 2), mm^2/N.
 
-    Of a slice one element wide whose sections deform alike: all nodes of a row move together.
+    Of a slice one element wide whose sections deform alike, each in its plane: all nodes of a row move together.
     """
     layers, rows = len(mesh.z), len(mesh.flank)
     elements = mesh.elements[:, :QUADRATIC_NODES]
@@ -110,19 +109,20 @@ def _section_compliance(mesh: SectorMesh, columns: int, stiffness: FloatArray) -
     sections = np.concatenate([row.reshape(-1, layers)[:columns, 0] for row in mesh.tooth_rows[1:]]) // layers
     rank = np.full(len(mesh.nodes) // layers + 1, -1)
     rank[sections] = np.arange(len(sections))
-    unknowns = (3 * rank[elements[sliced] // layers][:, :, None] + np.arange(3)).reshape(len(sliced), -1)
+    unknowns = (2 * rank[elements[sliced] // layers][:, :, None] + np.arange(2)).reshape(len(sliced), -1)
     row = np.repeat(unknowns, unknowns.shape[1], axis=1).ravel()
     column = np.tile(unknowns, (1, unknowns.shape[1])).ravel()
     free = (row >= 0) & (column >= 0)
-    size = 3 * len(sections)
-    blocks = stiffness[sliced].ravel()[free]
+    size = 2 * len(sections)
+    in_plane = np.flatnonzero(np.arange(stiffness.shape[1]) % 3 < 2)
+    blocks = stiffness[sliced][:, in_plane[:, None], in_plane].ravel()[free]
     matrix = sp.coo_array((blocks, (row[free], column[free])), shape=(size, size)).toarray()
     there = np.diagonal(matrix) > 0.0  # quadratic elements have no nodes in the middle of a section
-    flank = (3 * rank[mesh.flank[:, 0] // layers][:, None] + np.arange(3)).ravel()
+    flank = (2 * rank[mesh.flank[:, 0] // layers][:, None] + np.arange(2)).ravel()
     moves = (flank >= 0) & there[flank]
     forces = np.zeros((np.count_nonzero(there), np.count_nonzero(moves)))
     forces[(np.cumsum(there) - 1)[flank[moves]], np.arange(forces.shape[1])] = float(mesh.z[mesh.order] - mesh.z[0])
     factor = la.cho_factor(matrix[np.ix_(there, there)], lower=True, check_finite=False)
-    found = np.zeros((3 * rows, 3 * rows))
+    found = np.zeros((2 * rows, 2 * rows))
     found[np.ix_(moves, moves)] = (forces.T != 0.0) @ la.cho_solve(factor, forces, check_finite=False)
-    return found.reshape(rows, 3, rows, 3)
+    return found.reshape(rows, 2, rows, 2)

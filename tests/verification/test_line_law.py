@@ -123,7 +123,7 @@ def test_under_even_loads_the_layer_amid_the_face_deforms_as_one_section_does(el
     force[2] = tributary_widths(mesh.z, order)[:, None] * np.array([1.0, 0.0, 0.0])
     middle, dent = len(mesh.z) // 2, (alike @ force.ravel()).reshape(force.shape)[2]
     found = (whole_layer(mesh, 2, element) @ force.ravel()).reshape(force.shape)[2]
-    assert_allclose(found[middle], dent[middle], rtol=0.0, atol=2e-3 * np.abs(dent[middle]).max())
+    assert_allclose(found[middle, :2], dent[middle, :2], rtol=0.0, atol=2e-3 * np.abs(dent[middle]).max())
     assert found[0, 0] > 1.05 * dent[0, 0], "at its face it is softer"
 
 
