@@ -3,7 +3,7 @@
 All sectors are equal and the side face of one is the side face of the next, so the ring is a block-circulant system,
 solved for each Fourier harmonic (Thomas, IJNME 14 (1979) 81). Its Hermitian matrices are real symmetric ones in
 disguise: a sector is the same seen from its other side, spur or helical, loaded flank or not. So one real Cholesky
-factor for each harmonic inverts it, which takes an eighth of the operations of solving for all flank unknowns.
+factor for each harmonic inverts it, which takes a tenth of the operations of solving for all flank unknowns.
 """
 
 from __future__ import annotations
