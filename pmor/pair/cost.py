@@ -341,14 +341,14 @@ def _solving(gear: GearSize, reach: int) -> int:
     flank, side, across = gear.known * gear.flank, gear.known * gear.side, _across(gear)
     rest, elements = flank + 2 * side, ELEMENT_BYTES[gear.order] * gear.elements
     fronts = (across + rest) ** 2 + (across + flank) ** 2 + (across + 2 * side) ** 2
-    ring = 2 * rest**2 + (reach + 8) * side**2 + 8 * side * flank + (6 * reach + 5) * gear.flank**2
+    ring = 2 * rest**2 + (reach + 8) * side**2 + 8 * side * flank + (6 * reach + 6) * gear.flank**2
     return int(max(elements + DOUBLE * fronts, DOUBLE * ring))
 
 
 def _kept(gear: GearSize, reach: int) -> int:
     """Bytes of a gear's model: compliance, condensed stiffness, surface layer."""
     flank, side = gear.known * gear.flank, gear.known * gear.side
-    return int(DOUBLE * ((2 * reach + 1) * gear.flank**2 + flank**2 + (flank + 2 * side) ** 2))
+    return int(DOUBLE * ((2 * reach + 2) * gear.flank**2 + (flank + 2 * side) ** 2))
 
 
 def _held(size: PairSize) -> int:
