@@ -226,10 +226,11 @@ def thick_cylinder_ratio(element, elements_through, poisson):
     return (displacement @ stiffness @ displacement) / (pressure * moved * inner * np.pi / 2.0 * height)
 
 
-# Measured with 4 elements through the wall; with 2 of them 0.08 % and, where volume hardly changes, 13 %.
-@pytest.mark.parametrize(("poisson", "within"), [(0.3, 1e-4), (0.499, 0.011)])
-def test_quadratic_element_widens_like_a_tube(poisson, within):
-    assert_allclose(thick_cylinder_ratio("hex20", 4, poisson), 1.0, atol=within)
+# Measured 4.4e-3 and 4.8e-4; without the projection of the dilatation 13 % on 2 elements at 0.499.
+@pytest.mark.parametrize(("elements_through", "within"), [(1, 5e-3), (2, 6e-4)])
+@pytest.mark.parametrize("poisson", [0.3, 0.499, 0.49999])
+def test_quadratic_element_widens_like_a_tube(elements_through, within, poisson):
+    assert_allclose(thick_cylinder_ratio("hex20", elements_through, poisson), 1.0, atol=within)
 
 
 def test_linear_element_locks_where_volume_hardly_changes():

@@ -13,9 +13,10 @@ What CalculiX does differently:
   wholly or not at all at the tip edge of the mate, where ours weights it by the area that faces the mate.
 * ``surface_to_surface`` integrates the pressure over the facets: what our facets with ever more LoDM converge to.
 * ``hex8`` is its C3D8. Its C3D8I is ``hex8i`` without the factor det(J_0) / det(J) on the incompatible gradients.
-* ``hex20`` is its C3D20, to round-off. Their faces, curved through eight nodes, are none of our surfaces: with pressure
-  integrated over them the STE differs from that of our Hermite patches by -17, 1.5 and -0.3 % with 6, 12 and 24
-  elements. Which area it gives to a node of theirs is its own affair: ``node_to_surface`` differs by 5-15 %.
+* ``hex20`` is its C3D20 with the dilatation projected, to round-off where there is no lateral contraction. Their faces,
+  curved through eight nodes, are none of our surfaces: with pressure integrated over them the STE differs from that of
+  our Hermite patches by -17, 1.5 and -0.3 % with 6, 12 and 24 elements. Which area it gives to a node of theirs is its
+  own affair: ``node_to_surface`` differs by 5-15 %.
 """
 
 from __future__ import annotations
