@@ -39,7 +39,7 @@ STIFF_N_MM3 = 5e7  # flanks enter each other by 0.03 um
 # Under more, coarse facets of the modified pair have no equilibrium at some positions.
 FACET_TORQUE_NM = 80.0
 # Shares of the pitch after a pair has come into mesh in the middle of the face, where no tip corner carries.
-SHARES = {"helical": (0.2, 0.6, 0.7), "modified": (0.2, 0.6, 0.85)}
+SHARES = {"helical": (0.2, 0.6, 0.85), "modified": (0.2, 0.6, 0.85)}
 POSITIONS = [(name, share) for name, shares in SHARES.items() for share in shares]
 
 pytestmark = [
