@@ -32,7 +32,7 @@ TOLERANCE = 1e-5
 
 @dataclass(frozen=True)
 class Ring:
-    """A gear of C3D20: its nodes where they are, elements, nodes in use and on the bore, faces of each tooth's flank."""
+    """A gear of C3D20: nodes as placed, elements, nodes in use and on the bore, faces of each tooth's flank."""
 
     name: str
     nodes: np.ndarray
