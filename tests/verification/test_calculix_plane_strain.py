@@ -37,7 +37,7 @@ PAIRS = {
         "wheel": {"teeth": 40, "bore_radius_mm": 30.0},
     },
 }
-# Pair, torque on 20 mm (N m), pitches that a tooth pair has gone since it came into mesh: two pairs in mesh, one, two.
+# Pair, torque on 20 mm (N m), pitches since a tooth pair came into mesh: two pairs in mesh, twice, and one.
 INSIDE = [
     ("paper", 100.0, 0.12), ("paper", 100.0, 0.45), ("paper", 100.0, 0.75),
     ("unequal", 30.0, 0.15), ("unequal", 30.0, 0.45), ("unequal", 30.0, 0.75),
