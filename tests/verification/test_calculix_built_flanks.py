@@ -7,8 +7,8 @@ mean over a facet.
 Slow: three positions of either pair, ``pytest -n 0 -m slow tests/verification/test_calculix_built_flanks.py -s``;
 resolved flanks take CalculiX three to five minutes each. Measured, line contact over CalculiX: -0.34 % helical at 0.6,
 -0.17 and -0.85 % modified at 0.6 and 0.85. With the sign of the axial forces turned it is 15 % off. At 0.85 the next
-tooth of the helical pair touches with its tip corner before its time, and line contact is 4.5 % too stiff, which is
-known of corners; these positions are left out.
+tooth of the helical pair touches with its tip corner before its time: -0.19 % (4.5 % too stiff before corners had a law
+of their own). There CalculiX's facets count a node wholly or not at all, so that facets on the same mesh are left out.
 """
 
 import math
@@ -39,8 +39,9 @@ STIFF_N_MM3 = 5e7  # flanks enter each other by 0.03 um
 # Under more, coarse facets of the modified pair have no equilibrium at some positions.
 FACET_TORQUE_NM = 80.0
 # Shares of the pitch after a pair has come into mesh in the middle of the face, where no tip corner carries.
-SHARES = {"helical": (0.2, 0.6, 0.85), "modified": (0.2, 0.6, 0.85)}
+SHARES = {"helical": (0.2, 0.6, 0.7), "modified": (0.2, 0.6, 0.85)}
 POSITIONS = [(name, share) for name, shares in SHARES.items() for share in shares]
+TIP_CORNER = ("helical", 0.85)
 
 pytestmark = [
     pytest.mark.jit,
@@ -183,7 +184,7 @@ def test_facets_as_built_give_the_ste_of_calculix(name, share):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "share"), POSITIONS)
+@pytest.mark.parametrize(("name", "share"), [*POSITIONS, TIP_CORNER])
 def test_line_contact_gives_the_ste_of_calculix_on_flanks_that_resolve_the_contact(name, share):
     meshed, found = solved(name, share, 16, 8, "line")
     hertz = line_contact(meshed, found.position, found.equilibria[0].contact)
