@@ -18,8 +18,8 @@ from pmor.results.sweep import SteSweep, ste_mean_um
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.model import ReducedPair
 
-# Of the difference to half as many elements, by the order of the elements: twice the quadratic ones leave a third of the
-# error, and a sixth in plane strain; linear ones half, whose interior is not refined with the flank.
+# Of the difference to half as many elements, by the order of the elements: twice the quadratic ones leave a third of
+# the error, and a sixth in plane strain; linear ones half, whose interior is not refined with the flank.
 SHARE = {1: 0.9, 2: 0.55}
 SHARE_IN_PLANE_STRAIN = {1: 0.9, 2: 0.18}
 # Pinion angles at which the meshes are compared, at most; the difference varies slowly over them.

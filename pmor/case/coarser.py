@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from pmor.case.schema import Case
 
-# Over the profile: half of fewer elements is too coarse to go by; two quadratic ones are three times as good as the rate.
+# Over the profile: half of fewer is too coarse to go by; two quadratic ones are three times as good as their rate.
 LEAST_ELEMENTS = 8
 
 
