@@ -5,7 +5,8 @@ flanks enter each other by 4 w / (pi^2 b k): that is taken off where no corner c
 
 Slow: ``pytest -n 0 -m slow tests/verification/test_calculix_plane_strain.py -s``, two to five minutes each. Measured,
 line contact with 16 elements over CalculiX: paper's pair +0.02, +0.02 and -0.02 %, unequal pair +0.06, +0.06 and
-+0.02 %. Where a corner carries, at entry and exit: paper's pair at 100 N m -0.3 and -0.5 %, at 300 N m -0.5 and -0.2 %, unequal
++0.02 %.
+Where a corner carries, at entry and exit: paper's pair at 100 N m -0.3 and -0.5 %, at 300 N m -0.5 and -0.2 %, unequal
 pair at 30 N m -0.4 and -0.2 %, at 90 N m -0.15 and +0.06 %, of which the penalty (2e7 to 1e8) is up to 0.4 %.
 """
 
