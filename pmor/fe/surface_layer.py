@@ -8,7 +8,8 @@ layer of the mesh does beyond that stays where it is: neighbouring sections hold
 ends, and at free faces, where plane strain ends, the layer is softer.
 
 Lines of contact on helical flanks run across the rows of nodes, and what the mesh answers depends on where between its
-nodes the load is: there no state of the mesh goes with the law, and the whole layer is taken out.
+nodes the load is: there no state of the mesh goes with the law, and the whole layer is taken out. So it is of a mesh in
+plane strain, which has no other state.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from pmor.mesh.sector import SectorMesh
 
 # Depths of the layer over which line loads are evened out for that, on either side. Columns of nodes that are nearer to
 # each other than the contact is wide would else have less than no compliance between them; it is half a depth at most.
-EVENED = 0.5
+EVENED = 1.0
 
 
 def layer_compliance(mesh: SectorMesh, columns: int, stiffness: FloatArray) -> FloatArray:
@@ -46,7 +47,7 @@ def layer_compliance(mesh: SectorMesh, columns: int, stiffness: FloatArray) -> F
     ndarray, shape (f, f)
         Of all unknowns of `SectorMesh.flank`, mm/N; of spur gears without those along the axis, where no load is.
     """
-    if mesh.twist_per_length != 0.0:
+    if mesh.twist_per_length != 0.0 or mesh.width == "plane_strain":
         return _of_the_whole_layer(mesh, columns, stiffness)
     rows, across = mesh.flank.shape
     middle = mesh.tooth_rows[-1 - rows // 2].reshape(-1, across)[[0, columns], 0]
