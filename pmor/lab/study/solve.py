@@ -145,6 +145,6 @@ def _fe_unknowns(mesh: MeshModel) -> int:
     """Unknowns of both rings as they are meshed: sectors share their side faces, and the bore is fixed."""
     total = 0
     for sector in (mesh.pinion, mesh.wheel):
-        elsewhere = degrees_of_freedom(np.union1d(sector.right, sector.bore))
+        elsewhere = degrees_of_freedom(np.unique(np.concatenate([sector.right, sector.bore, sector.middles])))
         total += sector.teeth * (3 * len(sector.nodes) - len(np.union1d(elsewhere, sector.held_axially)))
     return total
