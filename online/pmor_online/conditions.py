@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
 
 from pmor.arrays import FloatArray
-from pmor.contact.condition import Axes, Built, Condition
+from pmor.contact.condition import Axes, Built
 from pmor.contact.unloaded import with_unloaded
-from pmor.pair.conditions import listed_conditions, torques_of
+from pmor.pair.conditions import conditions_built, listed_conditions, torques_of
 from pmor.results.sweep import SteSweep
 from pmor_online.mesh_error import with_mesh_error
 from pmor_online.model import ReducedPair, sweep_angles
@@ -58,19 +58,12 @@ def sweep_listed(
     torques = [torques_of(case, condition) for condition in case.conditions]
     sweeps = sweep_built(reduced, sweep_angles(case), built, torques, executor, advance)
     return tuple(
-        ConditionSweep(condition.name, one, there.index(condition.torque_Nm), _with_mesh_error(sweep, reduced, one))
+        ConditionSweep(
+            condition.name, one, there.index(condition.torque_Nm),
+            with_mesh_error(sweep, reduced, conditions_built(one, there)),
+        )
         for condition, one, there, sweep in zip(case.conditions, built, torques, sweeps, strict=True)
-    )
-
-
-def _with_mesh_error(sweep: SteSweep, reduced: ReducedPair, built: Built) -> SteSweep:
-    return with_mesh_error(sweep, reduced, _conditions(built, sweep.torque_Nm))
-
-
-def _conditions(built: Built, torques_Nm: Iterable[float]) -> list[Condition]:
-    return [
-        Condition(torque=1e3 * torque, axes=built.axes, pinion=built.pinion, wheel=built.wheel) for torque in torques_Nm
-    ]
+    )  # fmt: skip
 
 
 def sweep_built(
@@ -99,7 +92,7 @@ def sweep_built(
     found: dict[int, SteSweep] = {}
     most = max(1, POSITIONS_AT_A_TIME // (len(phi) * max(map(len, torques_Nm), default=1)))
     for numbers in _together(reduced, built, most):
-        conditions = [condition for n in numbers for condition in _conditions(built[n], torques_Nm[n])]
+        conditions = [condition for n in numbers for condition in conditions_built(built[n], torques_Nm[n])]
         sweep = sweep_reduced_pair(reduced, phi, conditions, executor, advance=_for_each(advance, len(numbers)))
         sweep = with_unloaded(sweep, reduced.meshed, conditions)
         ends = np.cumsum([len(torques_Nm[n]) for n in numbers]).tolist()

@@ -32,8 +32,25 @@ def assemble(
     """
     elements = elements[:, :QUADRATIC_NODES]
     blocks = element_stiffness(nodes, elements, youngs_modulus, poisson_ratio, element)
-    dofs = (3 * elements[:, :, None] + np.arange(3)).reshape(len(elements), -1)
-    rows = np.repeat(dofs, dofs.shape[1], axis=1).ravel()
-    columns = np.tile(dofs, (1, dofs.shape[1])).ravel()
-    size = 3 * len(nodes)
-    return sp.coo_array((blocks.ravel(), (rows, columns)), shape=(size, size)).tocsr()
+    return added_up(blocks, degrees_of_freedom(elements).reshape(len(elements), -1), 3 * len(nodes))
+
+
+def added_up(blocks: FloatArray, unknowns: IntArray, size: int) -> sp.csr_array:
+    """Add up the matrices of elements.
+
+    Parameters
+    ----------
+    blocks : ndarray, shape (n, k, k)
+    unknowns : ndarray of int, shape (n, k)
+        Of each element; negative ones are held.
+    size : int
+        Number of unknowns in all.
+
+    Returns
+    -------
+    scipy.sparse.csr_array, shape (size, size)
+    """
+    rows = np.repeat(unknowns, unknowns.shape[1], axis=1).ravel()
+    columns = np.tile(unknowns, (1, unknowns.shape[1])).ravel()
+    free = (rows >= 0) & (columns >= 0)
+    return sp.coo_array((blocks.ravel()[free], (rows[free], columns[free])), shape=(size, size)).tocsr()

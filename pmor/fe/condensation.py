@@ -103,7 +103,7 @@ def sector_stiffness(mesh: SectorMesh, youngs_modulus: float, poisson_ratio: flo
     stiffness = element_stiffness(mesh.nodes, elements, youngs_modulus, poisson_ratio, element)
     if mesh.mirrored:
         stiffness *= 2.0
-    unknowns = (3 * elements[:, :, None] + np.arange(3)).reshape(len(elements), -1)
+    unknowns = degrees_of_freedom(elements).reshape(len(elements), -1)
     number, place = np.nonzero(np.isin(unknowns, mesh.held_axially))
     # Their own diagonal stays, so that factorisations need not know of them.
     diagonal = stiffness[number, place, place]

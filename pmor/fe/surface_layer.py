@@ -16,10 +16,9 @@ from __future__ import annotations
 
 import numpy as np
 import scipy.linalg as la
-import scipy.sparse as sp
 
 from pmor.arrays import FloatArray
-from pmor.fe.assembly import degrees_of_freedom
+from pmor.fe.assembly import added_up, degrees_of_freedom
 from pmor.fe.completion import completion, nodes_of_elements
 from pmor.fe.elimination import condense, inverse
 from pmor.fe.nested_dissection import element_places
@@ -111,13 +110,9 @@ def _section_compliance(mesh: SectorMesh, columns: int, stiffness: FloatArray) -
     rank = np.full(len(mesh.nodes) // layers + 1, -1)
     rank[sections] = np.arange(len(sections))
     unknowns = (2 * rank[elements[sliced] // layers][:, :, None] + np.arange(2)).reshape(len(sliced), -1)
-    row = np.repeat(unknowns, unknowns.shape[1], axis=1).ravel()
-    column = np.tile(unknowns, (1, unknowns.shape[1])).ravel()
-    free = (row >= 0) & (column >= 0)
-    size = 2 * len(sections)
     in_plane = np.flatnonzero(np.arange(stiffness.shape[1]) % 3 < 2)
-    blocks = stiffness[sliced][:, in_plane[:, None], in_plane].ravel()[free]
-    matrix = sp.coo_array((blocks, (row[free], column[free])), shape=(size, size)).toarray()
+    blocks = stiffness[sliced][:, in_plane[:, None], in_plane]
+    matrix = added_up(blocks, unknowns, 2 * len(sections)).toarray()
     there = np.diagonal(matrix) > 0.0  # quadratic elements have no nodes in the middle of a section
     flank = (2 * rank[mesh.flank[:, 0] // layers][:, None] + np.arange(2)).ravel()
     moves = (flank >= 0) & there[flank]

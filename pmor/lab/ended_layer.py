@@ -44,6 +44,7 @@ from scipy.interpolate import CubicSpline, RectBivariateSpline
 from pmor.arrays import FloatArray
 from pmor.contact.line_contact import bonded_layer_constant
 from pmor.contact.tip_corner import ANGLES_DEG, POWERS, RATIOS, REACH, SPREADS, TABLE, wedge_softness
+from pmor.fe.assembly import added_up
 
 # H of distances from the corner, an array of each.
 Difference = Callable[[FloatArray, FloatArray], FloatArray]
@@ -114,8 +115,7 @@ def _stiffness(places: FloatArray, elements: np.ndarray, poisson_ratio: float) -
             weighted = np.abs(area)[:, :, None] * (its * others) * strain
             matrices += np.matmul(weighted.transpose(0, 2, 1), elasticity @ strain)
     unknowns = (2 * elements[:, :, None] + np.arange(2)).reshape(len(elements), 18)
-    rows, columns = np.repeat(unknowns, 18, axis=1).ravel(), np.tile(unknowns, 18).ravel()
-    return sp.csc_array(sp.coo_array((matrices.ravel(), (rows, columns)), shape=(2 * len(places),) * 2))
+    return added_up(matrices, unknowns, 2 * len(places)).tocsc()
 
 
 def smooth_rest(

@@ -25,7 +25,11 @@ def built_of(case: Case) -> Built:
 
 def conditions_of(case: Case, torques_Nm: Iterable[float]) -> tuple[Condition, ...]:
     """Return the conditions of a sweep of a case under torques in N m."""
-    built = built_of(case)
+    return conditions_built(built_of(case), torques_Nm)
+
+
+def conditions_built(built: Built, torques_Nm: Iterable[float]) -> tuple[Condition, ...]:
+    """Return the conditions of a pair that is built in some way under torques in N m."""
     return at_torques((1e3 * torque for torque in torques_Nm), built.axes, built.pinion, built.wheel)
 
 
