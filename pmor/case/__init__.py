@@ -9,7 +9,7 @@ from pmor.case.describe import basis_key, condition_words, describe, short_list
 from pmor.case.extrapolation import beyond_training
 from pmor.case.flanks import check_flanks, trained_flanks
 from pmor.case.loader import load_case, parse_case
-from pmor.case.models import model_names, other_models
+from pmor.case.models import model_names, of_linear_elements, other_models
 from pmor.case.schema import (
     Case,
     CompareCase,
@@ -48,6 +48,7 @@ __all__ = [
     "load_case",
     "make_case",
     "model_names",
+    "of_linear_elements",
     "other_models",
     "parse_case",
     "refuse_uneven_load",

@@ -35,15 +35,15 @@ def other_models(case: Case) -> Iterator[tuple[Scheme, Case]]:
             reduction = replace(case.reduction, shapes=SHAPES_OF_MODEL[scheme], interpolation="linear")
             contact = replace(case.contact, scheme=scheme)
             alone = replace(case.compare, models=None)
-            mesh = case.mesh if contact.kind == "line" else _of_linear_elements(case.mesh)
+            mesh = case.mesh if contact.kind == "line" else of_linear_elements(case.mesh)
             yield scheme, replace(
                 case, name=f"{case.name}_{scheme}", mesh=mesh, contact=contact, reduction=reduction, conditions=(),
                 compare=alone,
             )  # fmt: skip
 
 
-def _of_linear_elements(mesh: MeshCase) -> MeshCase:
-    """The mesh itself, or one of linear elements between the nodes of its quadratic ones."""
+def of_linear_elements(mesh: MeshCase) -> MeshCase:
+    """Return the mesh itself, or one of linear elements between the nodes of its quadratic ones."""
     if mesh.order == 1:
         return mesh
     along, across = mesh.order * mesh.profile_elements, mesh.order * mesh.width_elements

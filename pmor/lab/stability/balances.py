@@ -12,7 +12,7 @@ from pmor.contact.flank import MeshedPair
 from pmor.contact.kernels.line import approach_of
 from pmor.contact.kernels.tip_corner import Corner, LineLaw
 from pmor.contact.line_contact import contact_laws
-from pmor.contact.position import Position
+from pmor.contact.position import Position, place_sections
 
 # Of the integral under the approach of a line: the energy is exact to 1e-9.
 ENERGY_POINTS = 24
@@ -73,16 +73,27 @@ def torque_imbalance(
     """Return how far the moment of the nodal forces about the pinion's axis misses the torque (N mm), over it.
 
     The solver balances the forces at contact points; here the forces have gone to the nodes, at their deformed places.
-    Lines are balanced where they meet undeformed.
+    Lines go to the nodes where they meet undeformed, and the levers of a pinion's corner turn with it.
     """
     forces = equilibrium.contact.nodal_forces(equilibrium.contact.force, len(position.nodes))
     places = position.nodes
-    if meshed.scheme.kind != "line":
+    turned = 0.0
+    if meshed.scheme.kind == "line":
+        turned = float(equilibrium.contact.force @ _turning(meshed, position, equilibrium))
+    else:
         places = places + elasticity.displacement(equilibrium.coordinates)
     own = np.concatenate([np.arange(*position.window_slice(p, 0).indices(len(places)))
                           for p in range(len(position.pair_index))])  # fmt: skip
     moment = places[own, 0] @ forces[own, 1] - places[own, 1] @ forces[own, 0]
-    return float(abs(moment + torque) / torque)
+    return float(abs(moment + turned + torque) / torque)
+
+
+def _turning(meshed: MeshedPair, position: Position, equilibrium: Equilibrium) -> FloatArray:
+    """Return by how much the lever of each line differs from that without load, mm."""
+    contact, sections = equilibrium.contact, len(meshed.sections.z)
+    lines = place_sections(meshed, np.array([position.phi]), position.built.axes)
+    pair = position.pair_index[contact.pair] - lines.first_pair[0]
+    return np.asarray(contact.lever - lines.lever[0, pair * sections + contact.place[:, 1]])
 
 
 def newton_condition(elasticity: Elasticity, equilibrium: Equilibrium) -> float:

@@ -18,6 +18,12 @@ LOADS_Nm: dict[float, tuple[float, ...]] = {
     1e-6: (), 1e-5: (), 1e-4: (), 1e-3: (), 1e-2: (), 0.1: (), 1.0: (), 10.0: (), 100.0: (), 1e3: (),
     1e4: (0.1, 0.3, 0.6), 1e5: (),
 }  # fmt: skip
+DIRECT: Sections = {"contact": {"scheme": "direct"}}
+# Line contact, on the elements that go with it.
+LINES: Sections = {
+    "contact": {"scheme": "line"},
+    "mesh": {"element": "hex20", "profile_elements": 8, "width_elements": 4},
+}
 # From this exponent on the strip of contact no longer depends on the penalty, and the difference falls as 1/k.
 STIFF_EXPONENT = 6
 
@@ -100,7 +106,7 @@ def _schemes() -> list[Variant]:
 
 def line_variants() -> list[Variant]:
     """Return the variants with line contact."""
-    line: Sections = {"contact": {"scheme": "line"}}
+    line = LINES
 
     def variant(name: str, about: str, changes: Sections, **more: object) -> Variant:
         return Variant(f"line contact, {name}", "Line contact", about, merged(line, changes), energy=0.1, **more)  # type: ignore[arg-type]
@@ -170,12 +176,10 @@ def _misalignments() -> list[Variant]:
     about = "contact at one end of the face, or at other roll angles"
     variants = []
     for key, (words, values) in off.items():
-        for value, scheme in product(values, ("direct", "line")):
+        for value, scheme in product(values, (DIRECT, LINES)):
             moved: Sections = {"misalignment": {key: value}, "offline": {key: sorted([0.0, value])}}
-            changes = merged({"contact": {"scheme": scheme}}, moved)
-            variants.append(
-                Variant(f"axes {words}: {value:g} um, {scheme}", "Misalignment", about, changes, energy=0.1)
-            )
+            name = f"axes {words}: {value:g} um, {scheme['contact']['scheme']}"
+            variants.append(Variant(name, "Misalignment", about, merged(scheme, moved), energy=0.1))
     return variants
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pmor.case import Case, change_case, without_models
+from pmor.case import Case, change_case, of_linear_elements, without_models
 from pmor.lab.core.variants import merged
 from pmor.lab.stability.basis_variants import basis_variants
 from pmor.lab.stability.contact_variants import contact_variants, line_variants, load
@@ -18,14 +18,17 @@ WIDTH_ELEMENTS = 4
 def base_case(case: Case) -> Case:
     """Return a case on the mesh of the matrix, with its nominal torque for all stages, and with a penalty.
 
-    Line contact has neither penalty nor refinement, which are what the matrix varies most; it has variants of its own.
+    Line contact has neither penalty nor refinement, which are what the matrix varies most; it has variants of its own,
+    on quadratic elements. Penalties are for linear ones.
 
     Raises
     ------
     CaseError
     """
-    elements = min(case.mesh.profile_elements, MOST_PROFILE_ELEMENTS)
-    mesh = {"mesh": {"profile_elements": elements, "width_elements": min(case.mesh.width_elements, WIDTH_ELEMENTS)}}
+    linear = of_linear_elements(case.mesh)
+    elements = min(linear.profile_elements, MOST_PROFILE_ELEMENTS)
+    across = min(linear.width_elements, WIDTH_ELEMENTS)
+    mesh = {"mesh": {"element": linear.element, "profile_elements": elements, "width_elements": across}}
     changes = merged(mesh, load(case.torque_Nm))
     if case.contact.scheme == "line":
         changes = merged(changes, {"contact": {"scheme": "direct"}})

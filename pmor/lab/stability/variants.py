@@ -56,7 +56,7 @@ class Variant:
         How the reduced basis is made (`pmor.lab.stability.reduced`); None: full FE.
     limit : str
         Part of the warning that the program gives beforehand where this variant is known not to hold.
-    energy, torque : float
+    energy : float
         Allowed imbalance, relative.
     """
 
@@ -73,4 +73,3 @@ class Variant:
     basis: str | None = None
     limit: str = ""
     energy: float = MESH_ENERGY
-    torque: float = 1e-3
