@@ -118,6 +118,8 @@ def _solved_entry(entry: Entry, variant: Variant, case: Case, base: Case, store:
     warnings = range_warnings(case, meshed.pair, approach_estimate(case, meshed.pair))
     aspect = model.mesh.quality.max_aspect_ratio
     remarks = [*warnings, *([f"aspect ratio of the elements up to {aspect:.3g}"] if variant.group == "Mesh" else [])]
+    if solved.twin_steps > MOST_STEPS:
+        remarks.append(f"the general solver takes {solved.twin_steps} Newton steps to the same answer")
     return replace(
         entry,
         converged=not solved.failures,
@@ -192,7 +194,7 @@ def _reduced(case: Case, model: ElasticModel, phi: FloatArray, way: str) -> Solv
     sweep = sweep_reduced_pair(reduced, phi, [condition])
     twin = solve_variant(reduced.meshed, reduced.elasticity_at, phi, condition)
     failures = [f"no equilibrium of the sweep at phi = {angle:.6g} rad" for angle in phi[~sweep.converged[0]]]
-    return replace(twin, ste_um=sweep.ste_um[0], steps=max(int(sweep.newton_steps.max()), twin.steps),
+    return replace(twin, ste_um=sweep.ste_um[0], steps=int(sweep.newton_steps.max()), twin_steps=twin.steps,
                    failures=(*failures, *twin.failures))  # fmt: skip
 
 

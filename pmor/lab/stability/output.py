@@ -132,7 +132,7 @@ def _meanings() -> list[tuple[str, str]]:
         ("result", f"ok: converged everywhere in at most {MOST_STEPS} Newton steps, balanced, and as close to what it "
          "is held against as it should be; refused: a check before the solution says why; limit: solved, with "
          "a warning that it is not to be trusted; failed: the note says what"),
-        ("steps", "largest number of Newton steps at any position"),
+        ("steps", "largest number of Newton steps at any position; of a reduced model, of its sweep"),
         ("condition", "condition number of the matrix that a Newton step factors, 1-norm, estimated"),
         ("difference", "largest difference of the STE to what it is held against, over the mean of that"),
         *((f"against: {word}", text) for word, text in REFERENCES.items() if word != "nothing"),

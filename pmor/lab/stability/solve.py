@@ -40,6 +40,8 @@ class Solved:
         Largest estimate of the condition, largest imbalances (`pmor.lab.stability.balances`); NaN without any position,
         and for the energy under a load too small to tell.
     failures : tuple of str
+    twin_steps : int
+        Of a reduced model, those of its slow twin; else 0.
     """
 
     ste_um: FloatArray
@@ -48,6 +50,7 @@ class Solved:
     energy: float
     torque: float
     failures: tuple[str, ...]
+    twin_steps: int = 0
 
 
 def solve_variant(
