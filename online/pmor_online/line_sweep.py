@@ -20,9 +20,10 @@ from pmor.contact.flank import MeshedPair
 from pmor.contact.kernels.deviation import Deviation
 from pmor.contact.kernels.line_loads import LineResults, solve_lines
 from pmor.contact.kernels.line_places import Lines, line_deviations
+from pmor.contact.kernels.line_pressure import PATCH_FIELDS, line_patches
 from pmor.contact.position import place_sections
 from pmor.results.force_law import ForceLaw
-from pmor.results.loads import ContactLoads, SweepStates
+from pmor.results.loads import ContactLoads, LineStates, SweepStates
 from pmor.results.sweep import SteSweep
 from pmor.threads import in_order
 from pmor_online.model import ReducedPair
@@ -62,7 +63,7 @@ def sweep_line_loads(
     SteSweep
     """
     start = time.perf_counter()
-    lines, found = _solve(reduced, phi, conditions, executor, advance)
+    lines, found = _solve(reduced, phi, conditions, executor, advance, recorded)
     lead = np.where(found.converged, found.lead, np.nan)
     share, pair_index = _shares(lines, found, len(reduced.meshed.sections.z))
     return SteSweep(
@@ -76,6 +77,7 @@ def sweep_line_loads(
         seconds=time.perf_counter() - start,
         pitch_rad=reduced.meshed.pair.pitch,
         states=_states(reduced, lines, found, lead) if recorded else None,
+        stiffness_N_per_um=_stiffness(reduced, found),
     )
 
 
@@ -108,7 +110,7 @@ def line_force_law(
     """
     start = time.perf_counter()
     conditions = at_leads(leads, built.axes, built.pinion, built.wheel)
-    lines, found = _solve(reduced, phi, conditions, executor, advance)
+    lines, found = _solve(reduced, phi, conditions, executor, advance, False)
     torque, pairs = _pair_torques(lines, found, len(reduced.meshed.sections.z))
     torque[~found.converged] = np.nan
     return ForceLaw(
@@ -143,7 +145,7 @@ class _Case:
 
 def _solve(
     reduced: ReducedPair, phi: FloatArray, conditions: Sequence[Condition], executor: Executor | None,
-    advance: Callable[[int], None],
+    advance: Callable[[int], None], recorded: bool,
 ) -> tuple[Lines, LineResults]:  # fmt: skip
     """Solve block by block; the sections come back without flexibilities and gradients, which nobody reads again."""
     angles, axes = np.ascontiguousarray(phi, dtype=float), common_axes(conditions)
@@ -151,7 +153,7 @@ def _solve(
 
     def solve(block: slice) -> tuple[Lines, LineResults]:
         lines = place_sections(reduced.meshed, angles[block], axes, reduced.components)
-        found = _solve_block(reduced, lines, cases, len(conditions), conditions[0].torque is None)
+        found = _solve_block(reduced, lines, cases, len(conditions), conditions[0].torque is None, recorded)
         nothing = np.empty((0, 0, 0))
         return lines._replace(gradient=np.empty((0, 0, 0, 0)), flexibility=nothing), found
 
@@ -178,31 +180,39 @@ def _cases(meshed: MeshedPair, conditions: Sequence[Condition]) -> list[_Case]:
 
 
 def _solve_block(
-    reduced: ReducedPair, lines: Lines, cases: Sequence[_Case], count: int, held: bool
+    reduced: ReducedPair, lines: Lines, cases: Sequence[_Case], count: int, held: bool, recorded: bool
 ) -> LineResults:
     """Solve the angles of placed sections under all cases, with `count` conditions in all."""
     meshed, sections = reduced.meshed, reduced.meshed.sections
     width, rate = sections.width * (2.0 if meshed.mirrored else 1.0), meshed.expected_approach(1.0)
     corners = meshed.gears[0].corner, meshed.gears[1].corner
     angles, size = lines.gap.shape
-    whole, deviation = _no_results(count, angles, size), np.empty((angles, size))
+    whole, deviation = _no_results(count, angles, size, recorded), np.empty((angles, size))
     for case in cases:
         if case.flanks is not None:
             line_deviations(lines, sections.z, *case.flanks, deviation)
-        found = whole if len(case.index) == count else _no_results(len(case.index), angles, size)
+        found = whole if len(case.index) == count else _no_results(len(case.index), angles, size, recorded)
         added = np.empty((0, 0)) if case.flanks is None else deviation
         solve_lines(lines, added, case.drives, held, rate, width, reduced.section_compliance, corners, found)
         if found is not whole:
             for all_of_it, part in zip(whole, found, strict=True):
-                all_of_it[case.index] = part
+                if part.size:
+                    all_of_it[case.index] = part
     return whole
 
 
-def _no_results(conditions: int, angles: int, size: int) -> LineResults:
+def _no_results(conditions: int, angles: int, size: int, recorded: bool) -> LineResults:
     grid = conditions, angles
     return LineResults(
-        np.zeros(grid), np.zeros(grid, dtype=np.int64), np.zeros(grid, dtype=bool), np.zeros((*grid, size))
-    )
+        np.zeros(grid), np.zeros(grid, dtype=np.int64), np.zeros(grid, dtype=bool), np.zeros((*grid, size)),
+        np.zeros(grid), np.zeros((*grid, size) if recorded else (0, 0, 0)),
+    )  # fmt: skip
+
+
+def _stiffness(reduced: ReducedPair, found: LineResults) -> FloatArray:
+    """Tangent mesh stiffness along the line of action, (D, A), N/um; NaN where not converged."""
+    radius = reduced.meshed.pair.pinion.base_radius
+    return np.asarray(np.where(found.converged, 1e-3 * found.stiffness / radius**2, np.nan))
 
 
 def _levers(lines: Lines, found: LineResults) -> FloatArray:
@@ -229,7 +239,7 @@ def _shares(lines: Lines, found: LineResults, sections: int) -> tuple[FloatArray
 
 
 def _states(reduced: ReducedPair, lines: Lines, found: LineResults, lead: FloatArray) -> SweepStates:
-    z = reduced.meshed.sections.z
+    z, levers = reduced.meshed.sections.z, _levers(lines, found)
     carried = (found.force > 0.0) & found.converged[..., None]
     _, angle, place = np.nonzero(carried)
     count = carried.sum(axis=2)
@@ -242,11 +252,38 @@ def _states(reduced: ReducedPair, lines: Lines, found: LineResults, lead: FloatA
         slave=np.zeros(len(place), dtype=np.int64),
         column=column,
         force_N=found.force[carried],
-        lever_mm=_levers(lines, found)[carried],
+        lever_mm=levers[carried],
         mate_lever_mm=lines.mate_lever[angle, place],
         roll_rad=lines.roll[angle, place],
         z_mm=z[column],
     )
     reach = lines.gap.shape[1] // len(z)
     pairs = lines.first_pair[:, None] + np.arange(reach)
-    return SweepStates(lead, pairs, np.zeros((*lead.shape, reach, 0)), loads)
+    of_lines = _line_states(reduced, lines, found, pairs, levers)
+    return SweepStates(lead, pairs, np.zeros((*lead.shape, reach, 0)), loads, of_lines)
+
+
+def _line_states(
+    reduced: ReducedPair, lines: Lines, found: LineResults, pairs: IntArray, levers: FloatArray
+) -> LineStates:
+    meshed, sections = reduced.meshed, reduced.meshed.sections
+    images, radius = 2 if meshed.mirrored else 1, meshed.pair.pinion.base_radius
+    grid = *found.force.shape[:2], pairs.shape[1], len(sections.z)
+    load = np.where(found.converged[..., None], found.force, 0.0).reshape(grid) / (images * sections.width)
+    patches = np.empty((len(load), load[0].size, PATCH_FIELDS))
+    line_patches(lines.law.reshape(-1, lines.law.shape[2]), load.reshape(len(load), -1), patches)
+    half_width, offset, pressure = np.moveaxis(patches.reshape(*grid, PATCH_FIELDS), -1, 0)
+    return LineStates(
+        pair=pairs,
+        z_mm=sections.z,
+        width_mm=sections.width,
+        mirrored=meshed.mirrored,
+        roll_rad=lines.roll.reshape(*grid[1:], 2),
+        load_N_per_mm=load,
+        half_width_mm=half_width,
+        offset_mm=offset,
+        pressure_MPa=pressure,
+        lever_mm=levers.reshape(grid),
+        mate_lever_mm=lines.mate_lever.reshape(grid[1:]),
+        sensitivity=radius * found.sensitivity.reshape(grid),
+    )

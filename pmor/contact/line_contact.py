@@ -56,10 +56,10 @@ import numpy as np
 from pmor.arrays import FloatArray
 from pmor.contact.flank import MeshedPair
 from pmor.contact.kernels.line import laws_of_lines
-from pmor.contact.kernels.tip_corner import LineLaw, contact_patch
+from pmor.contact.kernels.line_pressure import PATCH_FIELDS, line_patches
+from pmor.contact.kernels.tip_corner import LineLaw
 from pmor.contact.position import Position
 from pmor.contact.search import Contact
-from pmor.contact.tip_corner import edge_pressure
 from pmor.errors import GeometryError
 
 # Half-width over the depth of the layer, beyond which the closed form is refused.
@@ -139,28 +139,20 @@ def line_contact(meshed: MeshedPair, position: Position, contact: Contact) -> Li
     section, sections = contact.place[:, 1], meshed.sections
     # The line load along the inclined line is the transverse force per width: both are longer by the same cosine.
     load = np.maximum(contact.force, 0.0) / (sections.width[section] * (2.0 if meshed.mirrored else 1.0))
-    patches = np.array([_patch(law, w) for law, w in zip(contact_laws(meshed, position, contact), load, strict=True)])
-    return LineContact(contact.pair, section, load, *patches.reshape(-1, 3).T)
+    patches = np.empty((1, len(load), PATCH_FIELDS))
+    line_patches(_laws(meshed, position, contact), load[None], patches)
+    return LineContact(contact.pair, section, load, *patches[0].T)
 
 
 def contact_laws(meshed: MeshedPair, position: Position, contact: Contact) -> list[LineLaw]:
     """Return the law of each section in contact."""
+    return [LineLaw(*law) for law in _laws(meshed, position, contact).tolist()]
+
+
+def _laws(meshed: MeshedPair, position: Position, contact: Contact) -> FloatArray:
     roll_positions = position.phi + position.pair_index * meshed.pair.pitch
     pair, z = position.kernel_pair, meshed.sections.z[contact.place[:, 1]]
-    laws = laws_of_lines(pair.kinematics, pair.gears, roll_positions[contact.pair], z)
-    return [LineLaw(*law) for law in laws.tolist()]
-
-
-def _patch(law: LineLaw, load: float) -> tuple[float, float, float]:
-    """Half-width, offset and peak pressure."""
-    size = law.compliance * max(load, np.finfo(float).tiny)
-    if load <= law.plain:
-        half_width = math.sqrt(2.0 * size / law.curvature)
-        return half_width, 0.0, half_width * law.curvature / (math.pi * law.compliance)
-    patch = contact_patch(size, law.angle, law.curvature, law.edge_curvature)
-    offset = patch.middle - max(-law.angle / law.curvature, 0.0)
-    pressure = edge_pressure(patch, law) / law.compliance
-    return patch.length, offset if law.gear == 1.0 else -offset, pressure
+    return np.asarray(laws_of_lines(pair.kinematics, pair.gears, roll_positions[contact.pair], z))
 
 
 def check_half_width(meshed: MeshedPair, torque: float) -> None:

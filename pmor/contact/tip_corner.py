@@ -9,15 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from pmor.arrays import FloatArray
-from pmor.contact.kernels.tip_corner import LineLaw, Patch
 
 # Distance from the corner, in depths of the layer there, beyond which the layer's end is not felt.
 REACH = 1.25
 # Angles between flank and tip land, and Poisson's ratios, that were solved; powers of place and spread in the fit.
 ANGLES_DEG, RATIOS = (100.0, 110.0, 120.0, 130.0, 140.0, 150.0), (0.0, 0.3, 0.42, 0.49)
 POWERS, SPREADS = 5, 3
-# Places at which the largest pressure across a rounded edge is looked for.
-PRESSURES = 400
 TABLE = Path(__file__).with_name("tip_corner.txt")
 
 
@@ -36,38 +33,6 @@ def wedge_softness(angle: float) -> float:
     along = math.cos(tilt) ** 2 / (half + 0.5 * math.sin(angle))
     across = math.sin(tilt) ** 2 / (half - 0.5 * math.sin(angle))
     return 0.5 * math.pi * (along + across)
-
-
-def edge_pressure(patch: Patch, law: LineLaw) -> float:
-    """Return the largest pressure times C (see `pmor.contact.kernels.tip_corner`) of a patch on half-planes.
-
-    Hertz's; across the edge of an arc with the curvatures' step D there, C p is, at m - l cos(phi),
-
-        (l / pi^2) [(pi kappa + D beta) sin(phi) + D (cos(beta) - cos(phi)) ln|r|],
-        r = sin((phi - beta) / 2) / sin((phi + beta) / 2).
-
-    Parameters
-    ----------
-    patch : Patch
-    law : LineLaw
-
-    Returns
-    -------
-    float
-        NaN where a sharp edge cuts the contact off: there the pressure has no bound.
-    """
-    if patch.middle - patch.length > 0.0:
-        return patch.length * law.curvature / math.pi
-    if law.edge_curvature == 0.0:
-        return math.nan
-    if patch.middle + patch.length < 0.0:
-        return patch.length * law.edge_curvature / math.pi
-    beta, step = math.acos(patch.middle / patch.length), law.edge_curvature - law.curvature
-    phi = (np.arange(PRESSURES) + 0.5) * math.pi / PRESSURES
-    ratio = np.sin(0.5 * (phi - beta)) / np.sin(0.5 * (phi + beta))
-    edge = (math.cos(beta) - np.cos(phi)) * np.log(np.maximum(np.abs(ratio), np.finfo(float).tiny))
-    smooth = (math.pi * law.curvature + step * beta) * np.sin(phi)
-    return float(patch.length / math.pi**2 * np.max(smooth + step * edge))
 
 
 @cache

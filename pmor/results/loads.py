@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from pmor.arrays import FloatArray, IntArray
 
 
@@ -52,6 +54,64 @@ class ContactLoads:
 
 
 @dataclass(frozen=True)
+class LineStates:
+    """Line contact in all states of a sweep: D torques, A angles, P tooth pairs in reach, S sections over the width.
+
+    Where half the width is meshed, sections stand for their mirror images too: these have the same line load. A state
+    that did not converge carries nothing here.
+
+    Attributes
+    ----------
+    pair : (A, P) int
+        Tooth pairs.
+    z_mm, width_mm : (S,)
+        Where the sections are, from mid width of the pair, and the width that each stands for, without its image.
+    mirrored : bool
+        Whether they have images.
+    roll_rad : (A, P, S, 2)
+        Roll angles on pinion and wheel at which the undeformed flanks meet.
+    load_N_per_mm : (D, A, P, S)
+        Force along the transverse line of action per face width: also that along the inclined line of contact per
+        length of it, normal to the flanks.
+    half_width_mm : (D, A, P, S)
+        Half of the width of contact, Hertz's b.
+    offset_mm : (D, A, P, S)
+        By how far its middle lies towards the tip of the pinion from where the undeformed flanks meet: not 0 where an
+        edge at a tip is in contact.
+    pressure_MPa : (D, A, P, S)
+        Largest over the width of contact; NaN where a sharp edge is in contact, at which it has no bound.
+    lever_mm : (D, A, P, S)
+    mate_lever_mm : (A, P, S)
+        Levers of the force, as in `ContactLoads`.
+    sensitivity : (D, A, P, S)
+        Derivative of the STE by the deviation of the section (both flanks together, its image too), um/um.
+    """
+
+    pair: IntArray
+    z_mm: FloatArray
+    width_mm: FloatArray
+    mirrored: bool
+    roll_rad: FloatArray
+    load_N_per_mm: FloatArray
+    half_width_mm: FloatArray
+    offset_mm: FloatArray
+    pressure_MPa: FloatArray
+    lever_mm: FloatArray
+    mate_lever_mm: FloatArray
+    sensitivity: FloatArray
+
+    @property
+    def images(self) -> int:
+        """Sections that each stands for."""
+        return 2 if self.mirrored else 1
+
+    @property
+    def force_N(self) -> FloatArray:
+        """Force of each section, with its image's, along the transverse line of action, (D, A, P, S)."""
+        return np.asarray(self.load_N_per_mm * (self.images * self.width_mm))
+
+
+@dataclass(frozen=True)
 class SweepStates:
     """The states behind a sweep.
 
@@ -65,9 +125,12 @@ class SweepStates:
         Of each shape that a pair can have (flank lines: the pinion's, then the wheel's), in the units of the basis; 0
         for shapes out of reach.
     loads : ContactLoads
+    lines : LineStates or None
+        Of line loads as unknowns; None of other models.
     """
 
     lead_rad: FloatArray
     pair: IntArray
     amplitude: FloatArray
     loads: ContactLoads
+    lines: LineStates | None = None

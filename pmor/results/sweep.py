@@ -49,6 +49,9 @@ class SteSweep:
         Transmission error of the same flanks without load, um; None where it is zero.
     mesh_error_percent : (n_torques,) or None
         Estimate of what the mesh costs, of the mean STE (`pmor_online.mesh_error`), %; None where there is none.
+    stiffness_N_per_um : (n_torques, n_angles) or None
+        Tangent of the force along the line of action, T / r_b1, over the STE, from the factor of the solution; NaN
+        where not converged. None of models that do not know it.
     """
 
     phi_rad: FloatArray
@@ -64,6 +67,7 @@ class SteSweep:
     states: SweepStates | None = None
     unloaded_um: FloatArray | None = None
     mesh_error_percent: FloatArray | None = None
+    stiffness_N_per_um: FloatArray | None = None
 
     def __post_init__(self) -> None:
         """Refuse arrays that do not belong together: a wrong shape would broadcast silently further on."""
@@ -74,7 +78,7 @@ class SteSweep:
             "newton_steps": grid,
             "converged": grid,
         }
-        for name in ("ste_error_um", "unloaded_um"):
+        for name in ("ste_error_um", "unloaded_um", "stiffness_N_per_um"):
             if getattr(self, name) is not None:
                 expected[name] = grid
         if self.mesh_error_percent is not None:
@@ -86,13 +90,13 @@ class SteSweep:
     def at_torques(self, rows: slice | IntArray) -> SteSweep:
         """Return a sweep with some of the torques, by their place; it keeps no states."""
         ste = self.ste_um[rows]
-        kept = self.ste_error_um, self.unloaded_um, self.mesh_error_percent
-        error, unloaded, of_mesh = (None if a is None else a[rows] for a in kept)
+        kept = self.ste_error_um, self.unloaded_um, self.mesh_error_percent, self.stiffness_N_per_um
+        error, unloaded, of_mesh, stiffness = (None if a is None else a[rows] for a in kept)
         return replace(
             self, torque_Nm=self.torque_Nm[rows], ste_um=ste, pair_share=self.pair_share[rows],
             newton_steps=self.newton_steps[rows], converged=self.converged[rows],
             seconds=self.seconds * len(ste) / len(self.ste_um), ste_error_um=error, states=None, unloaded_um=unloaded,
-            mesh_error_percent=of_mesh,
+            mesh_error_percent=of_mesh, stiffness_N_per_um=stiffness,
         )  # fmt: skip
 
     @property

@@ -16,10 +16,11 @@ from pmor.case import parse_case
 from pmor.contact.condition import PLAIN
 from pmor.contact.kernels.line import approach_of, laws_of_lines, line_load, widest_load
 from pmor.contact.kernels.line_places import place_lines
+from pmor.contact.kernels.line_pressure import edge_pressure
 from pmor.contact.kernels.tip_corner import LineLaw, contact_patch, corner_approach, single_mean
 from pmor.contact.line_contact import bonded_layer_constant
 from pmor.contact.solve import solve_position
-from pmor.contact.tip_corner import REACH, corner_coefficients, edge_pressure, wedge_softness
+from pmor.contact.tip_corner import REACH, corner_coefficients, wedge_softness
 from pmor.lab.ended_layer import ended_layer, patch_means, smooth_rest
 from pmor.pair.conditions import nominal_condition
 from pmor.pair.model import elastic_model, mesh_model

@@ -13,6 +13,15 @@ under a given lead. delta rises with the load, and D with its slopes is symmetri
 (`pmor.fe.surface_layer`): it is the minimum of a strictly convex energy, so there is one solution, and Newton with an
 active set finds it (Johnson, Contact Mechanics 1985, ch. 4; Portugal, Judice & Vicente, Math. Comp. 63 (1994) 625).
 Neither D nor g_0 depends on torque or deviations.
+
+Derivatives follow from the solution's own factor: with M = D + delta'/width of the sections that carry, l_t the slopes
+of levers that turn, and y = M^-1 l,
+
+    d torque / d lead = l y - l_t F,    d lead / d e_n = -y_n / (d torque / d lead),                               (2)
+
+the second at the same torque: a deviation moves the lead as the torque moves the section that deviates (Maxwell). They
+are those of the present sections. One that is about to carry is as soft as the law's delta' under the least load, so
+that both derivatives jump a little where it begins to.
 """
 
 from __future__ import annotations
@@ -50,12 +59,18 @@ class LineResults(NamedTuple):
     converged : ndarray of bool, shape (D, A)
     force : ndarray, shape (D, A, N)
         Along the transverse line of action, N.
+    stiffness : ndarray, shape (D, A)
+        Tangent d torque / d lead of the nonlinear solution, N mm / rad; 0 where nothing carries.
+    sensitivity : ndarray, shape (D, A, N) or (0, 0, 0)
+        d lead / d deviation of each section at the same torque, rad/mm; not filled where it is of size 0.
     """
 
     lead: FloatArray
     steps: IntArray
     converged: BoolArray
     force: FloatArray
+    stiffness: FloatArray
+    sensitivity: FloatArray
 
 
 class _Room(NamedTuple):
@@ -202,8 +217,14 @@ def solve_lines(lines, deviation, drives, held, rate, width, compliance, corners
         _set_free(lines, i, deviation, room)
         for d in range(len(drives)):
             force = results.force[d, i]
-            lead, steps, converged = _solve(lines, i, drives[d], held, rate, width, compliance, corners, force, room)
-            results.lead[d, i], results.steps[d, i], results.converged[d, i] = lead, steps, converged
+            lead, steps, count, stiffness = _solve(
+                lines, i, drives[d], held, rate, width, compliance, corners, force, room
+            )
+            results.lead[d, i], results.steps[d, i], results.converged[d, i] = lead, steps, count >= 0
+            results.stiffness[d, i] = stiffness
+            if results.sensitivity.size > 0:
+                for a in range(count):
+                    results.sensitivity[d, i, room.active[a]] = -room.levered[a] / stiffness
 
 
 @compiled
@@ -229,22 +250,24 @@ def _start(lines, i, drive, held, rate, force, room):
 
 @compiled
 def _solve(lines, i, drive, held, rate, width, compliance, corners, force, room):
-    """Newton with an active set at one angle; return lead, steps and whether it converged. `force` is filled."""
+    """Newton with an active set at one angle; return lead, steps, sections that carry, and the stiffness.
+
+    `force` is filled, and ``room.levered`` with M^-1 l of the sections that carry; there are -1 where it does not
+    converge.
+    """
     lead, nearby = _start(lines, i, drive, held, rate, force, room)
     for step in range(1, MAX_STEPS + 1):
         count = _linearise(lines, i, lead, force, width, compliance, corners, room)
         if count == 0:
-            if held:
-                return lead, step, True
-            return lead, step, False
-        lead = _newton_step(lines, i, drive, held, lead, force, count, room)
+            return lead, step, 0 if held else -1, 0.0
+        lead, stiffness = _newton_step(lines, i, drive, held, lead, force, count, room)
         settled, error = _accept(lines, i, count, width, force, room)
         single = step > PATIENCE
         if not (single and error > TOLERANCE):
             settled = _touch(lines, i, lead, nearby, count, width, compliance, force, single, room) and settled
         if settled and error <= TOLERANCE:
-            return lead, step, True
-    return lead, MAX_STEPS, False
+            return lead, step, count, stiffness
+    return lead, MAX_STEPS, -1, 0.0
 
 
 @compiled
@@ -284,21 +307,21 @@ def _linearise(lines, i, lead, force, width, compliance, corners, room):
 
 @compiled
 def _newton_step(lines, i, drive, held, lead, force, count, room):
-    """Solve the linearised equations; the new forces are left in ``room.loaded``, returned is the lead."""
+    """Solve the linearised equations; return the lead and the stiffness. New forces are left in ``room.loaded``."""
     solve_factored(room.factor, count, room.loaded)
     solve_factored(room.factor, count, room.levered)
+    torque, stiffness = drive, 0.0
+    for a in range(count):
+        n = room.active[a]
+        further, turning = _turning(lines, i, n, lead)
+        lever = lines.lever[i, n] + turning * further
+        torque -= lever * room.loaded[a] + turning * force[n] * lead
+        stiffness += lever * room.levered[a] - turning * force[n]
     if not held:
-        torque, give = drive, 0.0
-        for a in range(count):
-            n = room.active[a]
-            further, turning = _turning(lines, i, n, lead)
-            lever = lines.lever[i, n] + turning * further
-            torque -= lever * room.loaded[a] + turning * force[n] * lead
-            give += lever * room.levered[a] - turning * force[n]
-        lead = torque / give
+        lead = torque / stiffness
     for a in range(count):
         room.loaded[a] = -room.loaded[a] - lead * room.levered[a]
-    return lead
+    return lead, stiffness
 
 
 @compiled
