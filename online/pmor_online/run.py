@@ -14,6 +14,7 @@ from pmor_online.compare import Comparison, failed_positions, training_failures
 from pmor_online.conditions import ConditionSweep
 from pmor_online.mesh_error import with_mesh_error
 from pmor_online.model import ReducedPair, sweep_angles
+from pmor_online.readings import Readings, can_record
 from pmor_online.sweep import sweep_reduced_pair
 
 
@@ -58,6 +59,8 @@ class OnlineResult:
         Of the basis file.
     others : tuple of OnlineResult or LostModel
         Models that the case compares beside its own, in its order.
+    readings : Readings or None
+        What is read off a sweep of line loads; None of other models, and of sweeps too long to keep.
     """
 
     reduced: ReducedPair
@@ -68,6 +71,7 @@ class OnlineResult:
     conditions: tuple[ConditionSweep, ...] = ()
     basis_name: str = "basis.h5"
     others: tuple[OnlineResult | LostModel, ...] = ()
+    readings: Readings | None = None
 
     @property
     def case(self) -> Case:
@@ -121,10 +125,12 @@ def sweep_case(
     Returns
     -------
     SteSweep
+        It keeps its states where results are read off them.
     """
     case = reduced.basis.case
     phi = sweep_angles(case)
     conditions = conditions_of(case, case.online.torques_Nm)
+    recorded = can_record(reduced.meshed, case, len(phi), len(conditions))
     sweep_reduced_pair(reduced, phi[:1], conditions)  # compiles: run times are those of warm code
-    sweep = sweep_reduced_pair(reduced, phi, conditions, executor=executor, advance=advance)
+    sweep = sweep_reduced_pair(reduced, phi, conditions, executor=executor, advance=advance, recorded=recorded)
     return with_mesh_error(with_unloaded(sweep, reduced.meshed, conditions), reduced, conditions)

@@ -23,6 +23,7 @@ from pmor.case.schema import (
     OutputCase,
     PairCase,
     ReductionCase,
+    ResultsCase,
 )
 
 __all__ = [
@@ -38,6 +39,7 @@ __all__ = [
     "OutputCase",
     "PairCase",
     "ReductionCase",
+    "ResultsCase",
     "basis_key",
     "beyond_training",
     "change_case",

@@ -21,6 +21,7 @@ from pmor.case.schema import (
     OutputCase,
     PairCase,
     ReductionCase,
+    ResultsCase,
 )
 from pmor.case.values import Refused, convert, did_you_mean, toml_text
 from pmor.errors import CaseError
@@ -42,6 +43,7 @@ SECTIONS: dict[str, type] = {
     "offline": OfflineCase,
     "online": OnlineCase,
     "compare": CompareCase,
+    "results": ResultsCase,
     "output": OutputCase,
 }
 
@@ -49,6 +51,7 @@ SECTIONS: dict[str, type] = {
 OFFLINE_TORQUES = (0.2, 0.7, 1.8)
 ONLINE_TORQUES = (1.0,)
 COMPARE_TORQUES = (0.3, 1.0, 1.6)
+HARRIS_TORQUES = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 # Line contact needs no training.
 DEFAULT_SHAPES = {"line": "line_loads"}
 OTHER_SHAPES = "flank_lines"
@@ -134,6 +137,7 @@ def parse_case(text: str, name: str, where: str, folder: Path | None = None) -> 
         offline=section("offline", torques_Nm=_multiples(torque_Nm, OFFLINE_TORQUES)),
         online=section("online", torques_Nm=_multiples(torque_Nm, ONLINE_TORQUES)),
         compare=section("compare", torques_Nm=_multiples(torque_Nm, COMPARE_TORQUES)),
+        results=section("results", harris_torques_Nm=_multiples(torque_Nm, HARRIS_TORQUES)),
         output=section("output"),
         text=text,
     )

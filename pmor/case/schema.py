@@ -356,6 +356,23 @@ class CompareCase:
 
 
 @dataclass(frozen=True, kw_only=True)
+class ResultsCase:
+    """What is read off the sweep of exact line loads beside the transmission error (section `[results]`).
+
+    Parameters
+    ----------
+    maps : bool
+        What each point of the flanks sees over the mesh cycle: line load, Hertz's pressure and half-width, and the
+        contact pattern at a hundredth of the nominal torque, one more sweep.
+    harris_torques_Nm : tuple of float
+        Torques in N m, increasing, of the Harris map: transmission error and its peak-to-peak over torque.
+    """
+
+    maps: bool = True
+    harris_torques_Nm: Torques
+
+
+@dataclass(frozen=True, kw_only=True)
 class OutputCase:
     """What `pmor run` leaves in the output folder besides numbers (section `[output]`).
 
@@ -404,7 +421,7 @@ class Case:
         One line for the report.
     torque_Nm : float
         Nominal torque on the pinion in N m.
-    pair, mesh, contact, misalignment, reduction, offline, online, compare, output
+    pair, mesh, contact, misalignment, reduction, offline, online, compare, results, output
         One dataclass per section of the file.
     pinion_modification, wheel_modification : Modification
         Of the loaded flanks (sections `[pinion.modification]` and `[wheel.modification]`).
@@ -428,6 +445,7 @@ class Case:
     offline: OfflineCase
     online: OnlineCase
     compare: CompareCase
+    results: ResultsCase
     output: OutputCase
     text: str
 

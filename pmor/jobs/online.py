@@ -10,6 +10,7 @@ from pmor.threads import threads
 from pmor_online.compare import compare_models
 from pmor_online.conditions import ConditionSweep, sweep_listed
 from pmor_online.model import ReducedPair, sweep_angles
+from pmor_online.readings import read_off
 from pmor_online.run import OnlineResult, sweep_case
 
 
@@ -37,6 +38,7 @@ def run_online(
     with threads(jobs) as executor:
         with Progress(len(sweep_angles(case)), f"{scheme}: reduced model") as progress:
             sweep = sweep_case(reduced, executor, progress.advance)
+        readings = read_off(reduced, sweep, executor) if sweep.states is not None else None
         conditions: tuple[ConditionSweep, ...] = ()
         if case.conditions:
             with Progress(len(sweep_angles(case)) * len(case.conditions), "conditions") as progress:
@@ -45,4 +47,4 @@ def run_online(
             with Progress(case.compare.angles, f"{scheme}: full FE, unseen angles") as progress:
                 comparison = compare_models(reduced, model, progress.advance, executor)
     size_mib = basis_path.stat().st_size / 2**20
-    return OnlineResult(reduced, sweep, comparison, size_mib, jobs, conditions, basis_path.name)
+    return OnlineResult(reduced, sweep, comparison, size_mib, jobs, conditions, basis_path.name, readings=readings)

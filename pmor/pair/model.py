@@ -201,7 +201,7 @@ def refuse_loads(case: Case, meshed: MeshedPair) -> None:
     refuse_impossible_load(case, approach_estimate(case, meshed.pair))
     refuse_lost_load(case, partial(round_off_residual, meshed))
     if meshed.scheme.kind == "line":
-        check_half_width(meshed, 1e3 * max(case.swept_torques_Nm))
+        check_half_width(meshed, 1e3 * max(*case.swept_torques_Nm, *case.results.harris_torques_Nm))
 
 
 def assemble_pair(

@@ -20,6 +20,7 @@ from pmor.case.document import CONDITION
 from pmor.case.loader import (
     COMPARE_TORQUES,
     DEFAULT_SHAPES,
+    HARRIS_TORQUES,
     OFFLINE_TORQUES,
     ONLINE_TORQUES,
     OTHER_SHAPES,
@@ -33,7 +34,9 @@ from pmor.storage.atomic import atomic_path
 
 BEGIN, END = "<!-- keys: made by `python -m pmor.report.key_table cases/README.md` -->", "<!-- end of keys -->"
 # Defaults that are multiples of the load.
-MULTIPLES = {"offline": OFFLINE_TORQUES, "online": ONLINE_TORQUES, "compare": COMPARE_TORQUES}
+MULTIPLES = {
+    "offline": OFFLINE_TORQUES, "online": ONLINE_TORQUES, "compare": COMPARE_TORQUES, "results": HARRIS_TORQUES
+}  # fmt: skip
 
 
 def key_tables() -> str:

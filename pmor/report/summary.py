@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from pmor.arrays import FloatArray
 from pmor.case import Case, beyond_training
 from pmor.case.coarser import LEAST_ELEMENTS
 from pmor.contact.condition import ALIGNED
@@ -17,11 +18,15 @@ from pmor.pair.limits import range_warnings
 from pmor.pair.model import approach_estimate
 from pmor.report.condition_table import condition_rows
 from pmor.report.data_files import write_ste_csv, write_summary_json, write_table_csv
+from pmor.report.results_data import HARRIS, RESULTS, write_results_data
 from pmor.report.table import Cell, format_cell
+from pmor.results.load_distribution import line_states
 from pmor.results.sweep import (
     MIN_RIPPLE_POINTS,
     SteSweep,
     largest_error_um,
+    mesh_orders,
+    mesh_stiffness,
     peak_to_peak_um,
     ripple_um,
     ste_mean_um,
@@ -42,7 +47,8 @@ MODEL_FIGURES = (
 
 def result_files(case: Case) -> tuple[str, ...]:
     """Return the names of the files that `write_results` leaves."""
-    return ("ste.csv", "summary.json", *([CONDITIONS] if case.conditions else []))
+    of_lines = (HARRIS,) if case.reduction.shapes == "line_loads" else ()
+    return ("ste.csv", "summary.json", RESULTS, *of_lines, *([CONDITIONS] if case.conditions else []))
 
 
 def summary(result: OnlineResult) -> dict[str, Any]:
@@ -85,8 +91,32 @@ def figures(result: OnlineResult) -> dict[str, Any]:
         "offline_s": result.reduced.basis.training.seconds,
         "basis_mib": result.basis_mib,
         "n_positions_failed": len(result.failures),
+        **_read_off(result),
         "conditions": [row for listed in result.conditions for row in condition_rows(listed)] or None,
     }
+
+
+def _read_off(result: OnlineResult) -> dict[str, Any]:
+    """Return what is read off beside the transmission error, at the nominal torque; None for what is not there."""
+    sweep, i, readings = result.sweep, result.nominal, result.readings
+    pair = result.reduced.meshed.pair
+    secant = mesh_stiffness(sweep, pair.pinion.base_radius, pair.common_width).secant[i]
+    tangent = sweep.stiffness_N_per_um
+    pressure = None if readings is None else line_states(sweep).pressure_MPa[i]
+    return {
+        "ste_harmonics_um": mesh_orders(sweep, i).tolist(),
+        "mesh_stiffness_mean_N_per_mm_um": _mean(secant),
+        "mesh_stiffness_tangent_mean_N_per_mm_um": None if tangent is None else _mean(tangent[i] / pair.common_width),
+        "k_h_beta": None if readings is None else float(readings.face_load_factor[i]),
+        "effective_contact_ratio": None if readings is None else float(readings.effective_contact_ratio[i]),
+        "flank_pressure_max_MPa": None if pressure is None else float(np.nanmax(pressure)),
+    }
+
+
+def _mean(values: FloatArray) -> float:
+    """Mean of what is known; NaN of nothing."""
+    known = values[np.isfinite(values)]
+    return float(known.mean()) if len(known) else math.nan
 
 
 def summary_rows(result: OnlineResult) -> list[tuple[str, float | int | None, str, str]]:
@@ -105,6 +135,7 @@ def summary_rows(result: OnlineResult) -> list[tuple[str, float | int | None, st
                else "needs [reduction] error_estimate = true"),
         _known("STE error bar, mesh", s["ste_mesh_error_percent"], "%", "of the mean; from half as many elements",
                _no_mesh_error(case)),
+        *_readings_rows(s, result),
         ("reduced model size", s["rom_size"], "", "unknowns at most"),
         ("online time", s["online_ms_per_position"], "ms", f"per position, {len(result.sweep.phi_rad)} angles x "
          f"{len(result.sweep.torque_Nm)} torques" + (f", {result.jobs} threads" if result.jobs > 1 else "")),
@@ -121,6 +152,23 @@ def summary_rows(result: OnlineResult) -> list[tuple[str, float | int | None, st
         ("offline time", s["offline_s"], "s", "finite elements and training"),
         ("basis", s["basis_mib"], "MiB", ""),
     ]
+
+
+def _readings_rows(s: dict[str, Any], result: OnlineResult) -> list[tuple[str, float | None, str, str]]:
+    """Rows of what exact line loads tell beside the transmission error."""
+    lacks = "of exact line loads alone" if result.case.reduction.shapes != "line_loads" else "sweep too long to keep"
+    edges = result.readings is not None and np.isnan(line_states(result.sweep).pressure_MPa[result.nominal]).any()
+    return [
+        _known("mesh stiffness, secant", s["mesh_stiffness_mean_N_per_mm_um"], "N/(mm um)", "mean over the pitch", ""),
+        _known("mesh stiffness, tangent", s["mesh_stiffness_tangent_mean_N_per_mm_um"], "N/(mm um)",
+               "its derivative by the STE", "of exact line loads alone"),
+        _known("K_Hbeta", s["k_h_beta"], "", "largest over mean line load of the face, over the cycle", lacks),
+        _known("contact ratio, loaded", s["effective_contact_ratio"], "",
+               f"{result.reduced.meshed.pair.contact_ratio + result.reduced.meshed.pair.overlap_ratio:.3f} unloaded",
+               lacks),
+        _known("flank pressure, max", s["flank_pressure_max_MPa"], "MPa", "of Hertz"
+               + ("; without the positions at which a sharp tip edge carries" if edges else ""), lacks),
+    ]  # fmt: skip
 
 
 def _no_mesh_error(case: Case) -> str:
@@ -165,6 +213,7 @@ def write_results(result: OnlineResult, out: Path) -> None:
     """
     write_ste_csv(out / "ste.csv", result.sweep)
     write_summary_json(out / "summary.json", summary(result))
+    write_results_data(result, out)
     if result.conditions:
         write_table_csv(out / CONDITIONS, [row for listed in result.conditions for row in condition_rows(listed)])
 

@@ -134,10 +134,11 @@ class MeshStiffness:
     ----------
     secant : (n_torques, n_angles)
         F_n / (b STE) at each torque.
-    tangent : (n_torques - 1, n_angles) or None
-        Change of F_n / b over change of STE between neighbouring torques; None with a single torque.
-    tangent_torque_Nm : (n_torques - 1,) or None
-        Middle of those torques.
+    tangent : (n_torques, n_angles), (n_torques - 1, n_angles) or None
+        Derivative of F_n / b by the STE at each torque, of sweeps that know it; else its change over that of the STE
+        between neighbouring torques, and None with a single one.
+    tangent_torque_Nm : (n_torques,), (n_torques - 1,) or None
+        Those torques, or the middle of neighbours.
     """
 
     secant: FloatArray
@@ -253,6 +254,8 @@ def mesh_stiffness(sweep: SteSweep, base_radius_mm: float, face_width_mm: float)
     """
     load = 1e3 * sweep.torque_Nm / base_radius_mm / face_width_mm
     secant = _positive_ratio(np.broadcast_to(load[:, None], sweep.ste_um.shape), sweep.ste_um)
+    if sweep.stiffness_N_per_um is not None:
+        return MeshStiffness(secant, sweep.stiffness_N_per_um / face_width_mm, sweep.torque_Nm)
     if len(load) < 2:
         return MeshStiffness(secant, None, None)
     rising = np.argsort(sweep.torque_Nm, kind="stable")

@@ -238,7 +238,7 @@ def require_made_from(path: Path, basis: Basis, case: Case) -> None:
     own = {name: value for name, value, _ in describe(basis.case)}
     # What no basis depends on comes last and is never reached: the keys differ.
     modifications = "pinion.modification.", "wheel.modification."
-    free = ("title", "load.", *modifications, "misalignment.", "online.", "compare.", "output.")
+    free = ("title", "load.", *modifications, "misalignment.", "online.", "compare.", "results.", "output.")
     differences = (
         f"[{name.replace('.', '] ')} is {own.get(name)} in it, {value} in the case"
         for name, value, _ in sorted(describe(case), key=lambda setting: setting[0].startswith(free))

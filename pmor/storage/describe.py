@@ -9,6 +9,7 @@ import h5py
 from pmor.errors import printable
 from pmor.storage.basis_file import BASIS_SCHEMA
 from pmor.storage.hdf5 import attribute, check_descriptions, open_checked, read, schema_name
+from pmor.storage.results_file import RESULTS_SCHEMA
 from pmor.storage.snapshot_file import SNAPSHOT_SCHEMA
 from pmor.storage.structure import items_of
 
@@ -21,7 +22,8 @@ def file_text(path: Path) -> str:
     FileFormatError
         When it is not one of our files, or its data are damaged.
     """
-    schema = SNAPSHOT_SCHEMA if schema_name(path) == SNAPSHOT_SCHEMA.name else BASIS_SCHEMA
+    known = {schema.name: schema for schema in (SNAPSHOT_SCHEMA, RESULTS_SCHEMA)}
+    schema = known.get(schema_name(path) or "", BASIS_SCHEMA)
     with open_checked(path, schema) as file:
         check_descriptions(file)
         lines = [f"{path}: {schema.name}", *_attributes(file), *_datasets(file)]

@@ -14,14 +14,14 @@ under a given lead. delta rises with the load, and D with its slopes is symmetri
 active set finds it (Johnson, Contact Mechanics 1985, ch. 4; Portugal, Judice & Vicente, Math. Comp. 63 (1994) 625).
 Neither D nor g_0 depends on torque or deviations.
 
-Derivatives follow from the solution's own factor: with M = D + delta'/width of the sections that carry, l_t the slopes
-of levers that turn, and y = M^-1 l,
+Derivatives follow from a factor of the same matrix: with M = D + delta'/width of the sections that carry, l_t the
+slopes of levers that turn, and y = M^-1 l,
 
     d torque / d lead = l y - l_t F,    d lead / d e_n = -y_n / (d torque / d lead),                               (2)
 
 the second at the same torque: a deviation moves the lead as the torque moves the section that deviates (Maxwell). They
-are those of the present sections. One that is about to carry is as soft as the law's delta' under the least load, so
-that both derivatives jump a little where it begins to.
+are those of the present sections: both jump a little where one begins to carry, as soft as the law's delta' under the
+least load, and where a patch of contact comes to a sharp edge, with the law's slope there.
 """
 
 from __future__ import annotations
@@ -222,9 +222,28 @@ def solve_lines(lines, deviation, drives, held, rate, width, compliance, corners
             )
             results.lead[d, i], results.steps[d, i], results.converged[d, i] = lead, steps, count >= 0
             results.stiffness[d, i] = stiffness
-            if results.sensitivity.size > 0:
-                for a in range(count):
-                    results.sensitivity[d, i, room.active[a]] = -room.levered[a] / stiffness
+            if results.sensitivity.size > 0 and count > 0:
+                results.stiffness[d, i] = _differentiate(
+                    lines, i, lead, force, width, compliance, corners, room, results.sensitivity[d, i]
+                )
+
+
+@compiled
+def _differentiate(lines, i, lead, force, width, compliance, corners, room, sensitivity):
+    """Fill the derivatives of the lead at a solution; return the stiffness there."""
+    # The factor of the last step is that of the state before it, and makes them up to 1e-5 wrong.
+    count = _linearise(lines, i, lead, force, width, compliance, corners, room)
+    for a in range(count):
+        sensitivity[room.active[a]] = room.levered[a]
+    solve_factored(room.factor, count, room.levered)
+    stiffness = 0.0
+    for a in range(count):
+        n = room.active[a]
+        _, turning = _turning(lines, i, n, lead)
+        stiffness += sensitivity[n] * room.levered[a] - turning * force[n]
+    for a in range(count):
+        sensitivity[room.active[a]] = -room.levered[a] / stiffness
+    return stiffness
 
 
 @compiled

@@ -1,0 +1,118 @@
+"""What an engineer reads off the sweep of exact line loads, for a case: all of it from the same solution."""
+
+from __future__ import annotations
+
+from concurrent.futures import Executor
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmor.arrays import FloatArray
+from pmor.case import Case
+from pmor.contact.deviation_rates import deviation_rates
+from pmor.contact.flank import MeshedPair
+from pmor.contact.position import pairs_in_reach
+from pmor.contact.unloaded import with_unloaded
+from pmor.pair.conditions import built_of, conditions_of
+from pmor.results.flank_maps import FlankMap, flank_map
+from pmor.results.load_distribution import effective_contact_ratio, face_load_factor, line_states
+from pmor.results.mesh_forces import MeshForces, mesh_forces
+from pmor.results.sensitivity import Sensitivities, sensitivities
+from pmor.results.sweep import SteSweep
+from pmor_online.model import ReducedPair, online_angles
+from pmor_online.sweep import sweep_reduced_pair
+
+# Numbers of sections in states that a sweep keeps at most: ten arrays of so many are some hundred megabytes.
+MOST_KEPT = 4_000_000
+# Of the nominal torque, at which contact patterns are taken: the flanks as they are made, hardly deformed.
+LIGHT = 0.01
+
+
+@dataclass(frozen=True)
+class Readings:
+    """What is read off a recorded sweep of D torques and A angles.
+
+    Attributes
+    ----------
+    face_load_factor : (D,)
+        K_Hbeta (`pmor.results.load_distribution`).
+    effective_contact_ratio : (D,)
+    forces : MeshForces
+    sensitivities : Sensitivities
+    maps : tuple of (FlankMap, FlankMap)
+        Of pinion and wheel at each torque; empty where they are not asked for.
+    light : (FlankMap, FlankMap) or None
+        At a hundredth of the nominal torque.
+    harris : SteSweep
+        Over the torques of the Harris map, one pitch.
+    """
+
+    face_load_factor: FloatArray
+    effective_contact_ratio: FloatArray
+    forces: MeshForces
+    sensitivities: Sensitivities
+    maps: tuple[tuple[FlankMap, FlankMap], ...]
+    light: tuple[FlankMap, FlankMap] | None
+    harris: SteSweep
+
+
+def can_record(meshed: MeshedPair, case: Case, angles: int, torques: int) -> bool:
+    """Return whether a sweep is one of line loads, and short enough to keep all its states."""
+    if case.reduction.shapes != "line_loads":
+        return False
+    return angles * torques * pairs_in_reach(meshed) * len(meshed.sections.z) <= MOST_KEPT
+
+
+def read_off(reduced: ReducedPair, sweep: SteSweep, executor: Executor | None = None) -> Readings:
+    """Read everything that a case asks for off its recorded sweep.
+
+    Parameters
+    ----------
+    reduced : ReducedPair
+    sweep : SteSweep
+        Recorded, of the case's own condition.
+    executor : concurrent.futures.Executor, optional
+        Of threads, for further sweeps.
+    """
+    case, lines = reduced.basis.case, line_states(sweep)
+    rates = deviation_rates(reduced.meshed, built_of(case), lines)
+    maps = tuple(flank_maps(reduced.meshed, sweep, d) for d in range(len(sweep.torque_Nm))) if case.results.maps else ()
+    return Readings(
+        face_load_factor=face_load_factor(lines),
+        effective_contact_ratio=effective_contact_ratio(sweep),
+        forces=forces_on_gears(reduced.meshed, sweep),
+        sensitivities=sensitivities(sweep, rates),
+        maps=maps,
+        light=_light_maps(reduced, executor) if case.results.maps else None,
+        harris=harris_sweep(reduced, executor),
+    )
+
+
+def forces_on_gears(meshed: MeshedPair, sweep: SteSweep) -> MeshForces:
+    """Return forces and moments of the mesh in a recorded sweep."""
+    pair = meshed.pair
+    return mesh_forces(line_states(sweep), pair.pinion.base_radius, pair.centre_distance, pair.pinion.twist_per_length)
+
+
+def flank_maps(meshed: MeshedPair, sweep: SteSweep, torque_index: int) -> tuple[FlankMap, FlankMap]:
+    """Return what the flanks of pinion and wheel see at one of the torques of a recorded sweep."""
+    pinion, wheel = (flank_map(sweep, torque_index, gear, meshed.pair.active_rolls[gear]) for gear in range(2))
+    return pinion, wheel
+
+
+def harris_sweep(reduced: ReducedPair, executor: Executor | None = None) -> SteSweep:
+    """Sweep one pitch over the torques of the case's Harris map, with the transmission error without load."""
+    case = reduced.basis.case
+    conditions = conditions_of(case, case.results.harris_torques_Nm)
+    sweep = sweep_reduced_pair(reduced, _one_pitch(reduced), conditions, executor)
+    return with_unloaded(sweep, reduced.meshed, conditions)
+
+
+def _light_maps(reduced: ReducedPair, executor: Executor | None) -> tuple[FlankMap, FlankMap]:
+    conditions = conditions_of(reduced.basis.case, (LIGHT * reduced.basis.case.torque_Nm,))
+    sweep = sweep_reduced_pair(reduced, _one_pitch(reduced), conditions, executor, recorded=True)
+    return flank_maps(reduced.meshed, sweep, 0)
+
+
+def _one_pitch(reduced: ReducedPair) -> FloatArray:
+    return np.asarray(online_angles(reduced.meshed.pair.pitch, reduced.basis.case.online.angles_per_pitch))

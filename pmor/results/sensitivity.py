@@ -1,0 +1,69 @@
+"""How the transmission error answers to each parameter of a flank modification: exact first derivatives.
+
+The lead depends on a deviation of the flanks only through the gaps of the sections, and what it does to each is known
+from the solution (`pmor.contact.kernels.line_loads`, equation 2):
+
+    d STE / d parameter = sum_n (d STE / d e_n) (d e_n / d parameter).
+
+They hold as long as the same sections carry, to both sides alike; a peak-to-peak value follows the two positions that
+make it, and has a kink where two maxima are equal.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmor.arrays import FloatArray
+from pmor.results.load_distribution import line_states
+from pmor.results.sweep import SteSweep
+
+
+@dataclass(frozen=True)
+class Sensitivities:
+    """Derivatives of the STE by K parameters, in um per unit of each.
+
+    Attributes
+    ----------
+    parameter : tuple of str
+        Such as ``pinion.tip_relief_um``: gear and key of the case file, whose unit it is per.
+    ste : (K, n_torques, n_angles)
+        NaN where not converged.
+    mean, peak_to_peak : (K, n_torques)
+        Of mean and peak-to-peak STE over the sweep.
+    """
+
+    parameter: tuple[str, ...]
+    ste: FloatArray
+    mean: FloatArray
+    peak_to_peak: FloatArray
+
+
+def sensitivities(sweep: SteSweep, rates: Mapping[str, FloatArray]) -> Sensitivities:
+    """Return the derivatives of a recorded sweep of line loads.
+
+    Parameters
+    ----------
+    sweep : SteSweep
+    rates : mapping of str to ndarray, shape (A, P, S)
+        d e_n / d parameter in um per unit (`pmor.contact.deviation_rates`).
+
+    Returns
+    -------
+    Sensitivities
+    """
+    lines = line_states(sweep)
+    torques, angles = sweep.ste_um.shape
+    by_section = lines.sensitivity.reshape(torques, angles, -1)
+    stacked = np.stack([rate.reshape(angles, -1) for rate in rates.values()])
+    ste = np.einsum("dan,kan->kda", by_section, stacked)
+    ste[:, ~sweep.converged] = np.nan
+    known = sweep.converged & np.isfinite(sweep.ste_um)
+    mean, span = np.full((2, len(ste), torques), np.nan)
+    for d in range(torques):
+        if known[d].any():
+            mean[:, d] = ste[:, d, known[d]].mean(axis=1)
+            span[:, d] = ste[:, d, np.nanargmax(sweep.ste_um[d])] - ste[:, d, np.nanargmin(sweep.ste_um[d])]
+    return Sensitivities(tuple(rates), ste, mean, span)

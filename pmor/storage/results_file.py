@@ -1,0 +1,136 @@
+"""The results file: what a run found, for other programs, in arrays that say what they are.
+
+Groups stand by themselves, each with the axes that it needs; those that were not asked for are left out. A new kind of
+result is further lines of `RESULTS_LAYOUT`, and the arrays that fill them (`pmor.report.results_data`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from pmor.storage.hdf5 import Schema, attribute, create, open_checked, read, write
+from pmor.storage.layout import Field, check_layout
+from pmor.storage.structure import items_of
+
+RESULTS_SCHEMA = Schema("pmor-results", 1, "make it anew with 'pmor run' or 'pmor online'")
+
+STATE, SECTIONS, FLANK = "torque, angle", "torque, angle, pair, section", "torque, roll, place"
+
+
+def _curve(description: str, unit: str = "um") -> Field:
+    return Field(unit, STATE, description, finite=False)
+
+
+def _of_sections(unit: str, description: str, finite: bool = True) -> Field:
+    return Field(unit, SECTIONS, description, finite=finite)
+
+
+def _flank(folder: str) -> dict[str, Field]:
+    fields = {
+        "torque": Field("N m", "torque", "on the pinion", least=0.0),
+        "roll": Field("rad", "roll", "the gear's own roll angle, over its active profile", increasing=True, least=0.0),
+        "z": Field("mm", "place", "over the common face, from mid width", increasing=True),
+        "load": Field("N/mm", FLANK, "largest line load over the mesh cycle; 0 where nothing touches"),
+        "half_width": Field("mm", FLANK, "Hertz's half-width of contact"),
+        "pressure": Field("MPa", FLANK, "largest pressure; NaN where a sharp edge carries", finite=False),
+    }
+    return {f"{folder}/{gear}/{name}": field for gear in ("pinion", "wheel") for name, field in fields.items()}
+
+
+RESULTS_LAYOUT = {
+    "ste/phi": Field("rad", "angle", "pinion angle"),
+    "ste/torque": Field("N m", "torque", "on the pinion", least=0.0),
+    "ste/ste": _curve("static transmission error along the transverse line of action; NaN where not converged"),
+    "ste/rotation": _curve("the same as rotation of the pinion", "urad"),
+    "ste/unloaded": Field("um", STATE, "transmission error of rigid flanks", finite=False, optional=True),
+    "ste/converged": Field("1", STATE, "whether the position converged", kind=bool),
+    "ste/pair_index": Field("1", "pair", "tooth pair: at the roll position phi + 2 pi j / z1", kind=int),
+    "ste/pair_share": Field("1", "torque, angle, pair", "share of the pinion torque", finite=False),
+    "stiffness/secant": _curve("force per face width over STE", "N/(mm um)"),
+    "stiffness/tangent": Field("N/(mm um)", STATE, "its derivative", finite=False, optional=True),
+    "orders/order": Field("1", "order", "periods per turn of the pinion", optional=True, least=0.0),
+    "orders/amplitude": Field("um", "torque, order", "of the STE, zero to peak", optional=True, least=0.0),
+    "orders/phase": Field("rad", "torque, order", "of the cosine at pinion angle 0", optional=True),
+    "lines/pair": Field("1", "angle, pair", "tooth pairs in reach", kind=int),
+    "lines/z": Field("mm", "section", "sections over the width, from mid width"),
+    "lines/width": Field("mm", "section", "width that each stands for, without its image"),
+    "lines/roll": Field("rad", "angle, pair, section, gear", "roll angles at which undeformed flanks meet"),
+    "lines/load": _of_sections("N/mm", "line load"),
+    "lines/half_width": _of_sections("mm", "Hertz's half-width of contact"),
+    "lines/pressure": _of_sections("MPa", "largest pressure; NaN where a sharp edge carries", finite=False),
+    "lines/sensitivity": _of_sections("um/um", "derivative of the STE by the deviation of the section"),
+    "face/k_h_beta": Field("1", "torque", "largest over mean line load of the face", finite=False),
+    "face/effective_contact_ratio": Field("1", "torque", "tooth pairs that carry, on average", finite=False),
+    "forces/force": Field("N", "torque, angle, gear, xyz", "of the mesh on each gear"),
+    "forces/moment": Field("N m", "torque, angle, gear, xyz", "about the gear's axis at mid width"),
+    "sensitivity/ste": Field("um per unit", "parameter, torque, angle", "d STE / d parameter", finite=False),
+    "sensitivity/mean": Field("um per unit", "parameter, torque", "of the mean STE", finite=False),
+    "sensitivity/peak_to_peak": Field("um per unit", "parameter, torque", "of its peak-to-peak", finite=False),
+    **_flank("maps"),
+    **_flank("light"),
+    "harris/phi": Field("rad", "angle", "pinion angle"),
+    "harris/torque": Field("N m", "torque", "on the pinion", least=0.0, increasing=True),
+    "harris/ste": _curve("static transmission error"),
+    "harris/peak_to_peak": Field("um", "torque", "of it", finite=False),
+}
+# Groups that every file has.
+ALWAYS = ("ste", "stiffness")
+
+
+@dataclass(frozen=True)
+class ResultsFile:
+    """What is in a results file.
+
+    Parameters
+    ----------
+    case_name, case_text : str
+    arrays : mapping of str to ndarray
+        By their paths in `RESULTS_LAYOUT`.
+    parameters : tuple of str
+        Of the sensitivities.
+    """
+
+    case_name: str
+    case_text: str
+    arrays: Mapping[str, np.ndarray]
+    parameters: tuple[str, ...] = field(default=())
+
+
+def write_results_file(path: Path, content: ResultsFile) -> None:
+    """Write a results file, whole, in the place of an older one of ours.
+
+    Raises
+    ------
+    OutputError
+    """
+    attributes = {
+        "case_name": content.case_name, "case_text": content.case_text, "parameters": ", ".join(content.parameters)
+    }  # fmt: skip
+    with create(path, RESULTS_SCHEMA, attributes, overwrite=True) as file:
+        for name, array in content.arrays.items():
+            write(file, name, array, RESULTS_LAYOUT[name])
+
+
+def read_results_file(path: Path) -> ResultsFile:
+    """Read a results file.
+
+    Raises
+    ------
+    FileFormatError
+        When it is missing, foreign, damaged, or of another version.
+    """
+    with open_checked(path, RESULTS_SCHEMA) as file:
+        items = items_of(file)
+        groups = {*ALWAYS, *(name.partition("/")[0] for name in items if name != "/")}
+        layout = {name: field for name, field in RESULTS_LAYOUT.items() if name.partition("/")[0] in groups}
+        check_layout(items, layout, {"gear": 2, "xyz": 3})
+        arrays = {name: read(file, name, field) for name, field in layout.items() if name in file}
+        parameters = attribute(file, "parameters", str)
+        return ResultsFile(
+            attribute(file, "case_name", str), attribute(file, "case_text", str), arrays,
+            tuple(parameters.split(", ")) if parameters else (),
+        )  # fmt: skip

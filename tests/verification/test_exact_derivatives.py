@@ -1,0 +1,157 @@
+"""Tangent stiffness and sensitivities from the solution's factor against difference quotients of the solution."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from pmor.contact.condition import Built, at_torques
+from pmor.contact.deviation_rates import AMOUNTS, deviation_rates
+from pmor.flank import Modification
+from pmor.pair.conditions import conditions_built
+from pmor.results.sensitivity import sensitivities
+from pmor.results.sweep import mesh_stiffness
+from pmor_online.line_sweep import sweep_line_loads
+from tests.verification.test_line_loads import TORQUE, models
+
+# Of the parameters: so small that the second derivative does not count, so large that 1e-12 of the STE does not.
+ABOUT_TO = 0.005  # of its load
+NOTHING = 1e-3  # um per unit
+STEP = {"um": 6e-4, "deg": 6e-5, "mm": 6e-5}
+
+
+def random_modification(rng, active):
+    """All parameters at once; reliefs that begin on the active flank, given by its roll angles in rad."""
+    start, end = np.degrees(active)
+    return Modification(
+        tip_relief_um=rng.uniform(2.0, 25.0), tip_relief_start_roll_deg=end - rng.uniform(0.2, 0.6) * (end - start),
+        tip_relief_shape=rng.choice(["linear", "parabolic"]), root_relief_um=rng.uniform(2.0, 15.0),
+        root_relief_end_roll_deg=start + rng.uniform(0.1, 0.5) * (end - start),
+        root_relief_shape=rng.choice(["linear", "parabolic"]),
+        profile_crowning_um=rng.uniform(-5.0, 10.0), profile_slope_um=rng.uniform(-10.0, 10.0),
+        helix_crowning_um=rng.uniform(0.0, 15.0), helix_slope_um=rng.uniform(-15.0, 15.0),
+        end_relief_um=rng.uniform(1.0, 8.0), end_relief_length_mm=rng.uniform(1.0, 6.0),
+        twist_um=rng.uniform(-10.0, 10.0),
+    )  # fmt: skip
+
+
+def moved(built, parameter, by):
+    gear, key = parameter.split(".")
+    modification = getattr(built, gear)
+    return replace(built, **{gear: replace(modification, **{key: getattr(modification, key) + by})})
+
+
+def at_a_kink(sweep, near):
+    """Whether a section takes up or loses its load under a step, or is about to, (conditions, angles).
+
+    The law of a load that goes to nothing is logarithmic, and so steep that a quotient finds no slope of it. The law's
+    slope also jumps, by 0.5 %, where the patch of contact comes to a sharp edge, at which there is no pressure.
+    """
+    (load, moved), (sharp, now) = (
+        [getattr(one.states.lines, name) for one in (sweep, near)] for name in ("load_N_per_mm", "pressure_MPa")
+    )
+    return ((np.abs(moved - load) > ABOUT_TO * load) | (np.isnan(now) != np.isnan(sharp))).any(axis=(2, 3))
+
+
+def errors_of_sensitivities(name, rng, share):
+    """Exact derivative less difference quotient, over the largest one of the parameter; NaN where sections change."""
+    _, reduced = models(name)
+    active = reduced.meshed.pair.active_rolls
+    built = Built(pinion=random_modification(rng, active[0]), wheel=random_modification(rng, active[1]))
+    phi, torque = reduced.meshed.pair.pitch * share, TORQUE * 1e-3 * rng.uniform(0.2, 1.5)
+    sweep = sweep_line_loads(reduced, phi, conditions_built(built, [torque]), recorded=True)
+    found = sensitivities(sweep, deviation_rates(reduced.meshed, built, sweep.states.lines))
+    step = [STEP[parameter.split("_")[-1]] for parameter in found.parameter]
+    conditions = []
+    for parameter, h in zip(found.parameter, step, strict=True):
+        for by in (-h, h):
+            conditions += conditions_built(moved(built, parameter, by), [torque])
+    near = sweep_line_loads(reduced, phi, conditions, recorded=True)
+    quotient = (near.ste_um[1::2] - near.ste_um[::2]) / (2.0 * np.array(step)[:, None])
+    kink = at_a_kink(sweep, near)
+    same = ~(kink[::2] | kink[1::2] | beside_a_kink(sweep, reduced, built, found.parameter))
+    exact = found.ste[:, 0]
+    scale = np.abs(exact).max(axis=1, keepdims=True)
+    # Below that nothing but rounding is left: where relief is felt at the tip alone, its start is not.
+    return np.where(same, (exact - quotient) / np.maximum(scale, NOTHING), np.nan), found
+
+
+def beside_a_kink(sweep, reduced, built, parameters):
+    """Whether a section that carries is within the step of where a relief begins or ends, (parameters, angles)."""
+    lines = sweep.states.lines
+    found = np.zeros((len(parameters), len(sweep.phi_rad)), dtype=bool)
+    for row, parameter in enumerate(parameters):
+        gear, key = parameter.split(".")
+        value, side = getattr(getattr(built, gear), key), int(gear == "wheel")
+        roll = np.degrees(lines.roll_rad[..., side])
+        low, high = reduced.meshed.pair.faces[side]
+        inwards = np.broadcast_to(np.minimum(lines.z_mm - low, high - lines.z_mm), roll.shape)
+        places = {"tip_relief_start_roll_deg": roll, "root_relief_end_roll_deg": roll, "end_relief_length_mm": inwards}
+        if key in places:
+            near = np.abs(places[key] - value) <= STEP[key.split("_")[-1]]
+            found[row] = (near & (lines.load_N_per_mm[0] > 0.0)).any(axis=(1, 2))
+    return found
+
+
+@pytest.mark.parametrize("name", ["spur", "helical"])
+def test_sensitivities_are_the_difference_quotients_for_fifty_random_modifications_each(name):
+    rng, errors = np.random.default_rng(17), []
+    for _ in range(50):
+        error, found = errors_of_sensitivities(name, rng, rng.uniform(0.0, 1.0, 3))
+        assert len(found.parameter) == 2 * (len(AMOUNTS) + 3)
+        errors.append(error.ravel())
+    errors = np.concatenate(errors)
+    # Measured 0.2 % (spur) and 0.3 % (helical).
+    assert np.isnan(errors).mean() < 0.02
+    # Measured 2e-7 and 1e-7; with the factor of the last Newton step instead of the solution's, 7e-6.
+    assert np.nanmax(np.abs(errors)) < 2e-6
+
+
+@pytest.mark.parametrize("name", ["spur", "unequal", "edges", "helical", "quadratic"])
+def test_tangent_stiffness_is_the_difference_quotient_in_torque(name):
+    """On modified flanks; where a tip corner carries, its lever turns with the lead."""
+    _, reduced = models(name)
+    rng, h = np.random.default_rng(18), 1e-5
+    phi, radius = reduced.meshed.pair.pitch * np.linspace(0.0, 1.0, 20), reduced.meshed.pair.pinion.base_radius
+    for _ in range(3):
+        flank = random_modification(rng, reduced.meshed.pair.active_rolls[0])
+        built, torque = Built(pinion=flank), 1e-3 * TORQUE * rng.uniform(0.2, 1.5)
+        conditions = conditions_built(built, [torque * (1.0 - h), torque, torque * (1.0 + h)])
+        sweep = sweep_line_loads(reduced, phi, conditions)
+        quotient = 2e3 * h * torque / radius / (sweep.ste_um[2] - sweep.ste_um[0])
+        # Measured 1e-7 at most.
+        assert_allclose(sweep.stiffness_N_per_um[1], quotient, rtol=1e-6)
+
+
+def test_stiffness_is_that_of_a_recorded_sweep_and_of_neighbouring_torques():
+    """The difference over two torques, which models without a factor give, is that of the middle."""
+    _, reduced = models("spur")
+    phi = reduced.meshed.pair.pitch * np.linspace(0.0, 1.0, 5)
+    plain, recorded = (sweep_line_loads(reduced, phi, at_torques([99e3, 100e3, 101e3]), recorded=r) for r in (0, 1))
+    assert np.array_equal(plain.ste_um, recorded.ste_um)
+    # A plain sweep takes it from the last Newton step's factor.
+    assert_allclose(plain.stiffness_N_per_um, recorded.stiffness_N_per_um, rtol=1e-6)
+    pair = reduced.meshed.pair
+    exact = mesh_stiffness(plain, pair.pinion.base_radius, pair.common_width)
+    difference = mesh_stiffness(
+        replace(plain, stiffness_N_per_um=None), pair.pinion.base_radius, pair.common_width
+    )
+    assert exact.tangent.shape == (3, 5)
+    assert difference.tangent.shape == (2, 5)
+    # The tangent rises by 0.3 % from one to the next.
+    assert_allclose(0.5 * (difference.tangent[0] + difference.tangent[1]), exact.tangent[1], rtol=1e-4)
+    assert (exact.tangent > exact.secant).all()
+
+
+def test_shares_of_a_torque_are_levers_of_the_line_loads_and_idle_sections_count_for_nothing():
+    _, reduced = models("helical")
+    phi = reduced.meshed.pair.pitch * np.linspace(0.0, 1.0, 7)
+    sweep = sweep_line_loads(reduced, phi, at_torques([TORQUE]), recorded=True)
+    lines = sweep.states.lines
+    assert_allclose((-lines.lever_mm * lines.force_N).sum(axis=(2, 3)), TORQUE, rtol=1e-9)
+    carries = lines.load_N_per_mm > 0.0
+    assert (lines.sensitivity[~carries] == 0.0).all()
+    assert carries.any(axis=(2, 3)).all()
+    # Material off all flanks alike lets the pinion advance by as much.
+    assert_allclose(lines.sensitivity.sum(axis=(2, 3)), 1.0, rtol=5e-3)
