@@ -41,6 +41,7 @@ from pmor_online.conditions import sweep_built
 from pmor_online.errors import estimate_errors
 from pmor_online.mesh_error import with_mesh_error
 from pmor_online.model import ReducedPair, online_angles, reduced_pair
+from pmor_online.readings import can_record
 from pmor_online.sweep import largest_size, sweep_reduced_pair
 
 Progress = Callable[[int], None]
@@ -165,11 +166,21 @@ class ReducedModel:
         meshed = self.reduced.meshed
         refuse_loads(case, meshed)
         conditions = conditions_of(case, case.online.torques_Nm)
+        phi = _angles(case, meshed, angles)
+        recorded = can_record(meshed, case, len(phi), len(conditions))
         sweep = sweep_reduced_pair(
-            self.reduced, _angles(case, meshed, angles), conditions, executor=executor, advance=progress
+            self.reduced, phi, conditions, executor=executor, advance=progress, recorded=recorded
         )
         sweep = with_mesh_error(with_unloaded(sweep, meshed, conditions), self.reduced, conditions)
-        return SweepResult(sweep, meshed.pair)
+        return SweepResult(sweep, meshed.pair, meshed, conditions[0].built)
+
+    def harris_map(
+        self, torques_Nm: Iterable[float] | None = None, angles: int | None = None, executor: Executor | None = None
+    ) -> SweepResult:
+        """Sweep one pitch over the torques of the Harris map, those of the case by default; see `sweep`."""
+        torques = self.case.results.harris_torques_Nm if torques_Nm is None else torques_Nm
+        count = angles or self.case.online.angles_per_pitch
+        return self.sweep(torques, online_angles(self.reduced.meshed.pair.pitch, count), executor=executor)
 
     def sweep_conditions(
         self,

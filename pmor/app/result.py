@@ -9,10 +9,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pmor.arrays import BoolArray, FloatArray, IntArray
-from pmor.contact.condition import Built
+from pmor.contact.condition import PLAIN, Built
+from pmor.contact.deviation_rates import deviation_rates
+from pmor.contact.flank import MeshedPair
 from pmor.gear.pair import GearPair
 from pmor.report.data_files import write_ste_csv
+from pmor.report.flank_figures import flank_maps_figure
 from pmor.report.sweep_figures import load_sharing_figure, spectrum_figure, ste_figure
+from pmor.report.torque_figures import harris_figure
+from pmor.results.flank_maps import FlankMap
+from pmor.results.load_distribution import effective_contact_ratio, face_load_factor, line_states
+from pmor.results.loads import LineStates
+from pmor.results.mesh_forces import MeshForces
+from pmor.results.sensitivity import Sensitivities, sensitivities
 from pmor.results.sweep import (
     MeshStiffness,
     SteSweep,
@@ -21,6 +30,7 @@ from pmor.results.sweep import (
     peak_to_peak_um,
     ste_mean_um,
 )
+from pmor_online.readings import flank_maps, forces_on_gears
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -36,10 +46,16 @@ class SweepResult:
     ----------
     sweep : SteSweep
     pair : GearPair
+    meshed : MeshedPair, optional
+        What made it, where it keeps its line loads.
+    built : Built
+        How the pair was built for it.
     """
 
     sweep: SteSweep
     pair: GearPair
+    meshed: MeshedPair | None = None
+    built: Built = PLAIN
 
     @property
     def phi_rad(self) -> FloatArray:
@@ -120,6 +136,45 @@ class SweepResult:
         """Secant and tangent mesh stiffness per face width, N/(mm um)."""
         return mesh_stiffness(self.sweep, self.pair.pinion.base_radius, self.pair.common_width)
 
+    @property
+    def line_loads(self) -> LineStates:
+        """Line load, half-width of contact and pressure of each section in all states.
+
+        Raises
+        ------
+        ValueError
+            Of a model without exact line loads (``shapes = "line_loads"``), or of a sweep too long to keep them. So do
+            all properties and methods below that stand on them.
+        """
+        return line_states(self.sweep)
+
+    @property
+    def k_h_beta(self) -> FloatArray:
+        """Face load factor, largest over mean line load of the face, shape (T,) (`pmor.results.load_distribution`)."""
+        return face_load_factor(self.line_loads)
+
+    @property
+    def effective_contact_ratio(self) -> FloatArray:
+        """Tooth pairs that carry load on average over the angles, shape (T,)."""
+        return effective_contact_ratio(self.sweep)
+
+    def mesh_forces(self) -> MeshForces:
+        """Return forces of the mesh on both gears and their moments about the axes at mid width, for the bearings."""
+        return forces_on_gears(self._meshed(), self.sweep)
+
+    def sensitivities(self) -> Sensitivities:
+        """Return exact derivatives of the STE, its mean and peak-to-peak by each parameter of the modifications."""
+        return sensitivities(self.sweep, deviation_rates(self._meshed(), self.built, self.line_loads))
+
+    def flank_maps(self, torque_index: int = -1) -> tuple[FlankMap, FlankMap]:
+        """Return the largest line load and pressure over the cycle on the flanks of pinion and wheel."""
+        return flank_maps(self._meshed(), self.sweep, range(len(self.torque_Nm))[torque_index])
+
+    def _meshed(self) -> MeshedPair:
+        line_states(self.sweep)  # says what is missing
+        assert self.meshed is not None
+        return self.meshed
+
     def orders_um(self, count: int = 10) -> FloatArray:
         """Amplitudes, zero to peak, of the first orders of the mesh frequency, shape (T, count), um.
 
@@ -141,6 +196,14 @@ class SweepResult:
     def plot_orders(self) -> Figure:
         """Draw the amplitudes of the orders of the mesh frequency."""
         return spectrum_figure(self.sweep)
+
+    def plot_flank_maps(self, torque_index: int = -1) -> Figure:
+        """Draw the largest pressure and line load over the cycle on the flanks of pinion and wheel."""
+        return flank_maps_figure(self.flank_maps(torque_index))
+
+    def plot_harris_map(self) -> Figure:
+        """Draw the STE over the angle at all torques, and its peak-to-peak over the torque."""
+        return harris_figure(self.sweep)
 
     def to_csv(self, path: Path | str) -> None:
         """Write the table ``ste.csv`` of a run: a row for each torque and angle, units in the header."""

@@ -22,6 +22,7 @@ from pmor.report.models import advice, model_table
 from pmor.report.page import Block, Heading, Picture, Warning, write_page
 from pmor.report.pattern_figure import contact_pattern_figure
 from pmor.report.provenance import provenance
+from pmor.report.readings_blocks import readings_picture_names, readings_pictures, readings_tables
 from pmor.report.style import write_picture
 from pmor.report.summary import counts_from, ms_per_position, summary_rows, warnings
 from pmor.report.sweep_figures import error_figure, load_sharing_figure, spectrum_figure, ste_figure
@@ -41,6 +42,7 @@ def page_files(case: Case) -> list[str]:
     """Return the names of the files that `write_pages` may write."""
     drawn = [name for name in PICTURES if name != "conditions" or case.conditions]
     drawn += MODEL_PICTURES if model_names(case) else ()
+    drawn += readings_picture_names(case)
     pictures = [f"{name}.{kind}" for name in drawn for kind in case.output.format] if case.output.plots else []
     return [*pictures, "report.html"] if case.output.report else pictures
 
@@ -83,6 +85,7 @@ def run_pictures(result: OnlineResult, mesh: SectorMesh | None) -> list[Picture]
     if result.conditions:
         caption = "Conditions that the case lists: peak-to-peak STE over the torque, and STE at their own torques."
         pictures.append(Picture("conditions.png", caption, conditions_figure(sweep, result.nominal, result.conditions)))
+    pictures += readings_pictures(result)
     patterns = _patterns(result)
     if patterns:
         caption = f"Contact pressure on the unrolled flanks at nominal torque{_places(result)}."
@@ -148,6 +151,7 @@ def run_blocks(result: OnlineResult, pictures: Sequence[Picture]) -> list[Block]
         model_table(result),
         Table("Which model to take", ("model", "take it"), advice(result)),
         *([condition_table(result)] if result.conditions else []),
+        *readings_tables(result),
         _classical_table(result),
         *shown,
         Heading("Provenance"),

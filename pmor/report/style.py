@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 #: Okabe and Ito's colours without yellow, distinguishable for colour-blind readers and in print
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
 
+# Of a PNG's palette.
+PNG_COLOURS = 256
+
 #: of pictures on a page
 MEDIA_TYPES = {"png": "image/png", "svg": "image/svg+xml"}
 # The same results make the same files: these would tell the time of day otherwise.
@@ -102,4 +105,15 @@ def picture_bytes(figure: Figure, picture_format: str) -> bytes:
     buffer = io.BytesIO()
     with plot_style():  # some settings are read only now
         figure.savefig(buffer, format=picture_format, metadata=UNDATED[picture_format])
-    return buffer.getvalue()
+    return _small_png(buffer) if picture_format == "png" else buffer.getvalue()
+
+
+def _small_png(drawn: io.BytesIO) -> bytes:
+    """Return a PNG with a palette: a third of the size, which a page carries once more by half."""
+    from PIL import Image
+
+    small = io.BytesIO()
+    with Image.open(drawn) as image:
+        palette = image.convert("RGB").quantize(PNG_COLOURS, dither=Image.Dither.NONE)
+        palette.save(small, format="png", optimize=True, dpi=image.info["dpi"])
+    return small.getvalue()

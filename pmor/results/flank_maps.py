@@ -49,9 +49,15 @@ class FlankMap:
     def contact_share(self) -> float:
         """Share of the active flank that is touched, by arc length and width."""
         # The arc of an involute grows with the square of the roll angle.
-        across = np.gradient(self.z_mm) if len(self.z_mm) > 1 else np.ones(1)
-        area = np.outer(np.gradient(self.roll_rad**2), across)
+        area = np.outer(np.diff(cell_edges(self.roll_rad**2)), np.diff(cell_edges(self.z_mm)))
         return float(area[self.load_N_per_mm > 0.0].sum() / area.sum())
+
+
+def cell_edges(points: FloatArray) -> FloatArray:
+    """Return the edges (n + 1,) of cells about points (n,): halfway between neighbours, and the outer points."""
+    if len(points) == 1:
+        return np.array([points[0] - 0.5, points[0] + 0.5])
+    return np.concatenate([points[:1], 0.5 * (points[1:] + points[:-1]), points[-1:]])
 
 
 def flank_map(

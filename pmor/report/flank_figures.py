@@ -1,0 +1,130 @@
+"""Pictures of what flanks see over the mesh cycle: pressure and load on the flank, contact pattern, load in space."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pmor.arrays import FloatArray
+from pmor.report.style import COLOURS, new_figure, plot_style
+from pmor.results.flank_maps import FlankMap, cell_edges
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+GEARS = "Pinion", "Wheel"
+# What a flank map shows where a sharp edge carries.
+NO_BOUND = "#bbbbbb"
+NOMINAL_PATTERN, LIGHT_PATTERN = "#a6cee3", COLOURS[0]
+# Lines that a surface in space is drawn with, along either direction.
+SURFACE_LINES = 60
+# Places over the face at which maps are drawn, between sections too.
+PLACES = 161
+
+
+def flank_maps_figure(maps: Sequence[FlankMap]) -> Figure:
+    """Largest pressure and line load over the mesh cycle, on the flanks of pinion and wheel."""
+    with plot_style():
+        figure = new_figure(8.4, 7.2)
+        panels = figure.subplots(2, len(maps), squeeze=False)
+        sharp = any(np.isnan(one.pressure_MPa).any() for one in maps)
+        rows = ("pressure_MPa", "Hertz's pressure [MPa]"), ("load_N_per_mm", "Line load [N/mm]")
+        for row, (name, label) in zip(panels, rows, strict=True):
+            top = max(float(np.nanmax(getattr(one, name))) for one in maps)
+            for panel, one in zip(row, maps, strict=True):
+                image = _draw(panel, one, getattr(one, name), top)
+                panel.set_title(f"{GEARS[one.gear]}, {one.torque_Nm:g} N m")
+            figure.colorbar(image, ax=list(row), label=label, shrink=0.95, pad=0.02)
+        for panel in panels[-1]:
+            panel.set_xlabel("Position over face width [mm]")
+        for panel in panels[:, 0]:
+            panel.set_ylabel("Roll angle [deg]")
+        if sharp:
+            figure.supxlabel("Grey: a sharp tip edge carries, at which the pressure has no bound", fontsize=9)
+    return figure
+
+
+def _draw(panel: Axes, one: FlankMap, values: FloatArray, top: float) -> Any:
+    from matplotlib import colormaps
+
+    places = np.linspace(*_ends(one.z_mm), PLACES)
+    shown = np.ma.masked_invalid([np.interp(places, one.z_mm, row) for row in values])
+    colours = colormaps["viridis"].with_extremes(bad=NO_BOUND)
+    image = panel.pcolormesh(
+        places, np.degrees(one.roll_rad), shown, vmin=0.0, vmax=top or 1.0, cmap=colours, shading="nearest",
+        rasterized=True,
+    )  # fmt: skip
+    panel.set_ylim(*np.degrees(one.roll_rad[[0, -1]]))
+    panel.grid(False)
+    return image
+
+
+def flank_pattern_figure(nominal: Sequence[FlankMap], light: Sequence[FlankMap]) -> Figure:
+    """Parts of the flanks that are touched in a mesh cycle, under the nominal and under next to no torque."""
+    from matplotlib.patches import Patch
+
+    with plot_style():
+        figure = new_figure(8.4, 4.2)
+        panels = figure.subplots(1, len(nominal), squeeze=False)[0]
+        for panel, loaded, unloaded in zip(panels, nominal, light, strict=True):
+            for one, colour in ((loaded, NOMINAL_PATTERN), (unloaded, LIGHT_PATTERN)):
+                _fill(panel, one, colour)
+            shares = [f"{100 * one.contact_share:.0f} % at {one.torque_Nm:g} N m" for one in (loaded, unloaded)]
+            panel.set_title(f"{GEARS[loaded.gear]}\n{', '.join(shares)}")
+            panel.set_xlabel("Position over face width [mm]")
+            panel.set_xlim(*_ends(loaded.z_mm))
+            panel.set_ylim(*np.degrees(loaded.roll_rad[[0, -1]]))
+        panels[0].set_ylabel("Roll angle [deg]\n(root to tip)")
+        handles = [
+            Patch(color=NOMINAL_PATTERN, label=f"{nominal[0].torque_Nm:g} N m"),
+            Patch(color=LIGHT_PATTERN, label=f"{light[0].torque_Nm:g} N m"),
+        ]
+        figure.legend(handles=handles, loc="outside right upper", title="Touched at")
+    return figure
+
+
+def _fill(panel: Axes, one: FlankMap, colour: str) -> None:
+    from matplotlib.colors import ListedColormap
+
+    panel.pcolormesh(
+        cell_edges(one.z_mm), np.degrees(cell_edges(one.roll_rad)), np.ma.masked_equal(one.load_N_per_mm > 0.0, False),
+        cmap=ListedColormap([colour]), rasterized=True,
+    )  # fmt: skip
+
+
+def _ends(z: FloatArray) -> tuple[float, float]:
+    edges = cell_edges(z)
+    return float(edges[0]), float(edges[-1])
+
+
+def load_distribution_figure(one: FlankMap) -> Figure:
+    """Line load over the flank of a gear in space: what each of its points carries when it is in contact."""
+    with plot_style():
+        figure = new_figure(7.0, 5.0)
+        axes: Any = figure.add_subplot(projection="3d")
+        places = np.linspace(*_ends(one.z_mm), SURFACE_LINES)
+        load = np.array([np.interp(places, one.z_mm, row) for row in one.load_N_per_mm])
+        z, roll = np.meshgrid(places, np.degrees(one.roll_rad))
+        axes.plot_surface(
+            z, roll, load, cmap="viridis", vmin=0.0, rcount=SURFACE_LINES, ccount=SURFACE_LINES, lw=0.15,
+            edgecolor="#333333", antialiased=True, rasterized=True,
+        )  # fmt: skip
+        axes.set_xlabel("Face width [mm]")
+        axes.set_ylabel("Roll angle [deg]")
+        axes.set_zlabel("Line load [N/mm]")
+        axes.set_zlim(0.0, None)
+        figure.suptitle(f"{GEARS[one.gear]} flank, {one.torque_Nm:g} N m", fontsize=11)
+        fill_in_space(figure, axes)
+    return figure
+
+
+def fill_in_space(figure: Figure, axes: Any) -> None:
+    """Let axes in space fill their figure, which no layout of matplotlib's does."""
+    figure.set_layout_engine("none")
+    axes.set_position([-0.02, 0.0, 0.96, 1.0])
+    axes.view_init(elev=26.0, azim=-58.0)
+    axes.set_box_aspect((1.3, 1.3, 0.85), zoom=0.98)
+    axes.xaxis.labelpad = axes.yaxis.labelpad = axes.zaxis.labelpad = 6.0
