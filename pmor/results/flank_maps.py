@@ -1,7 +1,8 @@
 """What each point of a flank sees while it rolls through the mesh: the largest over the cycle.
 
-A section touches each roll angle once in a cycle. What it carries there is known at the positions of the sweep and is
-interpolated between them; the largest of the positions themselves stays in the cell that it is in.
+As a tooth pair rolls on, each of its sections moves over the flanks: up the pinion's and down the wheel's, but for tip
+corners, which meet the mate's flank twice. So the way of a section is followed in steps shorter than a cell of the map,
+straight between the positions of the sweep, and each cell keeps the largest that came by.
 """
 
 from __future__ import annotations
@@ -85,24 +86,28 @@ def flank_map(
     pitch = np.floor((sweep.phi_rad - sweep.phi_rad[0]) / sweep.pitch_rad + 1e-9)
     for number in np.unique(pitch):
         part = pitch == number
-        seen = _seen(roll, lines.roll_rad[part, ..., gear], values[:, part])
-        with np.errstate(invalid="ignore"):  # NaN is kept
-            largest = np.maximum(largest, seen)
+        # One pair follows the other: within a pitch they are one that rolls through the mesh.
+        way = np.argsort((sweep.phi_rad[part, None] + lines.pair[part] * sweep.pitch_rad).ravel(), kind="stable")
+        at = lines.roll_rad[part, ..., gear].reshape(len(way), -1)[way]
+        _follow(roll, at, values[:, part].reshape(3, len(way), -1)[:, way], largest)
     z, whole = over_the_whole_face(lines, largest)
     return FlankMap(gear, float(sweep.torque_Nm[d]), roll, z, *whole)
 
 
-def _seen(roll: FloatArray, at: FloatArray, values: FloatArray) -> FloatArray:
-    """Values (3, R, S) at roll angles from those (3, A, P, S) of sections that meet at others (A, P, S)."""
-    found = np.zeros((len(values), len(roll), at.shape[2]))
-    step = roll[1] - roll[0]
-    for section in range(at.shape[2]):
-        u, of_section = at[..., section].ravel(), values[..., section].reshape(len(values), -1)
-        order = np.argsort(u, kind="stable")
-        cell = np.rint((u - roll[0]) / step).astype(int)
-        inside = (cell >= 0) & (cell < len(roll)) & (of_section[0] > 0.0)
-        for k, row in enumerate(of_section):
-            found[k, :, section] = np.interp(roll, u[order], row[order])
-            with np.errstate(invalid="ignore"):  # NaN is kept
-                np.maximum.at(found[k, :, section], cell[inside], row[inside])
-    return found
+def _follow(roll: FloatArray, at: FloatArray, values: FloatArray, largest: FloatArray) -> None:
+    """Take values (3, n, S), met one after the other at roll angles (n, S), into the cells (3, R, S) of a map."""
+    step, loaded = roll[1] - roll[0], values[0] > 0.0
+    moved = np.abs(np.diff(at, axis=0))[loaded[1:] | loaded[:-1]]
+    if not len(moved):
+        return
+    count = int(np.ceil(moved.max() / step)) + 1
+    shares = np.arange(count)[:, None, None] / count
+    place = at[:-1] + shares * np.diff(at, axis=0)
+    # From 0 to a value at a sharp edge, which is none, there is no straight line.
+    with np.errstate(invalid="ignore"):
+        found = values[:, None, :-1] + shares * np.diff(values, axis=1)[:, None]
+        cell = np.rint((place - roll[0]) / step).astype(int)
+        inside = (cell >= 0) & (cell < len(roll)) & (found[0] > 0.0)
+        _, _, section = np.nonzero(inside)
+        for kind in range(len(values)):
+            np.maximum.at(largest[kind], (cell[inside], section), found[kind][inside])

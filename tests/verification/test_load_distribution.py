@@ -1,0 +1,186 @@
+"""Load over flank and face: independent slices in closed form, Hertz's integral, and forces in balance."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from pmor.contact.condition import ALIGNED, Built
+from pmor.contact.kernels.types import Sections
+from pmor.flank import UNMODIFIED, Modification
+from pmor.pair.conditions import conditions_built
+from pmor.results.flank_maps import flank_map
+from pmor.results.load_distribution import (
+    effective_contact_ratio,
+    face_load_factor,
+    face_load_factor_of_states,
+    over_the_whole_face,
+)
+from pmor_online.line_sweep import sweep_line_loads
+from pmor_online.model import ReducedPair, online_angles
+from pmor_online.readings import forces_on_gears
+from tests.verification.test_line_loads import models
+
+# --- K_Hbeta of independent slices -----------------------------------------------------------------------------------
+
+SLICES, WIDTH = 200, 20.0  # over the face, mm
+# A bed so soft that Hertz's law, in series with it, is nothing: N/(mm um).
+STIFFNESS = 2e-4
+# The trapezoidal rule over the slices, and Hertz's law: measured 2e-4 together.
+SLICE_LAW = 1e-3
+
+
+def bed_of_slices():
+    """The small spur pair with springs beside each other in place of its gears, each pair of teeth on its own."""
+    _, reduced = models("spur")
+    z = np.linspace(-0.5 * WIDTH, 0.5 * WIDTH, SLICES + 1)
+    width = np.full(SLICES + 1, WIDTH / SLICES)
+    width[[0, -1]] *= 0.5
+    columns = np.zeros((2, SLICES + 1), dtype=np.int64)
+    sections = Sections(z, width, columns, np.ones((2, SLICES + 1, 1)))
+    rows = len(reduced.meshed.pinion.roll_angle)
+    # Moves all rows of nodes alike, half of it in each gear.
+    rigid = np.kron(np.ones((rows, rows)), np.eye(2))
+    between = np.zeros((1, SLICES + 1, SLICES + 1, 2 * rows, 2 * rows))
+    for n in range(SLICES + 1):
+        between[0, n, n] = 0.5 / (1e3 * STIFFNESS * width[n]) * rigid
+    changed = ReducedPair(reduced.basis, replace(reduced.meshed))
+    changed.meshed.__dict__["sections"] = sections
+    changed.__dict__["section_compliance"] = between, between
+    return changed
+
+
+def k_h_beta(bed, load, flank):
+    """K_Hbeta at a line load (N/mm) where one tooth pair carries it."""
+    pair = bed.meshed.pair
+    phi = np.array([0.5 * sum(pair.roll_position_range)])
+    torque = 1e-3 * load * WIDTH * pair.pinion.base_radius
+    sweep = sweep_line_loads(bed, phi, conditions_built(Built(pinion=flank), [torque]), recorded=True)
+    lines = sweep.states.lines
+    assert effective_contact_ratio(sweep) == 1.0
+    found = face_load_factor(lines)
+    assert_allclose(face_load_factor_of_states(lines), found[:, None], rtol=1e-12)
+    return float(found[0])
+
+
+def test_face_load_factor_of_independent_slices_is_that_of_the_closed_forms():
+    """ISO 6336-1, method C: misaligned by F over the face, and crowned by C at both ends (FIELD 1.2)."""
+    bed, amount = bed_of_slices(), 20.0
+    for ratio in (0.4, 4.0 / 3.0, 2.0, 8.0 / 3.0, 16.0 / 3.0, 32.0 / 3.0):  # F c / w
+        expected = 1.0 + 0.5 * ratio if ratio <= 2.0 else math.sqrt(2.0 * ratio)
+        found = k_h_beta(bed, amount * STIFFNESS / ratio, Modification(helix_slope_um=amount))
+        assert_allclose(found, expected, rtol=SLICE_LAW)
+    for ratio in (0.3, 1.5, 8.0 / 3.0, 10.0):  # C c / w
+        expected = 1.0 + ratio / 3.0 if ratio <= 1.5 else 1.5 / (1.5 / ratio) ** (1.0 / 3.0)
+        found = k_h_beta(bed, amount * STIFFNESS / ratio, Modification(helix_crowning_um=amount))
+        assert_allclose(found, expected, rtol=SLICE_LAW)
+
+
+# --- on real pairs ---------------------------------------------------------------------------------------------------
+
+FLANK = Modification(tip_relief_um=8.0, tip_relief_start_roll_deg=26.0, helix_crowning_um=6.0)
+
+
+def recorded(name, width="whole", axes=ALIGNED, flank=FLANK, torques=(30.0, 100.0), angles=24, hand=1.0):
+    _, reduced = models(name, hand, width)
+    phi = online_angles(reduced.meshed.pair.pitch, angles)
+    return reduced, sweep_line_loads(reduced, phi, conditions_built(Built(axes, flank), torques), recorded=True)
+
+
+@pytest.mark.parametrize("name", ["spur", "edges", "helical"])
+def test_the_integral_of_the_pressure_is_the_load(name):
+    """pi/2 p_max b of a line, and over all lines, normal to the flanks, the torque's force."""
+    reduced, sweep = recorded(name)
+    lines, pair = sweep.states.lines, reduced.meshed.pair
+    smooth = np.isfinite(lines.pressure_MPa) & (lines.offset_mm == 0.0) & (lines.load_N_per_mm > 0.0)
+    carried = 0.5 * math.pi * lines.pressure_MPa * lines.half_width_mm
+    assert smooth.mean() > 0.1
+    assert_allclose(carried[smooth], lines.load_N_per_mm[smooth], rtol=1e-12)
+    # Where no edge carries, forces act along the line of action.
+    whole = (smooth | (lines.load_N_per_mm == 0.0)).all(axis=(2, 3))
+    assert whole.any()
+    # The inclined line is longer than the face by the cosine by which its normal force is larger.
+    normal = (carried * lines.width_mm).sum(axis=(2, 3)) / math.cos(pair.base_helix_angle)
+    expected = 1e3 * sweep.torque_Nm[:, None] / pair.pinion.base_radius / math.cos(pair.base_helix_angle)
+    assert_allclose(normal[whole], np.broadcast_to(expected, whole.shape)[whole], rtol=1e-9)
+
+
+def test_flank_map_keeps_the_load_of_the_cycle():
+    """Over roll positions and face, of all pairs at a time, a map holds what the torque asks for on average."""
+    reduced = models("helical")[1]
+    pair = reduced.meshed.pair
+    # So much relief that no tip edge carries, where one roll angle would see many positions.
+    reliefs = [
+        Modification(tip_relief_um=60.0, tip_relief_start_roll_deg=math.degrees(0.5 * sum(rolls)))
+        for rolls in pair.active_rolls
+    ]
+    phi = online_angles(pair.pitch, 100)
+    sweep = sweep_line_loads(reduced, phi, conditions_built(Built(ALIGNED, *reliefs), [30.0, 100.0]), recorded=True)
+    lines = sweep.states.lines
+    found = flank_map(sweep, 1, 0, pair.active_rolls[0], points=3201)
+    assert found.torque_Nm == 100.0
+    step = found.roll_rad[1] - found.roll_rad[0]
+    # Each section rolls over the profile once in a cycle, a pair behind the other.
+    mean = (found.load_N_per_mm * lines.width_mm).sum() * step / pair.pitch
+    # Measured 5e-4: each cell keeps its largest.
+    assert_allclose(mean, 1e5 / pair.pinion.base_radius, rtol=1e-3)
+    assert_allclose(found.load_N_per_mm.max(), lines.load_N_per_mm[1].max(), rtol=1e-3)
+
+
+def test_light_load_touches_less_of_a_crowned_flank():
+    reduced, sweep = recorded("spur", torques=(1.0, 100.0), flank=Modification(helix_crowning_um=15.0), angles=60)
+    light, loaded = (flank_map(sweep, d, 0, reduced.meshed.pair.active_rolls[0]) for d in range(2))
+    assert 0.0 < light.contact_share < 0.6 < loaded.contact_share <= 1.0
+    assert effective_contact_ratio(sweep)[0] < effective_contact_ratio(sweep)[1]
+
+
+@pytest.mark.parametrize("hand", [1.0, -1.0])
+def test_mesh_forces_balance_and_are_those_of_statics(hand):
+    reduced, sweep = recorded("helical", hand=hand, flank=UNMODIFIED)
+    pair, found = reduced.meshed.pair, forces_on_gears(reduced.meshed, sweep)
+    force, moment = found.force_N, found.moment_Nm
+    assert_allclose(force.sum(axis=2), 0.0, atol=1e-9)
+    about_pinion = moment[:, :, 1] + 1e-3 * np.cross([0.0, pair.centre_distance, 0.0], force[:, :, 1])
+    assert_allclose(moment[:, :, 0] + about_pinion, 0.0, atol=1e-9)
+    assert_allclose(moment[:, :, 0, 2], -np.broadcast_to(sweep.torque_Nm[:, None], sweep.ste_um.shape), rtol=1e-9)
+    load = 1e3 * sweep.torque_Nm[:, None] / pair.pinion.base_radius
+    along = load * math.cos(pair.working_pressure_angle)
+    # Where a tip corner carries forces are a little off the line of action.
+    assert_allclose(force[:, :, 0, 0], np.broadcast_to(along, sweep.ste_um.shape), rtol=5e-3)
+    assert_allclose(force[:, :, 1, 1], load * math.sin(pair.working_pressure_angle) + 0.0 * sweep.ste_um, rtol=2e-2)
+    # The right-handed pinion that drives counter-clockwise is pushed along +z.
+    axial = math.copysign(math.tan(pair.base_helix_angle), hand) * load
+    assert_allclose(force[:, :, 0, 2], np.broadcast_to(axial, sweep.ste_um.shape), rtol=1e-9)
+
+
+def test_the_axial_force_moves_the_transverse_one_along_the_face():
+    """Against the sum over points that are set up by hand from roll angle and place."""
+    reduced, sweep = recorded("helical", flank=FLANK)
+    pair, lines = reduced.meshed.pair, sweep.states.lines
+    expected = np.zeros((*sweep.ste_um.shape, 3))
+    alpha = pair.working_pressure_angle
+    for d, a, p, s in np.argwhere(lines.load_N_per_mm > 0.0):
+        push = np.array([math.cos(alpha), -math.sin(alpha), math.tan(pair.base_helix_angle)])
+        push *= lines.force_N[d, a, p, s]
+        along = pair.pinion.base_radius * lines.roll_rad[a, p, s, 0]
+        point = pair.pinion.base_radius * np.array([math.sin(alpha), math.cos(alpha), 0.0])
+        point += along * np.array([-math.cos(alpha), math.sin(alpha), 0.0])
+        point[2] = lines.z_mm[s]
+        expected[d, a] += 1e-3 * np.cross(point, push)
+    found = forces_on_gears(reduced.meshed, sweep).moment_Nm[:, :, 0]
+    # But for tip corners, whose forces are a little off the line of action.
+    assert_allclose(found, expected, atol=5e-3 * np.abs(expected).max())
+
+
+def test_half_the_width_gives_what_the_whole_gives():
+    (_, half), (_, whole) = (recorded("spur", width=width) for width in ("half", "whole"))
+    z, load = over_the_whole_face(half.states.lines, half.states.lines.load_N_per_mm)
+    assert_allclose(z, whole.states.lines.z_mm, atol=1e-12)
+    # The condensations differ.
+    assert_allclose(load, whole.states.lines.load_N_per_mm, rtol=1e-6, atol=1e-6)
+    assert_allclose(*(face_load_factor(sweep.states.lines) for sweep in (half, whole)), rtol=1e-7)
+    both = [recorded("spur", width=width)[0].meshed for width in ("half", "whole")]
+    forces = [forces_on_gears(meshed, sweep) for meshed, sweep in zip(both, (half, whole), strict=True)]
+    assert_allclose(forces[0].moment_Nm, forces[1].moment_Nm, rtol=1e-6, atol=1e-6)
