@@ -280,6 +280,26 @@ def _width_refinement(scene: Scene) -> LeftOut | None:
     return LeftOut("contact points over the width", why, f"{points} per flank")
 
 
+def _read_off(scene: Scene) -> LeftOut | None:
+    shapes = scene.case.reduction.shapes
+    if shapes == "line_loads":
+        return None
+    return LeftOut(
+        "flank pressure, K_Hbeta, sensitivities", f'shapes = "{shapes}": they are read off exact line loads',
+        "flank maps, forces and Harris map too",
+    )  # fmt: skip
+
+
+def _maps(scene: Scene) -> LeftOut | None:
+    case = scene.case
+    if case.results.maps or case.reduction.shapes != "line_loads":
+        return None
+    return LeftOut(
+        "flank maps and contact pattern", "[results] maps is off",
+        f"a sweep of {case.online.angles_per_pitch} angles at a hundredth of the torque, and three pictures",
+    )  # fmt: skip
+
+
 def _pictures(scene: Scene) -> LeftOut | None:
     output = scene.case.output
     if output.plots or output.report:
@@ -303,7 +323,7 @@ def _page(scene: Scene) -> LeftOut | None:
 
 RULES: tuple[Callable[[Scene], LeftOut | None], ...] = (
     _other_model, _other_bodies, _other_flanks, _far_teeth, _volume, _training, _coarser_mesh, _torques, _idle_pairs,
-    _idle_patches, _width, _refinement, _width_refinement, _pictures, _picture_files, _page,
+    _idle_patches, _width, _refinement, _width_refinement, _read_off, _maps, _pictures, _picture_files, _page,
 )  # fmt: skip
 
 

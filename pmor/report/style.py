@@ -110,7 +110,7 @@ def picture_bytes(figure: Figure, picture_format: str) -> bytes:
 
 def _small_png(drawn: io.BytesIO) -> bytes:
     """Return a PNG with a palette: a third of the size, which a page carries once more by half."""
-    from PIL import Image
+    from PIL import Image  # comes with matplotlib
 
     small = io.BytesIO()
     with Image.open(drawn) as image:

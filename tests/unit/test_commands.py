@@ -85,7 +85,7 @@ def count_offline(monkeypatch):
 
 def test_run_leaves_tables_pictures_page_and_basis(finished):
     folder, _ = finished
-    assert results_in(folder) == PICTURES | {"summary.json", "ste.csv", "report.html", "basis.h5"}
+    assert results_in(folder) == PICTURES | {"summary.json", "ste.csv", "results.h5", "report.html", "basis.h5"}
 
 
 def test_run_writes_the_promised_summary(finished):
@@ -275,7 +275,7 @@ def test_offline_then_online(tmp_path, monkeypatch, capsys, undrawn):
     assert main(["online", str(basis)]) == 0
     results = tmp_path / "out" / "tiny"  # the default
     pictures = PICTURES - {"error.png", "mesh.png"}  # no full FE, no mesh
-    assert results_in(results) == pictures | {"summary.json", "ste.csv", "report.html"}
+    assert results_in(results) == pictures | {"summary.json", "ste.csv", "results.h5", "report.html"}
     found = summary_of(results)
     assert set(found) >= SUMMARY_KEYS
     for key in ("rom_vs_full_ste_max_rel", "rom_vs_full_ste_rms_rel", "full_ms_per_position"):
@@ -296,7 +296,7 @@ def test_offline_refuses_an_existing_file_before_any_work(tmp_path, monkeypatch,
 def test_compare_leaves_numbers_only(out, tmp_path, monkeypatch, capsys):
     forbid_offline(monkeypatch)
     assert main(["compare", write_case(tmp_path), "--out", str(out)]) == 0
-    assert results_in(out) == {"basis.h5", "summary.json", "ste.csv"}
+    assert results_in(out) == {"basis.h5", "summary.json", "ste.csv", "results.h5"}
     assert summary_of(out)["full_ms_per_position"] > 0.0
     assert "reduced vs full, max" in capsys.readouterr().out
 

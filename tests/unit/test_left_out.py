@@ -54,11 +54,12 @@ def test_four_cases_have_four_lists():
     common = {"the flanks that carry no load", "displacements inside the gears", "tooth pairs out of mesh",
               "the compliance of distant teeth", "flank patches out of reach"}  # fmt: skip
     identical = common | {"the wheel's finite elements", "half the face width"}
-    assert what["paper_64"] == identical
+    trained = {"flank pressure, K_Hbeta, sensitivities"}
+    assert what["paper_64"] == identical | trained
     assert what["paper_spur"] == identical | {
         "contact points and penalty", "training of the case's own model", "finite elements of models",
     }  # fmt: skip
-    assert what["small_spur"] == identical | {"contact points over the width"}
+    assert what["small_spur"] == identical | trained | {"contact points over the width"}
     assert what["unequal_pair"] == common | {
         "contact points and penalty", "the training", "all pictures",
     }  # fmt: skip
@@ -71,6 +72,13 @@ def test_the_plan_prints_what_because_and_savings():
     assert "half the face width spur teeth, nodes at mid width: symmetric" in lines
     assert "saves 4 of 9 columns of nodes, 3722 unknowns, as many sections" in lines
     assert not any(line.startswith("!") for line in lines)
+
+
+def test_maps_are_left_out_where_they_are_not_asked_for():
+    lines = {"contact": {"scheme": "line"}, "reduction": {"shapes": "line_loads"}}
+    assert not {"flank maps and contact pattern", "flank pressure, K_Hbeta, sensitivities"} & set(listed(case(**lines)))
+    assert "flank maps and contact pattern" in listed(case(**lines, results={"maps": False}))
+    assert "flank pressure, K_Hbeta, sensitivities" in listed(case())
 
 
 def test_the_plan_warns_of_a_load_beyond_linear_elasticity():
