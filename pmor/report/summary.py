@@ -155,13 +155,17 @@ def summary_rows(result: OnlineResult) -> list[tuple[str, float | int | None, st
 
 
 def _readings_rows(s: dict[str, Any], result: OnlineResult) -> list[tuple[str, float | None, str, str]]:
-    """Rows of what exact line loads tell beside the transmission error."""
-    lacks = "of exact line loads alone" if result.case.reduction.shapes != "line_loads" else "sweep too long to keep"
+    """Rows of what is read off beside the transmission error, most of it off exact line loads alone."""
+    secant = _known("mesh stiffness", s["mesh_stiffness_mean_N_per_mm_um"], "N/(mm um)", "mean over the pitch",
+                    "needs a position that converged")  # fmt: skip
+    if result.case.reduction.shapes != "line_loads":
+        return [secant]
+    lacks = "the sweep is too long to keep its loads"
     edges = result.readings is not None and np.isnan(line_states(result.sweep).pressure_MPa[result.nominal]).any()
     return [
-        _known("mesh stiffness, secant", s["mesh_stiffness_mean_N_per_mm_um"], "N/(mm um)", "mean over the pitch", ""),
+        secant,
         _known("mesh stiffness, tangent", s["mesh_stiffness_tangent_mean_N_per_mm_um"], "N/(mm um)",
-               "its derivative by the STE", "of exact line loads alone"),
+               "derivative of the force by the STE", "needs a position that converged"),
         _known("K_Hbeta", s["k_h_beta"], "", "largest over mean line load of the face, over the cycle", lacks),
         _known("contact ratio, loaded", s["effective_contact_ratio"], "",
                f"{result.reduced.meshed.pair.contact_ratio + result.reduced.meshed.pair.overlap_ratio:.3f} unloaded",

@@ -54,7 +54,7 @@ def test_two_runs_into_one_folder(case_file, tmp_path):
     check_refused(finish(second), first, out)
     code, _, errors = finish(first)
     assert (code, errors) == (0, "")
-    assert results_in(out) == {"basis.h5", "ste.csv", "summary.json"}
+    assert results_in(out) == {"basis.h5", "ste.csv", "summary.json", "results.h5"}
 
 
 @pytest.mark.slow

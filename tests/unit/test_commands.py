@@ -127,7 +127,7 @@ def test_another_sweep_takes_the_basis_that_is_there(out, tmp_path, monkeypatch)
     assert main(["run", changed, "--out", str(out)]) == 0
     found = summary_of(out)
     assert (found["n_angles"], found["torque_Nm"]) == (5, 80.0)
-    assert results_in(out) == {"basis.h5", "ste.csv", "summary.json"}, "no pictures, no page"
+    assert results_in(out) == {"basis.h5", "ste.csv", "summary.json", "results.h5"}, "no pictures, no page"
 
 
 @pytest.mark.parametrize(
@@ -204,7 +204,7 @@ def test_results_go_to_a_folder_named_after_the_case(out, tmp_path, monkeypatch)
     monkeypatch.chdir(tmp_path)
     forbid_offline(monkeypatch)
     assert main(["compare", write_case(tmp_path)]) == 0
-    assert results_in(tmp_path / "out" / "tiny") == {"basis.h5", "ste.csv", "summary.json"}
+    assert results_in(tmp_path / "out" / "tiny") == {"basis.h5", "ste.csv", "summary.json", "results.h5"}
 
 
 # --- what did not converge -------------------------------------------------------------------------------------------

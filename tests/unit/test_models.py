@@ -26,7 +26,8 @@ from tests.stored_files import results_in
 
 QUIET = {"plots": False, "report": False}
 LINES = {"contact": {"scheme": "line"}, "reduction": {"shapes": "line_loads"}}
-NUMBERS = {"basis.h5", "basis_paper.h5", "basis_direct.h5", "summary.json", "ste.csv"}
+TABLES = {"summary.json", "ste.csv", "harris.csv", "results.h5"}
+NUMBERS = {"basis.h5", "basis_paper.h5", "basis_direct.h5", *TABLES}
 
 # One model has no error bar of its reduction, the others none of their mesh, which this case leaves out.
 MAY_LACK = "ste_error_estimate_max_um", "ste_mesh_error_percent"
@@ -64,7 +65,7 @@ def finished(tmp_path_factory):
 def out(finished, tmp_path):
     """A copy of its bases, to run again."""
     (tmp_path / "out").mkdir()
-    for name in NUMBERS - {"summary.json", "ste.csv"}:
+    for name in NUMBERS - TABLES:
         shutil.copy(finished / name, tmp_path / "out")
     return tmp_path / "out"
 

@@ -34,7 +34,7 @@ def python(folder, *arguments):
 def test_both_stages_run_beside_them(folder):
     done = python(folder, "-m", "pmor", "run", "tiny.toml", "--out", "out")
     assert (done.returncode, complaints(done.stderr)) == (0, "")
-    assert results_in(folder / "out") == {"basis.h5", "ste.csv", "summary.json"}
+    assert results_in(folder / "out") == {"basis.h5", "ste.csv", "summary.json", "results.h5"}
 
 
 def test_they_are_found_beside_the_package(folder):
