@@ -9,6 +9,8 @@ import numpy as np
 
 from pmor.arrays import FloatArray
 from pmor.case import Case
+from pmor.case.width import meshed_width
+from pmor.contact.condition import Built
 from pmor.contact.deviation_rates import deviation_rates
 from pmor.contact.flank import MeshedPair
 from pmor.contact.position import pairs_in_reach
@@ -75,13 +77,12 @@ def read_off(reduced: ReducedPair, sweep: SteSweep, executor: Executor | None = 
         Of threads, for further sweeps.
     """
     case, lines = reduced.basis.case, line_states(sweep)
-    rates = deviation_rates(reduced.meshed, built_of(case), lines)
     maps = tuple(flank_maps(reduced.meshed, sweep, d) for d in range(len(sweep.torque_Nm))) if case.results.maps else ()
     return Readings(
         face_load_factor=face_load_factor(lines),
         effective_contact_ratio=effective_contact_ratio(sweep),
         forces=forces_on_gears(reduced.meshed, sweep),
-        sensitivities=sensitivities(sweep, rates),
+        sensitivities=derivatives(reduced, sweep, built_of(case)),
         maps=maps,
         light=_light_maps(reduced, executor) if case.results.maps else None,
         harris=harris_sweep(reduced, executor),
@@ -92,6 +93,12 @@ def forces_on_gears(meshed: MeshedPair, sweep: SteSweep) -> MeshForces:
     """Return forces and moments of the mesh in a recorded sweep."""
     pair = meshed.pair
     return mesh_forces(line_states(sweep), pair.pinion.base_radius, pair.centre_distance, pair.pinion.twist_per_length)
+
+
+def derivatives(reduced: ReducedPair, sweep: SteSweep, built: Built) -> Sensitivities:
+    """Return the derivatives of a recorded sweep by each parameter of the modifications that it was built with."""
+    whole = meshed_width(reduced.basis.case) != "plane_strain"
+    return sensitivities(sweep, deviation_rates(reduced.meshed, built, line_states(sweep), whole))
 
 
 def flank_maps(meshed: MeshedPair, sweep: SteSweep, torque_index: int) -> tuple[FlankMap, FlankMap]:

@@ -172,7 +172,7 @@ class ReducedModel:
             self.reduced, phi, conditions, executor=executor, advance=progress, recorded=recorded
         )
         sweep = with_mesh_error(with_unloaded(sweep, meshed, conditions), self.reduced, conditions)
-        return SweepResult(sweep, meshed.pair, meshed, conditions[0].built)
+        return SweepResult(sweep, meshed.pair, self.reduced, conditions[0].built)
 
     def harris_map(
         self, torques_Nm: Iterable[float] | None = None, angles: int | None = None, executor: Executor | None = None

@@ -10,8 +10,6 @@ import numpy as np
 
 from pmor.arrays import BoolArray, FloatArray, IntArray
 from pmor.contact.condition import PLAIN, Built
-from pmor.contact.deviation_rates import deviation_rates
-from pmor.contact.flank import MeshedPair
 from pmor.gear.pair import GearPair
 from pmor.report.data_files import write_ste_csv
 from pmor.report.flank_figures import flank_maps_figure
@@ -21,7 +19,7 @@ from pmor.results.flank_maps import FlankMap
 from pmor.results.load_distribution import effective_contact_ratio, face_load_factor, line_states
 from pmor.results.loads import LineStates
 from pmor.results.mesh_forces import MeshForces
-from pmor.results.sensitivity import Sensitivities, sensitivities
+from pmor.results.sensitivity import Sensitivities
 from pmor.results.sweep import (
     MeshStiffness,
     SteSweep,
@@ -30,7 +28,8 @@ from pmor.results.sweep import (
     peak_to_peak_um,
     ste_mean_um,
 )
-from pmor_online.readings import flank_maps, forces_on_gears
+from pmor_online.model import ReducedPair
+from pmor_online.readings import derivatives, flank_maps, forces_on_gears
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -46,7 +45,7 @@ class SweepResult:
     ----------
     sweep : SteSweep
     pair : GearPair
-    meshed : MeshedPair, optional
+    reduced : ReducedPair, optional
         What made it, where it keeps its line loads.
     built : Built
         How the pair was built for it.
@@ -54,7 +53,7 @@ class SweepResult:
 
     sweep: SteSweep
     pair: GearPair
-    meshed: MeshedPair | None = None
+    reduced: ReducedPair | None = None
     built: Built = PLAIN
 
     @property
@@ -160,20 +159,20 @@ class SweepResult:
 
     def mesh_forces(self) -> MeshForces:
         """Return forces of the mesh on both gears and their moments about the axes at mid width, for the bearings."""
-        return forces_on_gears(self._meshed(), self.sweep)
+        return forces_on_gears(self._reduced().meshed, self.sweep)
 
     def sensitivities(self) -> Sensitivities:
         """Return exact derivatives of the STE, its mean and peak-to-peak by each parameter of the modifications."""
-        return sensitivities(self.sweep, deviation_rates(self._meshed(), self.built, self.line_loads))
+        return derivatives(self._reduced(), self.sweep, self.built)
 
     def flank_maps(self, torque_index: int = -1) -> tuple[FlankMap, FlankMap]:
         """Return the largest line load and pressure over the cycle on the flanks of pinion and wheel."""
-        return flank_maps(self._meshed(), self.sweep, range(len(self.torque_Nm))[torque_index])
+        return flank_maps(self._reduced().meshed, self.sweep, range(len(self.torque_Nm))[torque_index])
 
-    def _meshed(self) -> MeshedPair:
+    def _reduced(self) -> ReducedPair:
         line_states(self.sweep)  # says what is missing
-        assert self.meshed is not None
-        return self.meshed
+        assert self.reduced is not None
+        return self.reduced
 
     def orders_um(self, count: int = 10) -> FloatArray:
         """Amplitudes, zero to peak, of the first orders of the mesh frequency, shape (T, count), um.

@@ -35,7 +35,9 @@ REACHES = {
 }
 
 
-def deviation_rates(meshed: MeshedPair, built: Built, lines: LineStates) -> dict[str, FloatArray]:
+def deviation_rates(
+    meshed: MeshedPair, built: Built, lines: LineStates, over_width: bool = True
+) -> dict[str, FloatArray]:
     """Return d deviation / d parameter at all sections, (A, P, S), um per unit, by ``gear.key`` of the case file.
 
     All amounts that the pair can be built with are among them, at 0 too: by their own derivative one sees what they
@@ -49,7 +51,10 @@ def deviation_rates(meshed: MeshedPair, built: Built, lines: LineStates) -> dict
         The modifications about which to differentiate.
     lines : LineStates
         Where the sections are.
+    over_width : bool
+        Whether the mesh holds what differs over the width: not so in plane strain.
     """
+    left_out = (UNEVEN if lines.mirrored else ()) if over_width else OVER_WIDTH
     found = {}
     loaded = (lines.sensitivity != 0.0).any(axis=0)
     for gear, (name, deviation, modification) in enumerate(
@@ -58,7 +63,7 @@ def deviation_rates(meshed: MeshedPair, built: Built, lines: LineStates) -> dict
         points = _points(lines, loaded, gear)
         for key in AMOUNTS:
             reach = REACHES.get(key)
-            if _cannot_be(key, lines) or (reach is not None and getattr(modification, reach) is None):
+            if key in left_out or (reach is not None and getattr(modification, reach) is None):
                 continue
             found[f"{name}.{key}"] = _spread(loaded, _unit(deviation, key, points))
             if reach is not None and getattr(modification, key) != 0.0:
@@ -75,10 +80,6 @@ def _points(lines: LineStates, loaded: np.ndarray, gear: int) -> _Points:
     z, pair = np.broadcast_to(lines.z_mm, shape), np.broadcast_to(lines.pair[:, :, None], shape)
     # The wheel's teeth count against the pinion's.
     return lines.roll_rad[..., gear][loaded], z[loaded], (pair if gear == 0 else -pair)[loaded]
-
-
-def _cannot_be(key: str, lines: LineStates) -> bool:
-    return (lines.mirrored and key in UNEVEN) or (len(lines.z_mm) == 1 and key in OVER_WIDTH)
 
 
 def _unit(deviation: Deviation, key: str, points: _Points) -> FloatArray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -19,6 +19,8 @@ GEARS = "Pinion", "Wheel"
 # What a flank map shows where a sharp edge carries.
 NO_BOUND = "#bbbbbb"
 NOMINAL_PATTERN, LIGHT_PATTERN = "#a6cee3", COLOURS[0]
+# Of the 80th percentile, where the scale of a map ends at the latest.
+BEYOND_MOST = 1.5
 # Lines that a surface in space is drawn with, along either direction.
 SURFACE_LINES = 60
 # Places over the face at which maps are drawn, between sections too.
@@ -33,11 +35,11 @@ def flank_maps_figure(maps: Sequence[FlankMap]) -> Figure:
         sharp = any(np.isnan(one.pressure_MPa).any() for one in maps)
         rows = ("pressure_MPa", "Hertz's pressure [MPa]"), ("load_N_per_mm", "Line load [N/mm]")
         for row, (name, label) in zip(panels, rows, strict=True):
-            top = max(float(np.nanmax(getattr(one, name))) for one in maps)
+            top, beyond = _scale([getattr(one, name) for one in maps])
             for panel, one in zip(row, maps, strict=True):
                 image = _draw(panel, one, getattr(one, name), top)
                 panel.set_title(f"{GEARS[one.gear]}, {one.torque_Nm:g} N m")
-            figure.colorbar(image, ax=list(row), label=label, shrink=0.95, pad=0.02)
+            figure.colorbar(image, ax=list(row), label=label, shrink=0.95, pad=0.02, extend=beyond)
         for panel in panels[-1]:
             panel.set_xlabel("Position over face width [mm]")
         for panel in panels[:, 0]:
@@ -47,6 +49,15 @@ def flank_maps_figure(maps: Sequence[FlankMap]) -> Figure:
     return figure
 
 
+def _scale(values: Sequence[FloatArray]) -> tuple[float, Literal["max", "neither"]]:
+    """Return where a scale of colours ends, and whether there is more: an edge must not take it all."""
+    found = np.concatenate([one[one > 0.0] for one in values])  # not NaN
+    if not len(found):
+        return 1.0, "neither"
+    most, end = float(found.max()), BEYOND_MOST * float(np.percentile(found, 80.0))
+    return (most, "neither") if most <= end else (end, "max")
+
+
 def _draw(panel: Axes, one: FlankMap, values: FloatArray, top: float) -> Any:
     from matplotlib import colormaps
 
@@ -54,7 +65,7 @@ def _draw(panel: Axes, one: FlankMap, values: FloatArray, top: float) -> Any:
     shown = np.ma.masked_invalid([np.interp(places, one.z_mm, row) for row in values])
     colours = colormaps["viridis"].with_extremes(bad=NO_BOUND)
     image = panel.pcolormesh(
-        places, np.degrees(one.roll_rad), shown, vmin=0.0, vmax=top or 1.0, cmap=colours, shading="nearest",
+        places, np.degrees(one.roll_rad), shown, vmin=0.0, vmax=top, cmap=colours, shading="nearest",
         rasterized=True,
     )  # fmt: skip
     panel.set_ylim(*np.degrees(one.roll_rad[[0, -1]]))

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.arrays import FloatArray
+from pmor.arrays import BoolArray, FloatArray
 from pmor.results.load_distribution import line_states, over_the_whole_face
 from pmor.results.sweep import SteSweep
 
@@ -83,29 +83,33 @@ def flank_map(
     values = np.stack([lines.load_N_per_mm[d], lines.half_width_mm[d], lines.pressure_MPa[d]])
     values = np.where(sweep.converged[d][:, None, None], values, 0.0)
     largest = np.zeros((3, points, len(lines.z_mm)))
-    pitch = np.floor((sweep.phi_rad - sweep.phi_rad[0]) / sweep.pitch_rad + 1e-9)
-    for number in np.unique(pitch):
-        part = pitch == number
-        # One pair follows the other: within a pitch they are one that rolls through the mesh.
-        way = np.argsort((sweep.phi_rad[part, None] + lines.pair[part] * sweep.pitch_rad).ravel(), kind="stable")
-        at = lines.roll_rad[part, ..., gear].reshape(len(way), -1)[way]
-        _follow(roll, at, values[:, part].reshape(3, len(way), -1)[:, way], largest)
+    # As the sweep goes on, a pair that has left its end comes in again at its start, so many pitches on.
+    tooth = (lines.pair % sweep.pitches).ravel()
+    way = np.lexsort(((sweep.phi_rad[:, None] + lines.pair * sweep.pitch_rad).ravel(), tooth))
+    at = lines.roll_rad[..., gear].reshape(len(way), -1)[way]
+    _follow(roll, at, values.reshape(3, len(way), -1)[:, way], np.diff(tooth[way]) == 0, largest)
     z, whole = over_the_whole_face(lines, largest)
     return FlankMap(gear, float(sweep.torque_Nm[d]), roll, z, *whole)
 
 
-def _follow(roll: FloatArray, at: FloatArray, values: FloatArray, largest: FloatArray) -> None:
-    """Take values (3, n, S), met one after the other at roll angles (n, S), into the cells (3, R, S) of a map."""
+def _follow(
+    roll: FloatArray, at: FloatArray, values: FloatArray, joined: BoolArray, largest: FloatArray
+) -> None:
+    """Take values (3, n, S) at roll angles (n, S) into the cells (3, R, S) of a map.
+
+    They are met one after the other, as far as neighbours are `joined`, (n - 1,).
+    """
     step, loaded = roll[1] - roll[0], values[0] > 0.0
-    moved = np.abs(np.diff(at, axis=0))[loaded[1:] | loaded[:-1]]
-    if not len(moved):
+    moved = np.diff(at, axis=0)[joined]
+    near = (loaded[1:] | loaded[:-1])[joined]
+    if not near.any():
         return
-    count = int(np.ceil(moved.max() / step)) + 1
+    count = int(np.ceil(np.abs(moved[near]).max() / step)) + 1
     shares = np.arange(count)[:, None, None] / count
-    place = at[:-1] + shares * np.diff(at, axis=0)
+    place = at[:-1][joined] + shares * moved
     # From 0 to a value at a sharp edge, which is none, there is no straight line.
     with np.errstate(invalid="ignore"):
-        found = values[:, None, :-1] + shares * np.diff(values, axis=1)[:, None]
+        found = values[:, None, :-1][:, :, joined] + shares * np.diff(values, axis=1)[:, None, joined]
         cell = np.rint((place - roll[0]) / step).astype(int)
         inside = (cell >= 0) & (cell < len(roll)) & (found[0] > 0.0)
         _, _, section = np.nonzero(inside)

@@ -133,7 +133,7 @@ class MeshStiffness:
     Attributes
     ----------
     secant : (n_torques, n_angles)
-        F_n / (b STE) at each torque.
+        F_n / b over the STE at each torque, less that without load.
     tangent : (n_torques, n_angles), (n_torques - 1, n_angles) or None
         Derivative of F_n / b by the STE at each torque, of sweeps that know it; else its change over that of the STE
         between neighbouring torques, and None with a single one.
@@ -253,7 +253,8 @@ def mesh_stiffness(sweep: SteSweep, base_radius_mm: float, face_width_mm: float)
     face_width_mm : float
     """
     load = 1e3 * sweep.torque_Nm / base_radius_mm / face_width_mm
-    secant = _positive_ratio(np.broadcast_to(load[:, None], sweep.ste_um.shape), sweep.ste_um)
+    loaded = sweep.ste_um if sweep.unloaded_um is None else sweep.ste_um - sweep.unloaded_um
+    secant = _positive_ratio(np.broadcast_to(load[:, None], sweep.ste_um.shape), loaded)
     if sweep.stiffness_N_per_um is not None:
         return MeshStiffness(secant, sweep.stiffness_N_per_um / face_width_mm, sweep.torque_Nm)
     if len(load) < 2:
