@@ -91,6 +91,8 @@ def _work(case: Case) -> list[str]:
         ("online, reduced solves", *_sweep(online.angles_per_pitch * case.pitches, online.torques_Nm)),
         ("compare, full and reduced", *_sweep(compare.angles, compare.torques_Nm)),
     ]
+    if case.reduction.shapes == "line_loads":
+        stages.insert(2, ("online, Harris map", *_sweep(online.angles_per_pitch, case.results.harris_torques_Nm)))
     if case.conditions:
         stages.insert(2, ("online, conditions", *_listed(case)))
     return ["Work", *(f"  {label:<30} {solves:>8}  ({text})" for label, solves, text in stages), *_ranges(case)]
