@@ -1,0 +1,115 @@
+"""What the source of a mesh unit is made from: the force law of a reduced pair in a table, and the pair's geometry."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmor.arrays import FloatArray
+from pmor.case import Case
+from pmor.contact.condition import Built, at_torques
+from pmor.contact.unloaded import unloaded_ste_um
+from pmor.errors import CaseError, ConvergenceError
+from pmor.gear.pair import GearPair, zero_backlash_centre_distance
+from pmor.gear.tooth import involute_function
+from pmor.pair.conditions import built_of
+from pmor.results.force_table import TOLERANCE, ForceTable, Forces, tabulate
+from pmor_online.line_sweep import line_force_law, sweep_line_loads
+from pmor_online.model import ReducedPair, online_angles
+
+# Over the nominal torque of the case: what the table reaches to everywhere.
+TORQUE_REACH = 2.0
+# Angles at which the largest lead under a torque, and the first touch, are looked for.
+ANGLES = 100
+
+
+@dataclass(frozen=True)
+class MeshLaw:
+    """The mesh of a pair as its unit knows it.
+
+    Parameters
+    ----------
+    case : Case
+    pair : GearPair
+    table : ForceTable
+        Over the pinion's kinematic angle in mesh cycles, and the displacement along the line of action, mm.
+    torque_Nm : float
+        On the pinion, up to which the table reaches at every angle.
+    backlash : float or None
+        Along the line of action, mm, of teeth whose backs mirror their working flanks; None where they do not.
+    """
+
+    case: Case
+    pair: GearPair
+    table: ForceTable
+    torque_Nm: float
+    backlash: float | None
+
+
+def mesh_law(reduced: ReducedPair, torque_Nm: float | None = None, tolerance: float = TOLERANCE) -> MeshLaw:
+    """Tabulate the force law of a reduced pair, with the axes and flanks of its case.
+
+    Parameters
+    ----------
+    reduced : ReducedPair
+        Of line loads.
+    torque_Nm : float, optional
+        Up to which the table reaches; twice the nominal torque of the case by default.
+    tolerance : float
+        See `pmor.results.force_table.tabulate`.
+
+    Raises
+    ------
+    CaseError
+        Where the basis has other shapes, or teeth differ from each other.
+    ConvergenceError
+        Where the law gives no force.
+    """
+    case, built = reduced.basis.case, built_of(reduced.basis.case)
+    if reduced.basis.shapes is not None:
+        raise CaseError(
+            f'{case.name}: a force law takes line loads, and the basis has shapes: write [contact] scheme = "line", '
+            'leave [reduction] shapes = "line_loads", and make the basis anew'
+        )
+    if any(flank.pitch_deviations_um for flank in (built.pinion, built.wheel)):
+        raise CaseError(
+            f"{case.name}: pitch deviations: the force law of teeth that differ does not repeat with the mesh cycle: "
+            "leave them out"
+        )
+    torque = TORQUE_REACH * case.torque_Nm if torque_Nm is None else torque_Nm
+    low, high = _range(reduced, built, torque)
+    table = tabulate(_forces(reduced, built), low, high, tolerance)
+    return MeshLaw(case, reduced.meshed.pair, table, torque, _backlash(reduced.meshed.pair, built))
+
+
+def _forces(reduced: ReducedPair, built: Built) -> Forces:
+    radius, pitch = reduced.meshed.pair.pinion.base_radius, reduced.meshed.pair.pitch
+
+    def forces(phase: FloatArray, displacement: FloatArray) -> FloatArray:
+        law = line_force_law(reduced, pitch * phase, list(displacement / radius), built)
+        return np.asarray(1e3 / radius * law.torque_Nm.T)
+
+    return forces
+
+
+def _range(reduced: ReducedPair, built: Built, torque_Nm: float) -> tuple[float, float]:
+    """Displacements between first touch and the largest one under the torque, mm."""
+    phi = online_angles(reduced.meshed.pair.pitch, ANGLES)
+    sweep = sweep_line_loads(reduced, phi, at_torques([1e3 * torque_Nm], built.axes, built.pinion, built.wheel))
+    if not sweep.converged.all():
+        raise ConvergenceError(f"no equilibrium under {torque_Nm:g} N m at some angles: lower the torque", [])
+    touch = 1e-3 * unloaded_ste_um(reduced.meshed, phi, [built])
+    return float(touch.min()), float(1e-3 * sweep.ste_um.max())
+
+
+def _backlash(pair: GearPair, built: Built) -> float | None:
+    """Backlash of the drawing along the line of action, mm; None where backs are no mirror images of the flanks."""
+    if built.axes.tilted or not (built.pinion.mirrored and built.wheel.mirrored):
+        return None
+    tightest = math.acos(
+        (pair.pinion.base_radius + pair.wheel.base_radius) / zero_backlash_centre_distance(pair.pinion, pair.wheel)
+    )
+    opened = involute_function(pair.working_pressure_angle) - involute_function(tightest)
+    return max(2.0 * opened * (pair.pinion.base_radius + pair.wheel.base_radius), 0.0)

@@ -1,0 +1,296 @@
+"""Flank modifications of a REXS gear, as those of a case.
+
+Both count amounts along the transverse line of action (ISO 21771). REXS says places on the profile as diameters or
+lengths on that line, places over the width from the datum face; a case says roll angles, and z from the middle of the
+face. Quadratics over profile and width are taken over exactly, wherever they are said; what no key of a case can say is
+noted.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from pmor.export.rexs.model import Component
+
+#: shapes of relief that a case knows, by those of REXS
+SHAPES = {"": "linear", "linear": "linear", "parabolic": "parabolic"}
+UM = 1e3  # per mm
+
+
+@dataclass(frozen=True)
+class Profile:
+    """The flank that modifications lie on.
+
+    Parameters
+    ----------
+    base_radius : float
+        mm.
+    tip_roll : float
+        Roll angle at the tip circle, rad.
+    active : (float, float)
+        Roll angles of the active profile, rad.
+    face_width : float
+        mm.
+    datum : int
+        1 where the datum face has the larger z, else -1.
+    """
+
+    base_radius: float
+    tip_roll: float
+    active: tuple[float, float]
+    face_width: float
+    datum: int
+
+    def roll_at(self, diameter: float) -> float:
+        """Return the roll angle at a diameter, rad."""
+        return math.sqrt(max((0.5 * diameter / self.base_radius) ** 2 - 1.0, 0.0))
+
+    def z_at(self, coordinate: float) -> float:
+        """Return z of a coordinate from the datum face, mm from the middle of the face."""
+        return self.datum * (0.5 * self.face_width - coordinate)
+
+
+@dataclass
+class Found:
+    """What was understood of a flank.
+
+    Parameters
+    ----------
+    keys : dict
+        Of a section `[pinion.modification]`.
+    notes : list of str
+    """
+
+    keys: dict[str, Any] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+
+    def add(self, key: str, amount: float) -> None:
+        """Add to an amount; what is zero is left out."""
+        total = float(f"{self.keys.get(key, 0.0) + amount:.12g}")
+        if total:
+            self.keys[key] = total
+        else:
+            self.keys.pop(key, None)
+
+
+def read_flank(components: list[Component], profile: Profile) -> Found:
+    """Take over the modifications of a flank.
+
+    Parameters
+    ----------
+    components : list of Component
+        Modifications that the flank refers to.
+    profile : Profile
+    """
+    found, ends = Found(), list[Component]()
+    for component in components:
+        reader = READERS.get(component.kind)
+        if component.kind.startswith("end_relief"):
+            ends.append(component)
+        elif reader is None:
+            found.notes.append(f"{component.label}: a case has no such modification: left out")
+        else:
+            reader(component, profile, found)
+        for what in ("specify_tangential_transition",):
+            if component.text_of(what) == "true":
+                found.notes.append(f"{component.label}: the rounded transition of the relief is left out")
+    if ends:
+        _end_reliefs(ends, profile, found)
+    return found
+
+
+def _tip_relief(component: Component, profile: Profile, found: Found) -> None:
+    depth = component.number_of("tip_relief_depth")
+    start = _place(component, "tip_relief_datum_diameter", "tip_relief_datum_length", profile, -1.0, profile.tip_roll)
+    at = _place(
+        component, "tip_relief_evaluation_reference", "tip_relief_evaluation_reference_length", profile, -1.0,
+        profile.tip_roll,
+    )  # fmt: skip
+    _relief(component, "tip", depth, start, at, profile.tip_roll, found)
+
+
+def _root_relief(component: Component, profile: Profile, found: Found) -> None:
+    depth, foot = component.number_of("root_relief_depth"), profile.active[0]
+    end = _place(component, "root_relief_datum_diameter", "root_relief_datum_length", profile, 1.0, foot)
+    at = _place(
+        component, "root_relief_evaluation_reference", "root_relief_evaluation_reference_length", profile, 1.0, foot
+    )  # fmt: skip
+    _relief(component, "root", depth, end, at, foot, found)
+
+
+def _place(
+    component: Component, diameter: str, length: str, profile: Profile, sign: float, end: float
+) -> float | None:
+    """Roll angle of a place that a diameter says, or a length on the line of action from an end of the flank."""
+    said = component.number_of(diameter)
+    if said is not None:
+        return profile.roll_at(said)
+    said = component.number_of(length)
+    return None if said is None else end + sign * said / profile.base_radius
+
+
+def _relief(
+    component: Component, which: str, depth: float | None, begins: float | None, at: float | None, end: float,
+    found: Found,
+) -> None:  # fmt: skip
+    """A relief that begins at a roll angle and has its depth at another one, or at the end of the flank."""
+    shape = SHAPES.get(component.text_of("shape_of_relief"))
+    reach = "tip_relief_start_roll_deg" if which == "tip" else "root_relief_end_roll_deg"
+    if not depth:
+        return
+    if begins is None or shape is None:
+        what = "says not where it begins" if begins is None else "no shape that a case knows (linear, parabolic)"
+        found.notes.append(f"{component.label}: {what}: left out")
+        return
+    if reach in found.keys:
+        found.notes.append(f"{component.label}: a second relief there: left out")
+        return
+    share = 1.0 if at is None or at == begins else (end - begins) / (at - begins)
+    found.add(f"{which}_relief_um", UM * depth * share ** (2 if shape == "parabolic" else 1))
+    found.keys[reach] = float(f"{math.degrees(begins):.12g}")
+    if shape != "linear":
+        found.keys[f"{which}_relief_shape"] = shape
+
+
+def _quadratic(points: tuple[tuple[float, float], ...], span: tuple[float, float]) -> tuple[float, float]:
+    """Crowning and slope over a span of the quadratic through three points: at its ends, and from end to end.
+
+    It counts from the middle of the span: a constant is no modification.
+    """
+    (a, f), (b, g), (c, h) = points
+    bend = (h - g) / (c - b) / (c - a) - (g - f) / (b - a) / (c - a)
+    slope = (g - f) / (b - a) - bend * (a + b)
+    low, high = span
+    return bend * (high - low) ** 2 / 4.0, (slope + bend * (low + high)) * (high - low)
+
+
+def _profile_crowning(component: Component, profile: Profile, found: Found) -> None:
+    low, high = profile.active
+    ends = [
+        _place(component, f"diameter_where_profile_crowning_{end}_is_specified",
+               f"length_where_profile_crowning_{end}_is_specified", profile, sign, usual) or usual
+        for end, sign, usual in (("root", 1.0, low), ("tip", -1.0, high))
+    ]  # fmt: skip
+    amounts = [component.number_of(f"profile_crowning_at_{end}") or 0.0 for end in ("root", "tip")]
+    top = component.number_of("profile_highest_point")
+    middle = 0.5 * sum(ends) if top is None else profile.roll_at(top)
+    if not ends[0] < middle < ends[1]:
+        found.notes.append(f"{component.label}: its highest point is not between its ends: left out")
+        return
+    points = (ends[0], UM * amounts[0]), (middle, 0.0), (ends[1], UM * amounts[1])
+    crowning, slope = _quadratic(points, profile.active)
+    found.add("profile_crowning_um", crowning)
+    found.add("profile_slope_um", slope)
+    if component.text_of("shape_of_profile_crowning") == "circular":
+        found.notes.append(f"{component.label}: circular: taken as a parabola, which it is to a millionth")
+
+
+def _profile_slope(component: Component, profile: Profile, found: Found) -> None:
+    low, high = profile.active
+    start = component.number_of("profile_evaluation_start")
+    end = component.number_of("diameter_where_profile_slope_amount_is_specified", "profile_evaluation_end")
+    span = (high if end is None else profile.roll_at(end)) - (low if start is None else profile.roll_at(start))
+    amount = component.number_of("profile_slope")
+    if amount and span > 0.0:
+        found.add("profile_slope_um", UM * amount * (high - low) / span)
+        found.notes.append(f"{component.label}: taken as removed at the tip where it is positive: check the sign")
+
+
+def _helix_crowning(component: Component, profile: Profile, found: Found) -> None:
+    width = profile.face_width
+    low = component.number_of("coordinate_where_helix_crowning_is_specified_datum_face") or 0.0
+    high = component.number_of("coordinate_where_helix_crowning_is_specified_non_datum_face") or width
+    top = component.number_of("helix_highest_point")
+    middle = 0.5 * (low + high) if top is None else top
+    if not low < middle < high:
+        found.notes.append(f"{component.label}: its highest point is not between its ends: left out")
+        return
+    datum, other = (component.number_of(f"helix_crowning_amount_{face}_face") or 0.0 for face in ("datum", "non_datum"))
+    points = tuple((profile.z_at(c), UM * a) for c, a in ((low, datum), (middle, 0.0), (high, other)))
+    crowning, slope = _quadratic(points, (-0.5 * width, 0.5 * width))
+    found.add("helix_crowning_um", crowning)
+    found.add("helix_slope_um", slope)
+    if component.text_of("shape_of_helix_crowning") == "circular":
+        found.notes.append(f"{component.label}: circular: taken as a parabola, which it is to a millionth")
+
+
+def _helix_slope(component: Component, profile: Profile, found: Found) -> None:
+    amount = component.number_of("helix_slope")
+    start, end = (component.number_of(f"helix_evaluation_{end}") for end in ("start", "end"))
+    whole = start is None or end is None or component.text_of("helix_evaluation_reference") == "facewidth"
+    span = profile.face_width if whole else abs((end or 0.0) - (start or 0.0))
+    if amount and span > 0.0:
+        found.add("helix_slope_um", -profile.datum * UM * amount * profile.face_width / span)
+        found.notes.append(
+            f"{component.label}: taken as removed at the non-datum face where it is positive: check the sign"
+        )
+
+
+def _profile_twist(component: Component, profile: Profile, found: Found) -> None:
+    amount = component.number_of("profile_twist")
+    if amount:
+        found.add("twist_um", -profile.datum * UM * amount)
+        found.notes.append(
+            f"{component.label}: taken as what the profile slope grows by from the datum face to the other, over the "
+            "whole active profile: check sign and range"
+        )
+
+
+def _end_reliefs(components: list[Component], profile: Profile, found: Found) -> None:
+    """Both faces alike, straight: else a case has no key for it."""
+    said = {}
+    for component in components:
+        face = component.kind.removeprefix("end_relief_")
+        depth, length = (component.number_of(f"end_relief_{what}_{face}") for what in ("depth", "length"))
+        if SHAPES.get(component.text_of("shape_of_relief")) == "linear":
+            said[face] = depth, length
+    sides = set(said.values())
+    if len(said) == 2 and len(sides) == 1 and None not in (only := sides.pop()):
+        found.add("end_relief_um", UM * only[0])  # type: ignore[operator]
+        found.keys["end_relief_length_mm"] = only[1]
+        return
+    for component in components:
+        found.notes.append(f"{component.label}: a case has straight end relief alike on both faces: left out")
+
+
+def _topography(component: Component, profile: Profile, found: Found) -> None:
+    """A grid: points one by one, or the product of diameters and coordinates with the coordinates running first."""
+    diameters, coordinates, amounts = (
+        component.numbers_of(name)
+        for name in (
+            "diameters_of_topographical_modification", "coordinates_of_topographical_modification",
+            "topographical_modification_amounts",
+        )
+    )  # fmt: skip
+    if len(amounts) == len(diameters) * len(coordinates):
+        places = [(d, c) for d in diameters for c in coordinates]
+    elif len(amounts) == len(diameters) == len(coordinates):
+        places = list(zip(diameters, coordinates, strict=True))
+    else:
+        places = []
+    grid = {(profile.roll_at(d), profile.z_at(c)): UM * a for (d, c), a in zip(places, amounts, strict=False)}
+    rolls, columns = (sorted({place[i] for place in grid}) for i in (0, 1))
+    if min(len(rolls), len(columns)) < 2 or len(grid) != len(rolls) * len(columns) or "topography" in found.keys:
+        found.notes.append(f"{component.label}: is no grid of diameters and coordinates, or the second one: left out")
+        return
+    found.keys["topography"] = {
+        "roll_deg": [math.degrees(u) for u in rolls], "z_mm": columns,
+        "amount_um": [[grid[u, z] for z in columns] for u in rolls],
+    }  # fmt: skip
+    if component.text_of("type_of_interpolation_topographical_modification") == "linear":
+        found.notes.append(f"{component.label}: linear between its points: a case has a smooth surface through them")
+
+
+READERS: dict[str, Callable[[Component, Profile, Found], None]] = {
+    "tip_relief": _tip_relief,
+    "root_relief": _root_relief,
+    "profile_crowning": _profile_crowning,
+    "profile_slope": _profile_slope,
+    "helix_crowning": _helix_crowning,
+    "helix_slope": _helix_slope,
+    "profile_twist": _profile_twist,
+    "topographical_modification": _topography,
+}

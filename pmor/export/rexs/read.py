@@ -1,0 +1,340 @@
+"""A stage of a REXS gearbox as a case: geometry, tools, material, blanks, flanks, torques; and what was not understood."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pmor.case import Case, make_case, parse_case
+from pmor.errors import CaseError, GeometryError, printable
+from pmor.export.rexs.flanks import Profile, read_flank
+from pmor.export.rexs.model import Component, Gearbox, read_rexs
+from pmor.export.rexs.stage import Stage, axis_of, face_middle, find_stage
+from pmor.gear.pair import GearPair
+from pmor.pair.model import gear_pair
+
+# Where a file says nothing: bore over reference diameter, and line load in N/mm that the torque is assumed from.
+BORE_SHARE, LINE_LOAD = 0.2, 100.0
+# Modules between root circle and bore below which a blank cannot be meshed: the gear is cut into its shaft.
+LEAST_RIM = 1.5
+SIDES = ("left", "right")
+
+
+@dataclass(frozen=True)
+class Imported:
+    """A stage as a case.
+
+    Parameters
+    ----------
+    case : Case
+        Its text begins with the notes, as comments.
+    notes : tuple of str
+        What was assumed, taken otherwise, or not understood.
+    """
+
+    case: Case
+    notes: tuple[str, ...]
+
+
+def import_rexs(path: Path | str, stage: int | None = None) -> Imported:
+    """Make a case of a cylindrical stage of a REXS file (1.0 to 2.0; `.rexs`, `.rexsz`, `.rexsj`).
+
+    Parameters
+    ----------
+    path : Path or str
+    stage : int, optional
+        Number of the stage in the file, where there are several.
+
+    Raises
+    ------
+    FileFormatError
+        When it is no REXS file.
+    CaseError, GeometryError
+        When there is no such stage, it lacks what a case needs, or its teeth cannot mesh.
+    """
+    path = Path(path)
+    gearbox = read_rexs(path)
+    where = f"{path}, stage {stage}" if stage is not None else str(path)
+    found = find_stage(gearbox, stage, str(path))
+    draft = _Draft(gearbox, found, where)
+    sections = draft.sections()
+    plain = make_case(path.stem, **sections)
+    for gear, keys in zip(("pinion", "wheel"), draft.modifications(gear_pair(plain)), strict=True):
+        if keys:
+            sections[f"{gear}.modification"] = keys
+    if _uneven(sections):
+        sections["mesh"] = {"width": "whole"}
+    text = make_case(path.stem, **sections).text
+    head = [
+        f"{path.name}, {found.component.label}, REXS {gearbox.version} of {gearbox.program or 'an unnamed program'}.",
+        "What the file does not say is assumed: mesh and training are the defaults.",
+        *draft.notes,
+    ]
+    comments = "\n".join(f"# {printable(line)}" for line in head)
+    case = parse_case(f"{comments}\n\n{text}", path.stem, where)
+    gear_pair(case)  # refused here, with its place, and not at the first use
+    return Imported(case, tuple(draft.notes))
+
+
+class _Draft:
+    """The sections of a case, as they are found, and notes on what was not."""
+
+    def __init__(self, gearbox: Gearbox, stage: Stage, where: str) -> None:
+        self.gearbox, self.stage, self.where = gearbox, stage, where
+        self.gears = stage.pinion, stage.wheel
+        self.notes = list[str]()
+        self.datum = [self._datum(gear) for gear in self.gears]
+        # Seen from the larger z the pinion's carrying flank is the left one.
+        self.along = [a * self.datum[0] * (1 if stage.loaded == "left" else -1) for a in axis_of(stage.pinion)]
+        self.flanks = [self._flank(gear) for gear in self.gears]
+
+    def sections(self) -> dict[str, Any]:
+        """Return all sections but the modifications."""
+        pinion, wheel = self.gears
+        flank, module = self.flanks[0], self._needed(pinion, "normal_module")
+        helix = pinion.number_of("helix_angle_reference_diameter") or 0.0
+        if not math.isclose(module, self._needed(wheel, "normal_module"), rel_tol=1e-9):
+            raise CaseError(f"{self.where}: normal_module: the two gears differ: no pair")
+        pair: dict[str, Any] = {
+            "module_mm": module,
+            "pressure_angle_deg": self._needed(flank, "normal_pressure_angle"),
+            "helix_angle_deg": helix,
+        }
+        faces = self._faces()
+        pair["face_width_mm"] = _rounded(faces[0][2])
+        tooth = [self._tooth(gear, flank, module, helix) for gear, flank in zip(self.gears, self.flanks, strict=True)]
+        for keys, gear, (offset, width, common) in zip(tooth, self.gears, faces, strict=True):
+            if not math.isclose(width, common):
+                keys["face_width_mm"] = _rounded(width)
+            if abs(offset) > 1e-9:
+                keys["face_offset_mm"] = _rounded(offset)
+            keys |= self._material(gear)
+        distance = self.stage.component.number_of("center_distance")
+        if distance is not None:
+            pair["centre_distance_mm"] = self._distance(distance, pair, tooth)
+        torques = self.stage.torques_Nm or (self._assumed_torque(module, helix, faces[0][2]),)
+        sections: dict[str, Any] = {
+            "title": self._title(), "load": {"torque_Nm": torques[-1]}, "pair": _present(pair),
+            "pinion": tooth[0], "wheel": tooth[1],
+        }  # fmt: skip
+        if len(torques) > 1:
+            sections["online"] = {"torques_Nm": list(torques)}
+        return sections
+
+    def modifications(self, pair: GearPair) -> Iterator[dict[str, Any]]:
+        """Return the keys of the modifications of both gears."""
+        for number, (gear, flank) in enumerate(zip(self.gears, self.flanks, strict=True)):
+            tooth = (pair.pinion, pair.wheel)[number]
+            low, high = pair.faces[number]
+            along = sum(a * b for a, b in zip(axis_of(gear), self.along, strict=True))
+            profile = Profile(
+                tooth.base_radius, tooth.tip_roll_angle, pair.active_rolls[number], high - low,
+                self.datum[number] * (1 if along >= 0.0 else -1),
+            )  # fmt: skip
+            parts = [
+                self.gearbox.components[n]
+                for relation in self.gearbox.relations
+                if relation.kind == "reference" and relation.role("origin") == flank.number
+                for role, n in relation.parts
+                if role == "referenced" and n in self.gearbox.components
+            ]
+            found = read_flank([part for part in parts if part.kind != "material"], profile)
+            self.notes += found.notes
+            yield found.keys
+
+    def _tooth(self, gear: Component, flank: Component, module: float, helix: float) -> dict[str, Any]:
+        shift = flank.number_of("addendum_modification_coefficient")
+        if shift is None:
+            shift = (flank.number_of("addendum_modification") or 0.0) / module
+        teeth = self._needed(gear, "number_of_teeth")
+        radius = 0.5 * teeth * module / math.cos(math.radians(helix))
+        keys: dict[str, Any] = {"teeth": int(teeth)}
+        if shift:
+            keys["profile_shift"] = _rounded(shift)
+        keys |= self._addendum(gear, module, shift, radius)
+        keys |= self._tool(gear, flank, module, shift, radius)
+        if chamfer := flank.number_of("tooth_tip_chamfer"):
+            keys["tip_chamfer_mm"] = chamfer
+        keys["bore_radius_mm"] = self._bore(gear, radius - module * (keys.get("dedendum", 1.25) - shift), radius, module)
+        return keys
+
+    def _addendum(self, gear: Component, module: float, shift: float, radius: float) -> dict[str, float]:
+        tip, height = gear.number_of("tip_diameter"), gear.number_of("tooth_tip_height")
+        if tip is not None and tip > 2.0 * (radius - module):
+            return {"addendum": _rounded((0.5 * tip - radius) / module - shift)}
+        if tip is not None:
+            self.notes.append(f"{gear.label}: tip_diameter = {tip:g} mm is below its teeth: left out, addendum 1 assumed")
+        elif height is not None:
+            return {"addendum": _rounded(height / module - shift)}
+        else:
+            self.notes.append(f"{gear.label}: no tip_diameter: addendum 1 assumed")
+        return {}
+
+    def _tool(
+        self, gear: Component, flank: Component, module: float, shift: float, radius: float
+    ) -> dict[str, float]:
+        """Dedendum and tip radius of the rack: of its tool, else what the root circle says."""
+        keys = dict[str, float]()
+        tools = self.gearbox.beside(flank.number, "rack_shaped_tool") or self.gearbox.beside(
+            gear.number, "rack_shaped_tool"
+        )
+        if tools:
+            tool = tools[-1]  # the last step makes the flank
+            for key, what in (("dedendum", "addendum"), ("rack_tip_radius", "tip_corner_radius")):
+                relative = "tip_corner_radius_factor_reference_profile" if what != "addendum" else (
+                    "addendum_coefficient_reference_profile"
+                )  # fmt: skip
+                value, length = tool.number_of(relative), tool.number_of(f"{what}_reference_profile")
+                if value is None and length is not None:
+                    value = length / module
+                if value is not None:
+                    keys[key] = _rounded(value)
+            if tool.number_of("protuberance_amount", "protuberance_amount_factor"):
+                self.notes.append(f"{tool.label}: its protuberance is left out: the fillet begins where the rack ends")
+        root = gear.number_of("root_diameter")
+        if "dedendum" not in keys and root is not None:
+            keys["dedendum"] = _rounded((radius - 0.5 * root) / module + shift)
+        if missing := [key for key in ("dedendum", "rack_tip_radius") if key not in keys]:
+            self.notes.append(f"{gear.label}: no tool says {' and '.join(missing)}: that of ISO 53 A assumed")
+        return keys
+
+    def _bore(self, gear: Component, root_radius: float, radius: float, module: float) -> float:
+        """Radius at which the body is held: of its bore, or of the shaft that it sits on."""
+        bore = gear.number_of("inner_diameter") or next(
+            (body.number_of("inner_diameter") for body in self.gearbox.beside(gear.number, "gear_body")), None
+        )
+        bore = bore or self._shaft_diameter(gear)
+        if bore and 0.5 * bore < root_radius - LEAST_RIM * module:
+            return _rounded(0.5 * bore)
+        assumed = float(f"{BORE_SHARE * 2.0 * radius:.3g}")
+        why = f"{bore:g} mm leaves no rim" if bore else "nothing says its bore"
+        self.notes.append(f"{gear.label}: {why}: bore radius {assumed:g} mm assumed")
+        return assumed
+
+    def _shaft_diameter(self, gear: Component) -> float | None:
+        place, width = gear.number_of("u_coordinate_on_shaft"), gear.number_of("face_width")
+        if place is None or width is None:
+            return None
+        middle = place + 0.5 * width
+        for shaft in self.gearbox.beside(gear.number, "shaft", "assembly"):
+            for section in self.gearbox.beside(shaft.number, "shaft_section"):
+                start, length = section.number_of("u_coordinate_on_shaft"), section.number_of("length")
+                if start is not None and length is not None and start <= middle <= start + length:
+                    return section.number_of("outer_diameter_begin")
+        return None
+
+    def _material(self, gear: Component) -> dict[str, float]:
+        keys = dict[str, float]()
+        for material in self.gearbox.beside(gear.number, "material"):
+            if modulus := material.number_of("elastic_modulus"):
+                keys["youngs_modulus_GPa"] = _rounded(1e-3 * modulus)
+            if (ratio := material.number_of("poisson_ratio")) is not None:
+                keys["poisson_ratio"] = ratio
+        if not keys:
+            self.notes.append(f"{gear.label}: refers to no material: steel assumed, 210 GPa and 0.3")
+        return keys
+
+    def _faces(self) -> list[tuple[float, float, float]]:
+        """Of each gear: offset from the middle of the common face, own face width, common face width; mm."""
+        widths = [self._needed(gear, "face_width") for gear in self.gears]
+        middles = [face_middle(self.gearbox, gear, self.along) for gear in self.gears]
+        if middles[0] is None or middles[1] is None:
+            self.notes.append("where the gears are along the axis is not said: the middles of their faces assumed level")
+            middles = [0.0, 0.0]
+        ends = [(m - 0.5 * w, m + 0.5 * w) for m, w in zip(middles, widths, strict=True)]  # type: ignore[operator]
+        low, high = max(ends[0][0], ends[1][0]), min(ends[0][1], ends[1][1])
+        if high <= low:
+            raise CaseError(f"{self.where}: the faces of the gears lie beside each other: no contact")
+        return [(0.5 * (a + b - low - high), w, high - low) for (a, b), w in zip(ends, widths, strict=True)]
+
+    def _distance(self, distance: float, pair: dict[str, Any], teeth: list[dict[str, Any]]) -> float | None:
+        """The centre distance, unless the profile shifts allow none so small: they are rounded on drawings."""
+        try:
+            gear_pair(make_case("pair", load={"torque_Nm": 1.0}, pair=_present(pair), pinion=teeth[0], wheel=teeth[1]))
+            gear_pair(
+                make_case(
+                    "pair", load={"torque_Nm": 1.0}, pair=_present(pair | {"centre_distance_mm": distance}),
+                    pinion=teeth[0], wheel=teeth[1],
+                )
+            )  # fmt: skip
+        except GeometryError as error:
+            if "jam" not in str(error):
+                raise GeometryError(f"{self.where}: {error}") from None
+            self.notes.append(f"centre distance {distance:g} mm: too small for the profile shifts: without backlash")
+            return None
+        return distance
+
+    def _assumed_torque(self, module: float, helix: float, width: float) -> float:
+        teeth = self._needed(self.gears[0], "number_of_teeth")
+        torque = float(f"{LINE_LOAD * width * 0.5 * teeth * module / math.cos(math.radians(helix)) * 1e-3:.2g}")
+        self.notes.append(f"no torque of the stage is said: {torque:g} N m assumed, {LINE_LOAD:g} N/mm")
+        return torque
+
+    def _flank(self, gear: Component) -> Component:
+        """The flank that carries: the said one of the pinion, and of the wheel the one on the same side."""
+        index = self.gears.index(gear)
+        turned = self.datum[index] * sum(a * b for a, b in zip(axis_of(gear), axis_of(self.gears[0]), strict=True))
+        same = turned * self.datum[0] > 0.0
+        side = self.stage.loaded if same else SIDES[SIDES.index(self.stage.loaded) - 1]
+        for relation in self.gearbox.relations:
+            if relation.kind == "flank" and relation.role("gear") == gear.number:
+                found = {name: self.gearbox.components.get(relation.role(name) or 0) for name in SIDES}
+                flank = found[side] or found["left"] or found["right"]
+                if flank is not None:
+                    self._say_if_sides_differ(gear, found, side)
+                    return flank
+        raise CaseError(f"{self.where}: {gear.label}: has no flanks, which say pressure angle and profile shift")
+
+    def _say_if_sides_differ(self, gear: Component, flanks: dict[str, Component | None], side: str) -> None:
+        left, right = (
+            {
+                (part.kind, *sorted((k, str(v)) for k, v in part.values.items()))
+                for part in (*self.gearbox.beside(flank.number, flank.kind), *self._referenced(flank))
+            }
+            for flank in (flanks["left"] or flanks["right"], flanks["right"] or flanks["left"])
+            if flank is not None
+        )
+        if left != right and not self.stage.loaded_known:
+            self.notes.append(f"{gear.label}: which flank carries is not said, and they differ: the {side} one taken")
+
+    def _referenced(self, flank: Component) -> list[Component]:
+        return [
+            self.gearbox.components[n]
+            for relation in self.gearbox.relations
+            if relation.kind == "reference" and relation.role("origin") == flank.number
+            for _, n in relation.parts
+            if n != flank.number and n in self.gearbox.components
+        ]
+
+    def _datum(self, gear: Component) -> int:
+        """1 where the datum face looks along the gear's axis; it is the face at the gear's place unless said."""
+        return 1 if gear.text_of("datum_face_orientation") == "positive" else -1
+
+    def _needed(self, component: Component, attribute: str) -> float:
+        value = component.number_of(attribute)
+        if value is None:
+            raise CaseError(f"{self.where}: {component.label}: {attribute} is missing: a case needs it")
+        return value
+
+    def _title(self) -> str:
+        names = [gear.name or f"gear {gear.number}" for gear in self.gears]
+        title = f"{self.stage.component.name or f'Stage {self.stage.component.number}'}: {names[0]} / {names[1]}"
+        return "".join(c if c.isprintable() else " " for c in title)
+
+
+def _rounded(value: float) -> float:
+    """Rid of what a change of units leaves in the last digits."""
+    return float(f"{value:.12g}")
+
+
+def _present(keys: dict[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in keys.items() if value is not None}
+
+
+def _uneven(sections: dict[str, Any]) -> bool:
+    """Whether flanks differ between the halves of a spur pair, which is meshed in halves by default."""
+    keys = [sections.get(f"{gear}.modification", {}) for gear in ("pinion", "wheel")]
+    return any(name in one for one in keys for name in ("helix_slope_um", "twist_um", "topography"))

@@ -1,0 +1,167 @@
+"""One stage of a gearbox: which gear drives, on which flank, under which torque, and where the gears are."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from pmor.errors import CaseError
+from pmor.export.rexs.model import Component, Gearbox
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A stage with two external cylindrical gears.
+
+    Parameters
+    ----------
+    component : Component
+    pinion, wheel : Component
+        The driving gear, and the driven one.
+    torques_Nm : tuple of float
+        Of the load cases on the driving gear, ascending; none where the file does not say.
+    loaded : str
+        Flank of the driving gear that carries, "left" or "right", seen from its datum face with the tip up.
+    loaded_known : bool
+        Whether the file says so.
+    """
+
+    component: Component
+    pinion: Component
+    wheel: Component
+    torques_Nm: tuple[float, ...]
+    loaded: str
+    loaded_known: bool
+
+
+def stages(gearbox: Gearbox) -> dict[int, tuple[Component, Component]]:
+    """List the stages with two external cylindrical gears: (gear_1, gear_2) by the number of the stage."""
+    found = {}
+    for relation in gearbox.relations:
+        number, *gears = (relation.role(role) for role in ("stage", "gear_1", "gear_2"))
+        if relation.kind != "stage" or number is None or None in gears:
+            continue
+        pair = [gearbox.components.get(gear) for gear in gears if gear is not None]
+        if number in gearbox.components and all(gear and gear.kind == "cylindrical_gear" for gear in pair):
+            found[number] = (pair[0], pair[1])
+    return found  # type: ignore[return-value]
+
+
+def find_stage(gearbox: Gearbox, wanted: int | None, where: str) -> Stage:
+    """Find a stage by its number; the only one by default.
+
+    Raises
+    ------
+    CaseError
+        When there is none, or several to choose from.
+    """
+    found = stages(gearbox)
+    listed = ", ".join(f"{number} ({_teeth(a)}/{_teeth(b)} teeth)" for number, (a, b) in sorted(found.items()))
+    if not found:
+        raise CaseError(f"{where}: has no stage of two external cylindrical gears: nothing to make a case of")
+    if wanted is None and len(found) > 1:
+        raise CaseError(f"{where}: has several stages: choose one with --stage: {listed}")
+    number = next(iter(found)) if wanted is None else wanted
+    if number not in found:
+        raise CaseError(f"{where}: stage {number}: there is no such stage of cylindrical gears: choose from {listed}")
+    torques, drivers = _torques(gearbox, found)
+    one, two = found[number]
+    pinion, wheel = (two, one) if drivers.get(number, one.number) == two.number else (one, two)
+    said = _gear_data(gearbox, number, pinion).text_of("loaded_tooth_flank")
+    known = said in ("left", "right")
+    return Stage(
+        gearbox.components[number], pinion, wheel, tuple(sorted(torques.get(pinion.number, ()))),
+        said if known else "left", known,
+    )  # fmt: skip
+
+
+def face_middle(gearbox: Gearbox, gear: Component, along: list[float]) -> float | None:
+    """Return where the middle of a gear's face is along an axis, mm: half of it beyond its place on the shaft."""
+    start, width = gear.number_of("u_coordinate_on_shaft"), gear.number_of("face_width")
+    for shaft in gearbox.beside(gear.number, "shaft", "assembly"):
+        foot = shaft.numbers_of("support_vector")
+        if start is not None and width is not None and len(foot) == 3:
+            middle = [f + (start + 0.5 * width) * a for f, a in zip(foot, axis_of(shaft), strict=True)]
+            return sum(m * a for m, a in zip(middle, along, strict=True))
+    return None
+
+
+def axis_of(gear: Component) -> list[float]:
+    """Return a gear's axis, a unit vector."""
+    axis = gear.numbers_of("u_axis_vector")
+    length = math.hypot(*axis) if len(axis) == 3 else 0.0
+    return [a / length for a in axis] if length else [1.0, 0.0, 0.0]
+
+
+def _teeth(gear: Component) -> str:
+    teeth = gear.number_of("number_of_teeth")
+    return "?" if teeth is None else f"{teeth:g}"
+
+
+def _gear_data(gearbox: Gearbox, stage: int, gear: Component) -> Component:
+    for relation in gearbox.relations:
+        if relation.kind == "stage_gear_data" and (relation.role("stage"), relation.role("gear")) == (
+            stage, gear.number,
+        ):  # fmt: skip
+            data = gearbox.components.get(relation.role("stage_gear_data") or 0)
+            if data is not None:
+                return data
+    return Component(0, "cylindrical_stage_gear_data", "", {})
+
+
+def _torques(
+    gearbox: Gearbox, found: dict[int, tuple[Component, Component]]
+) -> tuple[dict[int, set[float]], dict[int, int]]:
+    """Torques of the load cases by gear, N m, and the driving gear of each stage that the power comes to.
+
+    What the file says of gears in stages is taken; else the torque that enters at a shaft goes on from stage to stage,
+    each gear of a shaft passing on what came, without losses.
+    """
+    torques, drivers = dict[int, set[float]](), dict[int, int]()
+    for number, pair in found.items():
+        for gear in pair:
+            data = _gear_data(gearbox, number, gear)
+            if data.text_of("is_driving_gear") == "true":
+                drivers[number] = gear.number
+            if said := data.number_of("torque"):
+                torques.setdefault(gear.number, set()).add(abs(said))
+    shaft_of = {
+        gear.number: shaft.number
+        for pair in found.values() for gear in pair for shaft in gearbox.beside(gear.number, "shaft", "assembly")
+    }  # fmt: skip
+    for loads in gearbox.load_cases or ({},):
+        for shaft, torque in _entering(gearbox, loads).items():
+            _pass_on(shaft, torque, found, shaft_of, torques, drivers)
+    return torques, drivers
+
+
+def _entering(gearbox: Gearbox, loads: dict[int, Component]) -> dict[int, float]:
+    """Torques that loads bring to shafts, N m; what takes it off again has none that the file says."""
+    entering = dict[int, float]()
+    for load in gearbox.of_kind("external_load"):
+        said = loads.get(load.number, load).number_of("torque_around_u_axis")
+        if said is None:
+            said = load.number_of("torque_around_u_axis")
+        if said and load.text_of("defines_torque") != "false" and load.text_of("transmits_torque") != "false":
+            for shaft in gearbox.beside(load.number, "shaft", "assembly"):
+                entering[shaft.number] = entering.get(shaft.number, 0.0) + abs(said)
+    return entering
+
+
+def _pass_on(
+    shaft: int, torque: float, found: dict[int, tuple[Component, Component]], shaft_of: dict[int, int],
+    torques: dict[int, set[float]], drivers: dict[int, int],
+) -> None:  # fmt: skip
+    reached, waiting = {shaft}, [(shaft, torque)]
+    while waiting:
+        here, torque = waiting.pop()
+        for number, pair in found.items():
+            for gear, mate in (pair, pair[::-1]):
+                there = shaft_of.get(mate.number)
+                teeth = gear.number_of("number_of_teeth"), mate.number_of("number_of_teeth")
+                if shaft_of.get(gear.number) != here or there is None or there in reached or None in teeth:
+                    continue
+                drivers.setdefault(number, gear.number)
+                torques.setdefault(gear.number, set()).add(float(f"{torque:.12g}"))
+                reached.add(there)
+                waiting.append((there, torque * teeth[1] / teeth[0]))  # type: ignore[operator]
