@@ -156,6 +156,20 @@ def build_parser() -> argparse.ArgumentParser:
     )
     _add_overwrite(bench)
 
+    export = command("export", "a basis, a gearbox or results in the formats of other programs")
+    export.add_argument("source", metavar="FILE", type=_path, help="a basis, or a REXS file for --to case")
+    export.add_argument("--to", choices=("case", "csv", "fmu", "rexs", "vtkhdf"), required=True, help="format to write")
+    export.add_argument(
+        "-o", dest="target", metavar="PATH", type=_path,
+        help="file to write, or folder for tables (default: named after FILE, in the current folder)",
+    )  # fmt: skip
+    export.add_argument("--stage", metavar="ID", type=_positive, help="stage of a REXS file that has several")
+    export.add_argument(
+        "--torque", dest="torque_Nm", metavar="N_M", type=_positive_number,
+        help="torque on the pinion up to which the force law of an FMU reaches (default: twice that of the case)",
+    )  # fmt: skip
+    _add_overwrite(export)
+
     info = command("info", "what is in an HDF5 file")
     info.add_argument("path", metavar="FILE.h5", type=_path, help="a basis or snapshot file")
     info.add_argument("--verify", action="store_true", help="hold a basis against full FE of its case: seconds")
@@ -234,6 +248,16 @@ def _positive(text: str) -> int:
         number = 0
     if number < 1:
         raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of at least 1")
+    return number
+
+
+def _positive_number(text: str) -> float:
+    try:
+        number = float(text)
+    except ValueError:
+        number = 0.0
+    if not 0.0 < number < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a positive number")
     return number
 
 

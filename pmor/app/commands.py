@@ -258,6 +258,19 @@ def bench(case_path: Path, json_path: Path, jobs: int = 2, overwrite: bool = Fal
     print(bench_text(result, before))
 
 
+def export(
+    source: Path, to: str, target: Path | None = None, stage: int | None = None, torque_Nm: float | None = None,
+    overwrite: bool = False,
+) -> None:  # fmt: skip
+    """Write a basis, a gearbox or results in the format of another program."""
+    from pmor.app.export import export_file
+
+    done = export_file(source, to, target, overwrite, stage, torque_Nm)
+    for note in done.notes:
+        print(f"pmor: {note}", file=sys.stderr)
+    print(f"{done.path}: written")
+
+
 def info(path: Path, verify: bool = False) -> None:
     """Print what is in an HDF5 file and, where asked for, whether a basis obeys its laws."""
     from pmor.storage.describe import file_text

@@ -2,6 +2,7 @@
    target. Types and functions are those of the standard; they are declared here so that the source stands alone. */
 #include <math.h>
 #include <stddef.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -105,10 +106,12 @@ static int flank_force(double phase, double displacement, double *force, double 
     return 1;
 }
 
+/* A message whole, since not every importer puts numbers into one. */
 static fmi2Status say(Mesh *mesh, fmi2Status status, const char *text, double number)
 {
-    if (mesh->logger)
-        mesh->logger(mesh->environment, mesh->name, status, "logStatusError", text, number);
+    char message[200];
+    snprintf(message, sizeof message, text, number);
+    if (mesh->logger) mesh->logger(mesh->environment, mesh->name, status, "logStatusError", message);
     return status;
 }
 

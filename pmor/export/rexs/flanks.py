@@ -18,6 +18,8 @@ from pmor.export.rexs.model import Component
 #: shapes of relief that a case knows, by those of REXS
 SHAPES = {"": "linear", "linear": "linear", "parabolic": "parabolic"}
 UM = 1e3  # per mm
+# Amounts that are left where two cancel, um.
+ROUND_OFF = 1e-9
 
 
 @dataclass(frozen=True)
@@ -70,7 +72,7 @@ class Found:
     def add(self, key: str, amount: float) -> None:
         """Add to an amount; what is zero is left out."""
         total = float(f"{self.keys.get(key, 0.0) + amount:.12g}")
-        if total:
+        if abs(total) > ROUND_OFF:
             self.keys[key] = total
         else:
             self.keys.pop(key, None)

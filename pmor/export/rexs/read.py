@@ -20,6 +20,8 @@ from pmor.pair.model import gear_pair
 BORE_SHARE, LINE_LOAD = 0.2, 100.0
 # Modules between root circle and bore below which a blank cannot be meshed: the gear is cut into its shaft.
 LEAST_RIM = 1.5
+# Relative; what is nearer to the distance without backlash is that one.
+SAME_DISTANCE = 1e-10
 SIDES = ("left", "right")
 
 
@@ -143,6 +145,8 @@ class _Draft:
             ]
             found = read_flank([part for part in parts if part.kind != "material"], profile)
             self.notes += found.notes
+            if deviations := flank.numbers_of("custom_pmor_pitch_deviations"):
+                found.keys["pitch_deviations_um"] = [_rounded(1e3 * deviation) for deviation in deviations]
             yield found.keys
 
     def _tooth(self, gear: Component, flank: Component, module: float, helix: float) -> dict[str, Any]:
@@ -158,6 +162,8 @@ class _Draft:
         keys |= self._tool(gear, flank, module, shift, radius)
         if chamfer := flank.number_of("tooth_tip_chamfer"):
             keys["tip_chamfer_mm"] = chamfer
+        if rounding := flank.number_of("custom_pmor_tip_rounding"):
+            keys["tip_rounding_mm"] = rounding
         keys["bore_radius_mm"] = self._bore(gear, radius - module * (keys.get("dedendum", 1.25) - shift), radius, module)
         return keys
 
@@ -251,15 +257,16 @@ class _Draft:
         return [(0.5 * (a + b - low - high), w, high - low) for (a, b), w in zip(ends, widths, strict=True)]
 
     def _distance(self, distance: float, pair: dict[str, Any], teeth: list[dict[str, Any]]) -> float | None:
-        """The centre distance, unless the profile shifts allow none so small: they are rounded on drawings."""
+        """The centre distance; None where it is the one without backlash, or too small for shifts that are rounded."""
+
+        def made(**distance_mm: float) -> GearPair:
+            both = {"pinion": teeth[0], "wheel": teeth[1], "load": {"torque_Nm": 1.0}}
+            return gear_pair(make_case("pair", pair=_present(pair) | distance_mm, **both))
+
         try:
-            gear_pair(make_case("pair", load={"torque_Nm": 1.0}, pair=_present(pair), pinion=teeth[0], wheel=teeth[1]))
-            gear_pair(
-                make_case(
-                    "pair", load={"torque_Nm": 1.0}, pair=_present(pair | {"centre_distance_mm": distance}),
-                    pinion=teeth[0], wheel=teeth[1],
-                )
-            )  # fmt: skip
+            if math.isclose(made().centre_distance, distance, rel_tol=SAME_DISTANCE):
+                return None
+            made(centre_distance_mm=distance)
         except GeometryError as error:
             if "jam" not in str(error):
                 raise GeometryError(f"{self.where}: {error}") from None

@@ -67,11 +67,11 @@ def find_stage(gearbox: Gearbox, wanted: int | None, where: str) -> Stage:
     torques, drivers = _torques(gearbox, found)
     one, two = found[number]
     pinion, wheel = (two, one) if drivers.get(number, one.number) == two.number else (one, two)
-    said = _gear_data(gearbox, number, pinion).text_of("loaded_tooth_flank")
-    known = said in ("left", "right")
+    flanks = {data.text_of("loaded_tooth_flank") for data in _gear_data(gearbox, number, pinion)} & {"left", "right"}
+    said, known = min(flanks, default="left"), len(flanks) == 1
     return Stage(
         gearbox.components[number], pinion, wheel, tuple(sorted(torques.get(pinion.number, ()))),
-        said if known else "left", known,
+        said, known,
     )  # fmt: skip
 
 
@@ -98,15 +98,14 @@ def _teeth(gear: Component) -> str:
     return "?" if teeth is None else f"{teeth:g}"
 
 
-def _gear_data(gearbox: Gearbox, stage: int, gear: Component) -> Component:
+def _gear_data(gearbox: Gearbox, stage: int, gear: Component) -> list[Component]:
+    """What the file says of a gear in a stage: for all load cases, and for each."""
     for relation in gearbox.relations:
-        if relation.kind == "stage_gear_data" and (relation.role("stage"), relation.role("gear")) == (
-            stage, gear.number,
-        ):  # fmt: skip
-            data = gearbox.components.get(relation.role("stage_gear_data") or 0)
-            if data is not None:
-                return data
-    return Component(0, "cylindrical_stage_gear_data", "", {})
+        parts = relation.role("stage"), relation.role("gear"), relation.role("stage_gear_data")
+        if relation.kind == "stage_gear_data" and parts[:2] == (stage, gear.number) and parts[2] is not None:
+            found = (one.get(parts[2]) for one in (gearbox.components, *gearbox.load_cases))
+            return [data for data in found if data is not None]
+    return []
 
 
 def _torques(
@@ -120,11 +119,11 @@ def _torques(
     torques, drivers = dict[int, set[float]](), dict[int, int]()
     for number, pair in found.items():
         for gear in pair:
-            data = _gear_data(gearbox, number, gear)
-            if data.text_of("is_driving_gear") == "true":
-                drivers[number] = gear.number
-            if said := data.number_of("torque"):
-                torques.setdefault(gear.number, set()).add(abs(said))
+            for data in _gear_data(gearbox, number, gear):
+                if data.text_of("is_driving_gear") == "true":
+                    drivers[number] = gear.number
+                if said := data.number_of("torque"):
+                    torques.setdefault(gear.number, set()).add(abs(said))
     shaft_of = {
         gear.number: shaft.number
         for pair in found.values() for gear in pair for shaft in gearbox.beside(gear.number, "shaft", "assembly")

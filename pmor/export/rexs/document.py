@@ -1,0 +1,118 @@
+"""The text of a REXS 2.0 file: components with numbered ids, relations between them, one load case."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from xml.etree import ElementTree
+
+import numpy as np
+
+from pmor.arrays import FloatArray
+from pmor.version import __version__
+
+VERSION = "2.0"
+#: units of the attributes that are written; the others have none, and a custom attribute says its own
+UNITS = {
+    **dict.fromkeys((
+        "center_distance", "common_face_width", "coordinates_of_topographical_modification",
+        "diameters_of_topographical_modification", "end_relief_depth_datum_face", "end_relief_depth_non_datum_face",
+        "end_relief_length_datum_face", "end_relief_length_non_datum_face", "face_width",
+        "helix_crowning_amount_datum_face", "helix_crowning_amount_non_datum_face", "helix_slope", "inner_diameter",
+        "load_distribution_node_positions", "normal_module", "point_coordinates_radius", "point_coordinates_u_coord",
+        "profile_crowning_at_root", "profile_crowning_at_tip", "profile_slope", "profile_twist", "root_relief_datum_diameter",
+        "root_relief_depth", "support_vector", "tip_diameter", "tip_relief_datum_diameter", "tip_relief_depth",
+        "tooth_tip_chamfer", "topographical_modification_amounts", "u_axis_vector", "u_coordinate_on_shaft",
+        "w_axis_vector", "custom_pmor_tip_rounding",
+    ), "mm"),
+    **dict.fromkeys((
+        "custom_pmor_pitch_deviations", "custom_pmor_transmission_error", "custom_pmor_transmission_error_peak_to_peak",
+    ), "mum"),
+    **dict.fromkeys((
+        "helix_angle_reference_diameter", "normal_pressure_angle", "point_coordinates_angle_about_u_axis",
+        "custom_pmor_pinion_angle",
+    ), "deg"),
+    **dict.fromkeys((
+        "load_distribution_along_face_width", "local_normal_line_load", "meshing_stiffness_characteristic",
+    ), "N / mm"),
+    **dict.fromkeys(("elastic_modulus", "local_hertzian_contact_stress"), "MPa"),
+    **dict.fromkeys(("torque", "torque_around_u_axis"), "N m"),
+}  # fmt: skip
+
+Value = str | bool | int | float | Sequence[int] | Sequence[float] | FloatArray
+
+
+@dataclass
+class Document:
+    """A REXS file in the making.
+
+    Parameters
+    ----------
+    components : list of (kind, name, attributes)
+        Their ids are 1, 2, ...
+    relations : list of (kind, roles)
+    loads : dict
+        What the load case says of components, by their ids.
+    """
+
+    components: list[tuple[str, str, Mapping[str, Value]]] = field(default_factory=list)
+    relations: list[tuple[str, Mapping[str, int]]] = field(default_factory=list)
+    loads: dict[int, Mapping[str, Value]] = field(default_factory=dict)
+
+    def add(self, kind: str, name: str = "", **attributes: Value) -> int:
+        """Add a component and return its id."""
+        self.components.append((kind, name, attributes))
+        return len(self.components)
+
+    def relate(self, kind: str, **roles: int) -> None:
+        """Add a relation; roles are given as ``role=id``."""
+        self.relations.append((kind, roles))
+
+    def text(self, date: str) -> bytes:
+        """Return the XML.
+
+        Parameters
+        ----------
+        date : str
+            ISO 8601.
+        """
+        root = ElementTree.Element(
+            "model", version=VERSION, applicationId="pmor", applicationVersion=__version__, date=date,
+            applicationLanguage="en",
+        )  # fmt: skip
+        relations = ElementTree.SubElement(root, "relations")
+        for number, (kind, roles) in enumerate(self.relations, start=1):
+            order = {"order": "1"} if kind == "manufacturing_step" else {}
+            relation = ElementTree.SubElement(relations, "relation", id=str(number), type=kind, **order)
+            for role, component in roles.items():
+                hint = self.components[component - 1][0]
+                ElementTree.SubElement(relation, "ref", id=str(component), role=role, hint=hint)
+        components = ElementTree.SubElement(root, "components")
+        for number, (kind, name, attributes) in enumerate(self.components, start=1):
+            named = {"name": name} if name else {}
+            _attributes(ElementTree.SubElement(components, "component", id=str(number), type=kind, **named), attributes)
+        if self.loads:
+            spectrum = ElementTree.SubElement(root, "load_spectrum", id="1")
+            case = ElementTree.SubElement(spectrum, "load_case", id="1")
+            for number, attributes in self.loads.items():
+                kind = self.components[number - 1][0]
+                _attributes(ElementTree.SubElement(case, "component", id=str(number), type=kind), attributes)
+        ElementTree.indent(root)
+        return bytes(ElementTree.tostring(root, encoding="utf-8", xml_declaration=True))
+
+
+def _attributes(component: ElementTree.Element, attributes: Mapping[str, Value]) -> None:
+    for name, value in attributes.items():
+        attribute = ElementTree.SubElement(component, "attribute", id=name, unit=UNITS.get(name, "none"))
+        if isinstance(value, str | bool | int | float):
+            attribute.text = _cell(value)
+            continue
+        array = ElementTree.SubElement(attribute, "array")
+        for item in np.asarray(value).tolist():
+            ElementTree.SubElement(array, "c").text = _cell(item)
+
+
+def _cell(value: str | bool | int | float) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    return value if isinstance(value, str) else repr(value)

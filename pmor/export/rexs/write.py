@@ -1,0 +1,221 @@
+"""A case and its results as a REXS 2.0 file: two shafts with a gear each, one stage, what was found under its torque.
+
+For the transmission error REXS has no attribute: it stands under names of our own, as the standard provides.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from datetime import datetime
+from pathlib import Path
+
+import numpy as np
+
+from pmor.case import Case, GearCase
+from pmor.export.rexs.document import Document, Value
+from pmor.export.rexs.results import StageResults
+from pmor.flank import Modification
+from pmor.gear.pair import GearPair
+from pmor.gear.tooth import Tooth
+from pmor.storage.atomic import atomic_path
+
+MM = 1e-3  # per um
+ALONG, ACROSS = [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]
+# Between digits that a change of units leaves and those that anybody means.
+DIGITS = 12
+
+
+def write_rexs(
+    case: Case, pair: GearPair, path: Path, results: StageResults | None = None, overwrite: bool = False
+) -> None:
+    """Write a case, and what was found, as a REXS file.
+
+    Parameters
+    ----------
+    case : Case
+    pair : GearPair
+        Its geometry.
+    path : Path
+    results : StageResults, optional
+    overwrite : bool
+        As in `pmor.storage.atomic.atomic_path`.
+
+    Raises
+    ------
+    OutputError
+    """
+    text = rexs_text(case, pair, results, datetime.now().astimezone().isoformat(timespec="seconds"))
+    with atomic_path(path, overwrite) as temporary:
+        temporary.write_bytes(text)
+
+
+def rexs_text(case: Case, pair: GearPair, results: StageResults | None, date: str) -> bytes:
+    """Return the text of the file; see `write_rexs`."""
+    document = Document()
+    unit = document.add("gear_unit", case.title, model_name=case.name)
+    stage = document.add("cylindrical_stage", f"Stage of {case.name}", **_stage(pair))
+    document.relate("assembly", assembly=unit, part=stage)
+    start = min(low for low, _ in pair.faces)
+    gears, data, flanks = list[int](), list[int](), list[int]()
+    for number, name in enumerate(("pinion", "wheel")):
+        shaft = document.add(
+            "shaft", f"Shaft of the {name}", support_vector=[start, 0.0, number * pair.centre_distance],
+            u_axis_vector=ALONG, w_axis_vector=ACROSS,
+        )  # fmt: skip
+        document.relate("assembly", assembly=unit, part=shaft)
+        gear, flank = _gear(document, case, pair, number, name, pair.faces[number][0] - start)
+        document.relate("assembly", assembly=shaft, part=gear)
+        gears.append(gear)
+        flanks.append(flank)
+        data.append(document.add("cylindrical_stage_gear_data", "", is_driving_gear=number == 0))
+        document.relate("stage_gear_data", stage=stage, gear=gear, stage_gear_data=data[-1])
+    document.relate("stage", stage=stage, gear_1=gears[0], gear_2=gears[1])
+    ratio = case.pair.wheel.teeth / case.pair.pinion.teeth
+    for number, torque in enumerate((case.torque_Nm, -case.torque_Nm * ratio)):
+        document.loads[data[number]] = {"torque": _rounded(torque), "loaded_tooth_flank": "left"}
+    if results is not None:
+        document.loads[stage] = _found(results)
+        _points(document, pair, flanks[0], results)
+    return document.text(date)
+
+
+def _stage(pair: GearPair) -> dict[str, Value]:
+    return {
+        "center_distance": pair.centre_distance, "common_face_width": _rounded(pair.common_width),
+        "gear_ratio": pair.wheel.teeth / pair.pinion.teeth, "radial_contact_ratio": pair.contact_ratio,
+        "overlap_contact_ratio": pair.overlap_ratio, "total_contact_ratio": pair.total_contact_ratio,
+    }  # fmt: skip
+
+
+def _gear(
+    document: Document, case: Case, pair: GearPair, number: int, name: str, place: float
+) -> tuple[int, int]:
+    """Add a gear with flanks, tool, material and modifications; return its id and that of the loaded flank."""
+    said: GearCase = (case.pair.pinion, case.pair.wheel)[number]
+    tooth, (low, high) = (pair.pinion, pair.wheel)[number], pair.faces[number]
+    gear = document.add(
+        "cylindrical_gear", name, number_of_teeth=said.teeth, normal_module=case.pair.module_mm,
+        helix_angle_reference_diameter=(-1.0 if number else 1.0) * case.pair.helix_angle_deg,
+        face_width=_rounded(high - low), u_coordinate_on_shaft=_rounded(place), datum_face_orientation="positive",
+        tip_diameter=2.0 * tooth.tip_radius, inner_diameter=_rounded(2.0 * said.bore_radius_mm),
+    )  # fmt: skip
+    material = document.add(
+        "material", f"Material of the {name}", elastic_modulus=_rounded(1e3 * said.youngs_modulus_GPa),
+        poisson_ratio=said.poisson_ratio,
+    )  # fmt: skip
+    document.relate("reference", origin=gear, referenced=material)
+    tool = document.add(
+        "rack_shaped_tool", f"Tool of the {name}", addendum_coefficient_reference_profile=said.dedendum,
+        tip_corner_radius_factor_reference_profile=said.rack_tip_radius,
+    )  # fmt: skip
+    settings = document.add("cylindrical_gear_manufacturing_settings")
+    flanks = {}
+    for side in ("left", "right"):
+        keys: dict[str, Value] = {
+            "normal_pressure_angle": case.pair.pressure_angle_deg,
+            "addendum_modification_coefficient": said.profile_shift, "tooth_tip_chamfer": said.tip_chamfer_mm,
+        }  # fmt: skip
+        if said.tip_rounding_mm:
+            keys["custom_pmor_tip_rounding"] = said.tip_rounding_mm
+        modification = (case.pinion_modification, case.wheel_modification)[number]
+        if side == "left" and modification.pitch_deviations_um:
+            keys["custom_pmor_pitch_deviations"] = modification.pitch_deviations_um
+        flanks[side] = document.add("cylindrical_gear_flank", f"{side} flank of the {name}", **keys)
+        document.relate("manufacturing_step", workpiece=flanks[side], tool=tool, manufacturing_settings=settings)
+        if side == "left":
+            for kind, attributes in _modifications(modification, tooth, high - low):
+                part = document.add(kind, **attributes)
+                document.relate("reference", origin=flanks[side], referenced=part)
+    document.relate("flank", gear=gear, **flanks)
+    return gear, flanks["left"]
+
+
+def _modifications(one: Modification, tooth: Tooth, width: float) -> list[tuple[str, Mapping[str, Value]]]:
+    """List the modifications as components; the datum face has the larger z."""
+    found: list[tuple[str, Mapping[str, Value]]] = []
+
+    def diameter(roll_deg: float | None) -> float:
+        return 2.0 * tooth.base_radius * math.hypot(1.0, math.radians(roll_deg or 0.0))
+
+    for which, amount, roll, shape in (
+        ("tip", one.tip_relief_um, one.tip_relief_start_roll_deg, one.tip_relief_shape),
+        ("root", one.root_relief_um, one.root_relief_end_roll_deg, one.root_relief_shape),
+    ):
+        if amount:
+            found.append((f"{which}_relief", {
+                f"{which}_relief_depth": _mm(amount), f"{which}_relief_datum_diameter": diameter(roll),
+                "shape_of_relief": shape,
+            }))  # fmt: skip
+    if one.profile_crowning_um:
+        amount = _mm(one.profile_crowning_um)
+        found.append(("profile_crowning", {"profile_crowning_at_root": amount, "profile_crowning_at_tip": amount}))
+    if one.profile_slope_um:
+        found.append(("profile_slope", {"profile_slope": _mm(one.profile_slope_um)}))
+    if one.helix_crowning_um:
+        faces = ("datum", "non_datum")
+        amount = _mm(one.helix_crowning_um)
+        found.append(("helix_crowning", {f"helix_crowning_amount_{face}_face": amount for face in faces}))
+    if one.helix_slope_um:
+        found.append(("helix_slope", {"helix_slope": _mm(-one.helix_slope_um)}))
+    if one.twist_um:
+        found.append(("profile_twist", {"profile_twist": _mm(-one.twist_um)}))
+    if one.end_relief_um:
+        for face in ("datum_face", "non_datum_face"):
+            found.append((f"end_relief_{face}", {
+                f"end_relief_depth_{face}": _mm(one.end_relief_um),
+                f"end_relief_length_{face}": one.end_relief_length_mm or 0.0, "shape_of_relief": "linear",
+            }))  # fmt: skip
+    if (grid := one.topography) is not None:
+        found.append(("topographical_modification", {
+            "diameters_of_topographical_modification": [diameter(roll) for roll in grid.roll_deg],
+            "coordinates_of_topographical_modification": [0.5 * width - z for z in grid.z_mm],
+            "topographical_modification_amounts": [_mm(a) for row in grid.amount_um for a in row],
+            "type_of_interpolation_topographical_modification": "spline",
+        }))  # fmt: skip
+    return found
+
+
+def _found(results: StageResults) -> dict[str, Value]:
+    return {
+        "meshing_stiffness_characteristic": results.stiffness_N_per_mm,
+        "face_load_factor_contact_stress": results.face_load_factor,
+        "load_distribution_node_positions": results.z_mm,
+        "load_distribution_along_face_width": results.load_N_per_mm,
+        "custom_pmor_pinion_angle": np.degrees(results.phi_rad),
+        "custom_pmor_transmission_error": results.ste_um,
+        "custom_pmor_transmission_error_peak_to_peak": float(np.ptp(results.ste_um)),
+    }
+
+
+def _points(document: Document, pair: GearPair, flank: int, results: StageResults) -> None:
+    """Add the points of the pinion's flank that carry over the cycle, with load and pressure."""
+    roll = results.roll_rad[:, 0]
+    ids = np.arange(1, len(roll) + 1)
+    points = document.add(
+        "point_list", "Contact points of the pinion over the mesh cycle", kind_of_point_list="meshing_contact_points",
+        point_ids=ids, point_coordinates_u_coord=results.point_z_mm - pair.faces[0][0],
+        point_coordinates_radius=pair.pinion.base_radius * np.hypot(1.0, roll),
+        point_coordinates_angle_about_u_axis=np.degrees(_angle(pair, roll, results.point_z_mm)),
+    )  # fmt: skip
+    document.relate("assembly", assembly=flank, part=points)
+    data = document.add("meshing_contact_stage_data_set")
+    document.relate("reference", origin=points, referenced=data)
+    document.loads[data] = {
+        "set_ids": ids, "local_normal_line_load": results.point_load_N_per_mm,
+        "local_hertzian_contact_stress": results.pressure_MPa,
+    }  # fmt: skip
+
+
+def _angle(pair: GearPair, roll: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """Angle of flank points about the pinion's axis, from the middle of the tooth at mid width, rad."""
+    tooth = pair.pinion
+    return tooth.base_half_angle - (roll - np.arctan(roll)) + tooth.twist_per_length * z
+
+
+def _mm(amount_um: float) -> float:
+    return _rounded(MM * amount_um)
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.{DIGITS}g}")

@@ -1,0 +1,101 @@
+"""Arrays that say what they are, as CSV tables whose header documents each column.
+
+Each array names its axes ("torque, angle"). Arrays of a group with the same axes share a table, a row for each place;
+an axis that an array of its own gives places to (the angle's are `phi`) brings that column along, another one its index
+from 0. Comment lines `# name [unit]: meaning` come before the names.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmor.version import __version__
+
+# Of one table: a spreadsheet takes no more.
+MOST_ROWS = 1_048_576
+
+
+@dataclass(frozen=True)
+class Entry:
+    """An array with what it means.
+
+    Parameters
+    ----------
+    values : ndarray
+    unit : str
+    axes : tuple of str
+        Names of its axes; none of a single number.
+    text : str
+    """
+
+    values: np.ndarray
+    unit: str
+    axes: tuple[str, ...]
+    text: str
+
+
+def csv_tables(entries: Mapping[str, Entry], source: str) -> tuple[dict[str, str], list[str]]:
+    """Return tables as text by the names of their files, and what is too long for one.
+
+    Parameters
+    ----------
+    entries : mapping
+        By names with their group, such as ``ste/phi``.
+    source : str
+        What they are of, for the first line.
+    """
+    tables, left_out = dict[str, str](), list[str]()
+    for (group, axes), names in _together(entries).items():
+        shape = entries[names[0]].values.shape
+        if int(np.prod(shape)) > MOST_ROWS:
+            left_out += names
+            continue
+        columns = {name.rpartition("/")[2]: entries[name] for name in names}
+        places = {axis: _place_of(axis, group, entries, len_) for axis, len_ in zip(axes, shape, strict=True)}
+        stem = "_".join([group or "values", *(f"per_{axis}" for axis in axes)]).replace(" ", "_")
+        tables[f"{stem}.csv"] = _text(source, places, columns, shape)
+    return tables, left_out
+
+
+def _together(entries: Mapping[str, Entry]) -> dict[tuple[str, tuple[str, ...]], list[str]]:
+    found: dict[tuple[str, tuple[str, ...]], list[str]] = {}
+    for name, entry in entries.items():
+        if entry.values.ndim != len(entry.axes):
+            raise ValueError(f"{name}: {entry.values.ndim} axes, and names for {len(entry.axes)}")
+        found.setdefault((name.rpartition("/")[0].replace("/", "_"), entry.axes), []).append(name)
+    return found
+
+
+def _place_of(axis: str, group: str, entries: Mapping[str, Entry], length: int) -> tuple[str, Entry]:
+    """Column of an axis: the first array of the group that has this axis alone, else an index."""
+    for name, entry in entries.items():
+        folder, _, short = name.rpartition("/")
+        if folder.replace("/", "_") == group and entry.axes == (axis,) and len(entry.values) == length:
+            return short, entry
+    return axis, Entry(np.arange(length), "1", (axis,), "index, from 0")
+
+
+def _text(
+    source: str, places: Mapping[str, tuple[str, Entry]], columns: Mapping[str, Entry], shape: Sequence[int]
+) -> str:
+    indices = np.indices(shape).reshape(len(shape), -1) if shape else np.zeros((0, 1), dtype=int)
+    shown = dict[str, tuple[Entry, np.ndarray]]()
+    for (name, entry), index in zip(places.values(), indices, strict=True):
+        shown[name] = entry, entry.values[index]
+    for name, entry in columns.items():
+        shown[name] = entry, entry.values.reshape(-1)
+    lines = [f"# {source}, pmor {__version__}"]
+    lines += [f"# {name} [{entry.unit}]: {entry.text}" for name, (entry, _) in shown.items()]
+    lines.append(",".join(shown))
+    lines += [",".join(map(_cell, row)) for row in zip(*(values.tolist() for _, values in shown.values()), strict=True)]
+    return "\n".join(lines) + "\n"
+
+
+def _cell(value: float | int | bool) -> str:
+    """Shortest text that reads back as the same number; nothing where there is none."""
+    if isinstance(value, bool):
+        return str(int(value))
+    return "" if value != value else repr(value)
