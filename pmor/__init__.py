@@ -8,11 +8,13 @@
     result.plot_ste()
 
 Cases
-    `load_case` reads a case file, `make_case` makes a `Case` from keywords, `change_case` changes one by keywords.
+    `load_case` reads a case file, `make_case` makes a `Case` from keywords, `change_case` changes one by keywords,
+    `import_rexs` makes one of a stage in a gearbox file.
 Models
     `train` solves full FE over the training of a case and gives a `ReducedModel`; `load` reads one that was saved.
     `full_model` gives the full FE of a case, a `FullModel`. Both have `sweep`; a reduced one `sweep_conditions` too,
-    over thousands of modifications and misalignments in one call.
+    over thousands of modifications and misalignments in one call; `export` writes it for other programs, `report` leaves
+    what a run does.
 Results
     `SweepResult`: named arrays, figures over the pitch, pictures, CSV. `compare` holds a reduced model against full FE:
     a `Comparison`. `ConditionsResult`: of many conditions.
@@ -35,7 +37,7 @@ from typing import TYPE_CHECKING, Any
 from pmor.version import __version__
 
 if TYPE_CHECKING:
-    from pmor.app.model import FullModel, ReducedModel, compare, full_model, load, train
+    from pmor.app.model import FullModel, ReducedModel, compare, full_model, import_rexs, load, train
     from pmor.app.result import ConditionsResult, SweepResult
     from pmor.case import Case, change_case, load_case, make_case
     from pmor.contact.condition import Axes, Built
@@ -52,7 +54,7 @@ if TYPE_CHECKING:
     from pmor_online.compare import Comparison
 
 _HOMES = {
-    "pmor.app.model": ("FullModel", "ReducedModel", "compare", "full_model", "load", "train"),
+    "pmor.app.model": ("FullModel", "ReducedModel", "compare", "full_model", "import_rexs", "load", "train"),
     "pmor.app.result": ("ConditionsResult", "SweepResult"),
     "pmor.case": ("Case", "change_case", "load_case", "make_case"),
     "pmor.contact.condition": ("Axes", "Built"),
@@ -86,6 +88,7 @@ __all__ = [
     "change_case",
     "compare",
     "full_model",
+    "import_rexs",
     "load",
     "load_case",
     "make_case",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import shutil
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
@@ -11,6 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
+from pmor.app.export import export_model, export_sweep
+from pmor.app.report import write_report
 from pmor.app.result import ConditionsResult, SweepResult
 from pmor.arrays import FloatArray
 from pmor.case import (
@@ -27,6 +30,7 @@ from pmor.contact.condition import Axes, Built
 from pmor.contact.flank import MeshedPair
 from pmor.contact.unloaded import with_unloaded
 from pmor.errors import CaseError, OutputError
+from pmor.export.rexs.read import import_rexs as read_stage
 from pmor.flank import Modification
 from pmor.pair.conditions import conditions_of
 from pmor.pair.model import ElasticModel, elastic_model, gear_pair, mesh_model, refuse_loads
@@ -45,6 +49,7 @@ from pmor_online.readings import can_record
 from pmor_online.sweep import largest_size, sweep_reduced_pair
 
 Progress = Callable[[int], None]
+_LOG = logging.getLogger("pmor.rexs")
 
 
 def _quietly(steps: int) -> None:
@@ -251,6 +256,69 @@ class ReducedModel:
         with atomic_path(target, overwrite) as temporary:
             shutil.copyfile(self.source, temporary)
 
+    def export(
+        self, path: Path | str, to: str, overwrite: bool = False, torque_Nm: float | None = None
+    ) -> tuple[str, ...]:
+        """Write the model in the format of another program, as `pmor export` does.
+
+        Parameters
+        ----------
+        path : Path or str
+            File to write, or folder for tables.
+        to : {"csv", "fmu", "rexs"}
+            Tables of the sweep that the case asks for; a unit for co-simulation; the pair with results as REXS.
+        overwrite : bool
+            Replace what is there.
+        torque_Nm : float, optional
+            On the pinion, up to which the force law of a unit for co-simulation reaches; twice that of the case by
+            default.
+
+        Returns
+        -------
+        tuple of str
+            What a reader should know of the file.
+
+        Raises
+        ------
+        CaseError
+            When the model is none for this format.
+        OutputError
+            When the target is there and may not be replaced, or cannot be written.
+        """
+        target = Path(path)
+        if to == "csv":
+            swept = self.sweep()
+            return export_sweep(swept.sweep, swept.pair, f"case {self.case.name}", target, overwrite).notes
+        if to not in ("fmu", "rexs"):
+            raise CaseError(f"to = {to!r}: must be csv, fmu or rexs")
+        refuse_existing(target, overwrite)
+        ensure_folder(target.parent)
+        return export_model(self.reduced, to, target, overwrite, torque_Nm).notes
+
+    def report(self, folder: Path | str, full: FullModel | None = None, overwrite: bool = False) -> Path:
+        """Write what `pmor run` leaves: the model, tables, pictures and the report page, as the case asks for them.
+
+        Parameters
+        ----------
+        folder : Path or str
+            Made unless it is there.
+        full : FullModel, optional
+            Compared with; left out by default.
+        overwrite : bool
+            Replace files there, whoever wrote them.
+
+        Returns
+        -------
+        Path
+            The page, or the folder where the case asks for none.
+
+        Raises
+        ------
+        OutputError
+            When somebody else's file is in the way, or the folder cannot be written to.
+        """
+        return write_report(self, full.elastic if full else None, Path(folder), overwrite)
+
     def __repr__(self) -> str:
         return f"<ReducedModel, {self.size} unknowns at most, of {self.case!r}>"
 
@@ -291,6 +359,31 @@ def train(
     model = (full or full_model(case)).elastic
     trained = train_basis(case, model, estimate_errors, executor, lambda: progress(1))
     return ReducedModel(trained.basis, trained.force)
+
+
+def import_rexs(path: Path | str, stage: int | None = None) -> Case:
+    """Make a case of a cylindrical stage of a gearbox in a REXS file (1.0 to 2.0).
+
+    What was assumed, or not understood, is noted in the log ``pmor``, and in the comments of the case's text.
+
+    Parameters
+    ----------
+    path : Path or str
+        `.rexs`, `.rexsz` or `.rexsj`.
+    stage : int, optional
+        Number of the stage in the file, where there are several.
+
+    Raises
+    ------
+    FileFormatError
+        When it is no REXS file.
+    CaseError, GeometryError
+        When there is no such stage, it lacks what a case needs, or its teeth cannot mesh.
+    """
+    found = read_stage(path, stage)
+    for note in found.notes:
+        _LOG.info("%s", note)
+    return found.case
 
 
 def load(path: Path | str) -> ReducedModel:

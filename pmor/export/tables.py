@@ -48,7 +48,10 @@ def csv_tables(entries: Mapping[str, Entry], source: str) -> tuple[dict[str, str
         What they are of, for the first line.
     """
     tables, left_out = dict[str, str](), list[str]()
-    for (group, axes), names in _together(entries).items():
+    together = _together(entries)
+    for (group, axes), names in together.items():
+        if len(axes) == len(names) == 1 and any(g == group and axes[0] in a and a != axes for g, a in together):
+            continue  # places alone, which stand in the tables of what is there
         shape = entries[names[0]].values.shape
         if int(np.prod(shape)) > MOST_ROWS:
             left_out += names

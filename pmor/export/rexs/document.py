@@ -11,7 +11,7 @@ import numpy as np
 from pmor.arrays import FloatArray
 from pmor.version import __version__
 
-VERSION = "2.0"
+VERSION = "2.0.0"
 #: units of the attributes that are written; the others have none, and a custom attribute says its own
 UNITS = {
     **dict.fromkeys((

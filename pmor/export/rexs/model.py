@@ -6,6 +6,7 @@ version to version, their numbers did not: those that matter here are renamed be
 
 from __future__ import annotations
 
+import base64
 import json
 import math
 import zipfile
@@ -14,6 +15,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
+
+import numpy as np
 
 from pmor.errors import FileFormatError
 
@@ -32,6 +35,8 @@ UNITS = {
     "MPa": ("MPa", 1.0), "N / mm^2": ("MPa", 1.0), "Pa": ("MPa", 1e-6),
     "N m": ("N m", 1.0), "none": ("none", 1.0), "": ("none", 1.0),
 }  # fmt: skip
+#: numbers of arrays in Base64
+CODES = {"int32": "<i4", "float32": "<f4", "float64": "<f8"}
 # What a file takes at most once unpacked: an archive may hold anything.
 LARGEST_BYTES = 200 * 2**20
 REMEDY = "give a REXS file (.rexs, .rexsz or .rexsj) as a gearbox program writes it"
@@ -177,8 +182,9 @@ def _from_xml(root: ElementTree.Element, path: Path) -> Gearbox:
             for item in root.iterfind("relations/relation")
         ]
         load_cases = [_components(case.iterfind("component")) for case in root.iterfind("load_spectrum/load_case")]
-    except ValueError as error:
-        raise FileFormatError(f"{path}: a component or relation has no whole number as its id ({error}): {REMEDY}")
+    except (KeyError, ValueError) as error:
+        place = "an id is no whole number, or an array none of its code"
+        raise FileFormatError(f"{path}: {place} ({error}): {REMEDY}") from None
     program = f"{root.get('applicationId', '')} {root.get('applicationVersion', '')}".strip()
     return Gearbox(root.get("version", ""), program, components, tuple(relations), tuple(load_cases))
 
@@ -198,8 +204,17 @@ def _component(number: int, kind: str, name: str, values: dict[str, Value]) -> C
 
 
 def _content(attribute: ElementTree.Element) -> str | list[str]:
+    array = attribute.find("array")
+    if array is not None and array.get("code"):
+        return _decoded(array.get("code", ""), array.text or "")
     cells = [cell.text or "" for cell in attribute.iter("c")]
     return cells if len(attribute) else (attribute.text or "").strip()
+
+
+def _decoded(code: str, text: str) -> list[str]:
+    """Numbers of an array in Base64, lowest byte first."""
+    values = np.frombuffer(base64.b64decode(text), dtype=np.dtype(CODES[code]))
+    return [repr(value) for value in values.tolist()]
 
 
 def _value(unit: str, content: str | list[str]) -> Value:
@@ -242,7 +257,14 @@ def _json_components(items: list[Any]) -> dict[int, Component]:
         values = dict[str, Value]()
         for attribute in item.get("attributes", []):
             content = next((v for k, v in attribute.items() if k not in ("id", "unit")), "")
-            flat = [str(v) for v in content] if isinstance(content, list) else str(content)
-            values[attribute["id"]] = _value(attribute.get("unit", ""), flat)
+            values[attribute["id"]] = _value(attribute.get("unit", ""), _flat(content))
         found[int(item["id"])] = _component(int(item["id"]), item["type"], item.get("name", ""), values)
     return found
+
+
+def _flat(content: Any) -> str | list[str]:
+    if isinstance(content, dict):
+        return _decoded(content["code"], content["value"])
+    if isinstance(content, list):
+        return [str(_flat(item)) for item in content]
+    return str(content).lower() if isinstance(content, bool) else str(content)
