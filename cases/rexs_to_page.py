@@ -31,7 +31,7 @@ print(case.text)
 # REXS says nothing of meshes. A coarse one is enough to look around; the default has 8 x 4 elements.
 
 # %%
-case = pmor.change_case(case, profile_elements=5, width_elements=2, mesh={"width": "whole"}, online={"angles_per_pitch": 40})
+case = pmor.change_case(case, mesh={"profile_elements": 5, "width_elements": 2}, online={"angles_per_pitch": 40})
 
 # %% [markdown]
 # ## The model

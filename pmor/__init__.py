@@ -13,8 +13,8 @@ Cases
 Models
     `train` solves full FE over the training of a case and gives a `ReducedModel`; `load` reads one that was saved.
     `full_model` gives the full FE of a case, a `FullModel`. Both have `sweep`; a reduced one `sweep_conditions` too,
-    over thousands of modifications and misalignments in one call; `export` writes it for other programs, `report` leaves
-    what a run does.
+    over thousands of modifications and misalignments in one call; `export` writes it for other programs, `report`
+    leaves what a run does.
 Results
     `SweepResult`: named arrays, figures over the pitch, pictures, CSV. `compare` holds a reduced model against full FE:
     a `Comparison`. `ConditionsResult`: of many conditions.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -159,7 +160,5 @@ def _write_tables(
 
 
 def _vtkhdf(source: Path, path: Path, overwrite: bool) -> Exported:
-    from pmor.export.vtkhdf import export
-
-    export(source, path, False)
+    import_module("pmor.export.vtkhdf").export(source, path, False)
     return Exported(path)

@@ -44,7 +44,9 @@ def sweep_entries(sweep: SteSweep, pair: GearPair) -> dict[str, Entry]:
         found |= {
             "orders/torque": torque,
             "orders/order": Entry(orders[0].order, "1", ("order",), "periods per turn of the pinion"),
-            "orders/amplitude": _of_orders("um", "of the transmission error, zero to peak", [o.amplitude for o in orders]),
+            "orders/amplitude": _of_orders(
+                "um", "of the transmission error, zero to peak", [o.amplitude for o in orders]
+            ),
             "orders/phase": _of_orders("rad", "of the cosine at pinion angle 0", [o.phase for o in orders]),
         }
     return found

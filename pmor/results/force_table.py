@@ -1,9 +1,9 @@
 """The force law of a pair in a table that is as fine as it must be: a tree of cells over phase and displacement.
 
-The force has kinks where a further tooth pair comes into contact, along curves that no regular grid follows: between 256
-knots over the mesh cycle the force of a spur pair is 0.6 % off there, and that falls with the first power of their number
-alone. Cells are therefore halved, over the phase or over the displacement, until a bicubic through 4 x 4 values holds in
-each. What it leaves out is measured at the points between.
+The force has kinks where a further tooth pair comes into contact, along curves that no regular grid follows: between
+256 knots over the mesh cycle the force of a spur pair is 0.6 % off there, and that falls with the first power of their
+number alone. Cells are therefore halved, over the phase or over the displacement, until a bicubic through 4 x 4 values
+holds in each. What it leaves out is measured at the points between.
 
 On the cases of this project 5e-5 of the largest force takes 50 to 500 kB, 700 to 6 000 cells.
 """
@@ -21,7 +21,8 @@ from pmor.errors import ConvergenceError, OutputError
 #: forces at phases (0 to 1, a mesh cycle) and displacements, (p,), (x,) to (p, x), N
 Forces = Callable[[FloatArray, FloatArray], FloatArray]
 
-# Of the largest force: what cells may leave out at the points between their values. A quarter more was measured elsewhere.
+# Of the largest force: what cells may leave out at the points between their values. A quarter more was measured
+# elsewhere.
 TOLERANCE = 5e-5
 # Cells to begin with, over phase and displacement.
 COLUMNS, ROWS = 8, 4
@@ -113,9 +114,7 @@ def tabulate(forces: Forces, low: float, high: float, tolerance: float = TOLERAN
     largest = float(forces(np.arange(8 * COLUMNS) / (8 * COLUMNS), np.array([high])).max())
     kind, following, values = list[int](), list[int](), list[FloatArray]()
     # Of each node that waits to be looked at: its bounds over phase and displacement.
-    waiting = [
-        (i / COLUMNS, (i + 1) / COLUMNS, j / ROWS, (j + 1) / ROWS) for i in range(COLUMNS) for j in range(ROWS)
-    ]
+    waiting = [(i / COLUMNS, (i + 1) / COLUMNS, j / ROWS, (j + 1) / ROWS) for i in range(COLUMNS) for j in range(ROWS)]
     for start, end, lower, upper in waiting:
         x = low + (high - low) * (lower + (upper - lower) * _PLACES)
         force = forces(start + (end - start) * _PLACES, x)

@@ -27,8 +27,8 @@ class Variable:
 
 
 VARIABLES = (
-    Variable("phi1", "input", "rad", "angle of the pinion, positive counter-clockwise; 0: a tooth on the line of centres"),
-    Variable("phi2", "input", "rad", "angle of the wheel, positive counter-clockwise: -phi1 z1/z2 where flanks just touch"),
+    Variable("phi1", "input", "rad", "pinion's angle, positive counter-clockwise; 0: a tooth on the line of centres"),
+    Variable("phi2", "input", "rad", "wheel's angle, positive counter-clockwise; -phi1 z1/z2 where flanks just touch"),
     Variable("axis_x", "input", "m", "displacement of the wheel's axis along x, across the line of centres"),
     Variable("axis_y", "input", "m", "displacement of the wheel's axis along y, from the pinion's axis to the wheel's"),
     Variable("backlash", "parameter", "m", "backlash along the line of action"),
@@ -98,7 +98,7 @@ def _sentence(law: MeshLaw) -> str:
     )
     return (
         f"Mesh of {law.case.title}: force by displacement of exact line contact, up to {law.torque_Nm:g} N m on the "
-        f"pinion at every angle, {law.table.high:.6g} mm along the line of action; beyond it the unit reports an error. "
-        f"The wheel's axis moves by its part along the line of action; {backs}. No damping, no friction, no tilting "
-        "moments. The pinion's axis is at x = y = 0, the wheel's at y = the centre distance, z along the axes."
+        f"pinion at every angle, {law.table.high:.6g} mm along the line of action; beyond it there is an error. "
+        f"The wheel's axis moves by its part along the line of action; {backs}. No damping, no friction, no moments "
+        "that tilt. The pinion's axis is at x = y = 0, the wheel's at y = the centre distance, z along the axes."
     )

@@ -27,6 +27,7 @@ SOURCES = ("mesh.c", "table.h")
 NUMBERS_PER_LINE = 16
 # Seconds for which a compiler may run: the largest tables take one.
 COMPILING_S = 120.0
+FLAGS = ("-std=c99", "-O2", "-shared", "-fPIC", "-fvisibility=hidden")
 # A time stamp for all files in the archive: the same law gives the same bytes.
 STAMP = (1980, 1, 1, 0, 0, 0)
 
@@ -104,10 +105,9 @@ def _platform(name: str) -> tuple[str | None, str]:
     """Name of this platform in the standard, and of the library there; None for one that FMI 2.0 has no name for."""
     if platform.machine().lower() not in ("x86_64", "amd64") or sys.maxsize < 2**32:
         return None, ""
-    system = platform.system()
-    return {
-        "Linux": ("linux64", f"{name}.so"), "Darwin": ("darwin64", f"{name}.dylib"), "Windows": ("win64", f"{name}.dll"),
-    }.get(system, (None, ""))  # fmt: skip
+    names = {"Linux": ("linux64", "so"), "Darwin": ("darwin64", "dylib"), "Windows": ("win64", "dll")}
+    folder, ending = names.get(platform.system(), (None, ""))
+    return folder, f"{name}.{ending}"
 
 
 def _compiled(texts: dict[str, str], library: str) -> bytes | None:
@@ -118,7 +118,7 @@ def _compiled(texts: dict[str, str], library: str) -> bytes | None:
     with tempfile.TemporaryDirectory() as folder:
         for name, text in texts.items():
             Path(folder, name).write_text(text, encoding="utf-8")
-        command = [compiler, "-std=c99", "-O2", "-shared", "-fPIC", "-fvisibility=hidden", "mesh.c", "-o", library, "-lm"]
+        command = [compiler, *FLAGS, "mesh.c", "-o", library, "-lm"]
         try:
             subprocess.run(command, cwd=folder, check=True, capture_output=True, timeout=COMPILING_S)
             return Path(folder, library).read_bytes()

@@ -8,7 +8,6 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from pmor.arrays import FloatArray
 from pmor.version import __version__
 
 VERSION = "2.0.0"
@@ -20,9 +19,10 @@ UNITS = {
         "end_relief_length_datum_face", "end_relief_length_non_datum_face", "face_width",
         "helix_crowning_amount_datum_face", "helix_crowning_amount_non_datum_face", "helix_slope", "inner_diameter",
         "load_distribution_node_positions", "normal_module", "point_coordinates_radius", "point_coordinates_u_coord",
-        "profile_crowning_at_root", "profile_crowning_at_tip", "profile_slope", "profile_twist", "root_relief_datum_diameter",
-        "root_relief_depth", "support_vector", "tip_diameter", "tip_relief_datum_diameter", "tip_relief_depth",
-        "tooth_tip_chamfer", "topographical_modification_amounts", "u_axis_vector", "u_coordinate_on_shaft",
+        "profile_crowning_at_root", "profile_crowning_at_tip", "profile_slope", "profile_twist",
+        "root_relief_datum_diameter", "root_relief_depth", "support_vector", "tip_diameter",
+        "tip_relief_datum_diameter", "tip_relief_depth", "tooth_tip_chamfer", "topographical_modification_amounts",
+        "u_axis_vector", "u_coordinate_on_shaft",
         "w_axis_vector", "custom_pmor_tip_rounding",
     ), "mm"),
     **dict.fromkeys((
@@ -39,7 +39,7 @@ UNITS = {
     **dict.fromkeys(("torque", "torque_around_u_axis"), "N m"),
 }  # fmt: skip
 
-Value = str | bool | int | float | Sequence[int] | Sequence[float] | FloatArray
+Value = str | bool | int | float | Sequence[int] | Sequence[float] | np.ndarray
 
 
 @dataclass
@@ -82,15 +82,15 @@ class Document:
         )  # fmt: skip
         relations = ElementTree.SubElement(root, "relations")
         for number, (kind, roles) in enumerate(self.relations, start=1):
-            order = {"order": "1"} if kind == "manufacturing_step" else {}
-            relation = ElementTree.SubElement(relations, "relation", id=str(number), type=kind, **order)
+            more = {"order": "1"} if kind == "manufacturing_step" else {}
+            relation = ElementTree.SubElement(relations, "relation", {"id": str(number), "type": kind} | more)
             for role, component in roles.items():
                 hint = self.components[component - 1][0]
                 ElementTree.SubElement(relation, "ref", id=str(component), role=role, hint=hint)
         components = ElementTree.SubElement(root, "components")
         for number, (kind, name, attributes) in enumerate(self.components, start=1):
-            named = {"name": name} if name else {}
-            _attributes(ElementTree.SubElement(components, "component", id=str(number), type=kind, **named), attributes)
+            said = {"id": str(number), "type": kind} | ({"name": name} if name else {})
+            _attributes(ElementTree.SubElement(components, "component", said), attributes)
         if self.loads:
             spectrum = ElementTree.SubElement(root, "load_spectrum", id="1")
             case = ElementTree.SubElement(spectrum, "load_case", id="1")

@@ -123,9 +123,7 @@ def _root_relief(component: Component, profile: Profile, found: Found) -> None:
     _relief(component, "root", depth, end, at, foot, found)
 
 
-def _place(
-    component: Component, diameter: str, length: str, profile: Profile, sign: float, end: float
-) -> float | None:
+def _place(component: Component, diameter: str, length: str, profile: Profile, sign: float, end: float) -> float | None:
     """Roll angle of a place that a diameter says, or a length on the line of action from an end of the flank."""
     said = component.number_of(diameter)
     if said is not None:

@@ -1,4 +1,4 @@
-"""A stage of a REXS gearbox as a case: geometry, tools, material, blanks, flanks, torques; and what was not understood."""
+"""A stage of a REXS gearbox as a case: geometry, tools, material, blanks, flanks, torques; and what is left out."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ class _Draft:
             raise CaseError(f"{self.where}: normal_module: the two gears differ: no pair")
         pair: dict[str, Any] = {
             "module_mm": module,
-            "pressure_angle_deg": self._needed(flank, "normal_pressure_angle"),
+            "pressure_angle_deg": _rounded(self._needed(flank, "normal_pressure_angle")),
             "helix_angle_deg": helix,
         }
         faces = self._faces()
@@ -164,7 +164,8 @@ class _Draft:
             keys["tip_chamfer_mm"] = chamfer
         if rounding := flank.number_of("custom_pmor_tip_rounding"):
             keys["tip_rounding_mm"] = rounding
-        keys["bore_radius_mm"] = self._bore(gear, radius - module * (keys.get("dedendum", 1.25) - shift), radius, module)
+        root_radius = radius - module * (keys.get("dedendum", 1.25) - shift)
+        keys["bore_radius_mm"] = self._bore(gear, root_radius, radius, module)
         return keys
 
     def _addendum(self, gear: Component, module: float, shift: float, radius: float) -> dict[str, float]:
@@ -172,16 +173,14 @@ class _Draft:
         if tip is not None and tip > 2.0 * (radius - module):
             return {"addendum": _rounded((0.5 * tip - radius) / module - shift)}
         if tip is not None:
-            self.notes.append(f"{gear.label}: tip_diameter = {tip:g} mm is below its teeth: left out, addendum 1 assumed")
+            self.notes.append(f"{gear.label}: tip_diameter = {tip:g} mm is below its teeth: addendum 1 assumed")
         elif height is not None:
             return {"addendum": _rounded(height / module - shift)}
         else:
             self.notes.append(f"{gear.label}: no tip_diameter: addendum 1 assumed")
         return {}
 
-    def _tool(
-        self, gear: Component, flank: Component, module: float, shift: float, radius: float
-    ) -> dict[str, float]:
+    def _tool(self, gear: Component, flank: Component, module: float, shift: float, radius: float) -> dict[str, float]:
         """Dedendum and tip radius of the rack: of its tool, else what the root circle says."""
         keys = dict[str, float]()
         tools = self.gearbox.beside(flank.number, "rack_shaped_tool") or self.gearbox.beside(
@@ -248,7 +247,7 @@ class _Draft:
         widths = [self._needed(gear, "face_width") for gear in self.gears]
         middles = [face_middle(self.gearbox, gear, self.along) for gear in self.gears]
         if middles[0] is None or middles[1] is None:
-            self.notes.append("where the gears are along the axis is not said: the middles of their faces assumed level")
+            self.notes.append("where the gears are along their axes is not said: middles of the faces assumed level")
             middles = [0.0, 0.0]
         ends = [(m - 0.5 * w, m + 0.5 * w) for m, w in zip(middles, widths, strict=True)]  # type: ignore[operator]
         low, high = max(ends[0][0], ends[1][0]), min(ends[0][1], ends[1][1])

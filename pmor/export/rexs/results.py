@@ -26,8 +26,9 @@ class StageResults:
     ste_um : (n,)
     stiffness_N_per_mm : (n,)
         Secant mesh stiffness: force along the transverse line of action over the transmission error.
-    z_mm, load_N_per_mm : (m,)
-        Over the common face from its beginning: line load, summed over tooth pairs, mean over the cycle.
+    z_mm, width_mm, load_N_per_mm : (m,)
+        Of sections over the common face, from its beginning: place, share of the width, and line load, summed over
+        tooth pairs, mean over the cycle.
     roll_rad : (k, 2)
         Of points of the flanks that carry: roll angles of pinion and wheel.
     point_z_mm : (k,)
@@ -42,6 +43,7 @@ class StageResults:
     ste_um: FloatArray
     stiffness_N_per_mm: FloatArray
     z_mm: FloatArray
+    width_mm: FloatArray
     load_N_per_mm: FloatArray
     roll_rad: FloatArray
     point_z_mm: FloatArray
@@ -51,8 +53,7 @@ class StageResults:
     @property
     def face_load_factor(self) -> float:
         """Largest over mean line load of the face, K_Hbeta."""
-        mean = np.trapezoid(self.load_N_per_mm, self.z_mm) / np.ptp(self.z_mm) if len(self.z_mm) > 1 else 0.0
-        return float(self.load_N_per_mm.max() / mean) if mean else 1.0
+        return float(self.load_N_per_mm.max() / np.average(self.load_N_per_mm, weights=self.width_mm))
 
 
 def stage_results(reduced: ReducedPair) -> StageResults:
@@ -66,13 +67,13 @@ def stage_results(reduced: ReducedPair) -> StageResults:
     # Torque over base radius: the component along the transverse line of action; per width it is that along the line.
     load = -loads.force_N * loads.lever_mm / pair.pinion.base_radius
     share = load / width[loads.column] / (2.0 if reduced.meshed.mirrored else 1.0)
-    z, over_face = _over_face(reduced, loads, share, len(phi))
+    over_face = _over_face(reduced, loads, share, len(phi))
     on_both = np.ones(len(share), dtype=bool)
     for gear, (low, high) in enumerate(pair.active_rolls):
         on_both &= (loads.roll_rad[:, gear] >= low) & (loads.roll_rad[:, gear] <= high)
     roll, carried = loads.roll_rad[on_both], share[on_both]
     return StageResults(
-        case.torque_Nm, phi, sweep.ste_um[0], 1e3 * stiffness * pair.common_width, z, over_face, roll,
+        case.torque_Nm, phi, sweep.ste_um[0], 1e3 * stiffness * pair.common_width, *over_face, roll,
         loads.z_mm[on_both], carried, _pressure(reduced, roll, carried),
     )  # fmt: skip
 
@@ -85,13 +86,17 @@ def _loads(sweep: SteSweep) -> ContactLoads:
 
 def _over_face(
     reduced: ReducedPair, loads: ContactLoads, share: FloatArray, angles: int
-) -> tuple[FloatArray, FloatArray]:
-    z = reduced.meshed.sections.z
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Places, widths and line loads of the sections; of half the width with their images."""
+    z, width = reduced.meshed.sections.z, reduced.meshed.sections.width
     total = np.bincount(loads.column, weights=share, minlength=len(z)) / angles
     if reduced.meshed.mirrored:
-        images = np.flatnonzero(z < 0.0)[::-1]
-        z, total = np.concatenate([z, -z[images]]), np.concatenate([total, total[images]])
-    return z - reduced.meshed.pair.common_face[0], total
+        images, middle = np.flatnonzero(z < 0.0)[::-1], np.where(z < 0.0, 1.0, 2.0)
+        z, width, total = (
+            np.concatenate([values, sign * values[images]])
+            for values, sign in ((z, -1.0), (middle * width, 1.0), (total, 1.0))
+        )
+    return z - reduced.meshed.pair.common_face[0], width, total
 
 
 def _pressure(reduced: ReducedPair, roll: FloatArray, load: FloatArray) -> FloatArray:

@@ -88,9 +88,7 @@ def _stage(pair: GearPair) -> dict[str, Value]:
     }  # fmt: skip
 
 
-def _gear(
-    document: Document, case: Case, pair: GearPair, number: int, name: str, place: float
-) -> tuple[int, int]:
+def _gear(document: Document, case: Case, pair: GearPair, number: int, name: str, place: float) -> tuple[int, int]:
     """Add a gear with flanks, tool, material and modifications; return its id and that of the loaded flank."""
     said: GearCase = (case.pair.pinion, case.pair.wheel)[number]
     tooth, (low, high) = (pair.pinion, pair.wheel)[number], pair.faces[number]
@@ -125,7 +123,7 @@ def _gear(
         document.relate("manufacturing_step", workpiece=flanks[side], tool=tool, manufacturing_settings=settings)
         if side == "left":
             for kind, attributes in _modifications(modification, tooth, high - low):
-                part = document.add(kind, **attributes)
+                part = document.add(kind, "", **attributes)
                 document.relate("reference", origin=flanks[side], referenced=part)
     document.relate("flank", gear=gear, **flanks)
     return gear, flanks["left"]

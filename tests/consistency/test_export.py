@@ -1,0 +1,154 @@
+"""`pmor export` writes what the Python API writes, refuses what it cannot make, and harms nobody's files."""
+
+import csv
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import pmor
+from pmor.app.cli import main
+from pmor.export.fmu import law
+from pmor.export.rexs.model import read_rexs
+from pmor.report.data_files import write_ste_csv
+from pmor.results.force_table import tabulate
+
+ROOT = Path(__file__).parents[2]
+GEARBOX = ROOT / "cases" / "gearbox.rexs"
+
+
+@pytest.fixture(scope="module")
+def model():
+    case = pmor.import_rexs(GEARBOX)
+    mesh = {"profile_elements": 4, "width_elements": 2, "error_bar": False}
+    return pmor.train(pmor.change_case(case, mesh=mesh, online={"angles_per_pitch": 8}))
+
+
+@pytest.fixture(scope="module")
+def basis(model, tmp_path_factory):
+    path = tmp_path_factory.mktemp("basis") / "gears.h5"
+    model.save(path)
+    return path
+
+
+def export(*arguments):
+    return main(["export", *map(str, arguments)])
+
+
+def test_a_gearbox_becomes_a_case_file_and_what_is_left_out_is_said(tmp_path, capsys):
+    assert export(GEARBOX, "--to", "case", "-o", tmp_path / "new" / "gears.toml") == 0
+    said = capsys.readouterr()
+    assert said.out == f"{tmp_path / 'new' / 'gears.toml'}: written\n"
+    assert said.err == "pmor: triangular_tip_relief 19: a case has no such modification: left out\n"
+    assert pmor.load_case(tmp_path / "new" / "gears.toml").pair == pmor.import_rexs(GEARBOX).pair
+
+
+def test_the_command_writes_the_force_law_and_the_results_of_the_api(tmp_path, basis, model, monkeypatch):
+    monkeypatch.setattr(law, "tabulate", lambda forces, low, high, tolerance: tabulate(forces, low, high, 0.01))  # fast
+    assert export(basis, "--to", "fmu", "-o", tmp_path / "one.fmu", "--torque", 30) == 0
+    assert export(basis, "--to", "rexs", "-o", tmp_path / "one.rexs") == 0
+    model.export(tmp_path / "two.fmu", to="fmu", torque_Nm=30.0)
+    assert (tmp_path / "one.fmu").read_bytes() == (tmp_path / "two.fmu").read_bytes()
+    found = read_rexs(tmp_path / "one.rexs")
+    loads = next(iter(found.load_cases)).values()
+    said = next(c for c in loads if c.kind == "cylindrical_stage")
+    expected = model.sweep(torques_Nm=[120.0]).ste_um[0]
+    np.testing.assert_allclose(1e3 * np.array(said.numbers_of("custom_pmor_transmission_error")), expected, rtol=1e-9)
+
+
+def test_tables_hold_the_numbers_of_the_sweep(tmp_path, basis, model):
+    assert export(basis, "--to", "csv", "-o", tmp_path / "tables") == 0
+    lines = (tmp_path / "tables" / "ste_per_torque_per_angle.csv").read_text().splitlines()
+    rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
+    result = model.sweep()
+    assert [float(row["ste"]) for row in rows] == result.ste_um.ravel().tolist()
+    assert [float(row["phi"]) for row in rows] == np.tile(result.phi_rad, 2).tolist()
+    orders = (tmp_path / "tables" / "orders_per_torque_per_order.csv").read_text().splitlines()
+    first = next(csv.DictReader(line for line in orders if not line.startswith("#")))
+    np.testing.assert_allclose(float(first["amplitude"]), result.orders_um(1)[0, 0], rtol=1e-12)
+    model.export(tmp_path / "again", to="csv")
+    assert {p.name for p in (tmp_path / "again").iterdir()} == {p.name for p in (tmp_path / "tables").iterdir()}
+
+
+def test_files_are_named_after_their_source_in_the_current_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert export(GEARBOX, "--to", "case") == 0
+    assert [p.name for p in tmp_path.iterdir()] == ["gearbox.toml"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("{gearbox}", "--to", "fmu", "-o", "{new}"), "is not an HDF5 file"),
+        (("{basis}", "--to", "case", "-o", "{new}"), "cannot be read as REXS"),
+        (("{basis}", "--to", "rexs", "-o", "{basis}"), "exists already"),
+        (("{basis}", "--to", "rexs", "-o", "{basis}", "--overwrite"), "is what the results are made from"),
+        (("{basis}", "--to", "rexs", "--stage", "4"), "stage = 4: is for the format case alone"),
+        (("{gearbox}", "--to", "case", "--torque", "4"), "torque_Nm = 4: is for the format fmu alone"),
+        (("{gearbox}", "--to", "case", "--stage", "9", "-o", "{new}"), "there is no such stage"),
+        (("{basis}", "--to", "csv", "-o", "{taken}"), "is a file, and the tables go into a folder"),
+        (("{missing}", "--to", "case", "-o", "{new}"), "there is no such file"),
+    ],
+)
+def test_what_cannot_be_made_is_refused_in_one_line(arguments, message, tmp_path, basis, capsys):
+    (tmp_path / "taken").write_text("mine")
+    names = {"gearbox": GEARBOX, "basis": basis, "new": tmp_path / "new", "taken": tmp_path / "taken",
+             "missing": tmp_path / "missing.rexs"}  # fmt: skip
+    before = basis.read_bytes()
+    assert export(*(a.format(**names) for a in arguments)) == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err.startswith("pmor: error: ")
+    assert said.err.count("\n") == 1
+    assert message in said.err
+    assert basis.read_bytes() == before
+    assert (tmp_path / "taken").read_text() == "mine"
+    assert not (tmp_path / "new").exists()
+
+
+@pytest.mark.parametrize("arguments", [["--to", "step"], ["--to", "fmu", "--torque", "-1"], []])
+def test_wrong_usage_exits_with_2(arguments, capsys):
+    with pytest.raises(SystemExit) as caught:
+        export("basis.h5", *arguments)
+    assert caught.value.code == 2
+    assert "error:" in capsys.readouterr().err
+
+
+def test_a_model_refuses_a_format_that_it_does_not_have(model, tmp_path):
+    with pytest.raises(pmor.CaseError, match="to = 'step': must be csv, fmu or rexs"):
+        model.export(tmp_path / "x", to="step")
+
+
+def test_a_report_is_what_a_run_leaves(tmp_path, model):
+    page = model.report(tmp_path / "out")
+    assert page == tmp_path / "out" / "report.html"
+    result = model.sweep()
+    write_ste_csv(tmp_path / "ste.csv", result.sweep)
+    columns = [read(path, "ste_um") for path in (tmp_path / "ste.csv", tmp_path / "out" / "ste.csv")]
+    assert columns[0] == columns[1]
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert summary["ste_peak_to_peak_um"] == pytest.approx(result.peak_to_peak_um[1])
+    assert pmor.load(tmp_path / "out" / "basis.h5").case == model.case
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "report.html").write_text("mine")
+    with pytest.raises(pmor.OutputError, match=r"report\.html: .*choose another place"):
+        model.report(tmp_path / "other")
+
+
+def read(path, column):
+    with path.open() as file:
+        return [row[column] for row in csv.DictReader(file)]
+
+
+def test_the_script_in_cases_walks_from_a_gearbox_to_the_page(tmp_path):
+    done = subprocess.run(
+        [sys.executable, str(ROOT / "cases" / "rexs_to_page.py"), str(tmp_path / "out")],
+        cwd=ROOT, capture_output=True, text=True, timeout=600, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "triangular_tip_relief" in done.stderr
+    for name in ("report/report.html", "gearbox.fmu", "gearbox_results.rexs", "tables/ste_per_torque_per_angle.csv"):
+        assert (tmp_path / "out" / name).stat().st_size > 0

@@ -1,0 +1,247 @@
+"""The unit for co-simulation is the force law that it was made from, and says where that ends."""
+
+import dataclasses
+import shutil
+import zipfile
+from functools import cache
+
+import numpy as np
+import pytest
+
+from pmor.case import change_case, load_case, parse_case
+from pmor.contact.condition import Axes, Built
+from pmor.errors import CaseError
+from pmor.export.fmu.law import mesh_law
+from pmor.export.fmu.write import write_fmu
+from pmor.pair.conditions import built_of
+from pmor.pair.model import elastic_model, gear_pair, mesh_model
+from pmor_offline.train import train
+from pmor_online.line_sweep import line_force_law
+from pmor_online.model import reduced_pair
+from tests.small_case import case_text
+
+INPUTS = ("phi1", "phi2", "axis_x", "axis_y")
+# Of the largest force; the normal tests make do with a coarser table, which takes a tenth of the time.
+COARSE, FINE = 1e-3, 1e-4
+
+
+@cache
+def small_pair(**pair):
+    mesh = {"profile_elements": 5, "width_elements": 2, "width": "whole"}
+    text = case_text(
+        mesh=mesh, contact={"scheme": "line"}, reduction={"shapes": "line_loads"}, pair=pair,
+        **{"pinion.modification": {"tip_relief_um": 10.0, "tip_relief_start_roll_deg": 25.0}},
+    )  # fmt: skip
+    case = parse_case(text, "small", "small case")
+    return reduced_pair(train(case, elastic_model(case, mesh_model(case))).basis)
+
+
+@cache
+def small_law():
+    return mesh_law(small_pair(centre_distance_mm=84.02), tolerance=COARSE)
+
+
+class Unit:
+    """A unit in a folder, simulated by fmpy."""
+
+    def __init__(self, path, folder):
+        fmi2 = pytest.importorskip("fmpy.fmi2", reason="units for co-simulation are simulated by fmpy")
+        fmpy = pytest.importorskip("fmpy")
+        if not shutil.which("cc") and not shutil.which("gcc"):
+            pytest.skip("no C compiler: the unit has no binary")
+        self.description = fmpy.read_model_description(str(path))
+        self.messages = []
+        self.number = {v.name: v.valueReference for v in self.description.modelVariables}
+        self.unit = fmi2.FMU2Slave(
+            guid=self.description.guid, unzipDirectory=fmpy.extract(str(path), str(folder)),
+            modelIdentifier=self.description.coSimulation.modelIdentifier, instanceName="mesh",
+        )  # fmt: skip
+        self.callbacks = fmi2.fmi2CallbackFunctions()
+        self.callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(lambda *said: self.messages.append(said[4].decode()))
+        self.callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(fmi2.calloc)
+        self.callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(fmi2.free)
+        self.unit.instantiate(callbacks=self.callbacks)
+        self.unit.setupExperiment()
+        self.unit.enterInitializationMode()
+        self.unit.exitInitializationMode()
+
+    def step(self, **inputs):
+        self.unit.setReal([self.number[name] for name in inputs], [float(v) for v in inputs.values()])
+        self.unit.doStep(0.0, 1e-3)
+
+    def __getitem__(self, name):
+        return self.unit.getReal([self.number[name]])[0]
+
+    def at(self, pair, angle, displacement, **axis):
+        """Set the gears at a kinematic pinion angle (rad) and a displacement along the line of action (mm)."""
+        one, two = pair.pinion.base_radius, pair.wheel.base_radius
+        self.step(phi1=angle + displacement / one, phi2=-angle * one / two, **({"axis_x": 0.0, "axis_y": 0.0} | axis))
+
+
+@pytest.fixture
+def unit(tmp_path):
+    write_fmu(small_law(), tmp_path / "mesh.fmu")
+    return Unit(tmp_path / "mesh.fmu", tmp_path / "unit")
+
+
+def forces(reduced, angle, displacements, built=None):
+    radius = reduced.meshed.pair.pinion.base_radius
+    law = line_force_law(
+        reduced, np.array([angle]), list(displacements / radius), built or built_of(reduced.basis.case)
+    )
+    return 1e3 / radius * law.torque_Nm[:, 0]
+
+
+def largest_difference(unit, law, reduced, rng, places):
+    """Force of the unit less that of the law, over the largest one, at places drawn over its whole range."""
+    pair, found = law.pair, []
+    for _ in range(places):
+        angle = rng.uniform(-50.0, 50.0) * pair.pitch
+        x = law.table.low + (law.table.high - law.table.low) * rng.uniform(0.0, 1.0, places)
+        for displacement, force in zip(x, forces(reduced, angle, x), strict=True):
+            unit.at(pair, angle, displacement)
+            found.append(unit["force"] - force)
+    return np.abs(found).max() / law.table.largest
+
+
+def test_a_unit_has_the_form_that_the_standard_asks_for(tmp_path):
+    validation = pytest.importorskip("fmpy.validation", reason="the form of units is checked by fmpy")
+    write_fmu(small_law(), tmp_path / "mesh.fmu")
+    assert validation.validate_fmu(str(tmp_path / "mesh.fmu")) == []
+
+
+def test_the_same_law_gives_the_same_file(tmp_path):
+    for name in ("one.fmu", "two.fmu"):
+        write_fmu(small_law(), tmp_path / name)
+    one, two = (zipfile.ZipFile(tmp_path / name) for name in ("one.fmu", "two.fmu"))
+    assert one.namelist() == two.namelist()
+    assert all(one.read(name) == two.read(name) for name in ("modelDescription.xml", "sources/table.h"))
+
+
+def test_without_a_compiler_a_unit_is_its_source(tmp_path, monkeypatch):
+    monkeypatch.setattr(shutil, "which", lambda name: None)
+    assert not write_fmu(small_law(), tmp_path / "mesh.fmu")
+    names = zipfile.ZipFile(tmp_path / "mesh.fmu").namelist()
+    assert names == ["modelDescription.xml", "sources/mesh.c", "sources/table.h"]
+
+
+def test_the_force_of_a_unit_is_that_of_the_law_within_the_tolerance_of_its_table(unit, rng):
+    assert largest_difference(unit, small_law(), small_pair(centre_distance_mm=84.02), rng, 12) < 2.0 * COARSE
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["paper_spur", "paper_relief", "fva_high_speed"])
+def test_the_force_of_a_unit_is_that_of_the_law_to_a_ten_thousandth(name, tmp_path, rng):
+    case = change_case(load_case(f"cases/{name}.toml"), compare={"models": None})
+    reduced = reduced_pair(train(case, elastic_model(case, mesh_model(case))).basis)
+    law = mesh_law(reduced)
+    write_fmu(law, tmp_path / "mesh.fmu")
+    assert (tmp_path / "mesh.fmu").stat().st_size < 2 * 2**20
+    unit = Unit(tmp_path / "mesh.fmu", tmp_path / "unit")
+    assert largest_difference(unit, law, reduced, rng, 60) < FINE
+
+
+def test_forces_and_torques_of_both_gears_are_in_balance(unit):
+    pair, distance = small_law().pair, small_law().pair.centre_distance
+    unit.at(pair, 0.1, 0.01)
+    force, angle = unit["force"], pair.working_pressure_angle
+    np.testing.assert_allclose([unit["torque1"], unit["torque2"]],
+                               -1e-3 * force * np.array([pair.pinion.base_radius, pair.wheel.base_radius]))  # fmt: skip
+    on_wheel = np.array([unit[f"force2_{axis}"] for axis in "xyz"])
+    np.testing.assert_allclose([unit[f"force1_{axis}"] for axis in "xyz"], -on_wheel)
+    np.testing.assert_allclose(on_wheel, force * np.array([-np.cos(angle), np.sin(angle), 0.0]), atol=1e-12 * force)
+    # About the pinion's axis: the torque on the wheel, and the force on it at the centre distance.
+    total = unit["torque1"] + unit["torque2"] - 1e-3 * distance * on_wheel[0]
+    np.testing.assert_allclose(total, 0.0, atol=1e-9)
+    np.testing.assert_allclose(1e3 * unit["transmission_error"], 0.01, rtol=1e-9)
+
+
+def test_the_stiffness_is_the_slope_of_the_force(unit):
+    pair = small_law().pair
+    found = []
+    for displacement in (0.012 - 1e-6, 0.012 + 1e-6, 0.012):
+        unit.at(pair, 0.05, displacement)
+        found.append(unit["force"])
+    np.testing.assert_allclose(unit["stiffness"], (found[1] - found[0]) / 2e-9, rtol=1e-4)  # of a cubic in floats
+
+
+def test_a_wheel_that_moves_along_the_line_of_action_opens_the_flanks_by_as_much(unit):
+    pair = small_law().pair
+    angle = pair.working_pressure_angle
+    unit.at(pair, 0.2, 0.012)
+    expected = unit["force"]
+    for x, y in ((0.0, 5e-6), (-5e-6, 0.0), (3e-6, -4e-6)):
+        opened = 1e3 * (-x * np.cos(angle) + y * np.sin(angle))
+        unit.at(pair, 0.2, 0.012 + opened, axis_x=x, axis_y=y)
+        np.testing.assert_allclose(unit["force"], expected, rtol=1e-9)
+
+
+def test_a_larger_centre_distance_is_that_of_the_law_but_for_where_pairs_enter(unit, rng):
+    reduced, law = small_pair(centre_distance_mm=84.02), small_law()
+    built, opened = built_of(reduced.basis.case), 5e-3 * np.sin(law.pair.working_pressure_angle)
+    apart = Built(Axes(centre_distance_um=5.0), built.pinion, built.wheel)
+    found, x = [], np.linspace(law.table.low, 0.99 * law.table.high, 10)
+    for angle in rng.uniform(0.0, law.pair.pitch, 20):
+        for displacement, force in zip(x, forces(reduced, angle, x, apart), strict=True):
+            unit.at(law.pair, angle, displacement + opened, axis_y=5e-6)
+            found.append((unit["force"] - force) / law.table.largest)
+    # The force law counts its lead from where the flanks then touch. Pairs enter and leave 0.05 % of the cycle off.
+    assert np.sqrt(np.mean(np.square(found))) < 2e-3
+
+
+def test_backs_of_the_teeth_carry_beyond_the_backlash_as_flanks_that_run_the_other_way(unit):
+    law = small_law()
+    pair, backlash = law.pair, law.backlash
+    # Opening the axes by 20 um: twice their part along the line of action.
+    np.testing.assert_allclose(backlash, 2.0 * 0.02 * np.sin(pair.working_pressure_angle), rtol=5e-3)
+    for displacement in (-0.5 * backlash, -0.99 * backlash):
+        unit.at(pair, 0.1, displacement)
+        assert unit["force"] == 0.0
+    unit.at(pair, 0.1, 0.01)
+    front, on_wheel = unit["force"], [unit[f"force2_{axis}"] for axis in "xy"]
+    # Mirrored about the line of centres: both gears turned to the other side, the pinion in the middle of its gap.
+    one, two = pair.pinion.base_radius, pair.wheel.base_radius
+    unit.step(phi1=-0.1 - 0.01 / one, phi2=0.1 * one / two - backlash / two)
+    np.testing.assert_allclose(unit["force"], -front, rtol=1e-6)
+    np.testing.assert_allclose([unit[f"force2_{axis}"] for axis in "xy"], [-on_wheel[0], on_wheel[1]], rtol=1e-6)
+    unit.step(backlash=1e-3)
+    assert unit["force"] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("inputs", "message"),
+    [
+        ({"phi1": 0.01}, "along the line of action of 0.394671 mm: the table of the working flanks ends at"),
+        ({"phi1": -0.01}, "the table of the backs of the teeth ends"),
+        ({"phi1": float("nan")}, "input 0 is set to what is no finite number"),
+        ({"torque1": 1.0}, "variable 5 is no input"),
+        ({"backlash": -1.0}, "backlash of -1 m: below zero"),
+    ],
+)
+def test_a_unit_says_what_it_cannot_answer(unit, inputs, message):
+    with pytest.raises(Exception, match="failed with status 3"):
+        unit.step(**inputs)
+    assert len(unit.messages) == 1
+    assert message in unit.messages[0]
+
+
+def test_what_has_no_force_law_is_refused():
+    reduced = small_pair(centre_distance_mm=84.02)
+    shaped = dataclasses.replace(reduced, basis=dataclasses.replace(reduced.basis, shapes=object()))
+    with pytest.raises(CaseError, match="takes line loads, and the basis has shapes"):
+        mesh_law(shaped)
+    case = reduced.basis.case
+    uneven = dataclasses.replace(case.pinion_modification, pitch_deviations_um=(1.0,) * 21)
+    uneven = dataclasses.replace(case, pinion_modification=uneven)
+    with pytest.raises(CaseError, match="pitch deviations"):
+        mesh_law(dataclasses.replace(reduced, basis=dataclasses.replace(reduced.basis, case=uneven)))
+
+
+def test_flanks_without_a_mirror_image_have_no_backs():
+    reduced = small_pair(centre_distance_mm=84.02)
+    case = reduced.basis.case
+    slope = dataclasses.replace(case.pinion_modification, helix_slope_um=5.0)
+    tilted = dataclasses.replace(case, pinion_modification=slope)
+    law = mesh_law(dataclasses.replace(reduced, basis=dataclasses.replace(reduced.basis, case=tilted)), tolerance=0.05)
+    assert gear_pair(tilted).centre_distance == 84.02
+    assert law.backlash is None

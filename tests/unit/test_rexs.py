@@ -1,0 +1,247 @@
+"""REXS files of all forms become cases; what is not understood is said; a case survives the way out and in."""
+
+import base64
+import json
+import math
+import zipfile
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from pmor.case import make_case
+from pmor.errors import CaseError, FileFormatError
+from pmor.export.rexs.read import import_rexs
+from pmor.export.rexs.write import rexs_text
+from pmor.flank import Modification, Topography
+from pmor.pair.model import gear_pair
+
+GEARBOX = Path(__file__).parents[2] / "cases" / "gearbox.rexs"
+DATE = "2026-01-01T00:00:00+00:00"
+
+
+def changed(tmp_path, *replacements, name="gearbox.rexs"):
+    """Write the example gearbox with some of its text replaced."""
+    text = GEARBOX.read_text()
+    for old, new in replacements:
+        assert old in text
+        text = text.replace(old, new)
+    (tmp_path / name).write_text(text)
+    return tmp_path / name
+
+
+def test_the_example_gearbox_is_the_pair_that_it_describes():
+    found = import_rexs(GEARBOX)
+    case, pair = found.case, gear_pair(found.case)
+    assert case.torque_Nm == 120.0
+    assert case.online.torques_Nm == (80.0, 120.0)
+    assert (case.pair.pinion.teeth, case.pair.wheel.teeth) == (23, 37)
+    # Diameters of the file.
+    np.testing.assert_allclose(2.0 * pair.pinion.tip_radius, 77.4, rtol=1e-12)
+    np.testing.assert_allclose(2.0 * pair.wheel.tip_radius, 118.8, rtol=1e-12)
+    assert case.pair.pinion.rack_tip_radius == 0.3  # 0.9 mm
+    assert (case.pair.pinion.bore_radius_mm, case.pair.wheel.bore_radius_mm) == (15.0, 22.5)
+    assert case.pair.pinion.youngs_modulus_GPa == 206.0
+    # 39 to 63 mm and 41 to 61 mm along the axis.
+    assert pair.faces == ((-12.0, 12.0), (-10.0, 10.0))
+    relief = case.pinion_modification
+    assert (relief.tip_relief_um, relief.helix_crowning_um) == (15.0, 4.0)
+    np.testing.assert_allclose(  # it begins at a diameter of 75 mm
+        np.radians(relief.tip_relief_start_roll_deg), pair.pinion.roll_angle_at(37.5), rtol=1e-11
+    )
+    on_wheel = case.wheel_modification
+    np.testing.assert_allclose(  # it ends 3 mm below the tip, along the line of action
+        pair.wheel.base_radius * (pair.wheel.tip_roll_angle - np.radians(on_wheel.tip_relief_start_roll_deg)), 3.0,
+        rtol=1e-9,
+    )  # fmt: skip
+    assert on_wheel.tip_relief_shape == "parabolic"
+
+
+def test_what_is_not_understood_is_listed_and_stands_in_the_text_of_the_case():
+    found = import_rexs(GEARBOX)
+    assert found.notes == ("triangular_tip_relief 19: a case has no such modification: left out",)
+    assert f"# {found.notes[0]}\n" in found.case.text
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "note"),
+    [
+        ('<attribute id="inner_diameter" unit="mm">30.0</attribute>', "", "nothing says its bore"),
+        ('<attribute id="inner_diameter" unit="mm">30.0', '<attribute id="inner_diameter" unit="mm">60.0', "no rim"),
+        ('unit="mm">77.4', 'unit="mm">1.0', "tip_diameter = 1 mm is below its teeth"),
+        ('<attribute id="torque_around_u_axis"', '<attribute id="custom_torque"', "no torque of the stage is said"),
+        ("<attribute id=\"elastic_modulus\"", "<attribute id=\"custom_modulus\"", None),
+        ('id="shape_of_relief" unit="none">linear', 'id="shape_of_relief" unit="none">logarithmic',
+         "no shape that a case knows"),
+        ('<attribute id="tip_relief_datum_diameter" unit="mm">75.0</attribute>', "", "says not where it begins"),
+        ('id="center_distance" unit="mm">91.5', 'id="center_distance" unit="mm">90.5', "too small for the profile"),
+        ('<attribute id="addendum_coefficient_reference_profile" unit="none">1.25</attribute>', "",
+         "no tool says dedendum"),
+    ],
+)  # fmt: skip
+def test_what_is_missing_or_odd_is_assumed_and_said(tmp_path, old, new, note):
+    notes = import_rexs(changed(tmp_path, (old, new))).notes
+    assert note is None or any(note in line for line in notes), notes
+
+
+def test_units_and_names_of_the_first_version_are_understood(tmp_path):
+    path = changed(
+        tmp_path, ('unit="deg"', 'unit="°"'), ('unit="MPa">206000.0', 'unit="N / mm^2">206000.0'),
+        ("cylindrical_gear_flank", "flank_geometry"), ("cylindrical_stage_gear_data", "stage_gear_data"),
+        ("tip_corner_radius_reference_profile", "tip_radius"), ('version="2.0.0"', 'version="1.0"'),
+    )  # fmt: skip
+    old, new = import_rexs(path).case, import_rexs(GEARBOX).case
+    assert (old.pair, old.pinion_modification, old.wheel_modification) == (
+        new.pair, new.pinion_modification, new.wheel_modification,
+    )  # fmt: skip
+
+
+def test_lengths_in_micrometres_and_angles_in_radians_are_the_same_gearbox(tmp_path):
+    path = changed(
+        tmp_path, ('unit="mm">0.015', 'unit="mum">15.0'), ('unit="deg">20.0', f'unit="rad">{math.radians(20.0)!r}')
+    )
+    case = import_rexs(path).case
+    np.testing.assert_allclose(case.pinion_modification.tip_relief_um, 15.0, rtol=1e-12)
+    np.testing.assert_allclose(case.pair.pressure_angle_deg, 20.0, rtol=1e-12)
+
+
+def test_an_archive_and_json_hold_the_same_gearbox(tmp_path):
+    with zipfile.ZipFile(tmp_path / "box.rexsz", "w") as archive:
+        archive.write(GEARBOX, "inside.rexs")
+    (tmp_path / "box.rexsj").write_text(json.dumps(as_json()))
+    expected = import_rexs(GEARBOX).case
+    for name in ("box.rexsz", "box.rexsj"):
+        case = import_rexs(tmp_path / name).case
+        assert (case.pair, case.pinion_modification) == (expected.pair, expected.pinion_modification), name
+        assert case.online.torques_Nm == expected.online.torques_Nm
+
+
+def as_json():
+    root = ElementTree.parse(GEARBOX).getroot()
+
+    def components(items):
+        return [{"id": int(c.get("id")), "type": c.get("type"), "attributes": [attribute(a) for a in c]} for c in items]
+
+    def attribute(item):
+        cells = [float(c.text) for c in item.iter("c")]
+        found = {"id": item.get("id"), "unit": item.get("unit")}
+        if cells:
+            code = base64.b64encode(np.array(cells, dtype="<f8").tobytes()).decode()
+            return found | {"floating_point_array_coded": {"code": "float64", "value": code}}
+        if item.text in ("true", "false"):
+            return found | {"boolean": item.text == "true"}
+        try:
+            return found | {"floating_point": float(item.text)}
+        except ValueError:
+            return found | {"enum": item.text}
+
+    relations = [
+        {"type": r.get("type"), "refs": [{"id": int(x.get("id")), "role": x.get("role")} for x in r]}
+        for r in root.find("relations")
+    ]
+    cases = [{"id": int(c.get("id")), "components": components(c)} for c in root.find("load_spectrum")]
+    return {"model": {
+        "version": "2.0.0", "relations": relations, "components": components(root.find("components")),
+        "load_spectrum": {"id": 1, "load_cases": cases},
+    }}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("<model", "cannot be read as REXS"),
+        ("<page/>", "is XML, but no REXS model"),
+        ('<!DOCTYPE x [<!ENTITY a "b">]><model version="1.0"/>', "declares entities"),
+        ('<model version="1.0"><components><component id="x" type="a"/></components></model>', "no whole number"),
+        ('<model version="1.0"/>', "no stage of two external cylindrical gears"),
+    ],
+)
+def test_what_is_no_gearbox_is_refused_in_one_line(tmp_path, text, message):
+    (tmp_path / "a.rexs").write_text(text)
+    with pytest.raises((FileFormatError, CaseError), match=message) as caught:
+        import_rexs(tmp_path / "a.rexs")
+    assert "\n" not in str(caught.value)
+    with pytest.raises(FileFormatError, match="no such file"):
+        import_rexs(tmp_path / "b.rexs")
+
+
+def test_a_stage_that_is_not_there_is_refused_with_those_that_are():
+    with pytest.raises(CaseError, match=r"stage 7: there is no such stage .* choose from 4 \(23/37 teeth\)"):
+        import_rexs(GEARBOX, 7)
+
+
+def test_a_slope_of_the_helix_turns_with_the_datum_face_and_the_flank_that_carries(tmp_path):
+    slope = '<component id="17" type="helix_slope" name="">\n<attribute id="helix_slope" unit="mm">0.01</attribute>'
+    text = GEARBOX.read_text()
+    start = text.index('<component id="17"')
+    crowning = text[start : text.index("</component>", start)]
+    found = []
+    for flank, face in (("left", "positive"), ("left", "negative"), ("right", "positive")):
+        path = changed(
+            tmp_path, (crowning, slope), ('unit="none">left', f'unit="none">{flank}'), ("positive", face),
+            *([('role="left" hint', 'role="x" hint'), ('role="right" hint', 'role="left" hint'),
+               ('role="x" hint', 'role="right" hint')] if flank == "right" else []),
+        )  # fmt: skip
+        found.append(import_rexs(path).case.pinion_modification.helix_slope_um)
+    # Removed at the non-datum face. The carrying flank is the left one seen from the larger z: the datum face is there
+    # where the file calls it the left one, wherever it looks.
+    assert found == [-10.0, -10.0, 10.0]
+
+
+CASES = [
+    {},
+    {"helix_angle_deg": 12.0, "wheel": {"teeth": 33, "bore_radius_mm": 25.0, "profile_shift": -0.1, "addendum": 0.9,
+     "dedendum": 1.3, "rack_tip_radius": 0.25, "face_width_mm": 18.0, "face_offset_mm": 2.0,
+     "youngs_modulus_GPa": 110.0, "poisson_ratio": 0.28, "tip_chamfer_mm": 0.2}},
+    {"centre_distance_mm": 84.1, "pinion": {"teeth": 21, "bore_radius_mm": 20.0, "tip_rounding_mm": 0.3},
+     "wheel": {"teeth": 21, "bore_radius_mm": 20.0}},
+    {"pinion.modification": Modification(
+        tip_relief_um=20.0, tip_relief_start_roll_deg=25.0, root_relief_um=8.0, root_relief_end_roll_deg=15.0,
+        root_relief_shape="parabolic", profile_crowning_um=3.0, profile_slope_um=-2.0, helix_crowning_um=5.0,
+        end_relief_um=4.0, end_relief_length_mm=3.0),
+     "wheel.modification": Modification(helix_slope_um=6.0, twist_um=-3.0,
+                                        pitch_deviations_um=tuple(float(i % 3) for i in range(21))), "whole": True},
+    {"wheel.modification": Modification(topography=Topography(
+        (4.0, 20.0, 37.0), (-10.0, 0.0, 10.0), ((0.0, 1.0, 2.0), (3.0, 0.5, 1.0), (9.0, 8.0, 7.0)))), "whole": True},
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("settings", CASES, ids=["plain", "helical", "distance", "modified", "topography"])
+def test_a_case_that_goes_out_and_comes_in_is_the_same(tmp_path, settings):
+    settings = dict(settings)
+    if settings.pop("whole", False):
+        settings["mesh"] = {"width": "whole"}
+    for gear in ("pinion", "wheel"):
+        if (one := settings.get(f"{gear}.modification")) is not None:
+            plain = vars(Modification())
+            settings[f"{gear}.modification"] = {k: v for k, v in vars(one).items() if v != plain[k]}
+    settings.setdefault("pinion", {"teeth": 21, "bore_radius_mm": 20.0})
+    case = make_case("out", module_mm=4.0, face_width_mm=20.0, torque_Nm=100.0, **settings)
+    (tmp_path / "out.rexs").write_bytes(rexs_text(case, gear_pair(case), None, DATE))
+    again = import_rexs(tmp_path / "out.rexs").case
+    assert again.torque_Nm == case.torque_Nm
+    one, other = gear_pair(again), gear_pair(case)
+    assert (one.pinion, one.wheel) == (other.pinion, other.wheel)
+    np.testing.assert_allclose(one.centre_distance, other.centre_distance, rtol=1e-12)
+    assert again.pair.pinion.tip_rounding_mm == case.pair.pinion.tip_rounding_mm
+    assert again.pair.wheel.tip_chamfer_mm == case.pair.wheel.tip_chamfer_mm
+    # The middle of the common face is z = 0 of what comes in.
+    shift = np.mean(other.common_face)
+    np.testing.assert_allclose(np.array(one.faces) + shift, other.faces, atol=1e-9)
+    for gear in ("pinion", "wheel"):
+        told, meant = getattr(again, f"{gear}_modification"), getattr(case, f"{gear}_modification")
+        assert as_numbers(told) == pytest.approx(as_numbers(meant), abs=1e-9)
+        assert told.root_relief_shape == meant.root_relief_shape
+    for gear in ("pinion", "wheel"):
+        for key in ("bore_radius_mm", "youngs_modulus_GPa", "poisson_ratio"):
+            assert getattr(getattr(again.pair, gear), key) == getattr(getattr(case.pair, gear), key)
+
+
+def as_numbers(modification):
+    """All numbers of a modification, one after the other."""
+    numbers = [v for v in vars(modification).values() if isinstance(v, float)] + list(modification.pitch_deviations_um)
+    if modification.topography is not None:
+        grid = modification.topography
+        numbers += [*grid.roll_deg, *grid.z_mm, *(a for row in grid.amount_um for a in row)]
+    return numbers

@@ -1,0 +1,153 @@
+"""Public gearboxes become the pairs of their drawings, and what goes out is what the standard's schema allows.
+
+Both lie beside the project, `../shared/rexs`, with the standard's own files (Apache-2.0); nothing of them is copied.
+"""
+
+import math
+import xml.etree.ElementTree as ElementTree
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pmor.case import make_case, parse_case
+from pmor.errors import CaseError
+from pmor.export.rexs.read import import_rexs
+from pmor.export.rexs.results import stage_results
+from pmor.export.rexs.write import rexs_text
+from pmor.flank import Modification
+from pmor.pair.model import elastic_model, gear_pair, mesh_model
+from pmor_offline.train import train
+from pmor_online.model import reduced_pair
+from tests.small_case import case_text
+
+SHARED = Path(__file__).parents[2].parent / "shared" / "rexs"
+FVA, SEW = SHARED / "FVA-Industriegetriebe_2stufig_1-4.rexs", SHARED / "SEW_3-stage_cylindrical_gearbox_1.0.rexs"
+DATE = "2026-01-01T00:00:00+00:00"
+beside = pytest.mark.skipif(not SHARED.is_dir(), reason="no public gearboxes in ../shared/rexs")
+
+
+@beside
+@pytest.mark.parametrize(
+    ("path", "stage", "teeth", "module", "helix", "shifts", "widths", "distance", "torque", "ratios"),
+    [
+        (FVA, 19, (27, 51), 4.5, 21.0, (0.231415, 0.231415), (50, 50), 190.0, 789.0, (1.4705, 1.2675)),
+        (FVA, 20, (23, 34), 6.5, -10.0, (0.15074, 0.15074), (74, 74), 190.0, 789.0 * 51 / 27, (1.5376, 0.6293)),
+        (SEW, 6, (23, 67), 1.0, 30.0, (0.581, 0.5131), (16, 11), 53.0, 4.724562306, None),
+        (SEW, 37, (13, 76), 1.25, -10.0, (0.521, -0.094), (23, 15), 57.0, 4.724562306 * 67 / 23, None),
+        (SEW, 55, (14, 87), 1.5, 10.0, (0.536, -0.4815), (41, 36), 77.0, 4.724562306 * 67 / 23 * 76 / 13, None),
+    ],
+)  # fmt: skip
+def test_each_stage_of_a_public_gearbox_is_the_pair_of_its_drawing(
+    path, stage, teeth, module, helix, shifts, widths, distance, torque, ratios
+):
+    found = import_rexs(path, stage)
+    case, pair = found.case, gear_pair(found.case)
+    gears = case.pair.pinion, case.pair.wheel
+    assert tuple(gear.teeth for gear in gears) == teeth
+    assert (case.pair.module_mm, case.pair.helix_angle_deg, case.pair.pressure_angle_deg) == (module, helix, 20.0)
+    np.testing.assert_allclose([gear.profile_shift for gear in gears], shifts, rtol=1e-9)
+    np.testing.assert_allclose([high - low for low, high in pair.faces], widths, rtol=1e-9)
+    np.testing.assert_allclose(pair.centre_distance, distance, rtol=1e-9)
+    np.testing.assert_allclose(case.torque_Nm, torque, rtol=1e-9)
+    if ratios:  # given to four digits
+        np.testing.assert_allclose((pair.contact_ratio, pair.overlap_ratio), ratios, atol=6e-5)
+    assert all(note in case.text for note in found.notes)
+
+
+@beside
+def test_one_of_several_stages_has_to_be_chosen():
+    with pytest.raises(CaseError, match=r"several stages: choose one with --stage: 6 \(23/67 teeth\), 37"):
+        import_rexs(SEW)
+
+
+def modified_case():
+    return make_case(
+        "out", module_mm=4.0, face_width_mm=20.0, torque_Nm=100.0, helix_angle_deg=12.0, mesh={"width": "whole"},
+        pinion={"teeth": 21, "bore_radius_mm": 20.0, "tip_rounding_mm": 0.1},
+        wheel={"teeth": 33, "bore_radius_mm": 30.0, "tip_chamfer_mm": 0.2},
+        **{"pinion.modification": all_of_it(), "wheel.modification": {"topography": {
+            "roll_deg": [4.0, 40.0], "z_mm": [-10.0, 10.0], "amount_um": [[0.0, 1.0], [2.0, 3.0]]}}},
+    )  # fmt: skip
+
+
+def all_of_it():
+    keys = vars(Modification(
+        tip_relief_um=20.0, tip_relief_start_roll_deg=25.0, root_relief_um=8.0, root_relief_end_roll_deg=18.0,
+        profile_crowning_um=3.0, profile_slope_um=-2.0, helix_crowning_um=5.0, helix_slope_um=1.0, end_relief_um=4.0,
+        end_relief_length_mm=3.0, twist_um=2.0, pitch_deviations_um=(1.0,) * 21,
+    ))  # fmt: skip
+    return {key: value for key, value in keys.items() if value is not None}
+
+
+@cache
+def small_results():
+    text = case_text(
+        mesh={"profile_elements": 5, "width_elements": 2}, contact={"scheme": "line"},
+        reduction={"shapes": "line_loads"}, online={"angles_per_pitch": 16},
+    )  # fmt: skip
+    case = parse_case(text, "small", "small case")
+    reduced = reduced_pair(train(case, elastic_model(case, mesh_model(case))).basis)
+    return reduced, stage_results(reduced)
+
+
+def documents():
+    case = modified_case()
+    yield rexs_text(case, gear_pair(case), None, DATE)
+    reduced, results = small_results()
+    yield rexs_text(reduced.basis.case, reduced.meshed.pair, results, DATE)
+
+
+@beside
+def test_what_goes_out_has_the_form_of_a_rexs_file():
+    xmlschema = pytest.importorskip("xmlschema", reason="the form of REXS files is checked by xmlschema")
+    schema = xmlschema.XMLSchema(str(SHARED / "rexs-file.xsd"))
+    for text in documents():
+        schema.validate(ElementTree.fromstring(text))
+
+
+@beside
+def test_what_goes_out_says_only_what_the_schema_knows_in_its_units():
+    root = ElementTree.parse(SHARED / "rexs_schema_2.0.0.xml").getroot()
+    units = {unit.get("id"): unit.get("name") for unit in root.find("units")}
+    attributes = {a.get("numericId"): a for a in root.find("attributes")}
+    known = {
+        (m.get("componentId"), m.get("attributeId")): units[attributes[m.get("attributeNumericId")].get("unit")]
+        for m in root.find("componentAttributeMappings")
+    }
+    words = {a.get("attributeId"): {v.get("value") for v in a.find("enumValues")} for a in attributes.values()}
+    combinations = {
+        (relation.get("relationId"), frozenset((role.get("roleId"), role.get("componentId")) for role in one))
+        for relation in root.find("relations") for one in relation.find("allowedCombinations")
+    }  # fmt: skip
+    for text in documents():
+        model = ElementTree.fromstring(text)
+        assert model.get("version") == root.get("version")
+        kinds = {c.get("id"): c.get("type") for c in model.find("components")}
+        for component in model.iter("component"):
+            assert component.get("type") == kinds[component.get("id")]
+            for attribute in component:
+                name = attribute.get("id")
+                if not name.startswith("custom_"):
+                    assert attribute.get("unit") == known[component.get("type"), name], (component.get("type"), name)
+                    assert not words[name] or attribute.text in words[name], (name, attribute.text)
+        for relation in model.find("relations"):
+            said = frozenset((ref.get("role"), kinds[ref.get("id")]) for ref in relation)
+            assert (relation.get("type"), said) in combinations, (relation.get("type"), said)
+
+
+def test_results_in_a_rexs_file_are_those_of_the_sweep():
+    reduced, results = small_results()
+    pair = reduced.meshed.pair
+    force = 1e3 * results.torque_Nm / pair.pinion.base_radius
+    # Under a held torque the line loads carry the force at every angle: so does their mean.
+    np.testing.assert_allclose(results.load_N_per_mm @ results.width_mm, force, rtol=1e-9)
+    np.testing.assert_allclose(results.width_mm.sum(), pair.common_width, rtol=1e-12)
+    np.testing.assert_allclose(results.stiffness_N_per_mm * 1e-3 * results.ste_um, force, rtol=1e-12)
+    assert 1.0 <= results.face_load_factor < 1.2
+    # Hertz, by the half-width: w = pi b p / 2, b = 2 w / (pi p), b^2 = 4 w rho (1/E1' + 1/E2') / pi.
+    radii = results.roll_rad * pair.pinion.base_radius
+    rho = 1.0 / (1.0 / radii[:, 0] + 1.0 / radii[:, 1])
+    half = np.sqrt(4.0 * results.point_load_N_per_mm * rho * 2.0 * (1.0 - 0.3**2) / 210e3 / math.pi)
+    np.testing.assert_allclose(results.pressure_MPa, 2.0 * results.point_load_N_per_mm / (math.pi * half), rtol=1e-12)
