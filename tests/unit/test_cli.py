@@ -53,6 +53,15 @@ def record(monkeypatch, name):
             "compare c.toml --out d",
             {"case_path": Path("c.toml"), "out": Path("d"), "jobs": 1, "overwrite": False},
         ),
+        (
+            "export b.h5 --to fmu -o m.fmu --torque 12.5",
+            {"source": Path("b.h5"), "to": "fmu", "target": Path("m.fmu"), "stage": None, "torque_Nm": 12.5,
+             "overwrite": False},
+        ),
+        (
+            "export g.rexs --to case --stage 4 --overwrite",
+            {"source": Path("g.rexs"), "to": "case", "target": None, "stage": 4, "torque_Nm": None, "overwrite": True},
+        ),
         ("info b.h5", {"path": Path("b.h5"), "verify": False}),
         ("info b.h5 --verify", {"path": Path("b.h5"), "verify": True}),
     ],
