@@ -158,11 +158,13 @@ def test_forces_and_torques_of_both_gears_are_in_balance(unit):
 
 def test_the_stiffness_is_the_slope_of_the_force(unit):
     pair = small_law().pair
-    found = []
-    for displacement in (0.012 - 1e-6, 0.012 + 1e-6, 0.012):
-        unit.at(pair, 0.05, displacement)
-        found.append(unit["force"])
-    np.testing.assert_allclose(unit["stiffness"], (found[1] - found[0]) / 2e-9, rtol=1e-4)  # of a cubic in floats
+    for place in (0.0004, 0.003, 0.012):  # in cells of other sizes
+        found = []
+        for displacement in (place - 1e-6, place + 1e-6, place):
+            unit.at(pair, 0.05, displacement)
+            found.append(unit["force"])
+        # The quotient of a cubic whose values are floats.
+        np.testing.assert_allclose(unit["stiffness"], (found[1] - found[0]) / 2e-9, rtol=1e-4)
 
 
 def test_a_wheel_that_moves_along_the_line_of_action_opens_the_flanks_by_as_much(unit):

@@ -166,6 +166,22 @@ def test_what_is_no_gearbox_is_refused_in_one_line(tmp_path, text, message):
         import_rexs(tmp_path / "b.rexs")
 
 
+@pytest.mark.parametrize("attribute", ["normal_module", "normal_pressure_angle", "helix_angle_reference_diameter"])
+def test_gears_that_are_no_pair_are_refused(tmp_path, attribute):
+    text = GEARBOX.read_text()
+    of_wheel = text.index('<component id="6"') if "normal_pressure" not in attribute else text.index('<component id="11"')
+    place = text.index(">", text.index(attribute, of_wheel)) + 1
+    (tmp_path / "a.rexs").write_text(f"{text[:place]}7.5{text[text.index('<', place) :]}")
+    with pytest.raises(CaseError, match=f"{attribute}: 7.5 of .* where its mate asks for .*: no pair"):
+        import_rexs(tmp_path / "a.rexs")
+
+
+def test_what_no_part_of_a_case_stands_for_is_named(tmp_path):
+    more = '<attribute id="grinding_allowance" unit="mm">0.1</attribute>\n      <attribute id="normal_pressure_angle"'
+    notes = import_rexs(changed(tmp_path, ('<attribute id="normal_pressure_angle"', more))).notes
+    assert "cylindrical_gear_flank 9 (left): not read: grinding_allowance" in notes
+
+
 def test_a_stage_that_is_not_there_is_refused_with_those_that_are():
     with pytest.raises(CaseError, match=r"stage 7: there is no such stage .* choose from 4 \(23/37 teeth\)"):
         import_rexs(GEARBOX, 7)

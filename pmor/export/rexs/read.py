@@ -10,7 +10,7 @@ from typing import Any
 
 from pmor.case import Case, make_case, parse_case
 from pmor.errors import CaseError, GeometryError, printable
-from pmor.export.rexs.flanks import Profile, read_flank
+from pmor.export.rexs.flanks import READERS, Profile, read_flank
 from pmor.export.rexs.model import Component, Gearbox, read_rexs
 from pmor.export.rexs.stage import Stage, axis_of, face_middle, find_stage
 from pmor.gear.pair import GearPair
@@ -23,6 +23,13 @@ LEAST_RIM = 1.5
 # Relative; what is nearer to the distance without backlash is that one.
 SAME_DISTANCE = 1e-10
 SIDES = ("left", "right")
+UNDERSTOOD = (*READERS, "end_relief_datum_face", "end_relief_non_datum_face")
+# Where a part is drawn, and what it is called.
+WITHOUT_MEANING = {
+    "display_color", "modification_date", "part_number", "reference_component_for_position", "referenced_component_id",
+    "revision_number", "sequence_number", "support_vector", "u_axis_vector", "u_coordinate_on_shaft", "version",
+    "w_axis_vector",
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -67,6 +74,7 @@ def import_rexs(path: Path | str, stage: int | None = None) -> Imported:
     for gear, keys in zip(("pinion", "wheel"), draft.modifications(gear_pair(plain)), strict=True):
         if keys:
             sections[f"{gear}.modification"] = keys
+    draft.say_what_was_not_read()
     if _uneven(sections):
         sections["mesh"] = {"width": "whole"}
     text = make_case(path.stem, **sections).text
@@ -98,11 +106,17 @@ class _Draft:
         pinion, wheel = self.gears
         flank, module = self.flanks[0], self._needed(pinion, "normal_module")
         helix = pinion.number_of("helix_angle_reference_diameter") or 0.0
-        if not math.isclose(module, self._needed(wheel, "normal_module"), rel_tol=1e-9):
-            raise CaseError(f"{self.where}: normal_module: the two gears differ: no pair")
+        angle = self._needed(flank, "normal_pressure_angle")
+        for what, one, other in (
+            ("normal_module", module, self._needed(wheel, "normal_module")),
+            ("normal_pressure_angle", angle, self._needed(self.flanks[1], "normal_pressure_angle")),
+            ("helix_angle_reference_diameter", -helix, wheel.number_of("helix_angle_reference_diameter") or 0.0),
+        ):
+            if not math.isclose(one, other, rel_tol=1e-6, abs_tol=1e-6):
+                raise CaseError(f"{self.where}: {what}: {other:g} of {wheel.label} where its mate asks for {one:g}: no pair")
         pair: dict[str, Any] = {
             "module_mm": module,
-            "pressure_angle_deg": _rounded(self._needed(flank, "normal_pressure_angle")),
+            "pressure_angle_deg": _rounded(angle),
             "helix_angle_deg": helix,
         }
         faces = self._faces()
@@ -136,18 +150,26 @@ class _Draft:
                 tooth.base_radius, tooth.tip_roll_angle, pair.active_rolls[number], high - low,
                 self.datum[number] * (1 if along >= 0.0 else -1),
             )  # fmt: skip
-            parts = [
-                self.gearbox.components[n]
-                for relation in self.gearbox.relations
-                if relation.kind == "reference" and relation.role("origin") == flank.number
-                for role, n in relation.parts
-                if role == "referenced" and n in self.gearbox.components
-            ]
-            found = read_flank([part for part in parts if part.kind != "material"], profile)
+            found = read_flank([part for part in self._referenced(flank) if part.kind != "material"], profile)
             self.notes += found.notes
             if deviations := flank.numbers_of("custom_pmor_pitch_deviations"):
                 found.keys["pitch_deviations_um"] = [_rounded(1e3 * deviation) for deviation in deviations]
             yield found.keys
+
+    def say_what_was_not_read(self) -> None:
+        """Note the attributes of gears, flanks, tools and modifications that no part of a case stands for."""
+        parts = [*self.gears, *self.flanks]
+        for gear, flank in zip(self.gears, self.flanks, strict=True):
+            parts += self._tools(gear, flank)
+            parts += [part for part in self._referenced(flank) if part.kind in UNDERSTOOD]
+        for part in {part.number: part for part in parts}.values():
+            if unread := sorted(set(part.values) - part.used - WITHOUT_MEANING):
+                self.notes.append(f"{part.label}: not read: {', '.join(unread)}")
+
+    def _tools(self, gear: Component, flank: Component) -> list[Component]:
+        return self.gearbox.beside(flank.number, "rack_shaped_tool") or self.gearbox.beside(
+            gear.number, "rack_shaped_tool"
+        )
 
     def _tooth(self, gear: Component, flank: Component, module: float, helix: float) -> dict[str, Any]:
         shift = flank.number_of("addendum_modification_coefficient")
@@ -183,10 +205,7 @@ class _Draft:
     def _tool(self, gear: Component, flank: Component, module: float, shift: float, radius: float) -> dict[str, float]:
         """Dedendum and tip radius of the rack: of its tool, else what the root circle says."""
         keys = dict[str, float]()
-        tools = self.gearbox.beside(flank.number, "rack_shaped_tool") or self.gearbox.beside(
-            gear.number, "rack_shaped_tool"
-        )
-        if tools:
+        if tools := self._tools(gear, flank):
             tool = tools[-1]  # the last step makes the flank
             for key, what in (("dedendum", "addendum"), ("rack_tip_radius", "tip_corner_radius")):
                 relative = "tip_corner_radius_factor_reference_profile" if what != "addendum" else (
