@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 #: formats, and what their files end with; tables are files in a folder
 ENDINGS = {"case": ".toml", "csv": "_tables", "fmu": ".fmu", "rexs": ".rexs", "vtkhdf": ".vtkhdf"}
 FORMATS = tuple(ENDINGS)
+# Kind of the file with all results of a run.
+RESULTS = "pmor-results"
 # What only some formats take, by the name of the argument.
 TAKEN_BY = {"stage": "case", "torque_Nm": "fmu"}
 
@@ -136,8 +138,14 @@ def _reduced(source: Path) -> ReducedPair:
 
 
 def _tables(source: Path, folder: Path, overwrite: bool) -> Exported:
+    from pmor.storage.hdf5 import schema_name
     from pmor_online.run import sweep_case
 
+    if schema_name(source) == RESULTS:
+        from pmor.export.file_tables import file_entries
+
+        schema = import_module("pmor.storage.results_file").RESULTS_SCHEMA
+        return _write_tables(file_entries(source, schema), source.name, folder, overwrite, (source,))
     reduced = _reduced(source)
     return export_sweep(
         sweep_case(reduced), reduced.meshed.pair, f"{source.name}, case {reduced.basis.case.name}", folder, overwrite

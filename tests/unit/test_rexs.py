@@ -169,7 +169,7 @@ def test_what_is_no_gearbox_is_refused_in_one_line(tmp_path, text, message):
 @pytest.mark.parametrize("attribute", ["normal_module", "normal_pressure_angle", "helix_angle_reference_diameter"])
 def test_gears_that_are_no_pair_are_refused(tmp_path, attribute):
     text = GEARBOX.read_text()
-    of_wheel = text.index('<component id="6"') if "normal_pressure" not in attribute else text.index('<component id="11"')
+    of_wheel = text.index('<component id="11"' if "normal_pressure" in attribute else '<component id="6"')
     place = text.index(">", text.index(attribute, of_wheel)) + 1
     (tmp_path / "a.rexs").write_text(f"{text[:place]}7.5{text[text.index('<', place) :]}")
     with pytest.raises(CaseError, match=f"{attribute}: 7.5 of .* where its mate asks for .*: no pair"):

@@ -113,7 +113,8 @@ class _Draft:
             ("helix_angle_reference_diameter", -helix, wheel.number_of("helix_angle_reference_diameter") or 0.0),
         ):
             if not math.isclose(one, other, rel_tol=1e-6, abs_tol=1e-6):
-                raise CaseError(f"{self.where}: {what}: {other:g} of {wheel.label} where its mate asks for {one:g}: no pair")
+                said = f"{other:g} of {wheel.label} where its mate asks for {one:g}"
+                raise CaseError(f"{self.where}: {what}: {said}: no pair")
         pair: dict[str, Any] = {
             "module_mm": module,
             "pressure_angle_deg": _rounded(angle),
