@@ -168,5 +168,5 @@ def _write_tables(
 
 
 def _vtkhdf(source: Path, path: Path, overwrite: bool) -> Exported:
-    import_module("pmor.export.vtkhdf").export(source, path, False)
+    import_module("pmor.export.vtkhdf").export(source, path, False, overwrite)
     return Exported(path)
