@@ -1,8 +1,8 @@
 """Arrays that say what they are, as CSV tables whose header documents each column.
 
 Each array names its axes ("torque, angle"). Arrays of a group with the same axes share a table, a row for each place;
-an axis that an array of its own gives places to (the angle's are `phi`) brings that column along, another one its index
-from 0. Comment lines `# name [unit]: meaning` come before the names.
+an axis that an array of its own gives places to, ascending (the angle's are `phi`), brings that column along, another
+one its index from 0. Comment lines `# name [unit]: meaning` come before the names.
 """
 
 from __future__ import annotations
@@ -14,6 +14,8 @@ import numpy as np
 
 from pmor.version import __version__
 
+#: places along axes that groups share
+COMMON = {"torque": "ste/torque", "angle": "ste/phi"}
 # Of one table: a spreadsheet takes no more.
 MOST_ROWS = 1_048_576
 
@@ -73,11 +75,18 @@ def _together(entries: Mapping[str, Entry]) -> dict[tuple[str, tuple[str, ...]],
 
 
 def _place_of(axis: str, group: str, entries: Mapping[str, Entry], length: int) -> tuple[str, Entry]:
-    """Column of an axis: the first array of the group that has this axis alone, else an index."""
-    for name, entry in entries.items():
-        folder, _, short = name.rpartition("/")
-        if folder.replace("/", "_") == group and entry.axes == (axis,) and len(entry.values) == length:
-            return short, entry
+    """Column of an axis: what ascends along it alone in the group, or the sweep's torques and angles; else an index."""
+    found = {
+        name: entry
+        for name, entry in entries.items()
+        if entry.axes == (axis,) and len(entry.values) == length and (np.diff(entry.values.astype(float)) > 0.0).all()
+    }
+    own = [name for name in found if name.rpartition("/")[0].replace("/", "_") == group]
+    if own:
+        return own[0].rpartition("/")[2], found[own[0]]
+    common = COMMON.get(axis, "")
+    if common in found:
+        return common.rpartition("/")[2], found[common]
     return axis, Entry(np.arange(length), "1", (axis,), "index, from 0")
 
 

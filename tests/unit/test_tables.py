@@ -16,6 +16,9 @@ def some():
         "ste/ste": Entry(np.arange(6.0).reshape(2, 3) / 7.0, "um", ("torque", "angle"), "transmission error"),
         "ste/converged": Entry(np.ones((2, 3), dtype=bool), "1", ("torque", "angle"), "1 where it converged"),
         "forces/force": Entry(np.array([[1.0, np.nan]]), "N", ("torque", "xyz"), "on the pinion"),
+        "lines/load": Entry(np.zeros((2, 2)), "N/mm", ("torque", "section"), "line load"),
+        "lines/width": Entry(np.array([2.0, 1.0]), "mm", ("section",), "of sections"),
+        "lines/z": Entry(np.array([-1.0, 1.0]), "mm", ("section",), "places"),
         "teeth": Entry(np.array(21), "1", (), "of the pinion"),
     }
 
@@ -23,7 +26,10 @@ def some():
 def test_arrays_of_a_group_with_the_same_axes_share_a_table_with_their_places():
     found, left_out = csv_tables(some(), "a sweep")
     assert left_out == []
-    assert sorted(found) == ["forces_per_torque_per_xyz.csv", "ste_per_torque_per_angle.csv", "values.csv"]
+    assert sorted(found) == [
+        "forces_per_torque_per_xyz.csv", "lines_per_section.csv", "lines_per_torque_per_section.csv",
+        "ste_per_torque_per_angle.csv", "values.csv",
+    ]  # fmt: skip
     comments, rows = split(found["ste_per_torque_per_angle.csv"])
     assert comments[0].startswith("# a sweep, pmor ")
     assert comments[1:] == [
@@ -34,10 +40,15 @@ def test_arrays_of_a_group_with_the_same_axes_share_a_table_with_their_places():
     assert [float(cell) for cell in rows[6]] == [100.0, 0.3, 5.0 / 7.0, 1.0]  # to the last digit
 
 
+def test_places_ascend_and_torques_are_those_of_the_sweep():
+    _, rows = split(csv_tables(some(), "x")[0]["lines_per_torque_per_section.csv"])
+    assert rows[:3] == [["torque", "z", "load"], ["50.0", "-1.0", "0.0"], ["50.0", "1.0", "0.0"]]
+
+
 def test_an_axis_without_places_has_its_index_and_what_is_no_number_is_empty():
     comments, rows = split(csv_tables(some(), "x")[0]["forces_per_torque_per_xyz.csv"])
     assert "# xyz [1]: index, from 0" in comments
-    assert rows[1:] == [["0", "0", "1.0"], ["0", "1", ""]]
+    assert rows[1:] == [["0", "0", "1.0"], ["0", "1", ""]]  # the sweep has more torques
 
 
 def test_what_is_longer_than_a_table_is_left_out_by_name(monkeypatch):
