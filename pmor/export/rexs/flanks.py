@@ -48,7 +48,8 @@ class Profile:
 
     def roll_at(self, diameter: float) -> float:
         """Return the roll angle at a diameter, rad."""
-        return math.sqrt(max((0.5 * diameter / self.base_radius) ** 2 - 1.0, 0.0))
+        ratio = 0.5 * diameter / self.base_radius
+        return math.sqrt(max(ratio * ratio - 1.0, 0.0))
 
     def z_at(self, coordinate: float) -> float:
         """Return z of a coordinate from the datum face, mm from the middle of the face."""
