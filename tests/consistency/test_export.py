@@ -16,6 +16,7 @@ from pmor.export.rexs.model import read_rexs
 from pmor.report.data_files import write_ste_csv
 from pmor.results.force_table import tabulate
 
+pytestmark = pytest.mark.jit  # sweeps and force laws of whole models
 ROOT = Path(__file__).parents[2]
 GEARBOX = ROOT / "cases" / "gearbox.rexs"
 

@@ -20,7 +20,7 @@ from pmor_online.line_sweep import line_force_law
 from pmor_online.model import reduced_pair
 from tests.small_case import case_text
 
-INPUTS = ("phi1", "phi2", "axis_x", "axis_y")
+pytestmark = pytest.mark.jit  # thousands of states
 # Of the largest force; the normal tests make do with a coarser table, which takes a tenth of the time.
 COARSE, FINE = 1e-3, 1e-4
 
