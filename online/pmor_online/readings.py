@@ -91,8 +91,11 @@ def read_off(reduced: ReducedPair, sweep: SteSweep, executor: Executor | None = 
 
 def forces_on_gears(meshed: MeshedPair, sweep: SteSweep) -> MeshForces:
     """Return forces and moments of the mesh in a recorded sweep."""
-    pair = meshed.pair
-    return mesh_forces(line_states(sweep), pair.pinion.base_radius, pair.centre_distance, pair.pinion.twist_per_length)
+    pair, mirrored = meshed.pair, line_states(sweep).mirrored
+    assert sweep.states is not None
+    return mesh_forces(
+        sweep.states.loads, mirrored, pair.pinion.base_radius, pair.centre_distance, pair.pinion.twist_per_length
+    )
 
 
 def derivatives(reduced: ReducedPair, sweep: SteSweep, built: Built) -> Sensitivities:

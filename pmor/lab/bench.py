@@ -40,11 +40,14 @@ from pmor.progress import Progress
 from pmor.report.data_files import write_summary_json
 from pmor.report.markdown import write_markdown
 from pmor.report.table import Table
+from pmor.results.load_distribution import effective_contact_ratio, face_load_factor, line_states
+from pmor.results.sweep import SteSweep
 from pmor.storage.basis_file import read_basis
 from pmor.threads import threads
 from pmor_online.conditions import sweep_built
 from pmor_online.errors import estimate_errors
 from pmor_online.model import ReducedPair, online_angles, reduced_pair
+from pmor_online.readings import derivatives, flank_maps, forces_on_gears, harris_sweep
 from pmor_online.sweep import TOLERANCE, largest_size, sweep_pair, sweep_reduced_pair
 
 REPEATS = 15
@@ -57,6 +60,8 @@ SWEEP_SIDE = 100
 # Of line loads: how far axes are tilted, what helix the pair gets, and a sweep over modifications.
 TILT_UM, HELIX_DEG = 20.0, 20.0
 RELIEFS, RELIEF_ANGLES, RELIEF_LOADS = 1000, 32, (0.5, 1.0, 1.5)
+# Of the sweep that results are read off.
+READ_ANGLES, READ_REPEATS = 200, 9
 
 Row = dict[str, Any]
 
@@ -214,7 +219,48 @@ def line_load_rows(case: Case, model: ReducedPair) -> list[Row]:
 
     times = times_in_turn({"offline": offline_ms, "reliefs": sweep_ms}, 3)
     what = f"conditions: {RELIEFS} tip reliefs x {RELIEF_ANGLES} angles x {len(RELIEF_LOADS)} torques"
-    return [_row("offline: line loads, in all", case, times["offline"]), _row(what, case, times["reliefs"])]
+    rows = [_row("offline: line loads, in all", case, times["offline"]), _row(what, case, times["reliefs"])]
+    return rows + reading_rows(case, model)
+
+
+def reading_rows(case: Case, model: ReducedPair) -> list[Row]:
+    """Time what is read off line loads beside the transmission error, together with the sweep and without it."""
+    conditions = conditions_of(case, [case.torque_Nm * share for share in RELIEF_LOADS])
+    phi = online_angles(model.meshed.pair.pitch, READ_ANGLES)
+
+    def sweep(recorded: bool) -> SteSweep:
+        return sweep_reduced_pair(model, phi, conditions, recorded=recorded)
+
+    def read() -> None:
+        kept = sweep(True)
+        face_load_factor(line_states(kept))
+        effective_contact_ratio(kept)
+        forces_on_gears(model.meshed, kept)
+        derivatives(model, kept, conditions[0].built)
+
+    kept = sweep(True)
+
+    def draw() -> None:
+        for d in range(len(conditions)):
+            flank_maps(model.meshed, kept, d)
+        harris_sweep(model)
+
+    works = {
+        f"results: STE alone, {READ_ANGLES} angles x {len(conditions)} torques": lambda: sweep(False),
+        "results: with stiffness, pressure, K_Hbeta, forces, derivatives": read,
+        "results: flank maps and Harris map": draw,
+    }
+    times = times_in_turn({name: _timed_ms(work) for name, work in works.items()}, READ_REPEATS)
+    return [_row(name, case, found) for name, found in times.items()]
+
+
+def _timed_ms(work: Callable[[], Any]) -> Callable[[], float]:
+    def timed() -> float:
+        start = time.perf_counter()
+        work()
+        return 1e3 * (time.perf_counter() - start)
+
+    return timed
 
 
 def phase_rows(case: Case, model: ReducedPair) -> list[Row]:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmor.arrays import FloatArray
-from pmor.results.loads import LineStates
+from pmor.results.loads import ContactLoads
 
 
 @dataclass(frozen=True)
@@ -36,13 +36,16 @@ class MeshForces:
 
 
 def mesh_forces(
-    lines: LineStates, base_radius_mm: float, centre_distance_mm: float, twist_rad_per_mm: float
+    loads: ContactLoads, mirrored: bool, base_radius_mm: float, centre_distance_mm: float, twist_rad_per_mm: float
 ) -> MeshForces:
     """Add up the line loads of each state.
 
     Parameters
     ----------
-    lines : LineStates
+    loads : ContactLoads
+        Of line contact.
+    mirrored : bool
+        Whether each stands for its mirror image too.
     base_radius_mm : float
         Of the pinion.
     centre_distance_mm : float
@@ -54,23 +57,26 @@ def mesh_forces(
     -------
     MeshForces
     """
-    force, turned = lines.force_N, -lines.force_N * lines.lever_mm
-    about_pinion = -lines.lever_mm
-    d_x = -(lines.mate_lever_mm + about_pinion) / centre_distance_mm
+    force, about_pinion = loads.force_N, -loads.lever_mm
+    turned = force * about_pinion
+    d_x = -(loads.mate_lever_mm + about_pinion) / centre_distance_mm
     d_y = np.sqrt(np.maximum(1.0 - d_x**2, 0.0))
     # From the foot of the perpendicular to the contact, which is at the pinion's radius of its roll angle.
-    radius_squared = base_radius_mm**2 * (1.0 + lines.roll_rad[..., 0] ** 2)
+    radius_squared = base_radius_mm**2 * (1.0 + loads.roll_rad[:, 0] ** 2)
     along = np.sqrt(np.maximum(radius_squared - about_pinion**2, 0.0))
     x, y = about_pinion * d_y + along * d_x, along * d_y - about_pinion * d_x
     # Images at -z take each other's moments across the axis away.
-    z = np.zeros_like(lines.z_mm) if lines.mirrored else lines.z_mm
+    z = 0.0 if mirrored else loads.z_mm
     f_x, f_y, f_z = -force * d_x, -force * d_y, twist_rad_per_mm * turned
-    total = _total(f_x, f_y, f_z)
-    moment = _total(y * f_z - z * f_y, z * f_x - x * f_z, -turned)
+    total = _of_states(loads, f_x, f_y, f_z)
+    moment = _of_states(loads, y * f_z - z * f_y, z * f_x - x * f_z, -turned)
     on_wheel = np.cross([0.0, centre_distance_mm, 0.0], total) - moment
     return MeshForces(np.stack([total, -total], axis=2), 1e-3 * np.stack([moment, on_wheel], axis=2))
 
 
-def _total(*components: FloatArray) -> FloatArray:
-    """Sum over all sections of a state, components along a last axis."""
-    return np.stack([part.reshape(*part.shape[:2], -1).sum(axis=2) for part in components], axis=-1)
+def _of_states(loads: ContactLoads, *components: FloatArray) -> FloatArray:
+    """Sums over the points of each state, components along a last axis."""
+    count = loads.count.size
+    state = np.repeat(np.arange(count), loads.count.ravel())
+    sums = np.stack([np.bincount(state, part, count) for part in components], axis=-1)
+    return np.asarray(sums.reshape(*loads.count.shape, len(components)), dtype=float)

@@ -147,7 +147,7 @@ def test_all_parts_come_together(case, monkeypatch):
     monkeypatch.setattr("pmor.lab.bench.RELIEFS", 2)
     measured = run_bench(case, 2)
     assert {row["phase"].partition(":")[0] for row in measured["rows"]} == {
-        "offline", "position", "phase", "sweep", "start", "run", "conditions"
+        "offline", "position", "phase", "sweep", "start", "run", "conditions", "results"
     }  # fmt: skip
     assert set(measured["machine"]) >= {"cpu", "cores", "system", "python"}
     assert all(set(row) >= KEYS for row in measured["rows"])
