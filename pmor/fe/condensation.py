@@ -8,6 +8,7 @@ from the bore, each row dense and as long as the gear is wide; the matrices agre
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,7 @@ import scipy.linalg as la
 
 from pmor.arrays import FloatArray, IntArray
 from pmor.fe.assembly import degrees_of_freedom
+from pmor.fe.carried_functions import CarriedFunctions
 from pmor.fe.completion import nodes_of_elements
 from pmor.fe.elimination import EliminatedPart, condense
 from pmor.fe.hexahedron import element_stiffness
@@ -51,7 +53,7 @@ class CondensedSector:
 
 def condense_sector(
     mesh: SectorMesh, youngs_modulus: float, poisson_ratio: float, element: str, keep_rows: bool = False,
-    layer_columns: int = 0,
+    layer_columns: int = 0, carried: Sequence[CarriedFunctions] = (),
 ) -> CondensedSector:  # fmt: skip
     """Condense a sector onto its loaded flank and its side faces.
 
@@ -66,6 +68,8 @@ def condense_sector(
         Keep the factors, for back-substitution to the volume (memory grows with the mesh).
     layer_columns : int
         Columns of elements of a surface layer whose compliance is asked for too; 0 for none.
+    carried : sequence of CarriedFunctions
+        Of the displacement, which are to be known from that of the retained unknowns.
 
     Returns
     -------
@@ -75,9 +79,14 @@ def condense_sector(
     stiffness = sector_stiffness(mesh, youngs_modulus, poisson_ratio, element)
     flank, left, right = (nodes_of_elements(mesh, nodes) for nodes in (mesh.flank, mesh.left, mesh.right))
     kept: list[EliminatedPart] = []
-    condensed = condense(
-        stiffness, elements, places, np.concatenate([flank, left, right]), mesh.bore, kept if keep_rows else None
-    )
+
+    def visit(part: EliminatedPart) -> None:
+        if keep_rows:
+            kept.append(part)
+        for functions in carried:
+            functions.eliminate(part)
+
+    condensed = condense(stiffness, elements, places, np.concatenate([flank, left, right]), mesh.bore, visit)
     layer = layer_compliance(mesh, layer_columns, stiffness) if layer_columns else None
     unknowns = [degrees_of_freedom(nodes) for nodes in (flank, left, right)]
     return CondensedSector(unknowns[0], unknowns[1], unknowns[2], condensed, tuple(kept), layer)

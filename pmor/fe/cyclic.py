@@ -12,8 +12,10 @@ from pmor.conventions import rotation_z
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.completion import completion, nodes_of_elements
 from pmor.fe.condensation import CondensedSector, back_substitute, condense_sector
+from pmor.fe.fillet_stress import NEIGHBOURS, FilletPoints, FilletStress, sector_stress
 from pmor.fe.ring import ring_compliance, symmetric_coordinates
 from pmor.fe.surface_layer import flank_compliance
+from pmor.mesh.fillet import FilletMesh
 from pmor.mesh.sector import SectorMesh
 
 
@@ -36,6 +38,8 @@ class ElasticGear:
         nodes that elements have, mm/N; of no sectors unless they were asked for.
     layer_columns : int
         Columns of elements below the flank whose local compliance was taken out.
+    fillet : FilletStress or None
+        Where it was asked for.
     """
 
     mesh: SectorMesh
@@ -44,6 +48,7 @@ class ElasticGear:
     sector: CondensedSector
     side_displacement: FloatArray
     layer_columns: int = 0
+    fillet: FilletStress | None = None
 
     def tooth_compliance(self, offset: int) -> FloatArray:
         """Return the displacement of tooth `offset` under unit forces on tooth 0, shape (n, n), mm/N.
@@ -66,6 +71,7 @@ def elastic_gear(
     reach: int = 1,
     keep_rows: bool = False,
     layer_columns: int = 0,
+    fillet: FilletMesh | None = None,
 ) -> ElasticGear:
     """Build the elastic model of a gear from one sector.
 
@@ -82,12 +88,15 @@ def elastic_gear(
         Keep what `volume_displacement` needs.
     layer_columns : int
         Columns of elements below the flank whose local compliance is taken out (`pmor.contact.line_contact`).
+    fillet : FilletMesh, optional
+        Where the stress along the fillets is asked for too.
 
     Returns
     -------
     ElasticGear
     """
-    sector = condense_sector(mesh, youngs_modulus, poisson_ratio, element, keep_rows, layer_columns)
+    points, carried = sector_stress(fillet, mesh, youngs_modulus, poisson_ratio) if fillet else (None, ())
+    sector = condense_sector(mesh, youngs_modulus, poisson_ratio, element, keep_rows, layer_columns, carried)
     n_flank, n_side = len(sector.flank), len(sector.left)
     own = flank_compliance(mesh, sector.stiffness[:n_flank, :n_flank].copy())
     load = -sector.stiffness[n_flank:, :n_flank] @ own
@@ -112,14 +121,21 @@ def elastic_gear(
         compliance[reach + k] = load.T @ np.concatenate([after, before])
         compliance[reach - k] = compliance[reach + k].T
         before = after
-    displacement = np.empty((0, n_side, n_flank))
+    compliance[reach] += own
+    displacement, stress = np.empty((0, n_side, n_flank)), None
     if keep_rows:
         displacement = np.stack([to_left.T @ moved(k) for k in range(-reach - 1, reach + 1)])
-    compliance[reach] += own
+    if points is not None:
+        functions = np.concatenate([f.over(np.concatenate([sector.flank, sector.left, sector.right])) for f in carried])
+        of_left, of_right = functions[:, n_flank : n_flank + n_side], functions[:, n_flank + n_side :]
+        of_sides = np.hstack([(to_left @ of_left.T).T, (to_right @ of_right.T).T])
+        near = range(-NEIGHBOURS, NEIGHBOURS + 1)
+        moves = [np.concatenate([compliance[reach + k], moved(k), moved(k - 1)]) for k in near]
+        stress = _of_the_fillets(mesh, points, np.hstack([functions[:, :n_flank], of_sides]) @ np.stack(moves))
     compliance = _on_the_grid(mesh, compliance)
     if sector.layer is not None:
         compliance[reach] -= sector.layer
-    return ElasticGear(mesh, reach, _reciprocal(compliance), sector, displacement, layer_columns)
+    return ElasticGear(mesh, reach, _reciprocal(compliance), sector, displacement, layer_columns, stress)
 
 
 def with_layer(gear: ElasticGear) -> ElasticGear:
@@ -143,6 +159,14 @@ def _on_the_grid(mesh: SectorMesh, compliance: FloatArray) -> FloatArray:
         return compliance
     full = completion(mesh, mesh.flank)
     return np.stack([full @ (full @ block.T).T for block in compliance])
+
+
+def _of_the_fillets(mesh: SectorMesh, points: FilletPoints, stress: FloatArray) -> FilletStress:
+    """Sort stress, (teeth, m, n), by side, point and column; over forces on all nodes of the flank."""
+    full = completion(mesh, mesh.flank)
+    over_grid = np.stack([(full @ block.T).T for block in stress])
+    shape = len(stress), 2, len(points.section), len(points.z), 3, over_grid.shape[-1]
+    return FilletStress(points, over_grid.reshape(shape))
 
 
 def _reciprocal(compliance: FloatArray) -> FloatArray:

@@ -10,6 +10,7 @@ Of symmetric matrices the upper triangle counts; LAPACK, which goes by columns, 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -65,7 +66,7 @@ def condense(
     places: IntArray,
     retained: IntArray,
     held: IntArray,
-    kept: list[EliminatedPart] | None = None,
+    visit: Callable[[EliminatedPart], None] | None = None,
 ) -> FloatArray:
     """Condense elements onto some of their nodes.
 
@@ -79,8 +80,8 @@ def condense(
         Of each, as in `pmor.fe.nested_dissection`.
     retained, held : ndarray of int
         Nodes that are kept, and those that do not move.
-    kept : list of EliminatedPart, optional
-        Appended to in the order of elimination.
+    visit : callable, optional
+        Given each part as soon as it is eliminated.
 
     Returns
     -------
@@ -103,9 +104,9 @@ def condense(
             front = _add_up(inner, border, ranked[part.elements], stiffness[part.elements])
         _eliminate(front)
         left[number] = _Left(border, front.border)
-        if kept is not None:
+        if visit is not None:
             unknowns = degrees_of_freedom(order[inner]), degrees_of_freedom(order[border])
-            kept.append(EliminatedPart(*unknowns, front.inner, front.coupling))
+            visit(EliminatedPart(*unknowns, front.inner, front.coupling))
     return _mirror(front.border)
 
 
