@@ -13,6 +13,7 @@ from pmor.pair.model import ElasticModel
 from pmor.reduction.basis import Basis, Training, untrained
 from pmor.reduction.build import build_shapes
 from pmor.reduction.error_estimate import FlankCompliance, flank_compliance
+from pmor.reduction.root_stress import RootStressShapes, root_stress_shapes
 from pmor.reduction.snapshots import Snapshots
 from pmor_offline.sampling import roll_position_grid
 
@@ -57,6 +58,7 @@ def make_basis(
         shapes=shapes,
         training=_training(snapshots, case.offline.sampling == "greedy", seconds),
         compliance=_compliance(case, model),
+        root_stress=_root_stress(case, model),
     )
     return basis, force
 
@@ -97,3 +99,12 @@ def _compliance(case: Case, model: ElasticModel) -> FlankCompliance | None:
     meshed = model.mesh.meshed
     components = loaded_components(meshed.scheme.exact, meshed.pair.pinion.helix_angle != 0.0)
     return flank_compliance((model.pinion, model.wheel), components)
+
+
+def _root_stress(case: Case, model: ElasticModel) -> tuple[RootStressShapes, RootStressShapes] | None:
+    fillets = model.pinion.fillet, model.wheel.fillet
+    if not case.root_stress or fillets[0] is None or fillets[1] is None:
+        return None
+    components = loaded_components(True, model.mesh.meshed.pair.pinion.helix_angle != 0.0)
+    pinion = root_stress_shapes(fillets[0], components)
+    return pinion, pinion if fillets[1] is fillets[0] else root_stress_shapes(fillets[1], components)

@@ -27,4 +27,7 @@ def coarser(case: Case) -> Case | None:
     step = 2 if mesh.width_elements % 2 == 0 else 1
     across = step * -(-mesh.width_elements // (2 * step))
     along = mesh.profile_elements // 2
-    return replace(case, mesh=replace(mesh, profile_elements=along, width_elements=across, error_bar=False))
+    return replace(
+        case, mesh=replace(mesh, profile_elements=along, width_elements=across, error_bar=False),
+        results=replace(case.results, root_stress=False),
+    )  # fmt: skip

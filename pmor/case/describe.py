@@ -72,6 +72,8 @@ def basis_key(case: Case) -> str:
     parts["meshed"] = meshed_width(case)
     if case.reduction.trained:
         parts["offline"] = asdict(case.offline)
+    if case.root_stress:
+        parts["root_stress"] = True
     flanks = trained_flanks(case)
     if any(flank.present for flank in flanks):
         parts["flanks"] = {"pinion": asdict(flanks[0]), "wheel": asdict(flanks[1])}

@@ -366,10 +366,13 @@ class ResultsCase:
         contact pattern at a hundredth of the nominal torque, one more sweep.
     harris_torques_Nm : tuple of float
         Torques in N m, increasing, of the Harris map: transmission error and its peak-to-peak over torque.
+    root_stress : bool
+        Stress along both root fillets of the loaded teeth. The basis holds what it takes.
     """
 
     maps: bool = True
     harris_torques_Nm: Torques
+    root_stress: bool = True
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -462,6 +465,11 @@ class Case:
         """All torques of training and sweeps in N m, those of listed conditions among them."""
         listed = (condition.torque_Nm for condition in self.conditions)
         return (self.torque_Nm, *self.offline.torques_Nm, *self.online.torques_Nm, *listed)
+
+    @property
+    def root_stress(self) -> bool:
+        """Whether the basis holds the stress along the root fillets: of exact line loads, unless it is not wanted."""
+        return self.results.root_stress and self.contact.kind == "line" and self.reduction.shapes == "line_loads"
 
     def __repr__(self) -> str:
         pair, mesh = self.pair, self.mesh

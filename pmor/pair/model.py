@@ -24,6 +24,7 @@ from pmor.gear.clearance import refuse_interference
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance
 from pmor.gear.tip_edge import TipEdge, tip_edge
 from pmor.gear.tooth import Tooth
+from pmor.mesh.fillet import build_fillet
 from pmor.mesh.layer import surface_layer
 from pmor.mesh.quality import MeshQuality, mesh_quality
 from pmor.mesh.sector import SectorMesh, build_sector
@@ -271,9 +272,12 @@ def elastic_model(case: Case, mesh: MeshModel, keep_volume: bool = False) -> Ela
     def build(sector: SectorMesh, gear: GearCase) -> ElasticGear:
         layers = mesh.meshed.layers
         columns = layers[0 if sector is mesh.pinion else 1].columns if layers else 0
+        tooth = mesh.meshed.pair.pinion if sector is mesh.pinion else mesh.meshed.pair.wheel
+        fillet = build_fillet(tooth, sector) if case.root_stress else None
         return elastic_gear(
-            sector, gear.youngs_modulus_GPa * 1e3, gear.poisson_ratio, case.mesh.element, reach, keep_volume, columns
-        )
+            sector, gear.youngs_modulus_GPa * 1e3, gear.poisson_ratio, case.mesh.element, reach, keep_volume, columns,
+            fillet,
+        )  # fmt: skip
 
     return ElasticModel(mesh, *per_gear(case, mesh, build))
 

@@ -13,6 +13,7 @@ from pmor.contact.flank import SurfaceLayer
 from pmor.reduction.contact_shapes import ContactShapes
 from pmor.reduction.error_estimate import FlankCompliance
 from pmor.reduction.flank_lines import FlankLineShapes
+from pmor.reduction.root_stress import RootStressShapes
 
 
 @dataclass(frozen=True)
@@ -74,6 +75,8 @@ class Basis:
         For line loads, and for the error estimate; None when the case does not ask for it.
     coarser : Basis or None
         Of the same pair on half as many elements, for the error bar of the mesh; None where there is none.
+    root_stress : two RootStressShapes or None
+        Of pinion and wheel; the same object for identical gears. None where the case does not ask for it.
     """
 
     case: Case
@@ -84,3 +87,4 @@ class Basis:
     training: Training
     compliance: FlankCompliance | None
     coarser: Basis | None = None
+    root_stress: tuple[RootStressShapes, RootStressShapes] | None = None

@@ -65,6 +65,7 @@ def check_basis(basis: Basis, pair: GearPair) -> None:
         _check_lines(case, basis.shapes, basis.compliance)
     if basis.compliance is not None:
         _check_compliance(case, basis.compliance)
+    _check_root_stress(basis, pair)
     _check_training(case, pair, basis.training)
     if basis.coarser is not None:
         check_basis(basis.coarser, pair)
@@ -173,6 +174,25 @@ def _check_compliance(case: Case, compliance: FlankCompliance) -> None:
     for blocks in compliance.gears:
         require(_same(blocks[0], blocks[0].T), "the compliance of a flank is not symmetric")
         require((np.diagonal(blocks[0]) >= 0.0).all(), "its compliance moves a flank against its load")
+
+
+def _check_root_stress(basis: Basis, pair: GearPair) -> None:
+    if basis.root_stress is None:
+        return
+    for gear, (name, tooth) in enumerate(zip(GEARS, (pair.pinion, pair.wheel), strict=True)):
+        shapes, flank = basis.root_stress[gear], basis.flank_nodes[gear][0, :, 2]
+        ends = np.stack([tooth.root_section(np.zeros(1))[0], _middle_of_space(tooth)])
+        on_fillet = np.abs(shapes.section[[0, -1]] - ends).max() <= PLACE * tooth.module
+        require(on_fillet, f"the root stress of the {name} is not along its fillet")
+        on_face = np.abs(shapes.z[[0, -1]] - flank[[0, -1]]).max() <= PLACE * tooth.module
+        require(on_face, f"the root stress of the {name} is not along its face")
+        alone = _same(shapes.pattern @ shapes.pattern.T, np.eye(len(shapes.pattern)))
+        require(alone, f"the patterns of forces on the {name} are not apart from each other")
+
+
+def _middle_of_space(tooth: Tooth) -> FloatArray:
+    half = 0.5 * tooth.angular_pitch
+    return tooth.root_radius * np.array([-math.sin(half), math.cos(half)])
 
 
 def _check_training(case: Case, pair: GearPair, training: Training) -> None:

@@ -22,10 +22,12 @@ from pmor.reduction.basis import Basis, Training, untrained
 from pmor.reduction.contact_shapes import ContactShapes
 from pmor.reduction.error_estimate import FlankCompliance
 from pmor.reduction.flank_lines import FlankLineShapes, GearLines
+from pmor.reduction.root_stress import RootStressShapes
 from pmor.storage.basis_checks import check_basis
 from pmor.storage.basis_layout import (
     COARSER,
     GEARS,
+    ROOT_STRESS,
     basis_layout,
     basis_sizes,
     coarser_layout,
@@ -37,7 +39,7 @@ from pmor.storage.hdf5 import Schema, attribute, create, open_checked, read, set
 from pmor.storage.layout import check_layout, require
 from pmor.storage.structure import Items, items_of
 
-BASIS_SCHEMA = Schema("pmor-basis", 7, "make it anew with 'pmor offline'")
+BASIS_SCHEMA = Schema("pmor-basis", 8, "make it anew with 'pmor offline'")
 # Not read for a basis: kept for checks and for later enrichment.
 KEPT = "training/force"
 
@@ -119,6 +121,11 @@ def _arrays(basis: Basis) -> dict[str, np.ndarray]:
         arrays[f"{group}/pinion"] = pinion
         if wheel is not pinion:
             arrays[f"{group}/wheel"] = wheel
+    if basis.root_stress is not None:
+        pinion_stress, wheel_stress = basis.root_stress
+        for gear, stress in zip(GEARS, (pinion_stress, wheel_stress), strict=True):
+            if gear == "pinion" or stress is not pinion_stress:
+                arrays |= {f"root_stress/{gear}/{name}": array for name, array in vars(stress).items()}
     return arrays
 
 
@@ -207,6 +214,7 @@ def _basis(file: h5py.Group, case: Case, arrays: dict[str, np.ndarray]) -> Basis
         both = gears["pinion"], gears.get("wheel", gears["pinion"])
         compliance = FlankCompliance(both, attribute(file[group], "components", int))
     flanks = [of(f"flank/{gear}") for gear in GEARS]
+    stresses = [RootStressShapes(**found) for gear in GEARS if len(found := of(f"root_stress/{gear}")) == len(ROOT_STRESS)]
     return Basis(
         case=case,
         flank_nodes=(flanks[0]["nodes"], flanks[1]["nodes"]),
@@ -215,6 +223,7 @@ def _basis(file: h5py.Group, case: Case, arrays: dict[str, np.ndarray]) -> Basis
         shapes=_shapes(file["shapes"], case, of) if has_shapes(case) else None,
         training=untrained(),
         compliance=compliance,
+        root_stress=(stresses[0], stresses[-1]) if stresses else None,
     )
 
 

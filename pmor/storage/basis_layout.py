@@ -6,9 +6,12 @@ tie them to the case and to each other (`pmor.storage.basis_checks`).
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from pmor.case import Case
 from pmor.case.width import intervals_across
 from pmor.contact.sections import loaded_components
+from pmor.fe.fillet_stress import NEIGHBOURS
 from pmor.gear.pair import GearPair
 from pmor.pair.model import neighbour_reach
 from pmor.reduction.contact_shapes import STENCIL
@@ -42,6 +45,15 @@ POSITIONS = {
     "gram": Field("N mm", "pitch offset, position, a, b, shape, shape", "energy products of the shapes"),
 }  # fmt: skip
 COMPLIANCE = "pitch offset, loaded unknown, loaded unknown"
+ROOT_STRESS = {
+    "section": Field("mm", "point, xy", "along the loaded side's fillet, from the involute to the space's middle, z = 0"),
+    "z": Field("mm", "column", "columns along the face width", increasing=True),
+    "pattern": Field("1", "pattern, loaded unknown", "amplitude of each pattern of forces on a flank"),
+    "stress": Field(
+        "MPa/N", "neighbour, side, point, column, in the surface, pattern",
+        "along both fillets of the loaded tooth and its neighbours: along the outline, across it, shear",
+    ),
+}  # fmt: skip
 TRAINING = {
     "phi": Field("rad", "angle", "pinion angle"),
     NAME: CONDITIONS,
@@ -66,6 +78,8 @@ def basis_layout(case: Case) -> dict[str, Field]:
         if group := compliance_group(case):
             words = "compliance between loaded flanks; identical gears: one"
             layout[f"{group}/{gear}"] = Field("mm/N", COMPLIANCE, words, optional=gear == "wheel")
+        if case.root_stress:
+            layout |= {f"root_stress/{gear}/{name}": replace(field, optional=True) for name, field in ROOT_STRESS.items()}
     if has_shapes(case) and not case.reduction.by_line:
         layout |= {f"shapes/{name}": field for name, field in POSITIONS.items()}
     if case.offline.sampling == "greedy":
@@ -106,6 +120,10 @@ def basis_sizes(case: Case, pair: GearPair) -> dict[str, int]:
         "loaded unknown": parts * rows * columns,
         "tooth offset": 2 * reach + 1,
         "pitch offset": reach + 1,
+        "xy": 2,
+        "neighbour": 2 * NEIGHBOURS + 1,
+        "side": 2,
+        "in the surface": 3,
         "a": stencil,
         "b": stencil,
     }

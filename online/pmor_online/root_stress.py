@@ -1,0 +1,162 @@
+"""Stress along the root fillets from the line loads of a sweep: a linear map, then principal stresses."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import Executor
+
+import numpy as np
+
+from pmor.arrays import FloatArray, IntArray
+from pmor.contact.condition import Axes, Condition, common_axes
+from pmor.contact.position import place_sections
+from pmor.reduction.root_stress import RootStressShapes
+from pmor.results.loads import ContactLoads
+from pmor.results.root_stress import FilletEnvelope, RootStress, arc_lengths
+from pmor_online.line_sweep import sweep_line_loads
+from pmor_online.model import ReducedPair
+
+# Stresses are found for so many angles at a time: few enough for those of all points to stay in megabytes.
+ANGLES_PER_BLOCK = 25
+
+
+def root_stress(
+    reduced: ReducedPair, phi: FloatArray, conditions: Sequence[Condition], executor: Executor | None = None
+) -> RootStress | None:
+    """Find the stress along the root fillets of all loaded teeth.
+
+    Parameters
+    ----------
+    reduced : ReducedPair
+    phi : ndarray, shape (A,)
+        Pinion angles, rad.
+    conditions : sequence of Condition
+        Torques with the same axes and flanks.
+    executor : concurrent.futures.Executor, optional
+        Of threads, for the line loads.
+
+    Returns
+    -------
+    RootStress or None
+        None where the basis does not hold what it takes. A point that lies under a line of contact shows what bends the
+        tooth, not the pressure there.
+    """
+    shapes = reduced.basis.root_stress
+    if shapes is None:
+        return None
+    states = sweep_line_loads(reduced, phi, conditions, executor, recorded=True).states
+    assert states is not None
+    loaded, (torques, angles) = states.loads.pair, (len(conditions), len(phi))
+    pairs = np.arange(loaded.min(), loaded.max() + 1) if len(loaded) else np.empty(0, dtype=np.int64)
+    size = torques, angles, 2, len(pairs), 2
+    found = [np.full(size, np.nan) for _ in range(4)]
+    most = [[np.full((torques, 2, *shape.stress.shape[2:4]), 0.0) for _ in range(2)] for shape in shapes]
+    for start in range(0, angles, ANGLES_PER_BLOCK):
+        block = slice(start, min(start + ANGLES_PER_BLOCK, angles))
+        forces = _nodal_forces(reduced, phi, common_axes(conditions), states.loads, block, pairs)
+        for gear, shape in enumerate(shapes):
+            there = _amplitudes(shape, forces[gear], 1 if gear == 0 else -1)
+            carries = forces[gear].any(axis=3)
+            stress = _stress(shape, there[carries])
+            measures = _measures(stress)
+            for torque in range(torques):
+                own = np.nonzero(carries)[0] == torque
+                for kind, values in zip(most[gear], measures, strict=True):
+                    kind[torque] = np.maximum(kind[torque], values[own].max(axis=0, initial=0.0))
+            for whole, values in zip(found, _largest(shape, *measures), strict=True):
+                whole[:, block, gear][carries] = values
+    envelopes = [FilletEnvelope(shape.section, shape.z, *kinds) for shape, kinds in zip(shapes, most, strict=True)]
+    swept = np.array([condition.torque_Nm for condition in conditions])
+    return RootStress(np.asarray(phi, dtype=float), swept, pairs, *found, (envelopes[0], envelopes[1]))
+
+
+def _nodal_forces(
+    reduced: ReducedPair, phi: FloatArray, axes: Axes, loads: ContactLoads, block: slice, pairs: IntArray
+) -> tuple[FloatArray, FloatArray]:
+    """Forces on the flanks' unknowns of pinion and wheel, (D, A, P, n), N: those that a sweep's line loads are made of."""
+    meshed, sections = reduced.meshed, reduced.meshed.sections
+    lines = place_sections(meshed, np.ascontiguousarray(phi[block], dtype=float), axes, reduced.components)
+    torque, angle = np.divmod(np.repeat(np.arange(loads.count.size), loads.count.ravel()), loads.count.shape[1])
+    here = np.flatnonzero((angle >= block.start) & (angle < block.stop))
+    angle, section = angle[here] - block.start, loads.column[here]
+    place = (loads.pair[here] - lines.first_pair[angle]) * len(sections.z) + section
+    grid = len(loads.count), block.stop - block.start, len(pairs)
+    state = np.ravel_multi_index((torque[here], angle, loads.pair[here] - pairs[0]), grid) if len(here) else here
+    found = []
+    for gear, nodes in enumerate(reduced.basis.flank_nodes):
+        rows, columns = nodes.shape[:2]
+        components = reduced.components
+        force = loads.force_N[here, None] * lines.gradient[angle, place, gear]
+        row = lines.row[angle, place, gear][:, None] + np.arange(force.shape[1] // components)
+        column = sections.column[gear][section][:, None] + np.arange(sections.share[gear].shape[1])
+        share = np.where(column < columns, sections.share[gear][section], 0.0)
+        force = np.where((row >= 0)[..., None], force.reshape(*row.shape, components), 0.0)
+        node = np.clip(row, 0, None)[:, :, None] * columns + np.minimum(column, columns - 1)[:, None, :]
+        unknown = components * node[..., None] + np.arange(components)
+        values = force[:, :, None, :] * share[:, None, :, None]
+        size = rows * columns * components
+        index = state[:, None, None, None] * size + unknown
+        added = np.bincount(index.ravel(), values.ravel(), int(np.prod(grid)) * size)
+        found.append(np.asarray(added, dtype=float).reshape(*grid, size))
+    return found[0], found[1]
+
+
+def _amplitudes(shapes: RootStressShapes, force: FloatArray, direction: int) -> FloatArray:
+    """Amplitudes of the patterns on the teeth around each tooth, (D, A, P, neighbours, r).
+
+    Tooth pairs count counter-clockwise on the pinion, where `direction` is 1, and clockwise on the wheel.
+    """
+    own = force @ shapes.pattern.T
+    around = np.zeros((*own.shape[:3], 2 * shapes.neighbours + 1, own.shape[3]))
+    count = own.shape[2]
+    for place, offset in enumerate(range(-shapes.neighbours, shapes.neighbours + 1)):
+        # What a tooth feels from the one that it is so many teeth ahead of.
+        shift = offset * direction
+        felt = slice(max(shift, 0), count + min(shift, 0))
+        source = slice(max(-shift, 0), count + min(-shift, 0))
+        around[:, :, felt, place] = own[:, :, source]
+    return around
+
+
+def _stress(shapes: RootStressShapes, around: FloatArray) -> FloatArray:
+    """Stress in the surface of m teeth, (m, 2, p, c, 3), MPa."""
+    shape = shapes.stress.shape
+    flat = np.moveaxis(shapes.stress, 0, -2).reshape(-1, shape[0] * shape[-1])
+    return np.asarray(around.reshape(len(around), -1) @ flat.T).reshape(len(around), *shape[1:-1])
+
+
+def _measures(stress: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Largest principal stress and von Mises's of states of stress in a free surface, (m, 2, p, c)."""
+    along, across, shear = np.moveaxis(stress, -1, 0)
+    principal = 0.5 * (along + across) + np.hypot(0.5 * (along - across), shear)
+    von_mises = np.sqrt(along**2 + across**2 - along * across + 3.0 * shear**2)
+    return np.maximum(principal, 0.0), von_mises  # the third one, normal to the surface, is 0
+
+
+def _largest(
+    shapes: RootStressShapes, principal: FloatArray, von_mises: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Largest values at both fillets of m teeth, radius and z of the one that counts on each side, each (m, 2)."""
+    peak, arc, column = _peaks(shapes, principal)
+    mises, mises_arc, mises_column = _peaks(shapes, von_mises)
+    compressed = np.array([False, True])
+    arc, column = np.where(compressed, mises_arc, arc), np.where(compressed, mises_column, column)
+    radius = np.interp(arc, arc_lengths(shapes.section), np.linalg.norm(shapes.section, axis=1))
+    return peak, mises, radius, shapes.z[column]
+
+
+def _peaks(shapes: RootStressShapes, values: FloatArray) -> tuple[FloatArray, FloatArray, IntArray]:
+    """Largest of values over points and columns, arc length and column of it: by a parabola through three points."""
+    count, sides, points, columns = values.shape
+    place, column = np.divmod(values.reshape(count, sides, -1).argmax(axis=2), columns)
+    arc = arc_lengths(shapes.section)
+    first = np.clip(place - 1, 0, points - 3)
+    x = [arc[first + i] for i in range(3)]
+    rows, side = np.ogrid[:count, :sides]
+    y = [values[rows, side, first + i, column] for i in range(3)]
+    slope, further = (y[1] - y[0]) / (x[1] - x[0]), (y[2] - y[1]) / (x[2] - x[1])
+    bend = (further - slope) / (x[2] - x[0])
+    inside = (place > 0) & (place < points - 1) & (bend < 0.0)
+    top = 0.5 * (x[0] + x[1]) - 0.5 * slope / np.where(inside, bend, 1.0)
+    value = y[0] + slope * (top - x[0]) + bend * (top - x[0]) * (top - x[1])
+    return np.where(inside, value, values[rows, side, place, column]), np.where(inside, top, arc[place]), column

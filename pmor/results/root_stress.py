@@ -1,0 +1,104 @@
+"""Stress along the root fillets over a sweep: where and when it is largest."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from pmor.arrays import FloatArray, IntArray
+
+GEARS = ("pinion", "wheel")
+SIDES = ("tension", "compression")
+
+
+def arc_lengths(section: FloatArray) -> FloatArray:
+    """Arc length along points of a section, (p, 2), from the first one on, (p,)."""
+    return np.append(0.0, np.cumsum(np.linalg.norm(np.diff(section, axis=0), axis=1)))
+
+
+class Largest(NamedTuple):
+    """The largest root stress of a gear at one torque: where and when.
+
+    Parameters
+    ----------
+    max_principal_MPa : float
+    phi_rad : float
+        Pinion angle.
+    tooth : int
+        Tooth pair.
+    side : {"tension", "compression"}
+    radius_mm, z_mm : float
+    """
+
+    max_principal_MPa: float
+    phi_rad: float
+    tooth: int
+    side: str
+    radius_mm: float
+    z_mm: float
+
+
+@dataclass(frozen=True)
+class FilletEnvelope:
+    """What the points along the fillets of one gear see at most over the mesh cycle: D torques, p points, c columns.
+
+    Attributes
+    ----------
+    section_mm : (p, 2)
+        Points of the loaded side in the section z = 0, from the start of the involute to the middle of the tooth space.
+    z_mm : (c,)
+    max_principal_MPa, von_mises_MPa : (D, 2, p, c)
+        On the side of the loaded flank, in tension, and on the other one.
+    """
+
+    section_mm: FloatArray
+    z_mm: FloatArray
+    max_principal_MPa: FloatArray
+    von_mises_MPa: FloatArray
+
+    @property
+    def arc_mm(self) -> FloatArray:
+        """Arc length along the fillet, from the start of the involute on, (p,)."""
+        return arc_lengths(self.section_mm)
+
+
+@dataclass(frozen=True)
+class RootStress:
+    """The largest stress at both fillets of each loaded tooth: D torques, A angles, 2 gears, P tooth pairs, 2 sides.
+
+    Attributes
+    ----------
+    phi_rad : (A,)
+    torque_Nm : (D,)
+    pair_index : (P,) int
+        Tooth pairs that ever carry load.
+    max_principal_MPa, von_mises_MPa : (D, A, 2, P, 2)
+        Largest on the fillet, on the side of the loaded flank and on the other one; NaN of teeth without load.
+    radius_mm, z_mm : (D, A, 2, P, 2)
+        Where: of the largest principal stress in tension, of von Mises's on the other side.
+    envelope : two FilletEnvelope
+        Of pinion and wheel.
+    """
+
+    phi_rad: FloatArray
+    torque_Nm: FloatArray
+    pair_index: IntArray
+    max_principal_MPa: FloatArray
+    von_mises_MPa: FloatArray
+    radius_mm: FloatArray
+    z_mm: FloatArray
+    envelope: tuple[FilletEnvelope, FilletEnvelope]
+
+    def largest(self, torque: int, gear: int) -> Largest | None:
+        """Return the largest principal stress of a gear over the cycle at a torque, by its place; None without load."""
+        found = self.max_principal_MPa[torque, :, gear]
+        if not np.isfinite(found).any():
+            return None
+        angle, pair, side = np.unravel_index(int(np.nanargmax(found)), found.shape)
+        place = torque, angle, gear, pair, side
+        return Largest(
+            float(found[angle, pair, side]), float(self.phi_rad[angle]), int(self.pair_index[pair]), SIDES[side],
+            float(self.radius_mm[place]), float(self.z_mm[place]),
+        )  # fmt: skip
