@@ -7,7 +7,7 @@ from concurrent.futures import Executor
 
 import numpy as np
 
-from pmor.arrays import FloatArray, IntArray
+from pmor.arrays import BoolArray, FloatArray, IntArray
 from pmor.contact.condition import Axes, Condition, common_axes
 from pmor.contact.position import place_sections
 from pmor.reduction.root_stress import RootStressShapes
@@ -16,6 +16,8 @@ from pmor.results.root_stress import FilletEnvelope, RootStress, arc_lengths
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.model import ReducedPair
 
+# Points that are nearer to a line of contact, in modules, are left out: what is large there is the load on a few nodes.
+NEAR_CONTACT = 0.5
 # Stresses are found for so many angles at a time: few enough for those of all points to stay in megabytes.
 ANGLES_PER_BLOCK = 25
 
@@ -38,8 +40,7 @@ def root_stress(
     Returns
     -------
     RootStress or None
-        None where the basis does not hold what it takes. A point that lies under a line of contact shows what bends the
-        tooth, not the pressure there.
+        None where the basis does not hold what it takes. Points near a line of contact do not count.
     """
     shapes = reduced.basis.root_stress
     if shapes is None:
@@ -58,7 +59,8 @@ def root_stress(
             there = _amplitudes(shape, forces[gear], 1 if gear == 0 else -1)
             carries = forces[gear].any(axis=3)
             stress = _stress(shape, there[carries])
-            measures = _measures(stress)
+            hidden = _under_contact(reduced, states.loads, block, pairs, gear)[carries]
+            measures = [np.where(hidden[:, None], 0.0, values) for values in _measures(stress)]
             for torque in range(torques):
                 own = np.nonzero(carries)[0] == torque
                 for kind, values in zip(most[gear], measures, strict=True):
@@ -99,6 +101,25 @@ def _nodal_forces(
         added = np.bincount(index.ravel(), values.ravel(), int(np.prod(grid)) * size)
         found.append(np.asarray(added, dtype=float).reshape(*grid, size))
     return found[0], found[1]
+
+
+def _under_contact(
+    reduced: ReducedPair, loads: ContactLoads, block: slice, pairs: IntArray, gear: int
+) -> BoolArray:
+    """Which points of a fillet are so near to a line of contact that they show the load, (D, A, P, p, c)."""
+    assert reduced.basis.root_stress is not None
+    tooth = (reduced.meshed.pair.pinion, reduced.meshed.pair.wheel)[gear]
+    shapes, reach = reduced.basis.root_stress[gear], NEAR_CONTACT * tooth.module
+    states = loads.count.shape
+    torque, angle = np.divmod(np.repeat(np.arange(loads.count.size), loads.count.ravel()), states[1])
+    above = 0.5 * tooth.base_radius * (loads.roll_rad[:, gear] ** 2 - tooth.form_roll_angle**2)
+    near = np.flatnonzero((above < reach) & (angle >= block.start) & (angle < block.stop))
+    hidden = np.zeros((states[0], block.stop - block.start, len(pairs), len(shapes.section), len(shapes.z)), dtype=bool)
+    along = above[near, None] + arc_lengths(shapes.section)
+    across = loads.z_mm[near, None] - shapes.z
+    close = np.hypot(along[:, :, None], across[:, None]) < reach
+    np.logical_or.at(hidden, (torque[near], angle[near] - block.start, loads.pair[near] - pairs[0]), close)
+    return hidden
 
 
 def _amplitudes(shapes: RootStressShapes, force: FloatArray, direction: int) -> FloatArray:

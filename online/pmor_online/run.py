@@ -9,12 +9,14 @@ from dataclasses import dataclass
 from pmor.case import Case, model_names
 from pmor.contact.unloaded import with_unloaded
 from pmor.pair.conditions import conditions_of
+from pmor.results.root_stress import RootStress
 from pmor.results.sweep import SteSweep
 from pmor_online.compare import Comparison, failed_positions, training_failures
 from pmor_online.conditions import ConditionSweep
 from pmor_online.mesh_error import with_mesh_error
 from pmor_online.model import ReducedPair, sweep_angles
 from pmor_online.readings import Readings, can_record
+from pmor_online.root_stress import root_stress
 from pmor_online.sweep import sweep_reduced_pair
 
 
@@ -61,6 +63,8 @@ class OnlineResult:
         Models that the case compares beside its own, in its order.
     readings : Readings or None
         What is read off a sweep of line loads; None of other models, and of sweeps too long to keep.
+    root_stress : RootStress or None
+        Where the basis holds what it takes.
     """
 
     reduced: ReducedPair
@@ -72,6 +76,7 @@ class OnlineResult:
     basis_name: str = "basis.h5"
     others: tuple[OnlineResult | LostModel, ...] = ()
     readings: Readings | None = None
+    root_stress: RootStress | None = None
 
     @property
     def case(self) -> Case:
@@ -134,3 +139,16 @@ def sweep_case(
     sweep_reduced_pair(reduced, phi[:1], conditions)  # compiles: run times are those of warm code
     sweep = sweep_reduced_pair(reduced, phi, conditions, executor=executor, advance=advance, recorded=recorded)
     return with_mesh_error(with_unloaded(sweep, reduced.meshed, conditions), reduced, conditions)
+
+
+def root_stress_of_case(reduced: ReducedPair, executor: Executor | None = None) -> RootStress | None:
+    """Find the root stress over the angles and torques that a case asks for; None where the basis lacks what it takes.
+
+    Parameters
+    ----------
+    reduced : ReducedPair
+    executor : concurrent.futures.Executor, optional
+        As in `sweep_case`.
+    """
+    case = reduced.basis.case
+    return root_stress(reduced, sweep_angles(case), conditions_of(case, case.online.torques_Nm), executor)

@@ -11,7 +11,7 @@ from pmor_online.compare import compare_models
 from pmor_online.conditions import ConditionSweep, sweep_listed
 from pmor_online.model import ReducedPair, sweep_angles
 from pmor_online.readings import read_off
-from pmor_online.run import OnlineResult, sweep_case
+from pmor_online.run import OnlineResult, root_stress_of_case, sweep_case
 
 
 def run_online(
@@ -39,6 +39,7 @@ def run_online(
         with Progress(len(sweep_angles(case)), f"{scheme}: reduced model") as progress:
             sweep = sweep_case(reduced, executor, progress.advance)
         readings = read_off(reduced, sweep, executor) if sweep.states is not None else None
+        stress = root_stress_of_case(reduced, executor)
         conditions: tuple[ConditionSweep, ...] = ()
         if case.conditions:
             with Progress(len(sweep_angles(case)) * len(case.conditions), "conditions") as progress:
@@ -47,4 +48,5 @@ def run_online(
             with Progress(case.compare.angles, f"{scheme}: full FE, unseen angles") as progress:
                 comparison = compare_models(reduced, model, progress.advance, executor)
     size_mib = basis_path.stat().st_size / 2**20
-    return OnlineResult(reduced, sweep, comparison, size_mib, jobs, conditions, basis_path.name, readings=readings)
+    return OnlineResult(reduced, sweep, comparison, size_mib, jobs, conditions, basis_path.name, readings=readings,
+                        root_stress=stress)  # fmt: skip

@@ -12,8 +12,14 @@ from typing import Any
 
 import numpy as np
 
+from pmor.results.root_stress import GEARS, SIDES, RootStress
 from pmor.results.sweep import SteSweep
 from pmor.storage.atomic import atomic_path
+
+#: header of stress.csv
+STRESS_COLUMNS = (
+    "phi_rad", "torque_Nm", "gear", "tooth", "side", "max_principal_MPa", "von_mises_MPa", "radius_mm", "z_mm",
+)  # fmt: skip
 
 
 def write_ste_csv(path: Path, sweep: SteSweep) -> None:
@@ -37,6 +43,26 @@ def write_ste_csv(path: Path, sweep: SteSweep) -> None:
             row += [str(int(sweep.converged[i, k])), str(int(sweep.newton_steps[i, k])), _field(unloaded[i, k])]
             row.append(_field(of_mesh[i]))
             writer.writerow(row + [_field(share) for share in sweep.pair_share[i, k]])
+    with atomic_path(path) as temporary:
+        temporary.write_text(buffer.getvalue(), encoding="utf-8", newline="")
+
+
+def write_stress_csv(path: Path, stress: RootStress) -> None:
+    """One line per torque, angle, gear, loaded tooth and side of it: the largest root stress there.
+
+    Columns: phi_rad, torque_Nm, gear (pinion, wheel), tooth (tooth pair), side (tension: of the loaded flank;
+    compression), max_principal_MPa, von_mises_MPa, radius_mm and z_mm (where: of the principal stress in tension, of von
+    Mises's in compression).
+    """
+    buffer = io.StringIO(newline="")
+    writer = csv.writer(buffer, lineterminator="\n")
+    writer.writerow(STRESS_COLUMNS)
+    for place in zip(*np.nonzero(np.isfinite(stress.max_principal_MPa)), strict=True):
+        torque, angle, gear, pair, side = place
+        values = (stress.max_principal_MPa, stress.von_mises_MPa, stress.radius_mm, stress.z_mm)
+        state = _field(stress.phi_rad[angle]), _field(stress.torque_Nm[torque])
+        tooth = GEARS[gear], str(int(stress.pair_index[pair])), SIDES[side]
+        writer.writerow([*state, *tooth, *(_field(value[place]) for value in values)])
     with atomic_path(path) as temporary:
         temporary.write_text(buffer.getvalue(), encoding="utf-8", newline="")
 

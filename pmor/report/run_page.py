@@ -12,6 +12,7 @@ import numpy as np
 
 from pmor.case import Case, describe, model_names, short_list
 from pmor.gear.classical.formulas import classical_results
+from pmor.gear.classical.iso6336_root import nominal_root_stress
 from pmor.mesh.sector import SectorMesh
 from pmor.pair.conditions import nominal_condition
 from pmor.report.condition_figure import conditions_figure
@@ -23,6 +24,7 @@ from pmor.report.page import Block, Heading, Picture, Warning, write_page
 from pmor.report.pattern_figure import contact_pattern_figure
 from pmor.report.provenance import provenance
 from pmor.report.readings_blocks import readings_picture_names, readings_pictures, readings_tables
+from pmor.report.root_stress_figures import cycle_figure, fillet_figure
 from pmor.report.style import write_picture
 from pmor.report.summary import counts_from, ms_per_position, summary_rows, warnings
 from pmor.report.sweep_figures import error_figure, load_sharing_figure, spectrum_figure, ste_figure
@@ -35,12 +37,16 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 #: names of all pictures that a run of one model can have
-PICTURES = ("ste", "load_sharing", "spectrum", "error", "conditions", "contact_pattern", "mesh")
+PICTURES = (
+    "ste", "load_sharing", "spectrum", "error", "conditions", "contact_pattern", "root_stress", "root_stress_cycle", "mesh",
+)  # fmt: skip
+ROOT_STRESS = ("root_stress", "root_stress_cycle")
 
 
 def page_files(case: Case) -> list[str]:
     """Return the names of the files that `write_pages` may write."""
     drawn = [name for name in PICTURES if name != "conditions" or case.conditions]
+    drawn = [name for name in drawn if name not in ROOT_STRESS or case.root_stress]
     drawn += MODEL_PICTURES if model_names(case) else ()
     drawn += readings_picture_names(case)
     pictures = [f"{name}.{kind}" for name in drawn for kind in case.output.format] if case.output.plots else []
@@ -90,10 +96,30 @@ def run_pictures(result: OnlineResult, mesh: SectorMesh | None) -> list[Picture]
     if patterns:
         caption = f"Contact pressure on the unrolled flanks at nominal torque{_places(result)}."
         pictures.append(Picture("contact_pattern.png", caption, contact_pattern_figure(patterns)))
+    pictures += _root_stress(result)
     if mesh is not None:
         caption = "Section of the pinion's sector mesh, loaded flank marked."
         pictures.append(Picture("mesh.png", caption, _mesh_figure(mesh)))
     return pictures
+
+
+def _root_stress(result: OnlineResult) -> list[Picture]:
+    stress, pair = result.root_stress, result.reduced.meshed.pair
+    if stress is None:
+        return []
+    nominal = nominal_root_stress(pair, result.case.torque_Nm)
+    return [
+        Picture(
+            "root_stress.png",
+            f"Root stress along the fillets at {result.case.torque_Nm:g} N m, the largest over the cycle and the width.",
+            fillet_figure(stress, result.nominal, nominal),
+        ),
+        Picture(
+            "root_stress_cycle.png",
+            "Root stress on the loaded side of a tooth while it rolls through the mesh, largest on the fillet.",
+            cycle_figure(stress, pair.pitch),
+        ),
+    ]
 
 
 def _bars(sweep: SteSweep) -> str:

@@ -13,14 +13,16 @@ from pmor.arrays import FloatArray
 from pmor.case import Case, beyond_training
 from pmor.case.coarser import LEAST_ELEMENTS
 from pmor.contact.condition import ALIGNED
+from pmor.gear.classical.iso6336_root import nominal_root_stress
 from pmor.pair.conditions import axes_of
 from pmor.pair.limits import range_warnings
 from pmor.pair.model import approach_estimate
 from pmor.report.condition_table import condition_rows
-from pmor.report.data_files import write_ste_csv, write_summary_json, write_table_csv
+from pmor.report.data_files import write_ste_csv, write_stress_csv, write_summary_json, write_table_csv
 from pmor.report.results_data import HARRIS, RESULTS, write_results_data
 from pmor.report.table import Cell, format_cell
 from pmor.results.load_distribution import line_states
+from pmor.results.root_stress import GEARS
 from pmor.results.sweep import (
     MIN_RIPPLE_POINTS,
     SteSweep,
@@ -36,6 +38,7 @@ from pmor_online.run import LostModel, OnlineResult
 from pmor_online.sweep import largest_size
 
 CONDITIONS = "conditions.csv"
+STRESS = "stress.csv"
 
 #: what the summary says of each model that a case compares
 MODEL_FIGURES = (
@@ -48,7 +51,8 @@ MODEL_FIGURES = (
 def result_files(case: Case) -> tuple[str, ...]:
     """Return the names of the files that `write_results` leaves."""
     of_lines = (HARRIS,) if case.reduction.shapes == "line_loads" else ()
-    return ("ste.csv", "summary.json", RESULTS, *of_lines, *([CONDITIONS] if case.conditions else []))
+    further = ((CONDITIONS, case.conditions), (STRESS, case.root_stress))
+    return ("ste.csv", "summary.json", RESULTS, *of_lines, *(name for name, asked in further if asked))
 
 
 def summary(result: OnlineResult) -> dict[str, Any]:
@@ -92,6 +96,7 @@ def figures(result: OnlineResult) -> dict[str, Any]:
         "basis_mib": result.basis_mib,
         "n_positions_failed": len(result.failures),
         **_read_off(result),
+        **root_stress_figures(result),
         "conditions": [row for listed in result.conditions for row in condition_rows(listed)] or None,
     }
 
@@ -119,6 +124,19 @@ def _mean(values: FloatArray) -> float:
     return float(known.mean()) if len(known) else math.nan
 
 
+def root_stress_figures(result: OnlineResult) -> dict[str, Any]:
+    """Return what the summary says of the root stress at the nominal torque, of pinion and wheel; None without it."""
+    stress = result.root_stress
+    known = [] if stress is None else [stress.largest(result.nominal, gear) for gear in range(2)]
+    found = [largest for largest in known if largest is not None]
+    keys = {"max_MPa": "max_principal_MPa", "phi_rad": "phi_rad", "radius_mm": "radius_mm", "z_mm": "z_mm"}
+    nominal = nominal_root_stress(result.reduced.meshed.pair, result.case.torque_Nm) if found else None
+    return {
+        **{f"root_stress_{key}": [getattr(one, name) for one in found] or None for key, name in keys.items()},
+        "root_stress_iso6336_MPa": nominal,
+    }
+
+
 def summary_rows(result: OnlineResult) -> list[tuple[str, float | int | None, str, str]]:
     """Return the summary in words: (label, value, unit, note)."""
     s, case, comparison = figures(result), result.reduced.basis.case, result.comparison
@@ -140,6 +158,7 @@ def summary_rows(result: OnlineResult) -> list[tuple[str, float | int | None, st
         ("online time", s["online_ms_per_position"], "ms", f"per position, {len(result.sweep.phi_rad)} angles x "
          f"{len(result.sweep.torque_Nm)} torques" + (f", {result.jobs} threads" if result.jobs > 1 else "")),
     ]  # fmt: skip
+    rows += _root_stress_rows(result)
     if comparison is not None:
         positions = f"{comparison.full.ste_um.size} unseen positions"
         rows += [
@@ -173,6 +192,14 @@ def _readings_rows(s: dict[str, Any], result: OnlineResult) -> list[tuple[str, f
         _known("flank pressure, max", s["flank_pressure_max_MPa"], "MPa", "of Hertz"
                + ("; without the positions at which a sharp tip edge carries" if edges else ""), lacks),
     ]  # fmt: skip
+def _root_stress_rows(result: OnlineResult) -> list[tuple[str, float, str, str]]:
+    s, rows = root_stress_figures(result), []
+    for gear, name in enumerate(GEARS if s["root_stress_max_MPa"] else ()):
+        radius, phi, z = (s[f"root_stress_{key}"][gear] for key in ("radius_mm", "phi_rad", "z_mm"))
+        note = f"largest principal, at r = {radius:.4g} mm, z = {z:.3g} mm, {math.degrees(phi):.3g} deg"
+        nominal = f"; ISO 6336-3: {s['root_stress_iso6336_MPa'][gear]:.3g} MPa"
+        rows.append((f"root stress, {name}", s["root_stress_max_MPa"][gear], "MPa", note + nominal))
+    return rows
 
 
 def _no_mesh_error(case: Case) -> str:
@@ -218,6 +245,8 @@ def write_results(result: OnlineResult, out: Path) -> None:
     write_ste_csv(out / "ste.csv", result.sweep)
     write_summary_json(out / "summary.json", summary(result))
     write_results_data(result, out)
+    if result.root_stress is not None:
+        write_stress_csv(out / STRESS, result.root_stress)
     if result.conditions:
         write_table_csv(out / CONDITIONS, [row for listed in result.conditions for row in condition_rows(listed)])
 

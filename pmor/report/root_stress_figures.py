@@ -1,0 +1,75 @@
+"""Pictures of the root stress: along the fillets, and over the mesh cycle of a tooth."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pmor.report.style import COLOURS, new_figure, plot_style
+from pmor.results.root_stress import GEARS, RootStress
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+LINES = ("-", "--")
+# Torques that a picture has room for.
+MOST_TORQUES = len(COLOURS)
+
+
+def fillet_figure(stress: RootStress, torque: int, nominal_MPa: tuple[float, float]) -> Figure:
+    """Largest stress along the fillets over the mesh cycle and the width, at one torque.
+
+    Parameters
+    ----------
+    stress : RootStress
+    torque : int
+        Its place.
+    nominal_MPa : two float
+        ISO 6336-3, of pinion and wheel.
+    """
+    with plot_style():
+        figure = new_figure(7.6, 3.8)
+        tension, compression = figure.subplots(1, 2, sharey=True)
+        for gear, envelope in enumerate(stress.envelope):
+            look = {"color": COLOURS[gear], "ls": LINES[gear]}
+            pulled = envelope.max_principal_MPa[torque, 0].max(axis=1)
+            pressed = envelope.von_mises_MPa[torque, 1].max(axis=1)
+            tension.plot(envelope.arc_mm, pulled, label=GEARS[gear], **look)
+            compression.plot(envelope.arc_mm, pressed, **look)
+            tension.axhline(nominal_MPa[gear], color=COLOURS[gear], ls=":", lw=1.0)
+        tension.set_title("Loaded side: largest principal stress")
+        compression.set_title("Other side: von Mises's")
+        tension.set_ylabel("Root stress [MPa]\n(dotted: ISO 6336-3 nominal)")
+        tension.set_ylim(bottom=0.0)
+        for panel in (tension, compression):
+            panel.set_xlabel("Along the fillet, from the involute [mm]")
+        figure.legend(loc="outside right upper")
+    return figure
+
+
+def cycle_figure(stress: RootStress, pitch_rad: float) -> Figure:
+    """Largest principal stress of a tooth on its loaded side while it rolls through the mesh, a colour per torque.
+
+    Parameters
+    ----------
+    stress : RootStress
+    pitch_rad : float
+        Of the pinion.
+    """
+    rolls = stress.phi_rad[:, None] + pitch_rad * stress.pair_index
+    order = np.argsort(rolls, axis=None)
+    torques = np.linspace(0, len(stress.torque_Nm) - 1, min(MOST_TORQUES, len(stress.torque_Nm))).astype(int)
+    with plot_style():
+        figure = new_figure(7.6, 4.0)
+        axes = figure.add_subplot()
+        for colour, torque in zip(COLOURS, torques, strict=False):
+            for gear, name in enumerate(GEARS):
+                values = stress.max_principal_MPa[torque, :, gear, :, 0].ravel()[order]
+                label = f"{name}, {stress.torque_Nm[torque]:g} N m"
+                axes.plot(np.degrees(rolls.ravel()[order]), values, color=colour, ls=LINES[gear], label=label)
+        axes.set_xlabel("Roll position of the tooth pair [deg]")
+        axes.set_ylabel("Root stress, largest principal [MPa]")
+        axes.set_ylim(bottom=0.0)
+        figure.legend(loc="outside right upper")
+    return figure
