@@ -32,8 +32,9 @@ from pmor.mesh.sector import SectorMesh
 # Teeth on either side of a loaded one whose fillets feel it. *Measured*, helical pair with three teeth in mesh: those next
 # to it 5 %, those beyond 0.6 % of the stress in its own.
 NEIGHBOURS = 1
-# Of an element's local coordinates: how far outside of it a point may seem to lie, which is on its rounded edge.
-OUTSIDE = 0.02
+# Of an element's local coordinates, which go from -1 to 1: how far outside of it points may lie. Those on the true flank lie
+# outside of flat elements.
+OUTSIDE = 0.5
 NEWTON_STEPS = 12
 # Where Newton's iteration for such a place is held back.
 FARTHEST = 2.0

@@ -17,12 +17,12 @@ from pmor.gear.tooth import Tooth, twist_sections
 from pmor.mesh.element import QUADRATIC_NODES, node_places
 from pmor.mesh.sector import SectorMesh
 
-# Everything in modules. Length of elements along the fillet, depth of the first ones, and how both grow away from it.
-ALONG = 0.12
-FIRST_DEPTH = 0.15
-GROWTH_ALONG = 0.3
-GROWTH_DEPTH = 2.0
-# Depth of the cut, and how far above the start of the involute it begins: so far away the coarse mesh is good enough.
+# Length of elements along the fillet in modules, at most and at least, and by how much it turns over one of them, rad.
+# *Measured*, paper's pair: the largest stress is within 0.1 % of that with elements of a quarter of this length.
+ALONG, SHORTEST, TURN = 0.12, 0.05, 0.2
+# Depth of the first elements over their length, and how depth and length grow away from the fillet.
+FIRST_DEPTH, GROWTH_DEPTH, GROWTH_ALONG = 1.25, 2.0, 0.3
+# Depth of the cut in modules, and how far above the start of the involute it begins: so far away the coarse mesh is good enough.
 CUT_DEPTH = 0.6
 ABOVE = 0.25
 # Of the rim, and of half the tooth's thickness at the start of the involute, if that is less.
@@ -72,13 +72,13 @@ def build_fillet(tooth: Tooth, sector: SectorMesh) -> FilletMesh:
     """
     module = tooth.module
     outline, arc, start, end = _outline(tooth)
-    places, first = _along(arc, start, end, module)
+    places, first, shortest = _along(outline, arc, start, end, module)
     points = np.stack([np.interp(places, arc, outline[:, d]) for d in range(2)], axis=-1)
     inward = np.interp(places, arc, _inward(outline, start, end, tooth))
     rim = tooth.root_radius - float(np.linalg.norm(sector.nodes[sector.bore[0], :2]))
     thickness = abs(float(np.interp(start, arc, outline[:, 0])))
     deepest = min(CUT_DEPTH * module, DEEPEST * rim, DEEPEST * thickness)
-    depth = _depths(deepest, FIRST_DEPTH * module)
+    depth = _depths(deepest, FIRST_DEPTH * shortest)
     direction = np.stack([np.cos(inward), np.sin(inward)], axis=-1)
     section = points + depth[:, None, None] * direction
     z = sector.z if sector.order == 2 else _with_middles(sector.z)
@@ -104,19 +104,26 @@ def _outline(tooth: Tooth) -> tuple[FloatArray, FloatArray, float, float]:
     return outline, arc, float(arc[len(flank) - 1]), float(arc[len(flank) + len(fillet) - 2])
 
 
-def _along(arc: FloatArray, start: float, end: float, module: float) -> tuple[FloatArray, int]:
-    """Arc lengths of the nodes along the outline, mm, and which of them is at the start of the involute."""
+def _along(
+    outline: FloatArray, arc: FloatArray, start: float, end: float, module: float
+) -> tuple[FloatArray, int, float]:
+    """Arc lengths of the nodes along the outline, mm; which of them is at the start of the involute; shortest element."""
     above = 2 * max(1, round(0.5 * ABOVE / ALONG))
-    fine = ALONG * module
-    elements = max(4, math.ceil((end - start) / fine))
-    parts = [np.linspace(0.0, start, above + 1)[:-1], np.linspace(start, end, 2 * elements + 1)]
-    rest = float(arc[-1]) - end
+    inside = (arc >= start) & (arc <= end)
+    tangent = np.gradient(outline[inside], arc[inside], axis=0)
+    turning = np.abs(np.gradient(np.unwrap(np.arctan2(tangent[:, 1], tangent[:, 0])), arc[inside]))
+    density = np.clip(turning / TURN, 1.0 / (ALONG * module), 1.0 / (SHORTEST * module))
+    steps = 0.5 * (density[1:] + density[:-1]) * np.diff(arc[inside])
+    count = np.append(0.0, np.cumsum(steps))
+    elements = max(4, math.ceil(count[-1]))
+    ends = np.interp(np.linspace(0.0, count[-1], elements + 1), count, arc[inside])
+    parts = [np.linspace(0.0, start, above + 1)[:-1], _with_middles(ends)]
+    last, rest = float(ends[-1] - ends[-2]), float(arc[-1]) - end
     if rest > 1e-6 * module:
-        count = max(1, math.ceil(math.log1p(GROWTH_ALONG * rest / fine) / math.log1p(GROWTH_ALONG)))
-        steps = (1.0 + GROWTH_ALONG) ** np.arange(count)
-        ends = end + rest * np.append(0.0, np.cumsum(steps)) / steps.sum()
-        parts.append(_with_middles(ends)[1:])
-    return np.concatenate(parts), above
+        number = max(1, math.ceil(math.log1p(GROWTH_ALONG * rest / last) / math.log1p(GROWTH_ALONG)))
+        lengths = (1.0 + GROWTH_ALONG) ** np.arange(number)
+        parts.append(_with_middles(end + rest * np.append(0.0, np.cumsum(lengths)) / lengths.sum())[1:])
+    return np.concatenate(parts), above, float(np.diff(ends).min())
 
 
 def _inward(outline: FloatArray, start: float, end: float, tooth: Tooth) -> FloatArray:

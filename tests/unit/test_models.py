@@ -26,7 +26,7 @@ from tests.stored_files import results_in
 
 QUIET = {"plots": False, "report": False}
 LINES = {"contact": {"scheme": "line"}, "reduction": {"shapes": "line_loads"}}
-TABLES = {"summary.json", "ste.csv", "harris.csv", "results.h5"}
+TABLES = {"summary.json", "ste.csv", "harris.csv", "results.h5", "stress.csv"}
 NUMBERS = {"basis.h5", "basis_paper.h5", "basis_direct.h5", *TABLES}
 
 # One model has no error bar of its reduction, the others none of their mesh, which this case leaves out.
