@@ -17,7 +17,8 @@ Models
     leaves what a run does.
 Results
     `SweepResult`: named arrays, figures over the pitch, pictures, CSV. `compare` holds a reduced model against full FE:
-    a `Comparison`. `ConditionsResult`: of many conditions.
+    a `Comparison`. `ConditionsResult`: of many conditions. `RootStress`: along the fillets
+    (`ReducedModel.root_stress`).
 Conditions
     `Axes`: where the wheel's axis is. `Modification`: what a gear's flanks deviate by; `Topography`: on a grid.
     `Built`: all of it.
@@ -51,6 +52,7 @@ if TYPE_CHECKING:
         PmorError,
     )
     from pmor.flank import Modification, Topography
+    from pmor.results.root_stress import RootStress
     from pmor_online.compare import Comparison
 
 _HOMES = {
@@ -62,6 +64,7 @@ _HOMES = {
         "CaseError", "ConvergenceError", "FileFormatError", "GeometryError", "MeshError", "OutputError", "PmorError",
     ),
     "pmor.flank": ("Modification", "Topography"),
+    "pmor.results.root_stress": ("RootStress",),
     "pmor_online.compare": ("Comparison",),
 }  # fmt: skip
 _HOME = {name: module for module, names in _HOMES.items() for name in names}
@@ -82,6 +85,7 @@ __all__ = [
     "OutputError",
     "PmorError",
     "ReducedModel",
+    "RootStress",
     "SweepResult",
     "Topography",
     "__version__",

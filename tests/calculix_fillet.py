@@ -50,7 +50,7 @@ def _sector(tooth, bore_mm, z, roll, fillet, across, depth):
 
 
 def fillet_stress(tooth, bore_mm, youngs_mpa, poisson, z, plane, roll_load, line_load, fillet_mm):
-    """Nodes and stress tensors (xx, yy, zz, xy, yz, zx) of the loaded tooth's fillets: on the loaded side, the other one.
+    """Nodes and stress tensors (xx, yy, zz, xy, yz, zx) of the loaded tooth's fillets: loaded side, other side.
 
     The gear goes from ``z[0]`` to ``z[-1]``, where its plane of symmetry is; in plane strain no node moves along z.
     """
@@ -64,13 +64,9 @@ def fillet_stress(tooth, bore_mm, youngs_mpa, poisson, z, plane, roll_load, line
     count = 2 * int(np.ceil(length / fillet_mm))
     height = tooth.root_radius - bore_mm
     depth, half = _across(height, FIRST_MM), abs(tooth.flank_section(fine_roll[:1])[0, 0])
-    fine = _sector(tooth, bore_mm, z, fine_roll, count, 0.5 * _both(_across(half, FIRST_MM)), depth)
-    free = _sector(tooth, bore_mm, z, free_roll, FREE_FILLET, 0.5 * _both(np.linspace(0.0, 1.0, 3)), depth)
+    fine = _sector(tooth, bore_mm, z, fine_roll, count, _across(half, FIRST_MM), depth)
+    free = _sector(tooth, bore_mm, z, free_roll, FREE_FILLET, np.linspace(0.0, 1.0, 3), depth)
     return _solve(tooth, [fine] + [free] * (tooth.teeth - 1), plane, youngs_mpa, poisson, roll_load, line_load)
-
-
-def _both(half):
-    return 2.0 * half
 
 
 def _solve(tooth, meshes, plane, youngs_mpa, poisson, roll_load, line_load):

@@ -69,13 +69,16 @@ def root_stress(
                 whole[:, block, gear][carries] = values
     envelopes = [FilletEnvelope(shape.section, shape.z, *kinds) for shape, kinds in zip(shapes, most, strict=True)]
     swept = np.array([condition.torque_Nm for condition in conditions])
-    return RootStress(np.asarray(phi, dtype=float), swept, pairs, *found, (envelopes[0], envelopes[1]))
+    principal, mises, radius, z = found
+    return RootStress(
+        np.asarray(phi, dtype=float), swept, pairs, principal, mises, radius, z, (envelopes[0], envelopes[1])
+    )
 
 
 def _nodal_forces(
     reduced: ReducedPair, phi: FloatArray, axes: Axes, loads: ContactLoads, block: slice, pairs: IntArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Forces on the flanks' unknowns of pinion and wheel, (D, A, P, n), N: those that a sweep's line loads are made of."""
+    """Forces on the unknowns of the flanks of pinion and wheel under the line loads of a sweep, each (D, A, P, n), N."""
     meshed, sections = reduced.meshed, reduced.meshed.sections
     lines = place_sections(meshed, np.ascontiguousarray(phi[block], dtype=float), axes, reduced.components)
     torque, angle = np.divmod(np.repeat(np.arange(loads.count.size), loads.count.ravel()), loads.count.shape[1])

@@ -18,6 +18,7 @@ from pmor.contact.sections import loaded_components
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.completion import nodes_of_elements
 from pmor.gear.pair import GearPair
+from pmor.mesh.fillet import build_fillet
 from pmor.mesh.sector import SectorMesh
 from pmor.pair.conditions import full_solves
 from pmor.pair.cost import rows_in_reach, sharing_bodies
@@ -106,6 +107,8 @@ def computed(scene: Scene) -> list[tuple[str, str]]:
         found.append(("compliance for the line loads", _compliance(scene)))
         if coarse := coarser(scene.case):
             found.append(("error bar of the mesh", f"all of that on {_elements(coarse)} elements too"))
+        if scene.case.root_stress:
+            found.append(("stress along the fillets", _fillets(scene)))
     elif scene.case.reduction.error_estimate:
         found.append(("compliance for the error bar", _compliance(scene)))
     return found
@@ -197,6 +200,14 @@ def _coarser_mesh(scene: Scene) -> LeftOut | None:
     return LeftOut(
         "the error bar of the mesh", "[mesh] error_bar is off", f"finite elements on {_elements(asked)} elements"
     )
+
+
+def _root_stress(scene: Scene) -> LeftOut | None:
+    if scene.case.root_stress:
+        return None
+    off = not scene.case.results.root_stress
+    why = "[results] root_stress is off" if off else "found from exact line loads alone"
+    return LeftOut("the root stress", why, _fillets(scene))
 
 
 def _torques(scene: Scene) -> LeftOut | None:
@@ -322,8 +333,9 @@ def _page(scene: Scene) -> LeftOut | None:
 
 
 RULES: tuple[Callable[[Scene], LeftOut | None], ...] = (
-    _other_model, _other_bodies, _other_flanks, _far_teeth, _volume, _training, _coarser_mesh, _torques, _idle_pairs,
-    _idle_patches, _width, _refinement, _width_refinement, _read_off, _maps, _pictures, _picture_files, _page,
+    _other_model, _other_bodies, _other_flanks, _far_teeth, _volume, _training, _coarser_mesh, _root_stress, _torques,
+    _idle_pairs, _idle_patches, _width, _refinement, _width_refinement, _read_off, _maps, _pictures, _picture_files,
+    _page,
 )  # fmt: skip
 
 
@@ -338,6 +350,15 @@ def _compliance(scene: Scene) -> str:
     size = components * scene.lines * scene.columns
     blocks = (neighbour_reach(scene.pair) + 1) * len(scene.bodies)
     return f"{blocks} matrices of {size} x {size} in the basis, {_mib(blocks * size**2 * DOUBLE)}"
+
+
+def _fillets(scene: Scene) -> str:
+    """Elements around the fillets, and points on both fillets of a tooth."""
+    teeth = (scene.pair.pinion, scene.pair.wheel)[: len(scene.bodies)]
+    meshes = [build_fillet(tooth, sector) for tooth, sector in zip(teeth, scene.bodies, strict=True)]
+    elements = " and ".join(str(len(mesh.elements)) for mesh in meshes)
+    points = " and ".join(str(2 * (mesh.section.shape[1] - mesh.first) * len(mesh.z)) for mesh in meshes)
+    return f"{elements} elements around a fillet, stress at {points} points of a tooth"
 
 
 def _elements(case: Case) -> str:

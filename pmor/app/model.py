@@ -37,6 +37,7 @@ from pmor.pair.model import ElasticModel, elastic_model, gear_pair, mesh_model, 
 from pmor.pair.modifications import refuse_modifications_off_the_flank
 from pmor.pair.sweep import sweep_ste
 from pmor.reduction.basis import Basis
+from pmor.results.root_stress import RootStress
 from pmor.storage.atomic import atomic_path, ensure_folder, refuse_existing
 from pmor.storage.basis_file import read_basis, write_basis
 from pmor_offline.train import train as train_basis
@@ -46,6 +47,7 @@ from pmor_online.errors import estimate_errors
 from pmor_online.mesh_error import with_mesh_error
 from pmor_online.model import ReducedPair, online_angles, reduced_pair
 from pmor_online.readings import can_record
+from pmor_online.root_stress import root_stress
 from pmor_online.sweep import largest_size, sweep_reduced_pair
 
 Progress = Callable[[int], None]
@@ -229,6 +231,44 @@ class ReducedModel:
         torques = [asked.online.torques_Nm] * len(built)
         sweeps = sweep_built(self.reduced, _angles(asked, meshed, angles), built, torques, executor, progress)
         return ConditionsResult(tuple(built), tuple(SweepResult(sweep, meshed.pair) for sweep in sweeps))
+
+    def root_stress(
+        self,
+        torques_Nm: Iterable[float] | None = None,
+        angles: int | FloatArray | None = None,
+        axes: Axes | None = None,
+        executor: Executor | None = None,
+        pinion: Modification | None = None,
+        wheel: Modification | None = None,
+    ) -> RootStress:
+        """Find the stress along both root fillets of all loaded teeth, over angles and torques.
+
+        Parameters
+        ----------
+        torques_Nm, angles, axes, executor, pinion, wheel
+            As in `sweep`.
+
+        Returns
+        -------
+        RootStress
+            The largest on each side of each loaded tooth, and what the points of the fillets see over the cycle.
+
+        Raises
+        ------
+        CaseError
+            As `sweep`, and when the model does not hold what it takes.
+        """
+        case = _asked(self.case, torques_Nm, angles, axes, (pinion, wheel))
+        meshed = self.reduced.meshed
+        refuse_loads(case, meshed)
+        phi, conditions = _angles(case, meshed, angles), conditions_of(case, case.online.torques_Nm)
+        found = root_stress(self.reduced, phi, conditions, executor)
+        if found is None:
+            raise CaseError(
+                'the model holds no root stress: train one of line loads, [reduction] shapes = "line_loads", with '
+                "[results] root_stress = true"
+            )
+        return found
 
     def _refuse_beyond_training(self, case: Case, extrapolate: bool) -> None:
         beyond = beyond_training(case)

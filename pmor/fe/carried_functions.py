@@ -1,8 +1,8 @@
 """Linear functions of a displacement, carried along while the unknowns that they need are eliminated.
 
 A function q of the inner unknowns of a part is one of its border: without loads inside, their displacement is that of
-the border times ``-K_ii^-1 K_ib``. So whatever is asked of a sector is known from its retained unknowns, at the cost of a
-forward substitution for each function; no factor is kept, and parts that functions have nothing to do with cost nothing.
+the border times ``-K_ii^-1 K_ib``. So whatever is asked of a sector is known from its retained unknowns, at the cost of
+a forward substitution for each function; no factor is kept, and parts that functions do not need cost nothing.
 """
 
 from __future__ import annotations

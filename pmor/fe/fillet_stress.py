@@ -1,10 +1,16 @@
 """Stress along the root fillets under unit forces on the flanks: a linear map, found once and for all.
 
-The sector's mesh resolves how a tooth bends, not the notch at its foot. So a fine mesh of the material around the fillet
-(`pmor.mesh.fillet`) is cut out, its cut follows the displacement of the sector, and the strain along its surface is
-taken from the displacement of the surface itself. No traction acts there: two strains and a shear in the surface are all
-that is needed (plane stress in the tangent plane). What reaches the cut from a force on any flank of the ring follows by
-eliminating the sector with these stresses as its loads (`pmor.fe.carried_functions`), whatever the number of forces.
+The sector's mesh resolves how a tooth bends, not the notch at its foot. So the material around the fillet has a fine
+mesh of its own (`pmor.mesh.fillet`), whose cut follows the displacement of the sector, and the strain along the surface
+is taken from the displacement of the surface itself. No traction acts there: two strains and a shear in the surface are
+all that is needed (plane stress in the tangent plane). The stresses, as functions of the sector's displacement, are
+carried through its elimination (`pmor.fe.carried_functions`), whatever the number of forces on flanks.
+
+*Measured*, paper's pair in plane strain, a line load at the outer point of single contact: 86.72 MPa, and 86.84 MPa by
+CalculiX on elements of 0.015 modules; 33 elements around the fillet, and 451 give 86.78. With 8 elements on the flank or
+32, a fillet of 6 elements in the sector's mesh or of 24: within 0.15 %. In 3-D: 91.2 MPa at mid width, CalculiX 91.4.
+Linear elements in the sector bend too little, and the stress is too low with them: by 1 % (16 ``hex8i`` on the flank),
+3 % (8 ``hex8``).
 
 The fillet of the other side is the image of the loaded one: in the plane through the tooth's middle and the axis where
 all sections are alike or half the width is meshed, else by half a turn about the radius through the tooth's middle.
@@ -29,11 +35,11 @@ from pmor.mesh.element import QUADRATIC_NODES
 from pmor.mesh.fillet import FilletMesh
 from pmor.mesh.sector import SectorMesh
 
-# Teeth on either side of a loaded one whose fillets feel it. *Measured*, helical pair with three teeth in mesh: those next
-# to it 5 %, those beyond 0.6 % of the stress in its own.
+# Teeth on either side of a loaded one whose fillets feel it. *Measured*, helical pair with three teeth in mesh: those
+# next to it 5 %, those beyond 0.6 % of the stress in its own.
 NEIGHBOURS = 1
-# Of an element's local coordinates, which go from -1 to 1: how far outside of it points may lie. Those on the true flank lie
-# outside of flat elements.
+# Of an element's local coordinates, which go from -1 to 1: how far outside of it points may lie, as those on the true
+# flank do where elements are flat.
 OUTSIDE = 0.5
 NEWTON_STEPS = 12
 # Where Newton's iteration for such a place is held back.
@@ -67,8 +73,8 @@ class FilletStress:
     ----------
     points : FilletPoints
     shapes : ndarray, shape (2 NEIGHBOURS + 1, 2, p, c, 3, n)
-        Of the teeth around, counted counter-clockwise from the loaded one; of the loaded flank's side, of the other one;
-        points; columns; along the outline, across it, shear; under unit forces on the flank's unknowns, MPa/N.
+        Of the teeth around, counted counter-clockwise from the loaded one; on the loaded flank's side, on the other
+        one; points; columns; along the outline, across it, shear; under unit forces on the flank's unknowns, MPa/N.
     """
 
     points: FilletPoints
@@ -227,7 +233,7 @@ def _carried(sector: SectorMesh, stress: FloatArray, displacement: sp.csr_array)
 
 
 def _displacement_at(sector: SectorMesh, xy: FloatArray, layer: IntArray, layers: int) -> sp.csr_array:
-    """Displacement of points of a sector, (3 m, 3 n_nodes): at places of the section, on layers of quadratic elements."""
+    """Displacement at places of a sector's section, on layers of quadratic elements, (3 m, 3 n_nodes)."""
     width, through = len(sector.z), (layers - 1) // 2
     nodes = sector.elements[:, :QUADRATIC_NODES]
     nodes = nodes.reshape(-1, through, nodes.shape[1])
@@ -258,7 +264,8 @@ def _holding(corners: FloatArray, points: FloatArray, order: int) -> tuple[IntAr
         Where there is none.
     """
     middle = corners[:, :4].mean(axis=1)
-    elements, found, outside = np.zeros(len(points), dtype=np.int64), np.zeros((len(points), 2)), np.full(len(points), np.inf)
+    count = len(points)
+    elements, found, outside = np.zeros(count, dtype=np.int64), np.zeros((count, 2)), np.full(count, np.inf)
     nearest = np.argsort(np.linalg.norm(middle - points[:, None], axis=2), axis=1)[:, :CANDIDATES]
     for candidate in nearest.T:
         open_ = np.flatnonzero(outside > 0.0)
@@ -277,7 +284,10 @@ def _holding(corners: FloatArray, points: FloatArray, order: int) -> tuple[IntAr
         outside[open_[better]] = beyond[better]
     if outside.max(initial=0.0) > OUTSIDE:
         worst = points[outside.argmax()]
-        raise MeshError(f"no element of the sector holds the point ({worst[0]:.6g}, {worst[1]:.6g}) mm of a fillet's mesh")
+        raise MeshError(
+            f"no element of the sector holds the point ({worst[0]:.6g}, {worst[1]:.6g}) mm of a fillet's mesh; take more "
+            "elements, or write [results] root_stress = false"
+        )
     return elements, found
 
 
@@ -292,7 +302,8 @@ def _plane_shapes(local: FloatArray, order: int) -> tuple[FloatArray, FloatArray
     slopes = slopes * along[..., None] + values[..., None] * corners
     values = values * along
     x, y = local.T
-    middles = 0.5 * np.stack([(1 - x * x) * (1 - y), (1 + x) * (1 - y * y), (1 - x * x) * (1 + y), (1 - x) * (1 - y * y)])
-    by_x = np.stack([-x * (1 - y), 0.5 * (1 - y * y), -x * (1 + y), -0.5 * (1 - y * y)])
-    by_y = np.stack([-0.5 * (1 - x * x), -(1 + x) * y, 0.5 * (1 - x * x), -(1 - x) * y])
+    wide, high = 1.0 - x * x, 1.0 - y * y
+    middles = 0.5 * np.stack([wide * (1.0 - y), (1.0 + x) * high, wide * (1.0 + y), (1.0 - x) * high])
+    by_x = np.stack([-x * (1.0 - y), 0.5 * high, -x * (1.0 + y), -0.5 * high])
+    by_y = np.stack([-0.5 * wide, -(1.0 + x) * y, 0.5 * wide, -(1.0 - x) * y])
     return np.hstack([values, middles.T]), np.concatenate([slopes, np.stack([by_x.T, by_y.T], axis=2)], axis=1)

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmor.arrays import FloatArray, IntArray
-from pmor.errors import MeshError
 from pmor.gear.tooth import Tooth, twist_sections
 from pmor.mesh.element import QUADRATIC_NODES, node_places
 from pmor.mesh.sector import SectorMesh
@@ -22,7 +21,7 @@ from pmor.mesh.sector import SectorMesh
 ALONG, SHORTEST, TURN = 0.12, 0.05, 0.2
 # Depth of the first elements over their length, and how depth and length grow away from the fillet.
 FIRST_DEPTH, GROWTH_DEPTH, GROWTH_ALONG = 1.25, 2.0, 0.3
-# Depth of the cut in modules, and how far above the start of the involute it begins: so far away the coarse mesh is good enough.
+# Depth of the cut in modules, and how far above the start of the involute it begins: there the sector's mesh is good.
 CUT_DEPTH = 0.6
 ABOVE = 0.25
 # Of the rim, and of half the tooth's thickness at the start of the involute, if that is less.
@@ -107,7 +106,7 @@ def _outline(tooth: Tooth) -> tuple[FloatArray, FloatArray, float, float]:
 def _along(
     outline: FloatArray, arc: FloatArray, start: float, end: float, module: float
 ) -> tuple[FloatArray, int, float]:
-    """Arc lengths of the nodes along the outline, mm; which of them is at the start of the involute; shortest element."""
+    """Arc lengths of the nodes along the outline, mm; which is at the start of the involute; the shortest element."""
     above = 2 * max(1, round(0.5 * ABOVE / ALONG))
     inside = (arc >= start) & (arc <= end)
     tangent = np.gradient(outline[inside], arc[inside], axis=0)

@@ -38,6 +38,8 @@ MIB = 2**20
 START_BYTES, SOLVER_BYTES, KERNEL_BYTES, PAGE_BYTES, COMPILING_BYTES = (n * MIB for n in (130, 175, 195, 65, 800))
 # Of linear and of quadratic elements: unknowns of one; its matrix, and what is left over on the way.
 ELEMENT_UNKNOWNS, ELEMENT_BYTES = {1: 24, 2: 60}, {1: 7_000, 2: 40_000}
+# Points along a fillet, about; patterns of forces that the stress there takes, over the flank's unknowns.
+FILLET_POINTS, PATTERNS = 20, 0.25
 # A sweep takes so many times the size of the basis file: read, unpacked, and made ready for the kernels.
 UNPACKED = 4
 # Addresses that libraries reserve beyond the memory they use, with one thread.
@@ -48,6 +50,7 @@ FINITE_ELEMENTS = "finite elements"
 # Seconds on the reference computer: a core with this many operations per second on dense matrices.
 FLOPS = 13e9
 ELEMENT_S, SOLVER_S = {1: 90e-6, 2: 250e-6}, 0.15
+FILLET_S = 0.1
 FULL_S, FULL_ENTRY_S, POSITION_S = 5e-3, 30e-9, 8e-3
 REDUCED_S, REDUCED_MEMBER_S, SWEEP_S = 30e-6, 1.5e-8, 0.2
 START_S, BASIS_S, RESULTS_S, PAGE_S = 1.2, 0.6, 0.05, 2.8
@@ -72,6 +75,8 @@ class GearSize:
         Rows and columns of nodes of the two blocks of a transverse section.
     order : int
         Intervals between nodes along the edge of an element.
+    stresses : int
+        Along both fillets, of all columns; 0 where they are not asked for.
     """
 
     teeth: int
@@ -80,6 +85,7 @@ class GearSize:
     tooth: tuple[int, int]
     ring: tuple[int, int]
     order: int = 1
+    stresses: int = 0
 
     @property
     def flank(self) -> int:
@@ -116,8 +122,11 @@ def gear_size(case: Case, tooth: Tooth, bore_radius_mm: float, face_width_mm: fl
                            "plane_strain", order=mesh.order)  # fmt: skip
     blocks = section.tooth_rows, section.ring_rows
     tooth_block, ring_block = ((len(rows), len(rows[0]) // len(section.z)) for rows in blocks)
+    layers = intervals_across(case) + 1
+    columns = layers if mesh.order == 2 else 2 * layers - 1
+    stresses = 2 * 3 * FILLET_POINTS * columns if case.root_stress else 0
     return GearSize(
-        tooth.teeth, mesh.profile_intervals + 1, intervals_across(case) + 1, tooth_block, ring_block, mesh.order
+        tooth.teeth, mesh.profile_intervals + 1, layers, tooth_block, ring_block, mesh.order, stresses
     )
 
 
@@ -342,13 +351,15 @@ def _solving(gear: GearSize, reach: int) -> int:
     rest, elements = flank + 2 * side, ELEMENT_BYTES[gear.order] * gear.elements
     fronts = (across + rest) ** 2 + (across + flank) ** 2 + (across + 2 * side) ** 2
     ring = 2 * rest**2 + (reach + 8) * side**2 + 8 * side * flank + (6 * reach + 6) * gear.flank**2
-    return int(max(elements + DOUBLE * fronts, DOUBLE * ring))
+    stresses = 3 * gear.stresses * (rest + gear.flank)
+    return int(max(elements + DOUBLE * fronts, DOUBLE * (ring + stresses)))
 
 
 def _kept(gear: GearSize, reach: int) -> int:
     """Bytes of a gear's model: compliance, condensed stiffness, surface layer."""
     flank, side = gear.known * gear.flank, gear.known * gear.side
-    return int(DOUBLE * ((2 * reach + 2) * gear.flank**2 + (flank + 2 * side) ** 2))
+    stresses = 3 * gear.stresses * gear.flank
+    return int(DOUBLE * ((2 * reach + 2) * gear.flank**2 + (flank + 2 * side) ** 2 + stresses))
 
 
 def _held(size: PairSize) -> int:
@@ -367,7 +378,8 @@ def _basis(size: PairSize) -> int:
     """Bytes of a basis: displacements of the shapes, their products, compliance for the error estimate."""
     teeth, loaded = 2 * size.reach + 1, size.flank * size.components // 3
     shapes = 2 * teeth * size.shapes * (size.flank + size.shapes)
-    return DOUBLE * (shapes + len(size.gears) * (size.reach + 1) * loaded**2)
+    stresses = int(PATTERNS * loaded) * sum(3 * gear.stresses + loaded for gear in size.gears if gear.stresses)
+    return DOUBLE * (shapes + len(size.gears) * (size.reach + 1) * loaded**2 + stresses)
 
 
 def _solving_seconds(gear: GearSize) -> float:
@@ -382,7 +394,9 @@ def _solving_seconds(gear: GearSize) -> float:
     total += _dissection((ring_rows, ring_columns, layers), (False, True, True, True, False, False), gear.order)
     total += _elimination(_across(gear), flank + 2 * side)
     total += 3.0 * flank**3 + 20.0 * side * flank**2 + 30.0 * side**2 * flank + gear.teeth / 2.0 * side**3
-    return total / FLOPS + ELEMENT_S[gear.order] * gear.elements
+    # The stresses are carried through the elimination, and then over to the forces on three teeth.
+    total += 12.0 * gear.stresses * (flank + 2 * side) * flank
+    return total / FLOPS + ELEMENT_S[gear.order] * gear.elements + (FILLET_S if gear.stresses else 0.0)
 
 
 def _across(gear: GearSize) -> float:

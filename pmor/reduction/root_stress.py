@@ -1,7 +1,7 @@
 """Root stress in the basis: from the forces on a flank to the stress along the fillets, in few numbers.
 
 Far from the flank hardly more is felt of its forces than a few patterns of them (Saint-Venant). The map of all forces
-(`pmor.fe.fillet_stress`) is parted by a singular value decomposition: amplitudes of patterns first, stresses from these.
+(`pmor.fe.fillet_stress`) is parted by a singular value decomposition: amplitudes of patterns, and stresses from these.
 """
 
 from __future__ import annotations

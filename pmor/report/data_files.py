@@ -51,8 +51,8 @@ def write_stress_csv(path: Path, stress: RootStress) -> None:
     """One line per torque, angle, gear, loaded tooth and side of it: the largest root stress there.
 
     Columns: phi_rad, torque_Nm, gear (pinion, wheel), tooth (tooth pair), side (tension: of the loaded flank;
-    compression), max_principal_MPa, von_mises_MPa, radius_mm and z_mm (where: of the principal stress in tension, of von
-    Mises's in compression).
+    compression), max_principal_MPa, von_mises_MPa, radius_mm and z_mm (where: of the principal stress in tension, of
+    von Mises's in compression).
     """
     buffer = io.StringIO(newline="")
     writer = csv.writer(buffer, lineterminator="\n")

@@ -38,7 +38,8 @@ if TYPE_CHECKING:
 
 #: names of all pictures that a run of one model can have
 PICTURES = (
-    "ste", "load_sharing", "spectrum", "error", "conditions", "contact_pattern", "root_stress", "root_stress_cycle", "mesh",
+    "ste", "load_sharing", "spectrum", "error", "conditions", "contact_pattern", "root_stress", "root_stress_cycle",
+    "mesh",
 )  # fmt: skip
 ROOT_STRESS = ("root_stress", "root_stress_cycle")
 
@@ -111,7 +112,7 @@ def _root_stress(result: OnlineResult) -> list[Picture]:
     return [
         Picture(
             "root_stress.png",
-            f"Root stress along the fillets at {result.case.torque_Nm:g} N m, the largest over the cycle and the width.",
+            f"Root stress along the fillets at {result.case.torque_Nm:g} N m, largest over the cycle and the width.",
             fillet_figure(stress, result.nominal, nominal),
         ),
         Picture(

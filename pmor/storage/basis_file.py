@@ -214,7 +214,8 @@ def _basis(file: h5py.Group, case: Case, arrays: dict[str, np.ndarray]) -> Basis
         both = gears["pinion"], gears.get("wheel", gears["pinion"])
         compliance = FlankCompliance(both, attribute(file[group], "components", int))
     flanks = [of(f"flank/{gear}") for gear in GEARS]
-    stresses = [RootStressShapes(**found) for gear in GEARS if len(found := of(f"root_stress/{gear}")) == len(ROOT_STRESS)]
+    found = [of(f"root_stress/{gear}") for gear in GEARS]
+    stresses = [RootStressShapes(**arrays) for arrays in found if len(arrays) == len(ROOT_STRESS)]
     return Basis(
         case=case,
         flank_nodes=(flanks[0]["nodes"], flanks[1]["nodes"]),

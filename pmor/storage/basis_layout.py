@@ -46,7 +46,7 @@ POSITIONS = {
 }  # fmt: skip
 COMPLIANCE = "pitch offset, loaded unknown, loaded unknown"
 ROOT_STRESS = {
-    "section": Field("mm", "point, xy", "along the loaded side's fillet, from the involute to the space's middle, z = 0"),
+    "section": Field("mm", "point, xy", "along the loaded side's fillet, from the involute to the tooth space, z = 0"),
     "z": Field("mm", "column", "columns along the face width", increasing=True),
     "pattern": Field("1", "pattern, loaded unknown", "amplitude of each pattern of forces on a flank"),
     "stress": Field(
@@ -79,7 +79,8 @@ def basis_layout(case: Case) -> dict[str, Field]:
             words = "compliance between loaded flanks; identical gears: one"
             layout[f"{group}/{gear}"] = Field("mm/N", COMPLIANCE, words, optional=gear == "wheel")
         if case.root_stress:
-            layout |= {f"root_stress/{gear}/{name}": replace(field, optional=True) for name, field in ROOT_STRESS.items()}
+            stress = {name: replace(field, optional=True) for name, field in ROOT_STRESS.items()}
+            layout |= {f"root_stress/{gear}/{name}": field for name, field in stress.items()}
     if has_shapes(case) and not case.reduction.by_line:
         layout |= {f"shapes/{name}": field for name, field in POSITIONS.items()}
     if case.offline.sampling == "greedy":
