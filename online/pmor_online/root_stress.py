@@ -78,7 +78,7 @@ def root_stress(
 def _nodal_forces(
     reduced: ReducedPair, phi: FloatArray, axes: Axes, loads: ContactLoads, block: slice, pairs: IntArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Forces on the unknowns of the flanks of pinion and wheel under the line loads of a sweep, each (D, A, P, n), N."""
+    """Forces on the unknowns of the flanks of pinion and wheel, each (D, A, P, n), N: what line loads are made of."""
     meshed, sections = reduced.meshed, reduced.meshed.sections
     lines = place_sections(meshed, np.ascontiguousarray(phi[block], dtype=float), axes, reduced.components)
     torque, angle = np.divmod(np.repeat(np.arange(loads.count.size), loads.count.ravel()), loads.count.shape[1])

@@ -165,8 +165,7 @@ def _of_the_fillets(mesh: SectorMesh, points: FilletPoints, stress: FloatArray) 
     """Sort stress, (teeth, m, n), by side, point and column; over forces on all nodes of the flank."""
     full = completion(mesh, mesh.flank)
     over_grid = np.stack([(full @ block.T).T for block in stress])
-    shape = len(stress), 2, len(points.section), len(points.z), 3, over_grid.shape[-1]
-    return FilletStress(points, over_grid.reshape(shape))
+    return FilletStress(points, over_grid.reshape(len(stress), 2, *points.shape, -1))
 
 
 def _reciprocal(compliance: FloatArray) -> FloatArray:

@@ -7,10 +7,10 @@ all that is needed (plane stress in the tangent plane). The stresses, as functio
 carried through its elimination (`pmor.fe.carried_functions`), whatever the number of forces on flanks.
 
 *Measured*, paper's pair in plane strain, a line load at the outer point of single contact: 86.72 MPa, and 86.84 MPa by
-CalculiX on elements of 0.015 modules; 33 elements around the fillet, and 451 give 86.78. With 8 elements on the flank or
-32, a fillet of 6 elements in the sector's mesh or of 24: within 0.15 %. In 3-D: 91.2 MPa at mid width, CalculiX 91.4.
-Linear elements in the sector bend too little, and the stress is too low with them: by 1 % (16 ``hex8i`` on the flank),
-3 % (8 ``hex8``).
+CalculiX on elements of 0.015 modules; 33 elements around the fillet, and 451 give 86.78. With 8 elements on the flank
+or 32, a fillet of 6 elements in the sector's mesh or of 24: within 0.15 %. In 3-D: 91.2 MPa at mid width, CalculiX
+91.4. Linear elements in the sector bend too little, and the stress is too low with them: by 1 % (16 ``hex8i`` on the
+flank), 3 % (8 ``hex8``).
 
 The fillet of the other side is the image of the loaded one: in the plane through the tooth's middle and the axis where
 all sections are alike or half the width is meshed, else by half a turn about the radius through the tooth's middle.
@@ -63,6 +63,11 @@ class FilletPoints:
 
     section: FloatArray
     z: FloatArray
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Of the stress in the surface: points, columns, components."""
+        return len(self.section), len(self.z), 3
 
 
 @dataclass(frozen=True)
@@ -218,10 +223,12 @@ def sector_stress(
     axis = np.array([-np.sin(middle), np.cos(middle), 0.0])
     along = np.array([0.0, 0.0, 0.0 if helical else 1.0])
     image = 2.0 * (np.outer(axis, axis) + np.outer(along, along)) - np.eye(3)
-    imaged = (stress.reshape(len(stress), -1, 3) @ image).reshape(stress.shape)
+    imaged = (stress.reshape(*points.shape, -1, 3) @ image).reshape(*points.shape, -1)
+    if helical:  # the image of a column is at the other end of the width
+        imaged = imaged[:, ::-1]
     own = _displacement_at(sector, xy, layer, layers)
     other = _displacement_at(sector, xy * [-1.0, 1.0], layers - 1 - layer if helical else layer, layers)
-    return points, (_carried(sector, stress, own), _carried(sector, imaged, other))
+    return points, (_carried(sector, stress, own), _carried(sector, imaged.reshape(stress.shape), other))
 
 
 def _carried(sector: SectorMesh, stress: FloatArray, displacement: sp.csr_array) -> CarriedFunctions:
@@ -285,8 +292,8 @@ def _holding(corners: FloatArray, points: FloatArray, order: int) -> tuple[IntAr
     if outside.max(initial=0.0) > OUTSIDE:
         worst = points[outside.argmax()]
         raise MeshError(
-            f"no element of the sector holds the point ({worst[0]:.6g}, {worst[1]:.6g}) mm of a fillet's mesh; take more "
-            "elements, or write [results] root_stress = false"
+            f"no element of the sector holds the point ({worst[0]:.6g}, {worst[1]:.6g}) mm of a fillet's mesh; "
+            "take more elements, or write [results] root_stress = false"
         )
     return elements, found
 

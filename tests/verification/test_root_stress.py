@@ -1,0 +1,191 @@
+"""Root stress of the paper's gear against CalculiX, and within our own meshes: a line load at the outer point of contact.
+
+CalculiX: a whole ring of second-order elements, plane strain, 0.06 mm along the fillet (`tests/calculix_fillet.py`):
+86.84 MPa at r = 37.614 mm, elements of 0.12 mm 86.85 MPa. In 3-D, 20 mm wide, 0.2 mm along the fillet: 91.40 MPa at mid
+width. Ours: 86.72 MPa at r = 37.637 mm, and 91.2 MPa. The other side: -103.08 MPa there, here -102.9.
+Slow: ``pytest -n 0 -m slow tests/verification/test_root_stress.py -s``; seconds in plane strain, four minutes in 3-D.
+"""
+
+import math
+from unittest.mock import patch
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from pmor.fe.cyclic import elastic_gear, volume_displacement
+from pmor.fe.fillet_stress import sector_stress, surface_stress
+from pmor.lab.rivals.calculix import PROGRAM, calculix_available
+from pmor.mesh import fillet, outline
+from pmor.mesh.element import tributary_widths
+from pmor.mesh.fillet import build_fillet
+from pmor.mesh.sector import build_sector
+from pmor.reduction.root_stress import root_stress_shapes
+from pmor_online.root_stress import _largest, _measures
+from tests.calculix_fillet import fillet_stress, largest_principal
+from tests.gear_models import POISSON, WIDTH, YOUNG, gear_pair, tooth
+
+BORE = 20.0
+PAPER = tooth(21)
+PAIR = gear_pair(PAPER, PAPER)
+# Roll angle on the pinion where the pair before leaves the mesh, and 100 N m on 20 mm there, N/mm.
+HIGHEST = float(PAIR.contact_roll_angles(np.array([PAIR.roll_position_range[0] + PAIR.pitch]))[0][0])
+LINE_LOAD = 1e5 / PAPER.base_radius / WIDTH
+PLANE_MPA, PLANE_RADIUS, PLANE_PRESSED_MPA, SOLID_MPA = 86.84, 37.614, -103.08, 91.40
+# Measured -0.14, +0.02 and -0.2 %; 1.5 and 3 % are asked for. Between points 0.2 mm apart the place is a parabola's.
+PLANE_RTOL, SOLID_RTOL, PLACE = 5e-3, 1e-2, 0.1
+# The z of columns of nodes in CalculiX, finer at the face.
+COLUMNS = -10.0 + np.array([0.0, 0.15, 0.3, 0.55, 0.8, 1.2, 1.6, 2.25, 2.9, 3.9, 4.9, 6.1, 7.3, 8.65, 10.0])
+
+
+def meshed(gear=PAPER, elements=8, across=2, width="plane_strain", order=2, face=1.0):
+    mesh = build_sector(gear, BORE, face, elements, across, "arc_length", width=width, order=order)
+    return mesh, build_fillet(gear, mesh)
+
+
+def solved(gear=PAPER, element="hex20", reach=1, keep=False, **sizes):
+    mesh, around = meshed(gear, **sizes)
+    return elastic_gear(mesh, YOUNG, POISSON, element, reach, keep, fillet=around)
+
+
+def at_highest_point(body, gear=PAPER):
+    """Forces on the flank's nodes that a line load at the outer point of single contact amounts to."""
+    mesh, u = body.mesh, body.mesh.flank_roll_angle
+    first = int(np.clip(np.searchsorted(u, HIGHEST) - 2, 0, len(u) - 4))
+    near = u[first : first + 4]
+    share = [math.prod((HIGHEST - b) / (a - b) for b in near if b != a) for a in near]
+    width = tributary_widths(mesh.z, mesh.order) * (2.0 if mesh.mirrored else 1.0)
+    force = np.zeros((*mesh.flank.shape, 3))
+    normal = gear.flank_normal(np.array(HIGHEST), np.array(0.0))
+    force[first : first + 4] = -LINE_LOAD * np.multiply.outer(np.outer(share, width), normal)
+    return force.ravel()
+
+
+def largest(body, force):
+    """Largest principal stress on the loaded side, its radius, and the largest compression on the other one."""
+    own = body.fillet.shapes[1] @ force
+    shapes = root_stress_shapes(body.fillet, 3)
+    peak, _, radius, _ = _largest(shapes, *_measures(own[None]))
+    return peak[0, 0], radius[0, 0], own[1, ..., 0].min()
+
+
+def test_root_stress_in_plane_strain_is_what_calculix_gave():
+    body = solved()
+    peak, radius, pressed = largest(body, at_highest_point(body))
+    assert_allclose([peak, pressed], [PLANE_MPA, PLANE_PRESSED_MPA], rtol=PLANE_RTOL)
+    assert abs(radius - PLANE_RADIUS) < PLACE
+
+
+def test_root_stress_of_the_whole_width_is_what_calculix_gave():
+    body = solved(width="half", across=4, face=WIDTH)
+    peak, *_ = largest(body, at_highest_point(body))
+    assert_allclose(peak, SOLID_MPA, rtol=SOLID_RTOL)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not calculix_available(), reason=f"CalculiX ({PROGRAM}) is not installed")
+@pytest.mark.parametrize("plane", [True, False])
+def test_calculix_gives_these_root_stresses(plane):
+    z = np.array([0.0, 0.5, 1.0]) if plane else COLUMNS
+    sides = fillet_stress(PAPER, BORE, YOUNG, POISSON, z, plane, HIGHEST, LINE_LOAD, 0.06 if plane else 0.2)
+    (nodes, loaded), (_, other) = sides
+    principal, pressed = largest_principal(loaded)[:, -1], largest_principal(other)[:, 0]
+    radius = float(np.linalg.norm(nodes[principal.argmax(), :2]))
+    print(f"\n{principal.max():.3f} MPa at r = {radius:.3f} mm; other side {pressed.min():.3f} MPa")  # noqa: T201
+    assert_allclose(principal.max(), PLANE_MPA if plane else SOLID_MPA, rtol=1e-3)
+    if plane:
+        assert_allclose(pressed.min(), PLANE_PRESSED_MPA, rtol=1e-3)
+        assert abs(radius - PLANE_RADIUS) < 0.5 * PLACE
+
+
+def test_root_stress_has_converged_in_our_own_mesh():
+    """Four times finer around the fillet, cut farther away, and a sector with twice the elements and a finer fillet."""
+    body = solved()
+    coarse, radius, pressed = largest(body, at_highest_point(body))
+    finer = {"ALONG": 0.03, "SHORTEST": 0.01, "TURN": 0.05, "GROWTH_DEPTH": 1.4, "CUT_DEPTH": 0.9, "ABOVE": 0.5}
+    with patch.multiple(fillet, **finer), patch.object(outline, "FINE_FILLET", 48):
+        body = solved(elements=16)
+    fine, fine_radius, fine_pressed = largest(body, at_highest_point(body))
+    assert_allclose([coarse, pressed], [fine, fine_pressed], rtol=3e-3)  # measured 0.06 and 0.08 %; 2 % are asked for
+    assert abs(radius - fine_radius) < PLACE
+
+
+def test_a_sharper_rack_makes_a_sharper_notch_that_is_resolved_as_well():
+    sharp = tooth(21, rack_tip_radius=0.1)
+    body = solved(sharp)
+    coarse, *_ = largest(body, at_highest_point(body, sharp))
+    with patch.multiple(fillet, ALONG=0.03, SHORTEST=0.01, TURN=0.05, GROWTH_DEPTH=1.4):
+        body = solved(sharp)
+    fine, *_ = largest(body, at_highest_point(body, sharp))
+    assert_allclose(coarse, fine, rtol=3e-3)  # measured 0.05 %
+    assert coarse > 1.2 * PLANE_MPA
+
+
+@pytest.mark.parametrize("kind", ["half", "helical", "linear"])
+def test_stress_of_unit_forces_is_that_of_the_displacement_that_they_cause(kind):
+    """Carried through the elimination and the ring, against back-substitution to all nodes of three sectors."""
+    gear = tooth(12, 0.2, 15.0 if kind == "helical" else 0.0)
+    order, element = (1, "hex8i") if kind == "linear" else (2, "hex20")
+    mesh = build_sector(gear, 8.0, 10.0, 4, 2, width="half" if kind == "half" else "whole", order=order)
+    around = build_fillet(gear, mesh)
+    body = elastic_gear(mesh, YOUNG, POISSON, element, 2, True, fillet=around)
+    force = np.random.default_rng(3).normal(size=body.compliance.shape[1])
+    force[mesh.flank_held_axially] = 0.0
+    _, both = sector_stress(around, mesh, YOUNG, POISSON)
+    functions = np.concatenate([side.over(np.arange(3 * len(mesh.nodes))) for side in both])
+    for place, offset in enumerate((-1, 0, 1)):
+        expected = functions @ volume_displacement(body, offset, force).ravel()
+        found = (body.fillet.shapes[place] @ force).ravel()
+        assert_allclose(found, expected, rtol=0.0, atol=1e-9 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("helix_deg", [0.0, 20.0])
+def test_an_even_strain_makes_the_stress_of_a_free_surface(helix_deg):
+    """Of its tangent plane: whatever the third strain is, no traction acts across."""
+    gear = tooth(21, helix_deg=helix_deg)
+    mesh, around = meshed(gear, across=4, width="whole", face=WIDTH)
+    slope = np.random.default_rng(5).normal(size=(3, 3))
+    points, rows = surface_stress(around, YOUNG, POISSON)
+    found = (rows @ (around.nodes @ slope.T).ravel()).reshape(len(points.section), len(points.z), 3)
+    i, k = 6, 4
+    surface = around.nodes[around.numbers[0]]
+    along, across = (np.gradient(surface, axis=axis)[around.first + i, k] for axis in (0, 1))
+    first = along / np.linalg.norm(along)
+    second = across - (across @ first) * first
+    second /= np.linalg.norm(second)
+    strain = 0.5 * (slope + slope.T)
+    one, two, shear = first @ strain @ first, second @ strain @ second, 2.0 * first @ strain @ second
+    modulus = YOUNG / (1.0 - POISSON**2)
+    expected = modulus * (one + POISSON * two), modulus * (two + POISSON * one), 0.5 * YOUNG / (1.0 + POISSON) * shear
+    # Tangents by differences between nodes: a hundredth of a radian.
+    assert_allclose(found[i, k], expected, rtol=0.0, atol=2e-2 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize(("helix_deg", "width"), [(0.0, "half"), (0.0, "plane_strain"), (20.0, "whole")])
+def test_the_other_fillet_is_the_image_of_the_loaded_one(helix_deg, width):
+    gear = tooth(21, helix_deg=helix_deg)
+    mesh, around = meshed(gear, across=4, width=width, face=WIDTH)
+    points, (own, other) = sector_stress(around, mesh, YOUNG, POISSON)
+    image = np.diag([-1.0, 1.0, -1.0 if helix_deg else 1.0])
+    slope = np.random.default_rng(6).normal(size=(3, 3, 3))
+
+    def field(x):
+        return np.einsum("ijk,nj,nk->ni", slope, x, x)
+
+    every = np.arange(3 * len(mesh.nodes))
+    shape = points.shape
+    there = (own.over(every) @ field(mesh.nodes).ravel()).reshape(shape)
+    here = (other.over(every) @ (field(mesh.nodes @ image.T) @ image.T).ravel()).reshape(shape)
+    expected = there[:, ::-1] if helix_deg else there
+    assert_allclose(here[..., :2], expected[..., :2], rtol=0.0, atol=1e-9 * np.abs(there).max())
+
+
+def test_patterns_give_back_the_stress_of_forces_that_spread():
+    body = solved(width="half", across=4, face=WIDTH)
+    force = at_highest_point(body)
+    shapes = root_stress_shapes(body.fillet, 2)
+    in_plane = force.reshape(-1, 3)[:, :2].ravel()
+    assert_allclose(shapes.pattern @ shapes.pattern.T, np.eye(len(shapes.pattern)), atol=1e-9)
+    found, expected = shapes.stress @ (shapes.pattern @ in_plane), body.fillet.shapes @ force
+    assert_allclose(found, expected, rtol=0.0, atol=1e-3 * np.abs(expected).max())  # measured 2e-4
+    assert len(shapes.pattern) < 0.5 * len(in_plane)
