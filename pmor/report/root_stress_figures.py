@@ -17,7 +17,7 @@ LINES = ("-", "--")
 MOST_TORQUES = len(COLOURS)
 
 
-def fillet_figure(stress: RootStress, torque: int, nominal_MPa: tuple[float, float]) -> Figure:
+def fillet_figure(stress: RootStress, torque: int, nominal_MPa: tuple[float | None, float | None]) -> Figure:
     """Largest stress along the fillets over the mesh cycle and the width, at one torque.
 
     Parameters
@@ -26,7 +26,7 @@ def fillet_figure(stress: RootStress, torque: int, nominal_MPa: tuple[float, flo
     torque : int
         Its place.
     nominal_MPa : two float
-        ISO 6336-3, of pinion and wheel.
+        ISO 6336-3, of pinion and wheel; None where it does not hold.
     """
     with plot_style():
         figure = new_figure(7.6, 3.8)
@@ -37,7 +37,8 @@ def fillet_figure(stress: RootStress, torque: int, nominal_MPa: tuple[float, flo
             pressed = envelope.von_mises_MPa[torque, 1].max(axis=1)
             tension.plot(envelope.arc_mm, pulled, label=GEARS[gear], **look)
             compression.plot(envelope.arc_mm, pressed, **look)
-            tension.axhline(nominal_MPa[gear], color=COLOURS[gear], ls=":", lw=1.0)
+            if (nominal := nominal_MPa[gear]) is not None:
+                tension.axhline(nominal, color=COLOURS[gear], ls=":", lw=1.0)
         tension.set_title("Loaded side: largest principal stress")
         compression.set_title("Other side: von Mises's")
         tension.set_ylabel("Root stress [MPa]\n(dotted: ISO 6336-3 nominal)")

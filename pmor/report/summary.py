@@ -197,8 +197,10 @@ def _root_stress_rows(result: OnlineResult) -> list[tuple[str, float, str, str]]
     for gear, name in enumerate(GEARS if s["root_stress_max_MPa"] else ()):
         radius, phi, z = (s[f"root_stress_{key}"][gear] for key in ("radius_mm", "phi_rad", "z_mm"))
         note = f"largest principal, at r = {radius:.4g} mm, z = {z:.3g} mm, {math.degrees(phi):.3g} deg"
-        nominal = f"; ISO 6336-3: {s['root_stress_iso6336_MPa'][gear]:.3g} MPa"
-        rows.append((f"root stress, {name}", s["root_stress_max_MPa"][gear], "MPa", note + nominal))
+        nominal = s["root_stress_iso6336_MPa"][gear]
+        if nominal is not None:
+            note += f"; ISO 6336-3: {nominal:.3g} MPa"
+        rows.append((f"root stress, {name}", s["root_stress_max_MPa"][gear], "MPa", note))
     return rows
 
 

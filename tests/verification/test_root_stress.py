@@ -1,4 +1,4 @@
-"""Root stress of the paper's gear against CalculiX, and within our own meshes: a line load at the outer point of contact.
+"""Root stress of the paper's gear, a line load at the outer point of contact: against CalculiX and in our own meshes.
 
 CalculiX: a whole ring of second-order elements, plane strain, 0.06 mm along the fillet (`tests/calculix_fillet.py`):
 86.84 MPa at r = 37.614 mm, elements of 0.12 mm 86.85 MPa. In 3-D, 20 mm wide, 0.2 mm along the fillet: 91.40 MPa at mid

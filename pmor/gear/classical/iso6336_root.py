@@ -46,8 +46,8 @@ class RootFactors:
         return LEAST_NOTCH <= self.notch < LARGEST_NOTCH
 
 
-def nominal_root_stress(pair: GearPair, torque_Nm: float) -> tuple[float, float]:
-    """Return sigma_F0 of pinion and wheel in MPa: F_t / (b m_n) Y_F Y_S Y_beta.
+def nominal_root_stress(pair: GearPair, torque_Nm: float) -> tuple[float | None, float | None]:
+    """Return sigma_F0 of pinion and wheel in MPa, F_t / (b m_n) Y_F Y_S Y_beta; None beyond the range of Y_S.
 
     Parameters
     ----------
@@ -56,11 +56,11 @@ def nominal_root_stress(pair: GearPair, torque_Nm: float) -> tuple[float, float]
         At the pinion.
     """
     tangential = 1e3 * torque_Nm / pair.pinion.reference_radius
-    found = []
+    found = list[float | None]()
     for tooth, face in zip((pair.pinion, pair.wheel), pair.faces, strict=True):
         factors = root_factors(tooth, pair)
         load = tangential / ((face[1] - face[0]) * tooth.module)
-        found.append(load * factors.form * factors.stress_correction * factors.helix)
+        found.append(load * factors.form * factors.stress_correction * factors.helix if factors.in_range else None)
     return found[0], found[1]
 
 
@@ -94,7 +94,7 @@ def root_factors(tooth: Tooth, pair: GearPair) -> RootFactors:
     lever = (math.cos(half_angle) - math.sin(half_angle) * math.tan(load_angle)) * loaded
     lever = 0.5 * (lever - virtual * math.cos(TANGENT_ANGLE - theta) - (lift / math.cos(theta) - edge))
     form = 6.0 * lever * math.cos(load_angle) / (chord**2 * math.cos(alpha))
-    slenderness, notch = chord / lever, chord / (2.0 * radius)
+    slenderness, notch = chord / lever, chord / (2.0 * radius) if radius > 0.0 else math.inf
     correction = (1.2 + 0.13 * slenderness) * notch ** (1.0 / (1.21 + 2.3 / slenderness))
     form *= _contact_ratio_factor(contact_ratio, overlap)
     return RootFactors(form, correction, _helix_factor(helix, overlap), notch)

@@ -1,0 +1,171 @@
+"""Root stress of a sweep with line loads: forces, symmetry, tables, files."""
+
+import csv
+import json
+import math
+from dataclasses import replace
+
+import h5py
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import pmor
+from pmor.app.cli import main
+from pmor.case import basis_key, parse_case
+from pmor.errors import FileFormatError
+from pmor.pair.conditions import conditions_of
+from pmor.report.data_files import STRESS_COLUMNS, write_stress_csv
+from pmor.results.root_stress import GEARS, SIDES
+from pmor.storage.basis_file import read_basis
+from pmor_online.line_sweep import sweep_line_loads
+from pmor_online.root_stress import _nodal_forces
+from tests.small_case import case_text
+
+TORQUES = [50.0, 100.0]
+
+
+def line_case(**changes):
+    sections = {
+        "mesh": {"element": "hex20", "profile_elements": 8, "width_elements": 1, "width": "plane_strain"},
+        "contact": {"scheme": "line"},
+        "online": {"angles_per_pitch": 40, "torques_Nm": TORQUES},
+        "output": {"plots": False, "report": False},
+    } | changes
+    text = case_text(reduction={"shapes": "line_loads"}, **sections).replace("lodm_profile = 2\n", "")
+    return parse_case(text, "root", "root")
+
+
+@pytest.fixture(scope="module")
+def model():
+    return pmor.train(line_case())
+
+
+@pytest.fixture(scope="module")
+def stress(model):
+    return model.root_stress()
+
+
+def test_nodal_forces_make_the_torque_and_push_along_the_line_of_action(model):
+    reduced, phi = model.reduced, np.array([0.02, 0.1, 0.25])
+    conditions = conditions_of(model.case, TORQUES)
+    loads = sweep_line_loads(reduced, phi, conditions, recorded=True).states.loads
+    pairs = np.arange(loads.pair.min(), loads.pair.max() + 1)
+    pinion, wheel = _nodal_forces(reduced, phi, conditions[0].axes, loads, slice(0, 3), pairs)
+    radius = reduced.meshed.pair.pinion.base_radius
+    for gear, forces in enumerate((pinion, wheel)):
+        whole = forces.reshape(*forces.shape[:3], -1, reduced.components)
+        places = reduced.basis.flank_nodes[gear].reshape(-1, 3)
+        moment = (places[:, 0] * whole[..., 1] - places[:, 1] * whole[..., 0]).sum(axis=(2, 3))
+        # Forces act where flanks meet, a foot of a four-point interpolation away from the nodes.
+        assert_allclose(np.abs(moment), np.broadcast_to(1e3 * np.array(TORQUES)[:, None], moment.shape), rtol=1e-5)
+        size = np.linalg.norm(whole.sum(axis=3), axis=-1).sum(axis=2)
+        assert_allclose(size, np.broadcast_to(1e3 * np.array(TORQUES)[:, None] / radius, size.shape), rtol=1e-6)
+
+
+def test_loaded_teeth_alone_have_stresses(stress, model):
+    sweep = model.sweep()
+    carried = np.zeros(stress.max_principal_MPa.shape[:2] + (len(stress.pair_index),), dtype=bool)
+    for column, index in enumerate(sweep.pair_index):
+        if index in stress.pair_index:
+            carried[:, :, list(stress.pair_index).index(index)] = sweep.pair_share[:, :, column] > 0.0
+    for values in (stress.max_principal_MPa, stress.von_mises_MPa, stress.radius_mm, stress.z_mm):
+        assert np.array_equal(np.isfinite(values), np.broadcast_to(carried[:, :, None, :, None], values.shape))
+
+
+def test_identical_gears_have_the_same_largest_stress_at_mirrored_times(stress, model):
+    pitch = model.reduced.meshed.pair.pitch
+    pinion, wheel = (stress.largest(1, gear) for gear in range(2))
+    assert_allclose(pinion.max_principal_MPa, wheel.max_principal_MPa, rtol=1e-6)
+    middle = sum(model.reduced.meshed.pair.roll_position_range)
+    rolls = [one.phi_rad + pitch * one.tooth for one in (pinion, wheel)]
+    assert_allclose(sum(rolls), middle, atol=1e-6 + pitch / 40)
+    assert pinion.side == "tension"
+    # The largest lies between points: a parabola's, measured 0.2 % above theirs.
+    assert_allclose(pinion.max_principal_MPa, stress.envelope[0].max_principal_MPa[1].max(), rtol=4e-3)
+
+
+def test_the_largest_stress_is_near_the_nominal_one_and_where_one_tooth_carries_alone(stress, model):
+    """15 % is what FE and ISO 6336-3 may differ by; here -4 %."""
+    found = stress.largest(1, 0)
+    assert_allclose(found.max_principal_MPa, 89.1, rtol=0.15)
+    share = model.sweep().pair_share[1, int(np.argmin(np.abs(stress.phi_rad - found.phi_rad)))]
+    assert share.max() > 0.99
+
+
+def test_stress_grows_with_the_torque_but_for_contact_that_stiffens(stress):
+    low, high = (stress.largest(torque, 0).max_principal_MPa for torque in range(2))
+    assert_allclose(high / low, 2.0, rtol=2e-2)
+
+
+def test_points_under_the_line_of_contact_do_not_count(stress, model):
+    """Where contact begins at the foot of the pinion, the fillet below it feels the load itself."""
+    module, gear = model.case.pair.module_mm, model.reduced.meshed.pair.pinion
+    roll = model.sweep().phi_rad  # the same angles
+    assert np.array_equal(roll, stress.phi_rad)
+    start = stress.envelope[0].section_mm[0]
+    lowest = np.linalg.norm(start)
+    first = np.nanargmin(np.where(np.isfinite(stress.max_principal_MPa[1, :, 0, :, 0]), stress.phi_rad[:, None]
+                                  + gear.angular_pitch * stress.pair_index, np.inf))  # fmt: skip
+    angle, pair = np.unravel_index(first, stress.max_principal_MPa[1, :, 0, :, 0].shape)
+    assert stress.radius_mm[1, angle, 0, pair, 0] < lowest - 0.2 * module
+
+
+def test_the_table_has_a_line_for_each_side_of_each_loaded_tooth(stress, tmp_path):
+    write_stress_csv(tmp_path / "stress.csv", stress)
+    with open(tmp_path / "stress.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert tuple(rows[0]) == STRESS_COLUMNS
+    assert len(rows) == np.isfinite(stress.max_principal_MPa).sum()
+    assert {row["gear"] for row in rows} == set(GEARS)
+    assert {row["side"] for row in rows} == set(SIDES)
+    largest = max((row for row in rows if row["torque_Nm"] == "100.0"), key=lambda row: float(row["max_principal_MPa"]))
+    found = max((stress.largest(1, gear) for gear in range(2)), key=lambda one: one.max_principal_MPa)
+    assert float(largest["max_principal_MPa"]) == found.max_principal_MPa
+    assert float(largest["radius_mm"]) == found.radius_mm
+
+
+def test_a_saved_basis_gives_the_same_stress(stress, model, tmp_path):
+    model.save(tmp_path / "basis.h5")
+    again = pmor.load(tmp_path / "basis.h5").root_stress()
+    assert np.array_equal(again.max_principal_MPa, stress.max_principal_MPa, equal_nan=True)
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [("section", "along its fillet"), ("z", "along its face"), ("pattern", "apart from each other")],
+)
+def test_a_basis_with_a_changed_root_stress_is_refused(name, words, model, tmp_path, monkeypatch):
+    shapes = model.basis.root_stress[0]
+    changed = replace(shapes, **{name: getattr(shapes, name) + np.linspace(0.0, 1.0, len(getattr(shapes, name)))[
+        (slice(None),) + (None,) * (getattr(shapes, name).ndim - 1)]})  # fmt: skip
+    other = replace(model, basis=replace(model.basis, root_stress=(changed, changed)))
+    other.save(tmp_path / "basis.h5")
+    with pytest.raises(FileFormatError, match=words):
+        read_basis(tmp_path / "basis.h5")
+
+
+def test_a_case_that_wants_none_has_none(tmp_path):
+    case = line_case(results={"root_stress": False})
+    assert basis_key(case) != basis_key(line_case())
+    model = pmor.train(case)
+    assert model.basis.root_stress is None
+    model.save(tmp_path / "basis.h5")
+    with h5py.File(tmp_path / "basis.h5") as file:
+        assert "root_stress" not in file
+    with pytest.raises(pmor.CaseError, match="root_stress = true"):
+        pmor.load(tmp_path / "basis.h5").root_stress()
+
+
+def test_online_writes_table_summary_and_pictures(model, tmp_path, capsys):
+    model.save(tmp_path / "basis.h5")
+    case = tmp_path / "root.toml"
+    case.write_text(line_case(output={"plots": True, "report": True}).text)
+    assert main(["online", str(tmp_path / "basis.h5"), "--case", str(case), "-o", str(tmp_path / "out")]) == 0
+    out = tmp_path / "out"
+    assert all((out / name).exists() for name in ("stress.csv", "root_stress.png", "root_stress_cycle.png"))
+    found = json.loads((out / "summary.json").read_text())
+    assert len(found["root_stress_max_MPa"]) == 2
+    assert_allclose(found["root_stress_iso6336_MPa"], 89.09, atol=0.01)
+    assert math.isclose(found["root_stress_radius_mm"][0], 37.6, abs_tol=0.1)
+    assert "root stress, pinion" in capsys.readouterr().out
