@@ -1,0 +1,261 @@
+"""Both gears in motion as VTKHDF: displacement, stress and pressure on the elements, for ParaView and the like.
+
+Version 2.0 of the format, a temporal `UnstructuredGrid`: the mesh is stored once, undeformed, with the teeth in the
+middle of their path (or in the first position), and each step has its fields. A step is a pinion angle; the fields are
+elastic, without the rotation of the gears. Stress is that of the sector's mesh: the notch at the root is resolved in
+`stress.csv`, not here.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from pmor.arrays import FloatArray, IntArray
+from pmor.case import Case, GearCase, text_of
+from pmor.contact.solve import solve_position
+from pmor.conventions import rotation_z
+from pmor.errors import ConvergenceError
+from pmor.fe.cyclic import ElasticGear, elastic_gear
+from pmor.fe.volume import nodal_stress, principal_and_von_mises, sector_displacement
+from pmor.mesh.element import QUADRATIC_NODES, tributary_widths
+from pmor.mesh.sector import SectorMesh
+from pmor.pair.conditions import nominal_condition
+from pmor.pair.model import mesh_model, neighbour_reach, per_gear
+from pmor.storage.atomic import atomic_path
+from pmor.storage.basis_file import read_basis
+from pmor.version import __version__
+from pmor_online.model import ReducedPair, reduced_pair
+
+STEPS_PER_PITCH = 20
+# How far beyond the path of contact the passage of a tooth pair is followed, in pitches.
+BEYOND = 0.1
+# VTK's numbers of the hexahedron and the quadratic one.
+HEXAHEDRON, QUADRATIC_HEXAHEDRON = 12, 25
+#: fields at the nodes, and their components
+FIELDS = {
+    "displacement_mm": 3, "stress_MPa": 6, "max_principal_MPa": 1, "von_mises_MPa": 1, "flank_pressure_MPa": 1,
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class PlacedSector:
+    """A sector of a gear where it stands in the undeformed pair.
+
+    Parameters
+    ----------
+    gear : int
+        0 pinion, 1 wheel.
+    sector : int
+        Counted counter-clockwise.
+    rotation : ndarray, shape (3, 3)
+        Of vectors in the sector's frame.
+    shift : ndarray, shape (3,)
+        mm.
+    """
+
+    gear: int
+    sector: int
+    rotation: FloatArray
+    shift: FloatArray
+
+
+def export(path_in: Path, path_out: Path, whole: bool = False, overwrite: bool = False) -> None:
+    """Write both gears of a basis file, at the nominal torque of its case.
+
+    Parameters
+    ----------
+    path_in : Path
+        Basis file: its case says all, and the finite elements are solved again for the volume.
+    path_out : Path
+    whole : bool
+        Both gears over one pitch; else the sectors of one tooth pair from its entry into the mesh to its exit.
+    overwrite : bool
+        As in `pmor.storage.atomic.atomic_path`.
+
+    Raises
+    ------
+    FileFormatError
+        When there is no valid basis.
+    ConvergenceError
+        When a position has no equilibrium.
+    OutputError
+    """
+    reduced = reduced_pair(read_basis(Path(path_in)))
+    phi = step_angles(reduced, whole)
+    forces, pairs = flank_forces(reduced, phi)
+    case = reduced.basis.case
+    gears = _volumes(case, whole)
+    placed = _placed(reduced, gears, phi, whole)
+    with atomic_path(Path(path_out), overwrite) as temporary, h5py.File(temporary, "w") as file:
+        file.attrs["pmor_version"], file.attrs["case_text"] = __version__, text_of(case)
+        _write(file, phi, gears, placed, _fields(case, gears, placed, forces, pairs))
+
+
+def step_angles(reduced: ReducedPair, whole: bool) -> FloatArray:
+    """Return the pinion angles of the steps, rad."""
+    pair = reduced.meshed.pair
+    step = pair.pitch / STEPS_PER_PITCH
+    if whole:
+        return np.asarray(step * np.arange(STEPS_PER_PITCH))
+    start, stop = pair.meshing_range
+    start, stop = start - BEYOND * pair.pitch, stop + BEYOND * pair.pitch
+    return np.asarray(start + step * np.arange(math.ceil((stop - start) / step) + 1))
+
+
+def flank_forces(reduced: ReducedPair, phi: FloatArray) -> tuple[FloatArray, IntArray]:
+    """Return the forces on the flanks of all tooth pairs that touch, at the nominal torque.
+
+    Returns
+    -------
+    forces : ndarray, shape (2, pairs, n, steps)
+        On all unknowns of the flanks of pinion and wheel, in each tooth's frame, N.
+    pairs : ndarray of int, shape (pairs,)
+    """
+    meshed, condition = reduced.meshed, nominal_condition(reduced.basis.case)
+    found = dict[int, FloatArray]()
+    unknowns = 3 * meshed.pinion.nodes.shape[0] * meshed.pinion.nodes.shape[1]
+    for step, angle in enumerate(phi):
+        solved = solve_position(meshed, float(angle), [condition], reduced.elasticity_at)
+        equilibrium, position = solved.equilibria[0], solved.position
+        if equilibrium is None:
+            raise ConvergenceError(f"no equilibrium at phi = {angle:.6g} rad: {solved.failures[0]}", [])
+        nodal = equilibrium.contact.nodal_forces(equilibrium.contact.force, len(position.nodes))
+        for p, index in enumerate(position.pair_index.tolist()):
+            for gear in range(2):
+                window = nodal[position.window_slice(p, gear)]
+                if window.any():
+                    fields = found.setdefault(index, np.zeros((2, unknowns, len(phi))))
+                    rows = 3 * position.flank_nodes[p][gear][:, None] + np.arange(3)
+                    fields[gear, rows, step] = window
+    pairs = np.array(sorted(found))
+    return np.stack([found[int(index)] for index in pairs], axis=1), pairs
+
+
+def _volumes(case: Case, whole: bool) -> tuple[ElasticGear, ElasticGear]:
+    """Solve the finite elements of both gears, surface layer and all, with what back-substitution needs."""
+    mesh = mesh_model(case)
+
+    def build(sector: SectorMesh, gear: GearCase) -> ElasticGear:
+        reach = sector.teeth // 2 if whole else neighbour_reach(mesh.meshed.pair)
+        return elastic_gear(sector, gear.youngs_modulus_GPa * 1e3, gear.poisson_ratio, case.mesh.element, reach, True)
+
+    return per_gear(case, mesh, build)
+
+
+def _placed(
+    reduced: ReducedPair, gears: tuple[ElasticGear, ElasticGear], phi: FloatArray, whole: bool
+) -> list[PlacedSector]:
+    """Sectors where they are shown: pair 0 in the middle of its path, whole gears in the first position."""
+    pair = reduced.meshed.pair
+    at = float(phi[0]) if whole else 0.5 * sum(pair.meshing_range)
+    starts = at, math.pi + float(pair.wheel_tooth_rotation(at))
+    found = []
+    for gear, body in enumerate(gears):
+        shift = np.array([0.0, (0.0, pair.centre_distance)[gear], 0.0])
+        for sector in range(body.mesh.teeth) if whole else (0,):
+            angle = starts[gear] + 2.0 * math.pi * sector / body.mesh.teeth
+            found.append(PlacedSector(gear, sector, rotation_z(angle), shift))
+    return found
+
+
+def _fields(
+    case: Case, gears: tuple[ElasticGear, ElasticGear], placed: list[PlacedSector], forces: FloatArray, pairs: IntArray
+) -> Iterator[dict[str, FloatArray]]:
+    """Fields of one sector after the other, at the nodes of its elements: (nodes, components, steps)."""
+    materials = case.pair.pinion, case.pair.wheel
+    for place in placed:
+        body, material = gears[place.gear], materials[place.gear]
+        teeth = pairs if place.gear == 0 else -pairs  # the wheel's teeth count against the pinion's
+        displacement = sector_displacement(body, place.sector, teeth, forces[place.gear])
+        stress = nodal_stress(body.mesh, displacement, material.youngs_modulus_GPa * 1e3, material.poisson_ratio)
+        principal, von_mises = principal_and_von_mises(stress)
+        own = np.unique(body.mesh.elements[:, :QUADRATIC_NODES])
+        pressure = np.zeros((len(body.mesh.nodes), 1, displacement.shape[2]))
+        for number in np.flatnonzero((teeth - place.sector) % body.mesh.teeth == 0):
+            pressure[body.mesh.flank.ravel(), 0] += _pressure(body.mesh, forces[place.gear, number])
+        yield {
+            "displacement_mm": np.einsum("ij,njm->nim", place.rotation, displacement)[own],
+            "stress_MPa": _turned(stress, place.rotation)[own],
+            "max_principal_MPa": principal[own, None],
+            "von_mises_MPa": von_mises[own, None],
+            "flank_pressure_MPa": pressure[own],
+        }
+
+
+def _pressure(mesh: SectorMesh, force: FloatArray) -> FloatArray:
+    """Forces on the nodes of a flank, (3 n, m), over the areas that they stand for, (n, m), MPa."""
+    arc = np.linalg.norm(np.diff(mesh.flank_nodes[:, 0], axis=0), axis=1)
+    along = np.append(0.5 * arc, 0.0) + np.insert(0.5 * arc, 0, 0.0)
+    across = tributary_widths(mesh.z, mesh.order) * (2.0 if mesh.mirrored else 1.0)
+    size = np.linalg.norm(force.reshape(-1, 3, force.shape[1]), axis=1)
+    return np.asarray(size / np.outer(along, across).ravel()[:, None])
+
+
+def _turned(stress: FloatArray, rotation: FloatArray) -> FloatArray:
+    """Tensors (n, 6, m) in the frame of the pair."""
+    tensor = stress[:, [[0, 3, 5], [3, 1, 4], [5, 4, 2]]]
+    turned = np.einsum("ia,nabm,jb->nijm", rotation, tensor, rotation, optimize=True)
+    return np.asarray(turned[:, [0, 1, 2, 0, 1, 0], [0, 1, 2, 1, 2, 2]])
+
+
+def _write(
+    file: h5py.File, phi: FloatArray, gears: tuple[ElasticGear, ElasticGear], placed: list[PlacedSector],
+    fields: Iterator[dict[str, FloatArray]],
+) -> None:  # fmt: skip
+    root = file.create_group("VTKHDF")
+    root.attrs["Version"] = np.array([2, 0])
+    root.attrs.create("Type", b"UnstructuredGrid", dtype=h5py.string_dtype("ascii", len("UnstructuredGrid")))
+    firsts, points, cells = _grid(gears, placed)
+    total, steps, nodes = int(firsts[-1]), len(phi), cells.shape[1]
+    for name, count in (("Points", total), ("Cells", len(cells)), ("ConnectivityIds", cells.size)):
+        root[f"NumberOf{name}"] = np.array([count])
+    root["Points"], root["Connectivity"] = points, cells.ravel()
+    root["Offsets"] = nodes * np.arange(len(cells) + 1)
+    kind = QUADRATIC_HEXAHEDRON if nodes == QUADRATIC_NODES else HEXAHEDRON
+    root["Types"] = np.full(len(cells), kind, dtype=np.uint8)
+    each = [len(gears[place.gear].mesh.elements) for place in placed]
+    for name in ("gear", "sector"):
+        root[f"CellData/{name}"] = np.repeat([getattr(place, name) for place in placed], each)
+    _write_steps(root, phi, total)
+    for name, parts in FIELDS.items():
+        shape = (steps * total, parts) if parts > 1 else (steps * total,)
+        root.create_dataset(f"PointData/{name}", shape, np.float32)
+    for place, found in enumerate(fields):
+        for name, values in found.items():
+            for step in range(steps):
+                rows = slice(step * total + int(firsts[place]), step * total + int(firsts[place + 1]))
+                root[f"PointData/{name}"][rows] = values[..., step] if FIELDS[name] > 1 else values[:, 0, step]
+
+
+def _grid(gears: tuple[ElasticGear, ElasticGear], placed: list[PlacedSector]) -> tuple[IntArray, FloatArray, IntArray]:
+    """First point of each sector and their number, points, and the nodes of the cells; sectors share no points."""
+    firsts, points, cells = [0], [], []
+    for place in placed:
+        mesh = gears[place.gear].mesh
+        elements = mesh.elements[:, :QUADRATIC_NODES]
+        own, number = np.unique(elements, return_inverse=True)
+        cells.append(firsts[-1] + number.reshape(elements.shape))
+        points.append(mesh.nodes[own] @ place.rotation.T + place.shift)
+        firsts.append(firsts[-1] + len(own))
+    return np.array(firsts), np.concatenate(points), np.concatenate(cells)
+
+
+def _write_steps(root: h5py.Group, phi: FloatArray, total: int) -> None:
+    """Write where each step begins: the mesh is the same one, the fields follow each other."""
+    steps, count = root.create_group("Steps"), len(phi)
+    steps.attrs["NSteps"] = count
+    steps["Values"] = phi
+    steps["PartOffsets"], steps["NumberOfParts"] = np.zeros(count, dtype=np.int64), np.ones(count, dtype=np.int64)
+    steps["PointOffsets"] = np.zeros(count, dtype=np.int64)
+    for name in ("CellOffsets", "ConnectivityIdOffsets"):
+        steps[name] = np.zeros((count, 1), dtype=np.int64)
+    for name in FIELDS:
+        steps[f"PointDataOffsets/{name}"] = total * np.arange(count)
+    for name in ("gear", "sector"):
+        steps[f"CellDataOffsets/{name}"] = np.zeros(count, dtype=np.int64)

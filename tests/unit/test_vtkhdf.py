@@ -1,0 +1,165 @@
+"""VTKHDF: what VTK reads is what was computed, and it is a body in equilibrium."""
+
+import h5py
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import pmor
+from pmor.case import parse_case
+from pmor.export import vtkhdf
+from pmor.export.vtkhdf import FIELDS, export, flank_forces, step_angles
+from pmor.fe.cyclic import elastic_gear, volume_displacement
+from pmor.fe.hexahedron import shape_functions
+from pmor.fe.volume import nodal_stress, principal_and_von_mises, sector_displacement
+from pmor.mesh.element import QUADRATIC_NODES
+from pmor.mesh.sector import build_sector
+from tests.gear_models import POISSON, YOUNG, tooth
+from tests.small_case import case_text
+
+STEPS = 4  # to a pitch
+
+
+def line_case(order):
+    element, across = {1: ("hex8i", 1), 2: ("hex20", 1)}[order]
+    text = case_text(
+        reduction={"shapes": "line_loads"}, contact={"scheme": "line"}, results={"root_stress": False},
+        mesh={"element": element, "profile_elements": 4, "width_elements": across, "width": "plane_strain"},
+    ).replace("lodm_profile = 2\n", "")  # fmt: skip
+    return parse_case(text, "volume", "volume")
+
+
+@pytest.fixture(scope="module", params=[1, 2])
+def basis(request, tmp_path_factory):
+    path = tmp_path_factory.mktemp("volume") / "basis.h5"
+    pmor.train(line_case(request.param)).save(path)
+    return path
+
+
+@pytest.fixture(scope="module", params=[False, True], ids=["sector", "whole"])
+def written(request, basis, tmp_path_factory):
+    target = tmp_path_factory.mktemp("vtk") / "pair.vtkhdf"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(vtkhdf, "STEPS_PER_PITCH", STEPS)
+        export(basis, target, request.param)
+    return target
+
+
+def step_of(file, name, step):
+    root = file["VTKHDF"]
+    first, count = root[f"Steps/PointDataOffsets/{name}"][step], root["NumberOfPoints"][0]
+    return root[f"PointData/{name}"][first : first + count]
+
+
+def test_vtk_reads_every_step_as_it_was_written(written):
+    reader_of = pytest.importorskip("vtkmodules.vtkIOHDF", reason="vtk is not installed: pip install '.[exports]'")
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    reader = reader_of.vtkHDFReader()
+    reader.SetFileName(str(written))
+    reader.UpdateInformation()
+    with h5py.File(written) as file:
+        values = file["VTKHDF/Steps/Values"][:]
+        assert reader.GetNumberOfSteps() == len(values)
+        for step, value in enumerate(values):
+            reader.SetStep(step)
+            reader.Update()
+            grid = reader.GetOutput()
+            assert reader.GetTimeValue() == value
+            assert np.array_equal(vtk_to_numpy(grid.GetPoints().GetData()), file["VTKHDF/Points"][:])
+            assert grid.GetNumberOfCells() == len(file["VTKHDF/Types"])
+            assert grid.GetCellType(0) == file["VTKHDF/Types"][0]
+            for name in FIELDS:
+                found = vtk_to_numpy(grid.GetPointData().GetArray(name))
+                assert np.array_equal(found, step_of(file, name, step))
+            assert set(vtk_to_numpy(grid.GetCellData().GetArray("gear"))) == {0, 1}
+
+
+def test_vtk_numbers_the_nodes_of_an_element_as_we_do(written):
+    """At a place without any symmetry its shape functions give what ours do."""
+    reader_of = pytest.importorskip("vtkmodules.vtkIOHDF", reason="vtk is not installed: pip install '.[exports]'")
+    from vtkmodules.vtkCommonCore import reference
+
+    reader = reader_of.vtkHDFReader()
+    reader.SetFileName(str(written))
+    reader.Update()
+    cell, place = reader.GetOutput().GetCell(3), (0.3, 0.6, 0.8)
+    count = cell.GetNumberOfPoints()
+    nodes, found = np.array([cell.GetPoints().GetPoint(i) for i in range(count)]), [0.0] * 3
+    cell.EvaluateLocation(reference(0), place, found, [0.0] * count)
+    expected = shape_functions(2.0 * np.array(place) - 1.0, 1 if count == 8 else 2) @ nodes
+    assert_allclose(found, expected, rtol=1e-12)
+
+
+def test_the_mesh_is_stored_once(written):
+    with h5py.File(written) as file:
+        root = file["VTKHDF"]
+        assert list(root.attrs["Version"]) == [2, 0]
+        assert root.attrs["Type"] == b"UnstructuredGrid"
+        count = root["Steps"].attrs["NSteps"]
+        assert not root["Steps/PointOffsets"][:].any()
+        assert not root["Steps/CellOffsets"][:].any()
+        assert not root["Steps/ConnectivityIdOffsets"][:].any()
+        assert len(root["PointData/displacement_mm"]) == count * len(root["Points"])
+        assert root["Connectivity"][:].max() == len(root["Points"]) - 1
+
+
+def test_sectors_of_a_whole_gear_hold_together(written):
+    """Nodes that neighbouring sectors share are stored twice, and move alike."""
+    with h5py.File(written) as file:
+        points, moved = file["VTKHDF/Points"][:], step_of(file, "displacement_mm", 1).astype(float)
+    _, which, count = np.unique(points.round(6), axis=0, return_inverse=True, return_counts=True)
+    shared = np.flatnonzero(count[which.ravel()] == 2)
+    if len(points) < 5000:  # one sector of each gear
+        assert not len(shared)
+        return
+    order = shared[np.argsort(which.ravel()[shared], kind="stable")]
+    pairs = moved[order].reshape(-1, 2, 3)
+    assert len(pairs) > 100
+    assert_allclose(pairs[:, 0], pairs[:, 1], rtol=0.0, atol=1e-6 * np.abs(moved).max())  # float32
+
+
+def test_pressure_on_the_flanks_carries_the_torque(basis):
+    model = pmor.load(basis)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(vtkhdf, "STEPS_PER_PITCH", STEPS)
+        phi = step_angles(model.reduced, True)
+    forces, _ = flank_forces(model.reduced, phi)
+    for gear in range(2):
+        total = np.linalg.norm(forces[gear].reshape(forces.shape[1], -1, 3, len(phi)).sum(axis=1), axis=1).sum(axis=0)
+        expected = 1e3 * model.case.torque_Nm / model.reduced.meshed.pair.pinion.base_radius
+        assert_allclose(total, expected, rtol=1e-6)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_stress_of_an_even_strain_is_exact(order, rng):
+    mesh = build_sector(tooth(21), 20.0, 10.0, 4, 2, order=order)
+    slope = rng.normal(size=(3, 3))
+    found = nodal_stress(mesh, (mesh.nodes @ slope.T)[..., None], YOUNG, POISSON)[..., 0]
+    strain, shear = 0.5 * (slope + slope.T), 0.5 * YOUNG / (1.0 + POISSON)
+    lame = 2.0 * shear * POISSON / (1.0 - 2.0 * POISSON)
+    stress = 2.0 * shear * strain + lame * np.trace(strain) * np.eye(3)
+    expected = stress[[0, 1, 2, 0, 1, 0], [0, 1, 2, 1, 2, 2]]
+    own = np.unique(mesh.elements[:, :QUADRATIC_NODES])
+    assert_allclose(found[own], np.broadcast_to(expected, (len(own), 6)), rtol=0.0, atol=1e-10 * np.abs(expected).max())
+    principal, von_mises = principal_and_von_mises(expected[None, :, None])
+    assert_allclose(principal[0, 0], np.linalg.eigvalsh(stress)[-1], rtol=1e-12)
+    deviator = stress - np.trace(stress) / 3.0 * np.eye(3)
+    assert_allclose(von_mises[0, 0], np.sqrt(1.5 * (deviator**2).sum()), rtol=1e-12)
+
+
+def test_forces_on_several_teeth_add_up_over_the_ring(rng):
+    mesh = build_sector(tooth(12, 0.2), 8.0, 10.0, 3, 1)
+    gear = elastic_gear(mesh, YOUNG, POISSON, "hex8i", 2, True)
+    force = rng.normal(size=(2, gear.compliance.shape[1], 1))
+    # Teeth 11 and 1 are two sectors on either side of sector 0; tooth 6 is too far away to be felt.
+    found = sector_displacement(gear, 0, np.array([11, 1, 6]), np.concatenate([force, force[:1]]))[..., 0]
+    expected = volume_displacement(gear, 1, force[0, :, 0]) + volume_displacement(gear, -1, force[1, :, 0])
+    assert_allclose(found, expected, rtol=0.0, atol=1e-12 * np.abs(expected).max())
+
+
+def test_a_gear_without_its_surface_layer_has_no_volume():
+    mesh = build_sector(tooth(12, 0.2), 8.0, 10.0, 3, 1)
+    gear = elastic_gear(mesh, YOUNG, POISSON, "hex8i", 1, True, 1)
+    with pytest.raises(ValueError, match="layer_columns=0"):
+        sector_displacement(gear, 0, np.array([0]), np.zeros((1, gear.compliance.shape[1], 1)))
