@@ -49,8 +49,11 @@ def change_case(case: Case, **settings: Any) -> Case:
 
 
 def without_models(case: Case) -> Case:
-    """Return a case that compares its own model alone: what varies a case varies that one."""
-    return case if case.compare.models is None else change_case(case, compare={"models": None})
+    """Return a case of its own model alone, without root stress: what varies a case varies that one's STE."""
+    changes: dict[str, Any] = {} if case.compare.models is None else {"compare": {"models": None}}
+    if case.root_stress:
+        changes["results"] = {"root_stress": False}
+    return change_case(case, **changes) if changes else case
 
 
 def changed_text(base: str, changes: Mapping[str, Mapping[str, Any]]) -> str:

@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose
 import pmor.pair.model
 from pmor.app.left_out import computed, left_out, scene, unknowns
 from pmor.app.plan import plan_text
-from pmor.case import load_case, parse_case
+from pmor.case import change_case, load_case, parse_case
 from pmor.contact.condition import Condition, at_torques
 from pmor.contact.position import active_patches, pairs_in_reach
 from pmor.contact.solve import window_depth
@@ -54,7 +54,7 @@ def test_four_cases_have_four_lists():
     common = {"the flanks that carry no load", "displacements inside the gears", "tooth pairs out of mesh",
               "the compliance of distant teeth", "flank patches out of reach"}  # fmt: skip
     identical = common | {"the wheel's finite elements", "half the face width"}
-    trained = {"flank pressure, K_Hbeta, sensitivities"}
+    trained = {"flank pressure, K_Hbeta, sensitivities", "the root stress"}
     assert what["paper_64"] == identical | trained
     assert what["paper_spur"] == identical | {
         "contact points and penalty", "training of the case's own model", "finite elements of models",
@@ -63,6 +63,20 @@ def test_four_cases_have_four_lists():
     assert what["unequal_pair"] == common | {
         "contact points and penalty", "the training", "all pictures",
     }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("changes", "why"),
+    [({"results": {"root_stress": False}}, "[results] root_stress is off"),
+     ({"contact": {"scheme": "direct"}, "reduction": {"shapes": "flank_lines"}}, "exact line loads alone")],
+)  # fmt: skip
+def test_root_stress_is_left_out_where_it_is_off_or_has_no_line_loads(changes, why):
+    case = load_case("cases/paper_spur.toml")
+    assert "the root stress" not in listed(case)
+    assert "66 elements around a fillet, stress at 210 points of a tooth" in dict(computed(scene(case))).values()
+    left = listed(change_case(case, **changes))["the root stress"]
+    assert why in left.why
+    assert "210 points" in left.saving
 
 
 def test_the_plan_prints_what_because_and_savings():
