@@ -14,12 +14,17 @@ import pmor
 from pmor.app.cli import main
 from pmor.case import basis_key, parse_case
 from pmor.errors import FileFormatError
+from pmor.fe.cyclic import elastic_gear
+from pmor.fe.fillet_stress import sector_stress
+from pmor.fe.volume import sector_displacement
+from pmor.mesh.fillet import build_fillet
 from pmor.pair.conditions import conditions_of
+from pmor.pair.model import mesh_model
 from pmor.report.data_files import STRESS_COLUMNS, write_stress_csv
 from pmor.results.root_stress import GEARS, SIDES
 from pmor.storage.basis_file import read_basis
 from pmor_online.line_sweep import sweep_line_loads
-from pmor_online.root_stress import _nodal_forces
+from pmor_online.root_stress import _amplitudes, _nodal_forces, _stress
 from tests.small_case import case_text
 
 TORQUES = [50.0, 100.0]
@@ -61,6 +66,32 @@ def test_nodal_forces_make_the_torque_and_push_along_the_line_of_action(model):
         assert_allclose(np.abs(moment), np.broadcast_to(1e3 * np.array(TORQUES)[:, None], moment.shape), rtol=1e-5)
         size = np.linalg.norm(whole.sum(axis=3), axis=-1).sum(axis=2)
         assert_allclose(size, np.broadcast_to(1e3 * np.array(TORQUES)[:, None] / radius, size.shape), rtol=1e-6)
+
+
+@pytest.mark.parametrize("gear", [0, 1])
+def test_stress_under_two_loaded_teeth_is_that_of_the_deformed_sector(gear, model):
+    """Patterns and neighbours against displacements of whole sectors; the wheel's teeth count the other way round."""
+    reduced, phi = model.reduced, np.array([0.05])
+    conditions = conditions_of(model.case, [100.0])
+    loads = sweep_line_loads(reduced, phi, conditions, recorded=True).states.loads
+    pairs = np.unique(loads.pair)
+    assert len(pairs) == 2
+    forces = _nodal_forces(reduced, phi, conditions[0].axes, loads, slice(0, 1), pairs)[gear]
+    shapes = reduced.basis.root_stress[gear]
+    found = _stress(shapes, _amplitudes(shapes, forces, 1 if gear == 0 else -1)[0, 0])
+    mesh, blank = mesh_model(model.case).pinion, model.case.pair.pinion
+    elastic = 1e3 * blank.youngs_modulus_GPa, blank.poisson_ratio
+    body = elastic_gear(mesh, *elastic, "hex20", 1, True)
+    _, both = sector_stress(build_fillet(reduced.meshed.pair.pinion, mesh), mesh, *elastic)
+    functions = np.concatenate([side.over(np.arange(3 * len(mesh.nodes))) for side in both])
+    in_space = np.zeros((2, mesh.flank.size, 3))
+    in_space[:, :, :2] = forces[0, 0].reshape(2, -1, 2)
+    teeth = pairs if gear == 0 else -pairs
+    for pair, tooth in enumerate(teeth):
+        moved = sector_displacement(body, int(tooth), teeth, in_space.reshape(2, -1, 1))
+        expected = (functions @ moved.ravel()).reshape(found[pair].shape)
+        # Patterns are cut off at 1e-4; a neighbour on the wrong side is 3 %.
+        assert_allclose(found[pair], expected, rtol=0.0, atol=2e-3 * np.abs(expected).max())
 
 
 def test_loaded_teeth_alone_have_stresses(stress, model):
