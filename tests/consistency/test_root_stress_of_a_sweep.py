@@ -24,7 +24,7 @@ from pmor.report.data_files import STRESS_COLUMNS, write_stress_csv
 from pmor.results.root_stress import GEARS, SIDES
 from pmor.storage.basis_file import read_basis
 from pmor_online.line_sweep import sweep_line_loads
-from pmor_online.root_stress import _amplitudes, _nodal_forces, _stress
+from pmor_online.root_stress import NEAR_CONTACT, _amplitudes, _nodal_forces, _stress, _under_contact
 from tests.small_case import case_text
 
 TORQUES = [50.0, 100.0]
@@ -116,6 +116,18 @@ def test_identical_gears_have_the_same_largest_stress_at_mirrored_times(stress, 
     assert_allclose(pinion.max_principal_MPa, stress.envelope[0].max_principal_MPa[1].max(), rtol=4e-3)
 
 
+def test_identical_gears_change_places_where_the_mesh_is_mirrored(model):
+    """Two teeth carry: each feels the other, the one ahead on the pinion, the one behind on the wheel."""
+    phi = 0.05
+    here = model.root_stress([100.0], np.array([phi]))
+    there = model.root_stress([100.0], np.array([sum(model.reduced.meshed.pair.roll_position_range) - phi]))
+    assert len(here.pair_index) == 2
+    assert np.array_equal(here.pair_index, -there.pair_index[::-1])
+    for name in ("max_principal_MPa", "von_mises_MPa", "radius_mm"):
+        pinion, wheel = getattr(here, name)[0, 0, 0], getattr(there, name)[0, 0, 1, ::-1]
+        assert_allclose(pinion, wheel, rtol=1e-6)  # measured 1e-9; a neighbour on the wrong side is 1 %
+
+
 def test_the_largest_stress_is_near_the_nominal_one_and_where_one_tooth_carries_alone(stress, model):
     """15 % is what FE and ISO 6336-3 may differ by; here -4 %."""
     found = stress.largest(1, 0)
@@ -129,17 +141,24 @@ def test_stress_grows_with_the_torque_but_for_contact_that_stiffens(stress):
     assert_allclose(high / low, 2.0, rtol=2e-2)
 
 
-def test_points_under_the_line_of_contact_do_not_count(stress, model):
+def test_points_near_a_line_of_contact_do_not_count(model):
     """Where contact begins at the foot of the pinion, the fillet below it feels the load itself."""
-    module, gear = model.case.pair.module_mm, model.reduced.meshed.pair.pinion
-    roll = model.sweep().phi_rad  # the same angles
-    assert np.array_equal(roll, stress.phi_rad)
-    start = stress.envelope[0].section_mm[0]
-    lowest = np.linalg.norm(start)
-    first = np.nanargmin(np.where(np.isfinite(stress.max_principal_MPa[1, :, 0, :, 0]), stress.phi_rad[:, None]
-                                  + gear.angular_pitch * stress.pair_index, np.inf))  # fmt: skip
-    angle, pair = np.unravel_index(first, stress.max_principal_MPa[1, :, 0, :, 0].shape)
-    assert stress.radius_mm[1, angle, 0, pair, 0] < lowest - 0.2 * module
+    reduced, pair = model.reduced, model.reduced.meshed.pair
+    phi, conditions = np.array([pair.roll_position_range[0]]), conditions_of(model.case, [100.0])
+    loads = sweep_line_loads(reduced, phi, conditions, recorded=True).states.loads
+    pairs = np.unique(loads.pair)
+    shapes, reach = reduced.basis.root_stress[0], NEAR_CONTACT * model.case.pair.module_mm
+    hidden = _under_contact(reduced, loads, slice(0, 1), pairs, 0)[0, 0, :, :, 0]
+    for number, index in enumerate(pairs):
+        place = pair.pinion.flank_section(loads.roll_rad[loads.pair == index][0, 0])
+        away = np.linalg.norm(shapes.section - place, axis=1)
+        # Distances along the outline, not across.
+        assert hidden[number][away < 0.9 * reach].all()
+        assert not hidden[number][away > reach].any()
+    assert hidden.any()
+    assert not hidden.all(axis=1).any()
+    whole = model.root_stress([100.0], phi)
+    assert whole.radius_mm[0, 0, 0, list(pairs).index(0), 0] < np.linalg.norm(shapes.section[hidden.any(axis=0)][-1])
 
 
 def test_the_table_has_a_line_for_each_side_of_each_loaded_tooth(stress, tmp_path):

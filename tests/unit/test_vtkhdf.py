@@ -131,6 +131,23 @@ def test_pressure_on_the_flanks_carries_the_torque(basis):
         assert_allclose(total, expected, rtol=1e-6)
 
 
+def test_pinion_and_wheel_press_on_each_other_where_they_touch(written):
+    """Whole gears stand as in the first step: there the loaded rows of both flanks are as near as nodes are."""
+    with h5py.File(written) as file:
+        points, pressure = file["VTKHDF/Points"][:], step_of(file, "flank_pressure_MPa", 0)
+        gear = np.zeros(len(points), dtype=int)
+        nodes = len(file["VTKHDF/Connectivity"]) // len(file["VTKHDF/Types"])
+        gear[file["VTKHDF/Connectivity"][:]] = np.repeat(file["VTKHDF/CellData/gear"][:], nodes)
+    if len(points) < 5000:  # one sector of each gear, in the middle of its path
+        return
+    loaded = pressure > 0.5 * pressure.max()
+    pinion, wheel = (points[loaded & (gear == g)] for g in range(2))
+    apart = np.linalg.norm(pinion[:, None] - wheel, axis=2)
+    assert len(pinion) >= 3
+    assert len(wheel) >= 3
+    assert apart.min(axis=0).max() < 2.5  # mm: rows of nodes are 1 to 2 mm apart
+
+
 @pytest.mark.parametrize("order", [1, 2])
 def test_stress_of_an_even_strain_is_exact(order, rng):
     mesh = build_sector(tooth(21), 20.0, 10.0, 4, 2, order=order)
