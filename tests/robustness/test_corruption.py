@@ -144,9 +144,9 @@ def test_a_snapshot_file_is_no_basis(tmp_path, rng, tally):
 @pytest.mark.parametrize(
     ("version", "words"),
     [
-        (1, "is pmor-basis version 1, written by an older pmor; this one reads version 7; make it anew"),
+        (1, "is pmor-basis version 1, written by an older pmor; this one reads version 8; make it anew"),
         (4, "is pmor-basis version 4, written by an older pmor"),
-        (8, "is pmor-basis version 8, written by a newer pmor"),
+        (9, "is pmor-basis version 9, written by a newer pmor"),
         (2**40, "newer"),
         (-1, "older"),
         ("5", "'5' is no version"),
