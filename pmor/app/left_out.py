@@ -357,7 +357,7 @@ def _fillets(scene: Scene) -> str:
     teeth = (scene.pair.pinion, scene.pair.wheel)[: len(scene.bodies)]
     meshes = [build_fillet(tooth, sector) for tooth, sector in zip(teeth, scene.bodies, strict=True)]
     elements = " and ".join(str(len(mesh.elements)) for mesh in meshes)
-    points = " and ".join(str(2 * (mesh.section.shape[1] - mesh.first) * len(mesh.z)) for mesh in meshes)
+    points = " and ".join(str(2 * (mesh.section.shape[1] - mesh.first) * len(mesh.columns)) for mesh in meshes)
     return f"{elements} elements around a fillet, stress at {points} points of a tooth"
 
 

@@ -128,8 +128,8 @@ def surface_stress(
     summed = sp.coo_array((np.concatenate(values), (np.concatenate(rows), np.concatenate(cols))), shape=shape).tocsr()
     mean = sp.diags_array(np.repeat(1.0 / count.ravel(), 3)) @ summed
     own = np.arange(mesh.first, columns)
-    kept = (3 * (own[:, None] * layers + np.arange(layers)).ravel()[:, None] + np.arange(3)).ravel()
-    return FilletPoints(mesh.section[0, mesh.first :], mesh.z), mean.tocsr()[kept]
+    kept = degrees_of_freedom(own[:, None] * layers + mesh.columns)
+    return FilletPoints(mesh.section[0, mesh.first :], mesh.z[mesh.columns]), mean.tocsr()[kept]
 
 
 def _surface_strain(corners: FloatArray, slopes: FloatArray) -> FloatArray:

@@ -24,6 +24,8 @@ FIRST_DEPTH, GROWTH_DEPTH, GROWTH_ALONG = 1.25, 2.0, 0.3
 # Depth of the cut in modules, and how far above the start of the involute it begins: there the sector's mesh is good.
 CUT_DEPTH = 0.6
 ABOVE = 0.25
+# Columns of nodes up to which the stress is known at all of them; of more, at those on the borders of elements.
+MOST_COLUMNS = 9
 # Of the rim, and of half the tooth's thickness at the start of the involute, if that is less.
 DEEPEST = 0.6
 
@@ -55,6 +57,11 @@ class FilletMesh:
     def numbers(self) -> IntArray:
         """Number of each node of the grid, shape (rows, columns, layers)."""
         return np.arange(len(self.nodes)).reshape(*self.section.shape[:2], len(self.z))
+
+    @property
+    def columns(self) -> IntArray:
+        """Places in `z` of the columns at which the stress is asked for."""
+        return np.arange(0, len(self.z), 1 if len(self.z) <= MOST_COLUMNS else 2)
 
 
 def build_fillet(tooth: Tooth, sector: SectorMesh) -> FilletMesh:

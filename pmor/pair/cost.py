@@ -27,6 +27,7 @@ from pmor.fe.nested_dissection import UNDIVIDED
 from pmor.gear.pair import GearPair
 from pmor.gear.tooth import Tooth
 from pmor.memory import MemoryLimit, memory_limits, memory_text
+from pmor.mesh.fillet import MOST_COLUMNS
 from pmor.mesh.sector import build_sector
 from pmor.pair.conditions import built_of, full_solves, misalignments, torques_of, training_values
 from pmor.pair.model import approach_estimate, contact_scheme, neighbour_reach
@@ -124,7 +125,8 @@ def gear_size(case: Case, tooth: Tooth, bore_radius_mm: float, face_width_mm: fl
     tooth_block, ring_block = ((len(rows), len(rows[0]) // len(section.z)) for rows in blocks)
     layers = intervals_across(case) + 1
     columns = layers if mesh.order == 2 else 2 * layers - 1
-    stresses = 2 * 3 * FILLET_POINTS * columns if case.root_stress else 0
+    stressed = columns if columns <= MOST_COLUMNS else (columns + 1) // 2
+    stresses = 2 * 3 * FILLET_POINTS * stressed if case.root_stress else 0
     return GearSize(
         tooth.teeth, mesh.profile_intervals + 1, layers, tooth_block, ring_block, mesh.order, stresses
     )

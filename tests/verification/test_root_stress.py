@@ -161,6 +161,12 @@ def test_an_even_strain_makes_the_stress_of_a_free_surface(helix_deg):
     assert_allclose(found[i, k], expected, rtol=0.0, atol=2e-2 * np.abs(expected).max())
 
 
+def test_wide_gears_have_stress_on_the_borders_of_their_elements():
+    few, many = (meshed(across=across, width="whole", face=WIDTH)[1] for across in (4, 8))
+    assert_allclose(few.z[few.columns], np.linspace(-10.0, 10.0, 9))
+    assert_allclose(many.z[many.columns], np.linspace(-10.0, 10.0, 9))
+
+
 @pytest.mark.parametrize(("helix_deg", "width"), [(0.0, "half"), (0.0, "plane_strain"), (20.0, "whole")])
 def test_the_other_fillet_is_the_image_of_the_loaded_one(helix_deg, width):
     gear = tooth(21, helix_deg=helix_deg)
