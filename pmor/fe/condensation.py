@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg as la
 
-from pmor.arrays import FloatArray, IntArray
+from pmor.arrays import BoolArray, FloatArray, IntArray
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.carried_functions import CarriedFunctions
 from pmor.fe.completion import nodes_of_elements
@@ -113,12 +113,23 @@ def sector_stiffness(mesh: SectorMesh, youngs_modulus: float, poisson_ratio: flo
     if mesh.mirrored:
         stiffness *= 2.0
     unknowns = degrees_of_freedom(elements).reshape(len(elements), -1)
-    number, place = np.nonzero(np.isin(unknowns, mesh.held_axially))
-    # Their own diagonal stays, so that factorisations need not know of them.
+    uncouple(stiffness, np.isin(unknowns, mesh.held_axially))
+    return stiffness
+
+
+def uncouple(stiffness: FloatArray, held: BoolArray) -> None:
+    """Uncouple held unknowns from the rest, in place; their own diagonal stays: factorisations need not know of them.
+
+    Parameters
+    ----------
+    stiffness : ndarray, shape (n, k, k)
+        Of elements.
+    held : ndarray of bool, shape (n, k)
+    """
+    number, place = np.nonzero(held)
     diagonal = stiffness[number, place, place]
     stiffness[number, place, :] = stiffness[number, :, place] = 0.0
     stiffness[number, place, place] = diagonal
-    return stiffness
 
 
 def back_substitute(sector: CondensedSector, retained_displacement: FloatArray, size: int) -> FloatArray:

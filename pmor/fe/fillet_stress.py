@@ -29,6 +29,7 @@ from pmor.conventions import rotation_z
 from pmor.errors import MeshError
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.carried_functions import CarriedFunctions
+from pmor.fe.condensation import uncouple
 from pmor.fe.elimination import condense
 from pmor.fe.hexahedron import element_stiffness, shape_functions, shape_gradient
 from pmor.mesh.element import QUADRATIC_NODES
@@ -51,7 +52,7 @@ CANDIDATES = 12
 
 @dataclass(frozen=True)
 class FilletPoints:
-    """Where the stress is known: points along the loaded side's fillet, at all columns of nodes.
+    """Where the stress is known: points along the loaded side's fillet, at columns of nodes.
 
     Parameters
     ----------
@@ -152,6 +153,15 @@ def cut_stress(
 ) -> tuple[FilletPoints, FloatArray, IntArray]:
     """Return the stress along a fillet over the displacement of what its mesh is cut out along.
 
+    Parameters
+    ----------
+    mesh : FilletMesh
+    sector : SectorMesh
+        That it is cut out of.
+    youngs_modulus : float
+        MPa.
+    poisson_ratio : float
+
     Returns
     -------
     points : FilletPoints
@@ -164,18 +174,9 @@ def cut_stress(
     cut = np.concatenate([numbers[1:, [0, -1]].ravel(), numbers[-1, 1:-1].ravel(), numbers[0, [0, -1]].ravel()])
     cut, surface = np.intersect1d(cut, used), np.intersect1d(numbers[0, 1:-1].ravel(), used)
     stiffness = element_stiffness(mesh.nodes, mesh.elements, youngs_modulus, poisson_ratio, "hex20")
-    held = _held(mesh, sector)
-    unknowns = degrees_of_freedom(mesh.elements).reshape(len(mesh.elements), -1)
-    number, place = np.nonzero(held[unknowns])
-    diagonal = stiffness[number, place, place]
-    stiffness[number, place, :] = stiffness[number, :, place] = 0.0
-    stiffness[number, place, place] = diagonal
-    across = (len(mesh.z) - 1) // 2
-    index = np.arange(len(mesh.elements)) // across
-    wide = (mesh.section.shape[1] - 1) // 2
-    places = np.column_stack([index // wide, index % wide, np.arange(len(mesh.elements)) % across])
-    retained = np.concatenate([surface, cut])
-    schur = condense(stiffness, mesh.elements, places, retained, np.empty(0, dtype=np.int64))
+    held, retained = _held(mesh, sector), np.concatenate([surface, cut])
+    uncouple(stiffness, held[degrees_of_freedom(mesh.elements).reshape(len(mesh.elements), -1)])
+    schur = condense(stiffness, mesh.elements, mesh.places, retained, np.empty(0, dtype=np.int64))
     points, rows = surface_stress(mesh, youngs_modulus, poisson_ratio)
     free = 3 * len(surface)
     direct = rows[:, degrees_of_freedom(retained)].toarray()

@@ -59,6 +59,13 @@ class FilletMesh:
         return np.arange(len(self.nodes)).reshape(*self.section.shape[:2], len(self.z))
 
     @property
+    def places(self) -> IntArray:
+        """Row, column and layer of each element, shape (n, 3)."""
+        rows, columns = ((count - 1) // 2 for count in self.section.shape[:2])
+        grid = np.indices((rows, columns, (len(self.z) - 1) // 2))
+        return np.asarray(grid.reshape(3, -1).T)
+
+    @property
     def columns(self) -> IntArray:
         """Places in `z` of the columns at which the stress is asked for."""
         return np.arange(0, len(self.z), 1 if len(self.z) <= MOST_COLUMNS else 2)
