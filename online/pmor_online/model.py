@@ -42,7 +42,7 @@ class ReducedPair:
     def elasticity_at(self) -> ElasticityAt:
         """Elasticity of the windows of a position: of the shapes, or of line loads the compliance itself."""
         if self.basis.shapes is None:
-            return partial(flank_elasticity, self._compliance)
+            return partial(flank_elasticity, self.flank_compliance)
         return self.shape_elasticity_at
 
     @property
@@ -60,7 +60,14 @@ class ReducedPair:
         return self.basis.shapes
 
     @property
-    def _compliance(self) -> FlankCompliance:
+    def flank_compliance(self) -> FlankCompliance:
+        """Compliance between the flanks, of line loads.
+
+        Raises
+        ------
+        TypeError
+            When the basis does not hold it.
+        """
         if self.basis.compliance is None:
             raise TypeError("a basis of line loads holds the compliance of the flanks, and this one does not")
         return self.basis.compliance
@@ -73,13 +80,13 @@ class ReducedPair:
     @property
     def components(self) -> int:
         """Components of displacement that line loads cause: those along the axis on helical gears alone."""
-        return self._compliance.components
+        return self.flank_compliance.components
 
     @cached_property
     def section_compliance(self) -> tuple[FloatArray, FloatArray]:
         """Compliance between sections, for the kernels of line loads."""
         rows = len(self.meshed.pinion.roll_angle), len(self.meshed.wheel.roll_angle)
-        return section_compliance(self._compliance, self.meshed.sections, rows)
+        return section_compliance(self.flank_compliance, self.meshed.sections, rows)
 
     @cached_property
     def family(self) -> Family:

@@ -385,12 +385,16 @@ class OutputCase:
         Pictures of the curves, the mesh and the contact pattern.
     report : bool
         One self-contained HTML page.
+    live_page : bool
+        The page carries the reduced model of line loads, and solves it as its reader changes flanks, load and axes. Of
+        a pair that half the width stands for, the finite elements of the whole width are solved for it.
     format : tuple of {"png", "svg", "pdf"}
         Of the picture files: one, or a list. The page shows SVG where it is among them, which stays sharp in print.
     """
 
     plots: bool = True
     report: bool = True
+    live_page: bool = True
     format: tuple[PictureFormat, ...] = ("png",)
 
     @property

@@ -1,4 +1,4 @@
-"""Self-contained HTML pages, made of blocks: paragraphs, headings, warnings, tables and pictures.
+"""Self-contained HTML pages, made of blocks: paragraphs, headings, warnings, tables, pictures, and a live model.
 
 Styles are inline and pictures are data URIs: a page can be mailed, archived and printed without anything beside it.
 What it looks like is in `templates`.
@@ -6,11 +6,15 @@ What it looks like is in `templates`.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from markupsafe import Markup
+
+from pmor.report.live.section import LiveSection
 from pmor.report.style import data_uri, picture_bytes
 from pmor.report.table import Table, format_cell
 from pmor.storage.atomic import atomic_path
@@ -54,7 +58,7 @@ class Picture:
 
 
 #: what a page is made of; text is a paragraph
-Block = str | Heading | Warning | Table | Picture
+Block = str | Heading | Warning | Table | Picture | LiveSection
 
 
 def write_page(path: Path, title: str, blocks: Iterable[Block]) -> None:
@@ -77,6 +81,13 @@ def page_html(title: str, blocks: Iterable[Block]) -> str:
         loader=PackageLoader("pmor.report"), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
         lstrip_blocks=True, keep_trailing_newline=True,
     )  # fmt: skip
-    environment.filters.update(format_cell=format_cell, data_uri=data_uri)
+    environment.filters.update(format_cell=format_cell, data_uri=data_uri, json_text=_json_text)
     template = environment.get_template("page.html")
-    return template.render(title=title, blocks=[(type(block).__name__, block) for block in blocks])
+    named = [(type(block).__name__, block) for block in blocks]
+    return template.render(title=title, blocks=named, kinds={name for name, _ in named})
+
+
+def _json_text(data: object) -> Markup:
+    """Data for a script: no tag ends or begins in it."""
+    text = json.dumps(data, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
+    return Markup(text.replace("<", "\\u003c"))

@@ -17,6 +17,7 @@ from pmor.mesh.sector import SectorMesh
 from pmor.pair.conditions import nominal_condition
 from pmor.report.condition_figure import conditions_figure
 from pmor.report.condition_table import condition_table
+from pmor.report.live.section import live_section
 from pmor.report.mesh_figure import mesh_figure
 from pmor.report.model_figures import MODEL_PICTURES, model_pictures
 from pmor.report.models import advice, model_table
@@ -31,6 +32,7 @@ from pmor.report.sweep_figures import error_figure, load_sharing_figure, spectru
 from pmor.report.table import Table
 from pmor.results.sweep import SteSweep, peak_to_peak_um, single_pair_zone, ste_mean_um
 from pmor_online.contact_pattern import ContactPattern, contact_patterns
+from pmor_online.model import ReducedPair
 from pmor_online.run import OnlineResult
 
 if TYPE_CHECKING:
@@ -136,7 +138,9 @@ def _rigid(result: OnlineResult) -> str:
     return f"{unloaded}. {counts_from(result)}"
 
 
-def write_pages(result: OnlineResult, mesh: SectorMesh | None, out: Path) -> None:
+def write_pages(
+    result: OnlineResult, mesh: SectorMesh | None, out: Path, live: ReducedPair | str | None = None
+) -> None:
     """Write the pictures and the report page, as far as the case asks for them.
 
     Parameters
@@ -144,6 +148,8 @@ def write_pages(result: OnlineResult, mesh: SectorMesh | None, out: Path) -> Non
     result : OnlineResult
     mesh : SectorMesh or None
     out : Path
+    live : ReducedPair or str, optional
+        What the page solves itself, of line loads, or why it does not (`pmor.jobs.live`).
 
     Raises
     ------
@@ -159,11 +165,11 @@ def write_pages(result: OnlineResult, mesh: SectorMesh | None, out: Path) -> Non
                 target = (out / picture.file_name).with_suffix(f".{picture_format}")
                 write_picture(picture.content(picture_format), target)
     if case.output.report:
-        write_page(out / "report.html", case.title, run_blocks(result, pictures))
+        write_page(out / "report.html", case.title, run_blocks(result, pictures, live))
 
 
-def run_blocks(result: OnlineResult, pictures: Sequence[Picture]) -> list[Block]:
-    """Return what the page of a run shows: results and errors, pictures, settings, provenance."""
+def run_blocks(result: OnlineResult, pictures: Sequence[Picture], live: ReducedPair | str | None = None) -> list[Block]:
+    """Return what the page of a run shows: results and errors, live model, pictures, settings, provenance."""
     case = result.reduced.basis.case
     results = [(label, value, unit.replace("um", "µm"), note) for label, value, unit, note in summary_rows(result)]
     settings = [
@@ -180,11 +186,20 @@ def run_blocks(result: OnlineResult, pictures: Sequence[Picture]) -> list[Block]
         *([condition_table(result)] if result.conditions else []),
         *readings_tables(result),
         _classical_table(result),
+        *_live(result, live),
         *shown,
         Heading("Provenance"),
         Table("Case settings", ("setting", "value", "source"), settings),
         Table("Software and machine", ("item", "value"), provenance(case)),
     ]
+
+
+def _live(result: OnlineResult, live: ReducedPair | str | None) -> list[Block]:
+    """The live section, or why there is none."""
+    if live is None:
+        return []
+    body = f"Left out: {live}." if isinstance(live, str) else live_section(result, live)
+    return [Heading("Change the pair"), body]
 
 
 def _cell(value: object) -> str | float | int | bool | None:

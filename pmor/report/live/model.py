@@ -1,0 +1,119 @@
+"""What the solver on the page needs to know of a pair: numbers by the names that they have here."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from pmor.contact.condition import ALIGNED, Built
+from pmor.contact.flank import MeshedPair
+from pmor.contact.position import pairs_in_reach
+from pmor.gear.tooth import Tooth
+from pmor.report.live.compliance import packed_compliance
+from pmor_online.model import ReducedPair
+
+# Round-off of finite elements, over the largest compliance: bodies that differ by less are mirror images.
+ALIKE = 1e-9
+
+
+def live_model(reduced: ReducedPair, built: Built, angles: int) -> dict[str, Any]:
+    """Return the reduced model as plain numbers.
+
+    Parameters
+    ----------
+    reduced : ReducedPair
+        Of line loads.
+    built : Built
+        Its pitch deviations and topographies stay as they are.
+    angles : int
+        Over a pitch.
+
+    Returns
+    -------
+    dict
+        `model`, `bodies` (packed compliances) and `body_of` (which one pinion and wheel have, and whether mirrored).
+    """
+    meshed = reduced.meshed
+    bodies, body_of = _bodies(reduced)
+    sections = meshed.sections
+    model = {
+        "angles": angles,
+        "reachable": pairs_in_reach(meshed),
+        "rate": meshed.expected_approach(1.0),
+        "kinematics": _kinematics(meshed),
+        "pinion_roll_range": list(meshed.pair.pinion_roll_range),
+        "sections": {
+            "z": sections.z.tolist(),
+            "width": (sections.width * (2.0 if meshed.mirrored else 1.0)).tolist(),
+            "column": sections.column.tolist(),
+            "share": sections.share.tolist(),
+        },
+        "gears": [_gear(meshed, built, gear) for gear in range(2)],
+    }
+    return {"model": model, "bodies": bodies, "body_of": body_of}
+
+
+def _kinematics(meshed: MeshedPair) -> dict[str, float]:
+    kinematics = meshed.kinematics(ALIGNED)
+    names = "action_length", "pressure_angle", "centre_distance", "pitch", "path_start", "path_end"
+    return {name: float(getattr(kinematics, name)) for name in names} | {"face_width": meshed.pair.face_width}
+
+
+def _gear(meshed: MeshedPair, built: Built, number: int) -> dict[str, Any]:
+    gear, corner = meshed.gears[number], meshed.gears[number].corner
+    names = "base_radius", "half_angle", "tip_roll", "line_compliance", "twist", "edge_radius"
+    of_corner = "place", "depth", "reach", "excess"
+    return {
+        **{name: float(getattr(gear, name)) for name in names},
+        "roll": gear.roll.tolist(),
+        "line_constant": gear.line_constant.tolist(),
+        "column_z": gear.nodes[0, :, 2].tolist(),
+        "corner": {name: float(getattr(corner, name)) for name in of_corner}
+        | {"coefficients": corner.coefficients.tolist()},
+        "flank": _flank(meshed, built, number),
+    }
+
+
+def _flank(meshed: MeshedPair, built: Built, number: int) -> dict[str, Any]:
+    """What deviations of a gear's flank are counted from, and those that stay as they are."""
+    pair, deviation = meshed.pair, meshed.deviations(built)[number]
+    tooth: Tooth = (pair.pinion, pair.wheel)[number]
+    points = {"roll": deviation.grid_roll, "z": deviation.grid_z, "points": deviation.grid}
+    return {
+        "tip_circle_roll": tooth.tip_roll_angle,
+        "form_roll": tooth.form_roll_angle,
+        "active_roll": list(pair.active_rolls[number]),
+        "middle_z": deviation.middle_z,
+        "width": deviation.width,
+        "pitch": deviation.pitch.tolist(),
+        "grid": {name: array.tolist() for name, array in points.items()} if deviation.grid.size else None,
+    }
+
+
+def _bodies(reduced: ReducedPair) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    """Compliances that differ, and which gear has which."""
+    compliance, gears = reduced.flank_compliance, reduced.meshed.gears
+    pinion, wheel = compliance.gears
+    own = packed_compliance(pinion, gears[0])
+    same = {"body": 0, "mirrored": False}
+    if wheel is pinion:
+        return [own], [same, same]
+    if _mirror_images(reduced):
+        return [own], [same, {"body": 0, "mirrored": True}]
+    return [own, packed_compliance(wheel, gears[1])], [same, {"body": 1, "mirrored": False}]
+
+
+def _mirror_images(reduced: ReducedPair) -> bool:
+    """Whether the wheel is the pinion of the other hand."""
+    (pinion, wheel), components = reduced.flank_compliance.gears, reduced.components
+    gears = reduced.meshed.gears
+    if pinion.shape != wheel.shape or gears[0].nodes.shape != gears[1].nodes.shape:
+        return False
+    if gears[0].twist != -gears[1].twist or not np.array_equal(gears[0].roll, gears[1].roll):
+        return False
+    rows, columns = gears[0].nodes.shape[:2]
+    shape = len(pinion), rows, columns, components, rows, columns, components
+    sign = np.array([1.0, 1.0, -1.0])[:components]
+    turned = wheel.reshape(shape)[:, :, ::-1, :, :, ::-1] * sign[:, None, None, None] * sign
+    return bool(np.abs(turned - pinion.reshape(shape)).max() < ALIKE * np.abs(pinion).max())

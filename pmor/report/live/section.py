@@ -1,0 +1,229 @@
+"""The section of the report in which flanks, load and axes can be changed: its controls, and what they start from."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from pmor.case import Case
+from pmor.contact.condition import ALIGNED
+from pmor.contact.flank import MeshedPair
+from pmor.flank import UNMODIFIED, Modification
+from pmor.pair.conditions import axes_of, built_of
+from pmor.pair.limits import LARGE_APPROACH, PRESSURE_OVER_MODULUS, hertz_pressure
+from pmor.report.live.model import live_model
+from pmor.results.sweep import mesh_orders, peak_to_peak_um, ste_mean_um
+from pmor_online.model import ReducedPair
+from pmor_online.run import OnlineResult
+
+# Angles over a pitch: ten orders take 21. Of helical pairs, whose many sections take longer, fewer: their transmission
+# error is smoother.
+SPUR_ANGLES, HELICAL_ANGLES = 60, 32
+# Sliders reach to so many times the nominal torque, to so many times the mean transmission error, and to so many times
+# what the case has.
+TORQUE_RANGE, AMOUNT_RANGE, BEYOND_CASE = 2.0, 4.0, 1.5
+# Share of the active profile behind which tip relief may start, and where it starts where the case has none.
+EARLIEST_RELIEF, USUAL_RELIEF = 0.3, 0.7
+
+
+@dataclass(frozen=True)
+class Control:
+    """A slider with a number field, or a choice.
+
+    Parameters
+    ----------
+    group : {"load", "pinion", "wheel", "axes"}
+    key : str
+        As in a case file.
+    label : str
+    initial : str
+        What the case says.
+    low, high, step : float
+    choices : tuple of str
+        Instead of a range.
+    """
+
+    group: str
+    key: str
+    label: str
+    initial: str
+    low: float = 0.0
+    high: float = 0.0
+    step: float = 1.0
+    choices: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class LiveSection:
+    """What the template of the section shows.
+
+    Parameters
+    ----------
+    controls : tuple of Control
+    same : bool
+        Both gears start alike.
+    data : dict
+        What the solver knows of the pair, and the results of the case.
+    note : str
+    """
+
+    controls: tuple[Control, ...]
+    same: bool
+    data: dict[str, Any]
+    note: str
+
+
+def live_section(result: OnlineResult, pair: ReducedPair) -> LiveSection:
+    """Return the section.
+
+    Parameters
+    ----------
+    result : OnlineResult
+        Of the case, to compare with.
+    pair : ReducedPair
+        Of line loads, on the whole width: what the page solves.
+    """
+    case, meshed = result.case, pair.meshed
+    helical = meshed.pair.pinion.helix_angle != 0.0
+    own = case.pinion_modification, case.wheel_modification
+    controls = tuple(_controls(result, meshed))
+    starts = [{c.key: c.initial for c in controls if c.group == group} for group in ("pinion", "wheel")]
+    data = live_model(pair, built_of(case), HELICAL_ANGLES if helical else SPUR_ANGLES) | {
+        "case": {
+            "torque_Nm": case.torque_Nm,
+            "axes": asdict(axes_of(case)),
+            "modifications": [_amounts(modification) for modification in own],
+            "kept": [_kept(modification) for modification in own],
+            "result": _case_result(result),
+        },
+        "defaults": {"axes": asdict(ALIGNED), "modification": _amounts(UNMODIFIED)},
+        "limits": _limits(case, meshed),
+    }
+    same = starts[0] == starts[1] and own[0] == own[1]
+    return LiveSection(controls, same, data, _note(case, meshed))
+
+
+def _amounts(modification: Modification) -> dict[str, Any]:
+    """What of a modification the page's solver takes as it is set."""
+    kept = "topography", "pitch_deviations_um"
+    return {key: value for key, value in asdict(modification).items() if key not in kept}
+
+
+def _kept(modification: Modification) -> dict[str, Any]:
+    deviations = modification.pitch_deviations_um
+    return {"pitch_deviations_um": list(deviations)} if deviations else {}
+
+
+def _case_result(result: OnlineResult) -> dict[str, Any]:
+    sweep, i = result.sweep, result.nominal
+    first = sweep.phi_rad < sweep.pitch_rad * (1.0 - 1e-9)
+    # Of a sweep over several pitches the page shows the first one, as it solves it.
+    orders = mesh_orders(sweep, i)
+    return {
+        "phi_deg": np.degrees(sweep.phi_rad[first]).round(5).tolist(),
+        "ste_um": [_known(value) for value in sweep.ste_um[i][first]],
+        "orders_um": [_known(value) or 0.0 for value in orders],
+        "mean_um": _known(ste_mean_um(sweep)[i]),
+        "peak_to_peak_um": _known(peak_to_peak_um(sweep)[i]),
+    }
+
+
+def _known(value: float) -> float | None:
+    return float(f"{value:.7g}") if math.isfinite(value) else None
+
+
+def _limits(case: Case, meshed: MeshedPair) -> dict[str, Any]:
+    """Where a setting leaves what the run has checked, or what a linear model can say."""
+    swept = case.swept_torques_Nm
+    _, modulus = hertz_pressure(case, meshed.pair)
+    return {
+        "torque_Nm": [min(swept), max(swept)],
+        "pressure_MPa": PRESSURE_OVER_MODULUS * modulus,
+        "approach_um": 1e3 * LARGE_APPROACH * case.pair.module_mm,
+    }
+
+
+def _controls(result: OnlineResult, meshed: MeshedPair) -> Iterable[Control]:
+    case, ste = result.case, float(ste_mean_um(result.sweep)[result.nominal])
+    nominal = case.torque_Nm
+    highest = _rounded(max(TORQUE_RANGE * nominal, *case.swept_torques_Nm))
+    step = _rounded(highest) / 200.0
+    yield Control("load", "torque_Nm", "torque on the pinion, N m", f"{nominal:g}", step, highest, step)
+    flanks = [case.pinion_modification, case.wheel_modification]
+    present = [abs(value) for flank in flanks for key, value in _amounts(flank).items()
+               if key in _SLID]  # fmt: skip
+    axes = axes_of(case)
+    deviations = asdict(axes)
+    amount = _rounded(max(AMOUNT_RANGE * ste if math.isfinite(ste) else 0.0, BEYOND_CASE * max(present), 10.0))
+    even = case.mesh.width == "plane_strain"
+    for number, group in enumerate(("pinion", "wheel")):
+        yield from _flank_controls(group, flanks[number], _relief_start(group, flanks[number], meshed, number), amount, even)
+    names = {"centre_distance_um": "centre distance, µm further apart"}
+    if not even:
+        names |= {
+            "in_plane_um": "not parallel in the plane of the axes, µm over the face",
+            "out_of_plane_um": "not parallel across that plane, µm over the face",
+        }
+    far = _rounded(max(amount, BEYOND_CASE * max(map(abs, deviations.values()))))
+    for key, label in names.items():
+        yield Control("axes", key, label, f"{deviations[key]:g}", -far, far, far / 100.0)
+
+
+#: amounts with a slider, what they are called, whether they may be negative, and whether they differ over the width
+_SLID = {
+    "tip_relief_um": ("tip relief, µm", False, False),
+    "profile_crowning_um": ("profile crowning, µm", True, False),
+    "profile_slope_um": ("profile slope, µm", True, False),
+    "helix_crowning_um": ("helix crowning, µm", True, True),
+    "helix_slope_um": ("helix slope, µm", True, True),
+}
+
+
+def _flank_controls(
+    group: str, modification: Modification, relief_start: Control, amount: float, even: bool
+) -> Iterable[Control]:
+    for key, (label, signed, over_width) in _SLID.items():
+        value = getattr(modification, key)
+        low = -amount if signed or value < 0.0 else 0.0
+        if not (over_width and even):
+            yield Control(group, key, label, f"{value:g}", low, amount, amount / 200.0)
+        if key == "tip_relief_um":
+            shape, shapes = modification.tip_relief_shape, ("linear", "parabolic")
+            yield relief_start
+            yield Control(group, "tip_relief_shape", "shape of the tip relief", shape, choices=shapes)
+
+
+def _relief_start(group: str, modification: Modification, meshed: MeshedPair, number: int) -> Control:
+    first, last = (math.degrees(roll) for roll in meshed.pair.active_rolls[number])
+    given = modification.tip_relief_start_roll_deg
+    value = round(first + USUAL_RELIEF * (last - first), 1) if given is None else given
+    low = min(round(first + EARLIEST_RELIEF * (last - first), 1), value)
+    high = max(round(last - 0.1, 1) - 0.1, value)
+    return Control(group, "tip_relief_start_roll_deg", "its start, deg of roll", f"{value:g}", low, high, 0.1)
+
+
+def _rounded(value: float) -> float:
+    """Next larger of 1, 1.5, 2, 3, 4, 5, 6, 8 times a power of ten."""
+    power = 10.0 ** math.floor(math.log10(value))
+    return next(power * factor for factor in (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0) if power * factor >= value)
+
+
+def _note(case: Case, meshed: MeshedPair) -> str:
+    """What the reader should know of the model on the page."""
+    parts = [
+        "The page carries the flanks' compliance from the finite elements and solves contact anew as a slider moves: "
+        "the same equations as the run, exact for any torque, axes and flanks that linear elasticity covers."
+    ]
+    if case.pitches > 1:
+        parts.append("It solves the first pitch of the run's sweep.")
+    if case.mesh.width == "plane_strain":
+        parts.append("In plane strain nothing differs over the width: sliders of the helix and of tilted axes are "
+                     "left out.")  # fmt: skip
+    flanks = case.pinion_modification, case.wheel_modification
+    if any(flank.topography is not None or flank.pitch_deviations_um for flank in flanks):
+        parts.append("Topographies and pitch deviations stay as they are in the case.")
+    return " ".join(parts)

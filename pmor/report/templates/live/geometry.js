@@ -1,0 +1,126 @@
+// Where two involutes meet in a transverse section, with the wheel's axis out of place: a transcript of
+// pmor/contact/kernels/motion.py and sections.py.
+
+const CORNER = 0.01;
+
+// Kinematics of a pair (`model.kinematics`) with the wheel's axis in a place (um over the face width, as in a case).
+function kinematicsAt(model, axes) {
+  const width = model.kinematics.face_width;
+  const k = {
+    ...model.kinematics, offset_y: 1e-3 * axes.centre_distance_um, slope_x: 1e-3 * (axes.out_of_plane_um / width),
+    slope_y: 1e-3 * (axes.in_plane_um / width), first_touch: 0,
+  };
+  const across = Math.min(...[-0.5, 0.5].map(side => sectionOffset(k, model.gears, side * width).opening));
+  const along = Math.min(...model.pinion_roll_range.map(roll => axialOpening(k, model.gears, roll)));
+  return { ...k, first_touch: (across + along) / model.gears[0].base_radius };
+}
+
+function rollAngle(k, gears, gear, rollPosition) {
+  const pinion = rollPosition + gears[0].half_angle + k.pressure_angle;
+  return gear === 0 ? pinion : (k.action_length - pinion * gears[0].base_radius) / gears[1].base_radius;
+}
+
+function sectionOffset(k, gears, z) {
+  const x = k.slope_x * z, y = k.offset_y + k.slope_y * z;
+  if (x === 0 && y === 0 && k.first_touch === 0) return { x: 0, y: 0, turn: 0, opening: 0 };
+  const base = gears[0].base_radius + gears[1].base_radius, aligned = k.centre_distance;
+  const distance = Math.hypot(x, aligned + y);
+  const turn = Math.acos(base / distance) - k.pressure_angle + Math.atan2(x, aligned + y);
+  const opening = Math.sqrt(distance ** 2 - base ** 2) - k.action_length - base * turn;
+  return { x, y, turn, opening: opening - gears[0].base_radius * k.first_touch };
+}
+
+function axialOpening(k, gears, pinionRoll) {
+  const axial = gears[0].twist * gears[0].base_radius;
+  if (axial === 0 || (k.slope_x === 0 && k.slope_y === 0)) return 0;
+  const c = Math.cos(k.pressure_angle), s = Math.sin(k.pressure_angle);
+  const x = gears[0].base_radius * (s - pinionRoll * c);
+  const y = gears[0].base_radius * (c + pinionRoll * s) - k.centre_distance;
+  return axial * (k.slope_x * x + k.slope_y * y);
+}
+
+// Motion from the pinion's tooth to the wheel's in a section whose wheel axis is off by x and y: angle and shift.
+function moveParallel(k, gears, rollPosition, x, y) {
+  const wheel = Math.PI + rollAngle(k, gears, 1, rollPosition) - gears[1].half_angle - k.pressure_angle;
+  const angle = rollPosition + k.first_touch - wheel, c = Math.cos(wheel), s = Math.sin(wheel);
+  const sx = -x, sy = -k.centre_distance - y;
+  return { angle, shift: [c * sx + s * sy, -s * sx + c * sy] };
+}
+
+function reversed({ angle, shift }) {
+  const c = Math.cos(angle), s = Math.sin(angle);
+  return { angle: -angle, shift: [-(c * shift[0] + s * shift[1]), -(-s * shift[0] + c * shift[1])] };
+}
+
+// Meeting of the edge at the slave's tip with the master's involute.
+function cornerFoot(gears, slave, motion) {
+  const own = gears[slave], mate = gears[1 - slave], u = own.tip_roll, radius = own.edge_radius;
+  const c = Math.cos(motion.angle), s = Math.sin(motion.angle), shift = motion.shift;
+  const angle = own.half_angle - u, along = own.base_radius * u - radius;
+  const px = -own.base_radius * Math.sin(angle) - along * Math.cos(angle);
+  const py = own.base_radius * Math.cos(angle) - along * Math.sin(angle);
+  const x = c * px - s * py + shift[0], y = s * px + c * py + shift[1];
+  const roll = Math.sqrt(Math.max((x * x + y * y) / mate.base_radius ** 2 - 1, 0));
+  const offset = Math.atan2(-x, y) - (mate.half_angle - roll + Math.atan(roll));
+  const turn = mate.half_angle - roll + offset, nx = -Math.cos(turn), ny = -Math.sin(turn);
+  const ownX = c * nx + s * ny, ownY = -s * nx + c * ny;
+  const slaveArm = (x - shift[0]) * ny - (y - shift[1]) * nx;
+  const gap = mate.base_radius * offset - radius, mateRoll = roll - offset;
+  const slant = Math.asin(Math.sin(angle) * ownX - Math.cos(angle) * ownY);
+  const ownTurn = Math.atan2(ownY, ownX), mateTurn = Math.atan2(-ny, -nx);
+  if (slave === 1) {
+    return {
+      gap, roll: [mateRoll, u], turn: [mateTurn, ownTurn], lever: -mate.base_radius, leverSlope: 0, cornerLead: 0, slant,
+    };
+  }
+  const armX = x - shift[0], armY = y - shift[1], square = x * x + y * y;
+  const turning = (x * armX + y * armY) / square - (y * armX - x * armY) / (square * roll);
+  const leverSlope = (armX * nx + armY * ny) * (turning - 1);
+  return { gap, roll: [u, mateRoll], turn: [ownTurn, mateTurn], lever: slaveArm, leverSlope, cornerLead: 0, slant };
+}
+
+// Closest approach of two undeformed flanks in the section at z; `turn` are the directions in which displacements open
+// the gap, in the frames of the teeth in that section.
+function closestApproach(k, gears, rollPosition, z) {
+  const section = rollPosition + gears[0].twist * z, { x, y, turn, opening } = sectionOffset(k, gears, z);
+  const pinionRoll = rollAngle(k, gears, 0, section) + k.first_touch + turn;
+  const wheelRoll = rollAngle(k, gears, 1, section) + turn;
+  const aside = axialOpening(k, gears, pinionRoll), forward = moveParallel(k, gears, section, x, y);
+  let meeting;
+  if (pinionRoll > gears[0].tip_roll) {
+    meeting = cornerFoot(gears, 0, forward);
+  } else if (wheelRoll > gears[1].tip_roll) {
+    meeting = cornerFoot(gears, 1, reversed(forward));
+  } else {
+    const near = pinionRoll > gears[0].tip_roll - CORNER;
+    meeting = {
+      gap: opening, roll: [pinionRoll, wheelRoll], slant: 0,
+      turn: [gears[0].half_angle - pinionRoll, gears[1].half_angle - wheelRoll],
+      lever: -gears[0].base_radius, leverSlope: near ? cornerFoot(gears, 0, forward).leverSlope : 0,
+      cornerLead: gears[0].tip_roll - pinionRoll,
+    };
+  }
+  meeting.gap += aside;
+  return meeting;
+}
+
+// Row of the first of four nodes, and the weights of the cubic along the profile at roll angle u.
+function cubicRows(roll, u) {
+  const last = roll.length - 1;
+  let i = 0;
+  while (i < last - 1 && roll[i + 1] <= u) i++;
+  const row = Math.max(i - 1, 0), x = roll[i] ** 2, h = roll[i + 1] ** 2 - x;
+  const s = Math.min(Math.max((u * u - x) / h, 0), 1), weight = [0, 0, 0, 0];
+  weight[i - row] = (1 + 2 * s) * (1 - s) ** 2;
+  weight[i + 1 - row] = s * s * (3 - 2 * s);
+  for (let end = 0; end < 2; end++) {
+    const slope = h * (end === 0 ? s * (1 - s) ** 2 : s * s * (s - 1));
+    const centre = Math.min(Math.max(i + end, 1), last - 1);
+    const before = roll[centre] ** 2 - roll[centre - 1] ** 2, after = roll[centre + 1] ** 2 - roll[centre] ** 2;
+    const t = roll[i + end] ** 2 - roll[centre] ** 2;
+    weight[centre - 1 - row] += slope * (2 * t - after) / (before * (before + after));
+    weight[centre - row] -= slope * (2 * t + before - after) / (before * after);
+    weight[centre + 1 - row] += slope * (2 * t + before) / (after * (before + after));
+  }
+  return { row, weight };
+}

@@ -1,0 +1,206 @@
+// Law of line contact where a tip corner may carry. Equations (1) to (5): pmor/contact/kernels/tip_corner.py, of which
+// this is a transcript, as of approach_of and line_law in pmor/contact/kernels/line.py.
+
+const SHORT = 0.2, LONGEST = 0.5;
+
+function hertzPatch(size, angle, curvature) {
+  const length = Math.sqrt(2 * size / curvature);
+  return {
+    middle: -angle / curvature, length, mean: 0.5 * size, first: 0, second: -size,
+    middleSlope: 0, lengthSlope: 0.5 * length / size, firstSlope: 0, secondSlope: -1,
+  };
+}
+
+function cutOffPatch(size, angle, curvature) {
+  const length = 2 * size / (Math.sqrt(angle * angle + 6 * curvature * size) + angle);
+  const slope = 1 / (angle + 3 * curvature * length);
+  const inside = angle < 0 ? 0.5 * angle * angle / curvature : 0;
+  return {
+    middle: length, length, mean: angle * length + 0.75 * curvature * length ** 2 + inside,
+    first: -length * (angle + curvature * length), second: -0.5 * curvature * length ** 2,
+    middleSlope: slope, lengthSlope: slope, firstSlope: -(angle + 2 * curvature * length) * slope,
+    secondSlope: -curvature * length * slope,
+  };
+}
+
+// Across the edge of an arc, equation (4): beta by Newton between bounds.
+function acrossPatch(size, angle, curvature, edgeCurvature) {
+  const step = (edgeCurvature - curvature) / Math.PI;
+  let low = 0, high = Math.PI, beta = 0.5 * Math.PI, c, s, p, q, pSlope, qSlope;
+  for (let i = 0; i < 60; i++) {
+    c = Math.cos(beta); s = Math.sin(beta);
+    p = -curvature * c + step * (s - beta * c);
+    q = 0.5 * (curvature + step * (beta - s * c));
+    pSlope = curvature * s + step * beta * s;
+    qSlope = step * s * s;
+    const root = angle / Math.sqrt(size), rest = p - root * Math.sqrt(q);
+    if (rest > 0) high = beta; else low = beta;
+    const move = -rest / (pSlope - 0.5 * root * qSlope / Math.sqrt(q));
+    if (Math.abs(move) <= 1e-14 * beta) break;
+    beta = low < beta + move && beta + move < high ? beta + move : 0.5 * (low + high);
+  }
+  const length = Math.sqrt(size / q);
+  const lengthSlope = 1 / (length * (2 * q - p * qSlope / pSlope));
+  const turn = -p / (length * pSlope) * lengthSlope;
+  const third = step * s ** 3 / 3, first = third * length ** 2;
+  const firstSlope = 2 * third * length * lengthSlope + step * s * s * c * length ** 2 * turn;
+  const square = 0.5 * step * (beta * (0.5 + c * c) - 1.5 * s * c), middle = length * c;
+  const mean = angle * middle + curvature * (0.5 * middle ** 2 + 0.25 * length ** 2) + square * length ** 2
+    + 0.5 * angle * angle / (angle < 0 ? curvature : edgeCurvature);
+  return {
+    middle, length, mean, first: -first, second: first * c - size,
+    middleSlope: c * lengthSlope - length * s * turn, lengthSlope,
+    firstSlope: -firstSlope, secondSlope: firstSlope * c - first * s * turn - 1,
+  };
+}
+
+function contactPatch(size, angle, curvature, edgeCurvature) {
+  if (angle <= -Math.sqrt(2 * size * curvature)) return hertzPatch(size, angle, curvature);
+  if (edgeCurvature === 0) return cutOffPatch(size, angle, curvature);
+  if (angle >= Math.sqrt(2 * size * edgeCurvature)) return hertzPatch(size, angle, edgeCurvature);
+  return acrossPatch(size, angle, curvature, edgeCurvature);
+}
+
+// P_k and its derivatives by y and b^2.
+function spreadPart(table, y, square) {
+  let value = 0, byPlace = 0, bySquare = 0;
+  for (let i = table.length - 1; i >= 0; i--) {
+    let inner = 0, slope = 0;
+    for (let j = table[i].length - 1; j >= 0; j--) {
+      slope = slope * square + inner;
+      inner = inner * square + table[i][j];
+    }
+    byPlace = byPlace * y + value;
+    value = value * y + inner;
+    bySquare = bySquare * y + slope;
+  }
+  return [value, byPlace, bySquare];
+}
+
+function singleMean(corner, y) {
+  if (y >= 1) return 0;
+  const near = 1 - y, [value] = spreadPart(corner.coefficients[0], y, 0);
+  return corner.excess * (-Math.log(y) - near - 0.5 * near ** 2) + near ** 2 * value;
+}
+
+function felt(spread) {
+  const t = spread / SHORT - 1;
+  if (t <= 0) return [0, 0];
+  if (t >= 1) return [spread, 1];
+  const part = t * t * (3 - 2 * t);
+  return [spread * part, part + spread * 6 * t * (1 - t) / SHORT];
+}
+
+// Equation (5) without c / C, and its derivative by W.
+function layerEnd(patch, size, law, corner) {
+  let middle = law.place + patch.middle, middleSlope = patch.middleSlope;
+  if (middle < patch.length) { middle = patch.length; middleSlope = patch.lengthSlope; }
+  const y = middle / law.reach;
+  if (y >= 1) return [0, 0];
+  const near = 1 - y, excess = corner.excess, ySlope = middleSlope / law.reach;
+  let spread = patch.length / middle, spreadSlope = (patch.lengthSlope - spread * middleSlope) / middle;
+  const longest = LONGEST * law.reach / middle;
+  if (spread > longest) { spread = longest; spreadSlope = -longest * middleSlope / middle; }
+  const [f, part] = felt(spread), fSlope = part * spreadSlope;
+  let [value, byPlace, bySquare] = spreadPart(corner.coefficients[0], y, f ** 2);
+  let mean = excess * (-Math.log(y) - near - 0.5 * near ** 2) + near ** 2 * value;
+  let byY = excess * (-1 / y + 1 + near) + near ** 2 * byPlace - 2 * near * value;
+  let total = size * mean, slope = mean + size * (byY * ySlope + near ** 2 * bySquare * 2 * f * fSlope);
+  for (let k = 1; k < 3; k++) {
+    const weight = k === 1 ? patch.first : patch.second;
+    const weightSlope = k === 1 ? patch.firstSlope : patch.secondSlope;
+    [value, byPlace, bySquare] = spreadPart(corner.coefficients[k], y, f ** 2);
+    const power = k === 1 ? f : f ** 2, powerSlope = k === 1 ? 1 : 2 * f;
+    mean = near ** 2 * power * value;
+    byY = power * (near ** 2 * byPlace - 2 * near * value);
+    const byFelt = near ** 2 * (powerSlope * value + power * bySquare * 2 * f);
+    total += weight * mean;
+    slope += weightSlope * mean + weight * (byY * ySlope + byFelt * fSlope);
+  }
+  return [total, slope];
+}
+
+function cornerApproach(load, law, corner) {
+  const size = law.compliance * load;
+  const patch = contactPatch(size, law.angle, law.curvature, law.edgeCurvature);
+  const [end, endSlope] = layerEnd(patch, size, law, corner), slope = law.opening - Math.log(patch.length);
+  return [size * slope + patch.mean + law.share * end, law.compliance * (slope + law.share * endSlope)];
+}
+
+function smoothApproach(load, law, gears) {
+  if (load <= law.plain) {
+    const shape = law.constant - 0.5 * Math.log(load);
+    return [law.compliance * load * shape, law.compliance * (shape - 0.5)];
+  }
+  return cornerApproach(load, law, gears[law.gear].corner);
+}
+
+// Approach of the flanks under a line load (N/mm), mm, and its derivative.
+function approachOf(load, law, gears) {
+  if (load <= law.least) {
+    const slope = smoothApproach(law.least, law, gears)[0] / law.least;
+    return [slope * load, slope];
+  }
+  if (load > law.plain) {
+    const widest = 0.5 * law.curvature / law.compliance * Math.exp(2 * law.opening - 1);
+    if (load > widest) {
+      const [approach, slope] = smoothApproach(widest, law, gears);
+      return [approach + slope * (load - widest), slope];
+    }
+  }
+  return smoothApproach(load, law, gears);
+}
+
+// Distance from where a flank ends to a roll angle, and that over which the layer's end is felt, mm.
+function fromCorner(gear, roll, cosine) {
+  const distance = 0.5 * gear.base_radius * Math.max(gear.tip_roll ** 2 - roll ** 2, 0);
+  return [distance, gear.corner.reach * gear.corner.depth * cosine];
+}
+
+// The law where two flanks meet; `carriers` are the rows of nodes and their weights on either gear.
+function lineLaw(gears, meeting, carriers) {
+  const cosine = 1 / Math.sqrt(1 + (gears[0].twist * gears[0].base_radius) ** 2);
+  let near = -1, nearest = 1, inside = 0, compliance = 0, constant = 0, curvature = 0;
+  for (let g = 0; g < 2; g++) {
+    const [distance, reach] = fromCorner(gears[g], meeting.roll[g], cosine);
+    if (distance < nearest * reach) { near = g; nearest = distance / reach; inside = distance; }
+  }
+  for (let g = 0; g < 2; g++) {
+    const gear = gears[g], roll = meeting.roll[g], { row, weight } = carriers[g];
+    let value = 0;
+    for (let a = 0; a < 4; a++) value += weight[a] * gear.line_constant[Math.min(row + a, gear.line_constant.length - 1)];
+    if (g !== near) {
+      const [distance, reach] = fromCorner(gear, roll, cosine);
+      value += singleMean(gear.corner, (gear.corner.place + distance) / reach);
+    }
+    compliance += gear.line_compliance;
+    constant += gear.line_compliance * value;
+    curvature += 1 / (gear.base_radius * Math.max(roll, 1e-3));
+  }
+  constant = constant / compliance + Math.log(cosine);
+  const law = {
+    compliance: compliance / cosine, constant: constant - 0.5 * Math.log(2 * compliance / (cosine * curvature)),
+    least: 1e-9 / (compliance * curvature * cosine), plain: Infinity, gear: 0, opening: constant - 0.5, angle: 0,
+    curvature, edgeCurvature: 0, place: 0, reach: 1, share: 0,
+  };
+  return near < 0 ? law : lawNearCorner(gears, meeting, near, inside, cosine, law);
+}
+
+function lawNearCorner(gears, meeting, near, inside, cosine, law) {
+  const gear = gears[near], mate = gears[1 - near], corner = gear.corner;
+  const share = gear.line_compliance / (gears[0].line_compliance + gears[1].line_compliance);
+  const reach = corner.reach * corner.depth * cosine;
+  let edgeCurvature = 0, { constant, angle } = law, short = 0;
+  if (gear.edge_radius > 0) {
+    edgeCurvature = 1 / gear.edge_radius + 1 / (mate.base_radius * Math.max(meeting.roll[1 - near], 1e-3));
+  }
+  if (inside > 0) {
+    angle = -law.curvature * inside;
+    short = Math.min(SHORT * (corner.place + inside), inside);
+    constant += share * singleMean(corner, (corner.place + inside) / reach);
+  } else {
+    angle = meeting.slant;
+  }
+  const plain = 0.5 * law.curvature * short ** 2 / law.compliance;
+  return { ...law, constant, plain, gear: near, angle, edgeCurvature, place: corner.place, reach, share };
+}

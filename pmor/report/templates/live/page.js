@@ -1,0 +1,287 @@
+// Controls and pictures of the live page.
+
+const ORDERS = 10;
+
+async function startLive(root) {
+  const data = JSON.parse(document.getElementById("live-data").textContent);
+  const model = await unpackModel(data), controls = controlsOf(root);
+  const state = { placed: null, placedFor: "", result: null };
+
+  function update() {
+    const started = performance.now(), setting = settingOf(data, controls);
+    const axes = JSON.stringify(setting.axes);
+    if (state.placedFor !== axes) {
+      state.placed = placedPair(model, setting.axes);
+      state.placedFor = axes;
+    }
+    state.result = { setting, ...sweep(model, state.placed, setting) };
+    state.result.ms = performance.now() - started;
+    root.result = state.result;
+    draw(root, data, model, state.result);
+  }
+
+  let waiting = false;
+  function soon() {
+    if (waiting) return;
+    waiting = true;
+    requestAnimationFrame(() => { waiting = false; update(); });
+  }
+
+  wire(root, controls, soon);
+  root.querySelector("#live-angle").max = model.angles - 1;
+  root.querySelector("#live-angle").addEventListener("input", () => draw(root, data, model, state.result));
+  root.querySelector("#live-reset").addEventListener("click", () => { reset(root, controls); soon(); });
+  root.querySelector("#live-toml").addEventListener("click", () => giveToml(root, data, state.result.setting));
+  reset(root, controls);
+  document.getElementById("live-missing").hidden = true;
+  root.hidden = false;
+  update();
+}
+
+// Each control is a slider, a number field and what the case says; shapes are choices.
+function controlsOf(root) {
+  return [...root.querySelectorAll("[data-key]")].map(row => ({
+    row, key: row.dataset.key, group: row.dataset.group, initial: row.dataset.initial,
+    slider: row.querySelector("input[type=range]"), field: row.querySelector("input[type=number]"),
+    choice: row.querySelector("select"),
+  }));
+}
+
+function valueOf(control) {
+  return control.choice ? control.choice.value : Number(control.field.value);
+}
+
+function setControl(control, value) {
+  if (control.choice) { control.choice.value = value; return; }
+  control.field.value = value;
+  control.slider.value = value;
+}
+
+function wire(root, controls, changed) {
+  for (const control of controls) {
+    if (control.choice) {
+      control.choice.addEventListener("input", () => { mirror(root, controls, control); changed(); });
+      continue;
+    }
+    control.slider.addEventListener("input", () => {
+      control.field.value = control.slider.value;
+      mirror(root, controls, control);
+      changed();
+    });
+    control.field.addEventListener("input", () => {
+      if (control.field.value === "" || !control.field.checkValidity()) return;
+      control.slider.value = control.field.value;
+      mirror(root, controls, control);
+      changed();
+    });
+  }
+  root.querySelector("#live-same").addEventListener("input", () => {
+    showBoth(root);
+    for (const control of controls) mirror(root, controls, control);
+    changed();
+  });
+}
+
+// Both gears alike: the wheel takes the pinion's amounts, and places on its profile in the same proportion.
+function mirror(root, controls, control) {
+  if (control.group !== "pinion" || !root.querySelector("#live-same").checked) return;
+  const other = controls.find(c => c.group === "wheel" && c.key === control.key);
+  if (control.choice) { other.choice.value = control.choice.value; return; }
+  const of = control.field, to = other.field, share = (Number(of.value) - of.min) / (of.max - of.min);
+  const alike = of.min === to.min && of.max === to.max;
+  setControl(other, alike ? of.value : Number((Number(to.min) + share * (to.max - to.min)).toFixed(3)));
+}
+
+function showBoth(root) {
+  const same = root.querySelector("#live-same").checked;
+  root.querySelector("#live-wheel").hidden = same;
+  root.querySelector("#live-pinion legend").textContent = same ? "Flanks of both gears" : "Pinion's flanks";
+}
+
+function reset(root, controls) {
+  const same = root.querySelector("#live-same");
+  same.checked = same.dataset.initial === "true";
+  showBoth(root);
+  for (const control of controls) setControl(control, control.initial);
+}
+
+function settingOf(data, controls) {
+  const setting = {
+    torque_Nm: data.case.torque_Nm, axes: { ...data.case.axes },
+    modifications: [{ ...data.case.modifications[0] }, { ...data.case.modifications[1] }],
+  };
+  for (const control of controls) {
+    const value = valueOf(control);
+    if (control.group === "load") setting.torque_Nm = value;
+    else if (control.group === "axes") setting.axes[control.key] = value;
+    else setting.modifications[control.group === "pinion" ? 0 : 1][control.key] = value;
+  }
+  return setting;
+}
+
+// Line loads of the sections that carry, N/mm, at one of the angles.
+function lineLoads(model, state) {
+  const found = [];
+  state.place.sections.forEach((section, n) => {
+    const load = state.force[n] / model.sections.width[section.section];
+    if (load > 0) found.push({ ...section, load, force: state.force[n], z: model.sections.z[section.section] });
+  });
+  return found;
+}
+
+// Hertzian pressure, MPa; none where a corner carries, whose pressure is not Hertz's.
+function pressureOf({ law, load }) {
+  return load > law.plain ? NaN : 2 * load / (Math.PI * Math.sqrt(2 * law.compliance * load / law.curvature));
+}
+
+function warningsOf(data, model, result) {
+  const { limits } = data, said = [], { torque_Nm: torque } = result.setting;
+  const missing = result.states.filter(state => !state.converged).length;
+  if (missing) said.push(`${missing} of ${model.angles} positions did not converge: curves have gaps`);
+  if (torque < limits.torque_Nm[0] || torque > limits.torque_Nm[1]) {
+    said.push(`torque outside ${limits.torque_Nm.map(shortNumber).join(" to ")} N m, the range of this run's sweep`);
+  }
+  let pressure = 0;
+  const corners = new Set();
+  for (const state of result.states) {
+    for (const load of lineLoads(model, state)) {
+      pressure = Math.max(pressure, pressureOf(load) || 0);
+      model.gears.forEach((gear, g) => { if (load.roll[g] >= gear.tip_roll) corners.add(["pinion", "wheel"][g]); });
+    }
+  }
+  if (pressure > limits.pressure_MPa) {
+    said.push(`Hertz pressure ${Math.round(pressure)} MPa, above ${Math.round(limits.pressure_MPa)} MPa: real flanks `
+      + "yield, the results are those of a linear material");
+  }
+  if (result.mean > limits.approach_um) {
+    said.push(`mean transmission error above ${shortNumber(limits.approach_um)} µm: beyond small deformations`);
+  }
+  for (const gear of corners) said.push(`the tip edge of the ${gear} carries load: contact beyond the flank's end`);
+  return { said, pressure };
+}
+
+function draw(root, data, model, result) {
+  const angle = Number(root.querySelector("#live-angle").value), state = result.states[angle];
+  const show = (id, html) => { root.querySelector(id).innerHTML = html; };
+  const { said, pressure } = warningsOf(data, model, result), loads = lineLoads(model, state);
+  const number = value => Number.isFinite(value) ? value.toPrecision(4) : "–", before = data.case.result;
+  const concentration = concentrationOf(model, state, loads);
+  show("#live-numbers", [
+    ["STE mean, µm", result.mean, before.mean_um], ["STE peak-to-peak, µm", result.peakToPeak, before.peak_to_peak_um],
+    ["highest flank pressure, MPa", pressure, NaN], ["load concentration at this angle", concentration, NaN],
+  ].map(([name, now, was]) => `<tr><th scope="row">${name}</th><td class="number">${number(now)}</td>`
+    + `<td class="number">${number(was)}</td></tr>`).join(""));
+  const box = root.querySelector("#live-marker");
+  box.hidden = said.length === 0;
+  box.innerHTML = said.map(text => `<li>${text}</li>`).join("");
+  show("#live-ste", stePlot(data, model, result, angle));
+  show("#live-orders", ordersPlot(data, result));
+  show("#live-load", loadPlot(model, loads));
+  show("#live-flank", flankPlot(model, loads));
+  root.querySelector("#live-angle-value").textContent =
+    `${(180 / Math.PI * model.kinematics.pitch * angle / model.angles).toFixed(2)}°`;
+  root.querySelector("#live-time").textContent = `${model.angles} angles solved in ${result.ms.toFixed(0)} ms`;
+}
+
+// Largest line load over the mean one that the same force would make over all sections on the path of contact, of the
+// tooth pair that carries most.
+function concentrationOf(model, state, loads) {
+  const pairs = new Map();
+  for (const load of loads) pairs.set(load.pair, (pairs.get(load.pair) || 0) + load.force);
+  if (!pairs.size) return NaN;
+  const [pair, force] = [...pairs].reduce((a, b) => b[1] > a[1] ? b : a);
+  let width = 0;
+  for (const section of state.place.sections) {
+    const inside = section.pair === pair && section.roll.every((roll, g) => roll < model.gears[g].tip_roll);
+    if (inside) width += model.sections.width[section.section];
+  }
+  return Math.max(...loads.filter(load => load.pair === pair).map(load => load.load)) * width / force;
+}
+
+function stePlot(data, model, result, angle) {
+  const pitch = 180 / Math.PI * model.kinematics.pitch, before = data.case.result;
+  const now = result.ste.map((ste, i) => [pitch * i / model.angles, ste]).filter(([, ste]) => Number.isFinite(ste));
+  const was = before.phi_deg.map((phi, i) => [phi, before.ste_um[i]]).filter(([, ste]) => ste !== null);
+  const label = `Transmission error over one pitch: peak-to-peak ${result.peakToPeak.toPrecision(4)} µm`;
+  const options = {
+    x: [0, pitch], y: rangeOf([...now, ...was].map(point => point[1])), label, xLabel: "pinion angle, deg", yLabel: "STE, µm",
+  };
+  return frame(options, (px, py, h) => {
+    const at = px(pitch * angle / model.angles);
+    return `<line class="chosen" x1="${at}" x2="${at}" y1="${PLOT.top}" y2="${PLOT.top + h}"/>`
+      + curve(was, px, py, "case") + curve(now, px, py, "now");
+  });
+}
+
+function ordersPlot(data, result) {
+  const now = meshOrders(result.ste, ORDERS), was = data.case.result.orders_um;
+  const high = 10 ** Math.ceil(Math.log10(Math.max(...now, ...was, 1e-6))), low = 1e-4 * high;
+  const label = `Orders of the mesh frequency; the first has ${now[0].toPrecision(3)} µm`;
+  const options = {
+    x: [0.3, ORDERS + 0.7], y: [low, high], logarithmic: true, label, xTicks: now.map((_, i) => i + 1),
+    xLabel: "order of the mesh frequency", yLabel: "amplitude, µm",
+  };
+  return frame(options, (px, py) => now.map((value, i) => [["case-bar", was[i], -0.38], ["now-bar", value, 0]]
+    .filter(([, amplitude]) => amplitude > low)
+    .map(([kind, amplitude, from]) => `<rect class="${kind}" x="${px(i + 1 + from)}" width="${px(0.38) - px(0)}" `
+      + `y="${py(amplitude)}" height="${py(low) - py(amplitude)}"/>`).join("")).join(""));
+}
+
+function loadPlot(model, loads) {
+  const { z } = model.sections, half = 0.5 * model.kinematics.face_width, pairs = [...new Set(loads.map(l => l.pair))];
+  const options = {
+    x: [Math.min(z[0], -half), Math.max(z[z.length - 1], half)], y: rangeOf([0, ...loads.map(l => l.load)], true),
+    label: "Line load over the face width at the chosen angle", xLabel: "z over the face width, mm",
+    yLabel: "line load, N/mm",
+  };
+  return frame(options, (px, py) => pairs.map((pair, i) => {
+    const points = loads.filter(l => l.pair === pair).map(l => [l.z, l.load]);
+    const dots = points.map(([x, y]) => `<circle class="pair${i % 4}" cx="${px(x)}" cy="${py(y)}" r="2.5"/>`).join("");
+    return curve(points, px, py, `now pair${i % 4}`) + dots;
+  }).join(""));
+}
+
+function flankPlot(model, loads) {
+  const { z, width } = model.sections, half = 0.5 * model.kinematics.face_width, { active_roll: active } = model.gears[0].flank;
+  const degrees = 180 / Math.PI, largest = Math.max(...loads.map(l => l.load), 1e-9);
+  const options = {
+    x: [Math.min(z[0], -half), Math.max(z[z.length - 1], half)], y: [degrees * active[0], 1.02 * degrees * active[1]],
+    label: "Where the pinion's flank carries at the chosen angle", xLabel: "z over the face width, mm",
+    yLabel: "pinion's roll angle, deg",
+  };
+  return frame(options, (px, py) => loads.map(l => {
+    const wide = px(width[l.section]) - px(0), pressed = 0.15 + 0.85 * l.load / largest;
+    return `<rect class="pressed" x="${px(l.z) - wide / 2}" width="${wide}" y="${py(degrees * l.roll[0]) - 4}" height="8" `
+      + `fill-opacity="${pressed.toFixed(3)}"/>`;
+  }).join(""));
+}
+
+// What is set, as sections of a case file; what a case leaves at its default is left out.
+function tomlOf(data, setting) {
+  const lines = ["[load]", `torque_Nm = ${setting.torque_Nm}`];
+  const section = (name, values, defaults) => {
+    const said = Object.entries(values).filter(([key, value]) => value !== null && value !== defaults[key]);
+    if (said.length) lines.push("", `[${name}]`, ...said.map(([key, value]) => `${key} = ${JSON.stringify(value)}`));
+  };
+  section("misalignment", setting.axes, data.defaults.axes);
+  ["pinion", "wheel"].forEach((gear, g) => {
+    const m = { ...setting.modifications[g] }, said = data.defaults.modification;
+    if (!m.tip_relief_um) { delete m.tip_relief_start_roll_deg; delete m.tip_relief_shape; }
+    section(`${gear}.modification`, { ...m, ...data.case.kept[g] }, said);
+  });
+  return lines.join("\n") + "\n";
+}
+
+function giveToml(root, data, setting) {
+  const text = root.querySelector("#live-text");
+  text.value = tomlOf(data, setting);
+  text.hidden = false;
+  text.rows = text.value.split("\n").length;
+  text.select();
+  if (navigator.clipboard) navigator.clipboard.writeText(text.value).catch(() => {});
+}
+
+startLive(document.getElementById("live")).catch(() => {
+  document.getElementById("live-missing").textContent =
+    "This browser cannot unpack the model of this section: it needs DecompressionStream, of browsers since 2023.";
+});
