@@ -16,13 +16,13 @@ from pmor.flank import UNMODIFIED, Modification
 from pmor.pair.conditions import axes_of, built_of
 from pmor.pair.limits import LARGE_APPROACH, PRESSURE_OVER_MODULUS, hertz_pressure
 from pmor.report.live.model import live_model
-from pmor.results.sweep import mesh_orders, peak_to_peak_um, ste_mean_um
+from pmor.results.sweep import ste_mean_um
 from pmor_online.model import ReducedPair
 from pmor_online.run import OnlineResult
 
 # Angles over a pitch: ten orders take 21. Of helical pairs, whose many sections take longer, fewer: their transmission
 # error is smoother.
-SPUR_ANGLES, HELICAL_ANGLES = 60, 32
+SPUR_ANGLES, HELICAL_ANGLES = 100, 50
 # Sliders reach to so many times the nominal torque, to so many times the mean transmission error, and to so many times
 # what the case has.
 TORQUE_RANGE, AMOUNT_RANGE, BEYOND_CASE = 2.0, 4.0, 1.5
@@ -98,7 +98,7 @@ def live_section(result: OnlineResult, pair: ReducedPair) -> LiveSection:
             "axes": asdict(axes_of(case)),
             "modifications": [_amounts(modification) for modification in own],
             "kept": [_kept(modification) for modification in own],
-            "result": _case_result(result),
+            "curve": _curve(result),
         },
         "defaults": {"axes": asdict(ALIGNED), "modification": _amounts(UNMODIFIED)},
         "limits": _limits(case, meshed),
@@ -118,22 +118,11 @@ def _kept(modification: Modification) -> dict[str, Any]:
     return {"pitch_deviations_um": list(deviations)} if deviations else {}
 
 
-def _case_result(result: OnlineResult) -> dict[str, Any]:
-    sweep, i = result.sweep, result.nominal
-    first = sweep.phi_rad < sweep.pitch_rad * (1.0 - 1e-9)
-    # Of a sweep over several pitches the page shows the first one, as it solves it.
-    orders = mesh_orders(sweep, i)
-    return {
-        "phi_deg": np.degrees(sweep.phi_rad[first]).round(5).tolist(),
-        "ste_um": [_known(value) for value in sweep.ste_um[i][first]],
-        "orders_um": [_known(value) or 0.0 for value in orders],
-        "mean_um": _known(ste_mean_um(sweep)[i]),
-        "peak_to_peak_um": _known(peak_to_peak_um(sweep)[i]),
-    }
-
-
-def _known(value: float) -> float | None:
-    return float(f"{value:.7g}") if math.isfinite(value) else None
+def _curve(result: OnlineResult) -> list[list[float]]:
+    """Transmission error of the case over the first pitch, (deg, um)."""
+    sweep, ste = result.sweep, result.sweep.ste_um[result.nominal]
+    shown = (sweep.phi_rad < sweep.pitch_rad * (1.0 - 1e-9)) & np.isfinite(ste)
+    return [[float(f"{a:.7g}"), float(f"{b:.7g}")] for a, b in zip(np.degrees(sweep.phi_rad[shown]), ste[shown], strict=True)]
 
 
 def _limits(case: Case, meshed: MeshedPair) -> dict[str, Any]:

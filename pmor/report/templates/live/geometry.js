@@ -12,7 +12,8 @@ function kinematicsAt(model, axes) {
   };
   const across = Math.min(...[-0.5, 0.5].map(side => sectionOffset(k, model.gears, side * width).opening));
   const along = Math.min(...model.pinion_roll_range.map(roll => axialOpening(k, model.gears, roll)));
-  return { ...k, first_touch: (across + along) / model.gears[0].base_radius };
+  // The offsets of the sections are the same at all angles.
+  return { ...k, first_touch: (across + along) / model.gears[0].base_radius, offsets: new Map() };
 }
 
 function rollAngle(k, gears, gear, rollPosition) {
@@ -82,21 +83,23 @@ function cornerFoot(gears, slave, motion) {
 // Closest approach of two undeformed flanks in the section at z; `turn` are the directions in which displacements open
 // the gap, in the frames of the teeth in that section.
 function closestApproach(k, gears, rollPosition, z) {
-  const section = rollPosition + gears[0].twist * z, { x, y, turn, opening } = sectionOffset(k, gears, z);
+  const section = rollPosition + gears[0].twist * z;
+  if (!k.offsets.has(z)) k.offsets.set(z, sectionOffset(k, gears, z));
+  const { x, y, turn, opening } = k.offsets.get(z);
   const pinionRoll = rollAngle(k, gears, 0, section) + k.first_touch + turn;
   const wheelRoll = rollAngle(k, gears, 1, section) + turn;
-  const aside = axialOpening(k, gears, pinionRoll), forward = moveParallel(k, gears, section, x, y);
+  const aside = axialOpening(k, gears, pinionRoll), forward = () => moveParallel(k, gears, section, x, y);
   let meeting;
   if (pinionRoll > gears[0].tip_roll) {
-    meeting = cornerFoot(gears, 0, forward);
+    meeting = cornerFoot(gears, 0, forward());
   } else if (wheelRoll > gears[1].tip_roll) {
-    meeting = cornerFoot(gears, 1, reversed(forward));
+    meeting = cornerFoot(gears, 1, reversed(forward()));
   } else {
     const near = pinionRoll > gears[0].tip_roll - CORNER;
     meeting = {
       gap: opening, roll: [pinionRoll, wheelRoll], slant: 0,
       turn: [gears[0].half_angle - pinionRoll, gears[1].half_angle - wheelRoll],
-      lever: -gears[0].base_radius, leverSlope: near ? cornerFoot(gears, 0, forward).leverSlope : 0,
+      lever: -gears[0].base_radius, leverSlope: near ? cornerFoot(gears, 0, forward()).leverSlope : 0,
       cornerLead: gears[0].tip_roll - pinionRoll,
     };
   }

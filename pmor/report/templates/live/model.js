@@ -13,88 +13,81 @@ async function unpackIntegers(text) {
   return numbers;
 }
 
-// Compliance of flank nodes, (2 n, 2 n), of teeth 0, 1, ... apart, mm/N: see pmor/report/live/compliance.py.
-async function unpackCompliance(packed) {
-  const n = packed.tangential.length, size = 2 * n;
-  const scale = k => k < n ? 1 : packed.tangential[k - n];
-  const own = await unpackIntegers(packed.own), whole = new Float64Array(size * size);
-  let next = 0;
-  for (const [i0, k0] of [[0, 0], [0, n], [n, n]]) {
-    for (let i = 0; i < n; i++) {
-      for (let k = i0 === k0 ? i : 0; k < n; k++) {
-        const value = own[next++] * packed.step / (scale(i0 + i) * scale(k0 + k));
-        whole[(i0 + i) * size + k0 + k] = whole[(k0 + k) * size + i0 + i] = value;
-      }
+// Compliance between the displacements of a flank's nodes, and its factors between those of teeth 1, 2, ... apart, mm/N:
+// see pmor/report/live/compliance.py.
+async function unpackBody({ step, scale, own: packed, neighbours: teeth }) {
+  const size = scale.length, own = new Float64Array(size * size), numbers = await unpackIntegers(packed);
+  for (let i = 0, next = 0; i < size; i++) {
+    for (let k = i; k < size; k++, next++) {
+      own[i * size + k] = own[k * size + i] = numbers[next] * step / (scale[i] * scale[k]);
     }
   }
-  const apart = [{ whole }];
-  for (const { rank, left, right, factors } of packed.neighbours) {
+  const neighbours = [];
+  for (const { rank, factors, left, right } of teeth) {
     const sides = [await unpackIntegers(left), await unpackIntegers(right)];
-    const value = (side, k, r) => sides[side][r * size + k] / scale(k);
-    apart.push({ rank, factors, value });
+    neighbours.push({ rank, factors, sides });
   }
-  return apart.map(tooth => ({ ...tooth, n, size }));
+  return { size, scale, own, neighbours };
 }
 
-// Compliance between the rows of nodes of the sections: (sections, sections) blocks of (2 rows, 2 rows).
-function betweenSections(model, gear, apart, mirrored) {
+// The same between the sections of a gear's flanks: `own`, a block for each two sections, and the vectors of the
+// neighbours, (section, unknown, rank). A section has two unknowns for each row of nodes, and the last one is along the
+// axis at the tip.
+function betweenSections(model, gear, body, mirrored) {
   const { column, share, z } = model.sections, { twist, roll, column_z: columnZ } = model.gears[gear];
-  const rows = roll.length, size = 2 * Math.max(rows, 4), count = z.length, columns = columnZ.length;
-  const n = apart.n, full = count * size;
+  const rows = roll.length, columns = columnZ.length, nodes = rows * columns, axial = body.size > 2 * nodes;
+  const size = 2 * Math.max(rows, 4) + 1, count = z.length, full = count * size;
   // Each section takes its columns' displacements, turned by the twist between it and them.
   const carriers = z.map((place, s) => share[gear][s].map((weight, b) => {
-    const at = Math.min(column[gear][s] + b, columns - 1), turn = twist * (place - columnZ[at]);
-    return [mirrored ? columns - 1 - at : at, weight * Math.cos(turn), weight * Math.sin(turn)];
-  }).filter(([, c, s]) => c !== 0 || s !== 0));
-  const spread = (value, out, start, step) => {
+    const own = Math.min(column[gear][s] + b, columns - 1), turn = twist * (place - columnZ[own]);
+    return { at: mirrored ? columns - 1 - own : own, weight, c: weight * Math.cos(turn), t: weight * Math.sin(turn) };
+  }).filter(carrier => carrier.weight !== 0));
+  // Of numbers `from` for each node, `step` apart, to numbers for each unknown of each section.
+  function spread(from, start, step, to, first, apart) {
     for (let s = 0; s < count; s++) {
+      let at = first + s * size * apart;
       for (let row = 0; row < rows; row++) {
         let normal = 0, tangential = 0;
-        for (const [at, c, t] of carriers[s]) {
-          const a = value(at * rows + row), b = value(n + at * rows + row);
-          normal += c * a + t * b;
-          tangential += c * b - t * a;
+        for (const carrier of carriers[s]) {
+          const node = carrier.at * rows + row, a = from[start + node * step], b = from[start + (nodes + node) * step];
+          normal += carrier.c * a + carrier.t * b;
+          tangential += carrier.c * b - carrier.t * a;
         }
-        out[start + (s * size + 2 * row) * step] = normal;
-        out[start + (s * size + 2 * row + 1) * step] = tangential;
+        to[at] = normal;
+        to[at + apart] = tangential;
+        at += 2 * apart;
       }
-    }
-  };
-  const product = new Float64Array(full * full);
-  if (apart.whole) {
-    const half = new Float64Array(apart.size * full);
-    for (let i = 0; i < apart.size; i++) spread(k => apart.whole[i * apart.size + k], half, i * full, 1);
-    for (let k = 0; k < full; k++) spread(i => half[i * full + k], product, k, full);
-  } else {
-    const left = new Float64Array(full), right = new Float64Array(full);
-    for (let r = 0; r < apart.rank; r++) {
-      spread(k => apart.value(0, k, r), left, 0, 1);
-      spread(k => apart.value(1, k, r), right, 0, 1);
-      for (let i = 0; i < full; i++) {
-        const factor = apart.factors[r] * left[i];
-        for (let k = 0; k < full; k++) product[i * full + k] += factor * right[k];
-      }
+      if (!axial) continue;
+      let along = 0;
+      for (const carrier of carriers[s]) along += carrier.weight * from[start + (2 * nodes + carrier.at) * step];
+      to[first + ((s + 1) * size - 1) * apart] = along;
     }
   }
-  const blocks = [];
-  for (let s = 0; s < count; s++) {
-    for (let t = 0; t < count; t++) {
-      const block = new Float32Array(size * size);
-      for (let i = 0; i < size; i++) {
-        for (let k = 0; k < size; k++) block[i * size + k] = product[(s * size + i) * full + t * size + k];
-      }
-      blocks.push(block);
-    }
+  const half = new Float64Array(full * body.size), line = new Float64Array(full), own = new Float32Array(full * full);
+  for (let i = 0; i < body.size; i++) spread(body.own, i * body.size, 1, half, i, body.size);
+  for (let k = 0; k < full; k++) {
+    spread(half, k * body.size, 1, line, 0, 1);
+    const s = Math.floor(k / size), i = k % size;
+    for (let t = 0; t < count; t++) own.set(line.subarray(t * size, (t + 1) * size), ((s * count + t) * size + i) * size);
   }
-  return { blocks, size };
+  const neighbours = body.neighbours.map(({ rank, factors, sides }) => sides.map((vectors, side) => {
+    const found = new Float64Array(full * rank), local = new Float64Array(body.size);
+    for (let r = 0; r < rank; r++) {
+      const factor = side === 0 ? factors[r] : 1;
+      for (let k = 0; k < body.size; k++) local[k] = factor * vectors[r * body.size + k] / body.scale[k];
+      spread(local, 0, 1, found, r, rank);
+    }
+    return { rank, vectors: found };
+  }));
+  return { size, own, neighbours };
 }
 
 async function unpackModel(data) {
   const model = { ...data.model, between: [] }, bodies = [];
-  for (const packed of data.bodies) bodies.push(await unpackCompliance(packed));
+  for (const packed of data.bodies) bodies.push(await unpackBody(packed));
   for (let gear = 0; gear < 2; gear++) {
     const { body, mirrored } = data.body_of[gear];
-    model.between.push(bodies[body].map(tooth => betweenSections(model, gear, tooth, mirrored)));
+    model.between.push(betweenSections(model, gear, bodies[body], mirrored));
   }
   return model;
 }
@@ -103,18 +96,22 @@ async function unpackModel(data) {
 function placedPair(model, axes) {
   const kinematics = kinematicsAt(model, axes), count = model.angles, places = [];
   for (let i = 0; i < count; i++) places.push(placeSections(model, kinematics, kinematics.pitch * i / count));
-  return { kinematics, places };
+  return places;
 }
 
 // Static transmission error over a pitch, um, with the forces of all sections.
-function sweep(model, placed, setting) {
+function sweep(model, places, setting) {
   const flanks = setting.modifications.map((m, g) => deviationOf(m, model.gears[g].flank));
-  const states = placed.places.map(place => {
+  const states = places.map(place => {
     const removed = place.sections.map(section => deviationAt(model, flanks, section));
     return { place, ...solvePosition(model, place, removed, 1e3 * setting.torque_Nm) };
   });
   const ste = states.map(state => state.converged ? 1e3 * model.gears[0].base_radius * state.lead : NaN);
-  return { states, ste, mean: ste.reduce((a, b) => a + b, 0) / ste.length, peakToPeak: Math.max(...ste) - Math.min(...ste) };
+  const known = ste.filter(Number.isFinite);
+  return {
+    setting, states, ste, mean: known.reduce((a, b) => a + b, 0) / known.length,
+    peakToPeak: Math.max(...known) - Math.min(...known),
+  };
 }
 
 function deviationAt(model, flanks, section) {

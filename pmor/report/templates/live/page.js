@@ -5,22 +5,21 @@ const ORDERS = 10;
 async function startLive(root) {
   const data = JSON.parse(document.getElementById("live-data").textContent);
   const model = await unpackModel(data), controls = controlsOf(root);
-  const state = { placed: null, placedFor: "", result: null };
+  let places = null, placedFor = "", result = null, before = null, waiting = false;
 
   function update() {
-    const started = performance.now(), setting = settingOf(data, controls);
-    const axes = JSON.stringify(setting.axes);
-    if (state.placedFor !== axes) {
-      state.placed = placedPair(model, setting.axes);
-      state.placedFor = axes;
+    const started = performance.now(), setting = settingOf(data, controls), axes = JSON.stringify(setting.axes);
+    if (placedFor !== axes) {
+      places = placedPair(model, setting.axes);
+      placedFor = axes;
     }
-    state.result = { setting, ...sweep(model, state.placed, setting) };
-    state.result.ms = performance.now() - started;
-    root.result = state.result;
-    draw(root, data, model, state.result);
+    result = sweep(model, places, setting);
+    result.ms = performance.now() - started;
+    root.result = result;
+    before = before || result;  // the first one is the case's own
+    show();
   }
-
-  let waiting = false;
+  function show() { draw(root, data, model, result, before); }
   function soon() {
     if (waiting) return;
     waiting = true;
@@ -29,9 +28,10 @@ async function startLive(root) {
 
   wire(root, controls, soon);
   root.querySelector("#live-angle").max = model.angles - 1;
-  root.querySelector("#live-angle").addEventListener("input", () => draw(root, data, model, state.result));
+  root.querySelector("#live-angle").addEventListener("input", show);
   root.querySelector("#live-reset").addEventListener("click", () => { reset(root, controls); soon(); });
-  root.querySelector("#live-toml").addEventListener("click", () => giveToml(root, data, state.result.setting));
+  root.querySelector("#live-toml").addEventListener("click", () => giveToml(root, data, result.setting));
+  window.addEventListener("resize", show);
   reset(root, controls);
   document.getElementById("live-missing").hidden = true;
   root.hidden = false;
@@ -134,13 +134,8 @@ function pressureOf({ law, load }) {
   return load > law.plain ? NaN : 2 * load / (Math.PI * Math.sqrt(2 * law.compliance * load / law.curvature));
 }
 
-function warningsOf(data, model, result) {
-  const { limits } = data, said = [], { torque_Nm: torque } = result.setting;
-  const missing = result.states.filter(state => !state.converged).length;
-  if (missing) said.push(`${missing} of ${model.angles} positions did not converge: curves have gaps`);
-  if (torque < limits.torque_Nm[0] || torque > limits.torque_Nm[1]) {
-    said.push(`torque outside ${limits.torque_Nm.map(shortNumber).join(" to ")} N m, the range of this run's sweep`);
-  }
+// What a reader looks for in all positions together.
+function findingsOf(model, result) {
   let pressure = 0;
   const corners = new Set();
   for (const state of result.states) {
@@ -149,35 +144,50 @@ function warningsOf(data, model, result) {
       model.gears.forEach((gear, g) => { if (load.roll[g] >= gear.tip_roll) corners.add(["pinion", "wheel"][g]); });
     }
   }
-  if (pressure > limits.pressure_MPa) {
-    said.push(`Hertz pressure ${Math.round(pressure)} MPa, above ${Math.round(limits.pressure_MPa)} MPa: real flanks `
-      + "yield, the results are those of a linear material");
-  }
-  if (result.mean > limits.approach_um) {
-    said.push(`mean transmission error above ${shortNumber(limits.approach_um)} µm: beyond small deformations`);
-  }
-  for (const gear of corners) said.push(`the tip edge of the ${gear} carries load: contact beyond the flank's end`);
-  return { said, pressure };
+  return { pressure, corners: corners.size ? [...corners].sort().join(", ") : "no" };
 }
 
-function draw(root, data, model, result) {
+// Where a setting leaves what the run has checked, or what a linear model can say.
+function warningsOf({ limits }, model, result, { pressure }) {
+  const said = [], { torque_Nm: torque } = result.setting, missing = result.states.filter(s => !s.converged).length;
+  if (missing) said.push(`${missing} of ${model.angles} positions did not converge: the curve has gaps.`);
+  if (torque < limits.torque_Nm[0] || torque > limits.torque_Nm[1]) {
+    said.push(`Torque outside ${limits.torque_Nm.map(shortNumber).join(" to ")} N m, the range of this run's sweep.`);
+  }
+  if (pressure > limits.pressure_MPa) {
+    said.push(`Hertz pressure ${Math.round(pressure)} MPa, above ${Math.round(limits.pressure_MPa)} MPa: real flanks `
+      + "yield, the results are those of a linear material.");
+  }
+  if (result.mean > limits.approach_um) {
+    said.push(`Mean transmission error above ${shortNumber(limits.approach_um)} µm: beyond small deformations.`);
+  }
+  return said;
+}
+
+function draw(root, data, model, result, before) {
   const angle = Number(root.querySelector("#live-angle").value), state = result.states[angle];
-  const show = (id, html) => { root.querySelector(id).innerHTML = html; };
-  const { said, pressure } = warningsOf(data, model, result), loads = lineLoads(model, state);
-  const number = value => Number.isFinite(value) ? value.toPrecision(4) : "–", before = data.case.result;
-  const concentration = concentrationOf(model, state, loads);
-  show("#live-numbers", [
-    ["STE mean, µm", result.mean, before.mean_um], ["STE peak-to-peak, µm", result.peakToPeak, before.peak_to_peak_um],
-    ["highest flank pressure, MPa", pressure, NaN], ["load concentration at this angle", concentration, NaN],
-  ].map(([name, now, was]) => `<tr><th scope="row">${name}</th><td class="number">${number(now)}</td>`
-    + `<td class="number">${number(was)}</td></tr>`).join(""));
-  const box = root.querySelector("#live-marker");
-  box.hidden = said.length === 0;
-  box.innerHTML = said.map(text => `<li>${text}</li>`).join("");
-  show("#live-ste", stePlot(data, model, result, angle));
-  show("#live-orders", ordersPlot(data, result));
-  show("#live-load", loadPlot(model, loads));
-  show("#live-flank", flankPlot(model, loads));
+  const fill = (id, html) => { root.querySelector(id).innerHTML = html; };
+  const now = findingsOf(model, result), was = before.findings || (before.findings = findingsOf(model, before));
+  const said = warningsOf(data, model, result, now), loads = lineLoads(model, state);
+  const number = value => Number.isFinite(value) ? String(Number(value.toPrecision(4))) : "–";
+  const concentrations = [result, before].map(r => concentrationOf(model, r.states[angle]));
+  fill("#live-numbers", [
+    ["STE mean, µm", number(result.mean), number(before.mean)],
+    ["STE peak-to-peak, µm", number(result.peakToPeak), number(before.peakToPeak)],
+    ["highest Hertz pressure, MPa", number(now.pressure), number(was.pressure)],
+    ["tip edge carries load", now.corners, was.corners],
+    ["largest over mean line load, at the chosen angle", ...concentrations.map(number)],
+  ].map(([name, ...values]) => `<tr><th scope="row">${name}</th>`
+    + values.map(value => `<td class="number">${value}</td>`).join("") + "</tr>").join(""));
+  root.querySelector("#live-marker").hidden = said.length === 0;
+  fill("#live-marker", said.map(text => `<li>${text}</li>`).join(""));
+  const wide = root.querySelector("#live-ste").clientWidth || 560;
+  PLOT.width = Math.min(Math.max(wide, 300), 640);
+  PLOT.height = Math.round(150 + 0.17 * PLOT.width);
+  fill("#live-ste", stePlot(data, model, result, angle));
+  fill("#live-orders", ordersPlot(result, before));
+  fill("#live-load", loadPlot(model, loads));
+  fill("#live-flank", flankPlot(model, loads));
   root.querySelector("#live-angle-value").textContent =
     `${(180 / Math.PI * model.kinematics.pitch * angle / model.angles).toFixed(2)}°`;
   root.querySelector("#live-time").textContent = `${model.angles} angles solved in ${result.ms.toFixed(0)} ms`;
@@ -185,8 +195,8 @@ function draw(root, data, model, result) {
 
 // Largest line load over the mean one that the same force would make over all sections on the path of contact, of the
 // tooth pair that carries most.
-function concentrationOf(model, state, loads) {
-  const pairs = new Map();
+function concentrationOf(model, state) {
+  const loads = lineLoads(model, state), pairs = new Map();
   for (const load of loads) pairs.set(load.pair, (pairs.get(load.pair) || 0) + load.force);
   if (!pairs.size) return NaN;
   const [pair, force] = [...pairs].reduce((a, b) => b[1] > a[1] ? b : a);
@@ -199,26 +209,27 @@ function concentrationOf(model, state, loads) {
 }
 
 function stePlot(data, model, result, angle) {
-  const pitch = 180 / Math.PI * model.kinematics.pitch, before = data.case.result;
-  const now = result.ste.map((ste, i) => [pitch * i / model.angles, ste]).filter(([, ste]) => Number.isFinite(ste));
-  const was = before.phi_deg.map((phi, i) => [phi, before.ste_um[i]]).filter(([, ste]) => ste !== null);
+  const pitch = 180 / Math.PI * model.kinematics.pitch, known = ([, ste]) => Number.isFinite(ste);
+  // Without pitch deviations the curve goes on as it began.
+  const ends = model.gears.some(gear => gear.flank.pitch.length) ? [] : [[pitch, result.ste[0]]];
+  const now = [...result.ste.map((ste, i) => [pitch * i / model.angles, ste]), ...ends].filter(known);
+  const was = data.case.curve.filter(known);
   const label = `Transmission error over one pitch: peak-to-peak ${result.peakToPeak.toPrecision(4)} µm`;
-  const options = {
-    x: [0, pitch], y: rangeOf([...now, ...was].map(point => point[1])), label, xLabel: "pinion angle, deg", yLabel: "STE, µm",
-  };
-  return frame(options, (px, py, h) => {
+  const y = rangeOf([...now, ...was].map(point => point[1]));
+  return frame({ x: [0, pitch], y, label, xLabel: "pinion angle, deg", yLabel: "STE, µm" }, (px, py, h) => {
     const at = px(pitch * angle / model.angles);
     return `<line class="chosen" x1="${at}" x2="${at}" y1="${PLOT.top}" y2="${PLOT.top + h}"/>`
       + curve(was, px, py, "case") + curve(now, px, py, "now");
   });
 }
 
-function ordersPlot(data, result) {
-  const now = meshOrders(result.ste, ORDERS), was = data.case.result.orders_um;
-  const high = 10 ** Math.ceil(Math.log10(Math.max(...now, ...was, 1e-6))), low = 1e-4 * high;
+function ordersPlot(result, before) {
+  const now = meshOrders(result.ste, ORDERS), was = meshOrders(before.ste, ORDERS);
+  const highest = Math.max(...[...now, ...was].filter(Number.isFinite), 1e-6);
+  const high = 10 ** Math.ceil(Math.log10(highest)), low = 1e-4 * high;
   const label = `Orders of the mesh frequency; the first has ${now[0].toPrecision(3)} µm`;
   const options = {
-    x: [0.3, ORDERS + 0.7], y: [low, high], logarithmic: true, label, xTicks: now.map((_, i) => i + 1),
+    x: [0.4, ORDERS + 0.6], y: [low, high], logarithmic: true, label, xTicks: now.map((_, i) => i + 1),
     xLabel: "order of the mesh frequency", yLabel: "amplitude, µm",
   };
   return frame(options, (px, py) => now.map((value, i) => [["case-bar", was[i], -0.38], ["now-bar", value, 0]]

@@ -25,54 +25,97 @@ function placeSections(model, kinematics, phi) {
 }
 
 function placeSection(model, k, rollPosition, z, pair, s, margin) {
-  const { gears } = model, section = rollPosition + gears[0].twist * z;
+  const section = rollPosition + model.gears[0].twist * z;
   if (section < k.path_start - margin || section > k.path_end + margin) return null;
-  const meeting = closestApproach(k, gears, rollPosition, z);
-  const carriers = gears.map((gear, g) => cubicRows(gear.roll, meeting.roll[g]));
+  const meeting = closestApproach(k, model.gears, rollPosition, z);
+  meeting.pair = pair;
+  meeting.section = s;
+  meeting.law = null;
+  return meeting;
+}
+
+// Find the law of a section, and the rows of nodes that carry it: only where it may carry.
+function makeReady(model, section) {
+  const { gears } = model, carriers = gears.map((gear, g) => cubicRows(gear.roll, section.roll[g]));
   // A displacement of a row of nodes along its own normal, and at right angles to that, opens the gap so much. Four rows
   // in any case: of a flank with fewer elements, or at its end, the first ones have no share.
-  const row = gears.map((gear, g) => Math.max(Math.min(carriers[g].row, gear.roll.length - 4), 0));
-  const gradient = gears.map((gear, g) => {
+  section.row = gears.map((gear, g) => Math.max(Math.min(carriers[g].row, gear.roll.length - 4), 0));
+  section.gradient = gears.map((gear, g) => {
     const { row: first, weight } = carriers[g], share = new Float64Array(8);
-    for (let a = first - row[g], b = 0; a < 4; a++, b++) {
+    for (let a = first - section.row[g], b = 0; a < 4; a++, b++) {
       if (weight[b] === 0) continue;
-      const beside = meeting.turn[g] - (gear.half_angle - gear.roll[first + b]);
+      const beside = section.turn[g] - (gear.half_angle - gear.roll[first + b]);
       share[2 * a] = weight[b] * Math.cos(beside);
       share[2 * a + 1] = weight[b] * Math.sin(beside);
     }
     return share;
   });
-  const law = lineLaw(gears, meeting, carriers);
-  return { ...meeting, pair, section: s, row, gradient, law };
+  // At a tip the axial part does not turn with the normal.
+  section.axial = gears.map((gear, g) => {
+    if (gear.twist === 0 || section.roll[g] < gear.tip_roll) return 0;
+    return 1 - Math.cos(section.turn[g] - (gear.half_angle - gear.roll[gear.roll.length - 1]));
+  });
+  section.projected = [];
+  section.law = lineLaw(gears, section, carriers);
 }
 
-// Gradients' product with the compliance between rows of nodes of two sections.
-function bilinear(block, size, toRow, to, byRow, by) {
+// What a section's gradient is of the vectors of a neighbouring tooth, on its displaced (0) or loaded side (1).
+function projected(model, section, g, apart, side) {
+  const key = (2 * apart + side) * 2 + g, known = section.projected[key];
+  if (known) return known;
+  const { size, neighbours } = model.between[g], { rank, vectors } = neighbours[apart - 1][side];
+  const found = new Float64Array(rank), first = section.section * size + 2 * section.row[g];
+  for (let a = 0; a < 8; a++) {
+    const share = section.gradient[g][a], start = (first + a) * rank;
+    if (share !== 0) for (let r = 0; r < rank; r++) found[r] += share * vectors[start + r];
+  }
+  if (section.axial[g] !== 0) {
+    const start = ((section.section + 1) * size - 1) * rank;
+    for (let r = 0; r < rank; r++) found[r] += section.axial[g] * vectors[start + r];
+  }
+  section.projected[key] = found;
+  return found;
+}
+
+// Product of two gradients with the compliance between two sections of one flank.
+function ownProduct({ size, own }, count, g, to, by) {
+  const block = (to.section * count + by.section) * size * size, left = to.gradient[g];
   let total = 0;
   for (let a = 0; a < 8; a++) {
-    if (to[a] === 0) continue;
-    const line = (2 * toRow + a) * size + 2 * byRow;
-    let moved = 0;
-    for (let b = 0; b < 8; b++) moved += block[line + b] * by[b];
-    total += to[a] * moved;
+    if (left[a] !== 0) total += left[a] * moved(own, block + (2 * to.row[g] + a) * size, size, g, by);
   }
+  if (to.axial[g] !== 0) total += to.axial[g] * moved(own, block + (size - 1) * size, size, g, by);
+  return total;
+}
+
+function moved(own, line, size, g, by) {
+  const right = by.gradient[g], first = line + 2 * by.row[g];
+  let total = 0;
+  for (let b = 0; b < 8; b++) total += own[first + b] * right[b];
+  return by.axial[g] === 0 ? total : total + own[line + size - 1] * by.axial[g];
+}
+
+// Product with that between two teeth, `to` displaced and `by` loaded.
+function neighbourProduct(model, apart, g, to, by) {
+  const left = projected(model, to, g, apart, 0), right = projected(model, by, g, apart, 1);
+  let total = 0;
+  for (let r = 0; r < left.length; r++) total += left[r] * right[r];
   return total;
 }
 
 // Flexibility between two sections of an angle, mm/N; what is known already is kept.
 function flexibilityOf(model, place, n, m) {
   const { sections, flexibility } = place, size = sections.length, known = flexibility[n * size + m];
-  if (known === known) return known;
+  if (!Number.isNaN(known)) return known;
   const low = sections[Math.min(n, m)], high = sections[Math.max(n, m)], apart = high.pair - low.pair;
+  for (const section of [low, high]) if (!section.law) makeReady(model, section);
   let total = 0;
-  if (apart < model.between[0].length) {
-    // Pinion teeth count as tooth pairs do, wheel teeth against them.
-    const order = [[high, low], [low, high]], count = model.sections.z.length;
-    for (let g = 0; g < 2; g++) {
-      const [to, by] = order[g], { blocks, size: rows } = model.between[g][apart];
-      const block = blocks[to.section * count + by.section];
-      total += bilinear(block, rows, to.row[g], to.gradient[g], by.row[g], by.gradient[g]);
-    }
+  // Pinion teeth count as tooth pairs do, wheel teeth against them.
+  if (apart === 0) {
+    const count = model.sections.z.length;
+    total = ownProduct(model.between[0], count, 0, high, low) + ownProduct(model.between[1], count, 1, low, high);
+  } else if (apart <= model.between[0].neighbours.length) {
+    total = neighbourProduct(model, apart, 0, high, low) + neighbourProduct(model, apart, 1, low, high);
   }
   flexibility[n * size + m] = flexibility[m * size + n] = total;
   return total;
@@ -109,13 +152,26 @@ function solveFactored(factor, stride, count, x) {
   }
 }
 
+// Work space of a solution; positions have few different sizes.
+const rooms = new Map();
+
+function roomFor(size) {
+  if (!rooms.has(size)) {
+    const numbers = () => new Float64Array(size);
+    rooms.set(size, {
+      free: numbers(), levers: numbers(), slopes: numbers(), loaded: numbers(), levered: numbers(),
+      carries: new Uint8Array(size), active: new Int32Array(size), matrix: new Float64Array(size * size),
+      factor: new Float64Array(size * size),
+    });
+  }
+  return rooms.get(size);
+}
+
 // Lead (rad) and forces of the sections (N) under a torque (N mm); `removed` is what flanks deviate by in each, mm.
 function solvePosition(model, place, removed, torque) {
   const { sections } = place, size = sections.length, { width } = model.sections, rate = model.rate;
-  const free = new Float64Array(size), force = new Float64Array(size), carries = new Uint8Array(size);
-  const levers = new Float64Array(size), slopes = new Float64Array(size);
-  const matrix = new Float64Array(size * size), factor = new Float64Array(size * size);
-  const loaded = new Float64Array(size), levered = new Float64Array(size), active = new Int32Array(size);
+  const { free, levers, slopes, loaded, levered, carries, active, matrix, factor } = roomFor(size);
+  const force = new Float64Array(size);
   let touch = Infinity;
   for (let n = 0; n < size; n++) {
     free[n] = sections[n].gap + removed[n];
@@ -137,6 +193,7 @@ function solvePosition(model, place, removed, torque) {
     if (count === 0) return { lead, force, steps: step, converged: false };
     for (let a = 0; a < count; a++) {
       const n = active[a], section = sections[n], across = width[section.section], load = force[n] / across;
+      if (!section.law) makeReady(model, section);
       const [approach, slope] = approachOf(load, section.law, model.gears);
       const { further, turning } = leverAt(section, lead);
       loaded[a] = free[n] + turning * further * (0.5 * further - lead) + approach - slope * load;
@@ -183,6 +240,7 @@ function solvePosition(model, place, removed, torque) {
         if (gap < -ROUND_OFF * nearby) {
           carries[n] = 1;
           settled = false;
+          if (!section.law) makeReady(model, section);
           force[n] = section.law.least * width[section.section];
           if (single) break;
         }
