@@ -1,16 +1,12 @@
 """The flanks' compliance in as few bytes as a page can spare.
 
 A contact force acts along the line of action: in the frame of a node, turned with the tooth's twist, nearly along the
-flank's normal there, the more so the nearer the node. So of the displacements at a node two count: along its normal
-(on helical flanks with the axial part that goes with it) and, small, at right angles to it in the transverse plane. The
-second is scaled by what it can contribute, and all entries are rounded to one step, 2^-20 of the largest: as integers,
-as differences and deflated, they take a sixth of what double precision takes. Between teeth compliance is smooth and of
-low rank: sums of products of a few vectors.
-
-Where a normal is turned by an angle t from the node's, cos t of the axial part goes with it, and all of it acts. The
-rest, t^2 / 2, is nothing between nodes: the cubic through four of them reproduces it, and it is zero at the contact.
-Where a tip corner meets its mate at an angle it counts: the nodes at the tip of helical flanks have a third
-displacement, along the axis. Without it 1.5e-4 of the transmission error was missing where tips carry most.
+flank's normal there, the more so the nearer the node. So the displacements of a node are taken along its normal (on
+helical flanks with the axial part that goes with it), at right angles to it in the transverse plane, which counts for
+little, and of helical flanks along the axis: what of the axial part does not turn with the normal, which counts for
+less. Each is scaled by what it can contribute, and all entries are rounded to one step, 2^-20 of the largest: as
+integers, as differences and deflated, they take a tenth of what double precision takes. Between teeth compliance is
+smooth and of low rank: sums of products of a few vectors.
 """
 
 from __future__ import annotations
@@ -25,14 +21,13 @@ from pmor.arrays import FloatArray
 from pmor.contact.kernels.types import Gear
 
 # Steps to the largest entry.
-STEPS = 2**20
+STEPS = 2**19
 # A block between teeth has fewer vectors than this; they are rounded to a part of a step.
 MOST_VECTORS, FINER = 64, 4.0
 # Most that a normal turns between a node and the contact that it helps to carry, over the distance of the nodes; and at
 # the tip, where a corner meets its mate's flank at an angle, rad.
-TURN, CORNER_TURN = 1.5, 0.1
-# What of the axial part that leaves at the tip.
-CORNER_AXIAL = 0.5 * CORNER_TURN**2
+TURN, CORNER_TURN = 0.7, 0.1
+AXIAL = 0.05
 
 
 def packed_compliance(blocks: FloatArray, gear: Gear) -> dict[str, Any]:
@@ -48,16 +43,16 @@ def packed_compliance(blocks: FloatArray, gear: Gear) -> dict[str, Any]:
     -------
     dict
         `step`, mm/N; `scale` of each displacement: along the normals of the nodes, at right angles to them, and of
-        helical flanks along the axis at the tip; `own`, the upper triangle as packed integers; `neighbours`: for each
-        tooth `rank`, `factors` and the packed vectors `left` and `right`. Nodes go column by column.
+        helical flanks along the axis; `own`, the upper triangle as packed integers; `neighbours`: for each tooth
+        `rank`, `factors` and the packed vectors `left` and `right`. Nodes go column by column.
     """
-    rows, columns = gear.nodes.shape[:2]
+    columns = gear.nodes.shape[1]
     local = _local(blocks, gear)
     turns = TURN * np.gradient(gear.roll)
-    turns[-1] = CORNER_TURN
-    scale = np.full(local.shape[1], CORNER_AXIAL)
-    scale[: rows * columns], scale[rows * columns : 2 * rows * columns] = 1.0, np.tile(turns, columns)
-    scale = np.array([float(f"{value:.6g}") for value in scale])
+    axial = AXIAL * turns**2
+    turns[-1], axial[-1] = CORNER_TURN, 0.5 * CORNER_TURN**2
+    parts = [np.ones_like(turns), turns, axial]
+    scale = np.concatenate([np.tile(part, columns) for part in parts])[: local.shape[1]]
     scaled = local * scale[:, None] * scale
     step = float(np.abs(scaled[0]).max()) / STEPS
     return {
@@ -75,7 +70,6 @@ def _local(blocks: FloatArray, gear: Gear) -> FloatArray:
     angle = (gear.half_angle - gear.roll[:, None] + gear.twist * gear.nodes[0, :, 2]).T.ravel()
     cosine, sine, axial = np.cos(angle)[:, None], np.sin(angle)[:, None], gear.twist * gear.base_radius
     by_column = components * np.arange(nodes).reshape(rows, columns).T.ravel()
-    tip = np.arange(rows - 1, nodes, rows)
 
     def along(array: FloatArray) -> FloatArray:
         """Take displacements, the first axis, in the nodes' own directions."""
@@ -84,7 +78,7 @@ def _local(blocks: FloatArray, gear: Gear) -> FloatArray:
         if components == 2:
             return np.concatenate([normal, tangential])
         z = axial * array[by_column + 2]
-        return np.concatenate([normal + z, tangential, z[tip]])
+        return np.concatenate([normal + z, tangential, z])
 
     return np.stack([along(along(block).T).T for block in blocks])
 

@@ -31,36 +31,34 @@ async function unpackBody({ step, scale, own: packed, neighbours: teeth }) {
 }
 
 // The same between the sections of a gear's flanks: `own`, a block for each two sections, and the vectors of the
-// neighbours, (section, unknown, rank). A section has two unknowns for each row of nodes, and the last one is along the
-// axis at the tip.
+// neighbours, (section, unknown, rank). A section has for each row of nodes as many unknowns as a node.
 function betweenSections(model, gear, body, mirrored) {
   const { column, share, z } = model.sections, { twist, roll, column_z: columnZ } = model.gears[gear];
-  const rows = roll.length, columns = columnZ.length, nodes = rows * columns, axial = body.size > 2 * nodes;
-  const size = 2 * Math.max(rows, 4) + 1, count = z.length, full = count * size;
+  const rows = roll.length, columns = columnZ.length, nodes = rows * columns, parts = body.size / nodes;
+  const size = parts * Math.max(rows, 4), count = z.length, full = count * size;
   // Each section takes its columns' displacements, turned by the twist between it and them.
   const carriers = z.map((place, s) => share[gear][s].map((weight, b) => {
     const own = Math.min(column[gear][s] + b, columns - 1), turn = twist * (place - columnZ[own]);
-    return { at: mirrored ? columns - 1 - own : own, weight, c: weight * Math.cos(turn), t: weight * Math.sin(turn) };
+    const at = rows * (mirrored ? columns - 1 - own : own);
+    return { at, weight, cosine: weight * Math.cos(turn), sine: weight * Math.sin(turn) };
   }).filter(carrier => carrier.weight !== 0));
-  // Of numbers `from` for each node, `step` apart, to numbers for each unknown of each section.
+  // Of numbers `from` for each displacement of each node, `step` apart, to numbers for each unknown of each section.
   function spread(from, start, step, to, first, apart) {
     for (let s = 0; s < count; s++) {
-      let at = first + s * size * apart;
       for (let row = 0; row < rows; row++) {
-        let normal = 0, tangential = 0;
-        for (const carrier of carriers[s]) {
-          const node = carrier.at * rows + row, a = from[start + node * step], b = from[start + (nodes + node) * step];
-          normal += carrier.c * a + carrier.t * b;
-          tangential += carrier.c * b - carrier.t * a;
+        let normal = 0, tangential = 0, along = 0;
+        for (const { at, weight, cosine, sine } of carriers[s]) {
+          const a = from[start + (at + row) * step], b = from[start + (nodes + at + row) * step];
+          const c = parts === 3 ? from[start + (2 * nodes + at + row) * step] : 0;
+          normal += cosine * a + sine * b + (weight - cosine) * c;
+          tangential += cosine * b - sine * a + sine * c;
+          along += weight * c;
         }
-        to[at] = normal;
-        to[at + apart] = tangential;
-        at += 2 * apart;
+        const unknown = first + (s * size + parts * row) * apart;
+        to[unknown] = normal;
+        to[unknown + apart] = tangential;
+        if (parts === 3) to[unknown + 2 * apart] = along;
       }
-      if (!axial) continue;
-      let along = 0;
-      for (const carrier of carriers[s]) along += carrier.weight * from[start + (2 * nodes + carrier.at) * step];
-      to[first + ((s + 1) * size - 1) * apart] = along;
     }
   }
   const half = new Float64Array(full * body.size), line = new Float64Array(full), own = new Float32Array(full * full);
@@ -79,7 +77,7 @@ function betweenSections(model, gear, body, mirrored) {
     }
     return { rank, vectors: found };
   }));
-  return { size, own, neighbours };
+  return { size, parts, own, neighbours };
 }
 
 async function unpackModel(data) {

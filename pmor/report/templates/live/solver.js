@@ -37,23 +37,20 @@ function placeSection(model, k, rollPosition, z, pair, s, margin) {
 // Find the law of a section, and the rows of nodes that carry it: only where it may carry.
 function makeReady(model, section) {
   const { gears } = model, carriers = gears.map((gear, g) => cubicRows(gear.roll, section.roll[g]));
-  // A displacement of a row of nodes along its own normal, and at right angles to that, opens the gap so much. Four rows
+  // A displacement of a row of nodes along its own normal, at right angles to that, and along the axis, without what of
+  // that goes with the normal, opens the gap so much. Four rows
   // in any case: of a flank with fewer elements, or at its end, the first ones have no share.
   section.row = gears.map((gear, g) => Math.max(Math.min(carriers[g].row, gear.roll.length - 4), 0));
   section.gradient = gears.map((gear, g) => {
-    const { row: first, weight } = carriers[g], share = new Float64Array(8);
-    for (let a = first - section.row[g], b = 0; a < 4; a++, b++) {
+    const { row: first, weight } = carriers[g], { parts } = model.between[g], share = new Float64Array(4 * parts);
+    for (let a = parts * (first - section.row[g]), b = 0; a < 4 * parts; a += parts, b++) {
       if (weight[b] === 0) continue;
       const beside = section.turn[g] - (gear.half_angle - gear.roll[first + b]);
-      share[2 * a] = weight[b] * Math.cos(beside);
-      share[2 * a + 1] = weight[b] * Math.sin(beside);
+      share[a] = weight[b] * Math.cos(beside);
+      share[a + 1] = weight[b] * Math.sin(beside);
+      if (parts === 3) share[a + 2] = weight[b] - share[a];
     }
     return share;
-  });
-  // At a tip the axial part does not turn with the normal.
-  section.axial = gears.map((gear, g) => {
-    if (gear.twist === 0 || section.roll[g] < gear.tip_roll) return 0;
-    return 1 - Math.cos(section.turn[g] - (gear.half_angle - gear.roll[gear.roll.length - 1]));
   });
   section.projected = [];
   section.law = lineLaw(gears, section, carriers);
@@ -63,36 +60,27 @@ function makeReady(model, section) {
 function projected(model, section, g, apart, side) {
   const key = (2 * apart + side) * 2 + g, known = section.projected[key];
   if (known) return known;
-  const { size, neighbours } = model.between[g], { rank, vectors } = neighbours[apart - 1][side];
-  const found = new Float64Array(rank), first = section.section * size + 2 * section.row[g];
-  for (let a = 0; a < 8; a++) {
-    const share = section.gradient[g][a], start = (first + a) * rank;
+  const { size, parts, neighbours } = model.between[g], { rank, vectors } = neighbours[apart - 1][side];
+  const found = new Float64Array(rank), first = section.section * size + parts * section.row[g];
+  section.gradient[g].forEach((share, a) => {
+    const start = (first + a) * rank;
     if (share !== 0) for (let r = 0; r < rank; r++) found[r] += share * vectors[start + r];
-  }
-  if (section.axial[g] !== 0) {
-    const start = ((section.section + 1) * size - 1) * rank;
-    for (let r = 0; r < rank; r++) found[r] += section.axial[g] * vectors[start + r];
-  }
+  });
   section.projected[key] = found;
   return found;
 }
 
 // Product of two gradients with the compliance between two sections of one flank.
-function ownProduct({ size, own }, count, g, to, by) {
-  const block = (to.section * count + by.section) * size * size, left = to.gradient[g];
-  let total = 0;
-  for (let a = 0; a < 8; a++) {
-    if (left[a] !== 0) total += left[a] * moved(own, block + (2 * to.row[g] + a) * size, size, g, by);
+function ownProduct({ size, parts, own }, count, g, to, by) {
+  const left = to.gradient[g], right = by.gradient[g], width = 4 * parts;
+  let line = ((to.section * count + by.section) * size + parts * to.row[g]) * size + parts * by.row[g], total = 0;
+  for (let a = 0; a < width; a++, line += size) {
+    if (left[a] === 0) continue;
+    let moved = 0;
+    for (let b = 0; b < width; b++) moved += own[line + b] * right[b];
+    total += left[a] * moved;
   }
-  if (to.axial[g] !== 0) total += to.axial[g] * moved(own, block + (size - 1) * size, size, g, by);
   return total;
-}
-
-function moved(own, line, size, g, by) {
-  const right = by.gradient[g], first = line + 2 * by.row[g];
-  let total = 0;
-  for (let b = 0; b < 8; b++) total += own[first + b] * right[b];
-  return by.axial[g] === 0 ? total : total + own[line + size - 1] * by.axial[g];
 }
 
 // Product with that between two teeth, `to` displaced and `by` loaded.
