@@ -21,13 +21,13 @@ from pmor.arrays import FloatArray
 from pmor.contact.kernels.types import Gear
 
 # Steps to the largest entry.
-STEPS = 2**19
+STEPS = 2**20
 # A block between teeth has fewer vectors than this; they are rounded to a part of a step.
 MOST_VECTORS, FINER = 64, 4.0
 # Most that a normal turns between a node and the contact that it helps to carry, over the distance of the nodes; and at
 # the tip, where a corner meets its mate's flank at an angle, rad.
-TURN, CORNER_TURN = 0.7, 0.1
-AXIAL = 0.05
+TURN, CORNER_TURN = 1.0, 0.1
+AXIAL = 0.2
 
 
 def packed_compliance(blocks: FloatArray, gear: Gear) -> dict[str, Any]:
@@ -58,7 +58,7 @@ def packed_compliance(blocks: FloatArray, gear: Gear) -> dict[str, Any]:
     return {
         "step": step,
         "scale": scale.tolist(),
-        "own": packed_integers(scaled[0][np.triu_indices(len(scale))] / step),
+        "own": packed_integers(_differences(scaled[0] / step)[np.triu_indices(len(scale))]),
         "neighbours": [_products(block, step) for block in scaled[1:]],
     }
 
@@ -93,8 +93,8 @@ def _products(block: FloatArray, step: float) -> dict[str, Any]:
     return {
         "rank": int(np.count_nonzero(kept)),
         "factors": factors.tolist(),
-        "left": packed_integers((left / largest[0]).T[kept] * levels[:, None]),
-        "right": packed_integers((right / largest[1][:, None])[kept] * levels[:, None]),
+        "left": packed_integers(np.round((left / largest[0]).T[kept] * levels[:, None])),
+        "right": packed_integers(np.round((right / largest[1][:, None])[kept] * levels[:, None])),
     }
 
 
@@ -106,9 +106,17 @@ def _leading_vectors(block: FloatArray) -> tuple[FloatArray, FloatArray, FloatAr
     return range_of @ left, size, right
 
 
+def _differences(matrix: FloatArray) -> FloatArray:
+    """Differences of the rounded entries along both axes, which the one before the first is 0 of."""
+    rounded = np.round(matrix)
+    for axis in range(2):
+        rounded = np.diff(rounded, axis=axis, prepend=0.0)
+    return np.asarray(rounded)
+
+
 def packed_integers(numbers: FloatArray) -> str:
-    """Round numbers to 24-bit integers: their differences, low, middle and high bytes apart, deflated, in base64."""
-    integers = np.round(np.ravel(numbers)).astype("<i4")
-    differences = np.diff(integers, prepend=np.int32(0)).astype("<i4")
-    planes = differences.view(np.uint8).reshape(-1, 4)[:, :3].T
+    """Pack whole numbers of up to 23 bits, most of them small: the sign last, byte by byte apart, deflated, in base64."""
+    whole = np.ravel(numbers).astype("<i4")
+    unsigned = np.where(whole >= 0, 2 * whole, -2 * whole - 1).astype("<i4")
+    planes = unsigned.view(np.uint8).reshape(-1, 4)[:, :3].T
     return base64.b64encode(zlib.compress(planes.tobytes(), 9)).decode("ascii")

@@ -22,7 +22,7 @@ from pmor_online.run import OnlineResult
 
 # Angles over a pitch: ten orders take 21. Of helical pairs, whose many sections take longer, fewer: their transmission
 # error is smoother.
-SPUR_ANGLES, HELICAL_ANGLES = 100, 50
+SPUR_ANGLES, HELICAL_ANGLES = 100, 40
 # Sliders reach to so many times the nominal torque, to so many times the mean transmission error, and to so many times
 # what the case has.
 TORQUE_RANGE, AMOUNT_RANGE, BEYOND_CASE = 2.0, 4.0, 1.5

@@ -1,14 +1,14 @@
 // The reduced model of the page: unpacked from what the page carries, and swept over a pitch.
 
-// Arrays of 24-bit integers, deflated, in base64: the bytes of each number apart, and numbers as differences.
+// Whole numbers, of 24 bits with the sign last: byte by byte apart, deflated, in base64.
 async function unpackIntegers(text) {
   const bytes = Uint8Array.from(atob(text), c => c.charCodeAt(0));
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
   const plain = new Uint8Array(await new Response(stream).arrayBuffer()), count = plain.length / 3;
   const numbers = new Int32Array(count);
-  for (let i = 0, value = 0; i < count; i++) {
-    const difference = plain[i] | (plain[count + i] << 8) | (plain[2 * count + i] << 16);
-    numbers[i] = value = (value + difference) << 8 >> 8;
+  for (let i = 0; i < count; i++) {
+    const unsigned = plain[i] | (plain[count + i] << 8) | (plain[2 * count + i] << 16);
+    numbers[i] = (unsigned >> 1) ^ -(unsigned & 1);
   }
   return numbers;
 }
@@ -17,11 +17,15 @@ async function unpackIntegers(text) {
 // see pmor/report/live/compliance.py.
 async function unpackBody({ step, scale, own: packed, neighbours: teeth }) {
   const size = scale.length, own = new Float64Array(size * size), numbers = await unpackIntegers(packed);
+  const before = (i, k) => i < 0 || k < 0 ? 0 : own[i * size + k];
   for (let i = 0, next = 0; i < size; i++) {
     for (let k = i; k < size; k++, next++) {
-      own[i * size + k] = own[k * size + i] = numbers[next] * step / (scale[i] * scale[k]);
+      // Differences along both axes; the matrix is symmetric.
+      const value = numbers[next] + before(i - 1, k) + before(i, k - 1) - before(i - 1, k - 1);
+      own[i * size + k] = own[k * size + i] = value;
     }
   }
+  for (let i = 0; i < size; i++) for (let k = 0; k < size; k++) own[i * size + k] *= step / (scale[i] * scale[k]);
   const neighbours = [];
   for (const { rank, factors, left, right } of teeth) {
     const sides = [await unpackIntegers(left), await unpackIntegers(right)];
