@@ -21,6 +21,7 @@ def run(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool
     """Do everything that the case asks for: offline if there is no valid basis, sweep, comparison, report."""
     started = time.perf_counter()
     case, mesh = _meshed_case(case_path)
+    from pmor.jobs.live import live_pair
     from pmor.jobs.models import basis_names, meshed_models, run_models, unfinished
     from pmor.report.run_page import page_files, write_pages
     from pmor.report.screen import result_text
@@ -80,6 +81,7 @@ def online(
 ) -> None:
     """Sweep the static transmission error with the reduced model of a basis file."""
     from pmor.case import load_case, text_of
+    from pmor.jobs.live import live_pair
     from pmor.jobs.online import run_online
     from pmor.pair.cost import refuse_large_basis
     from pmor.pair.model import refuse_loads

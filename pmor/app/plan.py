@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 
 from pmor.app.left_out import computed, left_out, remarks, scene
 from pmor.case import Case, condition_words, describe, model_names, other_models, short_list
+from pmor.case.live_page import asks_for_live_page, takes_whole_width, why_not_live
 from pmor.case.width import intervals_across, meshed_width
 from pmor.memory import memory_text
 from pmor.pair.conditions import full_solves, misalignments, torques_of
@@ -95,7 +96,16 @@ def _work(case: Case) -> list[str]:
         stages.insert(2, ("online, Harris map", *_sweep(online.angles_per_pitch, case.results.harris_torques_Nm)))
     if case.conditions:
         stages.insert(2, ("online, conditions", *_listed(case)))
-    return ["Work", *(f"  {label:<30} {solves:>8}  ({text})" for label, solves, text in stages), *_ranges(case)]
+    rows = (f"  {label:<30} {solves:>8}  ({text})" for label, solves, text in stages)
+    return ["Work", *rows, *_ranges(case), *_live_page(case)]
+
+
+def _live_page(case: Case) -> list[str]:
+    if not asks_for_live_page(case):
+        return []
+    how = f"left out: {why}" if (why := why_not_live(case)) else "solves line loads itself"
+    more = "; takes finite elements of the whole width, in 'report' below" if takes_whole_width(case) else ""
+    return [f"  {'live page':<30} {how}{more}"]
 
 
 def _sweep(angles: int, torques: tuple[float, ...]) -> tuple[int, str]:

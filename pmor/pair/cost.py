@@ -15,7 +15,8 @@ from pathlib import Path
 
 from pmor.case import Case, other_models
 from pmor.case.coarser import coarser
-from pmor.case.width import intervals_across, meshed_width
+from pmor.case.live_page import takes_whole_width
+from pmor.case.width import intervals_across, meshed_width, whole_width
 from pmor.contact.flank import LOCAL_SHARE
 from pmor.contact.kernels.keeping import is_kept
 from pmor.contact.kernels.line_loads import solve_lines
@@ -257,12 +258,15 @@ def _stages_of(case: Case, pair: GearPair) -> tuple[Stage, ...]:
     trained_s = coarse_s + size.solves * full_s + size.positions * POSITION_S + searched * reduced_s + BASIS_S
     drawn = set(case.output.format if case.output.plots else ())
     drawn |= {case.output.shown_as} if case.output.report else set()
+    whole_size = pair_size(whole_width(case), pair) if takes_whole_width(case) else None
+    page = max(PAGE_BYTES * bool(drawn), SOLVER_BYTES - KERNEL_BYTES + _largest(whole_size) if whole_size else 0)
+    whole_s = sum(map(_solving_seconds, whole_size.gears)) if whole_size else 0.0
     return (
         Stage(FINITE_ELEMENTS, SOLVER_BYTES + _largest(size), sum(map(_solving_seconds, size.gears)) + SOLVER_S),
         Stage("training", KERNEL_BYTES + training, trained_s),
         Stage("sweep", KERNEL_BYTES + online, sweep * reduced_s + SWEEP_S),
         Stage("comparison", KERNEL_BYTES + online + 3 * DOUBLE * size.window**2, compared * (full_s + reduced_s)),
-        Stage("report", KERNEL_BYTES + online + PAGE_BYTES * bool(drawn), RESULTS_S + PAGE_S * len(drawn)),
+        Stage("report", KERNEL_BYTES + online + page, RESULTS_S + whole_s + PAGE_S * len(drawn)),
     )
 
 

@@ -58,10 +58,10 @@ class Picture:
 
 
 #: what a page is made of; text is a paragraph
-Block = str | Heading | Warning | Table | Picture | LiveSection
+Block = str | Heading | Warning | Table | Picture
 
 
-def write_page(path: Path, title: str, blocks: Iterable[Block]) -> None:
+def write_page(path: Path, title: str, blocks: Iterable[Block | LiveSection]) -> None:
     """Write a page; the target is replaced only when it is complete.
 
     Raises
@@ -73,7 +73,7 @@ def write_page(path: Path, title: str, blocks: Iterable[Block]) -> None:
         temporary.write_text(page, encoding="utf-8")
 
 
-def page_html(title: str, blocks: Iterable[Block]) -> str:
+def page_html(title: str, blocks: Iterable[Block | LiveSection]) -> str:
     """Return a page as text. Tables without rows are left out with their titles."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 

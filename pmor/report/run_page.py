@@ -17,7 +17,7 @@ from pmor.mesh.sector import SectorMesh
 from pmor.pair.conditions import nominal_condition
 from pmor.report.condition_figure import conditions_figure
 from pmor.report.condition_table import condition_table
-from pmor.report.live.section import live_section
+from pmor.report.live.section import LiveSection, live_section
 from pmor.report.mesh_figure import mesh_figure
 from pmor.report.model_figures import MODEL_PICTURES, model_pictures
 from pmor.report.models import advice, model_table
@@ -168,14 +168,16 @@ def write_pages(
         write_page(out / "report.html", case.title, run_blocks(result, pictures, live))
 
 
-def run_blocks(result: OnlineResult, pictures: Sequence[Picture], live: ReducedPair | str | None = None) -> list[Block]:
+def run_blocks(
+    result: OnlineResult, pictures: Sequence[Picture], live: ReducedPair | str | None = None
+) -> list[Block | LiveSection]:
     """Return what the page of a run shows: results and errors, live model, pictures, settings, provenance."""
     case = result.reduced.basis.case
     results = [(label, value, unit.replace("um", "µm"), note) for label, value, unit, note in summary_rows(result)]
     settings = [
         (key, _cell(value), "default" if is_default else "case file") for key, value, is_default in describe(case)
     ]
-    shown: list[Block] = [Heading("Pictures"), *pictures] if pictures else []
+    shown: list[Block | LiveSection] = [Heading("Pictures"), *pictures] if pictures else []
     return [
         *map(Warning, warnings(result)),
         Heading("Results"),
@@ -194,7 +196,7 @@ def run_blocks(result: OnlineResult, pictures: Sequence[Picture], live: ReducedP
     ]
 
 
-def _live(result: OnlineResult, live: ReducedPair | str | None) -> list[Block]:
+def _live(result: OnlineResult, live: ReducedPair | str | None) -> list[Block | LiveSection]:
     """The live section, or why there is none."""
     if live is None:
         return []

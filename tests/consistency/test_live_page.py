@@ -137,7 +137,8 @@ def test_the_page_solves_a_pair_of_unlike_helical_gears(tmp_path):
 def test_a_helical_wheel_that_is_the_pinion_of_the_other_hand_shares_its_compliance(tmp_path):
     result, pair = online_result(parse_case(case_text(**HELICAL), "helical", "helical"))
     data = live_section(result, pair).data
-    assert len(data["bodies"]) == 1 and data["body_of"][1]["mirrored"]
+    assert len(data["bodies"]) == 1
+    assert data["body_of"][1]["mirrored"]
     path = tmp_path / "report.html"
     path.write_text(page_html("Helical", [live_section(result, pair)]), encoding="utf-8")
     with browser() as opened:
@@ -242,13 +243,15 @@ def test_without_javascript_a_sentence_stands_for_it(spur, tmp_path):
             node["name"]["value"] for node in opened.call("Accessibility.getFullAXTree")["nodes"]
             if node.get("role", {}).get("value") == "StaticText"
         )  # fmt: skip
-    assert "needs JavaScript" in text and "Static part" in text
+    assert "needs JavaScript" in text
+    assert "Static part" in text
     assert "torque on the pinion" not in text
 
 
 def test_half_the_width_gets_the_whole_one_for_its_page(spur):
     result, pair = spur
-    assert result.reduced.meshed.mirrored and not pair.meshed.mirrored
+    assert result.reduced.meshed.mirrored
+    assert not pair.meshed.mirrored
     assert pair.basis.case.mesh == whole_width(result.case).mesh
     # Both are solved exactly; measured 2e-9.
     phi = result.sweep.phi_rad[::20]
@@ -271,7 +274,7 @@ def test_pages_of_trained_shapes_and_of_fine_meshes_say_why_there_is_none(small_
     assert live_section(result, pair)
     assert f"Left out: {why}." in run_blocks(result, [], why)
     fine = replace(result.case, mesh=replace(result.case.mesh, profile_elements=64))
-    assert "129" not in why and "nodes" in live_pair(replace(pair, basis=replace(pair.basis, case=fine)))
+    assert "1161 nodes" in live_pair(replace(pair, basis=replace(pair.basis, case=fine)))
 
 
 def test_a_case_can_do_without(spur):

@@ -61,6 +61,7 @@ def run_stages(case: Case, folder: Path) -> dict[str, dict[str, float]]:
         return pmor
 
     measured("start", load)
+    from pmor.jobs.live import live_pair
     from pmor.jobs.offline import run_offline
     from pmor.pair.model import elastic_model, mesh_model
     from pmor.report.run_page import write_pages
@@ -83,7 +84,7 @@ def run_stages(case: Case, folder: Path) -> dict[str, dict[str, float]]:
 
     def report() -> None:
         write_results(result, folder)
-        write_pages(result, model.mesh.pinion, folder)
+        write_pages(result, model.mesh.pinion, folder, live_pair(reduced))
 
     measured("report", report)
     return found

@@ -24,10 +24,10 @@ from pmor.contact.kernels.types import Gear
 STEPS = 2**20
 # A block between teeth has fewer vectors than this; they are rounded to a part of a step.
 MOST_VECTORS, FINER = 64, 4.0
-# Most that a normal turns between a node and the contact that it helps to carry, over the distance of the nodes; and at
-# the tip, where a corner meets its mate's flank at an angle, rad.
-TURN, CORNER_TURN = 1.0, 0.1
-AXIAL = 0.2
+# What a normal turns between a node and the contact that it helps to carry, over the distance of the nodes; and at the
+# tip, where a corner meets its mate's flank at an angle, rad. Of the square of the former the axial part that counts:
+# the shares of four nodes make most of it nothing.
+TURN, CORNER_TURN, AXIAL = 1.0, 0.1, 0.2
 
 
 def packed_compliance(blocks: FloatArray, gear: Gear) -> dict[str, Any]:
@@ -115,7 +115,7 @@ def _differences(matrix: FloatArray) -> FloatArray:
 
 
 def packed_integers(numbers: FloatArray) -> str:
-    """Pack whole numbers of up to 23 bits, most of them small: the sign last, byte by byte apart, deflated, in base64."""
+    """Pack whole numbers of up to 23 bits, most of them small: the sign last, bytes apart, deflated, in base64."""
     whole = np.ravel(numbers).astype("<i4")
     unsigned = np.where(whole >= 0, 2 * whole, -2 * whole - 1).astype("<i4")
     planes = unsigned.view(np.uint8).reshape(-1, 4)[:, :3].T

@@ -122,7 +122,8 @@ def _curve(result: OnlineResult) -> list[list[float]]:
     """Transmission error of the case over the first pitch, (deg, um)."""
     sweep, ste = result.sweep, result.sweep.ste_um[result.nominal]
     shown = (sweep.phi_rad < sweep.pitch_rad * (1.0 - 1e-9)) & np.isfinite(ste)
-    return [[float(f"{a:.7g}"), float(f"{b:.7g}")] for a, b in zip(np.degrees(sweep.phi_rad[shown]), ste[shown], strict=True)]
+    points = np.stack([np.degrees(sweep.phi_rad[shown]), ste[shown]], axis=1)
+    return [[float(f"{value:.7g}") for value in point] for point in points]
 
 
 def _limits(case: Case, meshed: MeshedPair) -> dict[str, Any]:
@@ -150,7 +151,8 @@ def _controls(result: OnlineResult, meshed: MeshedPair) -> Iterable[Control]:
     amount = _rounded(max(AMOUNT_RANGE * ste if math.isfinite(ste) else 0.0, BEYOND_CASE * max(present), 10.0))
     even = case.mesh.width == "plane_strain"
     for number, group in enumerate(("pinion", "wheel")):
-        yield from _flank_controls(group, flanks[number], _relief_start(group, flanks[number], meshed, number), amount, even)
+        start = _relief_start(group, flanks[number], meshed, number)
+        yield from _flank_controls(group, flanks[number], start, amount, even)
     names = {"centre_distance_um": "centre distance, µm further apart"}
     if not even:
         names |= {
