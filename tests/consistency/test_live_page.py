@@ -201,7 +201,7 @@ def test_a_torque_beyond_the_sweep_is_marked(page):
     assert page.evaluate(f"{marker}.hidden")
     set_values(page, {("load", "torque_Nm"): 190.0})
     assert not page.evaluate(f"{marker}.hidden")
-    assert "20 to 180 N m" in page.evaluate(f"{marker}.textContent")
+    assert "30 to 160 N m" in page.evaluate(f"{marker}.textContent")
 
 
 def test_the_toml_that_it_gives_makes_the_case_that_is_set(page, spur):

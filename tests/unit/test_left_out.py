@@ -300,7 +300,7 @@ def test_pictures_and_page_are_made_as_announced(plots, report, tmp_path, monkey
     done, pictures = [], [Picture("a.png", "a", None, drawn={"png": b""})]
     monkeypatch.setattr(run_page, "run_pictures", lambda result, mesh: done.append("drawn") or pictures)
     monkeypatch.setattr(run_page, "write_picture", lambda content, path: done.append("file"))
-    monkeypatch.setattr(run_page, "run_blocks", lambda result, pictures: [])
+    monkeypatch.setattr(run_page, "run_blocks", lambda result, pictures, live: [])
     monkeypatch.setattr(run_page, "write_page", lambda path, title, blocks: done.append("page"))
 
     class Result:

@@ -45,6 +45,7 @@ def live_model(reduced: ReducedPair, built: Built, angles: int) -> dict[str, Any
         "pinion_roll_range": list(meshed.pair.pinion_roll_range),
         "sections": {
             "z": sections.z.tolist(),
+            "first_z": meshed.pair.common_face[0],
             "width": (sections.width * (2.0 if meshed.mirrored else 1.0)).tolist(),
             "column": sections.column.tolist(),
             "share": sections.share.tolist(),

@@ -128,7 +128,7 @@ def _curve(result: OnlineResult) -> list[list[float]]:
 
 def _limits(case: Case, meshed: MeshedPair) -> dict[str, Any]:
     """Where a setting leaves what the run has checked, or what a linear model can say."""
-    swept = case.swept_torques_Nm
+    swept = *case.online.torques_Nm, *(condition.torque_Nm for condition in case.conditions)
     _, modulus = hertz_pressure(case, meshed.pair)
     return {
         "torque_Nm": [min(swept), max(swept)],
@@ -140,7 +140,7 @@ def _limits(case: Case, meshed: MeshedPair) -> dict[str, Any]:
 def _controls(result: OnlineResult, meshed: MeshedPair) -> Iterable[Control]:
     case, ste = result.case, float(ste_mean_um(result.sweep)[result.nominal])
     nominal = case.torque_Nm
-    highest = _rounded(max(TORQUE_RANGE * nominal, *case.swept_torques_Nm))
+    highest = _rounded(max(TORQUE_RANGE * nominal, *case.online.torques_Nm))
     step = _rounded(highest) / 200.0
     yield Control("load", "torque_Nm", "torque on the pinion, N m", f"{nominal:g}", step, highest, step)
     flanks = [case.pinion_modification, case.wheel_modification]
@@ -207,7 +207,8 @@ def _note(case: Case, meshed: MeshedPair) -> str:
     """What the reader should know of the model on the page."""
     parts = [
         "The page carries the flanks' compliance from the finite elements and solves contact anew as a slider moves: "
-        "the same equations as the run, exact for any torque, axes and flanks that linear elasticity covers."
+        "the same equations as the run, exact for any torque, axes and flanks that linear elasticity covers. Amounts "
+        "count along the transverse line of action and remove material where they are positive."
     ]
     if case.pitches > 1:
         parts.append("It solves the first pitch of the run's sweep.")

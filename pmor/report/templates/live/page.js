@@ -32,6 +32,7 @@ async function startLive(root) {
   root.querySelector("#live-reset").addEventListener("click", () => { reset(root, controls); soon(); });
   root.querySelector("#live-toml").addEventListener("click", () => giveToml(root, data, result.setting));
   window.addEventListener("resize", show);
+  window.addEventListener("beforeprint", () => showToml(root, data, result.setting));
   reset(root, controls);
   document.getElementById("live-missing").hidden = true;
   root.hidden = false;
@@ -239,9 +240,9 @@ function ordersPlot(result, before) {
 }
 
 function loadPlot(model, loads) {
-  const { z } = model.sections, half = 0.5 * model.kinematics.face_width, pairs = [...new Set(loads.map(l => l.pair))];
+  const { first_z: first, width } = model.sections, pairs = [...new Set(loads.map(l => l.pair))];
   const options = {
-    x: [Math.min(z[0], -half), Math.max(z[z.length - 1], half)], y: rangeOf([0, ...loads.map(l => l.load)], true),
+    x: [first, first + width.reduce((a, b) => a + b)], y: rangeOf([0, ...loads.map(l => l.load)], true),
     label: "Line load over the face width at the chosen angle", xLabel: "z over the face width, mm",
     yLabel: "line load, N/mm",
   };
@@ -253,16 +254,20 @@ function loadPlot(model, loads) {
 }
 
 function flankPlot(model, loads) {
-  const { z, width } = model.sections, half = 0.5 * model.kinematics.face_width, { active_roll: active } = model.gears[0].flank;
+  const { width } = model.sections, { active_roll: active } = model.gears[0].flank;
+  // Side by side the sections make the face.
+  const edges = [0];
+  for (const share of width) edges.push(edges[edges.length - 1] + share);
+  const first = model.sections.first_z;
   const degrees = 180 / Math.PI, largest = Math.max(...loads.map(l => l.load), 1e-9);
   const options = {
-    x: [Math.min(z[0], -half), Math.max(z[z.length - 1], half)], y: [degrees * active[0], 1.02 * degrees * active[1]],
+    x: [first, first + edges[width.length]], y: [degrees * active[0], 1.02 * degrees * active[1]],
     label: "Where the pinion's flank carries at the chosen angle", xLabel: "z over the face width, mm",
     yLabel: "pinion's roll angle, deg",
   };
   return frame(options, (px, py) => loads.map(l => {
-    const wide = px(width[l.section]) - px(0), pressed = 0.15 + 0.85 * l.load / largest;
-    return `<rect class="pressed" x="${px(l.z) - wide / 2}" width="${wide}" y="${py(degrees * l.roll[0]) - 4}" height="8" `
+    const [from, to] = [0, 1].map(end => px(first + edges[l.section + end])), pressed = 0.15 + 0.85 * l.load / largest;
+    return `<rect class="pressed" x="${from}" width="${to - from}" y="${py(degrees * l.roll[0]) - 4}" height="8" `
       + `fill-opacity="${pressed.toFixed(3)}"/>`;
   }).join(""));
 }
@@ -283,11 +288,16 @@ function tomlOf(data, setting) {
   return lines.join("\n") + "\n";
 }
 
-function giveToml(root, data, setting) {
+function showToml(root, data, setting) {
   const text = root.querySelector("#live-text");
   text.value = tomlOf(data, setting);
   text.hidden = false;
   text.rows = text.value.split("\n").length;
+  return text;
+}
+
+function giveToml(root, data, setting) {
+  const text = showToml(root, data, setting);
   text.select();
   if (navigator.clipboard) navigator.clipboard.writeText(text.value).catch(() => {});
 }
