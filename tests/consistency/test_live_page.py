@@ -19,7 +19,7 @@ from numpy.testing import assert_allclose
 from pmor.case import load_case, parse_case
 from pmor.case.width import whole_width
 from pmor.contact.condition import Axes, Condition
-from pmor.flank import Modification
+from pmor.flank import Modification, Topography
 from pmor.jobs.live import live_pair
 from pmor.jobs.online import run_online
 from pmor.pair.model import elastic_model, mesh_model
@@ -145,6 +145,32 @@ def test_a_helical_wheel_that_is_the_pinion_of_the_other_hand_shares_its_complia
         opened.open(path)
         opened.wait_for(f"!!{RESULT}")
         compare_settings(opened, result, pair, 5)
+
+
+def test_what_has_no_slider_counts_as_it_stands_in_the_case(tmp_path):
+    """Also on rounded tips, whose contact crosses the edge, and in plane strain, where all sections are alike."""
+    rng = np.random.default_rng(5)
+    amounts = tuple(map(tuple, rng.uniform(0.0, 5.0, (5, 3))))
+    grid = Topography(tuple(np.linspace(3.0, 36.0, 5)), (-10.0, 0.0, 10.0), amounts)
+    pitch = tuple(rng.uniform(-3.0, 3.0, 21))
+    more = {
+        "root_relief_um": 4.0, "root_relief_end_roll_deg": 12.0, "root_relief_shape": "parabolic", "twist_um": 6.0,
+        "end_relief_um": 5.0, "end_relief_length_mm": 3.0,
+    }  # fmt: skip
+    flanks = Modification(topography=grid, pitch_deviations_um=pitch, tip_relief_um=2.0,
+                          tip_relief_start_roll_deg=28.0), Modification(**more)  # fmt: skip
+    gear = {"teeth": 21, "bore_radius_mm": 20.0, "tip_rounding_mm": 0.3}
+    for width in "half", "plane_strain":
+        mesh = {"element": "hex20", "profile_elements": 4, "width_elements": 2, "width": width}
+        plain = parse_case(case_text(pinion=gear, mesh=mesh, contact=None, reduction=None, offline=None), "a", "a")
+        case = replace(plain, pinion_modification=flanks[0], wheel_modification=flanks[1])
+        result, pair = online_result(case if width == "half" else plain)
+        path = tmp_path / f"{width}.html"
+        path.write_text(page_html(width, [live_section(result, pair)]), encoding="utf-8")
+        with browser() as opened:
+            opened.open(path)
+            opened.wait_for(f"!!{RESULT}")
+            compare_settings(opened, result, pair, 5)
 
 
 def test_every_slider_moves_with_the_keyboard_and_changes_the_result(page):

@@ -23,7 +23,7 @@ def live_model(reduced: ReducedPair, built: Built, angles: int) -> dict[str, Any
     Parameters
     ----------
     reduced : ReducedPair
-        Of line loads.
+        Of line loads, on the whole width.
     built : Built
         Its pitch deviations and topographies stay as they are.
     angles : int
@@ -46,7 +46,7 @@ def live_model(reduced: ReducedPair, built: Built, angles: int) -> dict[str, Any
         "sections": {
             "z": sections.z.tolist(),
             "first_z": meshed.pair.common_face[0],
-            "width": (sections.width * (2.0 if meshed.mirrored else 1.0)).tolist(),
+            "width": sections.width.tolist(),
             "column": sections.column.tolist(),
             "share": sections.share.tolist(),
         },
