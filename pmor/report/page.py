@@ -12,8 +12,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from markupsafe import Markup
-
 from pmor.report.live.section import LiveSection
 from pmor.report.style import data_uri, picture_bytes
 from pmor.report.table import Table, format_cell
@@ -87,7 +85,7 @@ def page_html(title: str, blocks: Iterable[Block | LiveSection]) -> str:
     return template.render(title=title, blocks=named, kinds={name for name, _ in named})
 
 
-def _json_text(data: object) -> Markup:
+def _json_text(data: object) -> str:
     """Data for a script: no tag ends or begins in it."""
     text = json.dumps(data, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
-    return Markup(text.replace("<", "\\u003c"))
+    return text.replace("<", "\\u003c")
