@@ -142,12 +142,10 @@ def _controls(result: OnlineResult, meshed: MeshedPair) -> Iterable[Control]:
     nominal = case.torque_Nm
     highest = _rounded(max(TORQUE_RANGE * nominal, *case.online.torques_Nm))
     step = _rounded(highest) / 200.0
-    yield Control("load", "torque_Nm", "torque on the pinion, N m", f"{nominal:g}", step, highest, step)
+    yield Control("load", "torque_Nm", "torque on the pinion, N m", _written(nominal), step, highest, step)
     flanks = [case.pinion_modification, case.wheel_modification]
-    present = [abs(value) for flank in flanks for key, value in _amounts(flank).items()
-               if key in _SLID]  # fmt: skip
-    axes = axes_of(case)
-    deviations = asdict(axes)
+    present = [abs(getattr(flank, key)) for flank in flanks for key in _SLID]
+    deviations = asdict(axes_of(case))
     amount = _rounded(max(AMOUNT_RANGE * ste if math.isfinite(ste) else 0.0, BEYOND_CASE * max(present), 10.0))
     even = case.mesh.width == "plane_strain"
     for number, group in enumerate(("pinion", "wheel")):
@@ -161,7 +159,7 @@ def _controls(result: OnlineResult, meshed: MeshedPair) -> Iterable[Control]:
         }
     far = _rounded(max(amount, BEYOND_CASE * max(map(abs, deviations.values()))))
     for key, label in names.items():
-        yield Control("axes", key, label, f"{deviations[key]:g}", -far, far, far / 100.0)
+        yield Control("axes", key, label, _written(deviations[key]), -far, far, far / 100.0)
 
 
 #: amounts with a slider, what they are called, whether they may be negative, and whether they differ over the width
@@ -181,7 +179,7 @@ def _flank_controls(
         value = getattr(modification, key)
         low = -amount if signed or value < 0.0 else 0.0
         if not (over_width and even):
-            yield Control(group, key, label, f"{value:g}", low, amount, amount / 200.0)
+            yield Control(group, key, label, _written(value), low, amount, amount / 200.0)
         if key == "tip_relief_um":
             shape, shapes = modification.tip_relief_shape, ("linear", "parabolic")
             yield relief_start
@@ -194,7 +192,12 @@ def _relief_start(group: str, modification: Modification, meshed: MeshedPair, nu
     value = round(first + USUAL_RELIEF * (last - first), 1) if given is None else given
     low = min(round(first + EARLIEST_RELIEF * (last - first), 1), value)
     high = max(round(last - 0.1, 1) - 0.1, value)
-    return Control(group, "tip_relief_start_roll_deg", "its start, deg of roll", f"{value:g}", low, high, 0.1)
+    return Control(group, "tip_relief_start_roll_deg", "its start, deg of roll", _written(value), low, high, 0.1)
+
+
+def _written(value: float) -> str:
+    """A number as in a case file, to the last digit that is meant."""
+    return f"{value:.15g}"
 
 
 def _rounded(value: float) -> float:

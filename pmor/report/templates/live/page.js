@@ -49,7 +49,9 @@ function controlsOf(root) {
 }
 
 function valueOf(control) {
-  return control.choice ? control.choice.value : Number(control.field.value);
+  if (control.choice) return control.choice.value;
+  const { field, slider } = control;
+  return Number(field.value !== "" && field.checkValidity() ? field.value : slider.value);
 }
 
 function setControl(control, value) {
