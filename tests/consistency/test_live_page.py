@@ -38,7 +38,7 @@ from tests.small_case import case_text
 pytestmark = pytest.mark.jit
 CASES = Path(__file__).parents[2] / "cases"
 STE = 1e-5  # asked for; measured over 50 settings: 4.3e-6 of the paper's pair, 6.1e-6 of the helical one
-LARGEST_PAGE = 600_000
+LARGEST_SECTION = 350_000  # measured: 156 kB of the paper's pair, 318 kB of the helical one; pictures come on top
 RESULT = "document.getElementById('live').result"
 HELICAL = {
     "pair": {"helix_angle_deg": 20.0}, "mesh": {"profile_elements": 8, "width_elements": 4, "element": "hex20"},
@@ -351,5 +351,5 @@ def test_the_pages_of_both_cases(name, tmp_path, capsys):
     with capsys.disabled():
         print(f"\n{name}: {size} bytes, {worst:.1e}, axes {statistics.median(times):.0f} ms (most {max(times):.0f}), "
               f"torque {statistics.median(moves):.0f} ms (most {max(moves):.0f})")  # fmt: skip
-    assert size <= LARGEST_PAGE
+    assert len(page_html("", [live_section(result, pair)])) <= LARGEST_SECTION
     assert not re.search(r"(src|href)=.https?:", (tmp_path / "report.html").read_text(encoding="utf-8"))
