@@ -54,7 +54,7 @@ def test_everything_is_there_and_holds(case_path, capsys):
             assert entry["difference_rel"] < 1e-6
     page = (out / "report.html").read_text()
     assert "torque 1000 N m: Hertz pressure" in page
-    assert page.count("data:image/png;base64,") == 1
+    assert page.count("data:image/webp;base64,") == 1
     assert "14 variants: 11 ok, 3 explained limits, 0 failed" in text
 
 

@@ -179,7 +179,7 @@ def test_the_page_is_self_contained(finished):
     html = (finished / "report.html").read_text()
     Page().feed(html)
     assert len(references) == len(PICTURES)
-    assert all(value.startswith("data:image/png;base64,") for value in references)
+    assert all(value.startswith("data:image/webp;base64,") for value in references)
     assert "url(" not in html
     assert "CalculiX is not installed here" in html
 
