@@ -136,7 +136,7 @@ def sweep_case(
     phi = sweep_angles(case)
     conditions = conditions_of(case, case.online.torques_Nm)
     recorded = can_record(reduced.meshed, case, len(phi), len(conditions))
-    sweep_reduced_pair(reduced, phi[:1], conditions)  # compiles: run times are those of warm code
+    sweep_reduced_pair(reduced, phi[:1], conditions, recorded=recorded)  # compiles: run times are those of warm code
     sweep = sweep_reduced_pair(reduced, phi, conditions, executor=executor, advance=advance, recorded=recorded)
     return with_mesh_error(with_unloaded(sweep, reduced.meshed, conditions), reduced, conditions)
 

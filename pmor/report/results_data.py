@@ -11,6 +11,7 @@ from pmor.case import text_of
 from pmor.report.data_files import write_table_csv
 from pmor.results.flank_maps import FlankMap
 from pmor.results.load_distribution import line_states
+from pmor.results.root_stress import GEARS
 from pmor.results.sweep import SteSweep, mesh_stiffness, orders_of, peak_to_peak_um
 from pmor.storage.results_file import ResultsFile, write_results_file
 from pmor_online.run import OnlineResult
@@ -100,6 +101,24 @@ def _sensitivity(result: OnlineResult) -> Arrays:
     }  # fmt: skip
 
 
+def _root_stress(result: OnlineResult) -> Arrays:
+    stress = result.root_stress
+    if stress is None:
+        return {}
+    found: Arrays = {
+        "root_stress/pair_index": stress.pair_index, "root_stress/max_principal": stress.max_principal_MPa,
+        "root_stress/von_mises": stress.von_mises_MPa, "root_stress/radius": stress.radius_mm,
+        "root_stress/z": stress.z_mm,
+    }  # fmt: skip
+    for name, fillet in zip(GEARS, stress.envelope, strict=True):
+        found |= {
+            f"root_stress/{name}/arc": fillet.arc_mm, f"root_stress/{name}/z": fillet.z_mm,
+            f"root_stress/{name}/max_principal": fillet.max_principal_MPa,
+            f"root_stress/{name}/von_mises": fillet.von_mises_MPa,
+        }  # fmt: skip
+    return found
+
+
 def _maps(result: OnlineResult) -> Arrays:
     if result.readings is None or result.readings.light is None:
         return {}
@@ -109,7 +128,7 @@ def _maps(result: OnlineResult) -> Arrays:
 
 def _flanks(folder: str, maps: Sequence[tuple[FlankMap, FlankMap]]) -> Arrays:
     found: Arrays = {}
-    for gear, name in enumerate(("pinion", "wheel")):
+    for gear, name in enumerate(GEARS):
         of_gear = [both[gear] for both in maps]
         arrays = {
             "torque": np.array([one.torque_Nm for one in of_gear]), "roll": of_gear[0].roll_rad, "z": of_gear[0].z_mm,
@@ -133,7 +152,7 @@ def _harris(result: OnlineResult) -> Arrays:
 
 # Each gives the arrays of a group of the file; a further kind of result is one more.
 GROUPS: tuple[Callable[[OnlineResult], Arrays], ...] = (
-    _ste, _stiffness, _orders, _lines, _face, _forces, _sensitivity, _maps, _harris,
+    _ste, _stiffness, _orders, _lines, _face, _forces, _sensitivity, _root_stress, _maps, _harris,
 )  # fmt: skip
 
 

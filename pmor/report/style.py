@@ -94,7 +94,7 @@ def write_picture(content: bytes, target: Path) -> None:
 
 
 def data_uri(content: bytes, picture_format: str) -> str:
-    """Return a picture as a data URI, for a page that has nothing beside it: a PNG as lossless WebP of half its size."""
+    """Return a picture as a data URI, for a page with nothing beside it: a PNG as lossless WebP, half its size."""
     kind = "svg+xml"
     if picture_format == "png":
         content, kind = _small_picture(io.BytesIO(content), "webp", PAGE_COLOURS, lossless=True), "webp"

@@ -154,11 +154,11 @@ def summary_rows(result: OnlineResult) -> list[tuple[str, float | int | None, st
         _known("STE error bar, mesh", s["ste_mesh_error_percent"], "%", "of the mean; from half as many elements",
                _no_mesh_error(case)),
         *_readings_rows(s, result),
+        *_root_stress_rows(result),
         ("reduced model size", s["rom_size"], "", "unknowns at most"),
         ("online time", s["online_ms_per_position"], "ms", f"per position, {len(result.sweep.phi_rad)} angles x "
          f"{len(result.sweep.torque_Nm)} torques" + (f", {result.jobs} threads" if result.jobs > 1 else "")),
     ]  # fmt: skip
-    rows += _root_stress_rows(result)
     if comparison is not None:
         positions = f"{comparison.full.ste_um.size} unseen positions"
         rows += [

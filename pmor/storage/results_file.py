@@ -19,6 +19,7 @@ from pmor.storage.structure import items_of
 RESULTS_SCHEMA = Schema("pmor-results", 1, "make it anew with 'pmor run' or 'pmor online'")
 
 STATE, SECTIONS, FLANK = "torque, angle", "torque, angle, pair, section", "torque, roll, place"
+TEETH = "torque, angle, gear, pair, side"
 
 
 def _curve(description: str, unit: str = "um") -> Field:
@@ -39,6 +40,17 @@ def _flank(folder: str) -> dict[str, Field]:
         "pressure": Field("MPa", FLANK, "largest pressure; NaN where a sharp edge carries", finite=False),
     }
     return {f"{folder}/{gear}/{name}": field for gear in ("pinion", "wheel") for name, field in fields.items()}
+
+
+def _fillet(gear: str) -> dict[str, Field]:
+    axes = "torque, side, point, column"
+    fields = {
+        "arc": Field("mm", "point", "along the fillet, from the start of the involute on", increasing=True),
+        "z": Field("mm", "column", "from mid width", increasing=True),
+        "max_principal": Field("MPa", axes, "largest over the cycle; sides: tension, compression", finite=False),
+        "von_mises": Field("MPa", axes, "largest over the cycle", finite=False),
+    }
+    return {f"root_stress/{gear}/{name}": field for name, field in fields.items()}
 
 
 RESULTS_LAYOUT = {
@@ -70,6 +82,15 @@ RESULTS_LAYOUT = {
     "sensitivity/ste": Field("um per unit", "parameter, torque, angle", "d STE / d parameter", finite=False),
     "sensitivity/mean": Field("um per unit", "parameter, torque", "of the mean STE", finite=False),
     "sensitivity/peak_to_peak": Field("um per unit", "parameter, torque", "of its peak-to-peak", finite=False),
+    "root_stress/pair_index": Field("1", "pair", "tooth pair: at the roll position phi + 2 pi j / z1", kind=int),
+    **{f"root_stress/{name}": Field(unit, TEETH, f"{words}; NaN of teeth without load", finite=False)
+       for name, (unit, words) in {
+           "max_principal": ("MPa", "largest on the fillet; sides: tension, compression"),
+           "von_mises": ("MPa", "largest on the fillet"),
+           "radius": ("mm", "where, from the axis"), "z": ("mm", "where, from mid width"),
+       }.items()},
+    **_fillet("pinion"),
+    **_fillet("wheel"),
     **_flank("maps"),
     **_flank("light"),
     "harris/phi": Field("rad", "angle", "pinion angle"),
@@ -127,7 +148,7 @@ def read_results_file(path: Path) -> ResultsFile:
         items = items_of(file)
         groups = {*ALWAYS, *(name.partition("/")[0] for name in items if name != "/")}
         layout = {name: field for name, field in RESULTS_LAYOUT.items() if name.partition("/")[0] in groups}
-        check_layout(items, layout, {"gear": 2, "xyz": 3})
+        check_layout(items, layout, {"gear": 2, "side": 2, "xyz": 3})
         arrays = {name: read(file, name, field) for name, field in layout.items() if name in file}
         parameters = attribute(file, "parameters", str)
         return ResultsFile(

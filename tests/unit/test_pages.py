@@ -17,6 +17,7 @@ from pmor.report.data_files import write_ste_csv, write_summary_json
 from pmor.report.markdown import write_markdown
 from pmor.report.page import Heading, Picture, Warning, page_html, write_page
 from pmor.report.summary import summary_text
+from pmor.report.style import data_uri, picture_bytes
 from pmor.report.table import Table, format_cell
 from pmor.results.sweep import SteSweep
 
@@ -262,10 +263,10 @@ def test_nan_in_a_numeric_column_is_a_dash():
 
 
 def test_a_picture_is_drawn_once_for_its_file_and_for_the_page(monkeypatch):
-    drawn = []
-    monkeypatch.setattr(pmor.report.page, "picture_bytes", lambda figure, kind: drawn.append(kind) or b"drawn")
+    drawn, pictures = [], {kind: picture_bytes(figure(), kind) for kind in ("png", "svg")}
+    monkeypatch.setattr(pmor.report.page, "picture_bytes", lambda figure, kind: drawn.append(kind) or pictures[kind])
     picture = Picture("a.png", "a", figure())
     for shown in (picture, replace(picture, shown_as="svg"), picture):
-        assert shown.content("png") == b"drawn"
-        assert page_html("Pair", [shown]).count("base64,ZHJhd24=") == 1
+        assert shown.content("png") == pictures["png"]
+        assert page_html("Pair", [shown]).count(data_uri(pictures[shown.shown_as], shown.shown_as)) == 1
     assert drawn == ["png", "svg"]

@@ -52,7 +52,7 @@ def step_of(file, name, step):
 
 
 def test_vtk_reads_every_step_as_it_was_written(written):
-    reader_of = pytest.importorskip("vtkmodules.vtkIOHDF", reason="vtk is not installed: pip install '.[exports]'")
+    reader_of = pytest.importorskip("vtkmodules.vtkIOHDF", reason="vtk is not installed: pip install '.[test]'")
     from vtkmodules.util.numpy_support import vtk_to_numpy
 
     reader = reader_of.vtkHDFReader()
@@ -77,7 +77,7 @@ def test_vtk_reads_every_step_as_it_was_written(written):
 
 def test_vtk_numbers_the_nodes_of_an_element_as_we_do(written):
     """At a place without any symmetry its shape functions give what ours do."""
-    reader_of = pytest.importorskip("vtkmodules.vtkIOHDF", reason="vtk is not installed: pip install '.[exports]'")
+    reader_of = pytest.importorskip("vtkmodules.vtkIOHDF", reason="vtk is not installed: pip install '.[test]'")
     from vtkmodules.vtkCommonCore import reference
 
     reader = reader_of.vtkHDFReader()
