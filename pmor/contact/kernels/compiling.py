@@ -2,8 +2,8 @@
 
 numba keeps compiled code beside the sources and compares the time stamp of the file that holds the function: an edit in
 another file, of a function that is called from there, would go unnoticed and the old code would run. So each
-dispatcher's stamp is a hash over all sources of this package instead. Whatever kernels read, types and constants
-included, therefore stands in this package.
+dispatcher's stamp is a hash over all sources of this package instead, and of its own folder where that is another one.
+Whatever kernels read, types and constants included, therefore stands in these packages.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _FOLDER = Path(__file__).parent
 
 
 def sources_stamp(*more: Path) -> str:
-    """Return a hash over the sources of this package, and of files beside it."""
+    """Return a hash over the sources of this package, and of files elsewhere."""
     digest = hashlib.sha256()
     for path in (*sorted(_FOLDER.glob("*.py")), *more):
         digest.update(path.name.encode())
@@ -58,7 +58,8 @@ def _keep_stamped(dispatcher: Any, function: Callable[..., Any]) -> Any:
     file: Any = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
     if hasattr(file, "_source_stamp"):
         own = Path(function.__code__.co_filename)
-        file._source_stamp = _STAMP if own.parent == _FOLDER else sources_stamp(own)
+        # Kernels elsewhere call each other across the files of their own folder, and kernels here.
+        file._source_stamp = _STAMP if own.parent == _FOLDER else sources_stamp(*sorted(own.parent.glob("*.py")))
         # Looked at before anything is unpickled: an index of other sources may name types that are no more.
         file._version = f"{file._version} {file._source_stamp}"
     return dispatcher

@@ -1,0 +1,213 @@
+"""Branches of periodic motion over the mesh frequency, followed through their folds by pseudo-arclength.
+
+A branch is a curve in the space of the unknowns, over the displacement under the mean load, and of the frequency, over
+the one it starts from. From one point a step of given length is taken along the tangent and corrected at right angles
+to it, so that the frequency may turn back (Keller 1977; Allgower & Georg, Numerical Continuation Methods, 1990).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmor.arrays import FloatArray
+from pmor.dynamics.harmonic_balance import Balance
+from pmor.errors import ConvergenceError
+
+# Lengths of steps, in the scaled space.
+FIRST_STEP, LARGEST_STEP, LEAST_STEP = 0.01, 0.1, 1e-7
+MAX_POINTS = 2000
+# Corrector: steps, tolerance on the scaled unknowns, and the number of steps that is taken for easy.
+MAX_CORRECTIONS, CORRECTED, EASY = 8, 1e-10, 4
+GROWTH, SHRINKAGE = 1.4, 0.5
+# Cosine of the angle by which the tangent may turn in a step: more may be a hop to another branch.
+LEAST_COSINE = 0.9
+# Refinements of a point between two others, and when it is found: on the quantity that vanishes there.
+MAX_REFINEMENTS, REFINED = 40, 1e-9
+
+
+@dataclass(frozen=True)
+class Point:
+    """A point of a branch.
+
+    Parameters
+    ----------
+    speed : float
+        Mesh frequency, angular.
+    unknowns : ndarray, shape (n,)
+        Of `harmonic_balance.Balance`.
+    tangent : ndarray, shape (n + 1,)
+        Of length 1 in the scaled space, the frequency last.
+    """
+
+    speed: float
+    unknowns: FloatArray
+    tangent: FloatArray
+
+
+@dataclass(frozen=True)
+class Fold:
+    """A place where the frequency turns back: there motion that is stable ends, and jumps.
+
+    Parameters
+    ----------
+    point : Point
+    kind : "run_up" or "run_down"
+        In which direction of the speed motion comes to its end there.
+    """
+
+    point: Point
+    kind: str
+
+
+@dataclass(frozen=True)
+class Branch:
+    """Periodic motions along a curve.
+
+    Parameters
+    ----------
+    balance : Balance
+    points : tuple of Point
+    folds : tuple of Fold
+    ended : str
+        Why it ends where it ends.
+    """
+
+    balance: Balance
+    points: tuple[Point, ...]
+    folds: tuple[Fold, ...]
+    ended: str
+
+    @property
+    def speed(self) -> FloatArray:
+        """Mesh frequencies, (points,)."""
+        return np.array([point.speed for point in self.points])
+
+    @property
+    def unknowns(self) -> FloatArray:
+        """Unknowns, (points, n)."""
+        return np.array([point.unknowns for point in self.points])
+
+
+@dataclass(frozen=True)
+class Follower:
+    """Predictor and corrector for one balance, in scaled coordinates y = (unknowns / size, frequency / scale)."""
+
+    balance: Balance
+    scale: FloatArray
+
+    def at(self, unknowns: FloatArray, speed: float) -> FloatArray:
+        """Scaled coordinates."""
+        return np.append(unknowns, speed) / self.scale
+
+    def equations(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Residual at scaled coordinates, and its derivatives, (n, n + 1)."""
+        residual, matrix, rate = self.balance.residual(y[:-1] * self.scale[:-1], float(y[-1] * self.scale[-1]))
+        return residual, np.column_stack([matrix, rate]) * self.scale
+
+    def point(self, y: FloatArray, along: FloatArray) -> Point:
+        """Return the point at corrected coordinates; its tangent keeps the direction of `along`."""
+        bordered = np.vstack([self.equations(y)[1], along])
+        tangent = np.linalg.solve(bordered, np.append(np.zeros(len(y) - 1), 1.0))
+        return Point(float(y[-1] * self.scale[-1]), y[:-1] * self.scale[:-1], tangent / np.linalg.norm(tangent))
+
+    def advance(self, point: Point, step: float) -> tuple[Point, int]:
+        """Go a step along the tangent and correct; return the new point and the corrections it took.
+
+        Raises
+        ------
+        ConvergenceError
+        """
+        return self.correct(self.at(point.unknowns, point.speed) + step * point.tangent, point.tangent)
+
+    def correct(self, y: FloatArray, along: FloatArray) -> tuple[Point, int]:
+        """Come to the branch at right angles to a direction.
+
+        Raises
+        ------
+        ConvergenceError
+        """
+        for count in range(1, MAX_CORRECTIONS + 1):
+            residual, matrix = self.equations(y)
+            change = np.linalg.solve(np.vstack([matrix, along]), np.append(-residual, 0.0))
+            y = y + change
+            if np.linalg.norm(change) <= CORRECTED * (1.0 + np.linalg.norm(y)):
+                return self.point(y, along), count
+        raise ConvergenceError("the step along the branch was not corrected")
+
+    def refine(self, point: Point, step: float, value: Callable[[Point], float]) -> Point:
+        """Find where a quantity vanishes that has opposite signs at a point and a step further (Illinois)."""
+        low, high = 0.0, step
+        at_low, at_high = value(point), value(self.advance(point, step)[0])
+        found, side = point, 0
+        for _ in range(MAX_REFINEMENTS):
+            middle = (low * at_high - high * at_low) / (at_high - at_low)
+            found = self.advance(point, middle)[0]
+            here = value(found)
+            if abs(here) <= REFINED or high - low <= LEAST_STEP * step:
+                break
+            if (here > 0.0) == (at_high > 0.0):
+                high, at_high, at_low, side = middle, here, at_low * (0.5 if side == 1 else 1.0), 1
+            else:
+                low, at_low, at_high, side = middle, here, at_high * (0.5 if side == -1 else 1.0), -1
+        return found
+
+
+def follower(balance: Balance, unknowns: FloatArray, speed: float) -> Follower:
+    """Return a follower scaled by the mean displacement and the frequency of a state."""
+    return Follower(balance, np.append(np.full(balance.size, abs(unknowns[0])), speed))
+
+
+def first_point(follow: Follower, unknowns: FloatArray, speed: float, upwards: bool) -> Point:
+    """Return the point of a solved state, headed towards higher or lower frequencies."""
+    along = np.zeros(len(unknowns) + 1)
+    along[-1] = 1.0 if upwards else -1.0
+    return follow.point(follow.at(unknowns, speed), along)
+
+
+def trace(
+    follow: Follower, start: Point, limits: tuple[float, float], over: Callable[[Point], bool] = lambda point: False
+) -> Branch:
+    """Follow a branch from a point until it leaves the limits of the frequency.
+
+    Parameters
+    ----------
+    follow : Follower
+    start : Point
+        Its tangent says whither.
+    limits : tuple of float
+        Least and largest mesh frequency.
+    over : callable
+        Whether the branch is to end at a point.
+
+    Returns
+    -------
+    Branch
+        Its last point may lie outside the limits, by less than a step.
+    """
+    points, folds, step = [start], [], FIRST_STEP
+    while len(points) < MAX_POINTS:
+        last = points[-1]
+        try:
+            new, corrections = follow.advance(last, step)
+        except (ConvergenceError, np.linalg.LinAlgError) as error:
+            new, corrections, reason = None, 0, str(error)
+        if new is None or new.tangent @ last.tangent < LEAST_COSINE:
+            reason = reason if new is None else "the branch turns too sharply"
+            step *= SHRINKAGE
+            if step < LEAST_STEP:
+                return Branch(follow.balance, tuple(points), tuple(folds), reason)
+            continue
+        if new.tangent[-1] * last.tangent[-1] < 0.0:
+            turn = follow.refine(last, step, lambda point: float(point.tangent[-1]))
+            folds.append(Fold(turn, "run_up" if last.tangent[-1] > 0.0 else "run_down"))
+        points.append(new)
+        if not limits[0] <= new.speed <= limits[1]:
+            return Branch(follow.balance, tuple(points), tuple(folds), "end of the speeds")
+        if over(new):
+            return Branch(follow.balance, tuple(points), tuple(folds), "back at the branch it left")
+        if corrections <= EASY:
+            step = min(GROWTH * step, LARGEST_STEP)
+    return Branch(follow.balance, tuple(points), tuple(folds), f"more than {MAX_POINTS} points")

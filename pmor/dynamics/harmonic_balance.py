@@ -1,0 +1,188 @@
+"""Periodic motion by harmonic balance, the mesh force found by alternating between frequency and time.
+
+The mesh acts in one direction, so that the equations of all degrees of freedom come down to one per harmonic of the
+displacement x along the line of action: with x = sum of x_k exp(i k psi / p) over the period of p mesh cycles,
+
+    d(k w / p) x_k + F_k(x) = f_k,                                                                               (1)
+
+d the dynamic stiffness that the mesh feels (`oscillator`), F_k the harmonics of F(psi, x(psi)), w the mesh frequency.
+The unknowns are real: mean, then cosine and sine of each harmonic (Cameron & Griffin, J. Appl. Mech. 56 (1989) 149).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from pmor.arrays import FloatArray
+from pmor.dynamics.kernels.laws import ForceTable, VaryingStiffness, mesh_forces
+from pmor.dynamics.oscillator import Oscillator, mesh_stiffness_of, static_stiffness_of
+from pmor.errors import ConvergenceError
+
+ForceLaw = VaryingStiffness | ForceTable
+
+# Samples per cycle of the highest harmonic: forces with kinks have harmonics beyond it, which fold back.
+OVERSAMPLING = 16
+MAX_STEPS = 40
+# Of the unknowns, relative to the displacement under the mean load.
+TOLERANCE = 1e-10
+# Displacements between which the one under the mean load is looked for, and how often the interval is halved.
+SMALLEST, LARGEST, BISECTIONS = 1e-9, 1e9, 60
+
+
+@dataclass(frozen=True)
+class Balance:
+    """The equations of harmonic balance of an oscillator under a force law.
+
+    Parameters
+    ----------
+    oscillator : Oscillator
+    law : ForceLaw
+    cycles : int
+        Mesh cycles p after which the motion repeats.
+    harmonics : int
+        Of a mesh cycle: there are p times as many unknown harmonics.
+    """
+
+    oscillator: Oscillator
+    law: ForceLaw
+    cycles: int
+    harmonics: int
+
+    @property
+    def orders(self) -> int:
+        """Number of harmonics of the whole period."""
+        return self.cycles * self.harmonics
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns, mean included."""
+        return 2 * self.orders + 1
+
+    @cached_property
+    def phase(self) -> FloatArray:
+        """Phases of the mesh at which forces are evaluated, over the whole period."""
+        samples = OVERSAMPLING * self.orders
+        return 2.0 * np.pi * self.cycles * np.arange(samples) / samples
+
+    @cached_property
+    def to_time(self) -> FloatArray:
+        """Matrix from unknowns to displacements at `phase`."""
+        return fourier_rows(self.phase / self.cycles, self.orders)
+
+    @cached_property
+    def to_frequency(self) -> FloatArray:
+        """Matrix from values at `phase` to mean, cosines and sines."""
+        rows = 2.0 / len(self.phase) * self.to_time.T
+        rows[0] *= 0.5
+        return np.ascontiguousarray(rows)
+
+    @cached_property
+    def at_rest(self) -> tuple[float, float]:
+        """Static stiffness and force that the mesh feels."""
+        return static_stiffness_of(self.oscillator)
+
+    def displacement(self, unknowns: FloatArray) -> FloatArray:
+        """Displacement at `phase`."""
+        return np.asarray(self.to_time @ unknowns)
+
+    def forces(self, unknowns: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Mesh forces at `phase`, and their derivatives by the displacement."""
+        x = self.displacement(unknowns)
+        force, slope = np.empty_like(x), np.empty_like(x)
+        mesh_forces(self.law, self.phase, x, force, slope)
+        return force, slope
+
+    def residual(self, unknowns: FloatArray, speed: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Residual of (1) at a mesh frequency, its derivatives by the unknowns, and by the frequency.
+
+        Raises
+        ------
+        ConvergenceError
+            Where the displacement leaves the range of the law.
+        """
+        force, slope = self.forces(unknowns)
+        if not np.isfinite(force).all():
+            raise ConvergenceError(f"at mesh frequency {speed:.6g} the motion leaves the range of the force law")
+        linear, rate = self._linear(speed)
+        residual = linear @ unknowns + self.to_frequency @ force
+        residual[0] -= self.at_rest[1]
+        return residual, linear + self.to_frequency @ (slope[:, None] * self.to_time), rate @ unknowns
+
+    def _linear(self, speed: float) -> tuple[FloatArray, FloatArray]:
+        """Matrix of the dynamic stiffnesses, and its derivative by the mesh frequency."""
+        order = np.arange(1, self.orders + 1) / self.cycles
+        stiffness, rate = mesh_stiffness_of(self.oscillator, order * speed)
+        matrix, rates = np.zeros((self.size, self.size)), np.zeros((self.size, self.size))
+        matrix[0, 0] = self.at_rest[0]
+        cosine = 2 * np.arange(self.orders) + 1
+        for target, value in ((matrix, stiffness), (rates, order * rate)):
+            target[cosine, cosine] = target[cosine + 1, cosine + 1] = value.real
+            target[cosine, cosine + 1], target[cosine + 1, cosine] = value.imag, -value.imag
+        return matrix, rates
+
+
+def fourier_rows(angle: FloatArray, orders: int) -> FloatArray:
+    """Return mean, cosine and sine of the harmonics at angles, (n, 2 orders + 1)."""
+    argument = angle[:, None] * np.arange(1, orders + 1)
+    rows = np.ones((len(angle), 2 * orders + 1))
+    rows[:, 1::2], rows[:, 2::2] = np.cos(argument), np.sin(argument)
+    return rows
+
+
+def solve_at(balance: Balance, speed: float, start: FloatArray) -> FloatArray:
+    """Find periodic motion at a mesh frequency by Newton steps with a guard against too long ones.
+
+    Raises
+    ------
+    ConvergenceError
+        Where there is none to be found from the start.
+    """
+    unknowns, history = start.copy(), []
+    residual, matrix, _ = balance.residual(unknowns, speed)
+    for _ in range(MAX_STEPS):
+        step = np.linalg.solve(matrix, -residual)
+        norm, share = float(np.linalg.norm(residual)), 1.0
+        while True:
+            try:
+                trial, matrix, _ = balance.residual(unknowns + share * step, speed)
+            except ConvergenceError:
+                trial = np.full_like(residual, np.inf)
+            if np.linalg.norm(trial) < norm or share < 1e-3:
+                break
+            share *= 0.5
+        if not np.isfinite(trial).all():
+            break
+        unknowns, residual = unknowns + share * step, trial
+        history.append((norm,))
+        if share * np.linalg.norm(step) <= TOLERANCE * np.linalg.norm(unknowns):
+            return unknowns
+    raise ConvergenceError(f"no periodic motion found at mesh frequency {speed:.6g}", history)
+
+
+def rest(balance: Balance) -> FloatArray:
+    """Return a start: the mean displacement at which the mean of the force over the cycle bears the load."""
+    stiffness, load = balance.at_rest
+
+    def excess(x: float) -> float:
+        unknowns = np.zeros(balance.size)
+        unknowns[0] = x
+        return float(balance.forces(unknowns)[0].mean()) + stiffness * x - load
+
+    low, high = 0.0, SMALLEST
+    while excess(high) < 0.0 and high < LARGEST:
+        high *= 2.0
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        # Beyond the range of the law, where the force is no number, is too far.
+        low, high = (middle, high) if excess(middle) < 0.0 else (low, middle)
+    start = np.zeros(balance.size)
+    start[0] = low
+    return start
+
+
+def rms(unknowns: FloatArray) -> FloatArray:
+    """Root mean square of the motion about its mean, of unknowns (..., n)."""
+    return np.asarray(np.sqrt(0.5 * (unknowns[..., 1:] ** 2).sum(axis=-1)))

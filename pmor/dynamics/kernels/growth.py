@@ -1,0 +1,52 @@
+"""Growth of a small disturbance of periodic motion over one period."""
+
+from __future__ import annotations
+
+from pmor.contact.kernels.compiling import compiled
+
+
+@compiled
+def _drift(rows, matrix, room):
+    """Replace the columns of a matrix by what they become between two kicks."""
+    n, columns = matrix.shape
+    for i in range(n):
+        for j in range(columns):
+            total = 0.0
+            for k in range(n):
+                total += rows[i, k] * matrix[k, j]
+            room[i, j] = total
+    for i in range(n):
+        for j in range(columns):
+            matrix[i, j] = room[i, j]
+
+
+@compiled
+def grow(half_drift, lever, push, slope, matrix, room, seen):
+    """Carry the columns of a matrix of displacements and velocities through a period, step by step.
+
+    A step is half a drift without the mesh, the kick of the mesh, and another half: second order, time-reversible.
+
+    Parameters
+    ----------
+    half_drift : ndarray, shape (2n, 2n)
+        Exponential of half a step of the motion without the mesh.
+    lever, push : ndarray, shape (n,)
+        Displacement along the line of action per displacement; change of the velocities per impulse of the mesh.
+    slope : ndarray, shape (steps,)
+        Integral of dF/dx over each step.
+    matrix, room : ndarray, shape (2n, columns)
+        Filled: what they become; work space.
+    seen : ndarray, shape (steps, columns)
+        Filled: the displacement along the line of action in the middle of each step.
+    """
+    n = len(lever)
+    for step in range(len(slope)):
+        _drift(half_drift, matrix, room)
+        for j in range(matrix.shape[1]):
+            along = 0.0
+            for k in range(n):
+                along += lever[k] * matrix[k, j]
+            seen[step, j] = along
+            for k in range(n):
+                matrix[n + k, j] += push[k] * slope[step] * along
+        _drift(half_drift, matrix, room)

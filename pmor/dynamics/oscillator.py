@@ -1,0 +1,104 @@
+"""Masses on springs and dampers that a mesh acts on, and what the mesh feels of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pmor.arrays import FloatArray
+
+#: of the equations of statics, relative to the load: more is a load that nothing holds
+UNBALANCED = 1e-9
+
+
+@dataclass(frozen=True)
+class Oscillator:
+    """M q'' + C q' + K q + l F(psi, l . q) = f, of n degrees of freedom; symmetric matrices, the mesh not in them.
+
+    Parameters
+    ----------
+    mass, damping, stiffness : ndarray, shape (n, n)
+    lever : ndarray, shape (n,)
+        l: how far the flanks run ahead along the line of action per displacement.
+    load : ndarray, shape (n,)
+        f, constant.
+    """
+
+    mass: FloatArray
+    damping: FloatArray
+    stiffness: FloatArray
+    lever: FloatArray
+    load: FloatArray
+
+    @property
+    def size(self) -> int:
+        """Degrees of freedom."""
+        return len(self.lever)
+
+
+def along_line_of_action(mass: float, damping: float, load: float) -> Oscillator:
+    """Return the one degree of freedom of a pair that is rigid but for its mesh: m x'' + c x' + F(psi, x) = f.
+
+    Parameters
+    ----------
+    mass : float
+        I1 I2 / (I1 rb2^2 + I2 rb1^2) of two gears with moments of inertia I and base radii rb.
+    damping, load : float
+        Along the line of action.
+    """
+    one = np.ones((1, 1))
+    return Oscillator(mass * one, damping * one, 0.0 * one, np.ones(1), np.array([load]))
+
+
+def mesh_stiffness_of(oscillator: Oscillator, frequency: FloatArray) -> tuple[NDArray[np.complex128], ...]:
+    """Return the dynamic stiffness d that the mesh feels, d x + F = 0 for motion at these frequencies, and d' by them.
+
+    With Z = K - w^2 M + i w C it is 1 / (l . Z^-1 l).
+
+    Parameters
+    ----------
+    frequency : ndarray, shape (k,)
+        Angular, positive.
+
+    Returns
+    -------
+    ndarray of complex, shape (k,), twice
+    """
+    w = np.asarray(frequency, dtype=float)[:, None, None]
+    impedance = oscillator.stiffness - w**2 * oscillator.mass + 1j * w * oscillator.damping
+    moved = np.linalg.solve(impedance, np.broadcast_to(oscillator.lever[:, None], (len(w), oscillator.size, 1)))[..., 0]
+    stiffness = 1.0 / (moved @ oscillator.lever)
+    rate = -2.0 * w * oscillator.mass + 1j * oscillator.damping
+    return stiffness, np.einsum("ki,kij,kj->k", moved, rate, moved) * stiffness**2
+
+
+def static_stiffness_of(oscillator: Oscillator) -> tuple[float, float]:
+    """Return stiffness d and force f that the mesh feels at rest, d x + F = f; d = 0 where nothing but it holds.
+
+    Raises
+    ------
+    ValueError
+        Where the load sets in motion what the mesh does not hold.
+    """
+    n = oscillator.size
+    bordered = np.zeros((n + 1, n + 1))
+    bordered[:n, :n] = oscillator.stiffness
+    bordered[:n, n] = bordered[n, :n] = oscillator.lever
+    right = np.zeros((n + 1, 2))
+    right[:n, 0], right[n, 1] = oscillator.load, 1.0
+    # Least squares: the rotation of both gears together is free and does not matter.
+    found = np.linalg.lstsq(bordered, right, rcond=None)[0]
+    if np.abs(bordered @ found - right).max() > UNBALANCED * max(np.abs(right).max(), 1e-300):
+        raise ValueError("the load sets in motion what neither bearings nor mesh hold")
+    return -float(found[n, 1]), float(found[n, 0])
+
+
+def motion_of(
+    oscillator: Oscillator, frequency: FloatArray, forces: NDArray[np.complex128]
+) -> NDArray[np.complex128]:
+    """Return the amplitudes of all degrees of freedom under the mesh forces of frequencies, (k, n)."""
+    w = np.asarray(frequency, dtype=float)[:, None, None]
+    impedance = oscillator.stiffness - w**2 * oscillator.mass + 1j * w * oscillator.damping
+    return np.asarray(np.linalg.solve(impedance, -forces[:, None, None] * oscillator.lever[:, None])[..., 0])

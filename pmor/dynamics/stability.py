@@ -1,0 +1,68 @@
+"""Stability of periodic motion: Floquet multipliers from the growth of disturbances over a period.
+
+A disturbance y of the motion obeys M y'' + C y' + K y + l F'(psi, x(psi)) l . y = 0. What its 2n independent solutions
+become after a period is the monodromy matrix; motion is stable where none of its eigenvalues is outside the unit circle.
+One that leaves it at 1 makes a fold, at -1 motion of twice the period (Nayfeh & Balachandran, Applied Nonlinear
+Dynamics, 1995, ch. 7).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.linalg import expm
+
+from pmor.arrays import FloatArray
+from pmor.dynamics.harmonic_balance import Balance, fourier_rows
+from pmor.dynamics.kernels.growth import grow
+from pmor.dynamics.kernels.laws import mesh_forces
+
+# Steps per mesh cycle, in two runs that are extrapolated, and samples of the slope per step.
+STEPS, SAMPLES = 512, 4
+# A disturbance that grows by less per period is none: the accuracy of the multipliers.
+GROWTH = 1e-6
+
+
+def monodromy(balance: Balance, unknowns: FloatArray, speed: float) -> FloatArray:
+    """Return the matrix by which displacements and velocities of a disturbance grow over a period, (2n, 2n)."""
+    coarse, fine = (_grown(balance, unknowns, speed, steps)[0] for steps in (STEPS // 2, STEPS))
+    return (4.0 * fine - coarse) / 3.0
+
+
+def multipliers(balance: Balance, unknowns: FloatArray, speed: float) -> FloatArray:
+    """Return the Floquet multipliers, the largest first, complex, (2n,)."""
+    found = np.linalg.eigvals(monodromy(balance, unknowns, speed))
+    return np.asarray(found[np.argsort(-np.abs(found))])
+
+
+def is_stable(balance: Balance, unknowns: FloatArray, speed: float) -> bool:
+    """Whether small disturbances die out, or at least do not grow."""
+    return bool(abs(multipliers(balance, unknowns, speed)[0]) <= 1.0 + GROWTH)
+
+
+def alternating(balance: Balance, unknowns: FloatArray, speed: float) -> tuple[FloatArray, FloatArray]:
+    """Return the phases of a period and the disturbance there, along the line of action, that comes nearest to -1."""
+    found, vectors = np.linalg.eig(monodromy(balance, unknowns, speed))
+    nearest = vectors[:, [np.abs(found + 1.0).argmin()]].real
+    seen = _grown(balance, unknowns, speed, STEPS, nearest)[1][:, 0]
+    return 2.0 * np.pi * (np.arange(len(seen)) + 0.5) / STEPS, seen
+
+
+def _grown(
+    balance: Balance, unknowns: FloatArray, speed: float, steps: int, start: FloatArray | None = None
+) -> tuple[FloatArray, FloatArray]:
+    """Carry disturbances, by default all independent ones, through a period; return them, and what the mesh sees."""
+    oscillator, n = balance.oscillator, balance.oscillator.size
+    h = 2.0 * np.pi / steps / speed
+    count = balance.cycles * steps
+    phase = 2.0 * np.pi * (np.arange(SAMPLES * count) + 0.5) / (SAMPLES * steps)
+    force, slope = np.empty_like(phase), np.empty_like(phase)
+    displacement = fourier_rows(phase / balance.cycles, balance.orders) @ unknowns
+    mesh_forces(balance.law, phase, displacement, force, slope)
+    inverse = np.linalg.inv(oscillator.mass)
+    free = np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ oscillator.stiffness, -inverse @ oscillator.damping]])
+    matrix = np.eye(2 * n) if start is None else np.array(start)
+    seen = np.empty((count, matrix.shape[1]))
+    kicks = h * slope.reshape(count, SAMPLES).mean(axis=1)
+    half = np.ascontiguousarray(expm(0.5 * h * free))
+    grow(half, oscillator.lever, -inverse @ oscillator.lever, kicks, matrix, np.empty_like(matrix), seen)
+    return matrix, seen
