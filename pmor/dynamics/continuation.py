@@ -24,6 +24,8 @@ MAX_CORRECTIONS, CORRECTED, EASY = 8, 1e-10, 4
 GROWTH, SHRINKAGE = 1.4, 0.5
 # Cosine of the angle by which the tangent may turn in a step: more may be a hop to another branch.
 LEAST_COSINE = 0.9
+# Frequency's part in a tangent that is none: branches of a linear mesh stand upright where they are unstable.
+UPRIGHT = 1e-6
 # Refinements of a point between two others, and when it is found: on the quantity that vanishes there.
 MAX_REFINEMENTS, REFINED = 40, 1e-9
 
@@ -200,7 +202,7 @@ def trace(
             if step < LEAST_STEP:
                 return Branch(follow.balance, tuple(points), tuple(folds), reason)
             continue
-        if new.tangent[-1] * last.tangent[-1] < 0.0:
+        if new.tangent[-1] * last.tangent[-1] < 0.0 and max(abs(new.tangent[-1]), abs(last.tangent[-1])) > UPRIGHT:
             turn = follow.refine(last, step, lambda point: float(point.tangent[-1]))
             folds.append(Fold(turn, "run_up" if last.tangent[-1] > 0.0 else "run_down"))
         points.append(new)

@@ -8,6 +8,8 @@ Dynamics, 1995, ch. 7).
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from scipy.linalg import expm
 
@@ -47,6 +49,12 @@ def alternating(balance: Balance, unknowns: FloatArray, speed: float) -> tuple[F
     return 2.0 * np.pi * (np.arange(len(seen)) + 0.5) / STEPS, seen
 
 
+@lru_cache(maxsize=8)
+def _rows(samples: int, orders: int) -> FloatArray:
+    """Rows of the harmonics at so many places of a period: the same for all points of a branch."""
+    return fourier_rows(2.0 * np.pi * (np.arange(samples) + 0.5) / samples, orders)
+
+
 def _grown(
     balance: Balance, unknowns: FloatArray, speed: float, steps: int, start: FloatArray | None = None
 ) -> tuple[FloatArray, FloatArray]:
@@ -56,7 +64,7 @@ def _grown(
     count = balance.cycles * steps
     phase = 2.0 * np.pi * (np.arange(SAMPLES * count) + 0.5) / (SAMPLES * steps)
     force, slope = np.empty_like(phase), np.empty_like(phase)
-    displacement = fourier_rows(phase / balance.cycles, balance.orders) @ unknowns
+    displacement = _rows(len(phase), balance.orders) @ unknowns
     mesh_forces(balance.law, phase, displacement, force, slope)
     inverse = np.linalg.inv(oscillator.mass)
     free = np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ oscillator.stiffness, -inverse @ oscillator.damping]])

@@ -1,0 +1,158 @@
+"""Motion over time at constant speed or while the speed rises or falls: the second way to an answer, without orders.
+
+Nothing is assumed of the motion, so that a run-up passes over folds as the machine does, jumping where its motion ends.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmor.arrays import FloatArray
+from pmor.dynamics.harmonic_balance import Balance, ForceLaw, fourier_rows
+from pmor.dynamics.kernels.laws import mesh_forces
+from pmor.dynamics.kernels.motion import DONE, Drive, move
+from pmor.dynamics.oscillator import Oscillator, motion_of
+from pmor.errors import ConvergenceError
+
+# Samples per mesh cycle, and cycles that are integrated at a time.
+SAMPLES, CYCLES_PER_PIECE = 64, 100
+# Error allowed per step, relative to the state.
+TOLERANCE = 1e-10
+# Steps per sample to begin with.
+FIRST_SHARE = 0.25
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Motion over whole mesh cycles.
+
+    Parameters
+    ----------
+    phase : ndarray, shape (s,)
+        Of the mesh; the start is not among them, the end is.
+    speed : ndarray, shape (s,)
+        Mesh frequency, angular.
+    states : ndarray, shape (s, 2n)
+        Displacements and velocities.
+    displacement, force : ndarray, shape (s,)
+        Along the line of action.
+    steps : int
+    """
+
+    phase: FloatArray
+    speed: FloatArray
+    states: FloatArray
+    displacement: FloatArray
+    force: FloatArray
+    steps: int
+
+    @property
+    def rms(self) -> FloatArray:
+        """Root mean square of the displacement about the mean of each mesh cycle, (cycles,)."""
+        return np.asarray(self.displacement.reshape(-1, SAMPLES).std(axis=1))
+
+    @property
+    def cycle_speed(self) -> FloatArray:
+        """Mean mesh frequency of each cycle, (cycles,)."""
+        return np.asarray(self.speed.reshape(-1, SAMPLES).mean(axis=1))
+
+    @property
+    def contact_loss(self) -> float:
+        """Share of the time without any force of the mesh."""
+        return float((self.force == 0.0).mean())
+
+
+def integrate(
+    oscillator: Oscillator, law: ForceLaw, start: FloatArray, speeds: tuple[float, float], cycles: int,
+    tolerance: float = TOLERANCE,
+) -> Motion:  # fmt: skip
+    """Integrate over mesh cycles, from phase 0, while the speed changes evenly over time.
+
+    Parameters
+    ----------
+    oscillator : Oscillator
+    law : ForceLaw
+    start : ndarray, shape (2n,)
+        Displacements and velocities.
+    speeds : tuple of float
+        Mesh frequencies at the beginning and at the end.
+    cycles : int
+    tolerance : float
+        Error of a step, relative to the largest displacement or velocity at the start, and to the state.
+
+    Raises
+    ------
+    ConvergenceError
+        Where the motion leaves the range of the force law.
+    """
+    first, last = speeds
+    duration = 4.0 * np.pi * cycles / (first + last)
+    rate = (last - first) / duration
+    phase = 2.0 * np.pi * np.arange(1, cycles * SAMPLES + 1) / SAMPLES
+    # Root of speed t + rate t^2 / 2 = phase that stays finite for a constant speed.
+    times = 2.0 * phase / (first + np.sqrt(np.maximum(first**2 + 2.0 * rate * phase, 0.0)))
+    state, seen = start.astype(float), np.empty((len(times), len(start)))
+    status, _, steps = move(
+        law, _drive(oscillator, first, rate), times, state, FIRST_SHARE * times[0], tolerance, _floor(start, first),
+        seen,
+    )  # fmt: skip
+    if status != DONE:
+        raise ConvergenceError(f"between mesh frequencies {first:.6g} and {last:.6g} the motion leaves the force law")
+    along = seen[:, : oscillator.size] @ oscillator.lever
+    force, slope = np.empty_like(along), np.empty_like(along)
+    mesh_forces(law, phase, along, force, slope)
+    return Motion(phase, first + rate * times, seen, along, force, steps)
+
+
+def run_through(
+    oscillator: Oscillator, law: ForceLaw, start: FloatArray, speeds: tuple[float, float], cycles: int
+) -> Iterator[Motion]:
+    """Integrate as `integrate` does, piece by piece of `CYCLES_PER_PIECE`; the last state of one is where to resume."""
+    first, last = speeds
+    duration = 4.0 * np.pi * cycles / (first + last)
+    rate = (last - first) / duration
+    done, state = 0, start
+    while done < cycles:
+        count = min(CYCLES_PER_PIECE, cycles - done)
+        ends = [float(np.sqrt(first**2 + 4.0 * np.pi * rate * after)) for after in (done, done + count)]
+        piece = integrate(oscillator, law, state, (ends[0], ends[1]), count)
+        state, done = piece.states[-1], done + count
+        yield piece
+
+
+def state_of(balance: Balance, unknowns: FloatArray, speed: float) -> FloatArray:
+    """Return displacements and velocities at phase 0 of motion that harmonic balance found, (2n,)."""
+    oscillator = balance.oscillator
+    coefficients = balance.to_frequency @ balance.forces(unknowns)[0]
+    frequency = speed * np.arange(1, balance.orders + 1) / balance.cycles
+    moved = motion_of(oscillator, frequency, coefficients[1::2] - 1j * coefficients[2::2])
+    bordered = np.vstack([oscillator.stiffness, oscillator.lever])
+    right = np.append(oscillator.load - oscillator.lever * coefficients[0], unknowns[0])
+    mean = np.linalg.lstsq(bordered, right, rcond=None)[0]
+    velocity = (1j * frequency[:, None] * moved).real.sum(axis=0)
+    return np.concatenate([mean + moved.real.sum(axis=0), velocity])
+
+
+def orders_of(motion: Motion, cycles: int, orders: int) -> FloatArray:
+    """Return mean, cosines and sines of the displacement over the last so many cycles."""
+    samples = cycles * SAMPLES
+    rows = fourier_rows(motion.phase[-samples:] / cycles, orders)
+    found = 2.0 / samples * rows.T @ motion.displacement[-samples:]
+    found[0] *= 0.5
+    return np.asarray(found)
+
+
+def _drive(oscillator: Oscillator, speed: float, rate: float) -> Drive:
+    inverse = np.linalg.inv(oscillator.mass)
+    rows = np.ascontiguousarray(-inverse @ np.hstack([oscillator.stiffness, oscillator.damping]))
+    return Drive(rows, inverse @ oscillator.load, -inverse @ oscillator.lever, oscillator.lever, 0.0, speed, rate)
+
+
+def _floor(start: FloatArray, speed: float) -> FloatArray:
+    """Size below which displacements and velocities need no digits of their own."""
+    half = len(start) // 2
+    size = max(float(np.abs(start[:half]).max()), float(np.abs(start[half:]).max()) / speed)
+    return np.repeat([size, size * speed], half)

@@ -1,0 +1,98 @@
+"""Motion of twice the period, which branches off where a Floquet multiplier passes -1."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pmor.arrays import FloatArray
+from pmor.dynamics.continuation import Branch, Follower, Point, trace
+from pmor.dynamics.harmonic_balance import Balance, fourier_rows, rms
+from pmor.dynamics.stability import alternating, monodromy
+
+# First step off the branch, in the scaled space, and the share of motion between the old harmonics that is none.
+FIRST_STEP, VANISHED = 0.02, 0.005
+
+
+@dataclass(frozen=True)
+class Doubling:
+    """A place of a branch where a multiplier is -1.
+
+    Parameters
+    ----------
+    point : Point
+    """
+
+    point: Point
+
+
+def doublings(branch: Branch, follow: Follower) -> tuple[Doubling, ...]:
+    """Find where multipliers pass -1 along a branch: there det(monodromy + 1) changes its sign."""
+    values = [_distance(branch.balance, point) for point in branch.points]
+    found = []
+    for i in range(len(values) - 1):
+        if values[i] * values[i + 1] < 0.0:
+            point = branch.points[i]
+            between = follow.at(branch.points[i + 1].unknowns, branch.points[i + 1].speed)
+            step = float((between - follow.at(point.unknowns, point.speed)) @ point.tangent)
+            found.append(Doubling(follow.refine(point, step, lambda p: _distance(branch.balance, p))))
+    return tuple(found)
+
+
+def doubled_branch(doubling: Doubling, follow: Follower, limits: tuple[float, float]) -> Branch:
+    """Follow the motion of twice the period that begins at a doubling, until it ends at another one.
+
+    Parameters
+    ----------
+    doubling : Doubling
+    follow : Follower
+        Of the branch that it was found on.
+    limits : tuple of float
+        Least and largest mesh frequency.
+
+    Returns
+    -------
+    Branch
+        Its balance has twice the cycles.
+
+    Raises
+    ------
+    ConvergenceError
+        Where no such motion is found beside the doubling.
+    """
+    old, point = follow.balance, doubling.point
+    new = replace(old, cycles=2 * old.cycles)
+    twice = Follower(new, np.append(np.full(new.size, follow.scale[0]), follow.scale[-1]))
+    direction = np.append(_direction(old, new, point), 0.0)
+    start = twice.at(embedded(point.unknowns), point.speed)
+    off, _ = twice.correct(start + FIRST_STEP * direction, direction)
+    return trace(twice, off, limits, lambda p: between_orders(p.unknowns) < VANISHED * abs(p.unknowns[0]))
+
+
+def embedded(unknowns: FloatArray) -> FloatArray:
+    """Return motion as motion of twice the period: its harmonics become the even ones."""
+    orders = (len(unknowns) - 1) // 2
+    twice = np.zeros(4 * orders + 1)
+    twice[0], twice[3::4], twice[4::4] = unknowns[0], unknowns[1::2], unknowns[2::2]
+    return twice
+
+
+def between_orders(unknowns: FloatArray) -> float:
+    """Root mean square of the odd harmonics: what motion of twice the period has beyond that of the single one."""
+    odd = unknowns.copy()
+    odd[3::4] = odd[4::4] = 0.0
+    return float(rms(odd))
+
+
+def _distance(balance: Balance, point: Point) -> float:
+    grown = monodromy(balance, point.unknowns, point.speed)
+    return float(np.linalg.det(grown + np.eye(len(grown))))
+
+
+def _direction(old: Balance, new: Balance, point: Point) -> FloatArray:
+    """Return the disturbance that turns its sign from period to period, as unknowns of the doubled motion."""
+    phase, seen = alternating(old, point.unknowns, point.speed)
+    both = np.concatenate([phase, phase + 2.0 * np.pi * old.cycles]) / new.cycles
+    unknowns = fourier_rows(both, new.orders).T @ np.concatenate([seen, -seen])
+    return np.asarray(unknowns / np.linalg.norm(unknowns))
