@@ -115,6 +115,11 @@ class Follower:
         tangent = np.linalg.solve(bordered, np.append(np.zeros(len(y) - 1), 1.0))
         return Point(float(y[-1] * self.scale[-1]), y[:-1] * self.scale[:-1], tangent / np.linalg.norm(tangent))
 
+    def length(self, point: Point, further: Point) -> float:
+        """Length of the step along the tangent that leads from a point to a further one."""
+        apart = self.at(further.unknowns, further.speed) - self.at(point.unknowns, point.speed)
+        return float(apart @ point.tangent)
+
     def advance(self, point: Point, step: float) -> tuple[Point, int]:
         """Go a step along the tangent and correct; return the new point and the corrections it took.
 

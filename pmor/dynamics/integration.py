@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmor.arrays import FloatArray
-from pmor.dynamics.harmonic_balance import Balance, ForceLaw, fourier_rows
+from pmor.dynamics.harmonic_balance import Balance, ForceLaw, fourier_rows, harmonics_of
 from pmor.dynamics.kernels.laws import mesh_forces
 from pmor.dynamics.kernels.motion import DONE, Drive, move
 from pmor.dynamics.oscillator import Oscillator, motion_of
@@ -126,7 +126,7 @@ def run_through(
 def state_of(balance: Balance, unknowns: FloatArray, speed: float) -> FloatArray:
     """Return displacements and velocities at phase 0 of motion that harmonic balance found, (2n,)."""
     oscillator = balance.oscillator
-    coefficients = balance.to_frequency @ balance.forces(unknowns)[0]
+    coefficients = harmonics_of(balance.forces(unknowns)[0], balance.orders)
     frequency = speed * np.arange(1, balance.orders + 1) / balance.cycles
     moved = motion_of(oscillator, frequency, coefficients[1::2] - 1j * coefficients[2::2])
     bordered = np.vstack([oscillator.stiffness, oscillator.lever])

@@ -34,8 +34,7 @@ def doublings(branch: Branch, follow: Follower) -> tuple[Doubling, ...]:
     for i in range(len(values) - 1):
         if values[i] * values[i + 1] < 0.0:
             point = branch.points[i]
-            between = follow.at(branch.points[i + 1].unknowns, branch.points[i + 1].speed)
-            step = float((between - follow.at(point.unknowns, point.speed)) @ point.tangent)
+            step = follow.length(point, branch.points[i + 1])
             found.append(Doubling(follow.refine(point, step, lambda p: _distance(branch.balance, p))))
     return tuple(found)
 

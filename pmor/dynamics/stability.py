@@ -19,7 +19,7 @@ from pmor.dynamics.kernels.growth import grow
 from pmor.dynamics.kernels.laws import mesh_forces
 
 # Steps per mesh cycle, in two runs that are extrapolated, and samples of the slope per step.
-STEPS, SAMPLES = 512, 4
+STEPS, SAMPLES = 512, 16
 # A disturbance that grows by less per period is none: the accuracy of the multipliers.
 GROWTH = 1e-6
 
