@@ -1,4 +1,4 @@
-"""The response of a pair over its speed: all branches, which of them are stable, where motion jumps, where it is largest."""
+"""The response of a pair over its speed: all branches, what is stable, where motion jumps and where it is largest."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The pair in motion on a benchmark: x'' + 2 zeta x' + (1 + 0.2 cos wt) max(x, 0) = 1, through the code of the gears."""
+"""The pair in motion on a benchmark: x'' + 2 zeta x' + (1 + 0.2 cos wt) max(x, 0) = 1, by the code of the gears."""
 
 import numpy as np
 import pytest
@@ -133,7 +133,7 @@ def test_free_vibration_with_contact_loss_keeps_its_energy():
 
 
 def test_small_variation_gives_the_response_of_modal_theory():
-    """X = variation F / (1 - w^2 + 2 i zeta w): contact never parts, and the variation acts on the mean displacement."""
+    """X = variation F / (1 - w^2 + 2 i zeta w): no contact is lost, and the variation acts on the mean of x."""
     variation, zeta = 1e-5, 0.05
     law = BENCHMARK._replace(variation=variation)
     for speed in (0.3, 0.9, 1.0, 1.7):

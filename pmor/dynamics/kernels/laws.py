@@ -87,7 +87,8 @@ def _flank_force(law, phase, x):
     one = int(floor) % phases
     two = (one + 1) % phases
     a, b, c, d = _hermite(place - floor)
-    beyond = x - (a * law.touch[one, 0] + c * law.touch[two, 0] + step * (b * law.touch[one, 1] + d * law.touch[two, 1]))
+    low, high = law.touch[one], law.touch[two]
+    beyond = x - (a * low[0] + c * high[0] + step * (b * low[1] + d * high[1]))
     if beyond <= 0.0:
         return 0.0, 0.0
     s = np.sqrt(beyond / law.reach)

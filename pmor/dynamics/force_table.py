@@ -1,0 +1,114 @@
+"""A force law in a table: from forces at given displacements, periodic over the mesh cycle, smooth over the displacement.
+
+Knots are cubics over phase and s = sqrt((x - touch) / reach) with the slopes over s that the forces themselves have. What
+the table leaves out is measured where it errs most, between its knots, and is stated with it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmor.arrays import FloatArray
+from pmor.dynamics.kernels.laws import ForceTable, mesh_forces
+
+#: forces at a phase (rad) and at displacements along the line of action: (displacements,) to (displacements,)
+Forces = Callable[[float, FloatArray], FloatArray]
+
+# Where flanks first touch: intervals that a range is cut into, again and again.
+CUTS, ROUNDS = 32, 5
+# Displacements for the slope, over the distance from first touch.
+OFFSET = 1e-4
+# Of a stencil of five points for the derivative by the phase.
+STENCIL = np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / 12.0
+
+
+@dataclass(frozen=True)
+class TableError:
+    """Table less law, between knots, over the largest force.
+
+    Parameters
+    ----------
+    largest, rms : float
+    """
+
+    largest: float
+    rms: float
+
+
+def tabulate(
+    forces: Forces, lowest: float, highest: float, phases: int, displacements: int, backlash: float = np.inf
+) -> ForceTable:
+    """Tabulate a force law.
+
+    Parameters
+    ----------
+    forces : callable
+    lowest, highest : float
+        Displacements: flanks touch at none of the phases below the first, and at all of them below the second, up to
+        which the table reaches everywhere.
+    phases, displacements : int
+        Numbers of knots.
+    backlash : float
+        See `ForceTable`.
+
+    Returns
+    -------
+    ForceTable
+
+    Raises
+    ------
+    ValueError
+        Where the law gives no force, or none at `highest`.
+    """
+    angle = 2.0 * np.pi * np.arange(phases) / phases
+    touch = np.array([_first_touch(forces, phase, lowest, highest) for phase in angle])
+    reach = highest - touch.min()
+    s = np.linspace(0.0, 1.0, displacements)
+    knots = np.zeros((phases, displacements, 4))
+    for i, phase in enumerate(angle):
+        # The two on either side of a knot are not symmetric in s, but in the displacement.
+        beyond = reach * s[1:] ** 2
+        near = np.concatenate([beyond * (1.0 - OFFSET), beyond, beyond * (1.0 + OFFSET)])
+        below, at, above = forces(phase, touch[i] + near).reshape(3, -1)
+        knots[i, 1:, 0] = at
+        knots[i, 1:, 2] = (above - below) / (2.0 * OFFSET * beyond) * 2.0 * reach * s[1:]
+    if not np.isfinite(knots).all():
+        raise ValueError("the law gives no force somewhere in the range of the table")
+    knots[:, :, 1], knots[:, :, 3] = _by_phase(knots[:, :, 0]), _by_phase(knots[:, :, 2])
+    return ForceTable(np.column_stack([touch, _by_phase(touch)]), reach, knots, backlash)
+
+
+def table_error(table: ForceTable, forces: Forces, places: int, rng: np.random.Generator) -> TableError:
+    """Measure a table against its law at so many phases, drawn at random, and at as many displacements at each."""
+    differences, top = [], 0.0
+    low = table.touch[:, 0].min()
+    for phase in rng.uniform(0.0, 2.0 * np.pi, places):
+        x = low + table.reach * (1.0 - 1e-9) * rng.uniform(0.0, 1.0, places)
+        exact, found, slope = forces(phase, x), np.empty(places), np.empty(places)
+        mesh_forces(table, np.full(places, phase), x, found, slope)
+        differences.append(found - exact)
+        top = max(top, float(exact.max()))
+    error = np.concatenate(differences) / top
+    return TableError(float(np.abs(error).max()), float(np.sqrt((error**2).mean())))
+
+
+def _first_touch(forces: Forces, phase: float, lowest: float, highest: float) -> float:
+    """Find the displacement above which there is a force."""
+    low, high = lowest, highest
+    for _ in range(ROUNDS):
+        x = np.linspace(low, high, CUTS + 1)
+        carries = forces(phase, x) > 0.0
+        if carries[0] or not carries[-1]:
+            raise ValueError(f"flanks do not first touch between displacements {lowest:g} and {highest:g}")
+        first = int(carries.argmax())
+        low, high = x[first - 1], x[first]
+    return 0.5 * float(low + high)
+
+
+def _by_phase(values: FloatArray) -> FloatArray:
+    """Derivative by the phase of values at even steps over the cycle, along the first axis."""
+    step = 2.0 * np.pi / len(values)
+    return np.asarray(sum(w * np.roll(values, 2 - k, axis=0) for k, w in enumerate(STENCIL)) / step)
