@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmor.arrays import FloatArray
-from pmor.dynamics.kernels.laws import ForceTable, mesh_forces
+from pmor.dynamics.force_law import forces_at
+from pmor.dynamics.kernels.laws import ForceTable
 
 #: forces at a phase (rad) and at displacements along the line of action: (displacements,) to (displacements,)
 Forces = Callable[[float, FloatArray], FloatArray]
@@ -87,9 +88,8 @@ def table_error(table: ForceTable, forces: Forces, places: int, rng: np.random.G
     low = table.touch[:, 0].min()
     for phase in rng.uniform(0.0, 2.0 * np.pi, places):
         x = low + table.reach * (1.0 - 1e-9) * rng.uniform(0.0, 1.0, places)
-        exact, found, slope = forces(phase, x), np.empty(places), np.empty(places)
-        mesh_forces(table, np.full(places, phase), x, found, slope)
-        differences.append(found - exact)
+        exact = forces(phase, x)
+        differences.append(forces_at(table, np.full(places, phase), x)[0] - exact)
         top = max(top, float(exact.max()))
     error = np.concatenate(differences) / top
     return TableError(float(np.abs(error).max()), float(np.sqrt((error**2).mean())))

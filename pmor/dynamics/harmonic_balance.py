@@ -17,11 +17,9 @@ from functools import cached_property
 import numpy as np
 
 from pmor.arrays import FloatArray
-from pmor.dynamics.kernels.laws import ForceTable, VaryingStiffness, mesh_forces
+from pmor.dynamics.force_law import ForceLaw, forces_at
 from pmor.dynamics.oscillator import Oscillator, mesh_stiffness_of, static_stiffness_of
 from pmor.errors import ConvergenceError
-
-ForceLaw = VaryingStiffness | ForceTable
 
 # Samples per mesh cycle. Where flanks part between two of them the force has a kink: at 320 samples that alone made
 # folds of 2e-4 of the frequency at the sharp tip of a resonance of 2 % damping.
@@ -82,10 +80,7 @@ class Balance:
 
     def forces(self, unknowns: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Mesh forces at `phase`, and their derivatives by the displacement."""
-        x = self.displacement(unknowns)
-        force, slope = np.empty_like(x), np.empty_like(x)
-        mesh_forces(self.law, self.phase, x, force, slope)
-        return force, slope
+        return forces_at(self.law, self.phase, self.displacement(unknowns))
 
     def residual(self, unknowns: FloatArray, speed: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Residual of (1) at a mesh frequency, its derivatives by the unknowns, and by the frequency.

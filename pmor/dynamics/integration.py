@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmor.arrays import FloatArray
-from pmor.dynamics.harmonic_balance import Balance, ForceLaw, fourier_rows, harmonics_of
-from pmor.dynamics.kernels.laws import mesh_forces
+from pmor.dynamics.force_law import ForceLaw, forces_at
+from pmor.dynamics.harmonic_balance import Balance, harmonics_of
 from pmor.dynamics.kernels.motion import DONE, Drive, move
 from pmor.dynamics.oscillator import Oscillator, motion_of
 from pmor.errors import ConvergenceError
@@ -102,9 +102,7 @@ def integrate(
     if status != DONE:
         raise ConvergenceError(f"between mesh frequencies {first:.6g} and {last:.6g} the motion leaves the force law")
     along = seen[:, : oscillator.size] @ oscillator.lever
-    force, slope = np.empty_like(along), np.empty_like(along)
-    mesh_forces(law, phase, along, force, slope)
-    return Motion(phase, first + rate * times, seen, along, force, steps)
+    return Motion(phase, first + rate * times, seen, along, forces_at(law, phase, along)[0], steps)
 
 
 def run_through(
@@ -134,15 +132,6 @@ def state_of(balance: Balance, unknowns: FloatArray, speed: float) -> FloatArray
     mean = np.linalg.lstsq(bordered, right, rcond=None)[0]
     velocity = (1j * frequency[:, None] * moved).real.sum(axis=0)
     return np.concatenate([mean + moved.real.sum(axis=0), velocity])
-
-
-def orders_of(motion: Motion, cycles: int, orders: int) -> FloatArray:
-    """Return mean, cosines and sines of the displacement over the last so many cycles."""
-    samples = cycles * SAMPLES
-    rows = fourier_rows(motion.phase[-samples:] / cycles, orders)
-    found = 2.0 / samples * rows.T @ motion.displacement[-samples:]
-    found[0] *= 0.5
-    return np.asarray(found)
 
 
 def _drive(oscillator: Oscillator, speed: float, rate: float) -> Drive:

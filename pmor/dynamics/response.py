@@ -8,7 +8,8 @@ import numpy as np
 
 from pmor.arrays import BoolArray, FloatArray
 from pmor.dynamics.continuation import Branch, Fold, Follower, Point, first_point, follower, trace
-from pmor.dynamics.harmonic_balance import Balance, ForceLaw, rest, rms, solve_at
+from pmor.dynamics.force_law import ForceLaw
+from pmor.dynamics.harmonic_balance import Balance, rest, rms, solve_at
 from pmor.dynamics.oscillator import Oscillator
 from pmor.dynamics.period_doubling import Doubling, doubled_branch, doublings
 from pmor.dynamics.stability import is_stable

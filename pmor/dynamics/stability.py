@@ -14,9 +14,9 @@ import numpy as np
 from scipy.linalg import expm
 
 from pmor.arrays import FloatArray
+from pmor.dynamics.force_law import forces_at
 from pmor.dynamics.harmonic_balance import Balance, fourier_rows
 from pmor.dynamics.kernels.growth import grow
-from pmor.dynamics.kernels.laws import mesh_forces
 
 # Steps per mesh cycle, in two runs that are extrapolated, and samples of the slope per step.
 STEPS, SAMPLES = 512, 16
@@ -63,9 +63,7 @@ def _grown(
     h = 2.0 * np.pi / steps / speed
     count = balance.cycles * steps
     phase = 2.0 * np.pi * (np.arange(SAMPLES * count) + 0.5) / (SAMPLES * steps)
-    force, slope = np.empty_like(phase), np.empty_like(phase)
-    displacement = _rows(len(phase), balance.orders) @ unknowns
-    mesh_forces(balance.law, phase, displacement, force, slope)
+    _, slope = forces_at(balance.law, phase, _rows(len(phase), balance.orders) @ unknowns)
     inverse = np.linalg.inv(oscillator.mass)
     free = np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ oscillator.stiffness, -inverse @ oscillator.damping]])
     matrix = np.eye(2 * n) if start is None else np.array(start)

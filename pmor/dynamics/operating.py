@@ -1,0 +1,58 @@
+"""The pair at rest under its load, from its force law: what a frequency response is measured against."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.optimize import brentq
+
+from pmor.arrays import FloatArray
+from pmor.dynamics.force_law import ForceLaw, forces_at
+from pmor.dynamics.oscillator import Oscillator
+from pmor.errors import ConvergenceError
+
+# Phases of the mesh cycle that the stiffness is averaged over.
+PHASES = 512
+# Of the static displacement, over the interval in which it is looked for.
+TOLERANCE = 1e-12
+
+
+def static_displacement(law: ForceLaw, load: float, phase: FloatArray, interval: tuple[float, float]) -> FloatArray:
+    """Return the displacement along the line of action under a load at rest: the static transmission error.
+
+    Parameters
+    ----------
+    law : ForceLaw
+    load : float
+        Along the line of action, positive.
+    phase : ndarray, shape (n,)
+    interval : tuple of float
+        Displacements between which it lies.
+
+    Raises
+    ------
+    ConvergenceError
+        Where it does not lie there.
+    """
+
+    def excess(x: float, angle: float) -> float:
+        return float(forces_at(law, np.array([angle]), np.array([x]))[0][0]) - load
+
+    found = np.empty_like(phase)
+    for i, angle in enumerate(phase):
+        if not excess(interval[0], angle) < 0.0 < excess(interval[1], angle):
+            raise ConvergenceError(f"a load of {load:.6g} is not borne between {interval[0]:.6g} and {interval[1]:.6g}")
+        found[i] = brentq(excess, *interval, args=(angle,), xtol=TOLERANCE * (interval[1] - interval[0]))
+    return found
+
+
+def mean_stiffness(law: ForceLaw, load: float, interval: tuple[float, float]) -> float:
+    """Return the tangent stiffness of the mesh at rest under a load, its mean over the cycle."""
+    phase = 2.0 * np.pi / PHASES * np.arange(PHASES)
+    return float(forces_at(law, phase, static_displacement(law, load, phase, interval))[1].mean())
+
+
+def natural_frequencies(oscillator: Oscillator, mesh_stiffness: float) -> FloatArray:
+    """Return the angular natural frequencies of the undamped masses on bearings and a mesh of given stiffness, rising."""
+    mesh = mesh_stiffness * np.outer(oscillator.lever, oscillator.lever)
+    squares = np.linalg.eigvals(np.linalg.solve(oscillator.mass, oscillator.stiffness + mesh)).real
+    return np.sqrt(np.sort(np.maximum(squares, 0.0)))
