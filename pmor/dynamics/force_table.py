@@ -1,7 +1,7 @@
-"""A force law in a table: from forces at given displacements, periodic over the mesh cycle, smooth over the displacement.
+"""A force law in a table: from forces at given displacements, periodic over the cycle, smooth over the displacement.
 
-Knots are cubics over phase and s = sqrt((x - touch) / reach) with the slopes over s that the forces themselves have. What
-the table leaves out is measured where it errs most, between its knots, and is stated with it.
+Between knots run cubics over phase and s = sqrt((x - touch) / reach), with the slopes over s that the forces themselves
+have. What the table leaves out is measured between its knots.
 """
 
 from __future__ import annotations

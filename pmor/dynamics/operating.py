@@ -52,7 +52,7 @@ def mean_stiffness(law: ForceLaw, load: float, interval: tuple[float, float]) ->
 
 
 def natural_frequencies(oscillator: Oscillator, mesh_stiffness: float) -> FloatArray:
-    """Return the angular natural frequencies of the undamped masses on bearings and a mesh of given stiffness, rising."""
+    """Return the angular natural frequencies, rising, of the masses on bearings and a mesh of given stiffness."""
     mesh = mesh_stiffness * np.outer(oscillator.lever, oscillator.lever)
     squares = np.linalg.eigvals(np.linalg.solve(oscillator.mass, oscillator.stiffness + mesh)).real
     return np.sqrt(np.sort(np.maximum(squares, 0.0)))

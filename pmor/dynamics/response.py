@@ -20,43 +20,41 @@ from pmor.errors import ConvergenceError
 HARMONICS = 20
 
 
+# Of the unknowns, when two motions at one frequency are the same.
+SAME = 1e-6
+
+
 @dataclass(frozen=True)
 class Response:
     """Periodic motions between two mesh frequencies.
 
     Parameters
     ----------
-    main : Branch
-        Of the period of the mesh, from the upper limit of the frequency.
-    doubled : tuple of Branch
-        Of twice the period.
-    doublings : tuple of Doubling
-        Where they begin.
-    lost : tuple of str
-        Why motion of twice the period was not found where it begins.
+    branches : tuple of Branch
+        The one from the upper limit of the frequency downwards; where it does not pass the motion that begins near rest
+        at the lower limit, the one from there upwards; then those of twice the period.
     stable : tuple of ndarray of bool
-        By point, of `main` and of each of `doubled`.
+        By point, of each branch.
+    doublings : tuple of Doubling
+        Where branches of twice the period begin.
+    lost : tuple of str
+        What was not found, and why.
     """
 
-    main: Branch
-    doubled: tuple[Branch, ...]
+    branches: tuple[Branch, ...]
+    stable: tuple[BoolArray, ...]
     doublings: tuple[Doubling, ...]
     lost: tuple[str, ...]
-    stable: tuple[BoolArray, ...]
-
-    @property
-    def branches(self) -> tuple[Branch, ...]:
-        """All of them, the main one first."""
-        return (self.main, *self.doubled)
 
     @property
     def folds(self) -> tuple[Fold, ...]:
-        """Of the main branch, in its order."""
-        return self.main.folds
+        """Of motion that repeats with the mesh, by rising frequency."""
+        found = [fold for branch in self.branches if branch.balance.cycles == 1 for fold in branch.folds]
+        return tuple(sorted(found, key=lambda fold: fold.point.speed))
 
 
 def response(oscillator: Oscillator, law: ForceLaw, limits: tuple[float, float]) -> Response:
-    """Follow periodic motion from the upper mesh frequency down to the lower one, and what branches off it.
+    """Follow periodic motion from both ends of the frequency, and what branches off it.
 
     Parameters
     ----------
@@ -77,16 +75,30 @@ def response(oscillator: Oscillator, law: ForceLaw, limits: tuple[float, float])
     balance = Balance(oscillator, law, cycles=1, harmonics=HARMONICS)
     start = solve_at(balance, limits[1], rest(balance))
     follow = follower(balance, start, limits[1])
-    main = trace(follow, first_point(follow, start, limits[1], upwards=False), limits)
-    places = doublings(main, follow)
-    doubled, lost = [], []
+    lost: list[str] = []
+    branches = [trace(follow, first_point(follow, start, limits[1], upwards=False), limits)]
+    branches += _from_below(follow, branches[0], limits, lost)
+    places = [place for branch in branches for place in doublings(branch, follow)]
     for place in places:
         try:
-            doubled.append(doubled_branch(place, follow, limits))
+            branches.append(doubled_branch(place, follow, limits))
         except ConvergenceError as error:
-            lost.append(f"at mesh frequency {place.point.speed:.6g}: {error}")
-    stable = tuple(stability_of(branch) for branch in (main, *doubled))
-    return Response(main, tuple(doubled), places, tuple(lost), stable)
+            lost.append(f"twice the period at mesh frequency {place.point.speed:.6g}: {error}")
+    return Response(tuple(branches), tuple(map(stability_of, branches)), tuple(places), tuple(lost))
+
+
+def _from_below(follow: Follower, main: Branch, limits: tuple[float, float], lost: list[str]) -> list[Branch]:
+    """Follow the motion that begins near rest at the lower limit, unless the main branch comes there."""
+    balance, low = follow.balance, limits[0]
+    try:
+        start = solve_at(balance, low, rest(balance))
+        end = solve_at(balance, low, main.points[-1].unknowns) if main.points[-1].speed < low else None
+    except ConvergenceError as error:
+        lost.append(f"motion at the lower limit: {error}")
+        return []
+    if end is not None and np.linalg.norm(end - start) <= SAME * np.linalg.norm(start):
+        return []
+    return [trace(follow, first_point(follow, start, low, upwards=True), limits)]
 
 
 def stability_of(branch: Branch) -> BoolArray:

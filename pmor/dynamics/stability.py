@@ -1,9 +1,9 @@
 """Stability of periodic motion: Floquet multipliers from the growth of disturbances over a period.
 
 A disturbance y of the motion obeys M y'' + C y' + K y + l F'(psi, x(psi)) l . y = 0. What its 2n independent solutions
-become after a period is the monodromy matrix; motion is stable where no eigenvalue of it is outside the unit circle. One
-that leaves it at 1 makes a fold, at -1 motion of twice the period (Nayfeh & Balachandran, Applied Nonlinear Dynamics,
-1995, ch. 7).
+become after a period is the monodromy matrix; motion is stable where no eigenvalue of it is outside the unit circle.
+One that leaves it at 1 makes a fold, at -1 motion of twice the period (Nayfeh & Balachandran, Applied Nonlinear
+Dynamics, 1995, ch. 7).
 """
 
 from __future__ import annotations
