@@ -20,7 +20,7 @@ from pmor.errors import ConvergenceError
 # Samples per mesh cycle, and cycles that are integrated at a time.
 SAMPLES, CYCLES_PER_PIECE = 64, 100
 # Error allowed per step, relative to the state.
-TOLERANCE = 1e-10
+TOLERANCE = 1e-9
 # Steps per sample to begin with.
 FIRST_SHARE = 0.25
 

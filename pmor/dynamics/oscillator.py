@@ -95,9 +95,7 @@ def static_stiffness_of(oscillator: Oscillator) -> tuple[float, float]:
     return -float(found[n, 1]), float(found[n, 0])
 
 
-def motion_of(
-    oscillator: Oscillator, frequency: FloatArray, forces: NDArray[np.complex128]
-) -> NDArray[np.complex128]:
+def motion_of(oscillator: Oscillator, frequency: FloatArray, forces: NDArray[np.complex128]) -> NDArray[np.complex128]:
     """Return the amplitudes of all degrees of freedom under the mesh forces of frequencies, (k, n)."""
     w = np.asarray(frequency, dtype=float)[:, None, None]
     impedance = oscillator.stiffness - w**2 * oscillator.mass + 1j * w * oscillator.damping

@@ -27,9 +27,17 @@ class Doubling:
     point: Point
 
 
-def doublings(branch: Branch, follow: Follower) -> tuple[Doubling, ...]:
-    """Find where multipliers pass -1 along a branch: there det(monodromy + 1) changes its sign."""
-    values = [_distance(branch.balance, point) for point in branch.points]
+def doublings(branch: Branch, follow: Follower, grown: FloatArray) -> tuple[Doubling, ...]:
+    """Find where multipliers pass -1 along a branch: there det(monodromy + 1) changes its sign.
+
+    Parameters
+    ----------
+    branch : Branch
+    follow : Follower
+    grown : ndarray, shape (points, 2n, 2n)
+        Monodromy matrices along the branch.
+    """
+    values = np.linalg.det(grown + np.eye(grown.shape[1]))
     found = []
     for i in range(len(values) - 1):
         if values[i] * values[i + 1] < 0.0:

@@ -12,7 +12,7 @@ from pmor.dynamics.force_law import ForceLaw
 from pmor.dynamics.harmonic_balance import Balance, rest, rms, solve_at
 from pmor.dynamics.oscillator import Oscillator
 from pmor.dynamics.period_doubling import Doubling, doubled_branch, doublings
-from pmor.dynamics.stability import is_stable
+from pmor.dynamics.stability import monodromy, stability_of
 from pmor.errors import ConvergenceError
 
 # Harmonics of the mesh frequency: on the benchmark the last quarter of them makes 4e-5 of the motion where it is
@@ -78,13 +78,15 @@ def response(oscillator: Oscillator, law: ForceLaw, limits: tuple[float, float])
     lost: list[str] = []
     branches = [trace(follow, first_point(follow, start, limits[1], upwards=False), limits)]
     branches += _from_below(follow, branches[0], limits, lost)
-    places = [place for branch in branches for place in doublings(branch, follow)]
+    grown = [monodromies(branch) for branch in branches]
+    places = [place for i, branch in enumerate(branches) for place in doublings(branch, follow, grown[i])]
     for place in places:
         try:
             branches.append(doubled_branch(place, follow, limits))
+            grown.append(monodromies(branches[-1]))
         except ConvergenceError as error:
             lost.append(f"twice the period at mesh frequency {place.point.speed:.6g}: {error}")
-    return Response(tuple(branches), tuple(map(stability_of, branches)), tuple(places), tuple(lost))
+    return Response(tuple(branches), tuple(map(stability_of, grown)), tuple(places), tuple(lost))
 
 
 def _from_below(follow: Follower, main: Branch, limits: tuple[float, float], lost: list[str]) -> list[Branch]:
@@ -101,9 +103,9 @@ def _from_below(follow: Follower, main: Branch, limits: tuple[float, float], los
     return [trace(follow, first_point(follow, start, low, upwards=True), limits)]
 
 
-def stability_of(branch: Branch) -> BoolArray:
-    """Whether the motions along a branch are stable, (points,)."""
-    return np.array([is_stable(branch.balance, point.unknowns, point.speed) for point in branch.points])
+def monodromies(branch: Branch) -> FloatArray:
+    """Return the growth of disturbances over a period at all points of a branch, (points, 2n, 2n)."""
+    return np.array([monodromy(branch.balance, point.unknowns, point.speed) for point in branch.points])
 
 
 def largest(branch: Branch, follow: Follower) -> Point:

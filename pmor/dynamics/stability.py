@@ -13,7 +13,7 @@ from functools import lru_cache
 import numpy as np
 from scipy.linalg import expm
 
-from pmor.arrays import FloatArray
+from pmor.arrays import BoolArray, FloatArray
 from pmor.dynamics.force_law import forces_at
 from pmor.dynamics.harmonic_balance import Balance, fourier_rows
 from pmor.dynamics.kernels.growth import grow
@@ -36,9 +36,9 @@ def multipliers(balance: Balance, unknowns: FloatArray, speed: float) -> FloatAr
     return np.asarray(found[np.argsort(-np.abs(found))])
 
 
-def is_stable(balance: Balance, unknowns: FloatArray, speed: float) -> bool:
-    """Whether small disturbances die out, or at least do not grow."""
-    return bool(abs(multipliers(balance, unknowns, speed)[0]) <= 1.0 + GROWTH)
+def stability_of(grown: FloatArray) -> BoolArray:
+    """Whether small disturbances die out, or at least do not grow, by monodromy matrices (points, 2n, 2n)."""
+    return np.asarray(np.abs(np.linalg.eigvals(grown)).max(axis=1) <= 1.0 + GROWTH)
 
 
 def alternating(balance: Balance, unknowns: FloatArray, speed: float) -> tuple[FloatArray, FloatArray]:

@@ -24,6 +24,7 @@ from pmor_online.line_sweep import line_force_law, sweep_line_loads
 from pmor_online.model import reduced_pair
 from tests.small_case import case_text
 
+
 def forces_of(reduced, built):
     """Forces along the line of action (N) at a phase and displacements (mm)."""
     radius, pitch = reduced.meshed.pair.pinion.base_radius, reduced.meshed.pair.pitch

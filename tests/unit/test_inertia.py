@@ -1,0 +1,23 @@
+"""Inertias of gears as discs."""
+
+import numpy as np
+
+from pmor.dynamics.inertia import Inertia, disc, equivalent_mass
+
+
+def test_the_steel_discs_of_the_ohio_pair_weigh_what_its_papers_say():
+    gear = disc(75.0, 0.0, 20.0, 7810.0)
+    np.testing.assert_allclose([gear.mass_kg, gear.polar_kg_m2], [2.760, 0.007763], rtol=2e-4)
+
+
+def test_a_ring_is_its_disc_without_the_bore():
+    ring, whole, bore = (disc(*radii, 20.0, 7810.0) for radii in ((75.0, 25.0), (75.0, 0.0), (25.0, 0.0)))
+    np.testing.assert_allclose(ring.mass_kg, whole.mass_kg - bore.mass_kg, rtol=1e-14)
+    np.testing.assert_allclose(ring.polar_kg_m2, whole.polar_kg_m2 - bore.polar_kg_m2, rtol=1e-14)
+
+
+def test_the_mass_along_the_line_of_action_is_that_of_two_masses_on_it():
+    """1 / m is the sum of 1 / (I / rb^2), in t."""
+    pinion, wheel = Inertia(1.0, 0.002), Inertia(5.0, 0.03)
+    exact = 1e-3 / (0.05**2 / 0.002 + 0.11**2 / 0.03)
+    np.testing.assert_allclose(equivalent_mass(pinion, wheel, (50.0, 110.0)), exact, rtol=1e-14)
