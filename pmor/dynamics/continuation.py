@@ -194,7 +194,8 @@ def trace(
     Branch
         Its last point may lie outside the limits, by less than a step.
     """
-    points, folds, step = [start], [], FIRST_STEP
+    points, step = [start], FIRST_STEP
+    folds: list[Fold] = []
     while len(points) < MAX_POINTS:
         last = points[-1]
         try:

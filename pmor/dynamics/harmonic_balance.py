@@ -63,7 +63,7 @@ class Balance:
     @cached_property
     def phase(self) -> FloatArray:
         """Phases of the mesh at which forces are evaluated, over the whole period."""
-        return 2.0 * np.pi / SAMPLES * np.arange(SAMPLES * self.cycles)
+        return np.asarray(2.0 * np.pi / SAMPLES * np.arange(SAMPLES * self.cycles), dtype=float)
 
     @cached_property
     def at_rest(self) -> tuple[float, float]:

@@ -47,7 +47,7 @@ def static_displacement(law: ForceLaw, load: float, phase: FloatArray, interval:
 
 def mean_stiffness(law: ForceLaw, load: float, interval: tuple[float, float]) -> float:
     """Return the tangent stiffness of the mesh at rest under a load, its mean over the cycle."""
-    phase = 2.0 * np.pi / PHASES * np.arange(PHASES)
+    phase = np.asarray(2.0 * np.pi / PHASES * np.arange(PHASES), dtype=float)
     return float(forces_at(law, phase, static_displacement(law, load, phase, interval))[1].mean())
 
 

@@ -21,19 +21,9 @@ from pmor.pair.conditions import built_of
 from pmor.pair.model import elastic_model, mesh_model
 from pmor_offline.train import train
 from pmor_online.line_sweep import line_force_law, sweep_line_loads
+from pmor_online.mesh_force import mesh_force_of
 from pmor_online.model import reduced_pair
 from tests.small_case import case_text
-
-
-def forces_of(reduced, built):
-    """Forces along the line of action (N) at a phase and displacements (mm)."""
-    radius, pitch = reduced.meshed.pair.pinion.base_radius, reduced.meshed.pair.pitch
-
-    def forces(phase, x):
-        law = line_force_law(reduced, np.array([phase / (2.0 * np.pi) * pitch]), list(np.asarray(x) / radius), built)
-        return 1e3 / radius * law.torque_Nm[:, 0]
-
-    return forces
 
 
 @cache
@@ -46,11 +36,11 @@ def small_pair():
 
 @cache
 def small_table():
-    return tabulate(forces_of(small_pair(), PLAIN), -0.01, 0.05, 100, 50)
+    return tabulate(mesh_force_of(small_pair(), PLAIN), -0.01, 0.05, 100, 50)
 
 
 def test_a_table_is_its_force_law_within_the_error_that_it_states(rng):
-    found = table_error(small_table(), forces_of(small_pair(), PLAIN), 25, rng)
+    found = table_error(small_table(), mesh_force_of(small_pair(), PLAIN), 25, rng)
     assert found.rms < 3e-4
     assert found.largest < 3e-3  # where a second pair comes into contact; falls with the square of the knots
 
@@ -126,5 +116,5 @@ def ohio_table(relieved):
     built = built_of(case)
     assert built.pinion != Modification()
     pair = reduced.meshed.pair
-    table = tabulate(forces_of(reduced, built if relieved else PLAIN), -0.03, 0.06, 400, 100)
+    table = tabulate(mesh_force_of(reduced, built if relieved else PLAIN), -0.03, 0.06, 400, 100)
     return table, (pair.pinion.base_radius, pair.wheel.base_radius), disc(75.0, 0.0, 20.0, 7810.0)

@@ -130,7 +130,7 @@ def mesh_force(law, phase, x):
 
 @overload(mesh_force)
 def _compiled_mesh_force(law, phase, x):
-    if isinstance(law, types.BaseNamedTuple) and law.instance_class in _KERNELS:
+    if isinstance(law, types.NamedTuple | types.NamedUniTuple) and law.instance_class in _KERNELS:
         kernel = _KERNELS[law.instance_class]
         return lambda law, phase, x: kernel(law, phase, x)
     return None
