@@ -31,6 +31,7 @@ RESUME_HINTS = {
     "stability": KEPT,
     "convergence": KEPT,
     "reductions": KEPT,
+    "dynamics": KEPT,
 }
 SMALLER = "lower the elements, the angles or the torques of the case"
 USUAL_HINT = "no file was left half written; the same command starts again"
@@ -144,6 +145,12 @@ def build_parser() -> argparse.ArgumentParser:
     _add_out(reductions, "--out", "out/<name of the case>_reductions")
     _add_jobs(reductions, "unseen states")
     _add_overwrite(reductions)
+
+    dynamics = command("dynamics", "the pair in motion: frequency response, run-up and run-down, dynamic factor")
+    _add_case(dynamics)
+    _add_out(dynamics, "--out", "out/<name of the case>_dynamics")
+    _add_jobs(dynamics, "torques")
+    _add_overwrite(dynamics)
 
     bench = command("bench", "run time by phase and by size")
     _add_case(bench)

@@ -239,6 +239,31 @@ def reductions(case_path: Path, out: Path | None = None, jobs: int = 1, overwrit
         raise ConvergenceError(f"{len(result.failures)} states did not converge, first: {result.failures[0]}", [])
 
 
+def dynamics(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False) -> None:
+    """Find the motion of a pair over its speed: frequency response, run-up and run-down under each torque."""
+    from pmor.threads import use_one_thread
+
+    use_one_thread()  # before anything loads numpy
+    from pmor.case import load_case
+    from pmor.errors import ConvergenceError
+    from pmor.lab.core.parts import PARTS
+    from pmor.lab.dynamics.output import FILES, dynamics_text, write_dynamics
+    from pmor.lab.dynamics.run import reduced_of, run_dynamics
+    from pmor.storage.results_folder import default_folder, results_folder
+
+    case = load_case(case_path)
+    reduced = reduced_of(case)
+    folder = out or default_folder(case.name, "_dynamics")
+    with results_folder(folder, FILES, (PARTS,), overwrite, (case_path,)):
+        found = run_dynamics(case, reduced, folder, jobs, announce=lambda text: print(text, flush=True))
+        _start_results(folder, case.text)
+        write_dynamics(found, folder)
+    print(dynamics_text(found))
+    print(f"  results in {folder}")
+    if found.failures:
+        raise ConvergenceError(f"{len(found.failures)} torques have no response, first: {found.failures[0]}", [])
+
+
 def bench(case_path: Path, json_path: Path, jobs: int = 2, overwrite: bool = False) -> None:
     """Measure run times by phase and by size, as ratios to an earlier measurement where there is one."""
     from pmor.threads import use_one_thread

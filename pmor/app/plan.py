@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 
 from pmor.app.left_out import computed, left_out, remarks, scene
 from pmor.case import Case, condition_words, describe, model_names, other_models, short_list
+from pmor.case.document import GEARS
 from pmor.case.live_page import asks_for_live_page, takes_whole_width, why_not_live
 from pmor.case.width import intervals_across, meshed_width
 from pmor.memory import memory_text
@@ -18,10 +19,17 @@ from pmor.progress import format_time
 NOT_WRITTEN = {
     "compare.models": "the case's own alone",
     "contact.edge_normals": "of the scheme",
+    "dynamics.backlash_um": "backs of teeth left out",
+    "dynamics.mesh_damping_N_s_mm": "by the ratio",
+    "dynamics.mesh_frequency_Hz": "by the ratio",
+    **{f"dynamics.{gear}_{key}": "of a solid disc" for gear in GEARS for key in ("inertia_kg_m2", "mass_kg")},
+    **{f"dynamics.{gear}_{key}": "rigid" for gear in GEARS
+       for key in ("bearing_stiffness_N_um", "tilting_stiffness_kNm_rad")},
+    **{f"dynamics.{gear}_bearing_damping_N_s_mm": "by the ratio" for gear in GEARS},
     "pair.centre_distance_mm": "without backlash",
     "pinion.face_width_mm": "of the pair",
     "wheel.face_width_mm": "of the pair",
-}
+}  # fmt: skip
 
 
 def plan_parts(case: Case) -> Iterator[str]:

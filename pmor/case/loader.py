@@ -12,6 +12,7 @@ from pmor.case.schema import (
     CompareCase,
     ConditionCase,
     ContactCase,
+    DynamicsCase,
     GearCase,
     LoadCase,
     MeshCase,
@@ -44,6 +45,7 @@ SECTIONS: dict[str, type] = {
     "online": OnlineCase,
     "compare": CompareCase,
     "results": ResultsCase,
+    "dynamics": DynamicsCase,
     "output": OutputCase,
 }
 
@@ -52,6 +54,7 @@ OFFLINE_TORQUES = (0.2, 0.7, 1.8)
 ONLINE_TORQUES = (1.0,)
 COMPARE_TORQUES = (0.3, 1.0, 1.6)
 HARRIS_TORQUES = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
+DYNAMICS_TORQUES = (1.0,)
 # Line contact needs no training.
 DEFAULT_SHAPES = {"line": "line_loads"}
 OTHER_SHAPES = "flank_lines"
@@ -138,6 +141,7 @@ def parse_case(text: str, name: str, where: str, folder: Path | None = None) -> 
         online=section("online", torques_Nm=_multiples(torque_Nm, ONLINE_TORQUES)),
         compare=section("compare", torques_Nm=_multiples(torque_Nm, COMPARE_TORQUES)),
         results=section("results", harris_torques_Nm=_multiples(torque_Nm, HARRIS_TORQUES)),
+        dynamics=section("dynamics", torques_Nm=_multiples(torque_Nm, DYNAMICS_TORQUES)),
         output=section("output"),
         text=text,
     )

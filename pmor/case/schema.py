@@ -8,19 +8,24 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from pmor.flank import UNMODIFIED, Modification
-from pmor.ranges import METRES, PASCALS, RADIANS, Range
+from pmor.ranges import GRAMS_PER_CM3, METRES, PASCALS, RADIANS, Range
 
 Length = Annotated[float, Range(1e-3, 1e5, "mm", mistaken_for=(METRES,))]
 Torque = Annotated[float, Range(0.0, 1e12, "N m", low_excluded=True)]
 Torques = Annotated[tuple[float, ...], Range(0.0, 1e12, "N m", low_excluded=True)]
 Deviation = Annotated[float, Range(-1000.0, 1000.0, "um")]
 Deviations = Annotated[tuple[float, ...], Range(-1000.0, 1000.0, "um")]
+Inertia = Annotated[float, Range(0.0, 1e9, "kg m2", low_excluded=True)]
 Positions = Annotated[int, Range(4, 10_000)]
 Subdivisions = Annotated[int, Range(1, 64)]
 Width = Literal["half", "whole", "plane_strain"]
 Scheme = Literal["line", "strip", "direct", "paper", "facet"]
 Shapes = Literal["line_loads", "flank_lines", "positions", "pod", "global_pod", "static_modes"]
 PictureFormat = Literal["png", "svg", "pdf"]
+# Of each direction in its place.
+BEARING_STIFFNESS = Range(0.0, 1e12, "N/um", low_excluded=True, in_order=True)
+BEARING_DAMPING = Range(0.0, 1e9, "N s/mm", in_order=True)
+TILTING_STIFFNESS = Range(0.0, 1e12, "kN m/rad", low_excluded=True, in_order=True)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -335,6 +340,75 @@ class OnlineCase:
 
 
 @dataclass(frozen=True, kw_only=True)
+class DynamicsCase:
+    """The pair in motion (section `[dynamics]`, of `pmor dynamics`).
+
+    Lists by direction: x across the plane of the axes, y along the line of centres, with twelve degrees of freedom z
+    along the axis too.
+
+    Parameters
+    ----------
+    torques_Nm : tuple of float
+        Mean torques in N m, increasing; a frequency response each.
+    degrees_of_freedom : int
+        1: both gears against each other along the line of action. 6: with two displacements of each gear. 12: with an
+        axial one and two tilting ones of each as well, for helical pairs. Uniform rotation of both counts as one.
+    mesh_frequency_ratio : tuple of float
+        Lowest and highest mesh frequency, over the natural frequency.
+    mesh_frequency_Hz : tuple of float or None
+        The same in Hz; None is by the ratio.
+    damping_ratio : float
+        Of the mesh: 2 damping_ratio sqrt(k m) is its damping, k the mean stiffness, m the mass on the line of action.
+    mesh_damping_N_s_mm : float or None
+        Damping of the mesh in N s/mm; None is by the ratio.
+    backlash_um : float or None
+        Along the line of action, um: so far apart the backs of teeth touch. None is without backs of teeth: motion
+        tells how far the flanks part.
+    density_kg_m3 : float
+        Of both gears, in kg/m3.
+    pinion_inertia_kg_m2, wheel_inertia_kg_m2 : float or None
+        Polar moment of inertia of a gear in kg m2; None is that of a solid disc of its reference diameter.
+    pinion_shaft_inertia_kg_m2, wheel_shaft_inertia_kg_m2 : float
+        What turns with a gear beside it, in kg m2.
+    pinion_mass_kg, wheel_mass_kg : float or None
+        Mass of a gear and what moves with it on its bearings, in kg; None is that of the disc.
+    pinion_bearing_stiffness_N_um, wheel_bearing_stiffness_N_um : tuple of float or None
+        Of the bearings of a gear together, by direction, in N/um; None is rigid.
+    pinion_bearing_damping_N_s_mm, wheel_bearing_damping_N_s_mm : tuple of float or None
+        Likewise, in N s/mm; None is by the ratio below.
+    pinion_tilting_stiffness_kNm_rad, wheel_tilting_stiffness_kNm_rad : tuple of float or None
+        About x and y, in kN m/rad; None is rigid.
+    bearing_damping_ratio : float
+        Of each gear on its bearings alone, in each direction.
+    run_cycles : int
+        Mesh cycles of the run-up, and of the run-down, integrated over time with evenly changing speed; 0: none.
+    """
+
+    torques_Nm: Torques
+    degrees_of_freedom: Annotated[int, Range(1, 12)] = 1
+    mesh_frequency_ratio: Annotated[tuple[float, ...], Range(1e-3, 100.0)] = (0.25, 1.4)
+    mesh_frequency_Hz: Annotated[tuple[float, ...], Range(1e-3, 1e7, "Hz")] | None = None
+    damping_ratio: Annotated[float, Range(0.0, 2.0, low_excluded=True)] = 0.02
+    mesh_damping_N_s_mm: Annotated[float, Range(0.0, 1e9, "N s/mm", low_excluded=True)] | None = None
+    backlash_um: Annotated[float, Range(0.0, 1e5, "um")] | None = None
+    density_kg_m3: Annotated[float, Range(100.0, 3e4, "kg/m3", mistaken_for=(GRAMS_PER_CM3,))] = 7810.0
+    pinion_inertia_kg_m2: Inertia | None = None
+    wheel_inertia_kg_m2: Inertia | None = None
+    pinion_shaft_inertia_kg_m2: Annotated[float, Range(0.0, 1e9, "kg m2")] = 0.0
+    wheel_shaft_inertia_kg_m2: Annotated[float, Range(0.0, 1e9, "kg m2")] = 0.0
+    pinion_mass_kg: Annotated[float, Range(0.0, 1e9, "kg", low_excluded=True)] | None = None
+    wheel_mass_kg: Annotated[float, Range(0.0, 1e9, "kg", low_excluded=True)] | None = None
+    pinion_bearing_stiffness_N_um: Annotated[tuple[float, ...], BEARING_STIFFNESS] | None = None
+    wheel_bearing_stiffness_N_um: Annotated[tuple[float, ...], BEARING_STIFFNESS] | None = None
+    pinion_bearing_damping_N_s_mm: Annotated[tuple[float, ...], BEARING_DAMPING] | None = None
+    wheel_bearing_damping_N_s_mm: Annotated[tuple[float, ...], BEARING_DAMPING] | None = None
+    pinion_tilting_stiffness_kNm_rad: Annotated[tuple[float, ...], TILTING_STIFFNESS] | None = None
+    wheel_tilting_stiffness_kNm_rad: Annotated[tuple[float, ...], TILTING_STIFFNESS] | None = None
+    bearing_damping_ratio: Annotated[float, Range(0.0, 2.0)] = 0.02
+    run_cycles: Annotated[int, Range(0, 10_000_000)] = 5000
+
+
+@dataclass(frozen=True, kw_only=True)
 class CompareCase:
     """Comparison of the reduced with the full model (section `[compare]`).
 
@@ -428,7 +502,7 @@ class Case:
         One line for the report.
     torque_Nm : float
         Nominal torque on the pinion in N m.
-    pair, mesh, contact, misalignment, reduction, offline, online, compare, results, output
+    pair, mesh, contact, misalignment, reduction, offline, online, compare, results, dynamics, output
         One dataclass per section of the file.
     pinion_modification, wheel_modification : Modification
         Of the loaded flanks (sections `[pinion.modification]` and `[wheel.modification]`).
@@ -453,6 +527,7 @@ class Case:
     online: OnlineCase
     compare: CompareCase
     results: ResultsCase
+    dynamics: DynamicsCase
     output: OutputCase
     text: str
 

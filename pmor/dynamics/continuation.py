@@ -17,7 +17,7 @@ from pmor.dynamics.harmonic_balance import Balance
 from pmor.errors import ConvergenceError
 
 # Lengths of steps, in the scaled space.
-FIRST_STEP, LARGEST_STEP, LEAST_STEP = 0.01, 0.1, 1e-7
+FIRST_STEP, LARGEST_STEP, LEAST_STEP = 0.01, 0.06, 1e-7
 MAX_POINTS = 2000
 # Corrector: steps, tolerance on the scaled unknowns, and the number of steps that is taken for easy.
 MAX_CORRECTIONS, CORRECTED, EASY = 8, 1e-10, 4

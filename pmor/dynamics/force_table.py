@@ -7,6 +7,7 @@ have. What the table leaves out is measured between its knots.
 from __future__ import annotations
 
 from collections.abc import Callable
+from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +15,8 @@ import numpy as np
 from pmor.arrays import FloatArray
 from pmor.dynamics.force_law import forces_at
 from pmor.dynamics.kernels.laws import ForceTable
+from pmor.errors import ConvergenceError
+from pmor.threads import in_order
 
 #: forces at a phase (rad) and at displacements along the line of action: (displacements,) to (displacements,)
 Forces = Callable[[float, FloatArray], FloatArray]
@@ -22,6 +25,8 @@ Forces = Callable[[float, FloatArray], FloatArray]
 CUTS, ROUNDS = 32, 5
 # Displacements for the slope, over the distance from first touch.
 OFFSET = 1e-4
+# Displacements at which it is tried whether the flanks bear a load, mm, each so much larger than the last; phases.
+SMALLEST_RANGE, LARGEST_RANGE, RANGE_STEP, RANGE_PHASES = 1e-5, 10.0, 1.1, 8
 # Of a stencil of five points for the derivative by the phase.
 STENCIL = np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / 12.0
 
@@ -39,9 +44,44 @@ class TableError:
     rms: float
 
 
+def range_under(forces: Forces, load: float, spread: float, multiple: float) -> tuple[float, float]:
+    """Return displacements between which a table knows the motion under a load along the line of action.
+
+    Parameters
+    ----------
+    forces : callable
+    load : float
+    spread : float
+        Most that flanks deviate by: nothing touches as far as that before the flanks of the drawing do.
+    multiple : float
+        Of the displacement that the load makes, from where flanks touch: how far motion may go beyond them.
+
+    Returns
+    -------
+    tuple of float
+
+    Raises
+    ------
+    ConvergenceError
+        Where the flanks do not bear the load at any displacement.
+    """
+    phases = 2.0 * np.pi / RANGE_PHASES * np.arange(RANGE_PHASES)
+    beyond, free = SMALLEST_RANGE, 0.0
+    while beyond < LARGEST_RANGE:
+        found = np.array([forces(phase, np.array([beyond - spread]))[0] for phase in phases])
+        if np.isnan(found).any():
+            break
+        free = beyond if found.max() == 0.0 else free
+        if found.min() >= load:
+            return -(spread + SMALLEST_RANGE), beyond - spread + (multiple - 1.0) * (beyond - free)
+        beyond *= RANGE_STEP
+    raise ConvergenceError(f"the flanks do not bear a load of {load:.6g} N along the line of action")
+
+
 def tabulate(
-    forces: Forces, lowest: float, highest: float, phases: int, displacements: int, backlash: float = np.inf
-) -> ForceTable:
+    forces: Forces, lowest: float, highest: float, phases: int, displacements: int, backlash: float = np.inf,
+    executor: Executor | None = None,
+) -> ForceTable:  # fmt: skip
     """Tabulate a force law.
 
     Parameters
@@ -54,6 +94,8 @@ def tabulate(
         Numbers of knots.
     backlash : float
         See `ForceTable`.
+    executor : concurrent.futures.Executor, optional
+        Of threads; shares out the phases.
 
     Returns
     -------
@@ -65,15 +107,18 @@ def tabulate(
         Where the law gives no force, or none at `highest`.
     """
     angle = 2.0 * np.pi * np.arange(phases) / phases
-    touch = np.array([_first_touch(forces, phase, lowest, highest) for phase in angle])
+    touch = np.array(list(in_order(lambda at: _first_touch(forces, at, lowest, highest), angle.tolist(), executor)))
     reach = highest - touch.min()
     s = np.linspace(0.0, 1.0, displacements)
+    beyond = reach * s[1:] ** 2
+    # The two on either side of a knot are not symmetric in s, but in the displacement.
+    near = np.concatenate([beyond * (1.0 - OFFSET), beyond, beyond * (1.0 + OFFSET)])
+
+    def row(place: int) -> FloatArray:
+        return np.asarray(forces(float(angle[place]), touch[place] + near)).reshape(3, -1)
+
     knots = np.zeros((phases, displacements, 4))
-    for i, phase in enumerate(angle):
-        # The two on either side of a knot are not symmetric in s, but in the displacement.
-        beyond = reach * s[1:] ** 2
-        near = np.concatenate([beyond * (1.0 - OFFSET), beyond, beyond * (1.0 + OFFSET)])
-        below, at, above = forces(phase, touch[i] + near).reshape(3, -1)
+    for i, (below, at, above) in enumerate(in_order(row, range(phases), executor)):
         knots[i, 1:, 0] = at
         knots[i, 1:, 2] = (above - below) / (2.0 * OFFSET * beyond) * 2.0 * reach * s[1:]
     if not np.isfinite(knots).all():

@@ -9,20 +9,24 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Inertia:
-    """Of a gear with its shaft, about its axis.
+    """Of a gear with what turns, tilts and moves with it.
 
     Parameters
     ----------
     mass_kg : float
     polar_kg_m2 : float
+        About its axis.
+    tilting_kg_m2 : float
+        About an axis across it, through mid width.
     """
 
     mass_kg: float
     polar_kg_m2: float
+    tilting_kg_m2: float
 
 
 def disc(radius_mm: float, bore_radius_mm: float, width_mm: float, density_kg_m3: float) -> Inertia:
-    """Return mass and polar moment of inertia of a ring; bore 0 for a gear in one piece with its shaft.
+    """Return the inertias of a ring; bore 0 for a gear in one piece with its shaft.
 
     Parameters
     ----------
@@ -36,8 +40,9 @@ def disc(radius_mm: float, bore_radius_mm: float, width_mm: float, density_kg_m3
     Inertia
     """
     outer, inner, width = 1e-3 * radius_mm, 1e-3 * bore_radius_mm, 1e-3 * width_mm
-    mass = np.pi * (outer**2 - inner**2) * width * density_kg_m3
-    return Inertia(float(mass), float(0.5 * mass * (outer**2 + inner**2)))
+    mass = float(np.pi * (outer**2 - inner**2) * width * density_kg_m3)
+    square = outer**2 + inner**2
+    return Inertia(mass, 0.5 * mass * square, mass * (3.0 * square + width**2) / 12.0)
 
 
 def equivalent_mass(pinion: Inertia, wheel: Inertia, base_radii_mm: tuple[float, float]) -> float:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.optimize import brentq
 
 from pmor.arrays import FloatArray
 from pmor.dynamics.force_law import ForceLaw, forces_at
@@ -12,8 +11,8 @@ from pmor.errors import ConvergenceError
 
 # Phases of the mesh cycle that the stiffness is averaged over.
 PHASES = 512
-# Of the static displacement, over the interval in which it is looked for.
-TOLERANCE = 1e-12
+# How often the interval of a static displacement is halved.
+BISECTIONS = 50
 
 
 def static_displacement(law: ForceLaw, load: float, phase: FloatArray, interval: tuple[float, float]) -> FloatArray:
@@ -33,16 +32,15 @@ def static_displacement(law: ForceLaw, load: float, phase: FloatArray, interval:
     ConvergenceError
         Where it does not lie there.
     """
-
-    def excess(x: float, angle: float) -> float:
-        return float(forces_at(law, np.array([angle]), np.array([x]))[0][0]) - load
-
-    found = np.empty_like(phase)
-    for i, angle in enumerate(phase):
-        if not excess(interval[0], angle) < 0.0 < excess(interval[1], angle):
-            raise ConvergenceError(f"a load of {load:.6g} is not borne between {interval[0]:.6g} and {interval[1]:.6g}")
-        found[i] = brentq(excess, *interval, args=(angle,), xtol=TOLERANCE * (interval[1] - interval[0]))
-    return found
+    low, high = (np.full_like(phase, end) for end in interval)
+    borne = (forces_at(law, phase, low)[0] < load) & (forces_at(law, phase, high)[0] > load)
+    if not borne.all():
+        raise ConvergenceError(f"a load of {load:.6g} is not borne between {interval[0]:.6g} and {interval[1]:.6g}")
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        beyond = forces_at(law, phase, middle)[0] > load
+        low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
+    return np.asarray(0.5 * (low + high))
 
 
 def mean_stiffness(law: ForceLaw, load: float, interval: tuple[float, float]) -> float:

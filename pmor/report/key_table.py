@@ -20,6 +20,7 @@ from pmor.case.document import CONDITION
 from pmor.case.loader import (
     COMPARE_TORQUES,
     DEFAULT_SHAPES,
+    DYNAMICS_TORQUES,
     HARRIS_TORQUES,
     OFFLINE_TORQUES,
     ONLINE_TORQUES,
@@ -35,7 +36,8 @@ from pmor.storage.atomic import atomic_path
 BEGIN, END = "<!-- keys: made by `python -m pmor.report.key_table cases/README.md` -->", "<!-- end of keys -->"
 # Defaults that are multiples of the load.
 MULTIPLES = {
-    "offline": OFFLINE_TORQUES, "online": ONLINE_TORQUES, "compare": COMPARE_TORQUES, "results": HARRIS_TORQUES
+    "offline": OFFLINE_TORQUES, "online": ONLINE_TORQUES, "compare": COMPARE_TORQUES, "results": HARRIS_TORQUES,
+    "dynamics": DYNAMICS_TORQUES,
 }  # fmt: skip
 
 

@@ -18,6 +18,6 @@ def test_a_ring_is_its_disc_without_the_bore():
 
 def test_the_mass_along_the_line_of_action_is_that_of_two_masses_on_it():
     """1 / m is the sum of 1 / (I / rb^2), in t."""
-    pinion, wheel = Inertia(1.0, 0.002), Inertia(5.0, 0.03)
+    pinion, wheel = Inertia(1.0, 0.002, 0.001), Inertia(5.0, 0.03, 0.02)
     exact = 1e-3 / (0.05**2 / 0.002 + 0.11**2 / 0.03)
     np.testing.assert_allclose(equivalent_mass(pinion, wheel, (50.0, 110.0)), exact, rtol=1e-14)

@@ -1,0 +1,127 @@
+"""What an engineer reads off the motion of a pair: transmission error, mesh force, bearings, loss of contact."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmor.arrays import FloatArray
+from pmor.dynamics.gear_model import GearModel
+from pmor.dynamics.harmonic_balance import Balance, harmonics_of, rms
+from pmor.dynamics.oscillator import motion_of
+
+# Orders of the dynamic transmission error that are kept.
+ORDERS = 10
+# mm to um
+UM = 1e3
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """Periodic motion over its period.
+
+    Parameters
+    ----------
+    phase : ndarray, shape (s,)
+        Of the mesh, rad.
+    displacement, velocity, force : ndarray, shape (s,)
+        Along the line of action, mm, mm/s, N.
+    bearing : ndarray, shape (s, 2, 3)
+        Forces of both gears on their bearings along x, y, z, N.
+    """
+
+    phase: FloatArray
+    displacement: FloatArray
+    velocity: FloatArray
+    force: FloatArray
+    bearing: FloatArray
+
+
+@dataclass(frozen=True)
+class PointQuantities:
+    """Of a point of a branch.
+
+    Parameters
+    ----------
+    dte_rms_um, dte_peak_to_peak_um : float
+        Dynamic transmission error about its mean.
+    dte_orders_um : tuple of float
+        Amplitudes of the first orders of the mesh frequency, zero to peak.
+    largest_force_N, smallest_force_N : float
+        Of the mesh, along the transverse line of action; below 0 the backs of teeth push.
+    dynamic_factor : float
+        Largest mesh force over the mean one.
+    contact_loss : float
+        Share of the cycle without any contact.
+    separation_um : float
+        How far the flanks part at most, from where those of the drawing touch; 0: not at all.
+    bearing_force_N : tuple of float
+        Largest transverse force of pinion and wheel on their bearings.
+    """
+
+    dte_rms_um: float
+    dte_peak_to_peak_um: float
+    dte_orders_um: tuple[float, ...]
+    largest_force_N: float
+    smallest_force_N: float
+    dynamic_factor: float
+    contact_loss: float
+    separation_um: float
+    bearing_force_N: tuple[float, float]
+
+
+def cycle_of(model: GearModel, balance: Balance, unknowns: FloatArray, speed: float) -> Cycle:
+    """Return the motion over its period that harmonic balance found.
+
+    Parameters
+    ----------
+    model : GearModel
+    balance : Balance
+    unknowns : ndarray
+    speed : float
+        Mesh frequency, angular.
+    """
+    oscillator, force = balance.oscillator, balance.forces(unknowns)[0]
+    states = _states(balance, unknowns, speed, force)
+    lever = oscillator.lever
+    return Cycle(
+        phase=balance.phase,
+        displacement=states[:, : oscillator.size] @ lever,
+        velocity=states[:, oscillator.size :] @ lever,
+        force=force,
+        bearing=model.bearing_forces(oscillator, states, force),
+    )
+
+
+def quantities(model: GearModel, balance: Balance, unknowns: FloatArray, speed: float) -> PointQuantities:
+    """Return what is read off a point of a branch; arguments as in `cycle_of`."""
+    cycle = cycle_of(model, balance, unknowns, speed)
+    orders = np.hypot(unknowns[1::2], unknowns[2::2])[balance.cycles - 1 :: balance.cycles][:ORDERS]
+    across = np.hypot(cycle.bearing[:, :, 0], cycle.bearing[:, :, 1]).max(axis=0)
+    return PointQuantities(
+        dte_rms_um=UM * float(rms(unknowns)),
+        dte_peak_to_peak_um=UM * float(np.ptp(cycle.displacement)),
+        dte_orders_um=tuple((UM * orders).tolist()),
+        largest_force_N=float(cycle.force.max()),
+        smallest_force_N=float(cycle.force.min()),
+        dynamic_factor=float(cycle.force.max() / cycle.force.mean()),
+        contact_loss=float((cycle.force == 0.0).mean()),
+        separation_um=UM * max(0.0, -float(cycle.displacement.min())),
+        bearing_force_N=(float(across[0]), float(across[1])),
+    )
+
+
+def _states(balance: Balance, unknowns: FloatArray, speed: float, force: FloatArray) -> FloatArray:
+    """Displacements and velocities of all degrees of freedom at the phases of a balance, (s, 2n)."""
+    oscillator, samples = balance.oscillator, len(balance.phase)
+    coefficients = harmonics_of(force, balance.orders)
+    frequency = speed * np.arange(1, balance.orders + 1) / balance.cycles
+    moved = motion_of(oscillator, frequency, coefficients[1::2] - 1j * coefficients[2::2])
+    bordered = np.vstack([oscillator.stiffness, oscillator.lever])
+    right = np.append(oscillator.load - oscillator.lever * coefficients[0], unknowns[0])
+    spectrum = np.zeros((2, samples // 2 + 1, oscillator.size), dtype=complex)
+    spectrum[0, 0] = samples * np.linalg.lstsq(bordered, right, rcond=None)[0]
+    spectrum[0, 1 : balance.orders + 1] = 0.5 * samples * moved
+    spectrum[1, 1 : balance.orders + 1] = 0.5 * samples * 1j * frequency[:, None] * moved
+    return np.asarray(np.hstack(list(np.fft.irfft(spectrum, samples, axis=1))))

@@ -1,0 +1,264 @@
+"""The motion of a pair under one torque, as plain data: branches, folds, run-up, run-down.
+
+A task can go to another process: it holds numbers alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from pmor.arrays import FloatArray
+from pmor.dynamics.continuation import Branch
+from pmor.dynamics.gear_model import GearModel, natural_modes
+from pmor.dynamics.harmonic_balance import rms
+from pmor.dynamics.integration import SAMPLES, Motion, integrate, run_through
+from pmor.dynamics.kernels.laws import ForceTable
+from pmor.dynamics.operating import mean_stiffness, static_displacement
+from pmor.dynamics.oscillator import Oscillator
+from pmor.dynamics.quantities import UM, cycle_of, quantities
+from pmor.dynamics.response import Response, response
+from pmor.errors import ConvergenceError
+
+HZ = 1.0 / (2.0 * np.pi)
+# Of a table's reach: between its knots flanks may first touch a little before they do at any knot.
+INSIDE = 1e-3
+# Cycles at the first speed of a run, in which what its start disturbs dies out.
+SETTLING = 300
+# Points that are kept of a run.
+RUN_POINTS = 400
+# Spectra of a run: cycles of each, highest order, how many.
+SPECTRUM_CYCLES, HIGHEST_ORDER, SPECTRA = 8, 5.0, 150
+# Samples of a cycle that are kept where motion is largest.
+HISTORY = 256
+
+Data = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Task:
+    """A pair under one torque.
+
+    Parameters
+    ----------
+    model : GearModel
+    law : ForceTable
+    torque_Nm : float
+    mesh_damping : float or None
+        N s/mm; None by the ratio.
+    damping_ratio : float
+    limits : tuple of float
+        Mesh frequencies, Hz or over the natural one.
+    in_Hz : bool
+    run_cycles : int
+    """
+
+    model: GearModel
+    law: ForceTable
+    torque_Nm: float
+    mesh_damping: float | None
+    damping_ratio: float
+    limits: tuple[float, float]
+    in_Hz: bool
+    run_cycles: int
+
+
+@dataclass(frozen=True)
+class AtRest:
+    """A pair at rest under its torque, and its small vibrations.
+
+    Parameters
+    ----------
+    oscillator : Oscillator
+    stiffness : float
+        Of the mesh, mean of the tangent over the cycle, N/mm.
+    natural : float
+        Angular frequency of the mode in which the mesh gives way most.
+    modes : ndarray
+        All of them.
+    interval : tuple of float
+        Displacements that the law knows at all phases.
+    """
+
+    oscillator: Oscillator
+    stiffness: float
+    natural: float
+    modes: FloatArray
+    interval: tuple[float, float]
+
+
+def at_rest(task: Task) -> AtRest:
+    """Return what the response of a task is measured against.
+
+    Raises
+    ------
+    ConvergenceError
+        Where the table does not bear the torque.
+    """
+    first = float(task.law.touch[:, 0].min())
+    interval = first - INSIDE * task.law.reach, first + (1.0 - INSIDE) * task.law.reach
+    load = float(task.model.oscillator(task.torque_Nm, 0.0).load[0])
+    stiffness = mean_stiffness(task.law, load, interval)
+    damping = task.mesh_damping
+    if damping is None:
+        damping = 2.0 * task.damping_ratio * float(np.sqrt(stiffness * task.model.mass))
+    oscillator = task.model.oscillator(task.torque_Nm, damping)
+    modes, shares = natural_modes(oscillator, stiffness)
+    return AtRest(oscillator, stiffness, float(modes[shares.argmax()]), modes, interval)
+
+
+def speeds_of(task: Task, rest: AtRest) -> tuple[float, float]:
+    """Return the lowest and the highest mesh frequency, angular."""
+    scale = 1.0 / HZ if task.in_Hz else rest.natural
+    return scale * task.limits[0], scale * task.limits[1]
+
+
+def solve(task: Task) -> Data:
+    """Return the response to a torque, with run-up and run-down, as `dynamics.json` holds it."""
+    rest = at_rest(task)
+    limits, lost = speeds_of(task, rest), list[str]()
+    try:
+        found = response(rest.oscillator, task.law, limits)
+    except ConvergenceError as error:
+        found = Response((), (), (), ())
+        lost.append(f"response: {error}")
+    lost += found.lost
+    lost += [
+        f"branch {number}: ends at {_hz(branch.points[-1].speed):.6g} Hz: {branch.ended}"
+        for number, branch in enumerate(found.branches)
+        if not branch.ended.startswith(("end of", "back at"))
+    ]
+    static = UM * static_displacement(task.law, float(rest.oscillator.load[0]), _cycle_phases(), rest.interval)
+    return {
+        "torque_Nm": task.torque_Nm,
+        "natural_frequency_Hz": _hz(rest.natural),
+        "natural_frequencies_Hz": [_hz(mode) for mode in rest.modes],
+        "mesh_stiffness_mean_N_per_um": 1e-3 * rest.stiffness,
+        "mesh_damping_N_s_mm": float(rest.oscillator.damping[0, 0]),
+        "mesh_force_mean_N": float(rest.oscillator.load[0]),
+        "ste_mean_um": float(static.mean()),
+        "ste_rms_um": float(static.std()),
+        "ste_peak_to_peak_um": float(np.ptp(static)),
+        "mesh_frequencies_Hz": [_hz(speed) for speed in limits],
+        "branches": [_points(task.model, branch, stable) for branch, stable in zip(
+            found.branches, found.stable, strict=True)],
+        "folds": [
+            {"mesh_frequency_Hz": _hz(fold.point.speed), "dte_rms_um": UM * float(rms(fold.point.unknowns)),
+             "kind": fold.kind}
+            for fold in found.folds
+        ],
+        "period_doublings_Hz": [_hz(doubling.point.speed) for doubling in found.doublings],
+        "largest": _largest(task.model, found),
+        **_runs(task, rest, limits, lost),
+        "lost": lost,
+    }  # fmt: skip
+
+
+def _points(model: GearModel, branch: Branch, stable: Any) -> list[Data]:
+    return [
+        {"mesh_frequency_Hz": _hz(point.speed), "stable": bool(holds), "period_mesh_cycles": branch.balance.cycles}
+        | asdict(quantities(model, branch.balance, point.unknowns, point.speed))
+        for point, holds in zip(branch.points, stable, strict=True)
+    ]
+
+
+def _largest(model: GearModel, found: Response) -> Data | None:
+    """Return the stable motion of the largest root mean square, over its cycle."""
+    held = [
+        (float(rms(point.unknowns)), number, place)
+        for number, (branch, stable) in enumerate(zip(found.branches, found.stable, strict=True))
+        for place, point in enumerate(branch.points)
+        if stable[place]
+    ]
+    if not held:
+        return None
+    _, number, place = max(held)
+    branch = found.branches[number]
+    point = branch.points[place]
+    cycle = cycle_of(model, branch.balance, point.unknowns, point.speed)
+    every = len(cycle.phase) // HISTORY
+    return {
+        "mesh_frequency_Hz": _hz(point.speed),
+        "mesh_cycles": (cycle.phase[::every] / (2.0 * np.pi)).tolist(),
+        "displacement_um": (UM * cycle.displacement[::every]).tolist(),
+        "velocity_mm_s": cycle.velocity[::every].tolist(),
+        "mesh_force_N": cycle.force[::every].tolist(),
+    }
+
+
+def _runs(task: Task, rest: AtRest, limits: tuple[float, float], lost: list[str]) -> Data:
+    """Integrate over time through the speeds, up and down; the way up gives spectra too."""
+    found: Data = {"run_up": None, "run_down": None, "waterfall": None}
+    for key, (first, last) in (("run_up", limits), ("run_down", limits[::-1])):
+        if not task.run_cycles:
+            continue
+        pieces = list[Motion]()
+        try:
+            pieces.extend(_run(task, rest, first, last))
+        except ConvergenceError as error:
+            lost.append(f"{key}: {error}")
+            continue
+        found[key] = run_points(pieces)
+        if key == "run_up":
+            found["waterfall"] = spectra(pieces)
+    return found
+
+
+def _run(task: Task, rest: AtRest, first: float, last: float) -> Iterator[Motion]:
+    """Yield the pieces of a run that begins settled at its first speed."""
+    oscillator, law = rest.oscillator, task.law
+    start = resting_state(oscillator, law, rest.interval)
+    settled = integrate(oscillator, law, start, (first, first), SETTLING).states[-1]
+    yield from run_through(oscillator, law, settled, (first, last), task.run_cycles)
+
+
+def resting_state(oscillator: Oscillator, law: ForceTable, interval: tuple[float, float]) -> FloatArray:
+    """Return displacements and velocities at rest under the load at phase 0."""
+    force = float(oscillator.load[0] / oscillator.lever[0])
+    along = static_displacement(law, force, np.zeros(1), interval)[0]
+    bordered = np.vstack([oscillator.stiffness, oscillator.lever])
+    held = np.linalg.lstsq(bordered, np.append(oscillator.load - force * oscillator.lever, along), rcond=None)[0]
+    return np.append(held, np.zeros(oscillator.size))
+
+
+def run_points(pieces: list[Motion]) -> list[Data]:
+    """Return mesh frequency, transmission error and loss of contact over a run, means of neighbouring cycles."""
+    speed, size = (np.concatenate([getattr(p, name) for p in pieces]) for name in ("cycle_speed", "rms"))
+    apart = np.concatenate([(p.force == 0.0).reshape(-1, SAMPLES).mean(axis=1) for p in pieces])
+    ends = np.linspace(0, len(speed), min(RUN_POINTS, len(speed)) + 1).astype(int)
+    return [
+        {"mesh_frequency_Hz": _hz(speed[a:b].mean()), "dte_rms_um": UM * float(np.sqrt((size[a:b] ** 2).mean())),
+         "contact_loss": float(apart[a:b].mean())}
+        for a, b in zip(ends[:-1], ends[1:], strict=True)
+    ]  # fmt: skip
+
+
+def spectra(pieces: list[Motion]) -> Data | None:
+    """Return amplitudes of the orders of the mesh frequency along a run, whole and broken ones; None of a short run."""
+    displacement, speed = (np.concatenate([getattr(p, name) for p in pieces]) for name in ("displacement", "speed"))
+    length = SPECTRUM_CYCLES * SAMPLES
+    if len(displacement) < length:
+        return None
+    starts = np.unique(np.linspace(0, len(displacement) // length - 1, SPECTRA).astype(int)) * length
+    # Hann's window keeps an order from those beside it; the mean of it is a half.
+    window = 0.5 - 0.5 * np.cos(2.0 * np.pi * np.arange(length) / length)
+    count = int(HIGHEST_ORDER * SPECTRUM_CYCLES) + 1
+    blocks = displacement[starts[:, None] + np.arange(length)]
+    blocks = (blocks - blocks.mean(axis=1, keepdims=True)) * window
+    amplitudes = np.abs(np.fft.rfft(blocks, axis=1))[:, :count] * (4.0 / length)
+    return {
+        "mesh_frequency_Hz": [_hz(speed[start : start + length].mean()) for start in starts],
+        "order": (np.arange(count) / SPECTRUM_CYCLES).tolist(),
+        "amplitude_um": (UM * amplitudes).tolist(),
+    }
+
+
+def _cycle_phases() -> FloatArray:
+    return np.asarray(2.0 * np.pi / HISTORY * np.arange(HISTORY), dtype=float)
+
+
+def _hz(speed: Any) -> float:
+    return float(HZ * speed)

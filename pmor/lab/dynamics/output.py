@@ -1,0 +1,146 @@
+"""What a pair in motion leaves in its folder, and the summary on the screen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+from pmor.lab.core.parts import PARTS
+from pmor.lab.core.results import write_results
+from pmor.lab.core.table import Columns, table, text_lines
+from pmor.lab.dynamics.figures import contact_figure, motion_figure, response_figure, waterfall_figure
+from pmor.lab.dynamics.measure import Data
+from pmor.lab.dynamics.run import Dynamics
+from pmor.report.page import Block, Heading, Picture, Warning
+from pmor.report.provenance import provenance
+from pmor.report.table import Table
+from pmor.storage.results_folder import remove_working_folder
+
+#: what `write_dynamics` may leave
+FILES = ("dynamics.json", "dynamics.md", "report.html", "response.png", "contact.png", "waterfall.png", "motion.png")
+KINDS = {"run_up": "running up", "run_down": "running down"}
+
+
+def write_dynamics(found: Dynamics, out: Path) -> None:
+    """Write `dynamics.json`, `dynamics.md`, `report.html` and the pictures; finished torques are given up.
+
+    Parameters
+    ----------
+    found : Dynamics
+    out : Path
+
+    Raises
+    ------
+    OutputError
+    """
+    write_results(out, "dynamics", dynamics_data(found), f"The pair in motion: {found.case.title}", _blocks(found))
+    if not found.failures:
+        remove_working_folder(out / PARTS)
+
+
+def dynamics_data(found: Dynamics) -> Data:
+    """Return the content of `dynamics.json`."""
+    model = found.model
+    return {
+        "case": found.case.name,
+        "degrees_of_freedom": found.case.dynamics.degrees_of_freedom,
+        "pinion": asdict(model.inertias[0]),
+        "wheel": asdict(model.inertias[1]),
+        "equivalent_mass_kg": 1e3 * model.mass,
+        "supports": [support.name for support in model.supports],
+        "backlash_um": found.case.dynamics.backlash_um,
+        "force_table_error_max_N": found.error.largest * found.largest_force,
+        "force_table_error_rms_N": found.error.rms * found.largest_force,
+        "force_table_largest_N": found.largest_force,
+        "responses": list(found.responses),
+    }
+
+
+def dynamics_text(found: Dynamics) -> str:
+    """Return the tables for the screen."""
+    lines = [f"The pair in motion: {found.case.title}"]
+    for shown in _tables(found):
+        if shown.rows:
+            lines += [f"  {shown.title}", *(f"    {line}" for line in text_lines(shown))]
+    lines += [f"  ! {sentence}" for sentence in _lost(found)]
+    return "\n".join(lines)
+
+
+def _blocks(found: Dynamics) -> list[Block]:
+    case, model, responses = found.case, found.model, found.responses
+    one, two = model.inertias
+    dynamics = case.dynamics
+    how = "on rigid bearings" if not model.supports else f"on bearings ({', '.join(s.name for s in model.supports)})"
+    blocks: list[Block] = [
+        f"Two gears of {one.mass_kg:.4g} and {two.mass_kg:.4g} kg, {one.polar_kg_m2:.4g} and {two.polar_kg_m2:.4g} "
+        f"kg m², {how}; {1e3 * model.mass:.4g} kg move along the line of action. The mesh force by phase and "
+        "displacement comes from the line loads of the reduced finite elements; in the table that stands for it, held "
+        f"against them between its knots, it is off by {found.error.largest * found.largest_force:.2g} N at most and "
+        f"{found.error.rms * found.largest_force:.2g} N in the mean, of {found.largest_force:.4g} N at its end. "
+        "Branches are by harmonic balance, their stability by Floquet multipliers, run-up and run-down by integration "
+        "over time.",
+        "Displacements count along the transverse line of action from where flanks of the drawing touch, the dynamic "
+        f"transmission error about its mean. {_backs(dynamics.backlash_um)}",
+        *(Warning(sentence) for sentence in _lost(found)),
+    ]
+    if responses:
+        blocks += [
+            Picture("response.png", "Response over the mesh frequency; dotted: natural frequency with the mean "
+                    "stiffness. Between folds motion is unstable; the marks are the runs, which jump there.",
+                    response_figure(responses)),
+            Picture("contact.png", "Loss of contact, and force on the bearings.", contact_figure(responses)),
+        ]  # fmt: skip
+    for name, caption, figure in (
+        ("waterfall.png", "Orders of the transmission error along the run-up; broken orders are motion that does not "
+         "repeat with the mesh.", waterfall_figure(responses)),
+        ("motion.png", "The stable motion of the largest transmission error of each torque: left of the dashed line, "
+         "or below it, the flanks of the drawing have parted.", motion_figure(responses)),
+    ):  # fmt: skip
+        if figure is not None:
+            blocks.append(Picture(name, caption, figure))
+    return [*blocks, *_tables(found), Heading("Provenance"),
+            Table("Machine and software", ("item", "value"), provenance(case))]  # fmt: skip
+
+
+def _tables(found: Dynamics) -> Sequence[Table]:
+    rows = [(response, fold) for response in found.responses for fold in response["folds"]]
+    folds: Columns = {
+        "torque, N m": lambda row: row[0]["torque_Nm"],
+        "jump when": lambda row: KINDS[row[1]["kind"]],
+        "mesh frequency, Hz": lambda row: row[1]["mesh_frequency_Hz"],
+        "over the natural one": lambda row: row[1]["mesh_frequency_Hz"] / row[0]["natural_frequency_Hz"],
+        "DTE rms there, µm": lambda row: row[1]["dte_rms_um"],
+    }
+    torques: Columns = {
+        "torque, N m": "torque_Nm",
+        "natural frequency, Hz": "natural_frequency_Hz",
+        "mean mesh stiffness, N/µm": "mesh_stiffness_mean_N_per_um",
+        "STE rms, µm": "ste_rms_um",
+        "largest DTE rms, µm": lambda row: _most(row, "dte_rms_um"),
+        "dynamic factor": lambda row: _most(row, "dynamic_factor"),
+        "contact lost, %": lambda row: 100.0 * (_most(row, "contact_loss") or 0.0),
+        "parted, µm": lambda row: _most(row, "separation_um"),
+    }
+    note = "Largest values are those of stable motion within the speeds; the dynamic factor is largest over mean force."
+    return [table("Torques", torques, found.responses, note), table("Folds, where motion jumps", folds, rows)]
+
+
+def _most(response: Data, key: str) -> float | None:
+    values = [point[key] for branch in response["branches"] for point in branch if point["stable"]]
+    return max(values, default=None)
+
+
+def _lost(found: Dynamics) -> list[str]:
+    """Say what was not found."""
+    sentences = [f"{response['torque_Nm']:g} N m: {lost}" for response in found.responses for lost in response["lost"]]
+    return [*sentences, *found.failures]
+
+
+def _backs(backlash_um: float | None) -> str:
+    if backlash_um is None:
+        return (
+            "The backs of teeth are left out: where flanks part farther than the backlash, they would strike "
+            "([dynamics] backlash_um)."
+        )
+    return f"The backs of teeth touch {backlash_um:g} µm beyond."

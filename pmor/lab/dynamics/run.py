@@ -1,0 +1,184 @@
+"""The motion of the pair of a case under all its torques: force law, responses, runs."""
+
+from __future__ import annotations
+
+import multiprocessing
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from pmor.case import Case
+from pmor.dynamics.force_table import TableError, range_under, table_error, tabulate
+from pmor.dynamics.gear_model import GearModel, gear_model
+from pmor.dynamics.kernels.laws import ForceTable
+from pmor.errors import CaseError, ConvergenceError
+from pmor.lab.core.parts import PARTS, Announcer, Piece, run_pieces
+from pmor.lab.dynamics.measure import Data, Task, solve
+from pmor.pair.conditions import built_of
+from pmor.pair.model import elastic_model, mesh_model, refuse_loads
+from pmor.threads import threads
+from pmor_offline.train import train
+from pmor_online.mesh_force import mesh_force_of
+from pmor_online.model import ReducedPair, reduced_pair
+
+# Knots of the force law over the mesh cycle and over the displacement, and how far it goes: multiples of the
+# displacement under the largest torque. On the pair of the Ohio rig the largest motion at 2 % damping goes to 3.5.
+PHASES, DISPLACEMENTS, MULTIPLE = 400, 100, 5.0
+# Places where a table is held against its law: their number squared.
+CHECKED, SEED = 40, 18
+
+
+@dataclass(frozen=True)
+class Dynamics:
+    """The pair of a case in motion.
+
+    Parameters
+    ----------
+    case : Case
+    model : GearModel
+    law : ForceTable
+        Under all torques.
+    error : TableError
+        Of that table, over its largest force.
+    largest_force : float
+        In the table, N.
+    responses : tuple of dict
+        One per torque, as in `dynamics.json`.
+    failures : tuple of str
+        Torques without a response, and why.
+    """
+
+    case: Case
+    model: GearModel
+    law: ForceTable
+    error: TableError
+    largest_force: float
+    responses: tuple[Data, ...]
+    failures: tuple[str, ...]
+
+
+def reduced_of(case: Case) -> ReducedPair:
+    """Return the reduced pair of a case: finite elements of the gears, line loads as unknowns."""
+    refuse_other_models(case)
+    return reduced_pair(train(case, elastic_model(case, mesh_model(case))).basis)
+
+
+def refuse_other_models(case: Case) -> None:
+    """Raise CaseError for a case whose mesh has no force law by displacement that repeats with the mesh.
+
+    Raises
+    ------
+    CaseError
+    """
+    if case.reduction.shapes != "line_loads":
+        raise CaseError(
+            f'case {case.name}: [reduction] shapes = "{case.reduction.shapes}": dynamics take the mesh force from line '
+            'loads: write [contact] scheme = "line" and [reduction] shapes = "line_loads"'
+        )
+    for gear, modification in (("pinion", case.pinion_modification), ("wheel", case.wheel_modification)):
+        if modification.pitch_deviations_um:
+            raise CaseError(
+                f"case {case.name}: [{gear}.modification] pitch_deviations_um: motion is looked for that repeats with "
+                "the mesh, and teeth out of their place do not: leave it out"
+            )
+
+
+def force_law(
+    case: Case, reduced: ReducedPair, executor: Executor | None = None
+) -> tuple[ForceTable, TableError, float]:
+    """Tabulate the force law of the pair of a case, and hold the table against the law.
+
+    Parameters
+    ----------
+    case : Case
+    reduced : ReducedPair
+    executor : concurrent.futures.Executor, optional
+        Of threads.
+
+    Returns
+    -------
+    ForceTable
+    TableError
+    largest_force : float
+        In the table, N.
+
+    Raises
+    ------
+    CaseError
+        Where a torque is beyond what the contact holds.
+    ConvergenceError
+        Where the law has no force within the range that it needs.
+    """
+    torques = case.dynamics.torques_Nm
+    refuse_loads(replace(case, online=replace(case.online, torques_Nm=torques)), reduced.meshed)
+    built, backlash = built_of(case), case.dynamics.backlash_um
+    forces = mesh_force_of(reduced, built)
+    load = 1e3 * torques[-1] / reduced.meshed.pair.pinion.base_radius
+    limits = range_under(forces, load, built.spread, MULTIPLE)
+    gap = np.inf if backlash is None else 1e-3 * backlash
+    try:
+        table = tabulate(forces, *limits, PHASES, DISPLACEMENTS, gap, executor)
+    except ValueError as reason:
+        raise ConvergenceError(f"force law: {reason}") from None
+    error = table_error(table, forces, CHECKED, np.random.default_rng(SEED))
+    return table, error, float(table.knots[:, -1, 0].max())
+
+
+def tasks_of(case: Case, model: GearModel, law: ForceTable) -> list[Task]:
+    """Return what is to be solved: one task per torque."""
+    dynamics = case.dynamics
+    asked = dynamics.mesh_frequency_Hz
+    low, high = dynamics.mesh_frequency_ratio if asked is None else asked
+    return [
+        Task(
+            model, law, torque, dynamics.mesh_damping_N_s_mm, dynamics.damping_ratio, (low, high), asked is not None,
+            dynamics.run_cycles,
+        )
+        for torque in dynamics.torques_Nm
+    ]  # fmt: skip
+
+
+def run_dynamics(
+    case: Case, reduced: ReducedPair, folder: Path, jobs: int = 1,
+    announce: Callable[[str], None] = lambda text: None,
+) -> Dynamics:  # fmt: skip
+    """Solve all torques of a case, each kept when it is finished.
+
+    Parameters
+    ----------
+    case : Case
+    reduced : ReducedPair
+    folder : Path
+        Of the results.
+    jobs : int
+        Torques solved at a time, each in a process of its own.
+    announce : callable
+        Called with a line of progress for each torque.
+    """
+    with threads(jobs) as executor:
+        law, error, largest = force_law(case, reduced, executor)
+        model = gear_model(case, reduced.meshed.pair)
+        with _solver(jobs) as solver:
+            pieces = [
+                Piece(f"{task.torque_Nm:g} N m", {"case": case}, asdict(error), partial(solver, task))
+                for task in tasks_of(case, model, law)
+            ]
+            announcer = Announcer(len(pieces), announce)
+            found, failures = run_pieces(pieces, folder / PARTS, executor, announcer.started, announcer.finished)
+    responses = tuple(dict(found[piece.name]) for piece in pieces if piece.name in found)
+    return Dynamics(case, model, law, error, largest, responses, failures)
+
+
+@contextmanager
+def _solver(jobs: int) -> Iterator[Callable[[Task], Data]]:
+    """Give what solves a task: here, or in one of several processes: Python's lock would hold threads up."""
+    if jobs == 1:
+        yield solve
+        return
+    with ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn")) as pool:
+        yield lambda task: pool.submit(solve, task).result()
