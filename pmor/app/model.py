@@ -9,6 +9,7 @@ from concurrent.futures import Executor
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -49,6 +50,9 @@ from pmor_online.model import ReducedPair, online_angles, reduced_pair
 from pmor_online.readings import can_record
 from pmor_online.root_stress import root_stress
 from pmor_online.sweep import largest_size, sweep_reduced_pair
+
+if TYPE_CHECKING:
+    from pmor.app.motion import DynamicsResult
 
 Progress = Callable[[int], None]
 _LOG = logging.getLogger("pmor.rexs")
@@ -231,6 +235,32 @@ class ReducedModel:
         torques = [asked.online.torques_Nm] * len(built)
         sweeps = sweep_built(self.reduced, _angles(asked, meshed, angles), built, torques, executor, progress)
         return ConditionsResult(tuple(built), tuple(SweepResult(sweep, meshed.pair) for sweep in sweeps))
+
+    def dynamics(
+        self, jobs: int = 1, announce: Callable[[str], None] = lambda text: None, **settings: Any
+    ) -> DynamicsResult:
+        """Find the motion over the speed: frequency response, folds, run-up and run-down under each torque.
+
+        Parameters
+        ----------
+        jobs : int
+            Torques solved at a time, each in a process of its own.
+        announce : callable
+            Called with a line of progress for each torque.
+        **settings
+            Keys of the section `[dynamics]` of a case, such as ``torques_Nm=[100.0], damping_ratio=0.03``: instead of
+            those of the case.
+
+        Raises
+        ------
+        CaseError
+            Where a setting is none, or the model has no line loads.
+        ConvergenceError
+            Where a torque has no response at all.
+        """
+        from pmor.app.motion import respond
+
+        return respond(self.case, self.reduced, jobs, announce, settings)
 
     def root_stress(
         self,

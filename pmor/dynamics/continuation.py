@@ -19,8 +19,10 @@ from pmor.errors import ConvergenceError
 # Lengths of steps, in the scaled space.
 FIRST_STEP, LARGEST_STEP, LEAST_STEP = 0.01, 0.06, 1e-7
 MAX_POINTS = 2000
+# Share of the frequency by which neighbours differ at most: curves through them shall look like curves.
+LARGEST_PACE = 0.02
 # Corrector: steps, tolerance on the scaled unknowns, and the number of steps that is taken for easy.
-MAX_CORRECTIONS, CORRECTED, EASY = 8, 1e-10, 4
+MAX_CORRECTIONS, CORRECTED, EASY = 8, 1e-8, 4
 GROWTH, SHRINKAGE = 1.4, 0.5
 # Cosine of the angle by which the tangent may turn in a step: more may be a hop to another branch.
 LEAST_COSINE = 0.9
@@ -109,9 +111,9 @@ class Follower:
         residual, matrix, rate = self.balance.residual(y[:-1] * self.scale[:-1], float(y[-1] * self.scale[-1]))
         return residual, np.column_stack([matrix, rate]) * self.scale
 
-    def point(self, y: FloatArray, along: FloatArray) -> Point:
-        """Return the point at corrected coordinates; its tangent keeps the direction of `along`."""
-        bordered = np.vstack([self.equations(y)[1], along])
+    def point(self, y: FloatArray, matrix: FloatArray, along: FloatArray) -> Point:
+        """Return the point at corrected coordinates by the derivatives there; its tangent goes on along `along`."""
+        bordered = np.vstack([matrix, along])
         tangent = np.linalg.solve(bordered, np.append(np.zeros(len(y) - 1), 1.0))
         return Point(float(y[-1] * self.scale[-1]), y[:-1] * self.scale[:-1], tangent / np.linalg.norm(tangent))
 
@@ -119,6 +121,11 @@ class Follower:
         """Length of the step along the tangent that leads from a point to a further one."""
         apart = self.at(further.unknowns, further.speed) - self.at(point.unknowns, point.speed)
         return float(apart @ point.tangent)
+
+    def longest_step(self, point: Point) -> float:
+        """Length of a step that changes the frequency by no more than it may."""
+        pace = abs(float(point.tangent[-1])) * float(self.scale[-1])
+        return LARGEST_STEP if pace * LARGEST_STEP <= LARGEST_PACE * point.speed else LARGEST_PACE * point.speed / pace
 
     def advance(self, point: Point, step: float) -> tuple[Point, int]:
         """Go a step along the tangent and correct; return the new point and the corrections it took.
@@ -141,7 +148,7 @@ class Follower:
             change = np.linalg.solve(np.vstack([matrix, along]), np.append(-residual, 0.0))
             y = y + change
             if np.linalg.norm(change) <= CORRECTED * (1.0 + np.linalg.norm(y)):
-                return self.point(y, along), count
+                return self.point(y, matrix, along), count
         raise ConvergenceError("the step along the branch was not corrected")
 
     def refine(self, point: Point, step: float, value: Callable[[Point], float]) -> Point:
@@ -171,7 +178,8 @@ def first_point(follow: Follower, unknowns: FloatArray, speed: float, upwards: b
     """Return the point of a solved state, headed towards higher or lower frequencies."""
     along = np.zeros(len(unknowns) + 1)
     along[-1] = 1.0 if upwards else -1.0
-    return follow.point(follow.at(unknowns, speed), along)
+    y = follow.at(unknowns, speed)
+    return follow.point(y, follow.equations(y)[1], along)
 
 
 def trace(
@@ -198,6 +206,7 @@ def trace(
     folds: list[Fold] = []
     while len(points) < MAX_POINTS:
         last = points[-1]
+        step = min(step, follow.longest_step(last))
         try:
             new, corrections = follow.advance(last, step)
         except (ConvergenceError, np.linalg.LinAlgError) as error:

@@ -19,7 +19,7 @@ from pmor.errors import ConvergenceError
 
 # Samples per mesh cycle, and cycles that are integrated at a time.
 SAMPLES, CYCLES_PER_PIECE = 64, 100
-# Error allowed per step, relative to the state: in runs, whose root mean square it changes by 5e-9, a hundred times that.
+# Error allowed per step, relative to the state; that of runs changes their root mean square by 5e-9.
 TOLERANCE, RUN_TOLERANCE = 1e-9, 1e-7
 # Steps per sample to begin with.
 FIRST_SHARE = 0.25

@@ -26,7 +26,8 @@ GROWTH = 1e-6
 
 def monodromy(balance: Balance, unknowns: FloatArray, speed: float) -> FloatArray:
     """Return the matrix by which displacements and velocities of a disturbance grow over a period, (2n, 2n)."""
-    coarse, fine = (_grown(balance, unknowns, speed, steps)[0] for steps in (STEPS // 2, STEPS))
+    slope = _slopes(balance, unknowns)
+    fine, coarse = (_grown(balance, means, speed)[0] for means in (slope, slope.reshape(-1, 2).mean(axis=1)))
     return (4.0 * fine - coarse) / 3.0
 
 
@@ -45,7 +46,7 @@ def alternating(balance: Balance, unknowns: FloatArray, speed: float) -> tuple[F
     """Return the phases of a period and the disturbance there, along the line of action, that comes nearest to -1."""
     found, vectors = np.linalg.eig(monodromy(balance, unknowns, speed))
     nearest = vectors[:, [np.abs(found + 1.0).argmin()]].real
-    seen = _grown(balance, unknowns, speed, STEPS, nearest)[1][:, 0]
+    seen = _grown(balance, _slopes(balance, unknowns), speed, nearest)[1][:, 0]
     return 2.0 * np.pi * (np.arange(len(seen)) + 0.5) / STEPS, seen
 
 
@@ -55,20 +56,23 @@ def _rows(samples: int, orders: int) -> FloatArray:
     return fourier_rows(2.0 * np.pi * (np.arange(samples) + 0.5) / samples, orders)
 
 
+def _slopes(balance: Balance, unknowns: FloatArray) -> FloatArray:
+    """Mean of dF/dx over each step of a period, (cycles STEPS,)."""
+    phase = 2.0 * np.pi * (np.arange(SAMPLES * balance.cycles * STEPS) + 0.5) / (SAMPLES * STEPS)
+    _, slope = forces_at(balance.law, phase, _rows(len(phase), balance.orders) @ unknowns)
+    return np.asarray(slope.reshape(-1, SAMPLES).mean(axis=1))
+
+
 def _grown(
-    balance: Balance, unknowns: FloatArray, speed: float, steps: int, start: FloatArray | None = None
+    balance: Balance, slope: FloatArray, speed: float, start: FloatArray | None = None
 ) -> tuple[FloatArray, FloatArray]:
     """Carry disturbances, by default all independent ones, through a period; return them, and what the mesh sees."""
     oscillator, n = balance.oscillator, balance.oscillator.size
-    h = 2.0 * np.pi / steps / speed
-    count = balance.cycles * steps
-    phase = 2.0 * np.pi * (np.arange(SAMPLES * count) + 0.5) / (SAMPLES * steps)
-    _, slope = forces_at(balance.law, phase, _rows(len(phase), balance.orders) @ unknowns)
+    h = 2.0 * np.pi * balance.cycles / len(slope) / speed
     inverse = np.linalg.inv(oscillator.mass)
     free = np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ oscillator.stiffness, -inverse @ oscillator.damping]])
     matrix = np.eye(2 * n) if start is None else np.array(start)
-    seen = np.empty((count, matrix.shape[1]))
-    kicks = h * slope.reshape(count, SAMPLES).mean(axis=1)
+    seen = np.empty((len(slope), matrix.shape[1]))
     half = np.ascontiguousarray(expm(0.5 * h * free))
-    grow(half, oscillator.lever, -inverse @ oscillator.lever, kicks, matrix, np.empty_like(matrix), seen)
+    grow(half, oscillator.lever, -inverse @ oscillator.lever, h * slope, matrix, np.empty_like(matrix), seen)
     return matrix, seen
