@@ -14,7 +14,7 @@ from pmor.arrays import FloatArray
 from pmor.dynamics.force_law import ForceLaw, forces_at
 from pmor.dynamics.harmonic_balance import Balance, harmonics_of
 from pmor.dynamics.kernels.motion import DONE, Drive, move
-from pmor.dynamics.oscillator import Oscillator, motion_of
+from pmor.dynamics.oscillator import Oscillator, motion_of, position_under
 from pmor.errors import ConvergenceError
 
 # Samples per mesh cycle, and cycles that are integrated at a time.
@@ -127,9 +127,7 @@ def state_of(balance: Balance, unknowns: FloatArray, speed: float) -> FloatArray
     coefficients = harmonics_of(balance.forces(unknowns)[0], balance.orders)
     frequency = speed * np.arange(1, balance.orders + 1) / balance.cycles
     moved = motion_of(oscillator, frequency, coefficients[1::2] - 1j * coefficients[2::2])
-    bordered = np.vstack([oscillator.stiffness, oscillator.lever])
-    right = np.append(oscillator.load - oscillator.lever * coefficients[0], unknowns[0])
-    mean = np.linalg.lstsq(bordered, right, rcond=None)[0]
+    mean = position_under(oscillator, float(coefficients[0]), float(unknowns[0]))
     velocity = (1j * frequency[:, None] * moved).real.sum(axis=0)
     return np.concatenate([mean + moved.real.sum(axis=0), velocity])
 

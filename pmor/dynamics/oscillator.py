@@ -82,17 +82,31 @@ def static_stiffness_of(oscillator: Oscillator) -> tuple[float, float]:
     ValueError
         Where the load sets in motion what the mesh does not hold.
     """
-    n = oscillator.size
+    n, scale = oscillator.size, _scale(oscillator)
     bordered = np.zeros((n + 1, n + 1))
-    bordered[:n, :n] = oscillator.stiffness
-    bordered[:n, n] = bordered[n, :n] = oscillator.lever
+    bordered[:n, :n] = scale[:, None] * oscillator.stiffness * scale
+    bordered[:n, n] = bordered[n, :n] = scale * oscillator.lever
     right = np.zeros((n + 1, 2))
-    right[:n, 0], right[n, 1] = oscillator.load, 1.0
+    right[:n, 0], right[n, 1] = scale * oscillator.load, 1.0
     # Least squares: the rotation of both gears together is free and does not matter.
     found = np.linalg.lstsq(bordered, right, rcond=None)[0]
     if np.abs(bordered @ found - right).max() > UNBALANCED * max(np.abs(right).max(), 1e-300):
         raise ValueError("the load sets in motion what neither bearings nor mesh hold")
     return -float(found[n, 1]), float(found[n, 0])
+
+
+def position_under(oscillator: Oscillator, force: float, along: float) -> FloatArray:
+    """Return the displacements at rest, (n,), under the load and a mesh force, at a displacement along the line."""
+    scale = _scale(oscillator)
+    rows = np.vstack([scale[:, None] * oscillator.stiffness * scale, scale * oscillator.lever])
+    right = np.append(scale * (oscillator.load - oscillator.lever * force), along)
+    return np.asarray(scale * np.linalg.lstsq(rows, right, rcond=None)[0])
+
+
+def _scale(oscillator: Oscillator) -> FloatArray:
+    """Displacements that make all stiffnesses alike: those of bearings may be far from those of the mesh."""
+    own = np.diag(oscillator.stiffness)
+    return np.where(own > 0.0, 1.0 / np.sqrt(np.where(own > 0.0, own, 1.0)), 1.0)
 
 
 def motion_of(oscillator: Oscillator, frequency: FloatArray, forces: NDArray[np.complex128]) -> NDArray[np.complex128]:

@@ -9,7 +9,7 @@ import numpy as np
 from pmor.arrays import FloatArray
 from pmor.dynamics.gear_model import GearModel
 from pmor.dynamics.harmonic_balance import Balance, harmonics_of, rms
-from pmor.dynamics.oscillator import motion_of
+from pmor.dynamics.oscillator import motion_of, position_under
 
 # Orders of the dynamic transmission error that are kept.
 ORDERS = 10
@@ -118,10 +118,8 @@ def _states(balance: Balance, unknowns: FloatArray, speed: float, force: FloatAr
     coefficients = harmonics_of(force, balance.orders)
     frequency = speed * np.arange(1, balance.orders + 1) / balance.cycles
     moved = motion_of(oscillator, frequency, coefficients[1::2] - 1j * coefficients[2::2])
-    bordered = np.vstack([oscillator.stiffness, oscillator.lever])
-    right = np.append(oscillator.load - oscillator.lever * coefficients[0], unknowns[0])
     spectrum = np.zeros((2, samples // 2 + 1, oscillator.size), dtype=complex)
-    spectrum[0, 0] = samples * np.linalg.lstsq(bordered, right, rcond=None)[0]
+    spectrum[0, 0] = samples * position_under(oscillator, float(coefficients[0]), float(unknowns[0]))
     spectrum[0, 1 : balance.orders + 1] = 0.5 * samples * moved
     spectrum[1, 1 : balance.orders + 1] = 0.5 * samples * 1j * frequency[:, None] * moved
     return np.asarray(np.hstack(list(np.fft.irfft(spectrum, samples, axis=1))))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -78,12 +78,13 @@ def response(oscillator: Oscillator, law: ForceLaw, limits: tuple[float, float])
     lost: list[str] = []
     branches = [trace(follow, first_point(follow, start, limits[1], upwards=False), limits)]
     branches += _from_below(follow, branches[0], limits, lost)
-    grown = [monodromies(branch) for branch in branches]
+    branches, grown = map(list, zip(*map(_known, branches), strict=True))
     places = [place for i, branch in enumerate(branches) for place in doublings(branch, follow, grown[i])]
     for place in places:
         try:
-            branches.append(doubled_branch(place, follow, limits))
-            grown.append(monodromies(branches[-1]))
+            doubled, growth = _known(doubled_branch(place, follow, limits))
+            branches.append(doubled)
+            grown.append(growth)
         except ConvergenceError as error:
             lost.append(f"twice the period at mesh frequency {place.point.speed:.6g}: {error}")
     return Response(tuple(branches), tuple(map(stability_of, grown)), tuple(places), tuple(lost))
@@ -101,6 +102,19 @@ def _from_below(follow: Follower, main: Branch, limits: tuple[float, float], los
     if end is not None and np.linalg.norm(end - start) <= SAME * np.linalg.norm(start):
         return []
     return [trace(follow, first_point(follow, start, low, upwards=True), limits)]
+
+
+def _known(branch: Branch) -> tuple[Branch, FloatArray]:
+    """Return a branch as far as the growth of disturbances is known, and that; at least its first point."""
+    found = []
+    for point in branch.points:
+        try:
+            found.append(monodromy(branch.balance, point.unknowns, point.speed))
+        except ConvergenceError as error:
+            if not found:
+                raise
+            return replace(branch, points=branch.points[: len(found)], ended=str(error)), np.array(found)
+    return branch, np.array(found)
 
 
 def monodromies(branch: Branch) -> FloatArray:

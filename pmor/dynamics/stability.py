@@ -17,6 +17,7 @@ from pmor.arrays import BoolArray, FloatArray
 from pmor.dynamics.force_law import forces_at
 from pmor.dynamics.harmonic_balance import Balance, fourier_rows
 from pmor.dynamics.kernels.growth import grow
+from pmor.errors import ConvergenceError
 
 # Steps per mesh cycle, in two runs that are extrapolated, and samples of the slope per step.
 STEPS, SAMPLES = 512, 16
@@ -25,7 +26,13 @@ GROWTH = 1e-6
 
 
 def monodromy(balance: Balance, unknowns: FloatArray, speed: float) -> FloatArray:
-    """Return the matrix by which displacements and velocities of a disturbance grow over a period, (2n, 2n)."""
+    """Return the matrix by which displacements and velocities of a disturbance grow over a period, (2n, 2n).
+
+    Raises
+    ------
+    ConvergenceError
+        Where the motion leaves the force law between the samples of the balance.
+    """
     slope = _slopes(balance, unknowns)
     fine, coarse = (_grown(balance, means, speed)[0] for means in (slope, slope.reshape(-1, 2).mean(axis=1)))
     return (4.0 * fine - coarse) / 3.0
@@ -60,6 +67,8 @@ def _slopes(balance: Balance, unknowns: FloatArray) -> FloatArray:
     """Mean of dF/dx over each step of a period, (cycles STEPS,)."""
     phase = 2.0 * np.pi * (np.arange(SAMPLES * balance.cycles * STEPS) + 0.5) / (SAMPLES * STEPS)
     _, slope = forces_at(balance.law, phase, _rows(len(phase), balance.orders) @ unknowns)
+    if not np.isfinite(slope).all():
+        raise ConvergenceError("the motion leaves the range of the force law")
     return np.asarray(slope.reshape(-1, SAMPLES).mean(axis=1))
 
 

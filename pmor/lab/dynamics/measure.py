@@ -18,7 +18,7 @@ from pmor.dynamics.harmonic_balance import rms
 from pmor.dynamics.integration import SAMPLES, Motion, integrate, run_through
 from pmor.dynamics.kernels.laws import ForceTable
 from pmor.dynamics.operating import mean_stiffness, static_displacement
-from pmor.dynamics.oscillator import Oscillator
+from pmor.dynamics.oscillator import Oscillator, position_under
 from pmor.dynamics.quantities import UM, cycle_of, quantities
 from pmor.dynamics.response import Response, response
 from pmor.errors import ConvergenceError
@@ -219,9 +219,7 @@ def resting_state(oscillator: Oscillator, law: ForceTable, interval: tuple[float
     """Return displacements and velocities at rest under the load at phase 0."""
     force = float(oscillator.load[0] / oscillator.lever[0])
     along = static_displacement(law, force, np.zeros(1), interval)[0]
-    bordered = np.vstack([oscillator.stiffness, oscillator.lever])
-    held = np.linalg.lstsq(bordered, np.append(oscillator.load - force * oscillator.lever, along), rcond=None)[0]
-    return np.append(held, np.zeros(oscillator.size))
+    return np.append(position_under(oscillator, force, float(along)), np.zeros(oscillator.size))
 
 
 def run_points(pieces: list[Motion]) -> list[Data]:

@@ -1,0 +1,100 @@
+"""The pair of a case in motion: what the command leaves, what it takes over, and what the Python API gives."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import pmor
+from pmor.app.cli import main
+from pmor.case import parse_case
+from pmor.dynamics.force_table import table_error
+from pmor.errors import ConvergenceError
+from pmor.lab.dynamics import run
+from pmor.lab.dynamics.measure import at_rest, solve, speeds_of
+from pmor.lab.dynamics.output import FILES
+from pmor_online.mesh_force import mesh_force_of
+from tests.small_case import case_text
+
+MESH = {"profile_elements": 5, "width_elements": 2}
+DYNAMICS = {"torques_Nm": [60.0, 100.0], "mesh_frequency_ratio": [0.8, 1.2], "run_cycles": 200}
+
+
+def text(**dynamics):
+    return case_text(mesh=MESH, contact={"scheme": "line"}, reduction=None, dynamics=DYNAMICS | dynamics)
+
+
+@pytest.fixture(autouse=True)
+def _coarse_table(monkeypatch):
+    monkeypatch.setattr(run, "PHASES", 60)
+    monkeypatch.setattr(run, "DISPLACEMENTS", 40)
+    monkeypatch.setattr(run, "CHECKED", 10)
+
+
+@pytest.fixture(scope="module")
+def model():
+    return pmor.train(parse_case(text(), "small", "small"))
+
+
+def test_the_command_leaves_what_scripts_rely_on(tmp_path, capsys):
+    path, out = tmp_path / "small.toml", tmp_path / "out"
+    path.write_text(text())
+    assert main(["dynamics", str(path), "--out", str(out)]) == 0
+    assert {file.name for file in out.iterdir() if not file.name.startswith(".")} == set(FILES)
+    data = json.loads((out / "dynamics.json").read_text())
+    assert [response["torque_Nm"] for response in data["responses"]] == [60.0, 100.0]
+    for response in data["responses"]:
+        assert response["lost"] == []
+        for point in (point for branch in response["branches"] for point in branch):
+            assert {"mesh_frequency_Hz", "dte_rms_um", "stable"} <= set(point)
+            assert point["dynamic_factor"] > 1.0
+        for fold in response["folds"]:
+            assert set(fold) == {"mesh_frequency_Hz", "dte_rms_um", "kind"}
+        assert "run_up" in {fold["kind"] for fold in response["folds"]}, "a spur pair without relief jumps"
+        low, high = (ratio * response["natural_frequency_Hz"] for ratio in (0.8, 1.2))
+        np.testing.assert_allclose([response["run_up"][0]["mesh_frequency_Hz"],
+                                    response["run_down"][0]["mesh_frequency_Hz"]], [low, high], rtol=5e-3)  # fmt: skip
+    assert "Folds, where motion jumps" in capsys.readouterr().out
+
+
+def test_finished_torques_are_taken_over(tmp_path, model, monkeypatch):
+    case = replace(model.case, dynamics=replace(model.case.dynamics, run_cycles=0, damping_ratio=0.1))
+    first = run.run_dynamics(case, model.reduced, tmp_path)
+    monkeypatch.setattr(run, "solve", lambda task: pytest.fail("solved again"))
+    assert run.run_dynamics(case, model.reduced, tmp_path).responses == first.responses
+
+
+def test_the_api_asks_for_what_the_case_does_not(model):
+    result = model.dynamics(torques_Nm=[80.0], run_cycles=0, damping_ratio=0.2)
+    assert result.torque_Nm.tolist() == [80.0]
+    assert result.folds == ((),), "strong damping leaves no jump"
+    assert result.plot_waterfall() is None
+    assert len(result.plot_response().axes) == 2
+    assert "80 N m" in repr(result)
+    with pytest.raises(pmor.CaseError, match="degrees_of_freedom = 2"):
+        model.dynamics(degrees_of_freedom=2)
+
+
+def test_the_force_table_is_the_force_law_within_the_error_that_it_states(model, rng):
+    law, error, largest = run.force_law(model.case, model.reduced)
+    load = 1e5 / model.reduced.meshed.pair.pinion.base_radius
+    assert largest > 3.0 * load, "it goes beyond the largest torque"
+    elsewhere = table_error(law, mesh_force_of(model.reduced), 10, rng)
+    assert elsewhere.rms < 1.5 * error.rms  # measured at other places; a coarse table: 1.5e-3
+    assert error.rms < 3e-3
+
+
+def test_motion_beyond_the_table_is_named_and_gives_no_points(model):
+    law = run.force_law(model.case, model.reduced)[0]
+    task = run.tasks_of(model.case, run.gear_model(model.case, model.reduced.meshed.pair), law)[1]
+    with pytest.raises(ConvergenceError, match="is not borne"):
+        at_rest(replace(task, torque_Nm=1e5))
+    load = float(task.model.oscillator(task.torque_Nm, 0.0).load[0])
+    short = law._replace(reach=law.reach, knots=law.knots * load / law.knots[:, -1, 0].min() * 1.3)
+    found = solve(replace(task, law=short, damping_ratio=1e-3, run_cycles=100))
+    assert any("leaves" in lost for lost in found["lost"])
+    rest = at_rest(replace(task, law=short))
+    assert speeds_of(task, rest)[0] < rest.natural < speeds_of(task, rest)[1]
+    for point in (point for branch in found["branches"] for point in branch):
+        assert np.isfinite(point["dte_rms_um"])

@@ -1,0 +1,82 @@
+"""Broken sections `[dynamics]`: one line that names the place, the value and the remedy, exit code 2."""
+
+import pytest
+
+from pmor.app.cli import main
+from pmor.case import change_case, parse_case, text_of
+from pmor.errors import CaseError
+from tests.small_case import case_text
+
+LINES = {"contact": {"scheme": "line"}, "reduction": None}
+ON_BEARINGS = {"degrees_of_freedom": 6, "pinion_bearing_stiffness_N_um": [300.0, 300.0]}
+
+# name: (the section, what the message must hold)
+BROKEN = {
+    "misspelt key": ({"dampng_ratio": 0.02}, ["dampng_ratio", "did you mean damping_ratio?"]),
+    "no torque": ({"torques_Nm": []}, ["torques_Nm = []", "at least one value"]),
+    "torque of nothing": ({"torques_Nm": [0.0, 50.0]}, ["torques_Nm", "above 0"]),
+    "torque as a number": ({"torques_Nm": 50.0}, ["torques_Nm = 50.0", "must be a list"]),
+    "no damping": ({"damping_ratio": 0.0}, ["damping_ratio = 0.0", "above 0"]),
+    "damping in per cent": ({"damping_ratio": 5.0}, ["damping_ratio = 5.0", "at most 2"]),
+    "damping twice": ({"damping_ratio": 0.05, "mesh_damping_N_s_mm": 1.0}, ["mesh_damping_N_s_mm = 1.0", "leave one"]),
+    "three degrees of freedom": ({"degrees_of_freedom": 3}, ["degrees_of_freedom = 3", "1, 6 or 12"]),
+    "half a degree of freedom": ({"degrees_of_freedom": 6.5}, ["degrees_of_freedom = 6.5", "whole number"]),
+    "one frequency": ({"mesh_frequency_ratio": [1.0]}, ["mesh_frequency_ratio = [1.0]", "lowest and the highest"]),
+    "frequencies twice": (
+        {"mesh_frequency_ratio": [0.5, 1.0], "mesh_frequency_Hz": [500.0, 900.0]}, ["mesh_frequency_Hz", "leave one"],
+    ),
+    "speed of nothing": ({"mesh_frequency_Hz": [0.0, 900.0]}, ["mesh_frequency_Hz = [0.0, 900.0]", "between 0.001"]),
+    "the same frequency": ({"mesh_frequency_Hz": [900.0, 900.0]}, ["900.0 is there twice"]),
+    "density in g/cm3": ({"density_kg_m3": 7.81}, ["density_kg_m3 = 7.81", "looks like g/cm3", "write 7810.0"]),
+    "no inertia": ({"wheel_inertia_kg_m2": 0.0}, ["wheel_inertia_kg_m2 = 0.0", "above 0"]),
+    "inertia as text": ({"pinion_inertia_kg_m2": "0.01"}, ["pinion_inertia_kg_m2", "remove the quotes"]),
+    "less than no backlash": ({"backlash_um": -20.0}, ["backlash_um = -20.0", "between 0"]),
+    "bearings of rigid axes": ({"wheel_bearing_stiffness_N_um": [300.0, 300.0]}, ["degrees_of_freedom = 1", "write 6"]),
+    "an axial bearing too many": (
+        ON_BEARINGS | {"pinion_bearing_stiffness_N_um": [3.0, 3.0, 3.0]}, ["must be 2 values", "x, y"],
+    ),
+    "an axial bearing too few": (ON_BEARINGS | {"degrees_of_freedom": 12}, ["must be 3 values", "x, y, z"]),
+    "tilting in the plane": (
+        ON_BEARINGS | {"pinion_tilting_stiffness_kNm_rad": [1.0, 1.0]}, ["gears do not tilt", "write 12"],
+    ),
+    "damped rigid bearings": (
+        ON_BEARINGS | {"wheel_bearing_damping_N_s_mm": [1.0, 1.0]}, ["without wheel_bearing_stiffness_N_um"],
+    ),
+    "loose bearings": (ON_BEARINGS | {"pinion_bearing_stiffness_N_um": [0.0, 3.0]}, ["above 0"]),
+    "half a cycle": ({"run_cycles": 0.5}, ["run_cycles = 0.5", "whole number"]),
+    "a list where one is asked for": ({"damping_ratio": [0.02]}, ["damping_ratio = [0.02]", "remove the brackets"]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_broken_sections_are_refused_in_one_line(name):
+    section, words = BROKEN[name]
+    with pytest.raises(CaseError) as caught:
+        parse_case(case_text(**LINES, dynamics=section), "small", "small.toml")
+    message = str(caught.value)
+    assert message.startswith("small.toml: [dynamics] ")
+    assert "\n" not in message
+    for word in words:
+        assert word in message
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"contact": {"scheme": "direct"}, "reduction": {"shapes": "flank_lines"}}, "take the mesh force from line"),
+        (LINES | {"pinion.modification": {"pitch_deviations_um": [0.0] * 20 + [8.0]}}, "repeats with the mesh"),
+    ],
+)
+def test_a_pair_without_a_force_law_that_repeats_is_refused_by_the_command(change, words, tmp_path, capsys):
+    path = tmp_path / "small.toml"
+    path.write_text(case_text(**change))
+    assert main(["dynamics", str(path), "--out", str(tmp_path / "out")]) == 2
+    assert words in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_section_that_is_changed_in_python_reads_back():
+    case = parse_case(case_text(**LINES), "small", "small.toml")
+    asked = change_case(case, dynamics=ON_BEARINGS | {"mesh_frequency_Hz": [100.0, 900.0], "mesh_damping_N_s_mm": 2.0})
+    assert parse_case(text_of(asked), "small", "small.toml").dynamics == asked.dynamics
+    assert asked.dynamics.mesh_frequency_Hz == (100.0, 900.0)
