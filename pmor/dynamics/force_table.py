@@ -26,7 +26,7 @@ CUTS, ROUNDS = 32, 5
 # Displacements for the slope, over the distance from first touch.
 OFFSET = 1e-4
 # Displacements at which it is tried whether the flanks bear a load, mm, each so much larger than the last; phases.
-SMALLEST_RANGE, LARGEST_RANGE, RANGE_STEP, RANGE_PHASES = 1e-5, 10.0, 1.1, 8
+SMALLEST_RANGE, LARGEST_RANGE, RANGE_STEP, RANGE_PHASES = 1e-8, 10.0, 1.1, 8
 # Of a stencil of five points for the derivative by the phase.
 STENCIL = np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / 12.0
 

@@ -53,7 +53,9 @@ class Response:
         return tuple(sorted(found, key=lambda fold: fold.point.speed))
 
 
-def response(oscillator: Oscillator, law: ForceLaw, limits: tuple[float, float]) -> Response:
+def response(
+    oscillator: Oscillator, law: ForceLaw, limits: tuple[float, float], harmonics: int = HARMONICS
+) -> Response:
     """Follow periodic motion from both ends of the frequency, and what branches off it.
 
     Parameters
@@ -62,6 +64,8 @@ def response(oscillator: Oscillator, law: ForceLaw, limits: tuple[float, float])
     law : ForceLaw
     limits : tuple of float
         Mesh frequencies, angular.
+    harmonics : int
+        Of the mesh frequency.
 
     Returns
     -------
@@ -72,7 +76,7 @@ def response(oscillator: Oscillator, law: ForceLaw, limits: tuple[float, float])
     ConvergenceError
         Where no motion is found at the upper frequency.
     """
-    balance = Balance(oscillator, law, cycles=1, harmonics=HARMONICS)
+    balance = Balance(oscillator, law, cycles=1, harmonics=harmonics)
     start = solve_at(balance, limits[1], rest(balance))
     follow = follower(balance, start, limits[1])
     lost: list[str] = []

@@ -5,6 +5,7 @@ A task can go to another process: it holds numbers alone.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -20,7 +21,7 @@ from pmor.dynamics.kernels.laws import ForceTable
 from pmor.dynamics.operating import mean_stiffness, static_displacement
 from pmor.dynamics.oscillator import Oscillator, position_under
 from pmor.dynamics.quantities import UM, cycle_of, quantities
-from pmor.dynamics.response import Response, response
+from pmor.dynamics.response import HARMONICS, Response, response
 from pmor.errors import ConvergenceError
 
 HZ = 1.0 / (2.0 * np.pi)
@@ -28,6 +29,8 @@ HZ = 1.0 / (2.0 * np.pi)
 INSIDE = 1e-3
 # Cycles at the first speed of a run, in which what its start disturbs dies out.
 SETTLING = 300
+# Highest harmonic at the lowest speed, over the natural frequency.
+BEYOND_NATURAL = 1.6
 # Points that are kept of a run.
 RUN_POINTS = 400
 # Spectra of a run: cycles of each, highest order, how many.
@@ -116,12 +119,17 @@ def speeds_of(task: Task, rest: AtRest) -> tuple[float, float]:
     return scale * task.limits[0], scale * task.limits[1]
 
 
+def needed_harmonics(rest: AtRest, limits: tuple[float, float]) -> int:
+    """Return how many harmonics of the mesh frequency reach well beyond the natural frequency at all speeds."""
+    return max(HARMONICS, math.ceil(BEYOND_NATURAL * rest.natural / limits[0]))
+
+
 def solve(task: Task) -> Data:
     """Return the response to a torque, with run-up and run-down, as `dynamics.json` holds it."""
     rest = at_rest(task)
     limits, lost = speeds_of(task, rest), list[str]()
     try:
-        found = response(rest.oscillator, task.law, limits)
+        found = response(rest.oscillator, task.law, limits, needed_harmonics(rest, limits))
     except ConvergenceError as error:
         found = Response((), (), (), ())
         lost.append(f"response: {error}")
