@@ -20,6 +20,8 @@ from pmor.errors import ConvergenceError
 HARMONICS = 20
 
 
+# Above the upper limit, where motion is looked for that is not found there: by what factor, and how far.
+FARTHER, FARTHEST = 1.3, 3.0
 # Of the unknowns, when two motions at one frequency are the same.
 SAME = 1e-6
 
@@ -77,10 +79,9 @@ def response(
         Where no motion is found at the upper frequency.
     """
     balance = Balance(oscillator, law, cycles=1, harmonics=harmonics)
-    start = solve_at(balance, limits[1], rest(balance))
-    follow = follower(balance, start, limits[1])
+    follow, start = _from_above(balance, limits[1])
     lost: list[str] = []
-    branches = [trace(follow, first_point(follow, start, limits[1], upwards=False), limits)]
+    branches = [trace(follow, start, limits)]
     branches += _from_below(follow, branches[0], limits, lost)
     branches, grown = map(list, zip(*map(_known, branches), strict=True))
     places = [place for i, branch in enumerate(branches) for place in doublings(branch, follow, grown[i])]
@@ -92,6 +93,33 @@ def response(
         except ConvergenceError as error:
             lost.append(f"twice the period at mesh frequency {place.point.speed:.6g}: {error}")
     return Response(tuple(branches), tuple(map(stability_of, grown)), tuple(places), tuple(lost))
+
+
+def _from_above(balance: Balance, high: float) -> tuple[Follower, Point]:
+    """Return the motion at the upper limit, headed downwards; amid a resonance it is come to from higher frequencies.
+
+    Raises
+    ------
+    ConvergenceError
+        Where no motion is found at any of them.
+    """
+    speed = high
+    while True:
+        try:
+            found = solve_at(balance, speed, rest(balance))
+            break
+        except ConvergenceError:
+            if speed > FARTHEST * high:
+                raise
+            speed *= FARTHER
+    follow = follower(balance, found, speed)
+    start = first_point(follow, found, speed, upwards=False)
+    if speed == high:
+        return follow, start
+    last = trace(follow, start, (high, speed)).points[-1]
+    if last.speed > high:
+        raise ConvergenceError(f"no periodic motion found at mesh frequency {high:.6g}")
+    return follow, last
 
 
 def _from_below(follow: Follower, main: Branch, limits: tuple[float, float], lost: list[str]) -> list[Branch]:
