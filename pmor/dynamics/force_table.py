@@ -22,8 +22,9 @@ from pmor.threads import in_order
 Forces = Callable[[float, FloatArray], FloatArray]
 
 # Where flanks first touch: intervals that a range is cut into, again and again.
-CUTS, ROUNDS = 32, 5
-# Displacements for the slope, over the distance from first touch.
+CUTS, ROUNDS = 8, 9
+# Displacements on either side of a knot, over its distance from first touch: forces there give value and slope, the
+# value to the square of this.
 OFFSET = 1e-4
 # Displacements at which it is tried whether the flanks bear a load, mm, each so much larger than the last; phases.
 SMALLEST_RANGE, LARGEST_RANGE, RANGE_STEP, RANGE_PHASES = 1e-8, 10.0, 1.1, 8
@@ -111,15 +112,14 @@ def tabulate(
     reach = highest - touch.min()
     s = np.linspace(0.0, 1.0, displacements)
     beyond = reach * s[1:] ** 2
-    # The two on either side of a knot are not symmetric in s, but in the displacement.
-    near = np.concatenate([beyond * (1.0 - OFFSET), beyond, beyond * (1.0 + OFFSET)])
+    near = np.concatenate([beyond * (1.0 - OFFSET), beyond * (1.0 + OFFSET)])
 
     def row(place: int) -> FloatArray:
-        return np.asarray(forces(float(angle[place]), touch[place] + near)).reshape(3, -1)
+        return np.asarray(forces(float(angle[place]), touch[place] + near)).reshape(2, -1)
 
     knots = np.zeros((phases, displacements, 4))
-    for i, (below, at, above) in enumerate(in_order(row, range(phases), executor)):
-        knots[i, 1:, 0] = at
+    for i, (below, above) in enumerate(in_order(row, range(phases), executor)):
+        knots[i, 1:, 0] = 0.5 * (below + above)
         knots[i, 1:, 2] = (above - below) / (2.0 * OFFSET * beyond) * 2.0 * reach * s[1:]
     if not np.isfinite(knots).all():
         raise ValueError("the law gives no force somewhere in the range of the table")

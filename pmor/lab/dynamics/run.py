@@ -28,7 +28,7 @@ from pmor_online.model import ReducedPair, reduced_pair
 
 # Knots of the force law over the mesh cycle and over the displacement, and how far it goes: multiples of the
 # displacement under the largest torque. At 2 % damping motion without relief goes to six or seven times that.
-PHASES, DISPLACEMENTS, MULTIPLE = 400, 120, 10.0
+PHASES, DISPLACEMENTS, MULTIPLE = 400, 200, 10.0
 # Places where a table is held against its law: their number squared.
 CHECKED, SEED = 40, 18
 
