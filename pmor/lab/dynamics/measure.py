@@ -6,7 +6,7 @@ A task can go to another process: it holds numbers alone.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -203,15 +203,13 @@ def _runs(task: Task, rest: AtRest, limits: tuple[float, float], lost: list[str]
     for key, (first, last) in (("run_up", limits), ("run_down", limits[::-1])):
         if not task.run_cycles:
             continue
-        pieces = list[Motion]()
         try:
-            pieces.extend(_run(task, rest, first, last))
+            found[key], spectra = follow(_run(task, rest, first, last), task.run_cycles)
         except ConvergenceError as error:
             lost.append(f"{key}: {error}")
             continue
-        found[key] = run_points(pieces)
         if key == "run_up":
-            found["waterfall"] = spectra(pieces)
+            found["waterfall"] = spectra
     return found
 
 
@@ -230,10 +228,35 @@ def resting_state(oscillator: Oscillator, law: ForceTable, interval: tuple[float
     return np.append(position_under(oscillator, force, float(along)), np.zeros(oscillator.size))
 
 
-def run_points(pieces: list[Motion]) -> list[Data]:
-    """Return mesh frequency, transmission error and loss of contact over a run, means of neighbouring cycles."""
-    speed, size = (np.concatenate([getattr(p, name) for p in pieces]) for name in ("cycle_speed", "rms"))
-    apart = np.concatenate([(p.force == 0.0).reshape(-1, SAMPLES).mean(axis=1) for p in pieces])
+def follow(pieces: Iterable[Motion], cycles: int) -> tuple[list[Data], Data | None]:
+    """Return what is kept of a run, piece by piece, and the spectra along it; None of a short run.
+
+    Parameters
+    ----------
+    pieces : iterable of Motion
+        A long run has more samples than memory.
+    cycles : int
+        In all.
+    """
+    kept, spectra = list[FloatArray](), list[tuple[float, FloatArray]]()
+    stride, due, done = max(SPECTRUM_CYCLES, cycles // SPECTRA), 0, 0
+    for piece in pieces:
+        apart = (piece.force == 0.0).reshape(-1, SAMPLES).mean(axis=1)
+        kept.append(np.column_stack([piece.cycle_speed, piece.rms, apart]))
+        count = len(apart)
+        while due < done + count:
+            start = min(due - done, count - SPECTRUM_CYCLES)
+            if start >= 0:
+                spectra.append((float(piece.cycle_speed[start : start + SPECTRUM_CYCLES].mean()),
+                                _spectrum(piece.displacement[start * SAMPLES :])))  # fmt: skip
+            due += stride
+        done += count
+    return _run_points(np.concatenate(kept)), _spectra(spectra)
+
+
+def _run_points(kept: FloatArray) -> list[Data]:
+    """Mesh frequency, transmission error and loss of contact over a run, means of neighbouring cycles."""
+    speed, size, apart = kept.T
     ends = np.linspace(0, len(speed), min(RUN_POINTS, len(speed)) + 1).astype(int)
     return [
         {"mesh_frequency_Hz": _hz(speed[a:b].mean()), "dte_rms_um": UM * float(np.sqrt((size[a:b] ** 2).mean())),
@@ -242,23 +265,24 @@ def run_points(pieces: list[Motion]) -> list[Data]:
     ]  # fmt: skip
 
 
-def spectra(pieces: list[Motion]) -> Data | None:
-    """Return amplitudes of the orders of the mesh frequency along a run, whole and broken ones; None of a short run."""
-    displacement, speed = (np.concatenate([getattr(p, name) for p in pieces]) for name in ("displacement", "speed"))
+def _spectrum(displacement: FloatArray) -> FloatArray:
+    """Amplitudes of the orders of the mesh frequency in the first cycles of some, whole and broken orders."""
     length = SPECTRUM_CYCLES * SAMPLES
-    if len(displacement) < length:
-        return None
-    starts = np.unique(np.linspace(0, len(displacement) // length - 1, SPECTRA).astype(int)) * length
+    block = displacement[:length] - displacement[:length].mean()
     # Hann's window keeps an order from those beside it; the mean of it is a half.
     window = 0.5 - 0.5 * np.cos(2.0 * np.pi * np.arange(length) / length)
     count = int(HIGHEST_ORDER * SPECTRUM_CYCLES) + 1
-    blocks = displacement[starts[:, None] + np.arange(length)]
-    blocks = (blocks - blocks.mean(axis=1, keepdims=True)) * window
-    amplitudes = np.abs(np.fft.rfft(blocks, axis=1))[:, :count] * (4.0 / length)
+    return np.asarray(np.abs(np.fft.rfft(block * window))[:count] * (4.0 / length))
+
+
+def _spectra(found: list[tuple[float, FloatArray]]) -> Data | None:
+    if not found:
+        return None
     return {
-        "mesh_frequency_Hz": [_hz(speed[start : start + length].mean()) for start in starts],
-        "order": (np.arange(count) / SPECTRUM_CYCLES).tolist(),
-        "amplitude_um": (UM * amplitudes).tolist(),
+        "mesh_frequency_Hz": [_hz(speed) for speed, _ in found],
+        "order": (np.arange(len(found[0][1])) / SPECTRUM_CYCLES).tolist(),
+        # Of five digits: a picture shows three.
+        "amplitude_um": [[float(f"{UM * amplitude:.5g}") for amplitude in spectrum] for _, spectrum in found],
     }
 
 
