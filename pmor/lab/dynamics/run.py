@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pmor.case import Case
+from pmor.case import Case, change_case, without_models
 from pmor.dynamics.force_table import TableError, range_under, table_error, tabulate
 from pmor.dynamics.gear_model import GearModel, gear_model
 from pmor.dynamics.kernels.laws import ForceTable
@@ -65,7 +65,9 @@ class Dynamics:
 def reduced_of(case: Case) -> ReducedPair:
     """Return the reduced pair of a case: finite elements of the gears, line loads as unknowns."""
     refuse_other_models(case)
-    return reduced_pair(train(case, elastic_model(case, mesh_model(case))).basis)
+    # Motion asks for none of what else a basis holds.
+    bare = change_case(without_models(case), mesh={"error_bar": False})
+    return reduced_pair(train(bare, elastic_model(bare, mesh_model(bare))).basis)
 
 
 def refuse_other_models(case: Case) -> None:
