@@ -11,6 +11,7 @@ from pmor.dynamics.oscillator import along_line_of_action
 from pmor.dynamics.period_doubling import between_orders, doublings
 from pmor.dynamics.response import HARMONICS, largest, monodromies, response
 from pmor.dynamics.stability import multipliers, stability_of
+from pmor.errors import ConvergenceError
 
 BENCHMARK = VaryingStiffness(stiffness=1.0, variation=0.2, pulls=False)
 # Given to four digits; found from two sides, this code being the third.
@@ -71,6 +72,18 @@ def test_no_fold_is_lost_where_the_speeds_begin_amid_the_resonance(low):
     assert len(found.branches) == (2 if low > 0.6 else 1)
     run_up = [fold.point.speed for fold in found.folds if fold.kind == "run_up"]
     np.testing.assert_allclose(run_up, [0.9069], rtol=PUBLISHED)
+
+
+def test_motion_not_found_at_the_upper_limit_is_come_to_from_above(monkeypatch):
+    def fails_there(balance, speed, start):
+        if speed == 1.4:
+            raise ConvergenceError("made to fail")
+        return solve_at(balance, speed, start)
+
+    monkeypatch.setattr("pmor.dynamics.response.solve_at", fails_there)
+    found = response(along_line_of_action(1.0, 0.1, 1.0), BENCHMARK, (0.55, 1.4))
+    np.testing.assert_allclose([fold.point.speed for fold in found.folds], [0.8344, 0.9069], rtol=PUBLISHED)
+    assert found.branches[0].speed.max() <= 1.4
 
 
 def test_strong_damping_leaves_no_fold():
