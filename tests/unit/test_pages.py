@@ -16,8 +16,8 @@ import pmor.report.page
 from pmor.report.data_files import write_ste_csv, write_summary_json
 from pmor.report.markdown import write_markdown
 from pmor.report.page import Heading, Picture, Warning, page_html, write_page
-from pmor.report.summary import summary_text
 from pmor.report.style import data_uri, picture_bytes
+from pmor.report.summary import summary_text
 from pmor.report.table import Table, format_cell
 from pmor.results.sweep import SteSweep
 
