@@ -141,9 +141,11 @@ def test_results_in_a_rexs_file_are_those_of_the_sweep():
     reduced, results = small_results()
     pair = reduced.meshed.pair
     force = 1e3 * results.torque_Nm / pair.pinion.base_radius
-    # Under a held torque the line loads carry the force at every angle: so does their mean.
-    np.testing.assert_allclose(results.load_N_per_mm @ results.width_mm, force, rtol=1e-9)
-    np.testing.assert_allclose(results.width_mm.sum(), pair.common_width, rtol=1e-12)
+    # Under a held torque the line loads carry the force at every angle, and their mean does. Where a tip corner carries,
+    # its lever is a little shorter than the base radius: by 3e-4 here, over the cycle.
+    mean = results.load_N_per_mm.max() / results.face_load_factor
+    np.testing.assert_allclose(mean * pair.common_width, force, rtol=5e-4)
+    np.testing.assert_allclose(results.z_mm[[0, -1]], [0.0, pair.common_width], atol=1e-12)
     np.testing.assert_allclose(results.stiffness_N_per_mm * 1e-3 * results.ste_um, force, rtol=1e-12)
     assert 1.0 <= results.face_load_factor < 1.2
     # Hertz, by the half-width: w = pi b p / 2, b = 2 w / (pi p), b^2 = 4 w rho (1/E1' + 1/E2') / pi.
