@@ -141,8 +141,8 @@ def test_results_in_a_rexs_file_are_those_of_the_sweep():
     reduced, results = small_results()
     pair = reduced.meshed.pair
     force = 1e3 * results.torque_Nm / pair.pinion.base_radius
-    # Under a held torque the line loads carry the force at every angle, and their mean does. Where a tip corner carries,
-    # its lever is a little shorter than the base radius: by 3e-4 here, over the cycle.
+    # Under a held torque the line loads carry the force at every angle, and so does their mean. Where a tip corner
+    # carries, its lever is a little shorter than the base radius: by 3e-4 here, over the cycle.
     mean = results.load_N_per_mm.max() / results.face_load_factor
     np.testing.assert_allclose(mean * pair.common_width, force, rtol=5e-4)
     np.testing.assert_allclose(results.z_mm[[0, -1]], [0.0, pair.common_width], atol=1e-12)
