@@ -56,7 +56,7 @@ def rng():
 def undrawn(monkeypatch):
     """Pictures are empty where a test looks at what is around them: to draw one takes half a second."""
     monkeypatch.setattr("matplotlib.figure.Figure.savefig", lambda figure, target, **options: None)
-    monkeypatch.setattr("pmor.report.style._small_png", lambda drawn: drawn.getvalue())
+    monkeypatch.setattr("pmor.report.style._small_picture", lambda drawn, *kind, **how: drawn.getvalue())
 
 
 @pytest.fixture(scope="module")

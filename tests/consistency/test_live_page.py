@@ -71,14 +71,15 @@ def page(spur, tmp_path_factory):
 
 def set_values(opened, values):
     """Write values into number fields and choices, keyed (group, key), and wait for what the page makes of them."""
-    opened.evaluate(f"{RESULT} = null")
-    script = """for (const [group, key, value] of %s) {
+    # In one go: the page may be about to show what was asked for before.
+    script = """%s = null;
+    for (const [group, key, value] of %s) {
       const row = document.querySelector(`[data-group="${group}"][data-key="${key}"]`);
       const input = row.querySelector("select, input[type=number]");
       input.value = value;
       input.dispatchEvent(new Event("input"));
     }"""
-    opened.evaluate(script % json.dumps([[*name, value] for name, value in values.items()]))
+    opened.evaluate(script % (RESULT, json.dumps([[*name, value] for name, value in values.items()])))
     opened.wait_for(f"!!{RESULT}")
 
 
