@@ -1,0 +1,152 @@
+// The section as a whole: what is chosen, and what has to be drawn anew when that changes.
+
+// What an update goes through, each including those before it.
+const SCATTER_ONLY = 1, FRONT_TOO = 2, ALL = 3;
+
+function firstState(designs) {
+  const numbers = designs.columns.map((_, c) => c);
+  const results = numbers.filter(c => isObjective(designs.columns[c])), inputs = numbers.filter(c => !results.includes(c));
+  const [x, y] = [...results, ...inputs];
+  const objectives = results.length > 1 ? results.slice(0, 2).map(column => ({ column, sign: 1 })) : [];
+  return {
+    x, y: y === undefined ? x : y, colour: inputs.length && results.length ? inputs[0] : -1, objectives,
+    filters: designs.columns.map(() => null), infeasible: false, sort: { column: objectives[0]?.column ?? -1, up: true },
+    pointed: -1, kept: -1,
+  };
+}
+
+function startExplorer(root) {
+  const designs = unpackDesigns(JSON.parse(root.querySelector("script[type='application/json']").textContent));
+  const state = firstState(designs), part = name => root.querySelector(`.${name}`);
+  const scatter = part("scatter"), lines = part("lines");
+  let places = null, axes = null, layers = null, pending = 0, listed = null;
+  root.explorer = state;
+
+  function update(level) {
+    if (level >= ALL) {
+      state.shown = shownDesigns(designs, state.filters, state.infeasible);
+      state.rows = rowsOf(state.shown);
+      part("count").textContent = countText(designs, state);
+      showFilters();
+      drawLines(layers.lines[0], designs, state, axes);
+    }
+    if (level >= FRONT_TOO) {
+      state.front = state.objectives.length ? paretoFront(designs, state.rows, state.objectives) : [];
+      list();
+    }
+    places = scatterPlaces(designs, state, scatter.clientWidth);
+    drawScatter(layers.scatter[0], designs, state, places);
+    drawChosen();
+  }
+  function soon(level) {
+    if (!pending) requestAnimationFrame(() => { const now = pending; pending = 0; update(now); });
+    pending = Math.max(pending, level);
+  }
+  function layout() {
+    axes = linePlaces(designs, lines.clientWidth);
+    layers = {
+      scatter: layersOf(scatter, scatter.clientWidth, SCATTER.height), lines: layersOf(lines, axes.width, axes.height),
+    };
+    lines.querySelector(".layers").style.width = `${axes.width}px`;
+    update(ALL);
+  }
+  // The table is built anew only when it has other rows.
+  function list() {
+    const now = JSON.stringify([state.front, state.objectives, state.sort]);
+    if (now !== listed && state.objectives.length) showFront(part("front"), designs, state, sortBy, point);
+    listed = now;
+  }
+  function sortBy(column) {
+    state.sort = { column, up: state.sort.column === column ? !state.sort.up : true };
+    list();
+    part("front").querySelector("th[aria-sort] button").focus();
+  }
+  function setFilter(c, filter) {
+    state.filters[c] = filter;
+    soon(ALL);
+  }
+  function point(i) {
+    if (i === state.pointed) return;
+    state.pointed = i;
+    drawChosen();
+  }
+  function keep(i) {
+    state.kept = i;
+    drawChosen();
+  }
+  function drawChosen() {
+    const i = state.pointed < 0 ? state.kept : state.pointed, [above, over] = [layers.scatter[1], layers.lines[1]];
+    above.clearRect(0, 0, places.width, SCATTER.height);
+    over.clearRect(0, 0, axes.width, axes.height);
+    showDetails(part("details"), designs, i);
+    if (i < 0) return;
+    for (const context of [above, over]) {
+      context.strokeStyle = INK;
+      context.lineWidth = 2;
+    }
+    if (!Number.isNaN(places.x[i] + places.y[i])) ring(above, places.x[i], places.y[i], DOT + 4);
+    strokeDesign(over, axes, i);
+  }
+
+  const showFilters = rangeFields(part("ranges"), designs, state, setFilter);
+  wireScatter(scatter.querySelector(".top"), designs, state, { places: () => places, point, keep });
+  wireBrushes(lines.querySelector(".top"), { places: () => axes, filterOf: c => state.filters[c], setFilter });
+  for (const name of ["x", "y", "colour"]) {
+    const select = part("choices").querySelector(`.${name}`);
+    fillChoice(select, designs, name === "colour" ? { nothing: "one for all" } : {});
+    select.value = state[name];
+    select.addEventListener("input", () => {
+      state[name] = Number(select.value);
+      showLegend(part("legend"), designs, designs.columns[state.colour]);
+      soon(SCATTER_ONLY);
+    });
+  }
+  objectiveChoices(part("objectives"), designs, state, () => {
+    const [{ column, sign }] = state.objectives;
+    state.sort = { column, up: sign > 0 };
+    soon(FRONT_TOO);
+  });
+  part("infeasible").hidden = !designs.reason.some(reason => reason);
+  part("infeasible").querySelector("input").addEventListener("input", event => {
+    state.infeasible = event.target.checked;
+    soon(ALL);
+  });
+  part("clear").addEventListener("click", () => { state.filters.fill(null); soon(ALL); });
+  part("download").addEventListener("click", () => download("designs.csv", csvOf(designs, state.rows)));
+  part("front").hidden = part("front-caption").hidden = !state.objectives.length;
+  showReasons(part("reasons"), designs);
+  showLegend(part("legend"), designs, designs.columns[state.colour]);
+  part("missing").hidden = true;
+  part("body").hidden = false;
+  layout();
+  window.addEventListener("resize", layout);
+}
+
+function wireScatter(canvas, designs, state, { places, point, keep }) {
+  canvas.addEventListener("pointermove", event => point(nearest(state.rows, places(), event.offsetX, event.offsetY)));
+  canvas.addEventListener("pointerleave", () => point(-1));
+  canvas.addEventListener("click", event => keep(nearest(state.rows, places(), event.offsetX, event.offsetY)));
+  canvas.addEventListener("keydown", event => {
+    const step = { ArrowRight: 1, ArrowLeft: -1, ArrowUp: 1, ArrowDown: -1 }[event.key];
+    if (event.key === "Escape") keep(-1);
+    if (!step) return;
+    event.preventDefault();
+    const { x, y } = places(), along = state.rows.filter(i => !Number.isNaN(x[i] + y[i])).sort((i, j) => x[i] - x[j]);
+    const now = along.indexOf(state.kept);
+    if (along.length) keep(along[now < 0 ? 0 : Math.min(Math.max(now + step, 0), along.length - 1)]);
+  });
+}
+
+function countText(designs, state) {
+  const hidden = state.infeasible ? 0 : designs.reason.reduce((sum, reason) => sum + (reason ? 1 : 0), 0);
+  const said = `${grouped(state.rows.length)} of ${grouped(designs.count)} designs`;
+  return hidden ? `${said}, ${grouped(hidden)} infeasible hidden` : said;
+}
+
+function download(name, text) {
+  const link = element("a", { href: URL.createObjectURL(new Blob([text], { type: "text/csv" })), download: name });
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+}
+
+startExplorer(document.currentScript.closest(".explorer"));
