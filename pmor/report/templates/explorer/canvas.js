@@ -38,6 +38,10 @@ function ticksFor(column, [low, high], count) {
   return places.map(at => ({ at, text: String(Number(at.toPrecision(digits))) }));
 }
 
+function channels(hex) {
+  return [1, 3, 5].map(at => parseInt(hex.slice(at, at + 2), 16));
+}
+
 function shortText(text, most) {
   return text.length > most ? `${text.slice(0, most - 1)}…` : text;
 }

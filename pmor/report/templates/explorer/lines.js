@@ -1,8 +1,8 @@
 // Parallel axes: a line for each design.
 
-const LINES = { left: 28, top: 116, height: 390, bottom: 14, gap: 42, slant: -Math.PI / 5, title: 30 };
-// Up to so many lines are drawn one by one, more as a picture of how many pass through each pixel.
-const SINGLE_LINES = 300;
+const LINES = { left: 28, top: 124, height: 402, bottom: 14, gap: 42, slant: -Math.PI / 5, title: 28 };
+// Up to so many lines are drawn one by one, more as a picture of how many pass through each pixel, three times as wide as high.
+const SINGLE_LINES = 300, COARSE = 3;
 
 // Where the axes stand and the designs cross them, in CSS pixels.
 function linePlaces(designs, wide) {
@@ -18,25 +18,22 @@ function linePlaces(designs, wide) {
   return { axes, gap, low, top, width: left + gap * (axes.length - 1) + right, height };
 }
 
-function drawLines(context, designs, state, places) {
+// `behind` is a picture of all feasible designs: the same whatever the filters are.
+function drawLines(context, state, places, behind) {
   context.clearRect(0, 0, places.width, places.height);
-  const rest = [];
-  for (let i = 0; i < designs.count; i++) if (!state.shown[i] && !designs.reason[i]) rest.push(i);
-  drawBundle(context, places, rest, "#c9d1d8");
-  drawBundle(context, places, state.rows, BLUE);
+  if (state.filters.some(filter => filter)) drawPicture(context, places, behind);
+  if (state.rows.length > SINGLE_LINES) {
+    drawPicture(context, places, densityPicture(places, state.rows, BLUE));
+  } else {
+    context.strokeStyle = BLUE;
+    context.lineWidth = 1;
+    for (const i of state.rows) strokeDesign(context, places, i);
+  }
   places.axes.forEach((axis, c) => drawAxis(context, axis, places, state.filters[c]));
 }
 
-function drawBundle(context, places, rows, colour) {
-  if (rows.length > SINGLE_LINES) {
-    drawDensity(context, places, rows, colour);
-    return;
-  }
-  context.strokeStyle = colour;
-  context.lineWidth = 1;
-  context.globalAlpha = Math.max(0.25, 1 - rows.length / SINGLE_LINES);
-  for (const i of rows) strokeDesign(context, places, i);
-  context.globalAlpha = 1;
+function drawPicture(context, { axes, gap, top }, picture) {
+  context.drawImage(picture, LINES.left, top, gap * (axes.length - 1), picture.height);
 }
 
 // One design's line, interrupted where a value is missing.
@@ -55,14 +52,14 @@ function strokeDesign(context, { axes }, i) {
 // Each line crosses a column of pixels from one height to another: +1 where it enters, -1 below where it leaves, summed
 // down the column. That costs the same for steep lines and flat ones.
 function densityOf({ axes, gap, low, top }, rows) {
-  const columns = gap * (axes.length - 1), tall = Math.ceil(low - top) + 2, density = new Int32Array(columns * tall);
+  const steps = Math.ceil(gap / COARSE), columns = steps * (axes.length - 1), tall = Math.ceil(low - top) + 2, density = new Int32Array(columns * tall);
   for (let c = 0; c + 1 < axes.length; c++) {
-    const from = axes[c].y, to = axes[c + 1].y, first = gap * c * tall;
+    const from = axes[c].y, to = axes[c + 1].y, first = steps * c * tall;
     for (const i of rows) {
       if (Number.isNaN(from[i] + to[i])) continue;
-      const slope = (to[i] - from[i]) / gap;
+      const slope = (to[i] - from[i]) / steps;
       let y = from[i] - top, place = first;
-      for (let step = 0; step < gap; step++) {
+      for (let step = 0; step < steps; step++) {
         const next = y + slope;
         density[place + (slope < 0 ? next : y) | 0]++;
         density[place + 1 + (slope < 0 ? y : next) | 0]--;
@@ -77,13 +74,12 @@ function densityOf({ axes, gap, low, top }, rows) {
   return { density, columns, tall };
 }
 
-function drawDensity(context, places, rows, colour) {
+function densityPicture(places, rows, colour) {
   const { density, columns, tall } = densityOf(places, rows);
   const image = new ImageData(Math.max(columns, 1), tall), pixels = new Uint32Array(image.data.buffer);
-  let most = 1;
-  for (const count of density) if (count > most) most = count;
+  const most = density.reduce((largest, count) => Math.max(largest, count), 1);
   // Logarithmic: a single line can still be seen beside thousands. Bytes of a pixel are red, green, blue, opacity.
-  const [r, g, b] = [1, 3, 5].map(at => parseInt(colour.slice(at, at + 2), 16)), scale = 1 / Math.log1p(most);
+  const [r, g, b] = channels(colour), scale = 1 / Math.log1p(most);
   const shades = Uint32Array.from({ length: most + 1 }, (_, count) => {
     const opacity = count ? Math.round(255 * (0.08 + 0.92 * Math.log1p(count) * scale)) : 0;
     return (opacity << 24 | b << 16 | g << 8 | r) >>> 0;
@@ -95,7 +91,7 @@ function drawDensity(context, places, rows, colour) {
   sheet.width = image.width;
   sheet.height = tall;
   sheet.getContext("2d").putImageData(image, 0, 0);
-  context.drawImage(sheet, LINES.left, places.top);
+  return sheet;
 }
 
 function drawAxis(context, axis, { low, top }, filter) {

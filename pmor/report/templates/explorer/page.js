@@ -19,7 +19,7 @@ function startExplorer(root) {
   const designs = unpackDesigns(JSON.parse(root.querySelector("script[type='application/json']").textContent));
   const state = firstState(designs), part = name => root.querySelector(`.${name}`);
   const scatter = part("scatter"), lines = part("lines");
-  let places = null, axes = null, layers = null, pending = 0, listed = null;
+  let places = null, axes = null, behind = null, layers = null, pending = 0, listed = null;
   root.explorer = state;
 
   function update(level) {
@@ -28,7 +28,7 @@ function startExplorer(root) {
       state.rows = rowsOf(state.shown);
       part("count").textContent = countText(designs, state);
       showFilters();
-      drawLines(layers.lines[0], designs, state, axes);
+      drawLines(layers.lines[0], state, axes, behind);
     }
     if (level >= FRONT_TOO) {
       state.front = state.objectives.length ? paretoFront(designs, state.rows, state.objectives) : [];
@@ -44,6 +44,7 @@ function startExplorer(root) {
   }
   function layout() {
     axes = linePlaces(designs, lines.clientWidth);
+    behind = densityPicture(axes, rowsOf(shownDesigns(designs, [], false)), PALE);
     layers = {
       scatter: layersOf(scatter, scatter.clientWidth, SCATTER.height), lines: layersOf(lines, axes.width, axes.height),
     };
@@ -106,7 +107,7 @@ function startExplorer(root) {
     state.sort = { column, up: sign > 0 };
     soon(FRONT_TOO);
   });
-  part("infeasible").hidden = !designs.reason.some(reason => reason);
+  for (const shown of root.querySelectorAll(".infeasible")) shown.hidden = !designs.reason.some(reason => reason);
   part("infeasible").querySelector("input").addEventListener("input", event => {
     state.infeasible = event.target.checked;
     soon(ALL);

@@ -1,52 +1,57 @@
 // Scatter of two quantities, coloured by a third.
 
-const SCATTER = { height: 430, left: 64, right: 14, top: 10, bottom: 46 }, DOT = 3, SPRITE = 9, SHADES = 48;
-const PALE = "#dfe4e8", NEAR = 10;
+const SCATTER = { height: 430, left: 64, right: 14, top: 10, bottom: 46 }, DOT = 3, SHADES = 48;
+const PALE = "#d3dae0", NEAR = 10;
 // Viridis at equal steps (matplotlib): even in lightness, told apart by colour-blind readers too.
 const VIRIDIS = ["#440154", "#472d7b", "#3b528b", "#2c728e", "#21918c", "#28ae80", "#5ec962", "#addc30", "#fde725"]
-  .map(hex => [1, 3, 5].map(at => parseInt(hex.slice(at, at + 2), 16)));
+  .map(channels);
 
 function shade(share) {
   const place = share * (VIRIDIS.length - 1), i = Math.min(Math.floor(place), VIRIDIS.length - 2);
-  const mixed = VIRIDIS[i].map((from, k) => Math.round(from + (VIRIDIS[i + 1][k] - from) * (place - i)));
-  return `rgb(${mixed.join()})`;
+  return VIRIDIS[i].map((from, k) => Math.round(from + (VIRIDIS[i + 1][k] - from) * (place - i)));
 }
 
 // Colours of a column, and the number of each design's; what has no value is black.
 function colouring(designs, column) {
-  if (!column) return { colours: [BLUE], of: new Uint8Array(designs.count) };
+  if (!column) return { colours: [channels(BLUE)], of: new Uint8Array(designs.count) };
   if (column.levels) {
     const last = designs.colours.length - 1;
-    return { colours: designs.colours, of: Uint8Array.from(column.values, level => Math.min(level, last)) };
+    return { colours: designs.colours.map(channels), of: Uint8Array.from(column.values, level => Math.min(level, last)) };
   }
   const colours = Array.from({ length: SHADES }, (_, i) => shade(i / (SHADES - 1))), span = column.high - column.low;
   const of = Uint8Array.from(column.values, value => Number.isNaN(value) ? SHADES
     : span ? Math.round((SHADES - 1) * (value - column.low) / span) : 0);
-  return { colours: [...colours, "#000000"], of };
+  return { colours: [...colours, channels("#000000")], of };
 }
 
-// Dots of all colours in a row, the cross of infeasible designs last: to copy one is faster than to draw it anew.
-function spritesOf(colours) {
-  const ratio = window.devicePixelRatio || 1, sheet = document.createElement("canvas");
-  sheet.width = Math.ceil(SPRITE * ratio) * (colours.length + 1);
-  sheet.height = Math.ceil(SPRITE * ratio);
-  const context = sheet.getContext("2d"), size = Math.ceil(SPRITE * ratio), middle = size / 2;
-  colours.forEach((colour, i) => {
-    context.fillStyle = colour;
-    context.beginPath();
-    context.arc(size * i + middle, middle, DOT * ratio, 0, 2 * Math.PI);
-    context.fill();
-  });
-  context.strokeStyle = FAINT;
-  context.lineWidth = 1.2 * ratio;
-  const x = size * colours.length + middle, arm = 2.5 * ratio;
-  context.beginPath();
-  for (const up of [-arm, arm]) {
-    context.moveTo(x - arm, middle - up);
-    context.lineTo(x + arm, middle + up);
+// A dot as opacities of pixels, with soft edges; an infeasible design is a cross.
+function stampsOf(ratio) {
+  const half = Math.ceil((DOT + 1) * ratio), size = 2 * half + 1;
+  const stamp = opacity => Float32Array.from({ length: size * size }, (_, at) =>
+    Math.min(Math.max(opacity(at % size - half, Math.floor(at / size) - half), 0), 1));
+  return {
+    half, size, dot: stamp((x, y) => DOT * ratio + 0.5 - Math.hypot(x, y)),
+    cross: stamp((x, y) => Math.hypot(x, y) > DOT * ratio ? 0 : 0.7 * ratio + 0.5 - Math.abs(Math.abs(x) - Math.abs(y)) / 2),
+  };
+}
+
+// Puts a stamp over what is there; ten thousand of them are drawn faster so than by the canvas itself.
+function press({ data, width, height }, { half, size }, stamp, [r, g, b], x, y) {
+  const left = Math.round(x) - half, top = Math.round(y) - half;
+  if (left < 0 || top < 0 || left + size > width || top + size > height) return;
+  for (let row = 0, at = 0; row < size; row++) {
+    let pixel = 4 * ((top + row) * width + left);
+    for (let column = 0; column < size; column++, at++, pixel += 4) {
+      const opacity = stamp[at];
+      if (opacity === 0) continue;
+      // On an empty pixel the colour is the stamp's own.
+      const share = data[pixel + 3] ? opacity : 1;
+      data[pixel] += share * (r - data[pixel]);
+      data[pixel + 1] += share * (g - data[pixel + 1]);
+      data[pixel + 2] += share * (b - data[pixel + 2]);
+      data[pixel + 3] += opacity * (255 - data[pixel + 3]);
+    }
   }
-  context.stroke();
-  return { sheet, size, cross: colours.length };
 }
 
 // Where all designs lie, in CSS pixels; NaN where a value is missing.
@@ -59,18 +64,30 @@ function scatterPlaces(designs, state, width) {
 }
 
 function drawScatter(context, designs, state, places) {
-  const { x, y } = places, { colours, of } = colouring(designs, designs.columns[state.colour]);
-  const { sheet, size, cross } = spritesOf([...colours, PALE]), pale = colours.length;
-  context.clearRect(0, 0, places.width, SCATTER.height);
+  const { width } = places, { height } = SCATTER;
+  context.clearRect(0, 0, width, height);
   drawFrame(context, places);
-  const put = (i, sprite) => {
-    if (!Number.isNaN(x[i] + y[i])) {
-      context.drawImage(sheet, sprite * size, 0, size, size, x[i] - SPRITE / 2, y[i] - SPRITE / 2, SPRITE, SPRITE);
-    }
-  };
-  for (let i = 0; i < designs.count; i++) if (!state.shown[i] && !designs.reason[i]) put(i, pale);
-  for (const i of state.rows) put(i, designs.reason[i] ? cross : of[i]);
+  context.drawImage(dotsOf(designs, state, places), 0, 0, width, height);
   drawFront(context, state, places);
+}
+
+function dotsOf(designs, state, { x, y, width }) {
+  const ratio = window.devicePixelRatio || 1, stamps = stampsOf(ratio), sheet = document.createElement("canvas");
+  const image = new ImageData(Math.round(width * ratio), Math.round(SCATTER.height * ratio));
+  const { colours, of } = colouring(designs, designs.columns[state.colour]);
+  const put = (i, stamp, colour) => {
+    if (!Number.isNaN(x[i] + y[i])) press(image, stamps, stamp, colour, ratio * x[i], ratio * y[i]);
+  };
+  const pale = channels(PALE), faint = channels(FAINT);
+  for (let i = 0; i < designs.count; i++) if (!state.shown[i] && !designs.reason[i]) put(i, stamps.dot, pale);
+  for (const i of state.rows) {
+    if (designs.reason[i]) put(i, stamps.cross, faint);
+    else put(i, stamps.dot, colours[of[i]]);
+  }
+  sheet.width = image.width;
+  sheet.height = image.height;
+  sheet.getContext("2d").putImageData(image, 0, 0);
+  return sheet;
 }
 
 function drawFrame(context, { columns, domains, width, px, py }) {
