@@ -52,10 +52,10 @@ function shortTitle(text, most) {
   return text.length > most ? `${text.slice(0, half).trimEnd()}…${text.slice(1 - half).trimStart()}` : text;
 }
 
-// Text on a halo, so that it can be read over lines.
-function haloText(context, text, x, y) {
-  context.lineWidth = 3;
-  context.strokeStyle = "white";
-  context.strokeText(text, x, y);
+// Text on a ground of its own, so that it can be read over lines.
+function groundedText(context, text, x, y) {
+  context.fillStyle = "rgb(255 255 255 / 75%)";
+  context.fillRect(x - 1, y - 9, context.measureText(text).width + 2, 11);
+  context.fillStyle = INK;
   context.fillText(text, x, y);
 }

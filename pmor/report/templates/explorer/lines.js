@@ -102,11 +102,9 @@ function drawAxis(context, axis, { low, top }, filter) {
   if (filter) drawBrush(context, axis, filter);
   context.font = `10px ${FONT}`;
   context.textAlign = "left";
-  context.fillStyle = INK;
   for (const { at, text } of ticksFor(column, domain, 4)) {
-    context.strokeStyle = AXIS;
     line(context, x - 3, py(at), x + 3, py(at));
-    haloText(context, shortText(text, 8), x + 5, py(at) + 3.5);
+    groundedText(context, shortText(text, 8), x + 5, py(at) + 3.5);
   }
   context.save();
   context.translate(x, top - 9);

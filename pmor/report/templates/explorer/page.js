@@ -2,6 +2,8 @@
 
 // What an update goes through, each including those before it.
 const SCATTER_ONLY = 1, FRONT_TOO = 2, ALL = 3;
+// Rows take as long to lay out as all the rest: the table waits until nothing has changed for so long.
+const REST_MS = 120;
 
 function firstState(designs) {
   const numbers = designs.columns.map((_, c) => c);
@@ -19,7 +21,7 @@ function startExplorer(root) {
   const designs = unpackDesigns(JSON.parse(root.querySelector("script[type='application/json']").textContent));
   const state = firstState(designs), part = name => root.querySelector(`.${name}`);
   const scatter = part("scatter"), lines = part("lines");
-  let places = null, axes = null, behind = null, layers = null, pending = 0, listed = null;
+  let places = null, axes = null, behind = null, layers = null, pending = 0, listed = null, resting = 0;
   root.explorer = state;
 
   function update(level) {
@@ -32,7 +34,9 @@ function startExplorer(root) {
     }
     if (level >= FRONT_TOO) {
       state.front = state.objectives.length ? paretoFront(designs, state.rows, state.objectives) : [];
-      list();
+      state.listed = false;
+      clearTimeout(resting);
+      resting = setTimeout(list, listed === null ? 0 : REST_MS);
     }
     places = scatterPlaces(designs, state, scatter.clientWidth);
     drawScatter(layers.scatter[0], designs, state, places);
@@ -56,6 +60,7 @@ function startExplorer(root) {
     const now = JSON.stringify([state.front, state.objectives, state.sort]);
     if (now !== listed && state.objectives.length) showFront(part("front"), designs, state, sortBy, point);
     listed = now;
+    state.listed = true;
   }
   function sortBy(column) {
     state.sort = { column, up: state.sort.column === column ? !state.sort.up : true };

@@ -1,7 +1,7 @@
 // Scatter of two quantities, coloured by a third.
 
 const SCATTER = { height: 430, left: 64, right: 14, top: 10, bottom: 46 }, DOT = 3, SHADES = 48;
-const PALE = "#d3dae0", NEAR = 10;
+const PALE = "#d3dae0", NEAR = 10, MOST_STEPS = 1000;
 // Viridis at equal steps (matplotlib): even in lightness, told apart by colour-blind readers too.
 const VIRIDIS = ["#440154", "#472d7b", "#3b528b", "#2c728e", "#21918c", "#28ae80", "#5ec962", "#addc30", "#fde725"]
   .map(channels);
@@ -24,34 +24,46 @@ function colouring(designs, column) {
   return { colours: [...colours, channels("#000000")], of };
 }
 
-// A dot as opacities of pixels, with soft edges; an infeasible design is a cross.
+// Marks, with soft edges, as the pixels they touch and how far they cover each: a dot, a ring about those of the front, a
+// cross for the infeasible.
 function stampsOf(ratio) {
-  const half = Math.ceil((DOT + 1) * ratio), size = 2 * half + 1;
-  const stamp = opacity => Float32Array.from({ length: size * size }, (_, at) =>
-    Math.min(Math.max(opacity(at % size - half, Math.floor(at / size) - half), 0), 1));
+  const half = Math.ceil((DOT + 2.5) * ratio), stamp = cover => {
+    const pixels = [];
+    for (let y = -half; y <= half; y++) {
+      for (let x = -half; x <= half; x++) {
+        const opacity = Math.min(Math.max(cover(x, y), 0), 1);
+        if (opacity) pixels.push({ x, y, opacity });
+      }
+    }
+    return pixels;
+  };
   return {
-    half, size, dot: stamp((x, y) => DOT * ratio + 0.5 - Math.hypot(x, y)),
+    half, dot: stamp((x, y) => DOT * ratio + 0.5 - Math.hypot(x, y)),
+    ring: stamp((x, y) => 0.6 * ratio + 0.5 - Math.abs(Math.hypot(x, y) - (DOT + 1.5) * ratio)),
     cross: stamp((x, y) => Math.hypot(x, y) > DOT * ratio ? 0 : 0.7 * ratio + 0.5 - Math.abs(Math.abs(x) - Math.abs(y)) / 2),
   };
 }
 
-// Puts a stamp over what is there; ten thousand of them are drawn faster so than by the canvas itself.
-function press({ data, width, height }, { half, size }, stamp, [r, g, b], x, y) {
-  const left = Math.round(x) - half, top = Math.round(y) - half;
-  if (left < 0 || top < 0 || left + size > width || top + size > height) return;
-  for (let row = 0, at = 0; row < size; row++) {
-    let pixel = 4 * ((top + row) * width + left);
-    for (let column = 0; column < size; column++, at++, pixel += 4) {
-      const opacity = stamp[at];
-      if (opacity === 0) continue;
+// A function that puts a stamp over what is on an image: ten thousand are drawn faster so than by the canvas itself.
+function pressOn({ data, width, height }, half) {
+  const whole = new Uint32Array(data.buffer);
+  return (stamp, [r, g, b], atX, atY) => {
+    const left = Math.round(atX), top = Math.round(atY), opaque = (255 << 24 | b << 16 | g << 8 | r) >>> 0;
+    if (left < half || top < half || left + half >= width || top + half >= height) return;
+    for (const { x, y, opacity } of stamp) {
+      const pixel = (top + y) * width + left + x;
+      if (opacity === 1) {
+        whole[pixel] = opaque;
+        continue;
+      }
       // On an empty pixel the colour is the stamp's own.
-      const share = data[pixel + 3] ? opacity : 1;
-      data[pixel] += share * (r - data[pixel]);
-      data[pixel + 1] += share * (g - data[pixel + 1]);
-      data[pixel + 2] += share * (b - data[pixel + 2]);
-      data[pixel + 3] += opacity * (255 - data[pixel + 3]);
+      const i = 4 * pixel, share = data[i + 3] ? opacity : 1;
+      data[i] += share * (r - data[i]);
+      data[i + 1] += share * (g - data[i + 1]);
+      data[i + 2] += share * (b - data[i + 2]);
+      data[i + 3] += opacity * (255 - data[i + 3]);
     }
-  }
+  };
 }
 
 // Where all designs lie, in CSS pixels; NaN where a value is missing.
@@ -75,15 +87,16 @@ function dotsOf(designs, state, { x, y, width }) {
   const ratio = window.devicePixelRatio || 1, stamps = stampsOf(ratio), sheet = document.createElement("canvas");
   const image = new ImageData(Math.round(width * ratio), Math.round(SCATTER.height * ratio));
   const { colours, of } = colouring(designs, designs.columns[state.colour]);
-  const put = (i, stamp, colour) => {
-    if (!Number.isNaN(x[i] + y[i])) press(image, stamps, stamp, colour, ratio * x[i], ratio * y[i]);
+  const press = pressOn(image, stamps.half), put = (i, stamp, colour) => {
+    if (!Number.isNaN(x[i] + y[i])) press(stamp, colour, ratio * x[i], ratio * y[i]);
   };
-  const pale = channels(PALE), faint = channels(FAINT);
+  const pale = channels(PALE), faint = channels(FAINT), front = channels(FRONT);
   for (let i = 0; i < designs.count; i++) if (!state.shown[i] && !designs.reason[i]) put(i, stamps.dot, pale);
   for (const i of state.rows) {
     if (designs.reason[i]) put(i, stamps.cross, faint);
     else put(i, stamps.dot, colours[of[i]]);
   }
+  for (const i of state.front) put(i, stamps.ring, front);
   sheet.width = image.width;
   sheet.height = image.height;
   sheet.getContext("2d").putImageData(image, 0, 0);
@@ -126,24 +139,21 @@ function line(context, x0, y0, x1, y1) {
   context.stroke();
 }
 
-// Rings; joined by steps where the axes are the objectives: nothing is known between two designs but that.
+// Where the axes are the objectives, steps join the front: nothing is known between two designs but that. Of thousands
+// none could be told from the next.
 function drawFront(context, state, { x, y }) {
-  const known = state.front.filter(i => !Number.isNaN(x[i] + y[i]));
+  const objectives = state.objectives.map(objective => objective.column);
+  if (state.front.length > MOST_STEPS || state.x === state.y) return;
+  if (!objectives.includes(state.x) || !objectives.includes(state.y)) return;
   context.strokeStyle = FRONT;
   context.lineWidth = 1.2;
-  const [first, second] = state.objectives.map(objective => objective.column);
-  if (first !== second && [first, second].includes(state.x) && [first, second].includes(state.y) && state.x !== state.y) {
-    context.beginPath();
-    known.forEach((i, k) => {
-      if (!k) return context.moveTo(x[i], y[i]);
-      const before = known[k - 1];
-      if (state.x === first) context.lineTo(x[i], y[before]);
-      else context.lineTo(x[before], y[i]);
-      context.lineTo(x[i], y[i]);
-    });
-    context.stroke();
-  }
-  for (const i of known) ring(context, x[i], y[i], DOT + 1.5);
+  context.beginPath();
+  state.front.forEach((i, k) => {
+    if (k && state.x === objectives[0]) context.lineTo(x[i], y[state.front[k - 1]]);
+    else if (k) context.lineTo(x[state.front[k - 1]], y[i]);
+    context.lineTo(x[i], y[i]);
+  });
+  context.stroke();
 }
 
 function ring(context, x, y, radius) {

@@ -1,6 +1,8 @@
 // What is read rather than seen: values of one design, the front as a table, reasons. Text is never parsed as HTML.
 
 const MOST_ROWS = 100, FIRST_NAMES = 5;
+// Design 9 before design 10.
+const ORDER = new Intl.Collator("en", { numeric: true });
 
 function element(tag, attributes = {}, ...children) {
   const made = document.createElement(tag);
@@ -37,7 +39,7 @@ function frontColumns(designs, objectives) {
 function sortedFront(designs, front, { column, up }) {
   if (column < 0) {
     const sign = up ? 1 : -1;
-    return [...front].sort((i, j) => sign * designs.names[i].localeCompare(designs.names[j], "en", { numeric: true }));
+    return [...front].sort((i, j) => sign * ORDER.compare(designs.names[i], designs.names[j]));
   }
   const { values } = designs.columns[column], sign = up ? 1 : -1;
   const missing = i => Number(Number.isNaN(values[i]));
@@ -61,6 +63,7 @@ function showFront(part, designs, state, sortBy, point) {
     row.addEventListener("mouseleave", () => point(-1));
     return row;
   });
+  part.querySelector("table").style.width = `${10 + 7.5 * columns.length}rem`;
   part.querySelector("thead").replaceChildren(element("tr", {}, ...head));
   part.querySelector("tbody").replaceChildren(...rows);
   part.querySelector(".front-count").textContent = frontCount(state.front.length);
