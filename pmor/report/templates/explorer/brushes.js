@@ -56,8 +56,10 @@ function draggedFilter({ axes, low, top }, { c, from, ends, moves }, y) {
   }
   const step = 10 ** Math.floor(Math.log10((domain[1] - domain[0]) / STEPS));
   const rounded = place => Number((Math.round(axis.back(place) / step) * step).toPrecision(7));
+  // Dragged to the end of the axis, a side is open.
   const range = {
-    low: places[0] >= low - 1 ? -Infinity : rounded(places[0]), high: places[1] <= top + 1 ? Infinity : rounded(places[1]),
+    low: places[0] >= low - 1 ? -Infinity : rounded(places[0]),
+    high: places[1] <= top + 1 ? Infinity : rounded(places[1]),
   };
   return range.low === -Infinity && range.high === Infinity ? null : range;
 }

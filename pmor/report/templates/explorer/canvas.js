@@ -28,7 +28,8 @@ function domainOf(column, room) {
 function ticksFor(column, [low, high], count) {
   if (column.levels) {
     const every = Math.ceil(column.levels.length / (2 * count));
-    return column.levels.map((text, at) => ({ at, text: shortText(text || "–", 14) })).filter((_, i) => i % every === 0);
+    const ticks = column.levels.map((text, at) => ({ at, text: shortText(text || "–", 14) }));
+    return ticks.filter(({ at }) => at % every === 0);
   }
   if (column.low > column.high) return [];
   const places = ticksOf(low, high, count).filter(at => !column.whole || Number.isInteger(at));

@@ -17,7 +17,9 @@ function objectiveChoices(part, designs, state, changed) {
     const column = element("select"), better = element("select", { "aria-label": `${said[k]}: which is better` });
     fillChoice(column, designs, { only: isObjective });
     column.value = objective.column;
-    better.append(element("option", { value: 1 }, "lower is better"), element("option", { value: -1 }, "higher is better"));
+    for (const [sign, word] of [[1, "lower"], [-1, "higher"]]) {
+      better.append(element("option", { value: sign }, `${word} is better`));
+    }
     column.addEventListener("input", () => { objective.column = Number(column.value); changed(); });
     better.addEventListener("input", () => { objective.sign = Number(better.value); changed(); });
     return [element("label", {}, `${said[k]} `, column), better];
@@ -45,7 +47,8 @@ function rangeFields(part, designs, state, setFilter) {
 function boundFields(row, column, set) {
   const known = column.low <= column.high, ends = known ? [column.low, column.high] : ["", ""];
   const fields = ["least", "most"].map((end, k) => element("input", {
-    type: "number", step: "any", placeholder: known ? shortNumber(ends[k]) : "–", "aria-label": `${column.title}: ${end}`,
+    type: "number", step: "any", placeholder: known ? shortNumber(ends[k]) : "–",
+    "aria-label": `${column.title}: ${end}`,
   }));
   const open = [-Infinity, Infinity];
   const bounds = () => fields.map((field, k) => field.value === "" ? open[k] : Number(field.value));

@@ -1,7 +1,8 @@
 // Parallel axes: a line for each design.
 
 const LINES = { left: 28, top: 124, height: 402, bottom: 14, gap: 42, slant: -Math.PI / 5, title: 28 };
-// Up to so many lines are drawn one by one, more as a picture of how many pass through each pixel, three times as wide as high.
+// Up to so many lines are drawn one by one, more as a picture of how many pass through each of its pixels, which are
+// three times as wide as high.
 const SINGLE_LINES = 300, COARSE = 3;
 
 // Where the axes stand and the designs cross them, in CSS pixels.
@@ -52,7 +53,8 @@ function strokeDesign(context, { axes }, i) {
 // Each line crosses a column of pixels from one height to another: +1 where it enters, -1 below where it leaves, summed
 // down the column. That costs the same for steep lines and flat ones.
 function densityOf({ axes, gap, low, top }, rows) {
-  const steps = Math.ceil(gap / COARSE), columns = steps * (axes.length - 1), tall = Math.ceil(low - top) + 2, density = new Int32Array(columns * tall);
+  const steps = Math.ceil(gap / COARSE), columns = steps * (axes.length - 1), tall = Math.ceil(low - top) + 2;
+  const density = new Int32Array(columns * tall);
   for (let c = 0; c + 1 < axes.length; c++) {
     const from = axes[c].y, to = axes[c + 1].y, first = steps * c * tall;
     for (const i of rows) {

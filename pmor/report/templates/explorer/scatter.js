@@ -16,7 +16,8 @@ function colouring(designs, column) {
   if (!column) return { colours: [channels(BLUE)], of: new Uint8Array(designs.count) };
   if (column.levels) {
     const last = designs.colours.length - 1;
-    return { colours: designs.colours.map(channels), of: Uint8Array.from(column.values, level => Math.min(level, last)) };
+    const of = Uint8Array.from(column.values, level => Math.min(level, last));
+    return { colours: designs.colours.map(channels), of };
   }
   const colours = Array.from({ length: SHADES }, (_, i) => shade(i / (SHADES - 1))), span = column.high - column.low;
   const of = Uint8Array.from(column.values, value => Number.isNaN(value) ? SHADES
@@ -24,10 +25,10 @@ function colouring(designs, column) {
   return { colours: [...colours, channels("#000000")], of };
 }
 
-// Marks, with soft edges, as the pixels they touch and how far they cover each: a dot, a ring about those of the front, a
-// cross for the infeasible.
+// Marks with soft edges, as the pixels that they touch and how far they cover each: a dot, a ring about those of the
+// front, a cross for the infeasible.
 function stampsOf(ratio) {
-  const half = Math.ceil((DOT + 2.5) * ratio), stamp = cover => {
+  const half = Math.ceil((DOT + 2.5) * ratio), radius = DOT * ratio, stamp = cover => {
     const pixels = [];
     for (let y = -half; y <= half; y++) {
       for (let x = -half; x <= half; x++) {
@@ -38,9 +39,10 @@ function stampsOf(ratio) {
     return pixels;
   };
   return {
-    half, dot: stamp((x, y) => DOT * ratio + 0.5 - Math.hypot(x, y)),
-    ring: stamp((x, y) => 0.6 * ratio + 0.5 - Math.abs(Math.hypot(x, y) - (DOT + 1.5) * ratio)),
-    cross: stamp((x, y) => Math.hypot(x, y) > DOT * ratio ? 0 : 0.7 * ratio + 0.5 - Math.abs(Math.abs(x) - Math.abs(y)) / 2),
+    half, dot: stamp((x, y) => radius + 0.5 - Math.hypot(x, y)),
+    ring: stamp((x, y) => 0.6 * ratio + 0.5 - Math.abs(Math.hypot(x, y) - radius - 1.5 * ratio)),
+    cross: stamp((x, y) =>
+      Math.hypot(x, y) > radius ? 0 : 0.7 * ratio + 0.5 - Math.abs(Math.abs(x) - Math.abs(y)) / 2),
   };
 }
 

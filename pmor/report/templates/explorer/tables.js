@@ -46,26 +46,36 @@ function sortedFront(designs, front, { column, up }) {
   return [...front].sort((i, j) => missing(i) - missing(j) || sign * (values[i] - values[j]) || i - j);
 }
 
-function showFront(part, designs, state, sortBy, point) {
-  const columns = frontColumns(designs, state.objectives), { sort } = state;
-  const head = [-1, ...columns].map(c => {
-    const button = element("button", { type: "button" }, c < 0 ? "design" : designs.columns[c].title);
-    button.addEventListener("click", () => sortBy(c));
-    const number = c >= 0 && !designs.columns[c].levels;
-    const sorted = sort.column === c ? { "aria-sort": sort.up ? "ascending" : "descending" } : {};
-    return element("th", { scope: "col", ...(number ? { class: "number" } : {}), ...sorted }, button);
+// Buttons stay while columns do, and with them the focus of the one that was pressed.
+function showHead(part, designs, columns, sort, sortBy) {
+  const head = part.querySelector("thead"), written = columns.join();
+  if (head.dataset.columns !== written) {
+    head.dataset.columns = written;
+    part.querySelector("table").style.width = `${10 + 7.5 * columns.length}rem`;
+    head.replaceChildren(element("tr", {}, ...[-1, ...columns].map(c => {
+      const button = element("button", { type: "button" }, c < 0 ? "design" : designs.columns[c].title);
+      button.addEventListener("click", () => sortBy(c));
+      return element("th", { scope: "col", class: c < 0 || designs.columns[c].levels ? "" : "number" }, button);
+    })));
+  }
+  [...head.firstChild.children].forEach((cell, k) => {
+    if ((k ? columns[k - 1] : -1) === sort.column) cell.setAttribute("aria-sort", sort.up ? "ascending" : "descending");
+    else cell.removeAttribute("aria-sort");
   });
-  const rows = sortedFront(designs, state.front, sort).slice(0, MOST_ROWS).map(i => {
-    const cells = columns.map(c => element("td", designs.columns[c].levels ? {} : { class: "number" },
+}
+
+function showFront(part, designs, state, sortBy, point) {
+  const columns = frontColumns(designs, state.objectives);
+  showHead(part, designs, columns, state.sort, sortBy);
+  const listed = sortedFront(designs, state.front, state.sort).slice(0, MOST_ROWS);
+  part.querySelector("tbody").replaceChildren(...listed.map(i => {
+    const cells = columns.map(c => element("td", { class: designs.columns[c].levels ? "" : "number" },
       textOf(designs.columns[c], i)));
     const row = element("tr", {}, element("th", { scope: "row" }, nameOf(designs, i)), ...cells);
     row.addEventListener("mouseenter", () => point(i));
     row.addEventListener("mouseleave", () => point(-1));
     return row;
-  });
-  part.querySelector("table").style.width = `${10 + 7.5 * columns.length}rem`;
-  part.querySelector("thead").replaceChildren(element("tr", {}, ...head));
-  part.querySelector("tbody").replaceChildren(...rows);
+  }));
   part.querySelector(".front-count").textContent = frontCount(state.front.length);
 }
 
