@@ -12,7 +12,7 @@ from pmor.case import parse_case
 from pmor.dynamics.force_table import table_error
 from pmor.errors import ConvergenceError
 from pmor.lab.dynamics import run
-from pmor.lab.dynamics.measure import at_rest, solve, speeds_of
+from pmor.lab.dynamics.measure import BRANCHES, RUNS, at_rest, joined, solve, speeds_of
 from pmor.lab.dynamics.output import FILES
 from pmor_online.mesh_force import mesh_force_of
 from tests.small_case import case_text
@@ -39,7 +39,7 @@ def model():
 
 def test_the_command_leaves_what_scripts_rely_on(tmp_path, capsys):
     path, out = tmp_path / "small.toml", tmp_path / "out"
-    path.write_text(text())
+    path.write_text(text(thin_slices=True))
     assert main(["dynamics", str(path), "--out", str(out)]) == 0
     assert {file.name for file in out.iterdir() if not file.name.startswith(".")} == set(FILES)
     data = json.loads((out / "dynamics.json").read_text())
@@ -55,13 +55,19 @@ def test_the_command_leaves_what_scripts_rely_on(tmp_path, capsys):
         low, high = (ratio * response["natural_frequency_Hz"] for ratio in (0.8, 1.2))
         np.testing.assert_allclose([response["run_up"][0]["mesh_frequency_Hz"],
                                     response["run_down"][0]["mesh_frequency_Hz"]], [low, high], rtol=5e-3)  # fmt: skip
+    for found in data["thin_slices"]:
+        assert found["slices"]["mesh_stiffness_max_N_per_um"] > 1.1 * found["coupled"]["mesh_stiffness_max_N_per_um"]
+        # Under the small torque only one pair carries at times: that is as stiff alone.
+        np.testing.assert_allclose(
+            found["slices"]["mesh_stiffness_min_N_per_um"], found["coupled"]["mesh_stiffness_min_N_per_um"], rtol=0.05
+        )
     assert "Folds, where motion jumps" in capsys.readouterr().out
 
 
 def test_finished_torques_are_taken_over(tmp_path, model, monkeypatch):
     case = replace(model.case, dynamics=replace(model.case.dynamics, run_cycles=0, damping_ratio=0.1))
     first = run.run_dynamics(case, model.reduced, tmp_path)
-    monkeypatch.setattr(run, "solve", lambda task: pytest.fail("solved again"))
+    monkeypatch.setattr(run, "solve", lambda task, part: pytest.fail("solved again"))
     assert run.run_dynamics(case, model.reduced, tmp_path).responses == first.responses
 
 
@@ -92,7 +98,8 @@ def test_motion_beyond_the_table_is_named_and_gives_no_points(model):
         at_rest(replace(task, torque_Nm=1e5))
     load = float(task.model.oscillator(task.torque_Nm, 0.0).load[0])
     short = law._replace(reach=law.reach, knots=law.knots * load / law.knots[:, -1, 0].min() * 1.3)
-    found = solve(replace(task, law=short, damping_ratio=1e-3, run_cycles=100))
+    short_of = replace(task, law=short, damping_ratio=1e-3, run_cycles=100)
+    found = joined(solve(short_of, part) for part in (BRANCHES, *RUNS))
     assert any("leaves" in lost for lost in found["lost"])
     rest = at_rest(replace(task, law=short))
     assert speeds_of(task, rest)[0] < rest.natural < speeds_of(task, rest)[1]
