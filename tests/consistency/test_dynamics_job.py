@@ -14,6 +14,7 @@ from pmor.errors import ConvergenceError
 from pmor.lab.dynamics import run
 from pmor.lab.dynamics.measure import BRANCHES, RUNS, at_rest, joined, solve, speeds_of
 from pmor.lab.dynamics.output import FILES
+from pmor.pair.model import gear_pair
 from pmor_online.mesh_force import mesh_force_of
 from tests.small_case import case_text
 
@@ -69,6 +70,58 @@ def test_finished_torques_are_taken_over(tmp_path, model, monkeypatch):
     first = run.run_dynamics(case, model.reduced, tmp_path)
     monkeypatch.setattr(run, "solve", lambda task, part: pytest.fail("solved again"))
     assert run.run_dynamics(case, model.reduced, tmp_path).responses == first.responses
+
+
+def test_an_interrupted_torque_goes_on_where_it_stopped(tmp_path, model, monkeypatch):
+    case = replace(model.case, dynamics=replace(model.case.dynamics, damping_ratio=0.1, torques_Nm=(80.0,)))
+    solved = []
+
+    def until_run_down(task, part):
+        solved.append(part)
+        if part == "run_down" and len(solved) == 3:
+            raise KeyboardInterrupt
+        return solve(task, part)
+
+    monkeypatch.setattr(run, "solve", until_run_down)
+    with pytest.raises(KeyboardInterrupt):
+        run.run_dynamics(case, model.reduced, tmp_path)
+    found = run.run_dynamics(case, model.reduced, tmp_path).responses[0]
+    assert solved == ["branches", "run_up", "run_down", "run_down"]
+    assert found["branches"]
+    assert len(found["run_up"]) == len(found["run_down"])
+    assert found["waterfall"] is not None
+
+
+@pytest.mark.parametrize(
+    ("changes", "backlash_um"),
+    [
+        ({}, None),  # a basic rack at the standard distance leaves none
+        ({"pair": {"centre_distance_mm": 84.1}}, 0.2 * np.sin(np.arccos(84.0 / 84.1 * np.cos(np.radians(20.0)))) * 1e3),
+        ({"pair": {"centre_distance_mm": 84.1}, "dynamics": {"backlash_um": 12.0}}, 12.0),
+        ({"pair": {"centre_distance_mm": 84.1}, "misalignment": {"in_plane_um": 5.0}}, None),
+        ({"pair": {"centre_distance_mm": 84.1}, "pinion.modification": {"helix_slope_um": 5.0}}, None),
+    ],
+)
+def test_backs_of_teeth_are_those_of_the_drawing_unless_the_case_has_its_own(changes, backlash_um):
+    case = parse_case(case_text(mesh=MESH, contact={"scheme": "line"}, reduction=None, **changes), "small", "small")
+    found = run.backlash_of(case, gear_pair(case))
+    if backlash_um is None:
+        assert found is None
+    else:
+        # 2 da sin(a) is the first order in 0.1 mm of centre distance: the angle itself opens by 0.2 deg.
+        np.testing.assert_allclose(1e3 * found, backlash_um, rtol=0.01)
+
+
+def test_k_v_stands_over_the_speeds_of_the_response(model):
+    found = model.dynamics(torques_Nm=[80.0], run_cycles=0, damping_ratio=0.2, accuracy_grade=4).data["responses"][0]
+    iso = found["iso_6336"]
+    assert iso["accuracy_grade"] == 4
+    np.testing.assert_allclose(iso["resonance_Hz"], found["natural_frequency_Hz"], rtol=1e-9)  # rigid bearings
+    np.testing.assert_allclose([iso["mesh_frequency_Hz"][0], iso["mesh_frequency_Hz"][-1]],
+                               found["mesh_frequencies_Hz"], rtol=1e-12)  # fmt: skip
+    # c' of a pair of steel gears: 14 N/(mm um) after the standard, this mesh is coarse.
+    assert 8.0 < iso["single_stiffness_N_per_mm_um"] < 16.0
+    assert min(iso["k_v"]) > 1.0
 
 
 def test_the_api_asks_for_what_the_case_does_not(model):

@@ -60,6 +60,7 @@ def _columns() -> Columns:
         "natural frequency, Hz": lambda row: row[0][row[1]]["natural_frequency_Hz"],
         "mean stiffness, N/µm": lambda row: row[0][row[1]]["mesh_stiffness_mean_N_per_um"],
         "swing of it, %": lambda row: 100.0 * _swing(row[0][row[1]]),
+        "its rms, %": lambda row: 100.0 * _rms(row[0][row[1]]),
         "damping, %": lambda row: 100.0 * row[2]["damping_ratio"],
         "jump up at": lambda row: _fold(row[0][row[1]], row[2], "run_up"),
         "jump down at": lambda row: _fold(row[0][row[1]], row[2], "run_down"),
@@ -75,6 +76,12 @@ def _swing(law: Data) -> float:
     """How far the stiffness swings over the mesh cycle, over its mean."""
     return float((law["mesh_stiffness_max_N_per_um"] - law["mesh_stiffness_min_N_per_um"])
                  / law["mesh_stiffness_mean_N_per_um"])  # fmt: skip
+
+
+def _rms(law: Data) -> float:
+    """Root mean square of the stiffness about its mean, over its mean."""
+    stiffness = np.array(law["mesh_stiffness_N_per_um"])
+    return float(stiffness.std() / stiffness.mean())
 
 
 def _fold(law: Data, damped: Data, kind: str) -> float | None:
