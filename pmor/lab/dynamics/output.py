@@ -156,10 +156,11 @@ def _ratings(found: Dynamics) -> Table:
         "K_v without deviations": "k_v_without_deviations",
     }
     note = (
-        "Largest of each range: of stable motion, and K_v of ISO 6336-1, method B. K_v takes the mean mesh stiffness "
-        "of this pair and its masses on rigid bearings, a damping that is built into its formulas, and deviations "
-        f"within ISO 1328-1, class {grade} ([dynamics] accuracy_grade), not run in. Motion is that of the flanks of "
-        "the case: K_v without deviations is what to hold it against."
+        "Largest of each range: of stable motion (where it jumps, that which running down comes to), and K_v of "
+        "ISO 6336-1, method B. K_v takes the mean mesh stiffness of this pair and its masses on rigid bearings, a "
+        f"damping that is built into its formulas, and deviations within ISO 1328-1, class {grade} ([dynamics] "
+        "accuracy_grade), not run in. Motion is that of the flanks of the case: K_v without deviations is what to "
+        "hold it against."
     )
     return table("Dynamic factor beside K_v", columns, rows, note)
 
