@@ -13,7 +13,7 @@ from pmor.dynamics.force_table import table_error
 from pmor.errors import ConvergenceError
 from pmor.lab.dynamics import run
 from pmor.lab.dynamics.measure import BRANCHES, RUNS, at_rest, joined, solve, speeds_of
-from pmor.lab.dynamics.output import FILES
+from pmor.lab.dynamics.output import FILES, write_dynamics
 from pmor.pair.model import gear_pair
 from pmor_online.mesh_force import mesh_force_of
 from tests.small_case import case_text
@@ -110,6 +110,24 @@ def test_backs_of_teeth_are_those_of_the_drawing_unless_the_case_has_its_own(cha
     else:
         # 2 da sin(a) is the first order in 0.1 mm of centre distance: the angle itself opens by 0.2 deg.
         np.testing.assert_allclose(1e3 * found, backlash_um, rtol=0.01)
+
+
+@pytest.mark.parametrize(
+    ("backlash_um", "damping_ratio", "words"),
+    [
+        (None, 0.2, "The backs of teeth are left out: the drawing has no backlash."),
+        (4.0, 0.02, "touch 4 µm beyond, the backlash of the case. Stable motion strikes them under 80 N m."),
+        (4.0, 0.2, "touch 4 µm beyond, the backlash of the case. No stable motion strikes them."),
+    ],
+)
+def test_the_page_says_whether_backs_of_teeth_are_struck(model, backlash_um, damping_ratio, words, tmp_path):
+    given = {} if backlash_um is None else {"backlash_um": backlash_um}
+    result = model.dynamics(
+        torques_Nm=[80.0], run_cycles=0, mesh_frequency_ratio=[0.75, 0.95], damping_ratio=damping_ratio, **given
+    )
+    write_dynamics(result.found, tmp_path)
+    assert words in (tmp_path / "dynamics.md").read_text()
+    assert result.data["backlash_um"] == backlash_um
 
 
 def test_k_v_stands_over_the_speeds_of_the_response(model):

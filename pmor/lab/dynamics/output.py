@@ -179,7 +179,9 @@ def _lost(found: Dynamics) -> list[str]:
 def _backs(found: Dynamics) -> str:
     if found.backlash is not None:
         whence = "of the drawing" if found.case.dynamics.backlash_um is None else "of the case"
-        return f"The backs of teeth touch {1e3 * found.backlash:.4g} µm beyond, the backlash {whence}."
+        struck = [f"{response['torque_Nm']:g}" for response in found.responses if _strikes(response)]
+        seen = f"Stable motion strikes them under {', '.join(struck)} N m" if struck else "No stable motion strikes them"
+        return f"The backs of teeth touch {1e3 * found.backlash:.4g} µm beyond, the backlash {whence}. {seen}."
     why = "the drawing has no backlash"
     if not built_of(found.case).backs_mirror_flanks:
         why = "they are no mirror images of the working flanks"
@@ -187,3 +189,9 @@ def _backs(found: Dynamics) -> str:
         f"The backs of teeth are left out: {why}. Where flanks part farther than the backlash, they would strike "
         "([dynamics] backlash_um)."
     )
+
+
+def _strikes(response: Data) -> bool:
+    """Whether the backs of teeth push in any stable motion."""
+    points = (point for branch in response["branches"] for point in branch if point["stable"])
+    return any(point["smallest_force_N"] < 0.0 for point in points)
