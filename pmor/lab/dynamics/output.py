@@ -180,8 +180,8 @@ def _backs(found: Dynamics) -> str:
     if found.backlash is not None:
         whence = "of the drawing" if found.case.dynamics.backlash_um is None else "of the case"
         struck = [f"{response['torque_Nm']:g}" for response in found.responses if _strikes(response)]
-        seen = f"Stable motion strikes them under {', '.join(struck)} N m" if struck else "No stable motion strikes them"
-        return f"The backs of teeth touch {1e3 * found.backlash:.4g} µm beyond, the backlash {whence}. {seen}."
+        seen = f"Stable motion strikes them under {', '.join(struck)} N m." if struck else "No stable motion does."
+        return f"The backs of teeth touch {1e3 * found.backlash:.4g} µm beyond, the backlash {whence}. {seen}"
     why = "the drawing has no backlash"
     if not built_of(found.case).backs_mirror_flanks:
         why = "they are no mirror images of the working flanks"
