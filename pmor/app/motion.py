@@ -16,6 +16,7 @@ from pmor.errors import ConvergenceError
 from pmor.lab.dynamics.figures import motion_figure, response_figure, waterfall_figure
 from pmor.lab.dynamics.measure import Data
 from pmor.lab.dynamics.output import dynamics_data, dynamics_text
+from pmor.lab.dynamics.rating import rated
 from pmor.lab.dynamics.run import Dynamics, refuse_other_models, run_dynamics
 from pmor.report.data_files import write_summary_json
 from pmor_online.model import ReducedPair
@@ -57,7 +58,9 @@ class DynamicsResult:
 
     def plot_response(self) -> Figure:
         """Transmission error and dynamic factor over the mesh frequency."""
-        return response_figure(self.found.responses)
+        found = self.found
+        factors = [rated(found.case, found.pair, found.model.mass, response) for response in found.responses]
+        return response_figure(found.responses, factors)
 
     def plot_waterfall(self) -> Figure | None:
         """Orders along the run-up; None where there is none."""

@@ -19,7 +19,7 @@ from pmor.progress import format_time
 NOT_WRITTEN = {
     "compare.models": "the case's own alone",
     "contact.edge_normals": "of the scheme",
-    "dynamics.backlash_um": "backs of teeth left out",
+    "dynamics.backlash_um": "of the drawing",
     "dynamics.mesh_damping_N_s_mm": "by the ratio",
     "dynamics.mesh_frequency_Hz": "by the ratio",
     **{f"dynamics.{gear}_{key}": "of a solid disc" for gear in GEARS for key in ("inertia_kg_m2", "mass_kg")},

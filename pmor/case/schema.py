@@ -362,8 +362,8 @@ class DynamicsCase:
     mesh_damping_N_s_mm : float or None
         Damping of the mesh in N s/mm; None is by the ratio.
     backlash_um : float or None
-        Along the line of action, um: so far apart the backs of teeth touch. None is without backs of teeth: motion
-        tells how far the flanks part.
+        Along the transverse line of action, um: so far apart the backs of teeth touch. None is that of the drawing, by
+        tooth thicknesses and centre distance; where the drawing has none, backs of teeth are left out.
     density_kg_m3 : float
         Of both gears, in kg/m3.
     pinion_inertia_kg_m2, wheel_inertia_kg_m2 : float or None
@@ -382,6 +382,12 @@ class DynamicsCase:
         Of each gear on its bearings alone, in each direction.
     run_cycles : int
         Mesh cycles of the run-up, and of the run-down, integrated over time with evenly changing speed; 0: none.
+    accuracy_grade : int
+        Flank tolerance class of both gears, ISO 1328-1:2013. Its deviations are in K_v of ISO 6336-1, which stands
+        beside the dynamic factor found, and nowhere else.
+    thin_slices : bool
+        Find the response of teeth as thin slices too, which know neither their neighbours nor the rest of their width,
+        at 2 and 5 % damping: what the coupling does.
     """
 
     torques_Nm: Torques
@@ -406,6 +412,8 @@ class DynamicsCase:
     wheel_tilting_stiffness_kNm_rad: Annotated[tuple[float, ...], TILTING_STIFFNESS] | None = None
     bearing_damping_ratio: Annotated[float, Range(0.0, 2.0)] = 0.02
     run_cycles: Annotated[int, Range(0, 10_000_000)] = 5000
+    accuracy_grade: Annotated[int, Range(1, 11)] = 6
+    thin_slices: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

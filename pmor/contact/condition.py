@@ -72,6 +72,11 @@ class Built:
         return self.pinion.present or self.wheel.present
 
     @property
+    def backs_mirror_flanks(self) -> bool:
+        """Whether the backs of the teeth touch as mirror images of the working flanks, of the same modifications."""
+        return not self.axes.tilted and self.pinion.mirrored and self.wheel.mirrored
+
+    @property
     def spread(self) -> float:
         """Most that the gap can differ over the flanks from that of aligned involutes, mm."""
         return self.axes.spread + self.flank_spread

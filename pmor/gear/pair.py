@@ -93,6 +93,15 @@ class GearPair:
         return math.acos((self.pinion.base_radius + self.wheel.base_radius) / self.centre_distance)
 
     @property
+    def backlash(self) -> float:
+        """Backlash of the drawing along the transverse line of action, mm (ISO 21771, 6.3: j_bt)."""
+        tightest = math.acos(
+            (self.pinion.base_radius + self.wheel.base_radius) / zero_backlash_centre_distance(self.pinion, self.wheel)
+        )
+        opened = involute_function(self.working_pressure_angle) - involute_function(tightest)
+        return max(2.0 * opened * (self.pinion.base_radius + self.wheel.base_radius), 0.0)
+
+    @property
     def action_length(self) -> float:
         """Distance between the tangent points of the line of action on the base circles, mm."""
         return self.centre_distance * math.sin(self.working_pressure_angle)

@@ -11,9 +11,10 @@ from pmor.app.cli import main
 from pmor.case import parse_case
 from pmor.dynamics.force_table import table_error
 from pmor.errors import ConvergenceError
-from pmor.lab.dynamics import run
-from pmor.lab.dynamics.measure import at_rest, solve, speeds_of
-from pmor.lab.dynamics.output import FILES
+from pmor.lab.dynamics import run, slices
+from pmor.lab.dynamics.measure import BRANCHES, RUNS, at_rest, joined, solve, speeds_of
+from pmor.lab.dynamics.output import FILES, write_dynamics
+from pmor.pair.model import gear_pair
 from pmor_online.mesh_force import mesh_force_of
 from tests.small_case import case_text
 
@@ -41,8 +42,10 @@ def test_the_command_leaves_what_scripts_rely_on(tmp_path, capsys):
     path, out = tmp_path / "small.toml", tmp_path / "out"
     path.write_text(text())
     assert main(["dynamics", str(path), "--out", str(out)]) == 0
-    assert {file.name for file in out.iterdir() if not file.name.startswith(".")} == set(FILES)
+    assert {file.name for file in out.iterdir() if not file.name.startswith(".")} == set(FILES) - {"slices.png"}
     data = json.loads((out / "dynamics.json").read_text())
+    assert data["backlash_um"] is None
+    assert "backs of teeth are left out: the drawing has no backlash." in (out / "dynamics.md").read_text()
     assert [response["torque_Nm"] for response in data["responses"]] == [60.0, 100.0]
     for response in data["responses"]:
         assert response["lost"] == []
@@ -61,8 +64,81 @@ def test_the_command_leaves_what_scripts_rely_on(tmp_path, capsys):
 def test_finished_torques_are_taken_over(tmp_path, model, monkeypatch):
     case = replace(model.case, dynamics=replace(model.case.dynamics, run_cycles=0, damping_ratio=0.1))
     first = run.run_dynamics(case, model.reduced, tmp_path)
-    monkeypatch.setattr(run, "solve", lambda task: pytest.fail("solved again"))
+    monkeypatch.setattr(run, "solve", lambda task, part: pytest.fail("solved again"))
     assert run.run_dynamics(case, model.reduced, tmp_path).responses == first.responses
+
+
+def test_an_interrupted_torque_goes_on_where_it_stopped(tmp_path, model, monkeypatch):
+    case = replace(model.case, dynamics=replace(model.case.dynamics, damping_ratio=0.1, torques_Nm=(80.0,)))
+    solved = []
+
+    def until_run_down(task, part):
+        solved.append(part)
+        if part == "run_down" and len(solved) == 3:
+            raise KeyboardInterrupt
+        return solve(task, part)
+
+    monkeypatch.setattr(run, "solve", until_run_down)
+    with pytest.raises(KeyboardInterrupt):
+        run.run_dynamics(case, model.reduced, tmp_path)
+    found = run.run_dynamics(case, model.reduced, tmp_path).responses[0]
+    assert solved == ["branches", "run_up", "run_down", "run_down"]
+    assert found["branches"]
+    assert len(found["run_up"]) == len(found["run_down"])
+    assert found["waterfall"] is not None
+
+
+@pytest.mark.parametrize(
+    ("changes", "backlash_um"),
+    [
+        ({}, None),  # a basic rack at the standard distance leaves none
+        ({"pair": {"centre_distance_mm": 84.1}}, 0.2 * np.sin(np.arccos(84.0 / 84.1 * np.cos(np.radians(20.0)))) * 1e3),
+        ({"pair": {"centre_distance_mm": 84.1}, "dynamics": {"backlash_um": 12.0}}, 12.0),
+        ({"pair": {"centre_distance_mm": 84.1}, "misalignment": {"in_plane_um": 5.0}}, None),
+        ({"pair": {"centre_distance_mm": 84.1}, "pinion.modification": {"helix_slope_um": 5.0}}, None),
+    ],
+)
+def test_backs_of_teeth_are_those_of_the_drawing_unless_the_case_has_its_own(changes, backlash_um):
+    case = parse_case(case_text(mesh=MESH, contact={"scheme": "line"}, reduction=None, **changes), "small", "small")
+    found = run.backlash_of(case, gear_pair(case))
+    if backlash_um is None:
+        assert found is None
+    else:
+        # 2 da sin(a) is the first order in 0.1 mm of centre distance: the angle itself opens by 0.2 deg.
+        np.testing.assert_allclose(1e3 * found, backlash_um, rtol=0.01)
+
+
+def test_teeth_alone_are_as_stiff_where_one_pair_carries_and_stiffer_where_two_do(model, monkeypatch, tmp_path):
+    monkeypatch.setattr(slices, "DAMPING_RATIOS", (0.2,))
+    result = model.dynamics(torques_Nm=[60.0], run_cycles=0, damping_ratio=0.2, thin_slices=True)
+    (found,) = result.data["thin_slices"]
+    coupled, alone = found["coupled"], found["slices"]
+    assert alone["mesh_stiffness_max_N_per_um"] > 1.1 * coupled["mesh_stiffness_max_N_per_um"]
+    # The load is not quite even over the width; measured 1 %.
+    np.testing.assert_allclose(alone["mesh_stiffness_min_N_per_um"], coupled["mesh_stiffness_min_N_per_um"], rtol=0.05)
+    write_dynamics(result.found, tmp_path)
+    assert (tmp_path / "slices.png").exists()
+    assert "at 20 % damping 0 of 1 torques jump" in (tmp_path / "dynamics.md").read_text()
+
+
+def test_the_page_says_whether_backs_of_teeth_are_struck(model, tmp_path):
+    result = model.dynamics(torques_Nm=[80.0], run_cycles=0, mesh_frequency_ratio=[0.8, 0.95], backlash_um=4.0)
+    write_dynamics(result.found, tmp_path)
+    page = (tmp_path / "dynamics.md").read_text()
+    assert "touch 4 µm beyond, the backlash of the case. Stable motion strikes them under 80 N m." in page
+    assert result.data["backlash_um"] == 4.0
+
+
+def test_k_v_stands_over_the_speeds_of_the_response(model):
+    found = model.dynamics(torques_Nm=[80.0], run_cycles=0, damping_ratio=0.2, accuracy_grade=4).data["responses"][0]
+    iso = found["iso_6336"]
+    assert iso["accuracy_grade"] == 4
+    np.testing.assert_allclose(iso["resonance_Hz"], found["natural_frequency_Hz"], rtol=1e-9)  # rigid bearings
+    np.testing.assert_allclose([iso["mesh_frequency_Hz"][0], iso["mesh_frequency_Hz"][-1]],
+                               found["mesh_frequencies_Hz"], rtol=1e-12)  # fmt: skip
+    # c' of a pair of steel gears: 14 N/(mm um) after the standard, this mesh is coarse.
+    assert 8.0 < iso["single_stiffness_N_per_mm_um"] < 16.0
+    assert min(iso["k_v"]) > 1.0
 
 
 def test_the_api_asks_for_what_the_case_does_not(model):
@@ -92,7 +168,8 @@ def test_motion_beyond_the_table_is_named_and_gives_no_points(model):
         at_rest(replace(task, torque_Nm=1e5))
     load = float(task.model.oscillator(task.torque_Nm, 0.0).load[0])
     short = law._replace(reach=law.reach, knots=law.knots * load / law.knots[:, -1, 0].min() * 1.3)
-    found = solve(replace(task, law=short, damping_ratio=1e-3, run_cycles=100))
+    short_of = replace(task, law=short, damping_ratio=1e-3, run_cycles=100)
+    found = joined(solve(short_of, part) for part in (BRANCHES, *RUNS))
     assert any("leaves" in lost for lost in found["lost"])
     rest = at_rest(replace(task, law=short))
     assert speeds_of(task, rest)[0] < rest.natural < speeds_of(task, rest)[1]

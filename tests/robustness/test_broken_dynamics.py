@@ -44,6 +44,9 @@ BROKEN = {
     ),
     "loose bearings": (ON_BEARINGS | {"pinion_bearing_stiffness_N_um": [0.0, 3.0]}, ["above 0"]),
     "half a cycle": ({"run_cycles": 0.5}, ["run_cycles = 0.5", "whole number"]),
+    "no class": ({"accuracy_grade": 12}, ["accuracy_grade = 12", "between 1 and 11"]),
+    "class in letters": ({"accuracy_grade": "A6"}, ["accuracy_grade", "remove the quotes"]),
+    "slices by number": ({"thin_slices": 1}, ["thin_slices = 1", "true or false"]),
     "a list where one is asked for": ({"damping_ratio": [0.02]}, ["damping_ratio = [0.02]", "remove the brackets"]),
 }  # fmt: skip
 

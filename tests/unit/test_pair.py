@@ -164,6 +164,18 @@ def test_backlash_follows_the_textbook_formula(name):
                              - involute_function(math.acos(base / tight)))  # fmt: skip
     assert_allclose((pair.wheel.angular_pitch - apart) * pair.wheel.base_radius, expected, rtol=1e-9)
     assert expected > 0.0
+    assert_allclose(pair.backlash, expected, rtol=EXACT)
+
+
+@pytest.mark.parametrize("name", [n for n in PAIRS if "backlash" in n])
+def test_backlash_is_what_thicknesses_leave_of_the_pitch_circle(name):
+    pair = PAIRS[name]
+    angle, left = pair.working_pressure_angle, 2.0 * math.pi * pair.pinion.base_radius / pair.pinion.teeth
+    for tooth in (pair.pinion, pair.wheel):
+        # Along the line of action an arc of the pitch circle counts by the cosine of the pressure angle.
+        left -= 2.0 * tooth.base_radius * tooth.half_thickness_angle(math.tan(angle))
+    assert_allclose(pair.backlash, left, rtol=1e-9)
+    assert PAIRS["shifted"].backlash < PLACE
 
 
 def test_tooth_thicknesses_fill_the_working_pitch_circle():

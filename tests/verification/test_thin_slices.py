@@ -23,6 +23,7 @@ import pytest
 from pmor.case import change_case, load_case
 from pmor.contact.condition import at_torques
 from pmor.flank import Modification
+from pmor.lab.dynamics.slices import SlicedPair, without_neighbours
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.reduction.error_estimate import FlankCompliance
 from pmor_offline.train import train
@@ -53,18 +54,6 @@ def without_twist(reduced):
     return FlankCompliance(tuple(left), compliance.components)
 
 
-def without_neighbours(compliance):
-    return FlankCompliance(tuple(blocks[:1] for blocks in compliance.gears), compliance.components)
-
-
-def slices(between, width):
-    """Each section by itself, as compliant as under one line load on all of them."""
-    diagonal = np.einsum("astij,t->asij", between, width) / width[:, None, None]
-    alone = np.zeros_like(between)
-    alone[:, np.arange(len(width)), np.arange(len(width))] = diagonal
-    return alone
-
-
 def mean_ste_um(reduced, torque_Nm, off):
     """Mean STE over a pitch, with some of `SWITCHES` off."""
     compliance = without_twist(reduced) if "blank twist" in off else reduced.basis.compliance
@@ -72,8 +61,7 @@ def mean_ste_um(reduced, torque_Nm, off):
         compliance = without_neighbours(compliance)
     changed = replace(reduced, basis=replace(reduced.basis, compliance=compliance))
     if "sections" in off:
-        width = reduced.meshed.sections.width
-        changed.__dict__["section_compliance"] = tuple(slices(c, width) for c in changed.section_compliance)
+        changed = SlicedPair(changed.basis, changed.meshed)
     flanks = {}
     if "tip contact" in off:
         for name in ("pinion", "wheel"):

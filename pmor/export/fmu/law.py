@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,8 +11,7 @@ from pmor.case import Case
 from pmor.contact.condition import Built, at_torques
 from pmor.contact.unloaded import unloaded_ste_um
 from pmor.errors import CaseError, ConvergenceError
-from pmor.gear.pair import GearPair, zero_backlash_centre_distance
-from pmor.gear.tooth import involute_function
+from pmor.gear.pair import GearPair
 from pmor.pair.conditions import built_of
 from pmor.results.force_table import TOLERANCE, Forces, ForceTable, tabulate
 from pmor_online.line_sweep import line_force_law, sweep_line_loads
@@ -84,7 +82,8 @@ def mesh_law(reduced: ReducedPair, torque_Nm: float | None = None, tolerance: fl
     torque = TORQUE_REACH * case.torque_Nm if torque_Nm is None else torque_Nm
     low, high = _range(reduced, built, torque)
     table = tabulate(_forces(reduced, built), low, high, tolerance)
-    return MeshLaw(case, reduced.meshed.pair, table, torque, _backlash(reduced.meshed.pair, built))
+    pair = reduced.meshed.pair
+    return MeshLaw(case, pair, table, torque, pair.backlash if built.backs_mirror_flanks else None)
 
 
 def _forces(reduced: ReducedPair, built: Built) -> Forces:
@@ -112,14 +111,3 @@ def _range(reduced: ReducedPair, built: Built, torque_Nm: float) -> tuple[float,
         raise ConvergenceError(f"no equilibrium under {torque_Nm:g} N m at some angles: lower the torque", [])
     touch = 1e-3 * unloaded_ste_um(reduced.meshed, phi, [built])
     return float(touch.min()), float(1e-3 * sweep.ste_um.max())
-
-
-def _backlash(pair: GearPair, built: Built) -> float | None:
-    """Backlash of the drawing along the line of action, mm; None where backs are no mirror images of the flanks."""
-    if built.axes.tilted or not (built.pinion.mirrored and built.wheel.mirrored):
-        return None
-    tightest = math.acos(
-        (pair.pinion.base_radius + pair.wheel.base_radius) / zero_backlash_centre_distance(pair.pinion, pair.wheel)
-    )
-    opened = involute_function(pair.working_pressure_angle) - involute_function(tightest)
-    return max(2.0 * opened * (pair.pinion.base_radius + pair.wheel.base_radius), 0.0)

@@ -24,8 +24,16 @@ DECADES = 3.0
 CYCLES = 2
 
 
-def response_figure(responses: Sequence[Data]) -> Figure:
-    """Transmission error and dynamic factor over the mesh frequency; both runs as marks on the first."""
+def response_figure(responses: Sequence[Data], factors: Sequence[Data]) -> Figure:
+    """Transmission error and dynamic factor over the mesh frequency.
+
+    Parameters
+    ----------
+    responses : sequence of dict
+        Their runs are marks on the transmission error.
+    factors : sequence of dict
+        K_v of each; see `pmor.lab.dynamics.rating.rated`.
+    """
     with plot_style():
         figure = new_figure(8.2, 7.0)
         above, below = figure.subplots(2, 1, sharex=True)
@@ -38,11 +46,13 @@ def response_figure(responses: Sequence[Data]) -> Figure:
                 above.plot(_frequencies(points), _values(points, "dte_rms_um"), mark, color=colour, ms=3.5, mfc="none",
                            mew=0.8)  # fmt: skip
             above.axvline(1e-3 * found["natural_frequency_Hz"], color=colour, lw=0.6, ls=":")
+        for (colour, _), factor in zip(_coloured(responses), factors, strict=True):
+            below.plot(1e-3 * np.array(factor["mesh_frequency_Hz"]), factor["k_v"], color=colour, lw=0.9, ls="-.")
         above.set_ylabel("Dynamic transmission error, rms [µm]")
         below.set_ylabel("Largest over mean mesh force [-]")
         below.set_xlabel("Mesh frequency [kHz]")
         above.set_ylim(bottom=0.0)
-        _legend(figure, responses, runs=True)
+        _legend(figure, responses, runs=True, iso=True)
     return figure
 
 
@@ -146,7 +156,7 @@ def _coloured(responses: Sequence[Data]) -> list[tuple[str, Data]]:
     return [(COLOURS[i % len(COLOURS)], found) for i, found in enumerate(responses)]
 
 
-def _legend(figure: Figure, responses: Sequence[Data], runs: bool, branches: bool = True) -> None:
+def _legend(figure: Figure, responses: Sequence[Data], runs: bool, branches: bool = True, iso: bool = False) -> None:
     from matplotlib.lines import Line2D
 
     grey: dict[str, Any] = {"color": "#555555"}
@@ -156,4 +166,6 @@ def _legend(figure: Figure, responses: Sequence[Data], runs: bool, branches: boo
         handles += [Line2D([], [], label="stable", **grey), Line2D([], [], ls="--", lw=1.0, label="unstable", **grey)]
     if runs:
         handles += [Line2D([], [], ls="", marker=mark, mfc="none", label=name, **grey) for mark, name in RUNS.values()]
+    if iso:
+        handles.append(Line2D([], [], ls="-.", lw=0.9, label="K_v, ISO 6336-1 method B", **grey))
     figure.legend(handles=handles, loc="outside lower center", ncols=4)

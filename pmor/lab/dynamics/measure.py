@@ -1,4 +1,4 @@
-"""The motion of a pair under one torque, as plain data: branches, folds, run-up, run-down.
+"""The motion of a pair under one torque, as plain data: branches and folds, run-up, run-down, each by itself.
 
 A task can go to another process: it holds numbers alone.
 """
@@ -37,6 +37,10 @@ RUN_POINTS = 400
 SPECTRUM_CYCLES, HIGHEST_ORDER, SPECTRA = 8, 5.0, 150
 # Samples of a cycle that are kept where motion is largest.
 HISTORY = 256
+
+# Parts of a response, each solved by itself; the last two are keys of it.
+BRANCHES, RUN_UP, RUN_DOWN = "branches", "run_up", "run_down"
+RUNS = RUN_UP, RUN_DOWN
 
 Data = dict[str, Any]
 
@@ -124,8 +128,32 @@ def needed_harmonics(rest: AtRest, limits: tuple[float, float]) -> int:
     return max(HARMONICS, math.ceil(BEYOND_NATURAL * rest.natural / limits[0]))
 
 
-def solve(task: Task) -> Data:
-    """Return the response to a torque, with run-up and run-down, as `dynamics.json` holds it."""
+def solve(task: Task, part: str) -> Data:
+    """Return a part of the response to a torque: keys of `dynamics.json`, and in `lost` what was not found.
+
+    Parameters
+    ----------
+    task : Task
+    part : str
+        BRANCHES, or one of RUNS.
+
+    Raises
+    ------
+    ConvergenceError
+        Of branches, where the table does not bear the torque.
+    """
+    return _branches(task) if part == BRANCHES else _run(task, part)
+
+
+def joined(parts: Iterable[Data]) -> Data:
+    """Return the response to a torque, as `dynamics.json` holds it, from the branches and the runs there are."""
+    found: Data = {**dict.fromkeys((*RUNS, "waterfall")), "lost": []}
+    for part in parts:
+        found = {**found, **part, "lost": [*found["lost"], *part["lost"]]}
+    return found
+
+
+def _branches(task: Task) -> Data:
     rest = at_rest(task)
     limits, lost = speeds_of(task, rest), list[str]()
     try:
@@ -160,7 +188,6 @@ def solve(task: Task) -> Data:
         ],
         "period_doublings_Hz": [_hz(doubling.point.speed) for doubling in found.doublings],
         "largest": _largest(task.model, found),
-        **_runs(task, rest, limits, lost),
         "lost": lost,
     }  # fmt: skip
 
@@ -197,23 +224,18 @@ def _largest(model: GearModel, found: Response) -> Data | None:
     }
 
 
-def _runs(task: Task, rest: AtRest, limits: tuple[float, float], lost: list[str]) -> Data:
-    """Integrate over time through the speeds, up and down; the way up gives spectra too."""
-    found: Data = {"run_up": None, "run_down": None, "waterfall": None}
-    for key, (first, last) in (("run_up", limits), ("run_down", limits[::-1])):
-        if not task.run_cycles:
-            continue
-        try:
-            found[key], spectra = follow(_run(task, rest, first, last), task.run_cycles)
-        except ConvergenceError as error:
-            lost.append(f"{key}: {error}")
-            continue
-        if key == "run_up":
-            found["waterfall"] = spectra
-    return found
+def _run(task: Task, key: str) -> Data:
+    """Integrate over time through the speeds, up or down; the way up gives spectra too."""
+    try:
+        rest = at_rest(task)
+        limits = speeds_of(task, rest)
+        points, spectra = follow(_pieces(task, rest, *(limits if key == RUN_UP else limits[::-1])), task.run_cycles)
+    except ConvergenceError as error:
+        return {key: None, "lost": [f"{key}: {error}"]}
+    return {key: points, "lost": []} | ({"waterfall": spectra} if key == RUN_UP else {})
 
 
-def _run(task: Task, rest: AtRest, first: float, last: float) -> Iterator[Motion]:
+def _pieces(task: Task, rest: AtRest, first: float, last: float) -> Iterator[Motion]:
     """Yield the pieces of a run that begins settled at its first speed."""
     oscillator, law = rest.oscillator, task.law
     start = resting_state(oscillator, law, rest.interval)

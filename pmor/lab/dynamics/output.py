@@ -11,14 +11,20 @@ from pmor.lab.core.results import write_results
 from pmor.lab.core.table import Columns, table, text_lines
 from pmor.lab.dynamics.figures import contact_figure, motion_figure, response_figure, waterfall_figure
 from pmor.lab.dynamics.measure import Data
+from pmor.lab.dynamics.rating import by_range, rated
 from pmor.lab.dynamics.run import Dynamics
+from pmor.lab.dynamics.slices_page import slices_blocks
+from pmor.pair.conditions import built_of
 from pmor.report.page import Block, Heading, Picture, Warning
 from pmor.report.provenance import provenance
 from pmor.report.table import Table
 from pmor.storage.results_folder import remove_working_folder
 
 #: what `write_dynamics` may leave
-FILES = ("dynamics.json", "dynamics.md", "report.html", "response.png", "contact.png", "waterfall.png", "motion.png")
+FILES = (
+    "dynamics.json", "dynamics.md", "report.html", "response.png", "contact.png", "waterfall.png", "motion.png",
+    "slices.png",
+)  # fmt: skip
 KINDS = {"run_up": "running up", "run_down": "running down"}
 
 
@@ -49,11 +55,14 @@ def dynamics_data(found: Dynamics) -> Data:
         "wheel": asdict(model.inertias[1]),
         "equivalent_mass_kg": 1e3 * model.mass,
         "supports": [support.name for support in model.supports],
-        "backlash_um": found.case.dynamics.backlash_um,
+        "backlash_um": None if found.backlash is None else 1e3 * found.backlash,
         "force_table_error_max_N": found.error.largest * found.largest_force,
         "force_table_error_rms_N": found.error.rms * found.largest_force,
         "force_table_largest_N": found.largest_force,
-        "responses": list(found.responses),
+        "responses": [
+            response | {"iso_6336": rated(found.case, found.pair, model.mass, response)} for response in found.responses
+        ],
+        "thin_slices": list(found.slices) or None,
     }
 
 
@@ -70,7 +79,6 @@ def dynamics_text(found: Dynamics) -> str:
 def _blocks(found: Dynamics) -> list[Block]:
     case, model, responses = found.case, found.model, found.responses
     one, two = model.inertias
-    dynamics = case.dynamics
     how = "on rigid bearings" if not model.supports else f"on bearings ({', '.join(s.name for s in model.supports)})"
     blocks: list[Block] = [
         f"Two gears of {one.mass_kg:.4g} and {two.mass_kg:.4g} kg, {one.polar_kg_m2:.4g} and {two.polar_kg_m2:.4g} "
@@ -81,14 +89,16 @@ def _blocks(found: Dynamics) -> list[Block]:
         "Branches are by harmonic balance, their stability by Floquet multipliers, run-up and run-down by integration "
         "over time.",
         "Displacements count along the transverse line of action from where flanks of the drawing touch, the dynamic "
-        f"transmission error about its mean. {_backs(dynamics.backlash_um)}",
+        f"transmission error about its mean. {_backs(found)}",
         *(Warning(sentence) for sentence in _lost(found)),
     ]
     if responses:
+        factors = [rated(case, found.pair, model.mass, response) for response in responses]
         blocks += [
             Picture("response.png", "Response over the mesh frequency; dotted: natural frequency with the mean "
-                    "stiffness. Between folds motion is unstable; the marks are the runs, which jump there.",
-                    response_figure(responses)),
+                    "stiffness. Between folds motion is unstable; the marks are the runs, which jump there. "
+                    f"Dash-dotted below: K_v of ISO 6336-1, method B, tolerance class {case.dynamics.accuracy_grade}.",
+                    response_figure(responses, factors)),
             Picture("contact.png", "Loss of contact, and force on the bearings.", contact_figure(responses)),
         ]  # fmt: skip
     for name, caption, figure in (
@@ -99,8 +109,10 @@ def _blocks(found: Dynamics) -> list[Block]:
     ):  # fmt: skip
         if figure is not None:
             blocks.append(Picture(name, caption, figure))
-    return [*blocks, *_tables(found), Heading("Provenance"),
-            Table("Machine and software", ("item", "value"), provenance(case))]  # fmt: skip
+    blocks += _tables(found)
+    if found.slices:
+        blocks += slices_blocks(found.slices)
+    return [*blocks, Heading("Provenance"), Table("Machine and software", ("item", "value"), provenance(case))]
 
 
 def _tables(found: Dynamics) -> Sequence[Table]:
@@ -123,7 +135,34 @@ def _tables(found: Dynamics) -> Sequence[Table]:
         "parted, µm": lambda row: _most(row, "separation_um"),
     }
     note = "Largest values are those of stable motion within the speeds; the dynamic factor is largest over mean force."
-    return [table("Torques", torques, found.responses, note), table("Folds, where motion jumps", folds, rows)]
+    return [
+        table("Torques", torques, found.responses, note),
+        table("Folds, where motion jumps", folds, rows),
+        _ratings(found),
+    ]
+
+
+def _ratings(found: Dynamics) -> Table:
+    case = found.case
+    rows = [row for response in found.responses for row in by_range(case, found.pair, found.model.mass, response)]
+    grade = case.dynamics.accuracy_grade
+    columns: Columns = {
+        "torque, N m": "torque_Nm",
+        "range": "range",
+        "resonance ratio from": "from",
+        "to": "to",
+        "dynamic factor": "dynamic_factor",
+        f"K_v, class {grade}": "k_v",
+        "K_v without deviations": "k_v_without_deviations",
+    }
+    note = (
+        "Largest of each range: of stable motion (where it jumps, that which running down comes to), and K_v of "
+        "ISO 6336-1, method B. K_v takes the mean mesh stiffness of this pair and its masses on rigid bearings, a "
+        f"damping that is built into its formulas, and deviations within ISO 1328-1, class {grade} ([dynamics] "
+        "accuracy_grade), not run in. Motion is that of the flanks of the case: K_v without deviations is what to "
+        "hold it against."
+    )
+    return table("Dynamic factor beside K_v", columns, rows, note)
 
 
 def _most(response: Data, key: str) -> float | None:
@@ -137,10 +176,22 @@ def _lost(found: Dynamics) -> list[str]:
     return [*sentences, *found.failures]
 
 
-def _backs(backlash_um: float | None) -> str:
-    if backlash_um is None:
-        return (
-            "The backs of teeth are left out: where flanks part farther than the backlash, they would strike "
-            "([dynamics] backlash_um)."
-        )
-    return f"The backs of teeth touch {backlash_um:g} µm beyond."
+def _backs(found: Dynamics) -> str:
+    if found.backlash is not None:
+        whence = "of the drawing" if found.case.dynamics.backlash_um is None else "of the case"
+        struck = [f"{response['torque_Nm']:g}" for response in found.responses if _strikes(response)]
+        seen = f"Stable motion strikes them under {', '.join(struck)} N m." if struck else "No stable motion does."
+        return f"The backs of teeth touch {1e3 * found.backlash:.4g} µm beyond, the backlash {whence}. {seen}"
+    why = "the drawing has no backlash"
+    if not built_of(found.case).backs_mirror_flanks:
+        why = "they are no mirror images of the working flanks"
+    return (
+        f"The backs of teeth are left out: {why}. Where flanks part farther than the backlash, they would strike "
+        "([dynamics] backlash_um)."
+    )
+
+
+def _strikes(response: Data) -> bool:
+    """Whether the backs of teeth push in any stable motion."""
+    points = (point for branch in response["branches"] for point in branch if point["stable"])
+    return any(point["smallest_force_N"] < 0.0 for point in points)

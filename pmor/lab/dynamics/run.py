@@ -17,8 +17,10 @@ from pmor.dynamics.force_table import TableError, range_under, table_error, tabu
 from pmor.dynamics.gear_model import GearModel, gear_model
 from pmor.dynamics.kernels.laws import ForceTable
 from pmor.errors import CaseError, ConvergenceError
+from pmor.gear.pair import ROUNDING, GearPair
 from pmor.lab.core.parts import PARTS, Announcer, Piece, run_pieces
-from pmor.lab.dynamics.measure import Data, Task, solve
+from pmor.lab.dynamics.measure import BRANCHES, RUNS, Data, Task, joined, solve
+from pmor.lab.dynamics.slices import SLICES, compared, sliced
 from pmor.pair.conditions import built_of
 from pmor.pair.model import elastic_model, mesh_model, refuse_loads
 from pmor.threads import threads
@@ -40,7 +42,10 @@ class Dynamics:
     Parameters
     ----------
     case : Case
+    pair : GearPair
     model : GearModel
+    backlash : float or None
+        See `backlash_of`.
     law : ForceTable
         Under all torques.
     error : TableError
@@ -49,18 +54,22 @@ class Dynamics:
         In the table, N.
     responses : tuple of dict
         One per torque, as in `dynamics.json`.
+    slices : tuple of dict
+        One per torque, where the case compares thin slices; see `pmor.lab.dynamics.slices`.
     failures : tuple of str
         Torques without a response, and why.
     """
 
     case: Case
+    pair: GearPair
     model: GearModel
+    backlash: float | None
     law: ForceTable
     error: TableError
     largest_force: float
     responses: tuple[Data, ...]
+    slices: tuple[Data, ...]
     failures: tuple[str, ...]
-
 
 def reduced_of(case: Case) -> ReducedPair:
     """Return the reduced pair of a case: finite elements of the gears, line loads as unknowns."""
@@ -118,17 +127,31 @@ def force_law(
     """
     torques = case.dynamics.torques_Nm
     refuse_loads(replace(case, online=replace(case.online, torques_Nm=torques)), reduced.meshed)
-    built, backlash = built_of(case), case.dynamics.backlash_um
+    built = built_of(case)
     forces = mesh_force_of(reduced, built)
     load = 1e3 * torques[-1] / reduced.meshed.pair.pinion.base_radius
     limits = range_under(forces, load, built.spread, MULTIPLE)
-    gap = np.inf if backlash is None else 1e-3 * backlash
+    backlash = backlash_of(case, reduced.meshed.pair)
+    gap = np.inf if backlash is None else backlash
     try:
         table = tabulate(forces, *limits, PHASES, DISPLACEMENTS, gap, executor)
     except ValueError as reason:
         raise ConvergenceError(f"force law: {reason}") from None
     error = table_error(table, forces, CHECKED, np.random.default_rng(SEED))
     return table, error, float(table.knots[:, -1, 0].max())
+
+
+def backlash_of(case: Case, pair: GearPair) -> float | None:
+    """Return from where working flanks touch to where backs of teeth do, along the line of action, mm.
+
+    None, and motion goes on without backs of teeth, where the drawing has no backlash and the case gives none, or where
+    tilted axes and flanks whose halves differ make the backs no mirror images of the flanks.
+    """
+    if case.dynamics.backlash_um is not None:
+        return 1e-3 * case.dynamics.backlash_um
+    if pair.backlash <= ROUNDING * pair.pinion.module or not built_of(case).backs_mirror_flanks:
+        return None
+    return pair.backlash
 
 
 def tasks_of(case: Case, model: GearModel, law: ForceTable) -> list[Task]:
@@ -149,7 +172,7 @@ def run_dynamics(
     case: Case, reduced: ReducedPair, folder: Path, jobs: int = 1,
     announce: Callable[[str], None] = lambda text: None,
 ) -> Dynamics:  # fmt: skip
-    """Solve all torques of a case, each kept when it is finished.
+    """Solve all torques of a case; branches, runs and slices of each are kept when they are finished.
 
     Parameters
     ----------
@@ -158,29 +181,40 @@ def run_dynamics(
     folder : Path
         Of the results.
     jobs : int
-        Torques solved at a time, each in a process of its own.
+        Pieces of work done at a time, each in a process of its own.
     announce : callable
-        Called with a line of progress for each torque.
+        Called with a line of progress for each piece.
     """
-    with threads(jobs) as executor:
+    pair = reduced.meshed.pair
+    model = gear_model(case, pair)
+    parts = (BRANCHES, *(RUNS if case.dynamics.run_cycles else ()))
+    with threads(jobs) as executor, _solver(jobs) as solver:
         law, error, largest = force_law(case, reduced, executor)
-        model = gear_model(case, reduced.meshed.pair)
-        with _solver(jobs) as solver:
-            pieces = [
-                Piece(f"{task.torque_Nm:g} N m", {"case": case}, asdict(error), partial(solver, task))
-                for task in tasks_of(case, model, law)
-            ]
-            announcer = Announcer(len(pieces), announce)
-            found, failures = run_pieces(pieces, folder / PARTS, executor, announcer.started, announcer.finished)
-    responses = tuple(dict(found[piece.name]) for piece in pieces if piece.name in found)
-    return Dynamics(case, model, law, error, largest, responses, failures)
+        tasks = tasks_of(case, model, law)
+        wanted = {_name(task, part): partial(solver, solve, task, part) for task in tasks for part in parts}
+        if case.dynamics.thin_slices:
+            alone = tasks_of(case, model, force_law(case, sliced(reduced), executor)[0])
+            wanted |= {_name(task, SLICES): partial(solver, compared, task, slices)
+                       for task, slices in zip(tasks, alone, strict=True)}  # fmt: skip
+        pieces = [Piece(name, {"case": case}, asdict(error), work) for name, work in wanted.items()]
+        announcer = Announcer(len(pieces), announce)
+        found, failures = run_pieces(pieces, folder / PARTS, executor, announcer.started, announcer.finished)
+    there = [[dict(found[name]) for name in (_name(task, part) for part in parts) if name in found]
+             for task in tasks if _name(task, BRANCHES) in found]  # fmt: skip
+    slices = tuple(dict(found[name]) for name in (_name(task, SLICES) for task in tasks) if name in found)
+    backlash = backlash_of(case, pair)
+    return Dynamics(case, pair, model, backlash, law, error, largest, tuple(map(joined, there)), slices, failures)
+
+
+def _name(task: Task, part: str) -> str:
+    return f"{task.torque_Nm:g} N m, {part.replace('_', '-')}"
 
 
 @contextmanager
-def _solver(jobs: int) -> Iterator[Callable[[Task], Data]]:
-    """Give what solves a task: here, or in one of several processes: Python's lock would hold threads up."""
+def _solver(jobs: int) -> Iterator[Callable[..., Data]]:
+    """Give what calls a function with arguments: here, or in one of several processes: Python's lock stops threads."""
     if jobs == 1:
-        yield solve
+        yield lambda work, *arguments: work(*arguments)
         return
     with ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn")) as pool:
-        yield lambda task: pool.submit(solve, task).result()
+        yield lambda work, *arguments: pool.submit(work, *arguments).result()
