@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pmor.arrays import FloatArray, IntArray
+from pmor.arrays import FloatArray
 from pmor.contact.condition import PLAIN, Built
 from pmor.contact.kernels.line_loads import solve_leads
 from pmor.contact.kernels.line_places import Lines, line_deviations
@@ -17,8 +17,8 @@ from pmor_online.model import ReducedPair
 
 # Relative, of a displacement: where no equilibrium was found, one beside it is taken.
 NUDGES = np.array([1e-9, -1e-9, 1e-8, -1e-8])
-# Phases whose sections are kept placed for the next time.
-MOST_KEPT = 2048
+# Phases whose sections are placed at a time, and flexibilities of sections beyond which none stay placed for later.
+PHASES_AT_ONCE, MOST_BYTES = 1024, 1 << 29
 
 
 def mesh_force_of(reduced: ReducedPair, built: Built = PLAIN) -> Forces:
@@ -65,32 +65,44 @@ class LineLoadLaw:
     built : Built
     low, high : float
         Range of displacements, mm: below it nothing touches, above it there is no force that motion could take.
+    backlash : float
+        Displacement to where the backs of teeth touch, mirror images of the flanks, mm; infinite for none.
     """
 
     reduced: ReducedPair
     built: Built
     low: float
     high: float
+    backlash: float = np.inf
     _placed: dict[bytes, _Placed] = field(default_factory=dict, repr=False, compare=False)
 
     def forces(self, phase: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return forces, N, and stiffnesses, N/mm, at phases and displacements, (n,) each; NaN where there are none."""
-        radius = self.reduced.meshed.pair.pinion.base_radius
-        force, slope = np.zeros_like(x), np.zeros_like(x)
-        known = (x > self.low) & (x <= self.high)
-        force[x > self.high] = slope[x > self.high] = np.nan
-        for start in range(0, len(phase), MOST_KEPT):
-            part = slice(start, start + MOST_KEPT)
+        force, slope = self._of_flanks(phase, x)
+        back = x <= -0.5 * self.backlash
+        if back.any():
+            mirrored, steep = self._of_flanks(-phase, np.where(back, -x - self.backlash, self.low))
+            force, slope = np.where(back, -mirrored, force), np.where(back, steep, slope)
+        return force, slope
+
+    def _of_flanks(self, phase: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        radius, touches = self.reduced.meshed.pair.pinion.base_radius, (x > self.low) & (x <= self.high)
+        force = np.where(x > self.high, np.nan, 0.0)
+        slope = force.copy()
+        for start in range(0, len(phase), PHASES_AT_ONCE):
+            part = slice(start, start + PHASES_AT_ONCE)
+            near = touches[part]
             placed = self._at(np.ascontiguousarray(phase[part]))
-            torque, stiffness = placed.solve(np.where(known[part], x[part], self.low) / radius)
-            force[part] = np.where(known[part], torque / radius, force[part])
-            slope[part] = np.where(known[part], stiffness / radius**2, slope[part])
+            torque, stiffness = placed.solve(np.where(near, x[part], self.low) / radius)
+            force[part] = np.where(near, torque / radius, force[part])
+            slope[part] = np.where(near, stiffness / radius**2, slope[part])
         return force, slope
 
     def _at(self, phase: FloatArray) -> _Placed:
         key = phase.tobytes()
         if key not in self._placed:
-            if len(self._placed) > 1:
+            held = sum(placed.lines.flexibility.nbytes for placed in self._placed.values())
+            if held > MOST_BYTES:
                 self._placed.clear()
             self._placed[key] = _place(self.reduced, self.built, phase)
         return self._placed[key]
