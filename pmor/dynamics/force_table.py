@@ -206,7 +206,7 @@ class _Law:
         def row(place: tuple[int, IntArray]) -> FloatArray:
             kind, phase = divmod(int(place[0]), CYCLE + 1)
             angle = 2.0 * np.pi * (int(self.first[kind]) + phase / CYCLE)
-            at = self.lowest + self.step * place[1]
+            at = np.asarray(self.lowest + self.step * place[1], dtype=float)
             force = np.asarray(self.forces(angle, at))
             if not np.isfinite(force).all():
                 hole = at[np.isnan(force)][0]

@@ -252,4 +252,5 @@ def _static(
     sweep = sweep_line_loads(reduced, phase / (2.0 * np.pi) * reduced.meshed.pair.pitch, torques)
     if not sweep.converged.all():
         raise ConvergenceError("no equilibrium at rest under a torque at some angles: lower the torque")
-    return 1e-3 * sweep.ste_um, 1e3 * sweep.stiffness_N_per_um
+    assert sweep.stiffness_N_per_um is not None, "line loads have one"
+    return np.asarray(1e-3 * sweep.ste_um), np.asarray(1e3 * sweep.stiffness_N_per_um)
