@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import pmor
+from pmor.app.cli import main
 from pmor.case import parse_case
 from pmor.contact.condition import Built
 from pmor.dynamics.force_table import table_error, tabulate
@@ -46,13 +47,15 @@ def test_the_law_of_a_revolution_is_solved_where_cycles_differ_and_true_everywhe
     assert np.ptp(differ) > 0.1 * max(differ)
 
 
-def test_motion_with_a_tooth_out_of_its_place_is_that_of_runs(model, tmp_path, monkeypatch):
+def test_motion_with_a_tooth_out_of_its_place_is_that_of_runs(tmp_path, monkeypatch):
     monkeypatch.setattr(law, "TOLERANCE", 2e-3)
     monkeypatch.setattr(law, "STATIC_TOLERANCE", 1e-2)
     monkeypatch.setattr(law, "CHECKED", 10)
-    result = model.dynamics()
-    result.to_json(tmp_path / "dynamics.json")
-    data = json.loads((tmp_path / "dynamics.json").read_text())
+    path, out = tmp_path / "small.toml", tmp_path / "out"
+    path.write_text(text())
+    assert main(["dynamics", str(path), "--out", str(out)]) == 0
+    data = json.loads((out / "dynamics.json").read_text())
+    assert f"the mesh repeats after {TEETH} cycles" in (out / "report.html").read_text()
     assert data["repeats_after_mesh_cycles"] == TEETH
     response = data["responses"][0]
     assert response["branches"] == []
