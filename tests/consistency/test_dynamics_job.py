@@ -162,6 +162,17 @@ def test_the_force_table_is_the_force_law_within_the_error_that_it_states(model,
     assert error.rms < 3e-3
 
 
+@pytest.mark.slow
+def test_branches_on_line_loads_are_those_on_their_table(model, monkeypatch):
+    monkeypatch.setattr(law, "TOLERANCE", 5e-5)
+    asked = {"torques_Nm": [80.0], "run_cycles": 0, "mesh_frequency_ratio": [0.8, 1.2]}
+    table, exact = (model.dynamics(law=kind, **asked).data["responses"][0] for kind in ("table", "exact"))
+    for one, two in zip(table["folds"], exact["folds"], strict=True):
+        assert one["kind"] == two["kind"]
+        np.testing.assert_allclose(one["mesh_frequency_Hz"], two["mesh_frequency_Hz"], rtol=1e-4)
+        np.testing.assert_allclose(one["dte_rms_um"], two["dte_rms_um"], rtol=1e-3)
+
+
 def test_motion_beyond_the_table_is_named_and_gives_no_points(model):
     table = law.force_law(model.case, model.reduced)[0]
     task = run.tasks_of(model.case, run.gear_model(model.case, model.reduced.meshed.pair), table)[1]

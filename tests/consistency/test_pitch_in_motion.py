@@ -41,8 +41,8 @@ def test_the_law_of_a_revolution_is_solved_where_cycles_differ_and_true_everywhe
     assert len(alike) == TEETH
     assert 4 <= max(alike) + 1 < 10, "a tooth is in reach in a few cycles alone"
     forces = mesh_force_of(reduced, built)
-    table = tabulate(forces, -0.031, 0.06, tolerance=1e-3, alike=alike)
-    assert table_error(table, forces, 40, rng).largest < 2.5e-3
+    table = tabulate(forces, -0.031, 0.06, tolerance=3e-3, alike=alike)
+    assert table_error(table, forces, 40, rng).largest < 7e-3
     differ = [forces(2.0 * np.pi * cycle + 0.7, np.array([0.02]))[0] for cycle in range(TEETH)]
     assert np.ptp(differ) > 0.1 * max(differ)
 
