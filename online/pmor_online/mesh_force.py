@@ -1,14 +1,27 @@
-"""The mesh force of a reduced pair by displacement, as its dynamics ask for it."""
+"""The mesh force of a reduced pair by displacement, as its dynamics ask for it: solved anew at each place."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
 from pmor.arrays import FloatArray
 from pmor.contact.condition import PLAIN, Built
+from pmor.contact.kernels.deviation import Deviation
+from pmor.contact.kernels.line_loads import LineResults, solve_leads, solve_lines
+from pmor.contact.kernels.line_places import Lines, line_deviations, place_lines
+from pmor.contact.kernels.tip_corner import Corner
+from pmor.contact.kernels.types import Gear, Kinematics
+from pmor.contact.position import pairs_in_reach
 from pmor.dynamics.force_table import Forces
-from pmor_online.line_sweep import line_force_law
 from pmor_online.model import ReducedPair
+
+# Relative, of a displacement: where no equilibrium was found, one beside it is taken.
+NUDGES = np.array([1e-9, -1e-9, 1e-8, -1e-8])
+# Phases whose sections are placed at a time, and flexibilities of sections beyond which none stay placed for later.
+PHASES_AT_ONCE, MOST_BYTES = 1024, 1 << 29
 
 
 def mesh_force_of(reduced: ReducedPair, built: Built = PLAIN) -> Forces:
@@ -24,11 +37,136 @@ def mesh_force_of(reduced: ReducedPair, built: Built = PLAIN) -> Forces:
     built : Built
         Where the axes are, what the flanks are like; deviations of pitch do not repeat over one mesh cycle.
     """
-    radius, pitch = reduced.meshed.pair.pinion.base_radius, reduced.meshed.pair.pitch
+    mesh = _mesh(reduced, built)
+
+    def solved(phase: float, displacement: FloatArray) -> FloatArray:
+        lines, deviation = mesh.placed(np.array([phase]))
+        lead, shape = np.asarray(displacement) / mesh.radius, (len(displacement), 1)
+        found = LineResults(
+            np.zeros(shape), np.zeros(shape, dtype=np.int64), np.zeros(shape, dtype=bool),
+            np.zeros((*shape, lines.gap.shape[1])), np.zeros(shape), np.zeros((0, 0, 0)),
+        )  # fmt: skip
+        solve_lines(lines, deviation, lead, True, mesh.rate, mesh.width, mesh.compliance, mesh.corners, found)
+        turned = np.maximum(lead[:, None] - lines.corner_lead[0], 0.0)
+        torque = -((lines.lever[0] + lines.lever_slope[0] * turned) * found.force[:, 0]).sum(axis=1)
+        return np.where(found.converged[:, 0], torque / mesh.radius, np.nan)
 
     def forces(phase: float, displacement: FloatArray) -> FloatArray:
-        angle = np.array([phase / (2.0 * np.pi) * pitch])
-        law = line_force_law(reduced, angle, list(np.asarray(displacement) / radius), built)
-        return np.asarray(1e3 / radius * law.torque_Nm[:, 0])
+        found = solved(phase, displacement)
+        for k in np.flatnonzero(np.isnan(found)):
+            beside = solved(phase, displacement[k] * (1.0 + NUDGES))
+            found[k] = next(iter(beside[np.isfinite(beside)]), np.nan)
+        return found
 
     return forces
+
+
+@dataclass(frozen=True)
+class LineLoadLaw:
+    """The force law of a reduced pair without a table: line loads solved at each phase and displacement.
+
+    Phases and displacements are those of `mesh_force_of`. At phases that are asked for again and again, as harmonic
+    balance does, sections stay placed, and loads start from those found there before.
+
+    Parameters
+    ----------
+    reduced : ReducedPair
+        Of line loads.
+    built : Built
+    low, high : float
+        Range of displacements, mm: below it nothing touches, above it there is no force that motion could take.
+    backlash : float
+        Displacement to where the backs of teeth touch, mirror images of the flanks, mm; infinite for none.
+    """
+
+    reduced: ReducedPair
+    built: Built
+    low: float
+    high: float
+    backlash: float = np.inf
+    _placed: dict[bytes, _Placed] = field(default_factory=dict, repr=False, compare=False)
+
+    def forces(self, phase: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return forces, N, and stiffnesses, N/mm, at phases and displacements, (n,) each; NaN where there are none."""
+        force, slope = self._of_flanks(phase, x)
+        back = x <= -0.5 * self.backlash
+        if back.any():
+            mirrored, steep = self._of_flanks(-phase, np.where(back, -x - self.backlash, self.low))
+            force, slope = np.where(back, -mirrored, force), np.where(back, steep, slope)
+        return force, slope
+
+    def _of_flanks(self, phase: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        mesh, touches = self._mesh, (x > self.low) & (x <= self.high)
+        force = np.where(x > self.high, np.nan, 0.0)
+        slope = force.copy()
+        for start in range(0, len(phase), PHASES_AT_ONCE):
+            part = slice(start, start + PHASES_AT_ONCE)
+            near, placed = touches[part], self._at(np.ascontiguousarray(phase[part]))
+            torque, stiffness = np.empty(len(near)), np.empty(len(near))
+            solve_leads(
+                placed.lines, placed.deviation, np.where(near, x[part], self.low) / mesh.radius, mesh.rate, mesh.width,
+                mesh.compliance, mesh.corners, placed.force, torque, stiffness,
+            )  # fmt: skip
+            force[part] = np.where(near, torque / mesh.radius, force[part])
+            slope[part] = np.where(near, stiffness / mesh.radius**2, slope[part])
+        return force, slope
+
+    @cached_property
+    def _mesh(self) -> _Mesh:
+        return _mesh(self.reduced, self.built)
+
+    def _at(self, phase: FloatArray) -> _Placed:
+        key = phase.tobytes()
+        if key not in self._placed:
+            if sum(placed.lines.flexibility.nbytes for placed in self._placed.values()) > MOST_BYTES:
+                self._placed.clear()
+            lines, deviation = self._mesh.placed(phase)
+            self._placed[key] = _Placed(lines, deviation, np.zeros_like(lines.gap))
+        return self._placed[key]
+
+
+@dataclass(frozen=True)
+class _Placed:
+    """Sections at some phases, what their flanks deviate by, and the forces found there last."""
+
+    lines: Lines
+    deviation: FloatArray
+    force: FloatArray
+
+
+@dataclass(frozen=True)
+class _Mesh:
+    """What the kernels need to know of a pair, made once for all phases; see `place_lines` and `solve_lines`."""
+
+    radius: float
+    pitch: float
+    kinematics: Kinematics
+    gears: tuple[Gear, Gear]
+    deviations: tuple[Deviation, Deviation] | None
+    z: FloatArray
+    reach: int
+    components: int
+    rate: float
+    width: FloatArray
+    compliance: tuple[FloatArray, FloatArray]
+    corners: tuple[Corner, Corner]
+
+    def placed(self, phase: FloatArray) -> tuple[Lines, FloatArray]:
+        """Return the sections at phases, and what their flanks deviate by."""
+        angle = phase / (2.0 * np.pi) * self.pitch
+        lines: Lines = place_lines(angle, self.kinematics, self.gears, self.z, self.reach, self.components)
+        if self.deviations is None:
+            return lines, np.empty((0, 0))
+        deviation = np.empty_like(lines.gap)
+        line_deviations(lines, self.z, *self.deviations, deviation)
+        return lines, deviation
+
+
+def _mesh(reduced: ReducedPair, built: Built) -> _Mesh:
+    meshed, gears = reduced.meshed, reduced.meshed.gears
+    return _Mesh(
+        meshed.pair.pinion.base_radius, meshed.pair.pitch, meshed.kinematics(built.axes), gears,
+        meshed.deviations(built) if built.modified else None, meshed.sections.z, pairs_in_reach(meshed),
+        reduced.components, meshed.expected_approach(1.0), meshed.sections.width * (2.0 if meshed.mirrored else 1.0),
+        reduced.section_compliance, (gears[0].corner, gears[1].corner),
+    )  # fmt: skip

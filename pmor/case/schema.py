@@ -388,6 +388,9 @@ class DynamicsCase:
     thin_slices : bool
         Find the response of teeth as thin slices too, which know neither their neighbours nor the rest of their width,
         at 2 and 5 % damping: what the coupling does.
+    law : {"table", "exact"}
+        Where branches take the mesh force from: a table of the line loads, or the line loads themselves, solved at each
+        sample of each motion that is tried: slower by some ten times, and the proof of the table. Runs take the table.
     """
 
     torques_Nm: Torques
@@ -414,6 +417,7 @@ class DynamicsCase:
     run_cycles: Annotated[int, Range(0, 10_000_000)] = 5000
     accuracy_grade: Annotated[int, Range(1, 11)] = 6
     thin_slices: bool = False
+    law: Literal["table", "exact"] = "table"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -2,16 +2,36 @@
 
 from __future__ import annotations
 
+from typing import Protocol
+
 import numpy as np
 
 from pmor.arrays import FloatArray
 from pmor.dynamics.kernels.laws import ForceTable, VaryingStiffness, mesh_forces
 
-ForceLaw = VaryingStiffness | ForceTable
+#: laws that compiled code evaluates, as integration over time does
+CompiledLaw = VaryingStiffness | ForceTable
+
+
+class SolvedLaw(Protocol):
+    """A law that is solved anew wherever it is asked for: dear, and for harmonic balance alone."""
+
+    def forces(self, phase: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return forces and stiffnesses at phases and displacements, (n,) each; NaN where it knows nothing."""
+
+
+ForceLaw = CompiledLaw | SolvedLaw
 
 
 def forces_at(law: ForceLaw, phase: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return forces and stiffnesses at phases and displacements, (n,) each."""
+    if not isinstance(law, CompiledLaw):
+        return law.forces(phase, x)
     force, slope = np.empty_like(x), np.empty_like(x)
     mesh_forces(law, phase, x, force, slope)
     return force, slope
+
+
+def cycles_of(law: CompiledLaw) -> int:
+    """Return after how many mesh cycles a law repeats."""
+    return len(law.root) if isinstance(law, ForceTable) else 1

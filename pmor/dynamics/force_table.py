@@ -1,40 +1,43 @@
-"""A force law in a table: from forces at given displacements, periodic over the cycle, smooth over the displacement.
+"""A force law in a table that is as fine as it must be: a tree of cells over phase and displacement.
 
-Between knots run cubics over phase and s = sqrt((x - touch) / reach), with the slopes over s that the forces themselves
-have. What the table leaves out is measured between its knots.
+The force has kinks where a further tooth pair comes into contact, along curves that no regular grid follows. Cells are
+therefore halved, over the phase or over the displacement, until a bicubic through 4 x 4 values holds in each; on the
+way to smaller neighbours a cell's own border is kept, so that the force is continuous everywhere. What the table leaves
+out is measured at the points between, and again at places drawn at random.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.arrays import FloatArray
+from pmor.arrays import FloatArray, IntArray
 from pmor.dynamics.force_law import forces_at
-from pmor.dynamics.kernels.laws import ForceTable
+from pmor.dynamics.kernels.laws import CELL, DISPLACEMENT, PHASE, ForceTable
+from pmor.dynamics.table_cells import COLUMNS, CYCLE, RANGE, ROWS, Cells, cubics, join, roots, together
 from pmor.errors import ConvergenceError
 from pmor.threads import in_order
 
 #: forces at a phase (rad) and at displacements along the line of action: (displacements,) to (displacements,)
 Forces = Callable[[float, FloatArray], FloatArray]
 
-# Where flanks first touch: intervals that a range is cut into, again and again.
-CUTS, ROUNDS = 8, 9
-# Displacements on either side of a knot, over its distance from first touch: forces there give value and slope, the
-# value to the square of this.
-OFFSET = 1e-4
+# Of the largest force: what cells may leave out at the points between their values. A quarter more was measured
+# elsewhere.
+TOLERANCE = 5e-5
+# Per mesh cycle: beyond which a law is none that a table could hold.
+MOST_CELLS = 100_000
 # Displacements at which it is tried whether the flanks bear a load, mm, each so much larger than the last; phases.
 SMALLEST_RANGE, LARGEST_RANGE, RANGE_STEP, RANGE_PHASES = 1e-8, 10.0, 1.1, 8
-# Of a stencil of five points for the derivative by the phase.
-STENCIL = np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / 12.0
+
+_PLACES = np.arange(7)
 
 
 @dataclass(frozen=True)
 class TableError:
-    """Table less law, between knots, over the largest force.
+    """Table less law, between the values of cells, over the largest force.
 
     Parameters
     ----------
@@ -43,6 +46,21 @@ class TableError:
 
     largest: float
     rms: float
+
+
+@dataclass(frozen=True)
+class Watched:
+    """A load under which the displacement is to be known better than the range as a whole.
+
+    Parameters
+    ----------
+    load : float
+    allowed : float
+        Error of the force where it is about that load.
+    """
+
+    load: float
+    allowed: float
 
 
 def range_under(forces: Forces, load: float, spread: float, multiple: float) -> tuple[float, float]:
@@ -80,8 +98,8 @@ def range_under(forces: Forces, load: float, spread: float, multiple: float) -> 
 
 
 def tabulate(
-    forces: Forces, lowest: float, highest: float, phases: int, displacements: int, backlash: float = np.inf,
-    executor: Executor | None = None,
+    forces: Forces, lowest: float, highest: float, watched: Sequence[Watched] = (), tolerance: float = TOLERANCE,
+    backlash: float = np.inf, alike: Sequence[int] = (0,), executor: Executor | None = None,
 ) -> ForceTable:  # fmt: skip
     """Tabulate a force law.
 
@@ -89,12 +107,15 @@ def tabulate(
     ----------
     forces : callable
     lowest, highest : float
-        Displacements: flanks touch at none of the phases below the first, and at all of them below the second, up to
-        which the table reaches everywhere.
-    phases, displacements : int
-        Numbers of knots.
+        Range of displacements: flanks touch at none of the phases below the first.
+    watched : sequence of Watched
+    tolerance : float
+        Of the largest force in the range.
     backlash : float
         See `ForceTable`.
+    alike : sequence of int
+        Of each mesh cycle after which the law repeats: the number of its kind, counted as they first come. Only the
+        first of a kind is solved; cycles of a kind have neighbours of the same kinds.
     executor : concurrent.futures.Executor, optional
         Of threads; shares out the phases.
 
@@ -104,35 +125,42 @@ def tabulate(
 
     Raises
     ------
-    ValueError
-        Where the law gives no force, or none at `highest`.
+    ConvergenceError
+        Where the law gives no force, or needs too many cells.
     """
-    angle = 2.0 * np.pi * np.arange(phases) / phases
-    touch = np.array(list(in_order(lambda at: _first_touch(forces, at, lowest, highest), angle.tolist(), executor)))
-    reach = highest - touch.min()
-    s = np.linspace(0.0, 1.0, displacements)
-    beyond = reach * s[1:] ** 2
-    near = np.concatenate([beyond * (1.0 - OFFSET), beyond * (1.0 + OFFSET)])
-
-    def row(place: int) -> FloatArray:
-        return np.asarray(forces(float(angle[place]), touch[place] + near)).reshape(2, -1)
-
-    knots = np.zeros((phases, displacements, 4))
-    for i, (below, above) in enumerate(in_order(row, range(phases), executor)):
-        knots[i, 1:, 0] = 0.5 * (below + above)
-        knots[i, 1:, 2] = (above - below) / (2.0 * OFFSET * beyond) * 2.0 * reach * s[1:]
-    if not np.isfinite(knots).all():
-        raise ValueError("the law gives no force somewhere in the range of the table")
-    knots[:, :, 1], knots[:, :, 3] = _by_phase(knots[:, :, 0]), _by_phase(knots[:, :, 2])
-    return ForceTable(np.column_stack([touch, _by_phase(touch)]), reach, knots, backlash)
+    kinds = np.asarray(alike)
+    law = _Law(forces, np.unique(kinds, return_index=True)[1], lowest, (highest - lowest) / (RANGE), executor)
+    waiting = roots(int(kinds.max()) + 1)
+    root = np.arange(len(waiting.phase)).reshape(-1, COLUMNS, ROWS)[kinds]
+    node_kinds, following, cells, values = list[IntArray](), list[IntArray](), list[Cells](), list[FloatArray]()
+    nodes, held, limit = len(waiting.phase), 0, 0.0
+    while len(waiting.phase):
+        found = law.at(waiting)
+        limit = limit or tolerance * float(found.max())
+        over_phase, over_displacement, both = _left_out(found)
+        fits = np.maximum(np.maximum(over_phase, over_displacement), both) <= _allowed(found, limit, watched)
+        kind = np.where(fits, CELL, np.where(over_phase > over_displacement, PHASE, DISPLACEMENT))
+        node_kinds.append(kind)
+        following.append(np.where(fits, held + np.cumsum(fits) - 1, nodes + 2 * (np.cumsum(~fits) - 1)))
+        cells.append(waiting.at(fits))
+        values.append(found[fits][:, ::2, ::2])
+        held += int(fits.sum())
+        waiting = waiting.at(~fits).halves(kind[~fits] == PHASE)
+        nodes += len(waiting.phase)
+        if nodes > MOST_CELLS * len(law.first):
+            raise ConvergenceError(f"the force law needs more than {MOST_CELLS} cells of a table per mesh cycle")
+    table = ForceTable(
+        lowest, highest, root, np.concatenate(node_kinds), np.concatenate(following), np.concatenate(values), backlash
+    )
+    join(table, together(cells), kinds)
+    return table
 
 
 def table_error(table: ForceTable, forces: Forces, places: int, rng: np.random.Generator) -> TableError:
     """Measure a table against its law at so many phases, drawn at random, and at as many displacements at each."""
     differences, top = [], 0.0
-    low = table.touch[:, 0].min()
-    for phase in rng.uniform(0.0, 2.0 * np.pi, places):
-        x = low + table.reach * (1.0 - 1e-9) * rng.uniform(0.0, 1.0, places)
+    for phase in rng.uniform(0.0, 2.0 * np.pi * len(table.root), places):
+        x = table.low + (table.high - table.low) * rng.uniform(0.0, 1.0, places)
         exact = forces(phase, x)
         differences.append(forces_at(table, np.full(places, phase), x)[0] - exact)
         top = max(top, float(exact.max()))
@@ -140,20 +168,77 @@ def table_error(table: ForceTable, forces: Forces, places: int, rng: np.random.G
     return TableError(float(np.abs(error).max()), float(np.sqrt((error**2).mean())))
 
 
-def _first_touch(forces: Forces, phase: float, lowest: float, highest: float) -> float:
-    """Find the displacement above which there is a force."""
-    low, high = lowest, highest
-    for _ in range(ROUNDS):
-        x = np.linspace(low, high, CUTS + 1)
-        carries = forces(phase, x) > 0.0
-        if carries[0] or not carries[-1]:
-            raise ValueError(f"flanks do not first touch between displacements {lowest:g} and {highest:g}")
-        first = int(carries.argmax())
-        low, high = x[first - 1], x[first]
-    return 0.5 * float(low + high)
+class _Law:
+    """A force law at places counted in steps; what was solved once is kept.
+
+    Parameters
+    ----------
+    forces : callable
+    first : ndarray of int
+        The first mesh cycle of each kind.
+    lowest, step : float
+        Displacement at 0, and per step.
+    executor : concurrent.futures.Executor or None
+    """
+
+    def __init__(
+        self, forces: Forces, first: IntArray, lowest: float, step: float, executor: Executor | None
+    ) -> None:  # fmt: skip
+        self.forces, self.first, self.lowest, self.step, self.executor = forces, first, lowest, step, executor
+        self.keys, self.values = np.empty(0, dtype=np.int64), np.empty(0)
+
+    def at(self, cells: Cells) -> FloatArray:
+        """Forces at 7 x 7 places of each cell, its border included, (n, 7, 7)."""
+        phase = cells.phase[:, None] + cells.width[:, None] // 6 * _PLACES
+        x = cells.x[:, None] + cells.height[:, None] // 6 * _PLACES
+        # The end of a cycle is its own, not the beginning of the next kind.
+        cycle = cells.phase // CYCLE
+        column = (phase + cycle[:, None])[:, :, None]
+        keys = column * (RANGE + 1) + x[:, None, :]
+        self._solve(np.setdiff1d(keys, self.keys))
+        return np.asarray(self.values[np.searchsorted(self.keys, keys)])
+
+    def _solve(self, keys: IntArray) -> None:
+        column, x = np.divmod(keys, RANGE + 1)
+        ends = np.flatnonzero(np.diff(column)) + 1
+        rows = list(zip(column[np.append(0, ends)], np.split(x, ends), strict=True)) if len(keys) else []
+
+        def row(place: tuple[int, IntArray]) -> FloatArray:
+            kind, phase = divmod(int(place[0]), CYCLE + 1)
+            angle = 2.0 * np.pi * (int(self.first[kind]) + phase / CYCLE)
+            at = np.asarray(self.lowest + self.step * place[1], dtype=float)
+            force = np.asarray(self.forces(angle, at))
+            if not np.isfinite(force).all():
+                hole = at[np.isnan(force)][0]
+                raise ConvergenceError(
+                    f"no force at a displacement of {hole:.6g} mm at {angle / (2.0 * np.pi):.6g} of the mesh cycle"
+                )
+            return force
+
+        found = np.concatenate([np.empty(0), *in_order(row, rows, self.executor)])
+        every = np.concatenate([self.keys, keys])
+        order = np.argsort(every, kind="stable")
+        self.keys, self.values = every[order], np.concatenate([self.values, found])[order]
 
 
-def _by_phase(values: FloatArray) -> FloatArray:
-    """Derivative by the phase of values at even steps over the cycle, along the first axis."""
-    step = 2.0 * np.pi / len(values)
-    return np.asarray(sum(w * np.roll(values, 2 - k, axis=0) for k, w in enumerate(STENCIL)) / step)
+def _allowed(force: FloatArray, limit: float, watched: Sequence[Watched]) -> FloatArray:
+    """What cells may leave out, (n,): less where a watched load is among their forces or those of cells beside."""
+    low, high = force.min(axis=(1, 2)), force.max(axis=(1, 2))
+    reach = high - low
+    allowed = np.full(len(force), limit)
+    for one in watched:
+        near = (low - reach <= one.load) & (one.load <= high + reach)
+        allowed[near] = np.minimum(allowed[near], one.allowed)
+    return allowed
+
+
+def _left_out(force: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """What bicubics through every other value miss of the rest: between phases, displacements, and both; (n,) each."""
+    weights = cubics(_PLACES[1::2] / 6.0)
+    known = force[:, ::2, ::2]
+    phase, displacement = weights @ known, known @ weights.T
+    missed = (
+        phase - force[:, 1::2, ::2], displacement - force[:, ::2, 1::2], weights @ displacement - force[:, 1::2, 1::2]
+    )  # fmt: skip
+    one, two, both = (np.abs(part).max(axis=(1, 2)) for part in missed)
+    return one, two, both

@@ -5,13 +5,14 @@ Nothing is assumed of the motion, so that a run-up passes over folds as the mach
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from pmor.arrays import FloatArray
-from pmor.dynamics.force_law import ForceLaw, forces_at
+from pmor.dynamics.force_law import CompiledLaw, cycles_of, forces_at
 from pmor.dynamics.harmonic_balance import Balance, harmonics_of
 from pmor.dynamics.kernels.motion import DONE, Drive, move
 from pmor.dynamics.oscillator import Oscillator, motion_of, position_under
@@ -66,7 +67,7 @@ class Motion:
 
 
 def integrate(
-    oscillator: Oscillator, law: ForceLaw, start: FloatArray, speeds: tuple[float, float], cycles: int,
+    oscillator: Oscillator, law: CompiledLaw, start: FloatArray, speeds: tuple[float, float], cycles: int,
     tolerance: float = TOLERANCE,
 ) -> Motion:  # fmt: skip
     """Integrate over mesh cycles, from phase 0, while the speed changes evenly over time.
@@ -74,7 +75,7 @@ def integrate(
     Parameters
     ----------
     oscillator : Oscillator
-    law : ForceLaw
+    law : CompiledLaw
     start : ndarray, shape (2n,)
         Displacements and velocities.
     speeds : tuple of float
@@ -106,15 +107,19 @@ def integrate(
 
 
 def run_through(
-    oscillator: Oscillator, law: ForceLaw, start: FloatArray, speeds: tuple[float, float], cycles: int
+    oscillator: Oscillator, law: CompiledLaw, start: FloatArray, speeds: tuple[float, float], cycles: int
 ) -> Iterator[Motion]:
-    """Integrate as `integrate` does, piece by piece of `CYCLES_PER_PIECE`; the last state of one is where to resume."""
+    """Integrate as `integrate` does, piece by piece of `CYCLES_PER_PIECE`; the last state of one is where to resume.
+
+    Pieces begin where the law does, and are longer where it takes more cycles to repeat.
+    """
     first, last = speeds
     duration = 4.0 * np.pi * cycles / (first + last)
     rate = (last - first) / duration
     done, state = 0, start
+    length = cycles_of(law) * math.ceil(CYCLES_PER_PIECE / cycles_of(law))
     while done < cycles:
-        count = min(CYCLES_PER_PIECE, cycles - done)
+        count = min(length, cycles - done)
         ends = [float(np.sqrt(first**2 + 4.0 * np.pi * rate * after)) for after in (done, done + count)]
         piece = integrate(oscillator, law, state, (ends[0], ends[1]), count, RUN_TOLERANCE)
         state, done = piece.states[-1], done + count

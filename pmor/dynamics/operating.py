@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pmor.arrays import FloatArray
-from pmor.dynamics.force_law import ForceLaw, forces_at
+from pmor.dynamics.force_law import CompiledLaw, cycles_of, forces_at
 from pmor.dynamics.oscillator import Oscillator
 from pmor.errors import ConvergenceError
 
@@ -15,12 +15,12 @@ PHASES = 512
 BISECTIONS = 50
 
 
-def static_displacement(law: ForceLaw, load: float, phase: FloatArray, interval: tuple[float, float]) -> FloatArray:
+def static_displacement(law: CompiledLaw, load: float, phase: FloatArray, interval: tuple[float, float]) -> FloatArray:
     """Return the displacement along the line of action under a load at rest: the static transmission error.
 
     Parameters
     ----------
-    law : ForceLaw
+    law : CompiledLaw
     load : float
         Along the line of action, positive.
     phase : ndarray, shape (n,)
@@ -43,9 +43,9 @@ def static_displacement(law: ForceLaw, load: float, phase: FloatArray, interval:
     return np.asarray(0.5 * (low + high))
 
 
-def mean_stiffness(law: ForceLaw, load: float, interval: tuple[float, float]) -> float:
-    """Return the tangent stiffness of the mesh at rest under a load, its mean over the cycle."""
-    phase = np.asarray(2.0 * np.pi / PHASES * np.arange(PHASES), dtype=float)
+def mean_stiffness(law: CompiledLaw, load: float, interval: tuple[float, float]) -> float:
+    """Return the tangent stiffness of the mesh at rest under a load, its mean over its period."""
+    phase = np.asarray(2.0 * np.pi / PHASES * np.arange(PHASES * cycles_of(law)), dtype=float)
     return float(forces_at(law, phase, static_displacement(law, load, phase, interval))[1].mean())
 
 

@@ -29,6 +29,8 @@ class Cycle:
         Along the line of action, mm, mm/s, N.
     bearing : ndarray, shape (s, 2, 3)
         Forces of both gears on their bearings along x, y, z, N.
+    positions : ndarray, shape (s, n - 1)
+        Of the supports, mm.
     """
 
     phase: FloatArray
@@ -36,6 +38,7 @@ class Cycle:
     velocity: FloatArray
     force: FloatArray
     bearing: FloatArray
+    positions: FloatArray
 
 
 @dataclass(frozen=True)
@@ -91,6 +94,7 @@ def cycle_of(model: GearModel, balance: Balance, unknowns: FloatArray, speed: fl
         velocity=states[:, oscillator.size :] @ lever,
         force=force,
         bearing=model.bearing_forces(oscillator, states, force),
+        positions=states[:, 1 : oscillator.size],
     )
 
 

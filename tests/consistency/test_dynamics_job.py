@@ -9,9 +9,10 @@ import pytest
 import pmor
 from pmor.app.cli import main
 from pmor.case import parse_case
-from pmor.dynamics.force_table import table_error
+from pmor.dynamics.force_table import table_error, tabulate
+from pmor.dynamics.operating import static_displacement
 from pmor.errors import ConvergenceError
-from pmor.lab.dynamics import run, slices
+from pmor.lab.dynamics import law, run, slices
 from pmor.lab.dynamics.measure import BRANCHES, RUNS, at_rest, joined, solve, speeds_of
 from pmor.lab.dynamics.output import FILES, write_dynamics
 from pmor.pair.model import gear_pair
@@ -28,9 +29,9 @@ def text(**dynamics):
 
 @pytest.fixture(autouse=True)
 def _coarse_table(monkeypatch):
-    monkeypatch.setattr(run, "PHASES", 60)
-    monkeypatch.setattr(run, "DISPLACEMENTS", 40)
-    monkeypatch.setattr(run, "CHECKED", 10)
+    monkeypatch.setattr(law, "TOLERANCE", 1e-3)
+    monkeypatch.setattr(law, "STATIC_TOLERANCE", 1e-3)
+    monkeypatch.setattr(law, "CHECKED", 10)
 
 
 @pytest.fixture(scope="module")
@@ -153,21 +154,33 @@ def test_the_api_asks_for_what_the_case_does_not(model):
 
 
 def test_the_force_table_is_the_force_law_within_the_error_that_it_states(model, rng):
-    law, error, largest = run.force_law(model.case, model.reduced)
+    table, error, largest = law.force_law(model.case, model.reduced)
     load = 1e5 / model.reduced.meshed.pair.pinion.base_radius
     assert largest > 3.0 * load, "it goes beyond the largest torque"
-    elsewhere = table_error(law, mesh_force_of(model.reduced), 10, rng)
+    elsewhere = table_error(table, mesh_force_of(model.reduced), 10, rng)
     assert elsewhere.rms < 1.5 * error.rms  # measured at other places; a coarse table: 1.5e-3
     assert error.rms < 3e-3
 
 
+@pytest.mark.slow
+def test_branches_on_line_loads_are_those_on_their_table(model, monkeypatch):
+    monkeypatch.setattr(law, "TOLERANCE", 5e-5)
+    asked = {"torques_Nm": [80.0], "run_cycles": 0, "mesh_frequency_ratio": [0.8, 1.2]}
+    table, exact = (model.dynamics(law=kind, **asked).data["responses"][0] for kind in ("table", "exact"))
+    for one, two in zip(table["folds"], exact["folds"], strict=True):
+        assert one["kind"] == two["kind"]
+        np.testing.assert_allclose(one["mesh_frequency_Hz"], two["mesh_frequency_Hz"], rtol=1e-4)
+        np.testing.assert_allclose(one["dte_rms_um"], two["dte_rms_um"], rtol=1e-3)
+
+
 def test_motion_beyond_the_table_is_named_and_gives_no_points(model):
-    law = run.force_law(model.case, model.reduced)[0]
-    task = run.tasks_of(model.case, run.gear_model(model.case, model.reduced.meshed.pair), law)[1]
+    table = law.force_law(model.case, model.reduced)[0]
+    task = run.tasks_of(model.case, run.gear_model(model.case, model.reduced.meshed.pair), table)[1]
     with pytest.raises(ConvergenceError, match="is not borne"):
         at_rest(replace(task, torque_Nm=1e5))
     load = float(task.model.oscillator(task.torque_Nm, 0.0).load[0])
-    short = law._replace(reach=law.reach, knots=law.knots * load / law.knots[:, -1, 0].min() * 1.3)
+    static = static_displacement(table, load, np.linspace(0.0, 6.3, 50), (table.low, table.high))
+    short = tabulate(mesh_force_of(model.reduced), table.low, 1.1 * static.max(), tolerance=1e-3)
     short_of = replace(task, law=short, damping_ratio=1e-3, run_cycles=100)
     found = joined(solve(short_of, part) for part in (BRANCHES, *RUNS))
     assert any("leaves" in lost for lost in found["lost"])

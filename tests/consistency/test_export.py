@@ -11,10 +11,10 @@ import pytest
 
 import pmor
 from pmor.app.cli import main
+from pmor.dynamics.force_table import tabulate
 from pmor.export.fmu import law
 from pmor.export.rexs.model import read_rexs
 from pmor.report.data_files import write_ste_csv
-from pmor.results.force_table import tabulate
 
 pytestmark = pytest.mark.jit  # sweeps and force laws of whole models
 ROOT = Path(__file__).parents[2]
@@ -48,7 +48,9 @@ def test_a_gearbox_becomes_a_case_file_and_what_is_left_out_is_said(tmp_path, ca
 
 
 def test_the_command_writes_the_force_law_and_the_results_of_the_api(tmp_path, basis, model, monkeypatch):
-    monkeypatch.setattr(law, "tabulate", lambda forces, low, high, tolerance: tabulate(forces, low, high, 0.01))  # fast
+    monkeypatch.setattr(
+        law, "tabulate", lambda forces, low, high, tolerance: tabulate(forces, low, high, tolerance=0.01)
+    )
     assert export(basis, "--to", "fmu", "-o", tmp_path / "one.fmu", "--torque", 30) == 0
     assert export(basis, "--to", "rexs", "-o", tmp_path / "one.rexs") == 0
     model.export(tmp_path / "two.fmu", to="fmu", torque_Nm=30.0)

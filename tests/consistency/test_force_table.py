@@ -9,7 +9,7 @@ import pytest
 from pmor.case import load_case, parse_case
 from pmor.contact.condition import PLAIN, at_torques
 from pmor.dynamics.force_law import forces_at
-from pmor.dynamics.force_table import table_error, tabulate
+from pmor.dynamics.force_table import Watched, table_error, tabulate
 from pmor.dynamics.harmonic_balance import Balance, rest, rms, solve_at
 from pmor.dynamics.inertia import disc, equivalent_mass
 from pmor.dynamics.integration import integrate, state_of
@@ -21,7 +21,7 @@ from pmor.pair.conditions import built_of
 from pmor.pair.model import elastic_model, mesh_model
 from pmor_offline.train import train
 from pmor_online.line_sweep import line_force_law, sweep_line_loads
-from pmor_online.mesh_force import mesh_force_of
+from pmor_online.mesh_force import LineLoadLaw, mesh_force_of
 from pmor_online.model import reduced_pair
 from tests.small_case import case_text
 
@@ -36,13 +36,13 @@ def small_pair():
 
 @cache
 def small_table():
-    return tabulate(mesh_force_of(small_pair(), PLAIN), -0.01, 0.05, 100, 50)
+    return tabulate(mesh_force_of(small_pair(), PLAIN), -0.001, 0.05)
 
 
 def test_a_table_is_its_force_law_within_the_error_that_it_states(rng):
     found = table_error(small_table(), mesh_force_of(small_pair(), PLAIN), 25, rng)
-    assert found.rms < 3e-4
-    assert found.largest < 3e-3  # where a second pair comes into contact; falls with the square of the knots
+    assert found.rms < 2e-5
+    assert found.largest < 1e-4  # asked for; 5e-5 at the places between values that the table was made by
 
 
 def test_the_force_law_at_the_lead_under_a_torque_is_that_torque():
@@ -56,19 +56,60 @@ def test_the_force_law_at_the_lead_under_a_torque_is_that_torque():
 
 
 def test_slow_motion_of_a_pair_is_its_static_transmission_error():
-    reduced, table = small_pair(), small_table()
-    load = 1e5 / reduced.meshed.pair.pinion.base_radius
-    mass = 1e-3
-    critical = 2.0 * np.sqrt(mean_stiffness(table, load, (-0.005, 0.045)) * mass)
-    oscillator, speed = along_line_of_action(mass, 0.5 * critical, load), 3e-6 * critical / mass
-    start = np.array([static_displacement(table, load, np.zeros(1), (-0.005, 0.045))[0], 0.0])
+    """Moved so slowly, the pair is at rest under its torque at each phase, where the torque-driven solution has it."""
+    reduced, torque = small_pair(), 1e5
+    radius, pitch = reduced.meshed.pair.pinion.base_radius, reduced.meshed.pair.pitch
+    load, mass = torque / radius, 1e-3
+    watched = Watched(load, 3e-5 * 3e-3 * 1e5)  # 3e-5 of a transmission error of 3 um, over a stiffness of 1e5 N/mm
+    table = tabulate(mesh_force_of(reduced), -0.001, 0.05, [watched], 1e-3)
+    critical = 2.0 * np.sqrt(mean_stiffness(table, load, (-0.001, 0.05)) * mass)
+    oscillator, speed = along_line_of_action(mass, 0.5 * critical, load), 1e-6 * critical / mass
+    start = np.array([static_displacement(table, load, np.zeros(1), (-0.001, 0.05))[0], 0.0])
     moving = integrate(oscillator, table, start, (speed, speed), 1)
-    static = static_displacement(table, load, moving.phase, (-0.005, 0.045))
+    static = 1e-3 * sweep_line_loads(reduced, moving.phase / (2.0 * np.pi) * pitch, at_torques([torque])).ste_um[0]
     np.testing.assert_allclose(moving.displacement, static, atol=1e-4 * np.ptp(static))
-    balance = Balance(oscillator, table, cycles=1, harmonics=100)
-    found = balance.displacement(solve_at(balance, speed, rest(balance)))
-    static = static_displacement(table, load, balance.phase, (-0.005, 0.045))
-    np.testing.assert_allclose(found, static, atol=2e-3 * np.ptp(static))  # a curve with kinks has further harmonics
+
+
+def test_the_law_without_a_table_is_that_of_the_sweep_whatever_it_starts_from(rng):
+    reduced = small_pair()
+    law, sweep = LineLoadLaw(reduced, PLAIN, -0.001, 0.05), mesh_force_of(reduced)
+    phase = rng.uniform(-20.0, 20.0, 40)
+    for _ in range(3):  # the second and third time from the forces of the time before
+        x = rng.uniform(-0.005, 0.05, 40)
+        force, slope = law.forces(phase, x)
+        exact = np.array([sweep(p, np.array([d]))[0] for p, d in zip(phase, x, strict=True)])
+        np.testing.assert_allclose(force, exact, rtol=1e-9, atol=1e-9)  # Newton ends at 3e-6, and is quadratic
+        ahead, behind = (law.forces(phase, x + step)[0] for step in (1e-8, -1e-8))
+        np.testing.assert_allclose(slope, (ahead - behind) / 2e-8, rtol=1e-3, atol=1.0)  # a section may begin between
+    assert np.isnan(law.forces(phase, np.full(40, 0.051))[0]).all()
+    backed = LineLoadLaw(reduced, PLAIN, -0.001, 0.05, backlash=0.1)
+    np.testing.assert_allclose(backed.forces(-phase, -0.1 - x)[0], -force, rtol=1e-9, atol=1e-9)
+
+
+def test_harmonic_balance_on_line_loads_is_that_on_their_table():
+    reduced, table = small_pair(), small_table()
+    law = LineLoadLaw(reduced, PLAIN, table.low, table.high)
+    load, mass = 1e5 / reduced.meshed.pair.pinion.base_radius, 1e-3
+    stiffness = mean_stiffness(table, load, (table.low, table.high))
+    oscillator = along_line_of_action(mass, 0.1 * np.sqrt(stiffness * mass), load)
+    for ratio in (0.5, 0.8, 1.2):
+        one, two = (Balance(oscillator, which, cycles=1, harmonics=20) for which in (table, law))
+        found = [solve_at(b, ratio * np.sqrt(stiffness / mass), rest(b)) for b in (one, two)]
+        # The table: 5e-5 of a force four times the load.
+        np.testing.assert_allclose(rms(found[0]), rms(found[1]), rtol=2e-4)
+
+
+@pytest.mark.slow
+def test_a_section_that_only_just_touches_is_in_equilibrium():
+    """Its load is below the least one of the law; begun there, rounding threw it to and fro for ever.
+
+    One state in four million of this pair.
+    """
+    case = load_case(Path(__file__).parents[2] / "cases" / "paper_relief.toml")
+    reduced = reduced_pair(train(case, elastic_model(case, mesh_model(case))).basis)
+    radius = reduced.meshed.pair.pinion.base_radius
+    law = line_force_law(reduced, np.array([0.26407904754068884]), [0.009619448732414413 / radius], built_of(case))
+    assert law.converged.all()
 
 
 def test_backs_of_teeth_are_flanks_that_run_the_other_way():
@@ -92,7 +133,7 @@ def test_the_ohio_pair_jumps_where_the_prototype_did(relieved, damping, torque_N
     """Prototype: the same finite elements, integrated over time; run-up jumps over the natural frequency."""
     table, radii, inertia = ohio_table(relieved)
     load, mass = 1e3 * torque_Nm / radii[0], equivalent_mass(inertia, inertia, radii)
-    stiffness = mean_stiffness(table, load, (-0.02, 0.055))
+    stiffness = mean_stiffness(table, load, (-0.005, 0.055))
     natural = np.sqrt(stiffness / mass)
     oscillator = along_line_of_action(mass, 2.0 * damping * np.sqrt(stiffness * mass), load)
     found = response(oscillator, table, (0.6 * natural, 1.25 * natural))
@@ -116,5 +157,5 @@ def ohio_table(relieved):
     built = built_of(case)
     assert built.pinion != Modification()
     pair = reduced.meshed.pair
-    table = tabulate(mesh_force_of(reduced, built if relieved else PLAIN), -0.03, 0.06, 400, 100)
+    table = tabulate(mesh_force_of(reduced, built if relieved else PLAIN), -0.01, 0.06)
     return table, (pair.pinion.base_radius, pair.wheel.base_radius), disc(75.0, 0.0, 20.0, 7810.0)

@@ -62,7 +62,7 @@ def test_the_speed_rises_evenly_over_time_and_the_phase_with_it():
 
 
 def test_newton_steps_have_the_derivatives_of_their_residual(rng):
-    balance = Balance(on_bearings(3.0), tabulate(curved, -0.2, 3.0, 30, 30), cycles=2, harmonics=5)
+    balance = Balance(on_bearings(3.0), tabulate(curved, -0.2, 3.0, tolerance=1e-4), cycles=2, harmonics=5)
     unknowns, way, speed, step = 0.05 * rng.normal(size=balance.size), rng.normal(size=balance.size), 0.7, 1e-6
     unknowns[0] = 1.5
     _, matrix, rate = balance.residual(unknowns, speed)
@@ -122,25 +122,21 @@ def test_gears_that_turn_together_are_not_held_and_need_not_be():
         static_stiffness_of(Oscillator(turning.mass, turning.damping, turning.stiffness, turning.lever, np.eye(2)[0]))
 
 
-def test_a_table_comes_to_its_law_with_its_knots():
-    errors = [
-        table_error(tabulate(curved, -0.2, 2.0, size, size), curved, 40, np.random.default_rng(1)).largest
-        for size in (20, 40, 80)
-    ]
-    assert errors[2] < 2e-6
-    assert errors[1] < errors[0] / 8.0
-    assert errors[2] < errors[1] / 8.0
+def test_a_table_is_its_law_as_well_as_it_is_asked_to():
+    for tolerance in (1e-3, 1e-5):
+        found = table_error(tabulate(curved, -0.2, 2.0, tolerance=tolerance), curved, 40, np.random.default_rng(1))
+        assert found.largest < 2.0 * tolerance  # held at places between values, not all
 
 
 def test_stiffness_of_a_table_is_the_derivative_of_its_force(rng):
-    table = tabulate(curved, -0.2, 2.0, 30, 30, backlash=0.5)
+    table = tabulate(curved, -0.2, 2.0, tolerance=1e-4, backlash=0.5)
     phase, x, step = rng.uniform(-10.0, 10.0, 200), rng.uniform(-2.3, 1.9, 200), 1e-6
     exact = (forces_at(table, phase, x + step)[0] - forces_at(table, phase, x - step)[0]) / (2.0 * step)
     np.testing.assert_allclose(forces_at(table, phase, x)[1], exact, atol=1e-6)
 
 
 def test_back_flanks_push_the_other_way_beyond_the_backlash(rng):
-    table, phase = tabulate(curved, -0.2, 2.0, 30, 30, backlash=0.5), rng.uniform(0.0, 6.0, 50)
+    table, phase = tabulate(curved, -0.2, 2.0, tolerance=1e-4, backlash=0.5), rng.uniform(0.0, 6.0, 50)
     between, beyond = rng.uniform(-0.4, -0.1, 50), rng.uniform(0.2, 1.5, 50)
     assert not forces_at(table, phase, between)[0].any()
     np.testing.assert_allclose(
@@ -149,7 +145,7 @@ def test_back_flanks_push_the_other_way_beyond_the_backlash(rng):
 
 
 def test_beyond_its_range_a_table_gives_no_force_and_nobody_takes_it_for_one():
-    table = tabulate(curved, -0.2, 2.0, 30, 30)
+    table = tabulate(curved, -0.2, 2.0, tolerance=1e-4)
     assert np.isnan(forces_at(table, np.zeros(1), np.full(1, 2.5))[0]).all()
     heavy = along_line_of_action(1.0, 0.1, 10.0)
     with pytest.raises(ConvergenceError, match="leaves the force law"):
@@ -161,7 +157,7 @@ def test_beyond_its_range_a_table_gives_no_force_and_nobody_takes_it_for_one():
 
 
 def test_slow_motion_follows_the_static_transmission_error():
-    table = tabulate(curved, -0.2, 3.0, 60, 60)
+    table = tabulate(curved, -0.2, 3.0, tolerance=1e-5)
     stiffness = mean_stiffness(table, 1.0, (-0.2, 2.9))
     oscillator = along_line_of_action(1.0, 0.1, 1.0)
     balance = Balance(oscillator, table, cycles=1, harmonics=20)

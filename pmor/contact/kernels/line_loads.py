@@ -44,8 +44,9 @@ TOLERANCE = 1e-11
 NEARBY = 0.2
 # Of that distance: gaps below it have no sign.
 ROUND_OFF = 1e-9
-# Where a stored law has its least load.
-LEAST = LineLaw._fields.index("least")
+# Where a stored law has its least load, and the share of it with which a section begins: on the law's linear part, from
+# where one step finds any load that is smaller still. The least load itself is, to rounding, beyond it.
+LEAST, BEGINNING = LineLaw._fields.index("least"), 0.5
 
 
 class LineResults(NamedTuple):
@@ -157,7 +158,7 @@ def _make_likely_ready(lines, deviation, drive, held, rate, force, width, compli
     count = 0
     for i in range(angles):
         _set_free(lines, i, deviation, room)
-        _start(lines, i, drive, held, rate, force, room)
+        _start(lines, i, drive, held, rate, force, False, room)
         for n in range(size):
             likely[i, n] = room.carries[n] and not lines.ready[i, n]
             count += likely[i, n]
@@ -218,7 +219,7 @@ def solve_lines(lines, deviation, drives, held, rate, width, compliance, corners
         for d in range(len(drives)):
             force = results.force[d, i]
             lead, steps, count, stiffness = _solve(
-                lines, i, drives[d], held, rate, width, compliance, corners, force, room
+                lines, i, drives[d], held, rate, width, compliance, corners, force, False, room
             )
             results.lead[d, i], results.steps[d, i], results.converged[d, i] = lead, steps, count >= 0
             results.stiffness[d, i] = stiffness
@@ -226,6 +227,47 @@ def solve_lines(lines, deviation, drives, held, rate, width, compliance, corners
                 results.stiffness[d, i] = _differentiate(
                     lines, i, lead, force, width, compliance, corners, room, results.sensitivity[d, i]
                 )
+
+
+@allocating
+def solve_leads(lines, deviation, leads, rate, width, compliance, corners, force, torque, stiffness):
+    """Solve each angle under a lead of its own, from the forces found there before.
+
+    Parameters
+    ----------
+    lines, deviation, rate, width, compliance, corners
+        As in `solve_lines`.
+    leads : ndarray, shape (A,)
+        rad.
+    force : ndarray, shape (A, N)
+        Replaced: forces to begin with, N; an angle where all are 0 starts cold.
+    torque, stiffness : ndarray, shape (A,)
+        Filled: N mm, and its derivative by the lead, N mm / rad; NaN where it does not converge.
+    """
+    size = lines.gap.shape[1]
+    room = _Room(
+        np.empty(size), np.empty(size, dtype=np.bool_), np.empty(size, dtype=np.int64), np.empty((size, size)),
+        np.empty((size, size)), np.empty(size), np.empty(size),
+    )  # fmt: skip
+    for i in range(len(leads)):
+        _set_free(lines, i, deviation, room)
+        warm, count, slope = np.max(force[i]) > 0.0, -1, 0.0
+        if warm:
+            _, _, count, slope = _solve(
+                lines, i, leads[i], True, rate, width, compliance, corners, force[i], True, room
+            )
+        # Sections that all let go on the way may find no way back.
+        if count <= 0:
+            _, _, count, slope = _solve(
+                lines, i, leads[i], True, rate, width, compliance, corners, force[i], False, room
+            )
+        torque[i], stiffness[i] = 0.0, slope
+        for n in range(size):
+            further, turning = _turning(lines, i, n, leads[i])
+            torque[i] -= (lines.lever[i, n] + turning * further) * force[i, n]
+        if count < 0:
+            torque[i] = stiffness[i] = np.nan
+            force[i] = 0.0
 
 
 @compiled
@@ -247,8 +289,11 @@ def _differentiate(lines, i, lead, force, width, compliance, corners, room, sens
 
 
 @compiled
-def _start(lines, i, drive, held, rate, force, room):
-    """Choose the sections to begin with and their forces; return the lead, and the gap up to which others count."""
+def _start(lines, i, drive, held, rate, force, warm, room):
+    """Choose the sections to begin with and their forces; return the lead, and the gap up to which others count.
+
+    Where `warm`, those are what `force` holds.
+    """
     free, lever, carries, size = room.free, lines.lever[i], room.carries, len(room.free)
     lead = drive
     if not held:
@@ -259,8 +304,10 @@ def _start(lines, i, drive, held, rate, force, room):
     depth, count = 0.0, 0
     for n in range(size):
         rigid = free[n] + lever[n] * lead
-        carries[n] = rigid < 0.0
+        carries[n] = force[n] > 0.0 if warm else rigid < 0.0
         depth, count = max(depth, -rigid), count + carries[n]
+    if warm:
+        return lead, NEARBY * depth
     torque = depth / rate / -lever[0] if held else drive
     for n in range(size):
         force[n] = torque / (-lever[n] * count) if carries[n] else 0.0
@@ -268,13 +315,13 @@ def _start(lines, i, drive, held, rate, force, room):
 
 
 @compiled
-def _solve(lines, i, drive, held, rate, width, compliance, corners, force, room):
+def _solve(lines, i, drive, held, rate, width, compliance, corners, force, warm, room):
     """Newton with an active set at one angle; return lead, steps, sections that carry, and the stiffness.
 
     `force` is filled, and ``room.levered`` with M^-1 l of the sections that carry; there are -1 where it does not
     converge.
     """
-    lead, nearby = _start(lines, i, drive, held, rate, force, room)
+    lead, nearby = _start(lines, i, drive, held, rate, force, warm, room)
     for step in range(1, MAX_STEPS + 1):
         count = _linearise(lines, i, lead, force, width, compliance, corners, room)
         if count == 0:
@@ -360,7 +407,7 @@ def _accept(lines, i, count, width, force, room):
         settled = False
         # The law is steeper the smaller the load: what pulls here may still push there.
         room.carries[n] = force[n] > least
-        force[n] = least if room.carries[n] else 0.0
+        force[n] = BEGINNING * least if room.carries[n] else 0.0
     return settled, error
 
 
@@ -380,7 +427,7 @@ def _touch(lines, i, lead, nearby, count, width, compliance, force, single, room
             gap += line[room.active[a]] * force[room.active[a]]
         if gap < -ROUND_OFF * nearby:
             room.carries[n], settled = True, False
-            force[n] = lines.law[i, n, LEAST] * width[n % len(width)]
+            force[n] = BEGINNING * lines.law[i, n, LEAST] * width[n % len(width)]
             if single:
                 break
     return settled

@@ -12,8 +12,11 @@ import numpy as np
 from numba import types
 from numba.extending import overload
 
-from pmor.arrays import FloatArray
+from pmor.arrays import FloatArray, IntArray
 from pmor.contact.kernels.compiling import compiled
+
+# Of a node of a table's tree: halved over the phase, over the displacement, or a cell with values.
+PHASE, DISPLACEMENT, CELL = 0, 1, 2
 
 
 class VaryingStiffness(NamedTuple):
@@ -35,26 +38,33 @@ class VaryingStiffness(NamedTuple):
 
 
 class ForceTable(NamedTuple):
-    """A force law between knots over phase and displacement, periodic in the phase.
+    """A force law in cells over phase and displacement, as fine as each place needs them: the leaves of a tree.
 
-    The knots over the displacement are those of s = sqrt((x - touch) / reach): they crowd where contact begins, and the
-    force, which rises there like x / (A - ln x), has a slope over s that is zero and continuous.
+    In a cell the force is a bicubic through 4 x 4 values, and continuous from cell to cell.
 
     Attributes
     ----------
-    touch : ndarray, shape (A, 2)
-        Displacement at which flanks first touch at the phases 2 pi a / A, and its derivative by the phase.
-    reach : float
-        Largest displacement beyond `touch` that the table knows.
-    knots : ndarray, shape (A, L, 4)
-        Force, its derivatives by phase, by s, and by both.
+    low, high : float
+        Range of displacements: below it nothing touches, above it the table knows nothing.
+    root : ndarray of int, shape (C, columns, rows)
+        Nodes to begin with: of the C mesh cycles after which the law repeats, columns over the phase, rows over the
+        displacement. Cycles that are alike share theirs.
+    kind : ndarray of int, shape (n,)
+        Of each node: `PHASE`, `DISPLACEMENT` or `CELL`.
+    next : ndarray of int, shape (n,)
+        First of the two halves of a node, which lie beside each other, or the number of its values.
+    values : ndarray, shape (m, 4, 4)
+        Forces of cells at thirds of phase and displacement.
     backlash : float
         Displacement from where the working flanks of the drawing touch to where their backs do; infinite for none.
     """
 
-    touch: FloatArray
-    reach: float
-    knots: FloatArray
+    low: float
+    high: float
+    root: IntArray
+    kind: IntArray
+    next: IntArray
+    values: FloatArray
     backlash: float
 
 
@@ -67,44 +77,53 @@ def _varying_stiffness(law, phase, x):
 
 
 @compiled
-def _hermite(t):
-    """Cubics of values and slopes at both ends of an interval of length 1."""
-    return (1.0 + 2.0 * t) * (1.0 - t) ** 2, t * (1.0 - t) ** 2, t * t * (3.0 - 2.0 * t), t * t * (t - 1.0)
+def _cubics(t):
+    """Cubics that are 1 at one of 0, 1/3, 2/3, 1 and 0 at the others."""
+    b, c, d = 3.0 * t - 1.0, 3.0 * t - 2.0, t - 1.0
+    return -0.5 * b * c * d, 4.5 * t * c * d, -4.5 * t * b * d, 0.5 * t * b * c
 
 
 @compiled
-def _hermite_slopes(t):
-    return 6.0 * t * (t - 1.0), (1.0 - t) * (1.0 - 3.0 * t), 6.0 * t * (1.0 - t), t * (3.0 * t - 2.0)
+def _cubic_slopes(t):
+    b, c, d = 3.0 * t - 1.0, 3.0 * t - 2.0, t - 1.0
+    return (
+        -0.5 * (3.0 * (c + b) * d + b * c), 4.5 * (c * d + 3.0 * t * d + t * c), -4.5 * (b * d + 3.0 * t * d + t * b),
+        0.5 * (b * c + 3.0 * t * (c + b)),
+    )  # fmt: skip
 
 
 @compiled
 def _flank_force(law, phase, x):
     """Force of the flanks on one side, and its derivative by the displacement."""
-    phases, leads = law.knots.shape[0], law.knots.shape[1]
-    step, pace = 2.0 * np.pi / phases, 1.0 / (leads - 1)
-    place = phase / step
-    floor = np.floor(place)
-    one = int(floor) % phases
-    two = (one + 1) % phases
-    a, b, c, d = _hermite(place - floor)
-    low, high = law.touch[one], law.touch[two]
-    beyond = x - (a * low[0] + c * high[0] + step * (b * low[1] + d * high[1]))
-    if beyond <= 0.0:
+    if x <= law.low:
         return 0.0, 0.0
-    s = np.sqrt(beyond / law.reach)
-    if not s <= 1.0:
+    if not x <= law.high:
         return np.nan, np.nan
-    row = min(int(s / pace), leads - 2)
-    t = s / pace - row
-    over, slopes = _hermite(t), _hermite_slopes(t)
+    cycles, columns, rows = law.root.shape
+    place = phase / (2.0 * np.pi)
+    cycle = np.floor(place)
+    t, rate = columns * (place - cycle), rows / (law.high - law.low)
+    u = rate * (x - law.low)
+    column, row = min(int(t), columns - 1), min(int(u), rows - 1)
+    t, u = t - column, u - row
+    node = law.root[int(cycle) % cycles, column, row]
+    while law.kind[node] != CELL:
+        if law.kind[node] == PHASE:
+            upper = t >= 0.5
+            t = 2.0 * t - upper
+        else:
+            upper = u >= 0.5
+            u = 2.0 * u - upper
+            rate *= 2.0
+        node = law.next[node] + upper
+    values, over, along, slopes = law.values[law.next[node]], _cubics(t), _cubics(u), _cubic_slopes(u)
     force = slope = 0.0
-    for k in range(2):
-        low, high = law.knots[one, row + k], law.knots[two, row + k]
-        value = a * low[0] + c * high[0] + step * (b * low[1] + d * high[1])
-        rate = pace * (a * low[2] + c * high[2] + step * (b * low[3] + d * high[3]))
-        force += over[2 * k] * value + over[2 * k + 1] * rate
-        slope += slopes[2 * k] * value + slopes[2 * k + 1] * rate
-    return force, slope / (2.0 * pace * s * law.reach)
+    for a in range(4):
+        line = values[a]
+        force += over[a] * (line[0] * along[0] + line[1] * along[1] + line[2] * along[2] + line[3] * along[3])
+        slope += over[a] * (line[0] * slopes[0] + line[1] * slopes[1] + line[2] * slopes[2] + line[3] * slopes[3])
+    # Where a cell reaches over the first touch its cubics swing about zero; flanks do not pull.
+    return (force, rate * slope) if force > 0.0 else (0.0, 0.0)
 
 
 @compiled

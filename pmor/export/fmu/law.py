@@ -4,26 +4,22 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
-from pmor.arrays import FloatArray
 from pmor.case import Case
 from pmor.contact.condition import Built, at_torques
 from pmor.contact.unloaded import unloaded_ste_um
+from pmor.dynamics.force_table import TOLERANCE, tabulate
+from pmor.dynamics.kernels.laws import ForceTable
 from pmor.errors import CaseError, ConvergenceError
 from pmor.gear.pair import GearPair
 from pmor.pair.conditions import built_of
-from pmor.results.force_table import TOLERANCE, Forces, ForceTable, tabulate
-from pmor_online.line_sweep import line_force_law, sweep_line_loads
+from pmor_online.line_sweep import sweep_line_loads
+from pmor_online.mesh_force import mesh_force_of
 from pmor_online.model import ReducedPair, online_angles
 
 # Over the nominal torque of the case: what the table reaches to everywhere.
 TORQUE_REACH = 2.0
 # Angles at which the largest lead under a torque, and the first touch, are looked for.
 ANGLES = 100
-# Relative, of a displacement: one state in a hundred thousand finds no equilibrium where a section is on the very edge
-# of a tooth's tip; one beside it does, and its force is the same to as much.
-NUDGES = np.array([1e-6, -1e-6, 1e-5, -1e-5])
 
 
 @dataclass(frozen=True)
@@ -59,7 +55,7 @@ def mesh_law(reduced: ReducedPair, torque_Nm: float | None = None, tolerance: fl
     torque_Nm : float, optional
         Up to which the table reaches; twice the nominal torque of the case by default.
     tolerance : float
-        See `pmor.results.force_table.tabulate`.
+        See `pmor.dynamics.force_table.tabulate`.
 
     Raises
     ------
@@ -81,26 +77,9 @@ def mesh_law(reduced: ReducedPair, torque_Nm: float | None = None, tolerance: fl
         )
     torque = TORQUE_REACH * case.torque_Nm if torque_Nm is None else torque_Nm
     low, high = _range(reduced, built, torque)
-    table = tabulate(_forces(reduced, built), low, high, tolerance)
+    table = tabulate(mesh_force_of(reduced, built), low, high, tolerance=tolerance)
     pair = reduced.meshed.pair
     return MeshLaw(case, pair, table, torque, pair.backlash if built.backs_mirror_flanks else None)
-
-
-def _forces(reduced: ReducedPair, built: Built) -> Forces:
-    radius, pitch = reduced.meshed.pair.pinion.base_radius, reduced.meshed.pair.pitch
-
-    def solved(phase: FloatArray, displacement: FloatArray) -> FloatArray:
-        law = line_force_law(reduced, pitch * phase, list(displacement / radius), built)
-        return np.asarray(1e3 / radius * law.torque_Nm.T)
-
-    def forces(phase: FloatArray, displacement: FloatArray) -> FloatArray:
-        found = solved(phase, displacement)
-        for i, k in np.argwhere(np.isnan(found)):
-            beside = solved(phase[i : i + 1], displacement[k] * (1.0 + NUDGES))[0]
-            found[i, k] = next(iter(beside[np.isfinite(beside)]), np.nan)
-        return found
-
-    return forces
 
 
 def _range(reduced: ReducedPair, built: Built, torque_Nm: float) -> tuple[float, float]:

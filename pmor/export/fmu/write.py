@@ -18,9 +18,9 @@ from pathlib import Path
 import numpy as np
 
 from pmor.arrays import IntArray
+from pmor.dynamics.table_cells import COLUMNS, ROWS
 from pmor.export.fmu.description import description
 from pmor.export.fmu.law import MeshLaw
-from pmor.results.force_table import COLUMNS, ROWS
 from pmor.storage.atomic import atomic_path
 
 SOURCES = ("mesh.c", "table.h")

@@ -14,6 +14,7 @@ import numpy as np
 
 from pmor.arrays import FloatArray
 from pmor.dynamics.continuation import Branch
+from pmor.dynamics.force_law import SolvedLaw, cycles_of
 from pmor.dynamics.gear_model import GearModel, natural_modes
 from pmor.dynamics.harmonic_balance import rms
 from pmor.dynamics.integration import SAMPLES, Motion, integrate, run_through
@@ -25,8 +26,6 @@ from pmor.dynamics.response import HARMONICS, Response, response
 from pmor.errors import ConvergenceError
 
 HZ = 1.0 / (2.0 * np.pi)
-# Of a table's reach: between its knots flanks may first touch a little before they do at any knot.
-INSIDE = 1e-3
 # Cycles at the first speed of a run, in which what its start disturbs dies out.
 SETTLING = 300
 # Highest harmonic at the lowest speed, over the natural frequency.
@@ -61,6 +60,8 @@ class Task:
         Mesh frequencies, Hz or over the natural one.
     in_Hz : bool
     run_cycles : int
+    exact : SolvedLaw, optional
+        What branches are found with instead of the table.
     """
 
     model: GearModel
@@ -71,6 +72,12 @@ class Task:
     limits: tuple[float, float]
     in_Hz: bool
     run_cycles: int
+    exact: SolvedLaw | None = None
+
+    @property
+    def repeats(self) -> bool:
+        """Whether the law repeats with the mesh, as motion on a branch does."""
+        return cycles_of(self.law) == 1
 
 
 @dataclass(frozen=True)
@@ -87,7 +94,7 @@ class AtRest:
     modes : ndarray
         All of them.
     interval : tuple of float
-        Displacements that the law knows at all phases.
+        Displacements that the law knows.
     """
 
     oscillator: Oscillator
@@ -105,8 +112,7 @@ def at_rest(task: Task) -> AtRest:
     ConvergenceError
         Where the table does not bear the torque.
     """
-    first = float(task.law.touch[:, 0].min())
-    interval = first - INSIDE * task.law.reach, first + (1.0 - INSIDE) * task.law.reach
+    interval = task.law.low, task.law.high
     load = float(task.model.oscillator(task.torque_Nm, 0.0).load[0])
     stiffness = mean_stiffness(task.law, load, interval)
     damping = task.mesh_damping
@@ -156,18 +162,19 @@ def joined(parts: Iterable[Data]) -> Data:
 def _branches(task: Task) -> Data:
     rest = at_rest(task)
     limits, lost = speeds_of(task, rest), list[str]()
-    try:
-        found = response(rest.oscillator, task.law, limits, needed_harmonics(rest, limits))
-    except ConvergenceError as error:
-        found = Response((), (), (), ())
-        lost.append(f"response: {error}")
+    found = Response((), (), (), ())
+    if task.repeats:
+        try:
+            found = response(rest.oscillator, task.exact or task.law, limits, needed_harmonics(rest, limits))
+        except ConvergenceError as error:
+            lost.append(f"response: {error}")
     lost += found.lost
     lost += [
         f"branch {number}: ends at {_hz(branch.points[-1].speed):.6g} Hz: {branch.ended}"
         for number, branch in enumerate(found.branches)
         if not branch.ended.startswith(("end of", "back at"))
     ]
-    static = UM * static_displacement(task.law, float(rest.oscillator.load[0]), _cycle_phases(), rest.interval)
+    static = UM * static_displacement(task.law, float(rest.oscillator.load[0]), _phases(task.law), rest.interval)
     return {
         "torque_Nm": task.torque_Nm,
         "natural_frequency_Hz": _hz(rest.natural),
@@ -221,6 +228,10 @@ def _largest(model: GearModel, found: Response) -> Data | None:
         "displacement_um": (UM * cycle.displacement[::every]).tolist(),
         "velocity_mm_s": cycle.velocity[::every].tolist(),
         "mesh_force_N": cycle.force[::every].tolist(),
+        "bearing_displacement_um": {
+            support.name: (UM * cycle.positions[::every, place]).tolist()
+            for place, support in enumerate(model.supports)
+        },
     }
 
 
@@ -239,7 +250,8 @@ def _pieces(task: Task, rest: AtRest, first: float, last: float) -> Iterator[Mot
     """Yield the pieces of a run that begins settled at its first speed."""
     oscillator, law = rest.oscillator, task.law
     start = resting_state(oscillator, law, rest.interval)
-    settled = integrate(oscillator, law, start, (first, first), SETTLING).states[-1]
+    settling = cycles_of(law) * math.ceil(SETTLING / cycles_of(law))
+    settled = integrate(oscillator, law, start, (first, first), settling).states[-1]
     yield from run_through(oscillator, law, settled, (first, last), task.run_cycles)
 
 
@@ -308,8 +320,8 @@ def _spectra(found: list[tuple[float, FloatArray]]) -> Data | None:
     }
 
 
-def _cycle_phases() -> FloatArray:
-    return np.asarray(2.0 * np.pi / HISTORY * np.arange(HISTORY), dtype=float)
+def _phases(law: ForceTable) -> FloatArray:
+    return np.asarray(2.0 * np.pi / HISTORY * np.arange(HISTORY * cycles_of(law)), dtype=float)
 
 
 def _hz(speed: Any) -> float:

@@ -6,10 +6,12 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
+from pmor.dynamics.force_law import cycles_of
 from pmor.lab.core.parts import PARTS
 from pmor.lab.core.results import write_results
 from pmor.lab.core.table import Columns, table, text_lines
 from pmor.lab.dynamics.figures import contact_figure, motion_figure, response_figure, waterfall_figure
+from pmor.lab.dynamics.law_page import law_paragraph
 from pmor.lab.dynamics.measure import Data
 from pmor.lab.dynamics.rating import by_range, rated
 from pmor.lab.dynamics.run import Dynamics
@@ -56,9 +58,13 @@ def dynamics_data(found: Dynamics) -> Data:
         "equivalent_mass_kg": 1e3 * model.mass,
         "supports": [support.name for support in model.supports],
         "backlash_um": None if found.backlash is None else 1e3 * found.backlash,
-        "force_table_error_max_N": found.error.largest * found.largest_force,
-        "force_table_error_rms_N": found.error.rms * found.largest_force,
-        "force_table_largest_N": found.largest_force,
+        "force_table_error_max_N": max(law.error.largest * law.largest_force for law in found.laws),
+        "force_table_error_rms_N": max(law.error.rms * law.largest_force for law in found.laws),
+        "force_table_largest_N": max(law.largest_force for law in found.laws),
+        "force_table_ste_error_um": [law.static_error_um for law in found.laws],
+        "branch_law": found.case.dynamics.law,
+        "repeats_after_mesh_cycles": cycles_of(found.laws[0].table),
+        "axes_um": [asdict(law.built.axes) for law in found.laws],
         "responses": [
             response | {"iso_6336": rated(found.case, found.pair, model.mass, response)} for response in found.responses
         ],
@@ -82,12 +88,8 @@ def _blocks(found: Dynamics) -> list[Block]:
     how = "on rigid bearings" if not model.supports else f"on bearings ({', '.join(s.name for s in model.supports)})"
     blocks: list[Block] = [
         f"Two gears of {one.mass_kg:.4g} and {two.mass_kg:.4g} kg, {one.polar_kg_m2:.4g} and {two.polar_kg_m2:.4g} "
-        f"kg m², {how}; {1e3 * model.mass:.4g} kg move along the line of action. The mesh force by phase and "
-        "displacement comes from the line loads of the reduced finite elements; in the table that stands for it, held "
-        f"against them between its knots, it is off by {found.error.largest * found.largest_force:.2g} N at most and "
-        f"{found.error.rms * found.largest_force:.2g} N in the mean, of {found.largest_force:.4g} N at its end. "
-        "Branches are by harmonic balance, their stability by Floquet multipliers, run-up and run-down by integration "
-        "over time.",
+        f"kg m², {how}; {1e3 * model.mass:.4g} kg move along the line of action.",
+        law_paragraph(case, found.laws, responses),
         "Displacements count along the transverse line of action from where flanks of the drawing touch, the dynamic "
         f"transmission error about its mean. {_backs(found)}",
         *(Warning(sentence) for sentence in _lost(found)),

@@ -1,0 +1,67 @@
+"""Gears that move on their bearings: where the axes go under a load, and what the mesh force then is."""
+
+import numpy as np
+import pytest
+
+from pmor.case import change_case, parse_case
+from pmor.contact.condition import ALIGNED, Axes
+from pmor.dynamics.gear_model import gear_model
+from pmor.lab.dynamics.axes import built_under, displaced, left_out
+from pmor.lab.dynamics.law import force_law
+from pmor.pair.model import gear_pair
+from tests.consistency.test_force_table import small_pair
+from tests.small_case import case_text
+
+STIFF = {"pinion_bearing_stiffness_N_um": [200.0, 100.0, 400.0], "wheel_bearing_stiffness_N_um": [200.0, 50.0, 400.0],
+         "pinion_tilting_stiffness_kNm_rad": [100.0, 100.0]}  # fmt: skip
+TORQUE = 100.0
+
+
+@pytest.fixture(scope="module")
+def case():
+    dynamics = {"torques_Nm": [TORQUE], "degrees_of_freedom": 12, "run_cycles": 0} | STIFF
+    mesh = {"profile_elements": 5, "width_elements": 2}
+    return parse_case(case_text(mesh=mesh, contact={"scheme": "line"}, reduction=None, dynamics=dynamics), "small", "")
+
+
+def positions(model, **given):
+    return np.array([given.get(support.name.replace(" ", "_"), 0.0) for support in model.supports])
+
+
+def test_axes_count_as_they_do_when_they_are_out_of_place_without_load(case):
+    pair = gear_pair(case)
+    model, width = gear_model(case, pair), case.pair.face_width_mm
+    radius = pair.pinion.base_radius
+    apart = displaced(ALIGNED, model, pair, width, positions(model, pinion_y=-0.003, wheel_y=0.004))
+    assert apart.centre_distance_um == pytest.approx(7.0)
+    # The pinion turns about +x: its end with the larger z goes along -y, away from the wheel.
+    tilted = displaced(ALIGNED, model, pair, width, positions(model, pinion_about_x=1e-4 * radius))
+    assert tilted.in_plane_um == pytest.approx(1e3 * 1e-4 * width)
+    # About +y: it goes along +x, and seen from it the wheel's goes along -x.
+    turned = displaced(ALIGNED, model, pair, width, positions(model, pinion_about_y=1e-4 * radius))
+    assert turned.out_of_plane_um == pytest.approx(-1e3 * 1e-4 * width)
+    both = displaced(Axes(in_plane_um=5.0), model, pair, width, positions(model, pinion_z=0.01, wheel_x=0.01))
+    assert both == Axes(in_plane_um=5.0), "no such motion takes the axes apart or out of parallel"
+
+
+def test_a_load_pushes_the_axes_apart_by_what_the_bearings_give_way(case):
+    pair = gear_pair(case)
+    force = 1e3 * TORQUE / pair.pinion.base_radius * np.sin(pair.working_pressure_angle)
+    found = built_under(case, gear_model(case, pair), pair, TORQUE).axes
+    assert found.centre_distance_um == pytest.approx(1e3 * (force / 1e5 + force / 5e4))
+
+
+def test_motion_that_leaves_the_axes_where_they_are_leaves_nothing_out(case):
+    reduced = small_pair()
+    pair = reduced.meshed.pair
+    model = gear_model(case, pair)
+    still = change_case(case, dynamics={"torques_Nm": [TORQUE]})
+    built = built_under(still, model, pair, TORQUE)
+    table, _, _ = force_law(still, reduced, built=built)
+    force = 1e3 * TORQUE / pair.pinion.base_radius
+    motion = {"mesh_cycles": np.linspace(0.0, 1.0, 16), "displacement_um": np.full(16, 12.0), "mesh_force_N": [force],
+              "bearing_displacement_um": {s.name: np.full(16, -1e3 * s.lever * force / s.stiffness)
+                                          for s in model.supports}}  # fmt: skip
+    assert left_out(still, model, reduced, table, motion) < 1e-3
+    motion["bearing_displacement_um"]["wheel y"] = motion["bearing_displacement_um"]["wheel y"] + 20.0
+    assert left_out(still, model, reduced, table, motion) > 5e-3
