@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
-from pmor.arrays import FloatArray
+from pmor.arrays import FloatArray, IntArray
 from pmor.contact.condition import Built
 from pmor.contact.flank import MeshedPair
 from pmor.contact.kernels.deviation import Deviation, deviations_at
-from pmor.results.loads import LineStates
 
 # Amounts of a case file, and what the kernels call them: the deviation is linear in each.
 AMOUNTS = {
@@ -35,8 +34,27 @@ REACHES = {
 }
 
 
+class SectionStates(Protocol):
+    """What `deviation_rates` asks of states of line contact, such as `pmor.results.loads.LineStates`."""
+
+    @property
+    def pair(self) -> IntArray: ...  # noqa: D102
+
+    @property
+    def z_mm(self) -> FloatArray: ...  # noqa: D102
+
+    @property
+    def mirrored(self) -> bool: ...  # noqa: D102
+
+    @property
+    def roll_rad(self) -> FloatArray: ...  # noqa: D102
+
+    @property
+    def sensitivity(self) -> FloatArray: ...  # noqa: D102
+
+
 def deviation_rates(
-    meshed: MeshedPair, built: Built, lines: LineStates, over_width: bool = True
+    meshed: MeshedPair, built: Built, lines: SectionStates, over_width: bool = True
 ) -> dict[str, FloatArray]:
     """Return d deviation / d parameter at all sections, (A, P, S), um per unit, by ``gear.key`` of the case file.
 
@@ -49,7 +67,7 @@ def deviation_rates(
     meshed : MeshedPair
     built : Built
         The modifications about which to differentiate.
-    lines : LineStates
+    lines : SectionStates
         Where the sections are.
     over_width : bool
         Whether the mesh holds what differs over the width: not so in plane strain.
@@ -74,7 +92,7 @@ def deviation_rates(
 _Points = tuple[FloatArray, FloatArray, np.ndarray]
 
 
-def _points(lines: LineStates, loaded: np.ndarray, gear: int) -> _Points:
+def _points(lines: SectionStates, loaded: np.ndarray, gear: int) -> _Points:
     """Roll angles, places and teeth of those sections that ever carry."""
     shape = lines.roll_rad.shape[:3]
     z, pair = np.broadcast_to(lines.z_mm, shape), np.broadcast_to(lines.pair[:, :, None], shape)
