@@ -163,15 +163,15 @@ def case_of(design: Design, case: Case, where: str) -> Case:
 
 def uneven(design: Design) -> bool:
     """Whether variables or scatter load the halves of the face differently."""
-    scatter = {**design.scatter.modifications, **design.scatter.axes} if design.scatters else {}
-    return bool({v.key for v in design.variables} & set(UNEVEN) or set(scatter) & set(UNEVEN))
+    scattered = {**design.scatter.modifications, **design.scatter.axes}
+    return bool(({v.key for v in design.variables} | set(scattered)) & set(UNEVEN))
 
 
 def check_ranges(design: Design, case: Case, where: str) -> None:
     """Raise `CaseError` where the ends of the ranges are nothing for the gears, or the base case is not enough."""
     base, pair = built_of(case), gear_pair(case)
     varied = {(gear, v.key) for v in design.variables for gear in v.gears}
-    scattered = design.scatter.modifications if design.scatters else {}
+    scattered = design.scatter.modifications
     for gear, modification in (("pinion", base.pinion), ("wheel", base.wheel)):
         asked = [key for key in AMOUNT_KEYS if (gear, key) in varied or key in scattered]
         for amount, reach in REACHES.items():
@@ -265,10 +265,6 @@ def _check_together(design: Design, where: str) -> None:
         raise CaseError(
             f'{where}: [objective] value = "{design.objective.value}": needs what scatters: add [scatter] with '
             f"standard deviations, such as {AMOUNT_KEYS[0]} = 2.0 or {AXES_KEYS[0]} = 10.0"
-        )
-    if not design.scatters and (scatter.modifications or scatter.axes):
-        raise CaseError(
-            f'{where}: [scatter]: counts for [objective] value = "expected" or "percentile_95" alone: write one of them'
         )
     if design.pareto.against == design.objective.minimise:
         raise CaseError(

@@ -67,6 +67,12 @@ class Judge:
         """Return the judge of another design of the same pair."""
         return Judge(self.reduced, design, self.base)
 
+    def at_torques(self, torques_Nm: Sequence[float] | FloatArray) -> Judge:
+        """Return the judge of the same design, as drawn, under other torques that count the same."""
+        torques = tuple(map(float, torques_Nm))
+        load = replace(self.design.load, torques_Nm=torques, weights=(1.0,) * len(torques))
+        return self.alike(replace(nominal(self.design), load=load))
+
     def built(self, x: Sequence[float] | FloatArray, draw: Draw = AS_DRAWN) -> Built:
         """Return the pair at some values of the variables."""
         return built_at(self.base, self.design.variables, x, draw)
