@@ -16,6 +16,8 @@ import numpy as np
 
 from pmor.arrays import BoolArray, FloatArray, IntArray
 from pmor.contact.condition import Axes, Built
+from pmor.contact.deviation import kernel_deviation
+from pmor.contact.kernels.deviation import Deviation
 from pmor.contact.kernels.line_loads import LineResults, solve_lines
 from pmor.contact.kernels.line_places import Lines, line_deviations
 from pmor.contact.kernels.line_pressure import PATCH_FIELDS, line_patches
@@ -82,6 +84,8 @@ class VariantSolver:
         self.reduced, self.phi = reduced, np.ascontiguousarray(phi, dtype=float)
         self.torques_Nm = tuple(torques_Nm)
         self._torques = np.array([1e3 * torque for torque in torques_Nm])
+        # Found once: where active profiles begin and end takes as long as a position.
+        self._active = reduced.meshed.pair.active_rolls
         self._idle: dict[Axes, list[Lines]] = {}
         self._lock = threading.Lock()
 
@@ -100,7 +104,7 @@ class VariantSolver:
         with self._placed(built.axes) as lines:
             angles, size = lines.gap.shape
             deviation = np.empty((angles, size))
-            line_deviations(lines, sections.z, *meshed.deviations(built), deviation)
+            line_deviations(lines, sections.z, *self._deviations(built), deviation)
             grid = len(self._torques), angles
             found = LineResults(
                 np.zeros(grid), np.zeros(grid, dtype=np.int64), np.zeros(grid, dtype=bool), np.zeros((*grid, size)),
@@ -112,6 +116,11 @@ class VariantSolver:
                 self.reduced.section_compliance, corners, found,
             )  # fmt: skip
         return self._state(lines, found, width)
+
+    def _deviations(self, built: Built) -> tuple[Deviation, Deviation]:
+        pair, active = self.reduced.meshed.pair, self._active
+        pinion = kernel_deviation(built.pinion, pair.pinion, active[0], pair.faces[0])
+        return pinion, kernel_deviation(built.wheel, pair.wheel, active[1], pair.faces[1])
 
     def _state(self, lines: Lines, found: LineResults, width: FloatArray) -> VariantState:
         meshed = self.reduced.meshed

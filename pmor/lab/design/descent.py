@@ -14,9 +14,9 @@ from pmor.lab.design.judge import Judge, Verdict
 # Sharpness of the smooth peak-to-peak times that of the start: first round for a way past kinks, then close to it.
 SHARPNESS = (10.0, 60.0, 300.0)
 # Steps of the optimiser in each round, and the change of the objective, over itself, at which it ends.
-MOST_STEPS, TOLERANCE = 40, 1e-5
+MOST_STEPS, TOLERANCE = 25, 1e-4
 # Of the range of a variable, for the differences by which constraints follow it.
-DIFFERENCE = 1e-4
+DIFFERENCE = 1e-3
 # By how much a constraint may be missed, over its bound: what a difference leaves in the last digits.
 SLACK = 1e-6
 
@@ -46,9 +46,8 @@ class Descent:
         level = max(first.objective, 1e-3)
         z = (start - self.low) / self.span
         for share in SHARPNESS:
-            z = self._minimise(z, share / level)
-            level = max(self.judge.smooth(self.low + z * self.span, share / level)[0], 1e-2 * level)
-            self.evaluations += 1
+            z, value = self._minimise(z, share / level)
+            level = max(value, 1e-2 * level)
         around = steps_around(self.judge.design.variables, self.low + z * self.span)
         return ranked([first, *map(self._judge, around)], self.judge.design.constraints)
 
@@ -56,37 +55,51 @@ class Descent:
         self.evaluations += 1
         return self.judge.verdict(x)
 
-    def _minimise(self, z: FloatArray, sharpness: float) -> FloatArray:
+    def _minimise(self, z: FloatArray, sharpness: float) -> tuple[FloatArray, float]:
+        """Return where the smooth objective is least near `z`, in shares of the ranges, and its value."""
         from scipy.optimize import Bounds, minimize
 
         constraints = self.judge.design.constraints
-        scale, _, _ = self.judge.smooth(self.low + z * self.span, sharpness)
-        self.evaluations += 1
-        scale = max(abs(scale), 1e-6)
+        known: dict[bytes, tuple[float, FloatArray, FloatArray]] = {}
+
+        def at(z: FloatArray) -> tuple[float, FloatArray, FloatArray]:
+            # The optimiser asks for objective and constraints one after the other.
+            key = z.tobytes()
+            if key not in known:
+                self.evaluations += 1
+                known[key] = self.judge.smooth(self.low + z * self.span, sharpness)
+            return known[key]
+
+        scale = max(abs(at(z)[0]), 1e-6)
 
         def objective(z: FloatArray) -> tuple[float, FloatArray]:
-            self.evaluations += 1
-            value, slope, _ = self.judge.smooth(self.low + z * self.span, sharpness)
+            value, slope, _ = at(z)
             return value / scale, slope * self.span / scale
 
-        held = [{"type": "ineq", "fun": self._room, "jac": self._room_rates}] if constraints else []
+        def kept_by(z: FloatArray) -> FloatArray:
+            return room(constraints, at(z)[2])
+
+        def rates(z: FloatArray) -> FloatArray:
+            return self._room_rates(z, kept_by(z))
+
+        held = [{"type": "ineq", "fun": kept_by, "jac": rates}] if constraints else []
         done = minimize(
             objective, z, jac=True, method="SLSQP", bounds=Bounds(0.0, 1.0, keep_feasible=True), constraints=held,
             options={"maxiter": MOST_STEPS, "ftol": TOLERANCE},
         )  # fmt: skip
-        found = np.clip(done.x, 0.0, 1.0)
-        return found if np.isfinite(found).all() else z
+        end = np.clip(done.x, 0.0, 1.0)
+        end = end if np.isfinite(end).all() else z
+        return end, at(end)[0]
 
-    def _room(self, z: FloatArray) -> FloatArray:
-        self.evaluations += 1
-        return room(self.judge.design.constraints, self.judge.limits(self.low + np.clip(z, 0.0, 1.0) * self.span))
-
-    def _room_rates(self, z: FloatArray) -> FloatArray:
-        here, columns = self._room(z), []
+    def _room_rates(self, z: FloatArray, here: FloatArray) -> FloatArray:
+        """Derivatives of the constraints by each variable, (C, n): differences, since their kinks are everywhere."""
+        constraints, columns = self.judge.design.constraints, []
         for n in range(len(z)):
             further = z.copy()
             further[n] += DIFFERENCE if z[n] + DIFFERENCE <= 1.0 else -DIFFERENCE
-            columns.append((self._room(further) - here) / (further[n] - z[n]))
+            self.evaluations += 1
+            there = room(constraints, self.judge.limits(self.low + further * self.span))
+            columns.append((there - here) / (further[n] - z[n]))
         return np.stack(columns, axis=1)
 
 

@@ -34,7 +34,7 @@ WORDS = {
 }
 VALUES = {"nominal": "", "expected": "expected ", "percentile_95": "95 % below: "}
 # Points along each axis of a contour, and variables of which all pairs are drawn.
-CONTOUR, MOST_PAIRED = 25, 4
+CONTOUR, MOST_PAIRED, LEVELS = 25, 4, 16
 # Of the two-dimensional normal distribution: within so many standard deviations are 95 % of what is made.
 ELLIPSE = math.sqrt(-2.0 * math.log(0.05))
 # Torques of the curves over torque, and how far below and above the design's they go.
@@ -92,9 +92,11 @@ def _contour(axes: Axes, found: Found, judge: Judge, best: FloatArray, first: in
             x = best.copy()
             x[first], x[second] = p, q
             values[i, k] = judge.results(judge.built(x))[:, column] @ judge.weights
-    shown = axes.contourf(along, across, values, levels=16, cmap="viridis")
-    axes.contour(along, across, values, levels=16, colors="white", linewidths=0.3)
-    axes.figure.colorbar(shown, ax=axes, label=WORDS[design.objective.minimise] + ", mean")
+    # Even steps would all lie on the slopes; what counts is the valley.
+    levels = np.geomspace(max(float(values.min()), 1e-3), max(float(values.max()), 2e-3), LEVELS)
+    shown = axes.contourf(along, across, values, levels=levels, cmap="viridis", extend="min")
+    axes.contour(along, across, values, levels=levels, colors="white", linewidths=0.3)
+    axes.figure.colorbar(shown, ax=axes, label=WORDS[design.objective.minimise] + ", mean", format="%.2g")
     axes.plot(best[first], best[second], "*", color=COLOURS[1], ms=12, mec="white", label="best")
     other = found.origin("as drawn")
     if other is not None:
@@ -157,7 +159,7 @@ def sensitivity_figure(rates: Mapping[str, float], objective: str) -> Figure:
         axes = figure.subplots()
         axes.barh(names, [rates[name] for name in names], color=COLOURS[0], height=0.7)
         axes.axvline(0.0, color=GREY, lw=0.8)
-        axes.set_xlabel(f"d {WORDS[objective].partition(' [')[0].lower()} / d parameter [µm per µm, per ° or per mm]")
+        axes.set_xlabel(f"d objective / d parameter [µm per µm, per ° or per mm]; {WORDS[objective].partition(' [')[0]}")
         axes.tick_params(axis="y", labelsize=8)
     return figure
 

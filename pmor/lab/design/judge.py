@@ -52,20 +52,25 @@ class Judge:
     design : Design
     base : Built
         The pair of the case.
+    solver : VariantSolver, optional
+        Of the same pair, angles and torques, where there is one: it keeps sections that are placed.
     """
 
-    def __init__(self, reduced: ReducedPair, design: Design, base: Built) -> None:
+    def __init__(
+        self, reduced: ReducedPair, design: Design, base: Built, solver: VariantSolver | None = None
+    ) -> None:
         self.reduced, self.design, self.base = reduced, design, base
         phi = online_angles(reduced.meshed.pair.pitch, design.search.angles)
-        self.solver = VariantSolver(reduced, phi, design.load.torques_Nm)
+        self.solver = solver or VariantSolver(reduced, phi, design.load.torques_Nm)
         weights = np.array(design.load.weights)
         self.weights = weights / weights.sum()
         self.draws = drawn(design.scatter, design.scatter.draws) if design.scatters else (AS_DRAWN,)
         self._over_width = meshed_width(reduced.basis.case) != "plane_strain"
 
     def alike(self, design: Design) -> Judge:
-        """Return the judge of another design of the same pair."""
-        return Judge(self.reduced, design, self.base)
+        """Return the judge of another design of the same pair with as many angles."""
+        same = design.load.torques_Nm == self.solver.torques_Nm
+        return Judge(self.reduced, design, self.base, self.solver if same else None)
 
     def at_torques(self, torques_Nm: Sequence[float] | FloatArray) -> Judge:
         """Return the judge of the same design, as drawn, under other torques that count the same."""
@@ -124,17 +129,19 @@ class Judge:
             values.append(measure @ self.weights)
             slopes.append(np.einsum("t,ta,kta->k", self.weights, by_ste, self.ste_rates(state, built)))
             limited.append([self._result(c.result, state, built).max() for c in self.design.constraints])
-        kind, found = self.design.objective.value, np.array(values)
-        weights = draw_weights(found, kind)
-        limits = np.array(limited).reshape(len(found), -1).T
-        return (
-            float(weights @ found), np.asarray(weights @ np.array(slopes)),
-            np.array([draw_weights(row, kind) @ row for row in limits]),
-        )  # fmt: skip
+        found = np.array(values)
+        weights = draw_weights(found, self.design.objective.value)
+        limits = np.array([self._value(row) for row in np.array(limited).reshape(len(found), -1).T])
+        return float(weights @ found), np.asarray(weights @ np.array(slopes)), limits
 
     def limits(self, x: FloatArray) -> FloatArray:
         """Return what is constrained alone, (C,)."""
-        return self.verdict(x).limits
+        found = []
+        for draw in self.draws:
+            built = self.built(x, draw)
+            state = self.solver.solve(built)
+            found.append([self._result(c.result, state, built).max() for c in self.design.constraints])
+        return np.array([self._value(values) for values in np.array(found).T])
 
     def ste_rates(self, state: VariantState, built: Built) -> FloatArray:
         """Return d STE / d variable, (n, T, A), of a state that was solved with derivatives."""

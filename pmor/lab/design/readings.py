@@ -10,7 +10,7 @@ import numpy as np
 from pmor.arrays import FloatArray
 from pmor.design.variables import SEED, drawn
 from pmor.lab.design.harris import HarrisRule, harris_rule, obeys
-from pmor.lab.design.judge import Judge
+from pmor.lab.design.judge import Judge, nominal
 from pmor.lab.design.run import Found
 
 # Pairs that are drawn anew to see how chosen variants stand scatter: other ones than those of the search.
@@ -87,7 +87,7 @@ def _fresh(judge: Judge, chosen: Mapping[str, FloatArray]) -> dict[str, FloatArr
     # Sections are placed anew for each place of the axes: all that are kept would fill the memory.
     found: dict[str, list[float]] = {name: [] for name in chosen}
     for draw in draws:
-        once = judge.alike(judge.design)
+        once = Judge(judge.reduced, nominal(judge.design), judge.base)
         for name, x in chosen.items():
             found[name].append(float(once.objective_of(x, [draw])[0]))
     return {name: np.array(values) for name, values in found.items()}
