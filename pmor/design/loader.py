@@ -127,11 +127,11 @@ def read_design(document: Mapping[str, Any], case: Case, name: str, where: str) 
     given = asked.get("torques_Nm", torques) if isinstance(asked, Mapping) else torques
     count = len(given) if isinstance(given, list | tuple) else len(torques)
     filled: dict[str, dict[str, Any]] = {"load": {"torques_Nm": torques, "weights": (1.0,) * count}}
-    sections = {
+    sections: dict[str, Any] = {
         key: _read_section(document.get(key, {}), kind, key, where, filled.get(key, {}))
         for key, kind in SECTIONS.items()
     }
-    lists = {key: _read_list(document.get(key, []), kind, key, where) for key, kind in LISTS.items()}
+    lists: dict[str, Any] = {key: _read_list(document.get(key, []), kind, key, where) for key, kind in LISTS.items()}
     title = document.get("title", name)
     if not isinstance(title, str):
         raise CaseError(f"{where}: title = {toml_text(title)}: must be text: put it in quotes")
@@ -158,7 +158,11 @@ def case_of(design: Design, case: Case, where: str) -> Case:
     if case.mesh.width == "half" and uneven(design):
         mesh["width"] = "whole"
     stress = "root_stress_MPa" in design.results
-    return change_case(case, mesh=mesh, compare={"models": None}) if stress else change_case(without_models(case), mesh=mesh)
+    return (
+        change_case(case, mesh=mesh, compare={"models": None})
+        if stress
+        else change_case(without_models(case), mesh=mesh)
+    )
 
 
 def uneven(design: Design) -> bool:
@@ -216,9 +220,7 @@ def _read_list(tables: Any, kind: type, name: str, where: str) -> tuple[Any, ...
     return tuple(_read_section(table, kind, name, where, {}) for table in tables)
 
 
-def _read_section(
-    table: Any, kind: type[Section], section: str, where: str, filled: Mapping[str, Any]
-) -> Section:
+def _read_section(table: Any, kind: type[Section], section: str, where: str, filled: Mapping[str, Any]) -> Section:
     if not isinstance(table, Mapping):
         raise CaseError(f"{where}: {section}: must be a section: write [{section}] on a line of its own")
     hints, values = get_type_hints(kind, include_extras=True), dict(filled)
@@ -247,7 +249,9 @@ def _check_together(design: Design, where: str) -> None:
         if len(v.range) != 2 or not v.range[0] < v.range[1]:
             raise CaseError(f"{text} range = {toml_text(v.range)}: must be the lowest and the highest value: [0, 40]")
         if v.step is not None and v.step > v.range[1] - v.range[0]:
-            raise CaseError(f"{text} step = {v.step:g}: must be at most the range of {v.range[1] - v.range[0]:g}: lower it")
+            raise CaseError(
+                f"{text} step = {v.step:g}: must be at most the range of {v.range[1] - v.range[0]:g}: lower it"
+            )
     taken = [(gear, v.key) for v in design.variables for gear in v.gears]
     for gear, key in taken:
         if taken.count((gear, key)) > 1:

@@ -127,7 +127,7 @@ class Constraint:
 class Scatter:
     """Standard deviations of what is made and mounted (section `[scatter]`), normal and independent of each other.
 
-    Those of modifications are of each gear by itself. Under a nominal objective they only show how the best stands them.
+    Those of modifications are of each gear by itself. Under a nominal objective they only show how the best stands it.
 
     Parameters
     ----------

@@ -36,7 +36,9 @@ class Draw:
 AS_DRAWN = Draw()
 
 
-def built_at(base: Built, variables: Sequence[Variable], x: Sequence[float] | FloatArray, draw: Draw = AS_DRAWN) -> Built:
+def built_at(
+    base: Built, variables: Sequence[Variable], x: Sequence[float] | FloatArray, draw: Draw = AS_DRAWN
+) -> Built:
     """Return the pair at some values of the variables, off by a draw.
 
     Parameters
@@ -138,6 +140,8 @@ def drawn(scatter: Scatter, count: int, seed: int = SEED) -> tuple[Draw, ...]:
             {key: float(size * z) for (key, size), z in zip(modifications.items(), part, strict=True)}
             for part in np.split(point[: 2 * len(modifications)], 2)
         ]
-        off = {key: float(size * z) for (key, size), z in zip(axes.items(), point[2 * len(modifications) :], strict=True)}
+        off = {
+            key: float(size * z) for (key, size), z in zip(axes.items(), point[2 * len(modifications) :], strict=True)
+        }
         found.append(Draw(on_gears[0], on_gears[1], Axes(**off)))
     return tuple(found)

@@ -81,5 +81,5 @@ def read_design_file(path: Path) -> DesignResults:
     with open_checked(path, DESIGN_SCHEMA) as file:
         check_layout(items_of(file), DESIGN_LAYOUT, {})
         arrays = {name: read(file, name, field) for name, field in DESIGN_LAYOUT.items() if name in file}
-        names = [tuple(filter(None, attribute(file, name, str).split(", "))) for name in NAMES]
-        return DesignResults(attribute(file, "text", str), *names, arrays)  # type: ignore[misc]
+        names = {name: tuple(filter(None, attribute(file, name, str).split(", "))) for name in NAMES}
+        return DesignResults(text=attribute(file, "text", str), arrays=arrays, **names)

@@ -116,6 +116,7 @@ def kept(constraints: Sequence[Constraint], found: FloatArray) -> FloatArray:
 
 def ranked(verdicts: Sequence[Verdict], constraints: Sequence[Constraint]) -> list[Verdict]:
     """Return verdicts with the best first: those that keep the constraints, by the objective; unknown ones last."""
+
     def key(verdict: Verdict) -> tuple[bool, bool, float]:
         unknown = not np.isfinite(verdict.objective)
         return unknown, not bool(kept(constraints, verdict.limits)), verdict.objective if not unknown else 0.0

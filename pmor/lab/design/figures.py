@@ -159,7 +159,9 @@ def sensitivity_figure(rates: Mapping[str, float], objective: str) -> Figure:
         axes = figure.subplots()
         axes.barh(names, [rates[name] for name in names], color=COLOURS[0], height=0.7)
         axes.axvline(0.0, color=GREY, lw=0.8)
-        axes.set_xlabel(f"d objective / d parameter [µm per µm, per ° or per mm]; {WORDS[objective].partition(' [')[0]}")
+        axes.set_xlabel(
+            f"d objective / d parameter [µm per µm, per ° or per mm]; {WORDS[objective].partition(' [')[0]}"
+        )
         axes.tick_params(axis="y", labelsize=8)
     return figure
 

@@ -56,9 +56,7 @@ class Judge:
         Of the same pair, angles and torques, where there is one: it keeps sections that are placed.
     """
 
-    def __init__(
-        self, reduced: ReducedPair, design: Design, base: Built, solver: VariantSolver | None = None
-    ) -> None:
+    def __init__(self, reduced: ReducedPair, design: Design, base: Built, solver: VariantSolver | None = None) -> None:
         self.reduced, self.design, self.base = reduced, design, base
         phi = online_angles(reduced.meshed.pair.pitch, design.search.angles)
         self.solver = solver or VariantSolver(reduced, phi, design.load.torques_Nm)
@@ -161,7 +159,7 @@ class Judge:
         return self._rates(self.solver.solve(built, differentiated=True), built)
 
     def objective_rates(self, x: FloatArray) -> dict[str, float]:
-        """Return the derivative of the nominal objective by each parameter of the modifications: of the exact figure."""
+        """Return the derivatives of the nominal objective, not smoothed, by each parameter of the modifications."""
         built = self.built(x)
         state = self.solver.solve(built, differentiated=True)
         order = order_of(self.design.objective.minimise)

@@ -265,5 +265,3 @@ def _tables(found: Found, read: Readings) -> list[Table]:
                             [[h.torque_Nm, h.rule_um, h.found_um, 100.0 * (h.found_um / h.rule_um - 1.0)]
                              for h in read.harris]))  # fmt: skip
     return tables
-
-

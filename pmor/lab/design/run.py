@@ -33,6 +33,7 @@ from pmor_online.model import ReducedPair, reduced_pair
 POSITIONS_PER_CHUNK = 100_000
 # Designs for one torque alone that are looked for, to hold the design for all of them against.
 MOST_SINGLE = 6
+ARRAYS = ("x", "results", "objective", "limits")
 
 
 @dataclass(frozen=True)
@@ -104,7 +105,9 @@ class Found:
     @property
     def against(self) -> FloatArray:
         """What is weighed against the objective, the largest over the torques, (V,)."""
-        return np.asarray(self.variants.results[:, :, self.design.results.index(self.design.pareto.against)].max(axis=1))
+        return np.asarray(
+            self.variants.results[:, :, self.design.results.index(self.design.pareto.against)].max(axis=1)
+        )
 
     @property
     def front(self) -> IntArray:
@@ -133,7 +136,11 @@ def trained_pair(file: DesignFile) -> ReducedPair:
 
 
 def run_design(
-    file: DesignFile, reduced: ReducedPair, folder: Path, jobs: int = 1, announce: Callable[[str], None] = lambda s: None
+    file: DesignFile,
+    reduced: ReducedPair,
+    folder: Path,
+    jobs: int = 1,
+    announce: Callable[[str], None] = lambda s: None,
 ) -> Found:
     """Search a design; pieces that are finished are kept in the folder and taken over by the next run.
 
@@ -166,7 +173,12 @@ def run_design(
         tried += search.trade_offs(samples, tried)
     variants = _together([samples, *tried])
     return Found(
-        file, judge, variants, search.evaluations, time.perf_counter() - start, (*search.failures, *_lost(variants, file))
+        file,
+        judge,
+        variants,
+        search.evaluations,
+        time.perf_counter() - start,
+        (*search.failures, *_lost(variants, file)),
     )
 
 
@@ -226,7 +238,7 @@ class _Search:
         return [_read(part, design) for part in self._run("descents", pieces)]
 
     def trade_offs(self, samples: Variants, tried: Sequence[Variants]) -> list[Variants]:
-        """Minimise the objective under bounds on what is weighed against it, from its least value to that of the best."""
+        """Minimise the objective under bounds on what is weighed against it, between its least and that of the best."""
         design, all_of_them = self.design, _together([samples, *tried])
         key, points = design.pareto.against, design.pareto.points
         against = all_of_them.results[:, :, design.results.index(key)].max(axis=1)
@@ -263,7 +275,9 @@ class _Search:
 class _Told:
     """Tells of finished pieces with rate and time left; those that were taken over count for neither."""
 
-    def __init__(self, stage: str, pieces: int, size: int, total: int, bar: Progress, say: Callable[[str], None]) -> None:
+    def __init__(
+        self, stage: str, pieces: int, size: int, total: int, bar: Progress, say: Callable[[str], None]
+    ) -> None:
         self.stage, self.size, self.total, self.bar, self.say = stage, size, total, bar, say
         self.pieces, self.done, self.taken, self.begin = pieces, 0, 0, time.perf_counter()
         self.begun, self.lock = False, threading.Lock()
@@ -332,16 +346,14 @@ def _joined(parts: Sequence[Result], design: Design) -> Variants:
 
 
 def _together(parts: Sequence[Variants]) -> Variants:
-    return Variants(
-        *(np.concatenate([getattr(p, name) for p in parts]) for name in ("x", "results", "objective", "limits")),
-        tuple(origin for p in parts for origin in p.origin),
-    )
+    arrays = {name: np.concatenate([getattr(part, name) for part in parts]) for name in ARRAYS}
+    return Variants(origin=tuple(origin for part in parts for origin in part.origin), **arrays)
 
 
 def _best(variants: Variants, constraints: Sequence[Constraint]) -> IntArray:
     """Return the numbers of variants, best first: those that keep the constraints, by the objective."""
-    unknown = ~np.isfinite(variants.objective)
-    broken = ~kept(constraints, variants.limits)
+    unknown = np.logical_not(np.isfinite(variants.objective))
+    broken = np.logical_not(kept(constraints, variants.limits))
     return np.asarray(np.lexsort((np.where(unknown, np.inf, variants.objective), broken, unknown)), dtype=np.int64)
 
 

@@ -36,7 +36,9 @@ def variant_text(file: DesignFile, results: Path, number: int) -> str:
         raise OutputError(f"{results}: there are no results yet: run 'pmor design' without --case first")
     found = read_design_file(results)
     if found.text != file.text:
-        raise OutputError(f"{results}: was made from another design file or case: run 'pmor design' without --case first")
+        raise OutputError(
+            f"{results}: was made from another design file or case: run 'pmor design' without --case first"
+        )
     count = len(found.arrays["x"])
     if number >= count:
         raise CaseError(f"--case {number}: variants are 0 to {count - 1}: choose one of them")
