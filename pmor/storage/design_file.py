@@ -25,9 +25,11 @@ DESIGN_LAYOUT = {
     "limits": Field("1", "variant, constraint", "what is constrained, in its unit", finite=False, optional=True),
     "kept": Field("1", "variant", "whether all constraints are kept", kind=bool),
     "origin": Field("1", "variant", "number among the origins of the file", kind=int, least=0.0),
-    "front": Field("1", "point", "variants of the Pareto front", kind=int, least=0.0),
-    "curves/phi": Field("rad", "angle", "pinion angle"),
-    "curves/ste": Field("um", "curve, torque, angle", "static transmission error of chosen variants", finite=False),
+    "front": Field("1", "point", "variants of the Pareto front", kind=int, least=0.0, optional=True),
+    "curves/phi": Field("rad", "angle", "pinion angle", optional=True),
+    "curves/ste": Field(
+        "um", "curve, torque, angle", "static transmission error of chosen variants", finite=False, optional=True
+    ),
 }
 
 

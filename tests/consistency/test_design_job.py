@@ -12,12 +12,13 @@ from pmor.app.cli import main
 from pmor.case import load_case
 from pmor.design.loader import load_design
 from pmor.lab.core.parts import PARTS
-from pmor.lab.design import readings, run
+from pmor.lab.design import figures, readings, run
 from pmor.lab.design.descent import Descent, kept
 from pmor.lab.design.harris import harris_rule
 from pmor.lab.design.judge import Judge
 from pmor.lab.design.output import FILES
 from pmor.lab.design.run import run_design, trained_pair
+from pmor.lab.design.store import STORE
 from pmor.storage.describe import file_text
 from pmor.storage.design_file import read_design_file
 from tests.small_case import case_text
@@ -79,6 +80,7 @@ def found(file, reduced, tmp_path_factory):
 
 def test_the_command_leaves_what_scripts_rely_on(tmp_path, capsys, undrawn, monkeypatch):
     monkeypatch.setattr(readings, "FRESH", 64)
+    monkeypatch.setattr(figures, "CONTOUR", 4)
     path, out = written(tmp_path, DESIGN + SCATTER), tmp_path / "out"
     assert main(["design", str(path), "--out", str(out)]) == 0
     assert {f.name for f in out.iterdir() if not f.name.startswith(".")} == set(FILES)
@@ -128,6 +130,25 @@ def test_results_of_a_variant_are_those_of_a_sweep(found):
     assert_allclose(found.variants.objective[n], own("peak_to_peak_um") @ [0.25, 0.75], rtol=1e-12)
 
 
+def test_the_api_gives_what_the_command_finds(file, found):
+    model = pmor.train(file.case)
+    sections = {"variables": [{"key": "tip_relief_um", "range": [0.0, 30.0]},
+                              {"key": "tip_relief_start_roll_deg", "range": [22.0, 30.0]}],
+                "load": {"torques_Nm": [100.0]}, "search": {"samples": 8, "descents": 1, "angles": 12},
+                "pareto": {"points": 0}}  # fmt: skip
+    result = model.design(**sections)
+    assert result.objective[result.best] == result.objective.min()
+    swept = model.sweep_conditions([result.built(result.best)], [100.0], angles=12)
+    assert_allclose(swept.results[0].peak_to_peak_um, result.result("peak_to_peak_um")[result.best], rtol=1e-12)
+    assert result.data["best"]["variant"] == result.best
+    assert "variants, best" in repr(result)
+    tilted = {"scatter": {"in_plane_um": 5.0, "draws": 8}, "objective": {"value": "expected"}}
+    with pytest.raises(pmor.CaseError, match="half the width"):
+        model.design(**sections | tilted)
+    with pytest.raises(pmor.CaseError, match="root_stress_MPa: the model holds none"):
+        model.design(**sections | {"pareto": {"against": "root_stress_MPa"}})
+
+
 def test_pieces_are_taken_over_and_threads_change_nothing(file, reduced, found, tmp_path, monkeypatch):
     parallel = run_design(file, reduced, tmp_path, jobs=2)
     for name in ("x", "results", "objective", "limits"):
@@ -135,7 +156,8 @@ def test_pieces_are_taken_over_and_threads_change_nothing(file, reduced, found, 
     assert parallel.variants.origin == found.variants.origin
     monkeypatch.setattr(run, "_judged", lambda *arguments: pytest.fail("judged again"))
     monkeypatch.setattr(run, "_descended", lambda *arguments: pytest.fail("descended again"))
-    (tmp_path / PARTS / "samples_00000.json").exists() or pytest.fail("no part was kept")
+    said = file_text(tmp_path / PARTS / STORE)
+    assert "x                            " in said, "an interrupted search leaves a file that can be read"
     again = run_design(file, reduced, tmp_path)
     assert_array_equal(again.variants.objective, found.variants.objective)
     assert again.evaluations == found.evaluations

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,7 @@ from pmor.lab.design.figures import (
 )
 from pmor.lab.design.readings import FRESH, Readings, percentile_95
 from pmor.lab.design.run import Found
+from pmor.lab.design.store import stored
 from pmor.report.data_files import write_summary_json, write_table_csv
 from pmor.report.explorer import Column, Designs
 from pmor.report.markdown import write_markdown
@@ -56,7 +58,7 @@ def write_design(found: Found, read: Readings, out: Path) -> None:
     ------
     OutputError
     """
-    write_design_file(out / "design.h5", _arrays(found, read))
+    write_design_file(out / "design.h5", _stored(found, read))
     write_table_csv(out / "design.csv", _rows(found))
     write_summary_json(out / "design.json", design_data(found, read))
     blocks = _blocks(found, read)
@@ -137,22 +139,14 @@ def _rows(found: Found) -> list[dict[str, Any]]:
     return rows
 
 
-def _arrays(found: Found, read: Readings) -> DesignResults:
-    variants, design = found.variants, found.design
-    origins = tuple(dict.fromkeys(variants.origin))
-    low, high = np.array([v.range for v in design.variables]).T
-    arrays = {
-        "torque": np.array(design.load.torques_Nm), "weight": found.judge.weights, "lowest": low, "highest": high,
-        "x": variants.x, "results": variants.results, "objective": variants.objective,
-        "kept": found.kept, "origin": np.array([origins.index(o) for o in variants.origin], dtype=np.int64),
-        "front": found.front, "curves/phi": found.judge.solver.phi,
+def _stored(found: Found, read: Readings) -> DesignResults:
+    whole = stored(found.file, found.variants)
+    arrays = dict(whole.arrays) | {
+        "front": found.front,
+        "curves/phi": found.judge.solver.phi,
         "curves/ste": np.stack(list(read.curves.values())),
-    }  # fmt: skip
-    if design.constraints:
-        arrays["limits"] = variants.limits
-    constraints = tuple(f"{c.result} at most {c.at_most:g}" for c in design.constraints)
-    names = tuple(v.name for v in design.variables)
-    return DesignResults(found.file.text, names, design.results, constraints, origins, tuple(read.curves), arrays)
+    }
+    return replace(whole, curves=tuple(read.curves), arrays=arrays)
 
 
 def _designs(found: Found) -> Designs:

@@ -15,14 +15,15 @@ from typing import Any
 import numpy as np
 
 from pmor.arrays import BoolArray, FloatArray, IntArray
-from pmor.contact.condition import Built
 from pmor.design.front import pareto_front
 from pmor.design.loader import DesignFile
 from pmor.design.settings import Constraint, Design
 from pmor.design.variables import spread_evenly
 from pmor.lab.core.parts import PARTS, Piece, Result, run_pieces
 from pmor.lab.design.descent import Descent, kept
-from pmor.lab.design.judge import Judge, Verdict, at_torque, nominal
+from pmor.lab.design.judge import Judge, at_torque, nominal
+from pmor.lab.design.store import Store, all_kept
+from pmor.lab.design.variants import Variants, as_data, best_first, from_data, together
 from pmor.pair.model import elastic_model, mesh_model, refuse_loads
 from pmor.progress import Progress, format_time
 from pmor.threads import threads
@@ -33,33 +34,6 @@ from pmor_online.model import ReducedPair, reduced_pair
 POSITIONS_PER_CHUNK = 100_000
 # Designs for one torque alone that are looked for, to hold the design for all of them against.
 MOST_SINGLE = 6
-ARRAYS = ("x", "results", "objective", "limits")
-
-
-@dataclass(frozen=True)
-class Variants:
-    """Variants that were judged: V of n variables, T torques, R results, C constraints.
-
-    Parameters
-    ----------
-    x : ndarray, shape (V, n)
-    results : ndarray, shape (V, T, R)
-        Nominal; NaN where a position did not converge.
-    objective : ndarray, shape (V,)
-    limits : ndarray, shape (V, C)
-    origin : tuple of str
-        What each came from: "sample", "descent", "trade-off", "as drawn" (best without scatter), "170 N m" (best for
-        that torque alone).
-    """
-
-    x: FloatArray
-    results: FloatArray
-    objective: FloatArray
-    limits: FloatArray
-    origin: tuple[str, ...]
-
-    def __len__(self) -> int:
-        return len(self.x)
 
 
 @dataclass(frozen=True)
@@ -94,7 +68,7 @@ class Found:
     @property
     def kept(self) -> BoolArray:
         """Whether a variant is known and keeps all constraints, (V,)."""
-        return np.asarray(kept(self.design.constraints, self.variants.limits) & np.isfinite(self.variants.objective))
+        return all_kept(self.design, self.variants)
 
     @property
     def best(self) -> int | None:
@@ -171,7 +145,7 @@ def run_design(
         samples = search.samples()
         tried = search.descents(samples)
         tried += search.trade_offs(samples, tried)
-    variants = _together([samples, *tried])
+    variants = together([samples, *tried])
     return Found(
         file,
         judge,
@@ -201,6 +175,7 @@ class _Search:
         self.folder, self.executor, self.announce = folder / PARTS, executor, announce
         self.evaluations: dict[str, int] = {}
         self.failures: tuple[str, ...] = ()
+        self.store = Store(file, self.folder)
         # What results depend on beside the case; titles do not count.
         self.settings = asdict(replace(file.design, title="", case=""))
 
@@ -215,12 +190,12 @@ class _Search:
             self._piece(f"samples {number:05d}", [], partial(_judged, self.judge, chunk, "sample"))
             for number, chunk in enumerate(chunks)
         ]
-        return _joined(self._run("samples", pieces, size, len(x)), design)
+        return together([from_data(part, design) for part in self._run("samples", pieces, size, len(x))])
 
     def descents(self, samples: Variants) -> list[Variants]:
         """Go downhill from the best samples, and from that for each torque alone, and as drawn."""
         design, pieces = self.design, []
-        for number, n in enumerate(_best(samples, design.constraints)[: design.search.descents]):
+        for number, n in enumerate(best_first(samples, design.constraints)[: design.search.descents]):
             work = partial(_descended, self.judge, self.judge, samples.x[n], "descent")
             pieces.append(self._piece(f"descent {number:03d}", samples.x[n].tolist(), work))
         others = [] if not design.scatters else [("as drawn", nominal(design))]
@@ -232,17 +207,17 @@ class _Search:
             chosen = [torques.index(torque) for torque in other.load.torques_Nm]
             weights = np.array(other.load.weights) / sum(other.load.weights)
             value = samples.results[:, chosen, column] @ weights
-            start = samples.x[_best(replace(samples, objective=value), design.constraints)[0]]
+            start = samples.x[best_first(replace(samples, objective=value), design.constraints)[0]]
             work = partial(_descended, self.judge.alike(other), self.judge, start, name)
             pieces.append(self._piece(f"best {name}", start.tolist(), work))
-        return [_read(part, design) for part in self._run("descents", pieces)]
+        return [from_data(part, design) for part in self._run("descents", pieces)]
 
     def trade_offs(self, samples: Variants, tried: Sequence[Variants]) -> list[Variants]:
         """Minimise the objective under bounds on what is weighed against it, between its least and that of the best."""
-        design, all_of_them = self.design, _together([samples, *tried])
+        design, all_of_them = self.design, together([samples, *tried])
         key, points = design.pareto.against, design.pareto.points
         against = all_of_them.results[:, :, design.results.index(key)].max(axis=1)
-        order = _best(all_of_them, design.constraints)
+        order = best_first(all_of_them, design.constraints)
         good = order[kept(design.constraints, all_of_them.limits[order])]
         if not points or not len(good):
             return []
@@ -258,10 +233,19 @@ class _Search:
             other = replace(design, constraints=(*design.constraints, Constraint(result=key, at_most=level)))  # type: ignore[arg-type]
             work = partial(_descended, self.judge.alike(other), self.judge, start, "trade-off")
             pieces.append(self._piece(f"trade-off {number:03d}", [level, *start.tolist()], work))
-        return [_read(part, design) for part in self._run("trade-offs", pieces)]
+        return [from_data(part, design) for part in self._run("trade-offs", pieces)]
 
     def _piece(self, name: str, start: Any, run: Callable[[], Result]) -> Piece:
-        return Piece(name, {"case": self.file.case}, [self.settings, start], run)
+        def work() -> Result:
+            part = run()
+            self.store.add(from_data(part, self.design))
+            return part
+
+        def is_whole(part: Result) -> bool:
+            self.store.take_over(from_data(part, self.design))
+            return True
+
+        return Piece(name, {"case": self.file.case}, [self.settings, start], work, is_whole)
 
     def _run(self, stage: str, pieces: Sequence[Piece], size: int = 1, total: int | None = None) -> list[Result]:
         with _told(stage, len(pieces), size, total or len(pieces), self.announce) as finished:
@@ -310,7 +294,7 @@ def _told(stage: str, pieces: int, size: int, total: int, say: Callable[[str], N
 
 
 def _judged(judge: Judge, x: FloatArray, origin: str) -> Result:
-    return _written([judge.verdict(one) for one in x], origin, len(x))
+    return as_data([judge.verdict(one) for one in x], origin, len(x))
 
 
 def _descended(downhill: Judge, judge: Judge, start: FloatArray, origin: str) -> Result:
@@ -318,45 +302,4 @@ def _descended(downhill: Judge, judge: Judge, start: FloatArray, origin: str) ->
     way = Descent(downhill)
     best = way.run(np.asarray(start))[0]
     verdict = best if downhill is judge else judge.verdict(best.x)
-    return _written([verdict], origin, way.evaluations)
-
-
-def _written(verdicts: Sequence[Verdict], origin: str, evaluations: int) -> Result:
-    return {
-        "x": [v.x.tolist() for v in verdicts], "results": [v.results.tolist() for v in verdicts],
-        "objective": [v.objective for v in verdicts], "limits": [v.limits.tolist() for v in verdicts],
-        "origin": [origin] * len(verdicts), "evaluations": evaluations,
-    }  # fmt: skip
-
-
-def _read(part: Result, design: Design) -> Variants:
-    """Turn what a part file holds into arrays; null is NaN."""
-    count, torques = len(part["x"]), len(design.load.torques_Nm)
-    return Variants(
-        np.array(part["x"], dtype=float).reshape(count, len(design.variables)),
-        np.array(part["results"], dtype=float).reshape(count, torques, len(design.results)),
-        np.array(part["objective"], dtype=float),
-        np.array(part["limits"], dtype=float).reshape(count, len(design.constraints)),
-        tuple(part["origin"]),
-    )
-
-
-def _joined(parts: Sequence[Result], design: Design) -> Variants:
-    return _together([_read(part, design) for part in parts])
-
-
-def _together(parts: Sequence[Variants]) -> Variants:
-    arrays = {name: np.concatenate([getattr(part, name) for part in parts]) for name in ARRAYS}
-    return Variants(origin=tuple(origin for part in parts for origin in part.origin), **arrays)
-
-
-def _best(variants: Variants, constraints: Sequence[Constraint]) -> IntArray:
-    """Return the numbers of variants, best first: those that keep the constraints, by the objective."""
-    unknown = np.logical_not(np.isfinite(variants.objective))
-    broken = np.logical_not(kept(constraints, variants.limits))
-    return np.asarray(np.lexsort((np.where(unknown, np.inf, variants.objective), broken, unknown)), dtype=np.int64)
-
-
-def built_of_variant(found: Found, n: int) -> Built:
-    """Return the pair of a variant."""
-    return found.judge.built(found.variants.x[n])
+    return as_data([verdict], origin, way.evaluations)
