@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from typing import Any, Protocol
 
 import numpy as np
@@ -54,7 +55,7 @@ class SectionStates(Protocol):
 
 
 def deviation_rates(
-    meshed: MeshedPair, built: Built, lines: SectionStates, over_width: bool = True
+    meshed: MeshedPair, built: Built, lines: SectionStates, over_width: bool = True, wanted: Collection[str] = ()
 ) -> dict[str, FloatArray]:
     """Return d deviation / d parameter at all sections, (A, P, S), um per unit, by ``gear.key`` of the case file.
 
@@ -71,6 +72,8 @@ def deviation_rates(
         Where the sections are.
     over_width : bool
         Whether the mesh holds what differs over the width: not so in plane strain.
+    wanted : collection of str
+        Parameters to find, by name; empty: all.
     """
     left_out = (UNEVEN if lines.mirrored else ()) if over_width else OVER_WIDTH
     found = {}
@@ -83,8 +86,11 @@ def deviation_rates(
             reach = REACHES.get(key)
             if key in left_out or (reach is not None and getattr(modification, reach) is None):
                 continue
-            found[f"{name}.{key}"] = _spread(loaded, _unit(deviation, key, points))
-            if reach is not None and getattr(modification, key) != 0.0:
+            if not wanted or f"{name}.{key}" in wanted:
+                found[f"{name}.{key}"] = _spread(loaded, _unit(deviation, key, points))
+            if reach is None or (wanted and f"{name}.{reach}" not in wanted):
+                continue
+            if getattr(modification, key) != 0.0:
                 found[f"{name}.{reach}"] = _spread(loaded, _by_reach(deviation, reach, points))
     return found
 

@@ -81,7 +81,8 @@ def found(file, reduced, tmp_path_factory):
 def test_the_command_leaves_what_scripts_rely_on(tmp_path, capsys, undrawn, monkeypatch):
     monkeypatch.setattr(readings, "FRESH", 64)
     monkeypatch.setattr(figures, "CONTOUR", 4)
-    path, out = written(tmp_path, DESIGN + SCATTER), tmp_path / "out"
+    quick = DESIGN.replace("descents = 2", "descents = 1").replace("points = 2", "points = 1")
+    path, out = written(tmp_path, quick + SCATTER), tmp_path / "out"
     assert main(["design", str(path), "--out", str(out)]) == 0
     assert {f.name for f in out.iterdir() if not f.name.startswith(".")} == set(FILES)
     data = json.loads((out / "design.json").read_text())

@@ -143,7 +143,8 @@ class Judge:
 
     def ste_rates(self, state: VariantState, built: Built) -> FloatArray:
         """Return d STE / d variable, (n, T, A), of a state that was solved with derivatives."""
-        rates = self._rates(state, built)
+        wanted = [f"{gear}.{variable.key}" for variable in self.design.variables for gear in variable.gears]
+        rates = self._rates(state, built, wanted)
         found = np.zeros((len(self.design.variables), *state.ste_um.shape))
         for k, variable in enumerate(self.design.variables):
             for gear in variable.gears:
@@ -152,11 +153,6 @@ class Judge:
                 if rate is not None:
                     found[k] += rate
         return found
-
-    def all_rates(self, x: FloatArray) -> dict[str, FloatArray]:
-        """Return d STE / d parameter, (T, A), of all parameters of the modifications at some values."""
-        built = self.built(x)
-        return self._rates(self.solver.solve(built, differentiated=True), built)
 
     def objective_rates(self, x: FloatArray) -> dict[str, float]:
         """Return the derivatives of the nominal objective, not smoothed, by each parameter of the modifications."""
@@ -175,9 +171,9 @@ class Judge:
             for name, rate in self._rates(state, built).items()
         }
 
-    def _rates(self, state: VariantState, built: Built) -> dict[str, FloatArray]:
+    def _rates(self, state: VariantState, built: Built, wanted: Sequence[str] = ()) -> dict[str, FloatArray]:
         assert state.sensitivity is not None
-        rates = deviation_rates(self.reduced.meshed, built, state, self._over_width)  # type: ignore[arg-type]
+        rates = deviation_rates(self.reduced.meshed, built, state, self._over_width, wanted)  # type: ignore[arg-type]
         return {name: np.einsum("daps,aps->da", state.sensitivity, rate) for name, rate in rates.items()}
 
     def _measure(self, ste_um: FloatArray, sharpness: float) -> tuple[FloatArray, FloatArray]:
