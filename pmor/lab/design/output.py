@@ -66,8 +66,8 @@ def write_design(found: Found, read: Readings, out: Path) -> None:
         if isinstance(block, Picture):
             write_picture(block.content("png"), out / block.file_name)
     title = f"Design: {found.design.title}"
-    write_page(out / "report.html", title, [*blocks[:1], Heading("All variants"), _designs(found), *blocks[1:]])
-    write_markdown(out / "design.md", title, blocks)
+    write_page(out / "report.html", title, [*blocks, Heading("All variants"), _designs(found), *_provenance(found)])
+    write_markdown(out / "design.md", title, [*blocks, *_provenance(found)])
     if not found.failures:
         remove_working_folder(out / PARTS)
 
@@ -208,8 +208,11 @@ def _blocks(found: Found, read: Readings) -> list[Block]:
         blocks.append(Warning("No variant keeps all constraints."))
     blocks += [Warning(sentence) for sentence in found.failures[:MOST_ROWS]]
     blocks += [Picture(name, caption, figure) for name, caption, figure in pictures if figure is not None]
-    return [*blocks, *_tables(found, read), Heading("Provenance"),
-            Table("Machine and software", ("item", "value"), provenance(found.file.case))]  # fmt: skip
+    return [*blocks, *_tables(found, read)]
+
+
+def _provenance(found: Found) -> list[Block]:
+    return [Heading("Provenance"), Table("Machine and software", ("item", "value"), provenance(found.file.case))]
 
 
 def _count_words(found: Found) -> str:
@@ -222,7 +225,7 @@ def _count_words(found: Found) -> str:
     return (
         f"{len(found.variants):,} variants of {names} under {torques} N m, {design.search.angles} angles to a pitch, "
         f"{int(found.kept.sum()):,} of them keep all constraints. Minimised: {WORDS[design.objective.minimise]}, "
-        f"{value}, mean over the torques. Judgements: {spent}; {found.seconds:.3g} s."
+        f"{value}, weighted mean over the torques. Judgements: {spent}; {found.seconds:.3g} s."
     )
 
 
