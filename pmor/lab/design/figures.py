@@ -98,7 +98,7 @@ def _contour(axes: Axes, found: Found, judge: Judge, best: FloatArray, first: in
     axes.contour(along, across, values, levels=levels, colors="white", linewidths=0.3)
     axes.figure.colorbar(shown, ax=axes, label=WORDS[design.objective.minimise] + ", mean", format="%.2g")
     axes.plot(best[first], best[second], "*", color=COLOURS[1], ms=12, mec="white", label="best")
-    other = found.origin("as drawn")
+    other = found.best_at(range(len(design.load.torques_Nm))) if design.scatters else None
     if other is not None:
         x = found.variants.x[other]
         axes.plot(x[first], x[second], "D", color="white", ms=5, mec=GREY, label="best without scatter")

@@ -68,13 +68,13 @@ def read_off(found: Found) -> Readings:
 
 
 def _chosen(found: Found) -> dict[str, int]:
-    names = {"best without scatter": "as drawn"}
     torques = found.design.load.torques_Nm
+    numbers = {"best": found.best}
+    if found.design.scatters:
+        numbers["best without scatter"] = found.best_at(range(len(torques)))
     if len(torques) > 1:
-        names |= {f"best at {torque:g} N m": f"{torque:g} N m" for torque in (torques[0], torques[-1])}
-    numbers = {name: found.origin(origin) for name, origin in names.items()}
-    chosen = {"best": found.best, **numbers}
-    return {name: n for name, n in chosen.items() if n is not None}
+        numbers |= {f"best at {torques[t]:g} N m": found.best_at([t]) for t in (0, len(torques) - 1)}
+    return {name: n for name, n in numbers.items() if n is not None}
 
 
 def _fresh(judge: Judge, chosen: Mapping[str, FloatArray]) -> dict[str, FloatArray]:

@@ -89,10 +89,14 @@ class Found:
         values = np.stack([self.variants.objective, self.against], axis=1)
         return pareto_front(np.where(self.kept[:, None], values, np.nan))
 
-    def origin(self, name: str) -> int | None:
-        """The best variant of an origin."""
-        at = [n for n, origin in enumerate(self.variants.origin) if origin == name]
-        return min(at, key=lambda n: np.nan_to_num(self.variants.objective[n], nan=np.inf)) if at else None
+    def best_at(self, torques: Sequence[int]) -> int | None:
+        """The variant of the least objective as drawn under some of the torques that keeps all constraints."""
+        weights = np.array(self.design.load.weights)[list(torques)]
+        column = self.design.results.index(self.design.objective.minimise)
+        if not self.kept.any() or not weights.any():
+            return None
+        value = self.variants.results[:, list(torques), column] @ weights
+        return int(np.where(self.kept, value, np.inf).argmin())
 
 
 def trained_pair(file: DesignFile) -> ReducedPair:
