@@ -78,6 +78,10 @@ def contour_figure(found: Found) -> Figure | None:
             _contour(axes, found, judge, best, first, second)
         for axes in places[len(pairs) :]:
             axes.set_visible(False)
+        shown = {
+            label: handle for axes in places for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
+        }
+        figure.legend(shown.values(), shown.keys(), loc="outside lower center", ncols=3)
     return figure
 
 
@@ -97,7 +101,9 @@ def _contour(axes: Axes, found: Found, judge: Judge, best: FloatArray, first: in
     shown = axes.contourf(along, across, values, levels=levels, cmap="viridis", extend="min")
     axes.contour(along, across, values, levels=levels, colors="white", linewidths=0.3)
     axes.figure.colorbar(shown, ax=axes, label=WORDS[design.objective.minimise] + ", mean", format="%.2g")
-    axes.plot(best[first], best[second], "*", color=COLOURS[1], ms=12, mec="white", label="best")
+    axes.plot(
+        best[first], best[second], "*", color=COLOURS[1], ms=13, mec="white", label="best", clip_on=False, zorder=5
+    )
     other = found.best_at(range(len(design.load.torques_Nm))) if design.scatters else None
     if other is not None:
         x = found.variants.x[other]
@@ -111,7 +117,6 @@ def _contour(axes: Axes, found: Found, judge: Judge, best: FloatArray, first: in
     axes.set_ylim(low[second], high[second])
     axes.set_xlabel(variable_words(design.variables[first].name))
     axes.set_ylabel(variable_words(design.variables[second].name))
-    axes.legend(loc="upper right", frameon=True, framealpha=0.5, facecolor="#444444", labelcolor="white", fontsize=8)
     axes.grid(False)
 
 
