@@ -49,7 +49,8 @@ def front_figure(found: Found) -> Figure:
     with plot_style():
         figure = new_figure(7.2, 4.8)
         axes = figure.subplots()
-        axes.plot(objective[~kept], against[~kept], ".", color="#cccccc", ms=2.5, label="breaks a constraint")
+        if not kept.all():
+            axes.plot(objective[~kept], against[~kept], ".", color="#cccccc", ms=2.5, label="breaks a constraint")
         axes.plot(objective[kept], against[kept], ".", color=COLOURS[4], ms=2.5, label="variants", rasterized=True)
         front = found.front
         axes.plot(objective[front], against[front], "o-", color=COLOURS[0], ms=4.5, label="nothing beats these")
@@ -112,7 +113,7 @@ def _contour(axes: Axes, found: Found, judge: Judge, best: FloatArray, first: in
     if any(sizes):
         angle = np.linspace(0.0, 2.0 * np.pi, 100)
         axes.plot(best[first] + ELLIPSE * sizes[0] * np.cos(angle), best[second] + ELLIPSE * sizes[1] * np.sin(angle),
-                  color="white", lw=1.4, ls="--", label="95 % of the gears made")  # fmt: skip
+                  color=COLOURS[1], lw=1.4, ls="--", label="95 % of the gears made")  # fmt: skip
     axes.set_xlim(low[first], high[first])
     axes.set_ylim(low[second], high[second])
     axes.set_xlabel(variable_words(design.variables[first].name))
