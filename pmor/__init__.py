@@ -14,11 +14,11 @@ Models
     `train` solves full FE over the training of a case and gives a `ReducedModel`; `load` reads one that was saved.
     `full_model` gives the full FE of a case, a `FullModel`. Both have `sweep`; a reduced one `sweep_conditions` too,
     over thousands of modifications and misalignments in one call; `export` writes it for other programs, `report`
-    leaves what a run does, `dynamics` is the pair in motion over its speed.
+    leaves what a run does, `dynamics` is the pair in motion over its speed, `design` searches for modifications.
 Results
     `SweepResult`: named arrays, figures over the pitch, pictures, CSV. `compare` holds a reduced model against full FE:
     a `Comparison`. `ConditionsResult`: of many conditions. `RootStress`: along the fillets
-    (`ReducedModel.root_stress`). `DynamicsResult`: responses over the speed.
+    (`ReducedModel.root_stress`). `DynamicsResult`: responses over the speed. `DesignResult`: variants and the best.
 Conditions
     `Axes`: where the wheel's axis is. `Modification`: what a gear's flanks deviate by; `Topography`: on a grid.
     `Built`: all of it.
@@ -38,6 +38,7 @@ from typing import TYPE_CHECKING, Any
 from pmor.version import __version__
 
 if TYPE_CHECKING:
+    from pmor.app.design import DesignResult
     from pmor.app.model import FullModel, ReducedModel, compare, full_model, import_rexs, load, train
     from pmor.app.motion import DynamicsResult
     from pmor.app.result import ConditionsResult, SweepResult
@@ -57,6 +58,7 @@ if TYPE_CHECKING:
     from pmor_online.compare import Comparison
 
 _HOMES = {
+    "pmor.app.design": ("DesignResult",),
     "pmor.app.model": ("FullModel", "ReducedModel", "compare", "full_model", "import_rexs", "load", "train"),
     "pmor.app.motion": ("DynamicsResult",),
     "pmor.app.result": ("ConditionsResult", "SweepResult"),
@@ -79,6 +81,7 @@ __all__ = [
     "Comparison",
     "ConditionsResult",
     "ConvergenceError",
+    "DesignResult",
     "DynamicsResult",
     "FileFormatError",
     "FullModel",

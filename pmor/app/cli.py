@@ -32,6 +32,7 @@ RESUME_HINTS = {
     "convergence": KEPT,
     "reductions": KEPT,
     "dynamics": KEPT,
+    "design": KEPT,
 }
 SMALLER = "lower the elements, the angles or the torques of the case"
 USUAL_HINT = "no file was left half written; the same command starts again"
@@ -152,6 +153,15 @@ def build_parser() -> argparse.ArgumentParser:
     _add_jobs(dynamics, "torques")
     _add_overwrite(dynamics)
 
+    design = command("design", "flank modifications searched over ranges, with tolerances: Pareto front")
+    design.add_argument("design_path", metavar="DESIGN", type=_path, help="design file (TOML)")
+    _add_out(design, "--out", "out/<name of the design>")
+    _add_jobs(design, "pieces of the search")
+    design.add_argument(
+        "--case", dest="variant", metavar="N", type=_whole, help="write variant N of finished results as a case file"
+    )
+    _add_overwrite(design)
+
     bench = command("bench", "run time by phase and by size")
     _add_case(bench)
     bench.add_argument(
@@ -256,6 +266,12 @@ def _positive(text: str) -> int:
     if number < 1:
         raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of at least 1")
     return number
+
+
+def _whole(text: str) -> int:
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of at least 0")
+    return int(text)
 
 
 def _positive_number(text: str) -> float:

@@ -264,6 +264,42 @@ def dynamics(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite:
         raise ConvergenceError(f"{len(found.failures)} torques have no response, first: {found.failures[0]}", [])
 
 
+def design(
+    design_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False, variant: int | None = None
+) -> None:
+    """Search the flank modifications that a design file asks for, or write one variant as a case file."""
+    from pmor.threads import use_one_thread
+
+    use_one_thread()  # before anything loads numpy
+    from pmor.design.loader import load_design
+    from pmor.errors import ConvergenceError
+    from pmor.lab.core.parts import PARTS
+    from pmor.lab.design.output import FILES, design_text, write_design
+    from pmor.lab.design.readings import read_off
+    from pmor.lab.design.run import run_design, trained_pair
+    from pmor.lab.design.variant_case import case_name, variant_text, write_variant
+    from pmor.storage.results_folder import default_folder, results_folder
+
+    file = load_design(design_path)
+    folder = out or default_folder(file.name)
+    if variant is not None:
+        text = variant_text(file, folder / FILES[0], variant)
+        with results_folder(folder, (case_name(variant),), (), overwrite, file.inputs):
+            write_variant(folder / case_name(variant), text, overwrite=True)
+        print(f"{folder / case_name(variant)}: written")
+        return
+    reduced = trained_pair(file)
+    with results_folder(folder, FILES, (PARTS,), overwrite, file.inputs):
+        found = run_design(file, reduced, folder, jobs, announce=lambda text: print(text, flush=True))
+        read = read_off(found)
+        _start_results(folder, file.text)
+        write_design(found, read, folder)
+    print(design_text(found, read))
+    print(f"  results in {folder}")
+    if found.failures:
+        raise ConvergenceError(f"{len(found.failures)} did not converge, first: {found.failures[0]}", [])
+
+
 def bench(case_path: Path, json_path: Path, jobs: int = 2, overwrite: bool = False) -> None:
     """Measure run times by phase and by size, as ratios to an earlier measurement where there is one."""
     from pmor.threads import use_one_thread

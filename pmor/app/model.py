@@ -52,6 +52,7 @@ from pmor_online.root_stress import root_stress
 from pmor_online.sweep import largest_size, sweep_reduced_pair
 
 if TYPE_CHECKING:
+    from pmor.app.design import DesignResult
     from pmor.app.motion import DynamicsResult
 
 Progress = Callable[[int], None]
@@ -261,6 +262,36 @@ class ReducedModel:
         from pmor.app.motion import respond
 
         return respond(self.case, self.reduced, jobs, announce, settings)
+
+    def design(
+        self, jobs: int = 1, announce: Callable[[str], None] = lambda text: None, **settings: Any
+    ) -> DesignResult:
+        """Search for flank modifications over ranges, with tolerances, as `pmor design` does.
+
+        Parameters
+        ----------
+        jobs : int
+            Pieces of the search at a time, each in a thread of its own.
+        announce : callable
+            Called with a line of progress after each piece.
+        **settings
+            Sections of a design file as mappings: ``variables=[{"key": "tip_relief_um", "range": [0.0, 40.0]}]``,
+            ``load``, ``objective``, ``constraints``, ``scatter``, ``search``, ``pareto``.
+
+        Returns
+        -------
+        DesignResult
+
+        Raises
+        ------
+        CaseError
+            Where a setting is none, or the model is not enough for it.
+        ConvergenceError
+            Where a position of a variant has no solution.
+        """
+        from pmor.app.design import search
+
+        return search(self.case, self.reduced, jobs, announce, settings)
 
     def root_stress(
         self,

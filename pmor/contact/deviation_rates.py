@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from collections.abc import Collection
+from typing import Any, Protocol
 
 import numpy as np
 
-from pmor.arrays import FloatArray
+from pmor.arrays import FloatArray, IntArray
 from pmor.contact.condition import Built
 from pmor.contact.flank import MeshedPair
 from pmor.contact.kernels.deviation import Deviation, deviations_at
-from pmor.results.loads import LineStates
 
 # Amounts of a case file, and what the kernels call them: the deviation is linear in each.
 AMOUNTS = {
@@ -35,8 +35,27 @@ REACHES = {
 }
 
 
+class SectionStates(Protocol):
+    """What `deviation_rates` asks of states of line contact, such as `pmor.results.loads.LineStates`."""
+
+    @property
+    def pair(self) -> IntArray: ...  # noqa: D102
+
+    @property
+    def z_mm(self) -> FloatArray: ...  # noqa: D102
+
+    @property
+    def mirrored(self) -> bool: ...  # noqa: D102
+
+    @property
+    def roll_rad(self) -> FloatArray: ...  # noqa: D102
+
+    @property
+    def sensitivity(self) -> FloatArray: ...  # noqa: D102
+
+
 def deviation_rates(
-    meshed: MeshedPair, built: Built, lines: LineStates, over_width: bool = True
+    meshed: MeshedPair, built: Built, lines: SectionStates, over_width: bool = True, wanted: Collection[str] = ()
 ) -> dict[str, FloatArray]:
     """Return d deviation / d parameter at all sections, (A, P, S), um per unit, by ``gear.key`` of the case file.
 
@@ -49,10 +68,12 @@ def deviation_rates(
     meshed : MeshedPair
     built : Built
         The modifications about which to differentiate.
-    lines : LineStates
+    lines : SectionStates
         Where the sections are.
     over_width : bool
         Whether the mesh holds what differs over the width: not so in plane strain.
+    wanted : collection of str
+        Parameters to find, by name; empty: all.
     """
     left_out = (UNEVEN if lines.mirrored else ()) if over_width else OVER_WIDTH
     found = {}
@@ -65,8 +86,11 @@ def deviation_rates(
             reach = REACHES.get(key)
             if key in left_out or (reach is not None and getattr(modification, reach) is None):
                 continue
-            found[f"{name}.{key}"] = _spread(loaded, _unit(deviation, key, points))
-            if reach is not None and getattr(modification, key) != 0.0:
+            if not wanted or f"{name}.{key}" in wanted:
+                found[f"{name}.{key}"] = _spread(loaded, _unit(deviation, key, points))
+            if reach is None or (wanted and f"{name}.{reach}" not in wanted):
+                continue
+            if getattr(modification, key) != 0.0:
                 found[f"{name}.{reach}"] = _spread(loaded, _by_reach(deviation, reach, points))
     return found
 
@@ -74,7 +98,7 @@ def deviation_rates(
 _Points = tuple[FloatArray, FloatArray, np.ndarray]
 
 
-def _points(lines: LineStates, loaded: np.ndarray, gear: int) -> _Points:
+def _points(lines: SectionStates, loaded: np.ndarray, gear: int) -> _Points:
     """Roll angles, places and teeth of those sections that ever carry."""
     shape = lines.roll_rad.shape[:3]
     z, pair = np.broadcast_to(lines.z_mm, shape), np.broadcast_to(lines.pair[:, :, None], shape)

@@ -1,0 +1,161 @@
+"""One pair built in very many ways: its state at the same few angles and torques, in some hundred microseconds each.
+
+Where sections are and how flexible they are to each other does not depend on the flanks: it is found once for each
+place of the axes and kept from one variant to the next. A state starts cold all the same, so that it depends on nothing
+that was solved before, to the last bit.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmor.arrays import BoolArray, FloatArray, IntArray
+from pmor.contact.condition import Axes, Built
+from pmor.contact.deviation import kernel_deviation
+from pmor.contact.kernels.deviation import Deviation
+from pmor.contact.kernels.line_loads import LineResults, solve_lines
+from pmor.contact.kernels.line_places import Lines, line_deviations
+from pmor.contact.kernels.line_pressure import PATCH_FIELDS, line_patches
+from pmor.contact.position import place_sections
+from pmor_online.model import ReducedPair
+
+# A patch of contact that is off its middle by more than this has been cut off, or carried round, by an edge, mm.
+OFF_MIDDLE = 1e-9
+
+
+@dataclass(frozen=True)
+class VariantState:
+    """State of a pair that is built in one way: D torques, A angles, P tooth pairs in reach, S sections over the width.
+
+    Attributes
+    ----------
+    ste_um : (D, A)
+        NaN where not converged.
+    converged : (D, A) bool
+    load_N_per_mm : (D, A, P, S)
+        Line load of each section; 0 where nothing is carried, or the position did not converge.
+    edge_load_N_per_mm : (D, A)
+        Largest line load of those sections in which the edge at a tip is in contact; 0 where there is none.
+    pressure_MPa : (D, A)
+        Largest of the sections; sections whose sharp edge carries, where it has no bound, do not count.
+    sensitivity : (D, A, P, S) or None
+        Derivative of the STE by the deviation of the section, um/um.
+    roll_rad : (A, P, S, 2)
+        Roll angles on pinion and wheel.
+    pair : (A, P) int
+        Tooth pairs.
+    z_mm, width_mm : (S,)
+        Where sections are, and what each stands for.
+    mirrored : bool
+        Whether they have images.
+    """
+
+    ste_um: FloatArray
+    converged: BoolArray
+    load_N_per_mm: FloatArray
+    edge_load_N_per_mm: FloatArray
+    pressure_MPa: FloatArray
+    sensitivity: FloatArray | None
+    roll_rad: FloatArray
+    pair: IntArray
+    z_mm: FloatArray
+    width_mm: FloatArray
+    mirrored: bool
+
+
+class VariantSolver:
+    """Solves variants of a pair at fixed angles and torques; threads may share it.
+
+    Parameters
+    ----------
+    reduced : ReducedPair
+        Of line loads.
+    phi : ndarray, shape (A,)
+        Pinion angles, rad: all of them are kept in memory with their flexibilities.
+    torques_Nm : sequence of float
+    """
+
+    def __init__(self, reduced: ReducedPair, phi: FloatArray, torques_Nm: Sequence[float]) -> None:
+        self.reduced, self.phi = reduced, np.ascontiguousarray(phi, dtype=float)
+        self.torques_Nm = tuple(torques_Nm)
+        self._torques = np.array([1e3 * torque for torque in torques_Nm])
+        # Found once: where active profiles begin and end takes as long as a position.
+        self._active = reduced.meshed.pair.active_rolls
+        self._idle: dict[Axes, list[Lines]] = {}
+        self._lock = threading.Lock()
+
+    def solve(self, built: Built, differentiated: bool = False) -> VariantState:
+        """Return the state of the pair as it is built in one way.
+
+        Parameters
+        ----------
+        built : Built
+            Checked (`pmor.case.flanks`, `pmor.pair.modifications`).
+        differentiated : bool
+            With the derivatives of the STE.
+        """
+        meshed = self.reduced.meshed
+        sections, width = meshed.sections, meshed.sections.width * (2.0 if meshed.mirrored else 1.0)
+        with self._placed(built.axes) as lines:
+            angles, size = lines.gap.shape
+            deviation = np.empty((angles, size))
+            line_deviations(lines, sections.z, *self._deviations(built), deviation)
+            grid = len(self._torques), angles
+            found = LineResults(
+                np.zeros(grid), np.zeros(grid, dtype=np.int64), np.zeros(grid, dtype=bool), np.zeros((*grid, size)),
+                np.zeros(grid), np.zeros((*grid, size) if differentiated else (0, 0, 0)),
+            )  # fmt: skip
+            corners = meshed.gears[0].corner, meshed.gears[1].corner
+            solve_lines(
+                lines, deviation, self._torques, False, meshed.expected_approach(1.0), width,
+                self.reduced.section_compliance, corners, found,
+            )  # fmt: skip
+        return self._state(lines, found, width)
+
+    def _deviations(self, built: Built) -> tuple[Deviation, Deviation]:
+        pair, active = self.reduced.meshed.pair, self._active
+        pinion = kernel_deviation(built.pinion, pair.pinion, active[0], pair.faces[0])
+        return pinion, kernel_deviation(built.wheel, pair.wheel, active[1], pair.faces[1])
+
+    def _state(self, lines: Lines, found: LineResults, width: FloatArray) -> VariantState:
+        meshed = self.reduced.meshed
+        radius, sections = meshed.pair.pinion.base_radius, meshed.sections
+        grid = *found.lead.shape, -1, len(sections.z)
+        load = np.where(found.converged[..., None], found.force, 0.0).reshape(grid) / width
+        patches = np.empty((len(load), load[0].size, PATCH_FIELDS))
+        line_patches(lines.law.reshape(-1, lines.law.shape[2]), load.reshape(len(load), -1), patches)
+        by_state = *found.lead.shape, -1
+        at_edge = np.abs(patches[..., 1].reshape(load.shape)) > OFF_MIDDLE
+        place = grid[1:]
+        return VariantState(
+            ste_um=np.where(found.converged, 1e3 * radius * found.lead, np.nan),
+            converged=found.converged,
+            load_N_per_mm=load,
+            edge_load_N_per_mm=np.where(at_edge, load, 0.0).reshape(by_state).max(axis=2),
+            pressure_MPa=np.nan_to_num(patches[..., 2]).reshape(by_state).max(axis=2),
+            sensitivity=radius * found.sensitivity.reshape(grid) if found.sensitivity.size else None,
+            roll_rad=lines.roll.reshape(*place, 2),
+            pair=lines.first_pair[:, None] + np.arange(load.shape[2]),
+            z_mm=sections.z,
+            width_mm=sections.width,
+            mirrored=meshed.mirrored,
+        )
+
+    @contextmanager
+    def _placed(self, axes: Axes) -> Iterator[Lines]:
+        """Lend the sections on some axes: solving makes flexibilities ready in them, which is for one at a time."""
+        with self._lock:
+            idle = self._idle.setdefault(axes, [])
+            lines = idle.pop() if idle else None
+        if lines is None:
+            lines = place_sections(self.reduced.meshed, self.phi, axes, self.reduced.components)
+        try:
+            yield lines
+        finally:
+            with self._lock:
+                idle.append(lines)

@@ -1,0 +1,89 @@
+r"""What is made small: figures of an STE curve with their derivatives, and their values over scatter.
+
+*Smooth peak-to-peak.* The largest of n values has a kink where two of them are equal, which is just where a good design
+lies. In its place stands, with the sharpness s,
+
+    top(x) = (1 / s) ln( (1 / n) sum_i exp(s x_i) ),    d top / d x_i = exp(s x_i) / sum_j exp(s x_j),
+
+at most ln(n) / s below it, and peak-to-peak is top(x) + top(-x). Its derivatives are weights of the positions: with
+those of the STE (`pmor.contact.deviation_rates`) they give the derivative by each parameter of the modifications.
+
+*Percentile.* Of m draws, by Harrell and Davis (Biometrika 69 (1982) 635): the mean of all sorted values under the
+weights of a beta distribution, steadier than one of them, and with a derivative.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pmor.arrays import FloatArray
+
+PERCENTILE = 0.95
+
+
+def peak_to_peak(ste_um: FloatArray) -> FloatArray:
+    """Largest minus smallest over the last axis; NaN where one is missing."""
+    return np.asarray(ste_um.max(axis=-1) - ste_um.min(axis=-1))
+
+
+def smooth_peak_to_peak(ste_um: FloatArray, sharpness: float) -> tuple[FloatArray, FloatArray]:
+    """Return the smooth peak-to-peak (...,) of curves (..., n), um, and its derivative by each value (..., n).
+
+    Parameters
+    ----------
+    ste_um : ndarray
+    sharpness : float
+        1/um.
+    """
+    top, high = _smooth_top(ste_um, sharpness)
+    bottom, low = _smooth_top(-ste_um, sharpness)
+    return np.asarray(top + bottom), np.asarray(high - low)
+
+
+def order_amplitude(ste_um: FloatArray, order: int) -> tuple[FloatArray, FloatArray]:
+    """Return the amplitude (...,), zero to peak, of an order of curves (..., n) over one pitch, and its derivative.
+
+    At amplitude 0 it has a kink: the derivative there is returned as 0.
+    """
+    n = ste_um.shape[-1]
+    wave = 2.0 / n * np.exp(-2j * np.pi * order * np.arange(n) / n)
+    spectrum = ste_um @ wave
+    amplitude = np.abs(spectrum)
+    direction = np.divide(spectrum, amplitude, out=np.zeros_like(spectrum), where=amplitude > 0.0)
+    return np.asarray(amplitude), np.asarray((np.conj(direction)[..., None] * wave).real)
+
+
+def order_of(result: str) -> int | None:
+    """Return the order that a result such as ``order_1_um`` is of; None of others."""
+    return int(result.split("_")[1]) if result.startswith("order_") else None
+
+
+def percentile_weights(count: int) -> FloatArray:
+    """Return the weights (count,) of sorted values that make their 95th percentile."""
+    from scipy.stats import beta
+
+    share = beta((count + 1) * PERCENTILE, (count + 1) * (1.0 - PERCENTILE))
+    return np.asarray(np.diff(share.cdf(np.arange(count + 1) / count)))
+
+
+def draw_weights(values: FloatArray, kind: str) -> FloatArray:
+    """Return the weights (m,) by which m draws make the value that is asked for: its derivatives by the draws.
+
+    Parameters
+    ----------
+    values : ndarray, shape (m,)
+    kind : {"nominal", "expected", "percentile_95"}
+        Of `nominal` there is one draw.
+    """
+    if kind != "percentile_95":
+        return np.full(len(values), 1.0 / len(values))
+    weights = np.empty(len(values))
+    weights[np.argsort(values, kind="stable")] = percentile_weights(len(values))
+    return weights
+
+
+def _smooth_top(values: FloatArray, sharpness: float) -> tuple[FloatArray, FloatArray]:
+    most = values.max(axis=-1, keepdims=True)
+    powers = np.exp(sharpness * (values - most))
+    mean = powers.mean(axis=-1)
+    return most[..., 0] + np.log(mean) / sharpness, powers / (mean[..., None] * values.shape[-1])

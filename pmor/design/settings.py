@@ -1,0 +1,240 @@
+"""What a design file may say: one dataclass per section, the allowed range of each number beside its type."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Annotated, Literal
+
+from pmor.ranges import Range
+
+# Keys of a modification that may vary: amounts first, then where reliefs start, end, or how far they reach.
+AMOUNT_KEYS = (
+    "tip_relief_um", "root_relief_um", "profile_crowning_um", "profile_slope_um", "helix_crowning_um",
+    "helix_slope_um", "end_relief_um", "twist_um",
+)  # fmt: skip
+REACH_KEYS = ("tip_relief_start_roll_deg", "root_relief_end_roll_deg", "end_relief_length_mm")
+AXES_KEYS = ("in_plane_um", "out_of_plane_um", "centre_distance_um")
+#: what is found of each variant under each torque
+RESULTS = (
+    "peak_to_peak_um", "order_1_um", "order_2_um", "order_3_um", "pressure_MPa", "k_h_beta", "tip_edge_load_N_per_mm",
+    "root_stress_MPa",
+)  # fmt: skip
+# Those whose derivatives follow from the sensitivities of the STE.
+OF_THE_STE = RESULTS[:4]
+
+VariableKey = Literal[
+    "tip_relief_um", "root_relief_um", "profile_crowning_um", "profile_slope_um", "helix_crowning_um",
+    "helix_slope_um", "end_relief_um", "twist_um", "tip_relief_start_roll_deg", "root_relief_end_roll_deg",
+    "end_relief_length_mm",
+]  # fmt: skip
+ResultKey = Literal[
+    "peak_to_peak_um", "order_1_um", "order_2_um", "order_3_um", "pressure_MPa", "k_h_beta", "tip_edge_load_N_per_mm",
+    "root_stress_MPa",
+]  # fmt: skip
+Objective = Literal["peak_to_peak_um", "order_1_um", "order_2_um", "order_3_um"]
+Bounds = Annotated[tuple[float, ...], Range(-1000.0, 1000.0, in_order=True)]
+Torques = Annotated[tuple[float, ...], Range(0.0, 1e12, "N m", low_excluded=True, in_order=True)]
+Weights = Annotated[tuple[float, ...], Range(0.0, 1e6, in_order=True)]
+Deviation = Annotated[float, Range(0.0, 200.0, "um")]
+Angle = Annotated[float, Range(0.0, 10.0, "deg")]
+Step = Annotated[float, Range(0.0, 1000.0, low_excluded=True)]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Variable:
+    """A parameter of the modifications that is searched for (section `[[variables]]`).
+
+    Parameters
+    ----------
+    key : str
+        Of a modification.
+    gear : {"both", "pinion", "wheel"}
+        Whose; `both`: the same on both gears.
+    range : tuple of float
+        From the lowest to the highest value, in the unit of the key.
+    step : float or None
+        Of manufacture: values are the lowest one and whole steps more; None is any value.
+    """
+
+    key: VariableKey
+    gear: Literal["both", "pinion", "wheel"] = "both"
+    range: Bounds
+    step: Step | None = None
+
+    @property
+    def name(self) -> str:
+        """Key, after the gear where it is of one alone."""
+        return self.key if self.gear == "both" else f"{self.gear}.{self.key}"
+
+    @property
+    def gears(self) -> tuple[str, ...]:
+        """Gears that it is of."""
+        return ("pinion", "wheel") if self.gear == "both" else (self.gear,)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Load:
+    """Torques under which a design is judged (section `[load]`).
+
+    Parameters
+    ----------
+    torques_Nm : tuple of float
+        On the pinion; those of the sweep of the case by default.
+    weights : tuple of float
+        How much each counts, such as its share of the time; all the same by default.
+    """
+
+    torques_Nm: Torques
+    weights: Weights
+
+
+@dataclass(frozen=True, kw_only=True)
+class Goal:
+    """What is made small (section `[objective]`): the weighted mean of a result over the torques.
+
+    Parameters
+    ----------
+    minimise : {"peak_to_peak_um", "order_1_um", "order_2_um", "order_3_um"}
+        Peak-to-peak STE, or the amplitude of an order of the mesh.
+    value : {"nominal", "expected", "percentile_95"}
+        Of the design as drawn; or its mean, or the value that 95 % stay below, over the scatter. Constraints are on the
+        same.
+    """
+
+    minimise: Objective = "peak_to_peak_um"
+    value: Literal["nominal", "expected", "percentile_95"] = "nominal"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Constraint:
+    """What a design has to keep (section `[[constraints]]`), under each torque.
+
+    Parameters
+    ----------
+    result : str
+        `pressure_MPa`: largest pressure of contact. `k_h_beta`: face load factor. `tip_edge_load_N_per_mm`: largest
+        line load where the edge of a tip is in contact; 0 keeps it clear. `root_stress_MPa`: largest principal stress
+        at the roots. Or what can be minimised.
+    at_most : float
+        In the unit of the result.
+    """
+
+    result: ResultKey
+    at_most: Annotated[float, Range(0.0, 1e6)]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scatter:
+    """Standard deviations of what is made and mounted (section `[scatter]`), normal and independent of each other.
+
+    Those of modifications are of each gear by itself. Under a nominal objective they only show how the best stands it.
+
+    Parameters
+    ----------
+    tip_relief_um, root_relief_um, profile_crowning_um, profile_slope_um : float
+    helix_crowning_um, helix_slope_um, end_relief_um, twist_um : float
+        Of amounts, um.
+    tip_relief_start_roll_deg, root_relief_end_roll_deg : float
+        Of where reliefs start and end, degrees.
+    in_plane_um, out_of_plane_um, centre_distance_um : float
+        Of the axes, um.
+    draws : int
+        Pairs that are drawn, the same for all variants.
+    """
+
+    tip_relief_um: Deviation = 0.0
+    root_relief_um: Deviation = 0.0
+    profile_crowning_um: Deviation = 0.0
+    profile_slope_um: Deviation = 0.0
+    helix_crowning_um: Deviation = 0.0
+    helix_slope_um: Deviation = 0.0
+    end_relief_um: Deviation = 0.0
+    twist_um: Deviation = 0.0
+    tip_relief_start_roll_deg: Angle = 0.0
+    root_relief_end_roll_deg: Angle = 0.0
+    in_plane_um: Deviation = 0.0
+    out_of_plane_um: Deviation = 0.0
+    centre_distance_um: Deviation = 0.0
+    draws: Annotated[int, Range(8, 4096)] = 64
+
+    @property
+    def modifications(self) -> dict[str, float]:
+        """Standard deviations of the keys of a modification that scatter."""
+        keys = [field.name for field in fields(self) if field.name not in (*AXES_KEYS, "draws")]
+        return {key: getattr(self, key) for key in keys if getattr(self, key) > 0.0}
+
+    @property
+    def axes(self) -> dict[str, float]:
+        """Standard deviations of the axes that scatter."""
+        return {key: getattr(self, key) for key in AXES_KEYS if getattr(self, key) > 0.0}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Search:
+    """How far to look (section `[search]`).
+
+    Parameters
+    ----------
+    samples : int
+        Variants spread evenly over the ranges by a Sobol sequence.
+    descents : int
+        Of the best of them, from which the objective is followed downhill.
+    angles : int
+        Pinion angles per pitch.
+    """
+
+    samples: Annotated[int, Range(2, 1_000_000)] = 256
+    descents: Annotated[int, Range(1, 1000)] = 4
+    angles: Annotated[int, Range(8, 400)] = 32
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trade:
+    """What is weighed against the objective (section `[pareto]`).
+
+    Parameters
+    ----------
+    against : str
+        The other result, of which the largest over the torques counts.
+    points : int
+        Bounds on it under each of which the objective is minimised.
+    """
+
+    against: ResultKey = "pressure_MPa"
+    points: Annotated[int, Range(0, 100)] = 5
+
+
+@dataclass(frozen=True, kw_only=True)
+class Design:
+    """Everything that a design file says, checked.
+
+    Parameters
+    ----------
+    title : str
+    case : str
+        Base case, relative to the file.
+    variables : tuple of Variable
+    load, objective, constraints, scatter, search, pareto
+        One dataclass per section of the file.
+    """
+
+    title: str
+    case: str
+    variables: tuple[Variable, ...]
+    load: Load
+    objective: Goal
+    constraints: tuple[Constraint, ...]
+    scatter: Scatter
+    search: Search
+    pareto: Trade
+
+    @property
+    def scatters(self) -> bool:
+        """Whether values over scatter are asked for."""
+        return self.objective.value != "nominal"
+
+    @property
+    def results(self) -> tuple[str, ...]:
+        """Results that are found of each variant: root stress where it is asked for alone."""
+        asked = {c.result for c in self.constraints} | {self.pareto.against}
+        return tuple(key for key in RESULTS if key != "root_stress_MPa" or key in asked)

@@ -1,0 +1,147 @@
+"""From numbers to a pair: the values of the variables, and what scatters about them, as flanks and axes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import product
+
+import numpy as np
+
+from pmor.arrays import FloatArray
+from pmor.contact.condition import Axes, Built
+from pmor.design.settings import Scatter, Variable
+from pmor.flank import Modification
+
+# Decimals to which values are rounded: what a step leaves in the last digits is noise.
+DECIMALS = 9
+
+
+@dataclass(frozen=True)
+class Draw:
+    """By how much one pair of those that are made is off its drawing.
+
+    Parameters
+    ----------
+    pinion, wheel : mapping of str to float
+        By the keys of a modification.
+    axes : Axes
+    """
+
+    pinion: Mapping[str, float] = field(default_factory=dict)
+    wheel: Mapping[str, float] = field(default_factory=dict)
+    axes: Axes = field(default_factory=Axes)
+
+
+AS_DRAWN = Draw()
+
+
+def built_at(
+    base: Built, variables: Sequence[Variable], x: Sequence[float] | FloatArray, draw: Draw = AS_DRAWN
+) -> Built:
+    """Return the pair at some values of the variables, off by a draw.
+
+    Parameters
+    ----------
+    base : Built
+        What the variables leave as it is.
+    variables : sequence of Variable
+    x : sequence of float
+        A value for each.
+    draw : Draw
+    """
+    flanks = [
+        _modified(getattr(base, gear), {v.key: float(value) for v, value in zip(variables, x, strict=True)
+                                        if gear in v.gears}, getattr(draw, gear))
+        for gear in ("pinion", "wheel")
+    ]  # fmt: skip
+    off, axes = draw.axes, base.axes
+    moved = Axes(
+        axes.in_plane_um + off.in_plane_um, axes.out_of_plane_um + off.out_of_plane_um,
+        axes.centre_distance_um + off.centre_distance_um,
+    )  # fmt: skip
+    return Built(moved, flanks[0], flanks[1])
+
+
+def _modified(modification: Modification, values: Mapping[str, float], off: Mapping[str, float]) -> Modification:
+    chosen = replace(modification, **values)  # type: ignore[arg-type]
+    moved = {key: (getattr(chosen, key) or 0.0) + by for key, by in off.items()}
+    return replace(chosen, **moved) if moved else chosen  # type: ignore[arg-type]
+
+
+def corners(variables: Sequence[Variable]) -> Iterator[tuple[float, ...]]:
+    """Yield the ends of the ranges, each with each."""
+    yield from product(*(v.range for v in variables))
+
+
+def limits(variables: Sequence[Variable]) -> tuple[FloatArray, FloatArray]:
+    """Return lowest and highest values, each (n,)."""
+    low, high = np.array([v.range for v in variables]).T
+    return low, high
+
+
+def to_steps(variables: Sequence[Variable], x: FloatArray) -> FloatArray:
+    """Return values (..., n) moved to the nearest step that can be made, within the ranges."""
+    low, high = limits(variables)
+    moved = np.array(x, dtype=float)
+    for n, v in enumerate(variables):
+        if v.step is not None:
+            most = np.floor((v.range[1] - v.range[0]) / v.step + 1e-9)
+            moved[..., n] = low[n] + v.step * np.clip(np.round((moved[..., n] - low[n]) / v.step), 0.0, most)
+    return np.asarray(np.round(np.clip(moved, low, high), DECIMALS))
+
+
+def steps_around(variables: Sequence[Variable], x: FloatArray) -> FloatArray:
+    """Return the values (m, n) that can be made next to some x (n,): below and above of each variable with a step."""
+    choices = []
+    for n, v in enumerate(variables):
+        if v.step is None:
+            choices.append([x[n]])
+            continue
+        below = v.range[0] + v.step * np.floor((x[n] - v.range[0]) / v.step + 1e-9)
+        choices.append([below, below + v.step])
+    return np.unique(to_steps(variables, np.array(list(product(*choices)))), axis=0)
+
+
+def spread_evenly(variables: Sequence[Variable], count: int) -> FloatArray:
+    """Return `count` values (count, n) of a Sobol sequence over the ranges, moved to steps; the same every time."""
+    from scipy.stats import qmc
+
+    low, high = limits(variables)
+    sequence = qmc.Sobol(len(variables), scramble=True, seed=SEED)
+    power = int(np.ceil(np.log2(count)))
+    points = sequence.random_base2(power)[:count]
+    return to_steps(variables, low + points * (high - low))
+
+
+# Of samples and draws: a run is the same every time.
+SEED = 19
+
+
+def drawn(scatter: Scatter, count: int, seed: int = SEED) -> tuple[Draw, ...]:
+    """Return `count` draws of a scatter, spread as evenly as a Sobol sequence does.
+
+    Parameters
+    ----------
+    scatter : Scatter
+    count : int
+    seed : int
+        Other ones give others: fresh draws to hold a result against.
+    """
+    from scipy.stats import norm, qmc
+
+    modifications, axes = scatter.modifications, scatter.axes
+    dimensions = 2 * len(modifications) + len(axes)
+    sequence = qmc.Sobol(dimensions, scramble=True, seed=seed)
+    points = norm.ppf(sequence.random_base2(int(np.ceil(np.log2(count)))))[:count]
+    found = []
+    for point in points:
+        on_gears = [
+            {key: float(size * z) for (key, size), z in zip(modifications.items(), part, strict=True)}
+            for part in np.split(point[: 2 * len(modifications)], 2)
+        ]
+        off = {
+            key: float(size * z) for (key, size), z in zip(axes.items(), point[2 * len(modifications) :], strict=True)
+        }
+        found.append(Draw(on_gears[0], on_gears[1], Axes(**off)))
+    return tuple(found)

@@ -1,0 +1,1 @@
+"""Modifications designed: samples, descents and trade-offs of a design file, on the reduced model itself."""

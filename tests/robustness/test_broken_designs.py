@@ -1,0 +1,82 @@
+"""Broken design files: one line that names the place, the value and the remedy, exit code 2, nothing left behind."""
+
+import pytest
+
+from pmor.app.cli import main
+from tests.small_case import case_text
+
+MESH = {"profile_elements": 5, "width_elements": 2}
+RELIEF = {"key": "tip_relief_um", "range": [0.0, 20.0]}
+START = {"key": "tip_relief_start_roll_deg", "range": [26.0, 30.0]}
+GOOD = {"case": '"small.toml"', "variables": [RELIEF, START]}
+SCATTER = {"scatter": {"tip_relief_um": 1.0}, "objective": {"value": '"expected"'}}
+
+
+def text_of(document):
+    """TOML of a design: keys first, then sections and lists of them; text that stands alone brings its own quotes."""
+    lines = [f"{key} = {value}" for key, value in document.items() if not isinstance(value, dict | list)]
+    for name, content in document.items():
+        for table in content if isinstance(content, list) else [content] * isinstance(content, dict):
+            lines.append(f"[[{name}]]" if isinstance(content, list) else f"[{name}]")
+            lines += [f"{key} = {_value(value)}" for key, value in table.items()]
+    return "\n".join(lines) + "\n"
+
+
+def _value(value):
+    return f'"{value}"' if isinstance(value, str) and not value.startswith('"') else value
+
+
+# name: (what differs from the good design, what the message must hold)
+BROKEN = {
+    "no case": ({"case": None}, ["case: is missing", "add case ="]),
+    "case of another name": ({"case": '"smal.toml"'}, ["smal.toml", "there is no such case file", "small.toml"]),
+    "case without line loads": ({"case": '"shapes.toml"'}, ["flank_lines", "write [contact] scheme"]),
+    "misspelt section": ({"serch": {"samples": 8}}, ["serch", "did you mean search?"]),
+    "misspelt key": ({"search": {"sample": 8}}, ["[search] sample", "did you mean samples?"]),
+    "no variable": ({"variables": None}, ["[[variables]]: is missing", "add one"]),
+    "one bracket": ({"variables": {"key": "tip_relief_um", "range": [0.0, 20.0]}}, ["write [[variables]]"]),
+    "unknown variable": ({"variables": [RELIEF | {"key": "tip_releif_um"}]}, ["did you mean tip_relief_um?"]),
+    "variable without range": ({"variables": [{"key": "tip_relief_um"}, START]}, ["[variables] range: is missing"]),
+    "range upside down": ({"variables": [RELIEF | {"range": [20.0, 0.0]}, START]}, ["[20.0, 0.0]", "lowest and the"]),
+    "range of nothing": ({"variables": [RELIEF | {"range": [5.0, 5.0]}, START]}, ["[5.0, 5.0]", "lowest and the"]),
+    "step beyond the range": ({"variables": [RELIEF | {"step": 50.0}, START]}, ["step = 50", "lower it"]),
+    "variable twice": ({"variables": [RELIEF, START, RELIEF | {"gear": "wheel"}]}, ["of the wheel", "remove one"]),
+    "relief without a start": ({"variables": [RELIEF]}, ["how far it reaches on the pinion", "make it a variable"]),
+    "start in radians": ({"variables": [RELIEF, START | {"range": [0.45, 0.5]}]}, ["range", "looks like radians"]),
+    "start beyond the tip": ({"variables": [RELIEF, START | {"range": [26.0, 60.0]}]}, ["below the tip circle"]),
+    "weights for other torques": (
+        {"load": {"torques_Nm": [50.0, 100.0], "weights": [1.0, 1.0, 1.0]}}, ["weights", "each of the 2 torques"],
+    ),
+    "no weight at all": ({"load": {"torques_Nm": [50.0], "weights": [0.0]}}, ["weights = [0.0]", "above 0"]),
+    "torque twice": ({"load": {"torques_Nm": [50.0, 50.0]}}, ["torques_Nm = [50.0, 50.0]", "remove it"]),
+    "torque of nothing": ({"load": {"torques_Nm": [0.0, 50.0]}}, ["torques_Nm", "above 0"]),
+    "unknown objective": ({"objective": {"minimise": "noise"}}, ["minimise", "unknown choice"]),
+    "robust without scatter": ({"objective": {"value": "percentile_95"}}, ["needs what scatters", "add [scatter]"]),
+    "negative scatter": (SCATTER | {"scatter": {"tip_relief_um": -1.0}}, ["tip_relief_um = -1.0", "between 0"]),
+    "half a draw": (SCATTER | {"scatter": {"tip_relief_um": 1.0, "draws": 12.5}}, ["draws = 12.5", "whole number"]),
+    "unknown result": ({"constraints": [{"result": "pressure", "at_most": 9.0}]}, ["did you mean pressure_MPa?"]),
+    "constraint without bound": ({"constraints": [{"result": "k_h_beta"}]}, ["at_most: is missing"]),
+    "against itself": ({"pareto": {"against": "peak_to_peak_um"}}, ["is the objective itself"]),
+    "no samples": ({"search": {"samples": 0}}, ["samples = 0", "raise it"]),
+    "no TOML": ({"case": '"small.toml'}, ["not valid TOML", "correct that place"]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_broken_designs_are_refused_in_one_line_and_leave_nothing(name, tmp_path, monkeypatch, capsys):
+    changes, words = BROKEN[name]
+    lines = {"mesh": MESH, "contact": {"scheme": "line"}}
+    (tmp_path / "small.toml").write_text(case_text(**lines, reduction=None))
+    (tmp_path / "shapes.toml").write_text(case_text(**lines))
+    path = tmp_path / "broken.toml"
+    path.write_text(text_of({key: value for key, value in (GOOD | changes).items() if value is not None}))
+    monkeypatch.chdir(tmp_path)
+    before = sorted(tmp_path.rglob("*"))
+    assert main(["design", "broken.toml"]) == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err.count("\n") == 1
+    assert "broken.toml" in said.err or "smal.toml" in said.err
+    for word in words:
+        assert word in said.err
+    assert sorted(tmp_path.rglob("*")) == before

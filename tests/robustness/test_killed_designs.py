@@ -1,0 +1,44 @@
+"""A design that is killed or interrupted at random moments goes on, ends with the same variants, and can be read.
+
+pytest -m slow -s tests/robustness/test_killed_designs.py
+"""
+
+import signal
+import subprocess
+
+import numpy as np
+import pytest
+
+from pmor.lab.core.parts import PARTS
+from pmor.lab.design.store import STORE
+from pmor.storage.describe import file_text
+from tests.consistency.test_design_job import DESIGN, written
+from tests.robustness.processes import finish, start
+
+KILLS = 6
+
+
+@pytest.mark.slow
+def test_killed_designs_end_with_the_same_variants(tmp_path):
+    text = DESIGN.replace("samples = 32", "samples = 12000")
+    path = written(tmp_path, text)
+    whole = tmp_path / "whole"
+    code, _, said = finish(start("design", path, "--out", whole))
+    assert (code, said) == (0, "")
+    rng, out, readable = np.random.default_rng(19), tmp_path / "killed", 0
+    for number in range(KILLS):
+        process = start("design", path, "--out", out)
+        try:
+            process.communicate(timeout=rng.uniform(2.0, 25.0))
+        except subprocess.TimeoutExpired:
+            process.send_signal(signal.SIGKILL if number % 2 else signal.SIGINT)
+            process.communicate()
+            assert process.returncode in (-signal.SIGKILL, 130)
+        if (out / PARTS / STORE).exists():
+            assert "pmor-design" in file_text(out / PARTS / STORE)
+            readable += 1
+    code, _, said = finish(start("design", path, "--out", out))
+    assert (code, said) == (0, "")
+    assert (out / "design.csv").read_bytes() == (whole / "design.csv").read_bytes()
+    print(f"{KILLS} times stopped, {readable} times with a file of what was finished")
+    assert readable > 0
