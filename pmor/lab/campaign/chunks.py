@@ -1,0 +1,162 @@
+"""Designs in chunks: each a piece of work of a second or more, and a file when it is done."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pmor.errors import PmorError
+from pmor.lab.campaign.relations import case_of, with_relations
+from pmor.lab.campaign.settings import Campaign
+from pmor.lab.campaign.solve import Row
+from pmor.lab.campaign.store import key_of
+from pmor.lab.campaign.table import Design
+from pmor.pair.cost import stages
+from pmor.pair.model import gear_pair
+from pmor.report.data_files import write_summary_json
+from pmor.storage.manifest import Contents, listed, origin_in
+from pmor.storage.results_folder import working_folder
+
+# Name of the folder of finished chunks, beside the results.
+PARTS = "parts"
+# Seconds of work in a chunk, at least, by the model of cost: it holds within a factor of two, and handing out a chunk
+# takes milliseconds.
+LEAST_S = 2.0
+# Each chunk is a file until the end, and passes through one process.
+MOST_CHUNKS = 20_000
+# Designs whose cost is asked for.
+SAMPLE = 24
+INFEASIBLE_S = 0.01
+# Files in a folder, each with a line in its manifest.
+PER_FOLDER = 500
+SOLVING = ("finite elements", "training", "sweep")
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """Designs one after the other.
+
+    Parameters
+    ----------
+    number : int
+        From 0.
+    first, count : int
+        First design, from 0, and how many.
+    """
+
+    number: int
+    first: int
+    count: int
+
+    @property
+    def designs(self) -> range:
+        """Their numbers, from 0."""
+        return range(self.first, self.first + self.count)
+
+
+def expected_seconds(campaign: Campaign, table: Callable[[int], Design]) -> float:
+    """Return what a design takes on average, by the model of cost, from some of them."""
+    places = np.unique(np.linspace(0, campaign.count - 1, SAMPLE, dtype=int))
+    return float(np.mean([_seconds(campaign, table(int(place))) for place in places]))
+
+
+def _seconds(campaign: Campaign, design: Design) -> float:
+    try:
+        case = case_of(campaign.base_text, with_relations(campaign.base_text, design, campaign.relations), "design")
+        return sum(stage.seconds for stage in stages(case, gear_pair(case)) if stage.name in SOLVING)
+    except PmorError:
+        return INFEASIBLE_S
+
+
+def chunks_of(count: int, seconds: float) -> list[Chunk]:
+    """Part designs into chunks.
+
+    Parameters
+    ----------
+    count : int
+        Of designs.
+    seconds : float
+        That one takes.
+    """
+    size = max(math.ceil(LEAST_S / seconds), math.ceil(count / MOST_CHUNKS))
+    return [Chunk(k, first, min(size, count - first)) for k, first in enumerate(range(0, count, size))]
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What is known of a chunk.
+
+    Parameters
+    ----------
+    rows : tuple of dict
+        Of its designs, in order: the same whoever solved them, and when.
+    seconds : tuple of float
+        Processor time that each took.
+    """
+
+    rows: tuple[Row, ...]
+    seconds: tuple[float, ...]
+
+
+class ChunkFiles:
+    """Files of finished chunks, under deterministic names; what is not ours, or of another campaign, does not count.
+
+    Parameters
+    ----------
+    folder : Path
+    campaign : Campaign
+    """
+
+    def __init__(self, folder: Path, campaign: Campaign) -> None:
+        self._folder = working_folder(folder)
+        c = campaign
+        self._key = key_of(c.text, c.base_text, c.method, c.variables, c.relations, c.results)
+        self._manifests: dict[Path, dict[str, Contents]] = {}
+
+    def read(self, chunk: Chunk) -> Answer | None:
+        """Return the answer of a chunk that is finished."""
+        path = self._path(chunk)
+        if path.parent not in self._manifests:
+            self._manifests[path.parent] = listed(path.parent)
+        return self._read(path, chunk, self._manifests[path.parent].get(path.name, {}))
+
+    def write(self, chunk: Chunk, answer: Answer) -> None:
+        """Keep the answer of a chunk.
+
+        Raises
+        ------
+        OutputError
+        """
+        path = self._path(chunk)
+        if not path.parent.is_dir() or path.parent not in self._manifests:
+            working_folder(path.parent)
+            self._manifests[path.parent] = listed(path.parent)
+        data = {"key": self._key, "first": chunk.first, "rows": answer.rows, "seconds": answer.seconds}
+        write_summary_json(path, data, overwrite=True)
+
+    def finished(self, chunks: Sequence[Chunk]) -> Iterator[tuple[Chunk, Answer]]:
+        """Yield the chunks that are finished, in order."""
+        self._manifests.clear()
+        for chunk in chunks:
+            answer = self.read(chunk)
+            if answer is not None:
+                yield chunk, answer
+
+    def _path(self, chunk: Chunk) -> Path:
+        return self._folder / f"{chunk.number // PER_FOLDER:04d}" / f"chunk_{chunk.number:06d}.json"
+
+    def _read(self, path: Path, chunk: Chunk, contents: Contents) -> Answer | None:
+        if origin_in(contents, path) is None:
+            return None
+        try:
+            data: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return None  # it is made anew
+        fits = (data["key"], data["first"], len(data["rows"])) == (self._key, chunk.first, chunk.count)
+        return Answer(tuple(data["rows"]), tuple(data["seconds"])) if fits else None
