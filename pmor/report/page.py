@@ -1,4 +1,4 @@
-"""Self-contained HTML pages, made of blocks: paragraphs, headings, warnings, tables, pictures, and a live model.
+"""Self-contained HTML pages, made of blocks: text, warnings, tables, pictures, a live model, designs to explore.
 
 Styles are inline and pictures are data URIs: a page can be mailed, archived and printed without anything beside it.
 What it looks like is in `templates`.
@@ -6,19 +6,21 @@ What it looks like is in `templates`.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pmor.report.live.section import LiveSection
-from pmor.report.style import data_uri, picture_bytes
-from pmor.report.table import Table, format_cell
+from pmor.report.style import picture_bytes
+from pmor.report.table import Table
+from pmor.report.template import html_template
 from pmor.storage.atomic import atomic_path
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from pmor.report.explorer import Designs
 
 
 @dataclass(frozen=True)
@@ -59,7 +61,7 @@ class Picture:
 Block = str | Heading | Warning | Table | Picture
 
 
-def write_page(path: Path, title: str, blocks: Iterable[Block | LiveSection]) -> None:
+def write_page(path: Path, title: str, blocks: Iterable[Block | LiveSection | Designs]) -> None:
     """Write a page; the target is replaced only when it is complete.
 
     Raises
@@ -71,21 +73,7 @@ def write_page(path: Path, title: str, blocks: Iterable[Block | LiveSection]) ->
         temporary.write_text(page, encoding="utf-8")
 
 
-def page_html(title: str, blocks: Iterable[Block | LiveSection]) -> str:
+def page_html(title: str, blocks: Iterable[Block | LiveSection | Designs]) -> str:
     """Return a page as text. Tables without rows are left out with their titles."""
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    environment = Environment(
-        loader=PackageLoader("pmor.report"), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
-        lstrip_blocks=True, keep_trailing_newline=True,
-    )  # fmt: skip
-    environment.filters.update(format_cell=format_cell, data_uri=data_uri, json_text=_json_text)
-    template = environment.get_template("page.html")
     named = [(type(block).__name__, block) for block in blocks]
-    return template.render(title=title, blocks=named, kinds={name for name, _ in named})
-
-
-def _json_text(data: object) -> str:
-    """Data for a script: no tag ends or begins in it."""
-    text = json.dumps(data, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
-    return text.replace("<", "\\u003c")
+    return html_template("page.html").render(title=title, blocks=named, kinds={name for name, _ in named})
