@@ -19,6 +19,8 @@ Results
     `SweepResult`: named arrays, figures over the pitch, pictures, CSV. `compare` holds a reduced model against full FE:
     a `Comparison`. `ConditionsResult`: of many conditions. `RootStress`: along the fillets
     (`ReducedModel.root_stress`). `DynamicsResult`: responses over the speed.
+Campaigns
+    `campaign` solves a table of macro-geometries on any `concurrent.futures.Executor`: a `CampaignResult`.
 Conditions
     `Axes`: where the wheel's axis is. `Modification`: what a gear's flanks deviate by; `Topography`: on a grid.
     `Built`: all of it.
@@ -38,6 +40,7 @@ from typing import TYPE_CHECKING, Any
 from pmor.version import __version__
 
 if TYPE_CHECKING:
+    from pmor.app.campaign import CampaignResult, campaign
     from pmor.app.model import FullModel, ReducedModel, compare, full_model, import_rexs, load, train
     from pmor.app.motion import DynamicsResult
     from pmor.app.result import ConditionsResult, SweepResult
@@ -57,6 +60,7 @@ if TYPE_CHECKING:
     from pmor_online.compare import Comparison
 
 _HOMES = {
+    "pmor.app.campaign": ("CampaignResult", "campaign"),
     "pmor.app.model": ("FullModel", "ReducedModel", "compare", "full_model", "import_rexs", "load", "train"),
     "pmor.app.motion": ("DynamicsResult",),
     "pmor.app.result": ("ConditionsResult", "SweepResult"),
@@ -74,6 +78,7 @@ _HOME = {name: module for module, names in _HOMES.items() for name in names}
 __all__ = [
     "Axes",
     "Built",
+    "CampaignResult",
     "Case",
     "CaseError",
     "Comparison",
@@ -92,6 +97,7 @@ __all__ = [
     "SweepResult",
     "Topography",
     "__version__",
+    "campaign",
     "change_case",
     "compare",
     "full_model",

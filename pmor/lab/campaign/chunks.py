@@ -25,6 +25,8 @@ from pmor.storage.results_folder import working_folder
 
 # Name of the folder of finished chunks, beside the results.
 PARTS = "parts"
+# What they are chunks of, for who asks.
+PLAN = "plan.json"
 # Seconds of work in a chunk, at least, by the model of cost: it holds within a factor of two, and handing out a chunk
 # takes milliseconds.
 LEAST_S = 2.0
@@ -119,6 +121,28 @@ class ChunkFiles:
         self._key = key_of(c.text, c.base_text, c.method, c.variables, c.relations, c.results)
         self._manifests: dict[Path, dict[str, Contents]] = {}
 
+    def begin(self, chunks: Sequence[Chunk], campaign: Campaign) -> None:
+        """Say what is being solved.
+
+        Raises
+        ------
+        OutputError
+        """
+        plan = {"campaign": campaign.name, "chunks": len(chunks), "designs": campaign.count, "key": self._key}
+        write_summary_json(self._folder / PLAN, plan, overwrite=True)
+
+    @staticmethod
+    def known(folder: Path, key: str) -> tuple[int, list[Row]]:
+        """Return how many chunks of a campaign there are in a folder, and all their rows."""
+        rows, count = list[Row](), 0
+        for part in sorted(path for path in folder.iterdir() if path.is_dir()):
+            for name, contents in sorted(listed(part).items()):
+                data = _content(part / name, contents)
+                if data is not None and data.get("key") == key:
+                    rows += data["rows"]
+                    count += 1
+        return count, rows
+
     def read(self, chunk: Chunk) -> Answer | None:
         """Return the answer of a chunk that is finished."""
         path = self._path(chunk)
@@ -152,11 +176,19 @@ class ChunkFiles:
         return self._folder / f"{chunk.number // PER_FOLDER:04d}" / f"chunk_{chunk.number:06d}.json"
 
     def _read(self, path: Path, chunk: Chunk, contents: Contents) -> Answer | None:
-        if origin_in(contents, path) is None:
+        data = _content(path, contents)
+        if data is None:
             return None
-        try:
-            data: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-        except (OSError, ValueError):
-            return None  # it is made anew
         fits = (data["key"], data["first"], len(data["rows"])) == (self._key, chunk.first, chunk.count)
         return Answer(tuple(data["rows"]), tuple(data["seconds"])) if fits else None
+
+
+def _content(path: Path, contents: Contents) -> dict[str, Any] | None:
+    """What is in a file of a chunk; None where there is none as this program wrote it."""
+    if origin_in(contents, path) is None:
+        return None
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None  # it is made anew
+    return data if isinstance(data, dict) else None

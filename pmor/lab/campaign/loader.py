@@ -98,7 +98,7 @@ class _Reader:
         self.check_relations(relations, {*fixed, *(variable.name for variable in varied)})
         base_text = self.base_text(base, fixed)
         return Campaign(
-            name=self.path.stem, title=title, source=self.path, text=f"{text}\n{base_text}", base=base,
+            name=self.path.stem, title=title, source=self.path, source_text=self.text, text=f"{text}\n{base_text}", base=base,
             base_text=base_text, method=settings.method, variables=tuple(varied), count=count, relations=relations,
             results=self.results(document.get(RESULTS, {})), workers=sections["workers"], store=sections["store"],
             inputs=inputs,

@@ -86,6 +86,7 @@ def run_campaign(
     chunks = chunks_of(campaign.count, expected_seconds(campaign, table))
     store = open_store(Path(campaign.store.folder), campaign.store.limit_GiB)
     files, task = ChunkFiles(out / PARTS, campaign), _task(campaign)
+    files.begin(chunks, campaign)
     known = {chunk.number for chunk, _ in files.finished(chunks)}
     missing = [chunk for chunk in chunks if chunk.number not in known]
     resumed = campaign.count - sum(chunk.count for chunk in missing)

@@ -142,8 +142,11 @@ class Campaign:
     name, title : str
     source : Path
         Of the file.
+    source_text : str
+        Of the file.
     text : str
-        Of the file, and of the table of designs where that is one of its own: what the results are made from.
+        Of the file, of the table of designs where that is one of its own, and of the base case: what the results are
+        made from.
     base : Path
         Of the base case.
     base_text : str
@@ -164,6 +167,7 @@ class Campaign:
     name: str
     title: str
     source: Path
+    source_text: str
     text: str
     base: Path
     base_text: str
@@ -175,6 +179,14 @@ class Campaign:
     workers: Workers
     store: StoreSection
     inputs: tuple[Path, ...]
+
+    @property
+    def whole(self) -> tuple[str, ...]:
+        """Those of the columns whose values are whole numbers."""
+        listed = {v.name: v.values for v in self.variables}
+        kinds = {name: values.whole if isinstance(values, Span) else isinstance(values[0], int)
+                 for name, values in listed.items()}  # fmt: skip
+        return tuple(name for name in self.columns if kinds.get(name, name == "wheel.teeth"))
 
     @property
     def columns(self) -> tuple[str, ...]:

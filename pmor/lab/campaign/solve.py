@@ -13,12 +13,13 @@ from pmor.errors import CaseError, ConvergenceError, GeometryError, MeshError
 from pmor.lab.campaign.figures import figures_of
 from pmor.lab.campaign.relations import case_of, with_relations
 from pmor.lab.campaign.settings import Number, Relations
-from pmor.lab.campaign.store import SolvedGear, Store, key_of
+from pmor.lab.campaign.store import Store, key_of
 from pmor.mesh.sector import SectorMesh
 from pmor.pair.model import mesh_model, neighbour_reach, per_gear, solved_gear
 from pmor.reduction.basis import Basis, untrained
 from pmor.reduction.error_estimate import FlankCompliance, flank_compliance
 from pmor.reduction.root_stress import root_stress_shapes
+from pmor.storage.compliance_file import SolvedGear
 from pmor_online.compare import failed_positions
 from pmor_online.model import reduced_pair
 from pmor_online.run import root_stress_of_case, sweep_case
@@ -75,8 +76,10 @@ def row_of(task: Task, number: int, design: Mapping[str, Number], store: Store) 
         return plain_row(task, number, complete, "infeasible", str(error))
     except ConvergenceError as error:
         return plain_row(task, number, complete, "not converged", str(error))
-    reason = f"{len(failures)} positions did not converge, first: {failures[0]}" if failures else ""
-    return plain_row(task, number, complete, "not converged" if failures else "ok", reason, results)
+    if failures:  # what is left of a cycle is no result to compare designs by
+        reason = f"{len(failures)} positions did not converge, first: {failures[0]}"
+        return plain_row(task, number, complete, "not converged", reason)
+    return plain_row(task, number, complete, "ok", "", results)
 
 
 def plain_row(

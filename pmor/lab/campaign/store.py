@@ -21,41 +21,16 @@ from typing import Any
 import numpy as np
 
 from pmor.errors import FileFormatError, OutputError
-from pmor.reduction.root_stress import RootStressShapes
 from pmor.storage.atomic import ensure_folder, output_errors
-from pmor.storage.basis_layout import COMPLIANCE, ROOT_STRESS
-from pmor.storage.hdf5 import Schema, create, open_checked, read, write
-from pmor.storage.layout import Field, check_layout
-from pmor.storage.structure import items_of
+from pmor.storage.compliance_file import SolvedGear, read_compliance, write_compliance
 from pmor.version import __version__
 
-COMPLIANCE_SCHEMA = Schema("pmor-compliance", 1, "remove it: the gear is solved again")
 # One of it means the folder is a store, and its entries may go.
 MARKER = "pmor-compliances.txt"
 MARKER_TEXT = "Compliances of single gears, kept by 'pmor campaign'. All of it may be removed at any time.\n"
 PARTS = "0123456789abcdef"
 ENTRY = re.compile(r"[0-9a-f]{64}\.h5")
 GIB = 2**30
-LAYOUT = {
-    "compliance": Field("mm/N", COMPLIANCE, "of the flank nodes, of the loaded tooth and those beside it"),
-    **{f"root_stress/{name}": Field(f.unit, f.dims, f.description, optional=True) for name, f in ROOT_STRESS.items()},
-}
-
-
-@dataclass(frozen=True)
-class SolvedGear:
-    """What line loads need of a gear's finite elements.
-
-    Parameters
-    ----------
-    compliance : ndarray, shape (reach + 1, n, n)
-        As in `pmor.reduction.error_estimate.FlankCompliance`.
-    root_stress : RootStressShapes or None
-        Where it was asked for.
-    """
-
-    compliance: np.ndarray
-    root_stress: RootStressShapes | None
 
 
 @dataclass(frozen=True)
@@ -74,12 +49,12 @@ class Store:
     def get(self, key: str, solve: Callable[[], SolvedGear]) -> SolvedGear:
         """Return what is kept under a key, or solve for it and keep it."""
         path = self.folder / key[0] / f"{key}.h5"
-        found = _read(path)
+        found = _found(path)
         if found is None:
             found = solve()
             with suppress(OutputError, OSError):  # no space, no rights: the next one solves it again
                 ensure_folder(path.parent)
-                _write(path, found)
+                write_compliance(path, found)
                 _make_room(path.parent, self.limit_bytes / len(PARTS))
         return found
 
@@ -138,35 +113,17 @@ def _bytes_of(value: Any) -> Iterable[bytes]:
         yield repr(value).encode()
 
 
-def _read(path: Path) -> SolvedGear | None:
+def _found(path: Path) -> SolvedGear | None:
     """An entry, or None where there is none that is whole; it counts as used now."""
     if not path.is_file():
         return None
     try:
-        with open_checked(path, COMPLIANCE_SCHEMA) as file:
-            check_layout(items_of(file), LAYOUT, {})
-            compliance = read(file, "compliance", LAYOUT["compliance"])
-            stress = None
-            if "root_stress" in file:
-                names = (f"root_stress/{name}" for name in ROOT_STRESS)
-                stress = RootStressShapes(*(read(file, name, LAYOUT[name]) for name in names))
-        with suppress(OSError):
-            os.utime(path)
+        solved = read_compliance(path)
     except FileFormatError:
         return None  # damaged, or removed meanwhile: it is made anew
-    return SolvedGear(compliance, stress)
-
-
-def _write(path: Path, solved: SolvedGear) -> None:
-    with create(path, COMPLIANCE_SCHEMA, {}, overwrite=True, dated=False) as file:
-        write(file, "compliance", solved.compliance, LAYOUT["compliance"])
-        stress = {} if solved.root_stress is None else _arrays(solved.root_stress)
-        for name, array in stress.items():
-            write(file, f"root_stress/{name}", array, LAYOUT[f"root_stress/{name}"])
-
-
-def _arrays(stress: RootStressShapes) -> dict[str, np.ndarray]:
-    return {name: getattr(stress, name) for name in ROOT_STRESS}
+    with suppress(OSError):
+        os.utime(path)
+    return solved
 
 
 def _make_room(part: Path, limit: float) -> None:
