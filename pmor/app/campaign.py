@@ -18,6 +18,7 @@ from pmor.lab.campaign.relations import with_relations
 from pmor.lab.campaign.run import Done, local_processes, run_campaign
 from pmor.lab.campaign.settings import Campaign
 from pmor.lab.campaign.solve import STATUSES
+from pmor.lab.campaign.store import refuse_foreign_store
 from pmor.lab.campaign.table import designs_of
 from pmor.progress import Progress
 from pmor.storage.atomic import ensure_folder, refuse_existing
@@ -109,6 +110,8 @@ def solve_campaign(
     announce: Callable[[str], None],
 ) -> tuple[Done, Columns]:  # fmt: skip
     """Solve a campaign and write all that it leaves; as `campaign`."""
+    if settings.store.limit_GiB:
+        refuse_foreign_store(Path(settings.store.folder))  # before anything is written
     with results_folder(folder, FILES, WORKING, overwrite, settings.inputs):
         with Progress(settings.count, "designs") as progress:
             done = run_campaign(settings, folder, executor, progress.advance, announce)

@@ -265,8 +265,8 @@ def dynamics(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite:
 
 
 def campaign(
-    campaign_path: Path, out: Path | None = None, jobs: int = 1, dask: str | None = None, case_number: int | None = None,
-    overwrite: bool = False,
+    campaign_path: Path, out: Path | None = None, jobs: int = 1, dask: str | None = None,
+    case_number: int | None = None, overwrite: bool = False,
 ) -> None:  # fmt: skip
     """Solve a table of designs, each with gears of its own, on processes of this machine or on a cluster."""
     from pmor.threads import use_one_thread

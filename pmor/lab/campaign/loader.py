@@ -86,7 +86,8 @@ class _Reader:
         settings = self.section(own, DesignsSection, DESIGNS)
         self.check_method(settings)
         fixed, varied = self.keys(designs, settings)
-        inputs, text = (self.path, base), self.text
+        inputs: tuple[Path, ...] = (self.path, base)
+        text = self.text
         if settings.file is not None:
             table = self.path.parent / settings.file
             csv_text = _text(table, f"{self.where}: [{DESIGNS}] file = {toml_text(settings.file)}: cannot be read",
@@ -96,12 +97,14 @@ class _Reader:
         count = self.count(settings, varied)
         relations = sections["relations"]
         self.check_relations(relations, {*fixed, *(variable.name for variable in varied)})
+        if relations.centre_distance_mm is not None:
+            fixed["pair.centre_distance_mm"] = None  # that of the base case
         base_text = self.base_text(base, fixed)
         return Campaign(
-            name=self.path.stem, title=title, source=self.path, source_text=self.text, text=f"{text}\n{base_text}", base=base,
-            base_text=base_text, method=settings.method, variables=tuple(varied), count=count, relations=relations,
-            results=self.results(document.get(RESULTS, {})), workers=sections["workers"], store=sections["store"],
-            inputs=inputs,
+            name=self.path.stem, title=title, source=self.path, source_text=self.text, text=f"{text}\n{base_text}",
+            base=base, base_text=base_text, method=settings.method, variables=tuple(varied), count=count,
+            relations=relations, results=self.results(document.get(RESULTS, {})), workers=sections["workers"],
+            store=sections["store"], inputs=inputs,
         )  # fmt: skip
 
     def refuse(self, place: str, rule: str) -> NoReturn:
@@ -244,13 +247,15 @@ class _Reader:
         shortest = min(lengths, key=lambda name: lengths[name])
         longest = max(lengths, key=lambda name: lengths[name])
         if lengths[shortest] != lengths[longest]:
-            self.refuse(f"[{DESIGNS}] {shortest}", f"has {lengths[shortest]} values, {longest} has {lengths[longest]}: "
-                        f'method = "list" takes one of each for a design; write as many, or method = "grid"')  # fmt: skip
+            self.refuse(
+                f"[{DESIGNS}] {shortest}", f"has {lengths[shortest]} values, {longest} has {lengths[longest]}: a list "
+                'takes one of each for a design: write as many, or method = "grid"',
+            )  # fmt: skip
         return lengths[longest]
 
     def check_relations(self, relations: Relations, named: set[str]) -> None:
         """Refuse designs that say what follows from relations."""
-        for name in relations.derived:
+        for name in relations.solved:
             if name in named:
                 self.refuse(f"[{DESIGNS}] {name}", "follows from [relations]: remove it here, or the relation there")
         if relations.centre_distance_mm is not None and "pair.centre_distance_mm" in named:

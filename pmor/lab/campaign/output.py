@@ -58,8 +58,8 @@ def write_campaign(done: Done, columns: Columns, workers: int | None, out: Path)
     """
     campaign = done.campaign
     write_summary_json(out / "campaign.json", campaign_data(campaign, columns))
-    _write_csv(out / "campaign.csv", campaign, columns)
-    _write_hdf5(out / "campaign.h5", campaign, columns)
+    write_csv(out / "campaign.csv", campaign, columns)
+    write_hdf5(out / "campaign.h5", campaign, columns)
     _write_cases(out, campaign, columns)
     write_summary_json(out / "times.json", _times(done, columns, workers))
     _write_times(out / "times.csv", columns)
@@ -138,8 +138,8 @@ def _extremes(values: np.ndarray) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _write_csv(path: Path, campaign: Campaign, columns: Columns) -> None:
-    """One line per design; line by line, since there may be millions."""
+def write_csv(path: Path, campaign: Campaign, columns: Columns) -> None:
+    """Write one line per design, one after the other: there may be millions."""
     values = [*((name in campaign.whole, column) for name, column in columns.inputs.items()),
               *((False, column) for column in columns.results.values())]  # fmt: skip
     with atomic_path(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
@@ -155,7 +155,8 @@ def _field(value: float, whole: bool) -> str:
     return "" if np.isnan(value) else repr(int(value) if whole else float(value))
 
 
-def _write_hdf5(path: Path, campaign: Campaign, columns: Columns) -> None:
+def write_hdf5(path: Path, campaign: Campaign, columns: Columns) -> None:
+    """Write all columns."""
     units = {f"inputs/{name}": unit_of(name) or "1" for name in columns.inputs}
     units |= {f"results/{key}": UNITS[key] for key in columns.results}
     arrays: dict[str, np.ndarray] = {

@@ -47,7 +47,7 @@ def blocks_of(campaign: Campaign, columns: Columns) -> list[Block | Designs]:
     if len(columns.failed) > BEST:
         blocks.append(Warning(f"{len(columns.failed) - BEST} more designs without results: see campaign.csv"))
     varied = ", ".join(variable.name for variable in campaign.variables)
-    derived = [name for name in campaign.columns if name in campaign.relations.derived]
+    derived = [name for name in campaign.columns if name in campaign.relations.solved]
     follows = f" {', '.join(derived)} follow{'s' * (len(derived) == 1)} from relations." if derived else ""
     blocks += [
         f"{campaign.count} designs of the case {campaign.base.name}: {counts['ok']} solved, {counts['infeasible']} "

@@ -113,8 +113,9 @@ def _profile_shifts(base_text: str, design: Mapping[str, Number], relations: Rel
     needed = teeth * (involute_function(working) - involute_function(transverse)) / (2.0 * math.tan(normal))
     if relations.solve == "both":
         return {f"{gear}.profile_shift": 0.5 * needed for gear in GEARS}
-    mate = WHEEL if relations.solve == PINION else PINION
-    return {f"{relations.solve}.profile_shift": needed - setting(f"{mate}.profile_shift")}
+    # The mate's is said as well: a wheel that is not mentioned would take over what is found for the pinion.
+    mate = f"{WHEEL if relations.solve == PINION else PINION}.profile_shift"
+    return {f"{relations.solve}.profile_shift": needed - setting(mate), mate: setting(mate)}
 
 
 def _setting(base_text: str, design: Mapping[str, Number], name: str) -> Any:

@@ -93,12 +93,18 @@ class Relations:
     solve: Solved = "both"
 
     @property
-    def derived(self) -> tuple[str, ...]:
-        """Keys of the case that follow from them."""
+    def solved(self) -> tuple[str, ...]:
+        """Keys of the case that they give, and nobody else may."""
         teeth = ("wheel.teeth",) if self.ratio is not None else ()
         gears = ("pinion", "wheel") if self.solve == "both" else (self.solve,)
         shifts = tuple(f"{gear}.profile_shift" for gear in gears) if self.centre_distance_mm is not None else ()
         return teeth + shifts
+
+    @property
+    def derived(self) -> tuple[str, ...]:
+        """Keys of the case that stand in the row of a design beside its own: both shifts where one of them is found."""
+        mate = {"pinion": ("wheel.profile_shift",), "wheel": ("pinion.profile_shift",), "both": ()}[self.solve]
+        return self.solved + (mate if self.centre_distance_mm is not None else ())
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -126,11 +132,11 @@ class StoreSection:
     folder : str
         From the folder in which the command runs.
     limit_GiB : float
-        What it may hold; what was not used for longest goes first.
+        What it may hold; what was not used for longest goes first. 0 is no store.
     """
 
     folder: str = "out/compliances"
-    limit_GiB: Annotated[float, Range(0.01, 1e5, "GiB")] = 5.0
+    limit_GiB: Annotated[float, Range(0.0, 1e5, "GiB")] = 5.0
 
 
 @dataclass(frozen=True)

@@ -112,7 +112,7 @@ def results_of(case: Case, store: Store) -> tuple[dict[str, float | None], tuple
         raise CaseError(
             f"{case.name}: [online] {len(sweep.phi_rad)} angles: too many to keep the loads of all: lower them"
         )
-    return figures_of(reduced, sweep, root_stress_of_case(reduced)), failed_positions(sweep, "line loads")
+    return figures_of(reduced, sweep, root_stress_of_case(reduced)), tuple(failed_positions(sweep, "line loads"))
 
 
 def basis_of(case: Case, store: Store) -> Basis:

@@ -51,12 +51,11 @@ def _listen(orders: queue.SimpleQueue[str]) -> None:
 def _solve(order: dict[str, Any], answers: TextIO) -> None:
     from pmor.lab.campaign.settings import Relations
     from pmor.lab.campaign.solve import Task, row_of
-    from pmor.lab.campaign.store import Store
 
     task = Task(
         order["base_text"], Relations(**order["relations"]), tuple(order["columns"]), tuple(order["results"])
     )
-    store = Store(Path(order["store"]), order["store_bytes"])
+    store = _store(Path(order["store"]), order["store_bytes"])
     for number, design in order["designs"]:
         started = time.process_time()
         try:
@@ -69,6 +68,17 @@ def _solve(order: dict[str, Any], answers: TextIO) -> None:
         answers.flush()
         if "failed" in answer:
             os._exit(1)  # nobody knows in which state
+
+
+def _store(folder: Path, limit_bytes: float) -> Any:
+    """The store on this machine, whose folder may be its own; none where that is none."""
+    from pmor.errors import OutputError
+    from pmor.lab.campaign.store import GIB, Store, open_store
+
+    try:
+        return open_store(folder, limit_bytes / GIB)
+    except OutputError:
+        return Store(folder, 0.0)
 
 
 def _limit_memory(size: int | None) -> None:

@@ -41,6 +41,7 @@ class Store:
     ----------
     folder : Path
     limit_bytes : float
+        0: nothing is kept.
     """
 
     folder: Path
@@ -48,6 +49,8 @@ class Store:
 
     def get(self, key: str, solve: Callable[[], SolvedGear]) -> SolvedGear:
         """Return what is kept under a key, or solve for it and keep it."""
+        if not self.limit_bytes:
+            return solve()
         path = self.folder / key[0] / f"{key}.h5"
         found = _found(path)
         if found is None:
@@ -59,6 +62,12 @@ class Store:
         return found
 
 
+def refuse_foreign_store(folder: Path) -> None:
+    """Raise OutputError when a folder that is to be a store holds something else."""
+    if not is_store(folder) and folder.exists() and not (folder.is_dir() and not any(folder.iterdir())):
+        raise OutputError(f"{folder}: holds other things, and is to be the store of compliances: choose another folder")
+
+
 def open_store(folder: Path, limit_gib: float) -> Store:
     """Make a folder a store unless it is one.
 
@@ -67,10 +76,11 @@ def open_store(folder: Path, limit_gib: float) -> Store:
     OutputError
         When it holds something else, or cannot be written to.
     """
+    if not limit_gib:
+        return Store(folder, 0.0)
+    refuse_foreign_store(folder)
     marker = folder / MARKER
-    if not marker.is_file():
-        if folder.is_dir() and any(folder.iterdir()):
-            raise OutputError(f"{folder}: holds other files, and is to be the store of compliances; choose another")
+    if not is_store(folder):
         ensure_folder(folder)
         with output_errors(f"write to the folder {folder}", marker):
             marker.write_text(MARKER_TEXT, encoding="utf-8")

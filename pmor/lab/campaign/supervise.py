@@ -127,7 +127,8 @@ atexit.register(_kill_all)
 def _ask(order: Order, rows: list[Row], seconds: list[float]) -> None:
     """Have the designs that have no row yet solved, by this thread's process; Ended when that does not answer."""
     process = _solver()
-    assert process.stdin is not None and process.stdout is not None
+    assert process.stdin is not None
+    assert process.stdout is not None
     try:
         process.stdin.write(json.dumps(_plain(order, order.designs[len(rows) :])) + "\n")
         process.stdin.flush()
@@ -158,7 +159,7 @@ def _plain(order: Order, designs: Sequence[tuple[int, Mapping[str, Number]]]) ->
 
 
 def _solver() -> subprocess.Popen[str]:
-    """This thread's solving process, a new one where there is none."""
+    """Return the solving process beside this thread, a new one where there is none."""
     process: subprocess.Popen[str] | None = getattr(_OWN, "process", None)
     if process is None or process.poll() is not None:
         one_thread = dict.fromkeys((*VARIABLES, "NUMBA_NUM_THREADS"), "1")
