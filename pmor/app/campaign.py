@@ -15,9 +15,9 @@ from pmor.lab.campaign.columns import Columns
 from pmor.lab.campaign.loader import load_campaign
 from pmor.lab.campaign.output import FILES, WORKING, campaign_text, gathered, write_campaign, write_case
 from pmor.lab.campaign.relations import with_relations
+from pmor.lab.campaign.rows import STATUSES
 from pmor.lab.campaign.run import Done, local_processes, run_campaign
 from pmor.lab.campaign.settings import Campaign
-from pmor.lab.campaign.solve import STATUSES
 from pmor.lab.campaign.store import refuse_foreign_store
 from pmor.lab.campaign.table import designs_of
 from pmor.progress import Progress

@@ -13,8 +13,8 @@ import numpy as np
 
 from pmor.errors import PmorError
 from pmor.lab.campaign.relations import case_of, with_relations
+from pmor.lab.campaign.rows import Answer, Row
 from pmor.lab.campaign.settings import Campaign
-from pmor.lab.campaign.solve import Row
 from pmor.lab.campaign.store import key_of
 from pmor.lab.campaign.table import Design
 from pmor.pair.cost import stages
@@ -88,22 +88,6 @@ def chunks_of(count: int, seconds: float) -> list[Chunk]:
     """
     size = max(math.ceil(LEAST_S / seconds), math.ceil(count / MOST_CHUNKS))
     return [Chunk(k, first, min(size, count - first)) for k, first in enumerate(range(0, count, size))]
-
-
-@dataclass(frozen=True)
-class Answer:
-    """What is known of a chunk.
-
-    Parameters
-    ----------
-    rows : tuple of dict
-        Of its designs, in order: the same whoever solved them, and when.
-    seconds : tuple of float
-        Processor time that each took.
-    """
-
-    rows: tuple[Row, ...]
-    seconds: tuple[float, ...]
 
 
 class ChunkFiles:

@@ -10,10 +10,9 @@ import numpy as np
 
 from pmor.arrays import FloatArray, IntArray
 from pmor.case.loader import SECTIONS, keys_of
-from pmor.lab.campaign.chunks import Answer
 from pmor.lab.campaign.relations import split
+from pmor.lab.campaign.rows import STATUSES, Answer, Status
 from pmor.lab.campaign.settings import Campaign
-from pmor.lab.campaign.solve import STATUSES, Status
 from pmor.ranges import Range
 
 
@@ -24,7 +23,7 @@ class Columns:
     Parameters
     ----------
     status : ndarray of int, shape (n,)
-        Place in `pmor.lab.campaign.solve.STATUSES`.
+        Place in `pmor.lab.campaign.rows.STATUSES`.
     reasons : tuple of str
         Why a design has no results; empty where it has.
     inputs, results : dict of ndarrays, shape (n,)

@@ -17,9 +17,9 @@ from pmor.lab.campaign.columns import Columns, columns_of, unit_of
 from pmor.lab.campaign.figures import FIGURES, UNITS
 from pmor.lab.campaign.page import CASES, blocks_of, case_file, linked_designs
 from pmor.lab.campaign.relations import text_of_design
+from pmor.lab.campaign.rows import STATUSES
 from pmor.lab.campaign.run import Done
 from pmor.lab.campaign.settings import Campaign
-from pmor.lab.campaign.solve import STATUSES
 from pmor.lab.core.machine import machine
 from pmor.progress import format_time
 from pmor.report.data_files import write_summary_json

@@ -9,8 +9,8 @@ import numpy as np
 
 from pmor.lab.campaign.columns import Columns, unit_of
 from pmor.lab.campaign.figures import FIGURES
+from pmor.lab.campaign.rows import STATUSES
 from pmor.lab.campaign.settings import Campaign
-from pmor.lab.campaign.solve import STATUSES
 from pmor.report.explorer import Column, Designs
 from pmor.report.page import Block, Heading, Warning
 from pmor.report.table import Cell, Table

@@ -9,9 +9,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from pmor.lab.campaign.chunks import PARTS, Answer, Chunk, ChunkFiles, chunks_of, expected_seconds
+from pmor.lab.campaign.chunks import PARTS, Chunk, ChunkFiles, chunks_of, expected_seconds
+from pmor.lab.campaign.rows import Answer, Task
 from pmor.lab.campaign.settings import Campaign
-from pmor.lab.campaign.solve import Task
 from pmor.lab.campaign.store import open_store
 from pmor.lab.campaign.submit import submit_all
 from pmor.lab.campaign.supervise import Order, closing_solvers, lost_answer, solve_order

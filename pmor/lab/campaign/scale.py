@@ -22,13 +22,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from pmor.lab.campaign.chunks import LEAST_S, MOST_CHUNKS, Answer, Chunk, ChunkFiles, chunks_of
+from pmor.lab.campaign.chunks import LEAST_S, MOST_CHUNKS, Chunk, ChunkFiles, chunks_of
 from pmor.lab.campaign.columns import columns_of
 from pmor.lab.campaign.loader import load_campaign
 from pmor.lab.campaign.output import write_csv, write_hdf5
+from pmor.lab.campaign.rows import Answer, Task, plain_row
 from pmor.lab.campaign.run import local_processes
 from pmor.lab.campaign.settings import Campaign
-from pmor.lab.campaign.solve import Task, plain_row
 from pmor.lab.campaign.store import GIB, Store, entries, open_store
 from pmor.lab.campaign.submit import IN_FLIGHT, submit_all
 from pmor.lab.campaign.supervise import Order, solve_order
@@ -213,6 +213,7 @@ def blocks_of(m: dict[str, float]) -> list[Block]:
     handing = m["simulated_s_per_task"] + m["chunk_write_s"]
     per_design = m["entries_per_design"] * m["entry_bytes"]
     held = 5 * GIB / per_design
+    orders = IN_FLIGHT * (m["order_bytes"] + per_chunk * m["design_bytes"])
     measured = Table("Measured parts", ("part", "measured"), [
         (f"a design of 8 x 4 quadratic elements, mean of {m['n_solved']:.0f}", f"{m['design_s']:.2f} s"),
         ("memory of a solving process, largest", memory_text(m["solver_peak_bytes"])),
@@ -252,12 +253,12 @@ def blocks_of(m: dict[str, float]) -> list[Block]:
         f"at the sixteenth that it wrote to ({5 * GIB / 16 / m['entry_bytes']:.0f} entries); two that remove the same "
         "entry do not mind. On a disk that is slow, full or read-only gears are solved as without a store.",
         "It is the first thing to break: no shared disk takes in what the table says. What then: a folder on each "
-        "machine's own disk, or no store at all, `[store] limit_GiB = 0.0`. Where gears recur (a grid over modifications, "
-        "torque or the mating gear has few gears and many pairs), a shared store is worth its disk: what is solved once "
-        "is then only read.",
+        "machine's own disk, or no store at all, `[store] limit_GiB = 0.0`. Where gears recur (a grid over "
+        "modifications, torque or the mating gear has few gears and many pairs), a shared store is worth its disk: "
+        "what is solved once is then only read.",
         Heading("What the scheduler does there"),
-        f"It never holds more than {IN_FLIGHT:,} orders, "
-        f"{memory_text(IN_FLIGHT * (m['order_bytes'] + per_chunk * m['design_bytes']))}, and sees {chunks / wall:.1f} chunks per second; schedulers manage hundreds to thousands.",
+        f"It never holds more than {IN_FLIGHT:,} orders, {memory_text(orders)}, and sees {chunks / wall:.1f} chunks "
+        "per second; schedulers manage hundreds to thousands.",
         Heading("Where it breaks, and what then"),
         *_limits(m, chunks, wall),
         Table("Machine and software", ("item", "value"), [(key, str(value)) for key, value in machine().items()]),
@@ -268,7 +269,7 @@ def _limits(m: dict[str, float], chunks: int, wall: float) -> list[Block]:
     cores = CORES * wall / (chunks * (m["simulated_s_per_task"] + m["chunk_write_s"]))
     return [
         f"- The main process keeps up with about {cores:,.0f} cores at this size of designs; it is the one writer. "
-        f"Beyond: chunks of more work (fewer than {MOST_CHUNKS:,} files), or several campaigns, each with a part of the table.",
+        f"Beyond: chunks of more work (fewer than {MOST_CHUNKS:,} files), or several campaigns, each with a part.",
         f"- Beyond about {IN_FLIGHT // 2:,} cores fewer than two chunks wait for each, and some run dry between two.",
         "- The last chunks: cores that are done wait for the slowest, one chunk's time at most.",
         "- A worker that is lost costs its chunk, which is done again elsewhere; twice, and its designs say so in "

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any, Literal
 
 from pmor.case import Case, GearCase
 from pmor.case.coarser import coarser
@@ -12,7 +10,8 @@ from pmor.contact.sections import loaded_components
 from pmor.errors import CaseError, ConvergenceError, GeometryError, MeshError
 from pmor.lab.campaign.figures import figures_of
 from pmor.lab.campaign.relations import case_of, with_relations
-from pmor.lab.campaign.settings import Number, Relations
+from pmor.lab.campaign.rows import NAME, Row, Task, plain_row
+from pmor.lab.campaign.settings import Number
 from pmor.lab.campaign.store import Store, key_of
 from pmor.mesh.sector import SectorMesh
 from pmor.pair.model import mesh_model, neighbour_reach, per_gear, solved_gear
@@ -23,32 +22,6 @@ from pmor.storage.compliance_file import SolvedGear
 from pmor_online.compare import failed_positions
 from pmor_online.model import reduced_pair
 from pmor_online.run import root_stress_of_case, sweep_case
-
-Row = dict[str, Any]
-Status = Literal["ok", "infeasible", "not converged", "lost"]
-# In the order of their codes in files.
-STATUSES: tuple[Status, ...] = ("ok", "infeasible", "not converged", "lost")
-NAME = "design"
-
-
-@dataclass(frozen=True)
-class Task:
-    """What all designs of a campaign have in common.
-
-    Parameters
-    ----------
-    base_text : str
-        TOML text of the base case.
-    relations : Relations
-    columns : tuple of str
-        Keys of the case that the rows tell.
-    results : tuple of str
-    """
-
-    base_text: str
-    relations: Relations
-    columns: tuple[str, ...]
-    results: tuple[str, ...]
 
 
 def row_of(task: Task, number: int, design: Mapping[str, Number], store: Store) -> Row:
@@ -80,22 +53,6 @@ def row_of(task: Task, number: int, design: Mapping[str, Number], store: Store) 
         reason = f"{len(failures)} positions did not converge, first: {failures[0]}"
         return plain_row(task, number, complete, "not converged", reason)
     return plain_row(task, number, complete, "ok", "", results)
-
-
-def plain_row(
-    task: Task, number: int, design: Mapping[str, Number], status: Status, reason: str,
-    results: Mapping[str, float | None] | None = None,
-) -> Row:  # fmt: skip
-    """Return the row of a design: None for what is not known."""
-    found = results or {}
-    return {
-        "design": number,
-        "status": status,
-        # One line, without the name under which the case was checked.
-        "reason": " ".join(reason.removeprefix(f"{NAME} {number}: ").split()),
-        "inputs": {name: design.get(name) for name in task.columns},
-        "results": {key: found.get(key) for key in task.results},
-    }
 
 
 def results_of(case: Case, store: Store) -> tuple[dict[str, float | None], tuple[str, ...]]:

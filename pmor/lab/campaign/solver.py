@@ -13,15 +13,14 @@ import queue
 import sys
 import threading
 import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, TextIO
 
-from pmor.threads import VARIABLES
-
-os.environ.update(dict.fromkeys((*VARIABLES, "NUMBA_NUM_THREADS"), "1"))  # before numpy
-
 # After so many seconds without an order: the campaign is over, and memory belongs to others.
 IDLE_S = 120.0
+# Under which an answer says why there is no row.
+FAILED = "failed"
 # What is told of a process that has no memory left, and then ends.
 OUT_OF_MEMORY = "its memory did not suffice"
 
@@ -32,13 +31,18 @@ def main() -> None:
     os.dup2(2, 1)  # what a library prints is no answer
     orders: queue.SimpleQueue[str] = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(orders,), daemon=True).start()
+    rows_of = _ready()
+    _tell(answers, {"ready": True})
     while True:
         try:
             order = json.loads(orders.get(timeout=IDLE_S))
         except queue.Empty:
             return
         _limit_memory(order["memory_bytes"])
-        _solve(order, answers)
+        for answer in rows_of(order):
+            _tell(answers, answer)
+            if FAILED in answer:
+                os._exit(1)  # nobody knows in which state
 
 
 def _listen(orders: queue.SimpleQueue[str]) -> None:
@@ -48,37 +52,41 @@ def _listen(orders: queue.SimpleQueue[str]) -> None:
     os._exit(0)
 
 
-def _solve(order: dict[str, Any], answers: TextIO) -> None:
-    from pmor.lab.campaign.settings import Relations
-    from pmor.lab.campaign.solve import Task, row_of
-
-    task = Task(
-        order["base_text"], Relations(**order["relations"]), tuple(order["columns"]), tuple(order["results"])
-    )
-    store = _store(Path(order["store"]), order["store_bytes"])
-    for number, design in order["designs"]:
-        started = time.process_time()
-        try:
-            answer: dict[str, Any] = {"row": row_of(task, number, design, store)}
-        except MemoryError:
-            answer = {"failed": OUT_OF_MEMORY}
-        except Exception as error:  # a defect of the program costs this design, and no other
-            answer = {"failed": f"the program failed, {type(error).__name__}: {error}"}
-        answers.write(json.dumps(answer | {"seconds": time.process_time() - started}) + "\n")
-        answers.flush()
-        if "failed" in answer:
-            os._exit(1)  # nobody knows in which state
-
-
-def _store(folder: Path, limit_bytes: float) -> Any:
-    """The store on this machine, whose folder may be its own; none where that is none."""
+def _ready() -> Callable[[dict[str, Any]], Iterator[dict[str, Any]]]:
+    """Load what solving takes, before any design has to wait for it."""
     from pmor.errors import OutputError
+    from pmor.lab.campaign.rows import Task
+    from pmor.lab.campaign.settings import Relations
+    from pmor.lab.campaign.solve import row_of
     from pmor.lab.campaign.store import GIB, Store, open_store
 
-    try:
-        return open_store(folder, limit_bytes / GIB)
-    except OutputError:
-        return Store(folder, 0.0)
+    def store_of(folder: Path, limit_bytes: float) -> Store:
+        """The store on this machine, whose folder may be its own; none where that holds something else."""
+        try:
+            return open_store(folder, limit_bytes / GIB)
+        except OutputError:
+            return Store(folder, 0.0)
+
+    def rows_of(order: dict[str, Any]) -> Iterator[dict[str, Any]]:
+        relations, columns = Relations(**order["relations"]), tuple(order["columns"])
+        task = Task(order["base_text"], relations, columns, tuple(order["results"]))
+        store = store_of(Path(order["store"]), order["store_bytes"])
+        for number, design in order["designs"]:
+            started = time.process_time()
+            try:
+                answer: dict[str, Any] = {"row": row_of(task, number, design, store)}
+            except MemoryError:
+                answer = {FAILED: OUT_OF_MEMORY}
+            except Exception as error:  # a defect of the program costs this design, and no other
+                answer = {FAILED: f"the program failed, {type(error).__name__}: {error}"}
+            yield answer | {"seconds": time.process_time() - started}
+
+    return rows_of
+
+
+def _tell(answers: TextIO, answer: dict[str, Any]) -> None:
+    answers.write(json.dumps(answer) + "\n")
+    answers.flush()
 
 
 def _limit_memory(size: int | None) -> None:

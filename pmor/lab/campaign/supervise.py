@@ -20,14 +20,16 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from pmor.errors import ExternalProgramError
-from pmor.lab.campaign.chunks import Answer
+from pmor.lab.campaign.rows import Answer, Row, Task, plain_row
 from pmor.lab.campaign.settings import Number, Workers
-from pmor.lab.campaign.solve import Row, Task, plain_row
+from pmor.lab.campaign.solver import FAILED
 from pmor.threads import VARIABLES
 from pmor.version import __version__
 
 GIB = 2**30
 TRIES = 2
+# For a process to load its libraries, from a disk that a thousand others ask as well.
+START_LIMIT_S = 300.0
 # For a process to end that answers no more.
 PATIENCE_S = 5.0
 COMMAND = (sys.executable, "-P", "-m", "pmor.lab.campaign.solver")
@@ -128,26 +130,31 @@ def _ask(order: Order, rows: list[Row], seconds: list[float]) -> None:
     """Have the designs that have no row yet solved, by this thread's process; Ended when that does not answer."""
     process = _solver()
     assert process.stdin is not None
-    assert process.stdout is not None
     try:
         process.stdin.write(json.dumps(_plain(order, order.designs[len(rows) :])) + "\n")
         process.stdin.flush()
     except OSError:
         raise Ended(_end(process)) from None
     for _ in order.designs[len(rows) :]:
-        late = threading.Event()
-        watch = threading.Timer(order.workers.time_limit_s, _stop_late, (process, late))
-        watch.daemon = True
-        watch.start()
-        line = process.stdout.readline()
-        watch.cancel()
-        answer = json.loads(line) if line.endswith("\n") else {}
-        if "row" not in answer:
-            how = _end(process)
-            raise Ended(f"no answer within {order.workers.time_limit_s:g} s" if late.is_set()
-                        else answer.get("failed", how))  # fmt: skip
+        answer = _answer(process, order.workers.time_limit_s)
         rows.append(answer["row"])
         seconds.append(answer["seconds"])
+
+
+def _answer(process: subprocess.Popen[str], limit_s: float) -> dict[str, Any]:
+    """The next line of a process; Ended where it does not come in time, or tells of a failure."""
+    assert process.stdout is not None
+    late = threading.Event()
+    watch = threading.Timer(limit_s, _stop_late, (process, late))
+    watch.daemon = True
+    watch.start()
+    line = process.stdout.readline()
+    watch.cancel()
+    answer: dict[str, Any] = json.loads(line) if line.endswith("\n") else {FAILED: None}
+    if FAILED in answer:
+        how = _end(process)
+        raise Ended(f"no answer within {limit_s:g} s" if late.is_set() else answer[FAILED] or how)
+    return answer
 
 
 def _plain(order: Order, designs: Sequence[tuple[int, Mapping[str, Number]]]) -> dict[str, Any]:
@@ -171,6 +178,7 @@ def _solver() -> subprocess.Popen[str]:
             start_new_session=True,  # an interruption on the terminal is for the one that watches over it
         )  # fmt: skip
         _RUNNING.add(process)
+        _answer(process, START_LIMIT_S)  # that it is ready: no design is blamed for a slow disk
     return process
 
 
