@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
@@ -33,6 +34,8 @@ def dask_executor(address: str) -> Iterator[Executor]:
             f"--dask {address}: the package distributed is not installed: pip install 'pmor-gear[cluster]', or leave "
             "--dask out for processes on this machine"
         ) from None
+    # What becomes of the cluster is told by the error that it ends in, on one line.
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
     where = {"scheduler_file": address} if address.endswith(".json") else {"address": address}
     try:
         client = Client(**where, timeout=PATIENCE_S, set_as_default=False)
