@@ -104,7 +104,7 @@ class Designs:
         for link in self.links:
             parts = urlsplit(link.replace("\\", "/"))
             if parts.scheme or parts.netloc or parts.path.startswith("/"):
-                raise ValueError(f"link {link!r} is not relative to the page")
+                raise ValueError(f"link {str(link)!r} is not relative to the page")
 
     def data(self) -> dict[str, Any]:
         """Return what the script gets."""
@@ -133,9 +133,6 @@ def explorer(designs: Designs) -> str:
     return html_template("explorer/explorer.html").render(block=designs)
 
 
-def _decimal(value: float) -> float | int | None:
+def _decimal(value: float) -> float | None:
     """A number as the page carries it; none where it is not finite."""
-    if not math.isfinite(value):
-        return None
-    short = float(f"{value:.{DIGITS}g}")
-    return int(short) if short.is_integer() else short
+    return float(f"{value:.{DIGITS}g}") if math.isfinite(value) else None

@@ -2,17 +2,6 @@
 
 const PLOT = { width: 560, height: 250, left: 58, right: 12, top: 10, bottom: 42 };
 
-function ticksOf(low, high, count) {
-  const raw = (high - low) / count, power = 10 ** Math.floor(Math.log10(raw));
-  const step = power * [1, 2, 5, 10].find(factor => factor * power >= raw), ticks = [];
-  for (let i = Math.ceil(low / step - 1e-9); i * step <= high + 1e-9 * step; i++) ticks.push(i * step);
-  return ticks;
-}
-
-function shortNumber(value) {
-  return String(Number(value.toPrecision(4)));
-}
-
 // Frame, ticks and labels; `inside` gets the scales of both axes and returns what is drawn between them.
 function frame(options, inside) {
   const { x: [x0, x1], y: [y0, y1], label, xLabel, yLabel, logarithmic } = options, p = { ...PLOT, ...options.size };

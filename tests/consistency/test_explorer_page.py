@@ -1,0 +1,483 @@
+"""Designs on a page in a browser against the same questions put to numpy, and what a reader meets there.
+
+Long: 10,000 designs of 20 quantities, ``pytest -n 0 -m slow tests/consistency/test_explorer_page.py -s``, which prints
+how long each kind of interaction takes until it is drawn.
+"""
+
+import csv
+import itertools
+import json
+import re
+import statistics
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pmor.report.explorer import Column, Designs, explorer
+from pmor.report.page import Heading, page_html
+from tests.chromium import browser
+
+NASTY = "</script><script>document.title = 'broken'</script>\"'&<!--"
+ROOT = "document.querySelector('.explorer')"
+STATE = f"{ROOT}.explorer"
+LARGEST_PAGE = 5e6  # asked for; measured with 20 columns of random numbers: 2.3 MB
+LONGEST_MS = 100.0  # asked for; measured medians of the page's thread on a busy machine: 1.4 to 77
+DRAWN = "await new Promise(done => requestAnimationFrame(() => setTimeout(done, 0)));"
+
+
+def designs(n, rng, infeasible=0.2):
+    """Inputs of few and of many values, a category, and three results, NaN where a design is infeasible."""
+    bad = rng.random(n) < infeasible
+    inputs = {
+        "teeth": np.round(rng.uniform(17, 60, n)), "relief_um": rng.uniform(0, 40, n),
+        "material": rng.choice(["C45", "20MnCr5", NASTY], n),
+    }  # fmt: skip
+    results = {
+        "ste_um": np.round(rng.uniform(0.2, 5, n), 1), "pressure_MPa": rng.uniform(900, 1500, n),
+        "mass_kg": rng.uniform(1e-3, 1, n),
+    }  # fmt: skip
+    columns = [Column(key, key.split("_")[0], "", values, "input") for key, values in inputs.items()]
+    for key, values in results.items():
+        columns.append(Column(key, *key.split("_"), np.where(bad, np.nan, values), "result"))
+    return Designs(
+        columns, np.array([f"design {i}" for i in range(n)]),
+        np.array([f"cases/{i}/report.html" if i % 2 else "" for i in range(n)]),
+        np.where(bad, rng.choice(["teeth are pointed", NASTY], n), ""),
+    )  # fmt: skip
+
+
+def carried(column):
+    """Values as the page has them."""
+    return column.values if column.values.dtype.kind == "U" else np.array([float(f"{v:.7g}") for v in column.values])
+
+
+def shown_by_numpy(data, filters, infeasible=False):
+    keep = np.full(len(data.names), True) if infeasible else data.reasons == ""
+    for column in data.columns:
+        if column.key in filters:
+            low, high = filters[column.key]
+            # Comparisons with NaN are false.
+            keep &= (carried(column) >= low) & (carried(column) <= high)
+    return np.flatnonzero(keep).tolist()
+
+
+def front_by_pairs(data, rows, keys, signs):
+    """Each against each other: the slow twin of the page's."""
+    values = np.stack([s * carried(c) for k, s in zip(keys, signs, strict=True) for c in data.columns if c.key == k])
+    rows = [i for i in rows if data.reasons[i] == "" and np.isfinite(values[:, i]).all()]
+    at = values[:, rows]
+    bettered = [((at <= at[:, [k]]).all(axis=0) & (at < at[:, [k]]).any(axis=0)).any() for k in range(len(rows))]
+    return [i for i, worse in zip(rows, bettered, strict=True) if not worse]
+
+
+@pytest.fixture(scope="module")
+def opened():
+    with browser() as tab:
+        yield tab
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("explorer")
+
+
+def show(opened, folder, data):
+    path = folder / "page.html"
+    path.write_text(page_html("Designs", [Heading("Explore"), data]), encoding="utf-8")
+    opened.events.clear()
+    opened.open(path)
+    opened.wait_for(f"{STATE}.listed")
+    return opened
+
+
+def act(opened, script):
+    """Do something on the page, and wait until it is drawn and the table is up to date."""
+    opened.evaluate(f"(async () => {{ const root = {ROOT}; {script}; {DRAWN} }})()")
+    opened.wait_for(f"{STATE}.listed")
+
+
+def set_bounds(opened, filters):
+    """Type bounds into the fields; infinities leave them empty."""
+    written = {k: ["" if np.isinf(bound) else repr(float(bound)) for bound in ends] for k, ends in filters.items()}
+    act(opened, f"""
+      root.querySelector(".clear").click();
+      {DRAWN}
+      for (const [key, bounds] of Object.entries({json.dumps(written)})) {{
+        root.querySelectorAll(`[data-key="${{key}}"] input`).forEach((field, k) => {{
+          field.value = bounds[k];
+          field.dispatchEvent(new Event("input"));
+        }});
+      }}""")  # fmt: skip
+
+
+def choose(opened, selector, values):
+    act(opened, f"""root.querySelectorAll("{selector}").forEach((select, k) => {{
+      select.value = {json.dumps(values)}[k];
+      select.dispatchEvent(new Event("input"));
+    }})""")
+
+
+def said_and_asked(opened):
+    """What came on the console, and what was fetched beside the page itself."""
+    said = opened.named("Runtime.consoleAPICalled", "Runtime.exceptionThrown", "Log.entryAdded")
+    urls = [event["params"]["request"]["url"] for event in opened.named("Network.requestWillBeSent")]
+    return said, [url for url in urls if not url.endswith("/page.html")]
+
+
+def mouse(opened, steps):
+    for kind, x, y, button in steps:
+        opened.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button=button, buttons=int(button != "none"),
+                    clickCount=1)  # fmt: skip
+    opened.evaluate(f"(async () => {{ {DRAWN} }})()")
+
+
+def corner(opened, selector):
+    script = f"""(() => {{
+      const canvas = document.querySelector("{selector}");
+      canvas.scrollIntoView({{ block: "center" }});
+      const {{ left, top }} = canvas.getBoundingClientRect();
+      return [left, top];
+    }})()"""
+    return opened.evaluate(script)
+
+
+@pytest.fixture(scope="module")
+def data():
+    return designs(600, np.random.default_rng(19))
+
+
+@pytest.fixture
+def page(opened, folder, data):
+    return show(opened, folder, data)
+
+
+def test_filters_let_through_what_numpy_does(page, data, rng):
+    numbers = [c for c in data.columns if c.values.dtype.kind != "U"]
+    for _ in range(20):
+        filters = {}
+        for column in rng.choice(numbers, 3, replace=False):
+            # Bounds at values that occur, as the page shows them, and open ones.
+            ends = np.sort(rng.choice(carried(column)[np.isfinite(column.values)], 2))
+            filters[column.key] = np.where(rng.random(2) < 0.2, (-np.inf, np.inf), ends).tolist()
+        set_bounds(page, filters)
+        expected = shown_by_numpy(data, filters)
+        assert page.evaluate(f"{STATE}.rows") == expected
+        assert page.evaluate(f"{ROOT}.querySelector('.count').textContent") == (
+            f"{len(expected)} of 600 designs, {(data.reasons != '').sum()} infeasible hidden"
+        )
+    assert said_and_asked(page) == ([], [])
+
+
+def test_infeasible_designs_come_on_demand_and_only_where_a_filter_does_not_need_what_they_lack(page, data):
+    act(page, "root.querySelector('.infeasible input').click()")
+    assert page.evaluate(f"{STATE}.rows") == list(range(600))
+    set_bounds(page, {"teeth": (20, 30)})
+    assert page.evaluate(f"{STATE}.rows") == shown_by_numpy(data, {"teeth": (20, 30)}, infeasible=True)
+    set_bounds(page, {"ste_um": (-np.inf, 1e9)})
+    assert page.evaluate(f"{STATE}.rows") == shown_by_numpy(data, {})
+    listed = page.evaluate(f"[...{ROOT}.querySelectorAll('.reasons tbody tr')].map(row => row.children[1].textContent)")
+    assert sum(map(int, listed)) == (data.reasons != "").sum()
+
+
+def test_levels_of_a_category_are_kept_by_their_boxes(page, data):
+    act(page, "root.querySelectorAll('.levels input')[1].click()")
+    material = data.columns[2].values
+    levels = np.unique(material)
+    kept = np.isin(material, levels[[0, 2]]) & (data.reasons == "")
+    assert page.evaluate(f"{STATE}.rows") == np.flatnonzero(kept).tolist()
+    act(page, "root.querySelectorAll('.levels input')[1].click()")
+    assert page.evaluate(f"{STATE}.filters[2]") is None
+
+
+def test_the_front_is_what_comparing_each_with_each_finds(page, data):
+    keys = [column.key for column in data.columns]
+    for first, second in itertools.permutations(("ste_um", "pressure_MPa", "mass_kg"), 2):
+        for signs in itertools.product((1, -1), repeat=2):
+            values = [keys.index(first), signs[0], keys.index(second), signs[1]]
+            choose(page, ".explorer .objectives select", [str(value) for value in values])
+            expected = front_by_pairs(data, shown_by_numpy(data, {}), (first, second), signs)
+            assert sorted(page.evaluate(f"{STATE}.front")) == expected
+    # Within filters, with infeasible designs on show.
+    act(page, "root.querySelector('.infeasible input').click()")
+    filters = {"teeth": (20, 40), "mass_kg": (0.5, np.inf)}
+    set_bounds(page, filters)
+    choose(page, ".explorer .objectives select", [str(keys.index("ste_um")), "1", str(keys.index("pressure_MPa")), "1"])
+    rows = shown_by_numpy(data, filters, infeasible=True)
+    assert sorted(page.evaluate(f"{STATE}.front")) == front_by_pairs(data, rows, ("ste_um", "pressure_MPa"), (1, 1))
+
+
+def test_designs_that_are_equal_are_on_the_front_together(opened, folder):
+    n = 130
+    same = np.full(n, 2.5)
+    columns = [Column("a", "a", "", same, "result"), Column("b", "b", "", same, "result")]
+    names, none = np.array([f"d{i}" for i in range(n)]), np.full(n, "")
+    page = show(opened, folder, Designs(columns, names, none, none))
+    assert len(page.evaluate(f"{STATE}.front")) == n
+    assert page.evaluate(f"{ROOT}.querySelectorAll('.front tbody tr').length") == 100
+    assert "The first 100" in page.evaluate(f"{ROOT}.querySelector('.front-count').textContent")
+    assert said_and_asked(page) == ([], [])
+
+
+def test_the_front_is_sorted_by_its_headers_and_links_to_the_cases(page, data):
+    front = page.evaluate(f"{STATE}.front")
+    names = f"[...{ROOT}.querySelectorAll('.front tbody th')].map(cell => cell.textContent)"
+    pressure = carried(data.columns[4])
+    for descending in (False, True):
+        act(page, "root.querySelectorAll('.front thead button')[2].click()")
+        ordered = sorted(front, key=lambda i: pressure[i], reverse=descending)
+        assert page.evaluate(names) == [data.names[i] for i in ordered]
+    links = page.evaluate(f"[...{ROOT}.querySelectorAll('.front tbody a')].map(link => link.getAttribute('href'))")
+    assert links == [data.links[i] for i in ordered if data.links[i]]
+
+
+def test_a_range_is_dragged_moved_and_dropped(page, data):
+    left, top = corner(page, ".lines .top")
+    axis = page.evaluate(f"{ROOT}.querySelector('.lines .top').clientWidth") and left + 28
+    low, high = carried(data.columns[0]).min(), carried(data.columns[0]).max()
+    press = [("mouseMoved", axis, top + 200, "none"), ("mousePressed", axis, top + 200, "left")]
+    mouse(page, [*press, ("mouseMoved", axis, top + 320, "left"), ("mouseReleased", axis, top + 320, "left")])
+    found = page.evaluate(f"{STATE}.filters[0]")
+    # The axis goes from 124 to 388 pixels; bounds are rounded to less than a 500th of it.
+    expected = [low + (high - low) * (388 - y) / 264 for y in (320, 200)]
+    assert np.abs(np.subtract([found["low"], found["high"]], expected)).max() < (high - low) / 250
+    fields = page.evaluate(f"[...{ROOT}.querySelectorAll('[data-key=teeth] input')].map(field => Number(field.value))")
+    assert fields == [found["low"], found["high"]]
+    assert page.evaluate(f"{STATE}.rows") == shown_by_numpy(data, {"teeth": fields})
+    press = [("mousePressed", axis, top + 260, "left")]
+    mouse(page, [*press, ("mouseMoved", axis, top + 60, "left"), ("mouseReleased", axis, top + 60, "left")])
+    moved = page.evaluate(f"{STATE}.filters[0]")
+    assert moved["high"] is None  # as JSON has no infinity: at the end of the axis it is open
+    assert abs((high - moved["low"]) - (found["high"] - found["low"])) < (high - low) / 250
+    mouse(page, [("mousePressed", axis, top + 370, "left"), ("mouseReleased", axis, top + 370, "left")])
+    assert page.evaluate(f"{STATE}.filters[0]") is None
+
+
+def test_keys_alone_set_a_bound(page, data):
+    page.evaluate(f"{ROOT}.querySelector('.download').focus()")
+    for _ in range(40):
+        if page.evaluate("document.activeElement.ariaLabel") == "ste, um: most":
+            break
+        page.press("Tab", 9)
+    page.call("Input.insertText", text="1.5")
+    page.evaluate(f"(async () => {{ {DRAWN} }})()")
+    assert page.evaluate(f"{STATE}.rows") == shown_by_numpy(data, {"ste_um": (-np.inf, 1.5)})
+
+
+def test_pointing_at_a_design_shows_its_values_and_a_click_keeps_them(page, data):
+    set_bounds(page, {"pressure_MPa": (1490, np.inf)})
+    choose(page, ".explorer .choices .x", ["4"])
+    choose(page, ".explorer .choices .y", ["1"])
+    left, top = corner(page, ".scatter .top")
+    i = page.evaluate(f"{STATE}.rows")[0]
+    width = page.evaluate(f"{ROOT}.querySelector('.scatter .top').clientWidth")
+    at = []
+    for column, start, length, up in ((4, 64, width - 64 - 14, False), (1, 10, 430 - 10 - 46, True)):
+        values = carried(data.columns[column])
+        low, high = np.nanmin(values), np.nanmax(values)
+        share = (values[i] - low + 0.04 * (high - low)) / (1.08 * (high - low))
+        at.append(start + length * (1 - share if up else share))
+    x, y = left + at[0], top + at[1]
+    mouse(page, [("mouseMoved", x, y, "none")])
+    text = f"{ROOT}.querySelector('.details').innerText"
+    assert data.names[i] in page.evaluate(text)
+    assert f"{carried(data.columns[4])[i]:.4g}" in page.evaluate(text)
+    mouse(page, [("mousePressed", x, y, "left"), ("mouseReleased", x, y, "left"), ("mouseMoved", left, top, "none")])
+    assert data.names[i] in page.evaluate(text)
+
+
+def test_the_file_it_saves_has_the_rows_within_the_filters(page, data, tmp_path):
+    filters = {"relief_um": (10, 20)}
+    set_bounds(page, filters)
+    page.call("Page.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path))
+    page.evaluate(f"{ROOT}.querySelector('.download').click()")
+    until = time.monotonic() + 60.0
+    while not (tmp_path / "designs.csv").exists():
+        assert time.monotonic() < until
+        time.sleep(0.02)
+    with open(tmp_path / "designs.csv", newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    expected = shown_by_numpy(data, filters)
+    assert [row["name"] for row in rows] == data.names[expected].tolist()
+    for column in data.columns:
+        values = carried(column)[expected]
+        found = [row[column.key] for row in rows]
+        assert found == values.tolist() if values.dtype.kind == "U" else list(map(float, found)) == values.tolist()
+
+
+def changed(data, **columns):
+    return replace(data, columns=[replace(c, values=columns.get(c.key, c.values)) for c in data.columns])
+
+
+def extremes():
+    few = designs(5, np.random.default_rng(1), infeasible=0.0)
+    none = np.full(5, np.nan)
+    one = Designs([replace(c, values=c.values[:1]) for c in few.columns], few.names[:1], few.links[:1], few.reasons[:1])
+    huge = changed(few, ste_um=np.array([1e-300, -1e300, 1e300, np.inf, 5.0]), mass_kg=np.full(5, 1e7) + np.arange(5))
+    return {
+        "one design": one,
+        "no design": Designs([replace(c, values=c.values[:0]) for c in few.columns], *[few.names[:0]] * 3),
+        "all infeasible": replace(
+            changed(few, ste_um=none, pressure_MPa=none, mass_kg=none), reasons=np.full(5, "pointed")
+        ),
+        "a column without values": changed(few, ste_um=none),
+        "equal values": changed(few, ste_um=np.zeros(5), pressure_MPa=np.full(5, -1200.0)),
+        "far apart and close": huge,
+        "one column": Designs(few.columns[:1], few.names, few.links, few.reasons),
+        "categories alone": Designs(few.columns[2:3], few.names, few.links, few.reasons),
+        "many levels": changed(few, material=np.array(list("abcde")) + np.array(["x" * 200] * 5)),
+        "nasty texts": Designs(
+            [replace(c, key=c.key + NASTY, label=NASTY, unit=NASTY) for c in few.columns], np.full(5, NASTY),
+            np.full(5, "a%3Cb.html"), np.array(["", NASTY, "", "", ""]),
+        ),
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("name", extremes())
+def test_extremes_are_shown_without_a_word_on_the_console(opened, folder, name):
+    data = extremes()[name]
+    page = show(opened, folder, data)
+    n, bad = len(data.names), int((data.reasons != "").sum())
+    hidden = f", {bad} infeasible hidden" if bad else ""
+    assert page.evaluate(f"{ROOT}.querySelector('.count').textContent") == f"{n - bad} of {n} designs{hidden}"
+    # Everything that can be chosen, in turn.
+    act(page, f"""
+      root.querySelector(".infeasible input").click();
+      for (const select of root.querySelectorAll("select")) {{
+        for (const option of select.options) {{
+          select.value = option.value;
+          select.dispatchEvent(new Event("input"));
+          {DRAWN}
+        }}
+      }}
+      const top = root.querySelector(".scatter .top");
+      top.dispatchEvent(new KeyboardEvent("keydown", {{ key: "ArrowRight" }}));""")
+    assert page.evaluate(f"{STATE}.rows.length") == n
+    assert page.evaluate("document.title") == "Designs"
+    assert page.evaluate("document.querySelectorAll('script').length") == 2
+    assert said_and_asked(page) == ([], [])
+    if name == "nasty texts":
+        assert page.evaluate(f"{ROOT}.querySelector('.front tbody th').textContent") == NASTY
+        assert page.evaluate(f"{ROOT}.querySelector('.reasons tbody th').textContent") == NASTY
+
+
+def test_two_of_them_on_a_page_do_not_meet(opened, folder, data):
+    path = folder / "page.html"
+    path.write_text(page_html("Designs", [data, designs(7, np.random.default_rng(2), 0.0)]), encoding="utf-8")
+    opened.open(path)
+    counts = "[...document.querySelectorAll('.explorer .count')].map(count => count.textContent)"
+    opened.wait_for(f"{counts}.every(text => text)")
+    assert opened.evaluate(counts)[1] == "7 of 7 designs"
+    assert opened.evaluate(counts)[0].startswith(str((data.reasons == "").sum()))
+
+
+def test_a_phone_scrolls_it_in_one_direction_alone(page):
+    page.call("Emulation.setDeviceMetricsOverride", width=390, height=800, deviceScaleFactor=2, mobile=True)
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+
+
+def test_every_control_says_what_it_is(page):
+    tree = page.call("Accessibility.getFullAXTree")["nodes"]
+    roles = "button", "checkbox", "combobox", "spinbutton", "image"
+    nodes = [n for n in tree if not n.get("ignored") and n.get("role", {}).get("value") in roles]
+    assert len(nodes) > 20
+    assert [n for n in nodes if not n["name"]["value"]] == []
+
+
+def test_the_section_is_whole_by_itself(data):
+    section = explorer(data)
+    assert section.startswith("<section")
+    assert section in page_html("Designs", [data])
+    assert not re.search(r"https?:|src=|@import|url\(", section)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"names": np.array(["a"])}, "1 names, but 3 links"),
+        ({"links": np.array(["", "https://example.org/", ""])}, "'https://example.org/' is not relative"),
+        ({"links": np.array(["", "java\nscript:alert(1)", ""])}, "is not relative"),
+        ({"links": np.array(["", "\\\\host\\case", ""])}, "is not relative"),
+        ({"columns": []}, "designs need columns"),
+    ],
+)
+def test_what_the_page_cannot_show_is_refused(changes, said):
+    with pytest.raises(ValueError, match=said):
+        replace(designs(3, np.random.default_rng(1)), **changes)
+
+
+@pytest.mark.parametrize("bad", [{"kind": "output"}, {"values": np.ones((2, 2))}, {"values": np.array([None])}])
+def test_a_column_of_another_kind_is_refused(bad):
+    with pytest.raises(ValueError, match="column 'teeth'"):
+        replace(Column("teeth", "teeth", "", np.ones(2), "input"), **bad)
+
+
+INTERACTIONS = {
+    "bound of a result": "set(root.querySelector('[data-key=r0] input'), 0.01 * k)",
+    "bound of an input": "set(root.querySelectorAll('[data-key=i0] input')[1], 1 - 0.02 * k)",
+    "all filters cleared": "root.querySelector('.clear').click()",
+    "infeasible shown": "root.querySelector('.infeasible input').click()",
+    "other colour": "set(root.querySelector('select.colour'), k)",
+    "other axis": "set(root.querySelector('select.x'), k)",
+    "front sorted": "root.querySelectorAll('.front thead button')[k].click()",
+    "other objective": "set(root.querySelectorAll('.objectives select')[2], 11 + k % 8)",
+    "other direction": "set(root.querySelectorAll('.objectives select')[1], k % 2 ? 1 : -1)",
+    "pointing": "root.querySelector('.scatter .top').dispatchEvent(new PointerEvent('pointermove', "
+    "{ clientX: 300 + 7 * k, clientY: 400 }))",
+}
+
+
+def large(n=10_000, inputs=10, results=10):
+    """Results that trade one against the other, so that fronts are long; all but one in fifty feasible."""
+    rng = np.random.default_rng(7)
+    bad, x = rng.random(n) < 0.02, rng.random((inputs, n))
+    angle = 0.5 * np.pi * rng.random(n)
+    columns = [Column(f"i{k}", f"input number {k}", "mm", values, "input") for k, values in enumerate(x)]
+    for k in range(results):
+        values = np.cos(angle) if k % 2 else np.sin(angle)
+        columns.append(Column(f"r{k}", f"result number {k}", "µm", np.where(bad, np.nan, values + 0.1 * k), "result"))
+    names = np.array([f"design {i}" for i in range(n)])
+    return Designs(columns, names, np.char.add("cases/", names), np.where(bad, "teeth are pointed", ""))
+
+
+def timed(page, script):
+    """Time of the page's own thread from an event until all is drawn and laid out, and that by the clock, ms.
+
+    A clock would count what else the machine does. Reading a pixel back makes a canvas finish.
+    """
+    def spent():
+        metrics = page.call("Performance.getMetrics")["metrics"]
+        return next(1e3 * metric["value"] for metric in metrics if metric["name"] == "TaskDuration")
+
+    before = spent()
+    clock = page.evaluate(f"""(async () => {{
+      const root = {ROOT}, started = performance.now(), set = (input, value) => {{
+        input.value = value;
+        input.dispatchEvent(new Event("input"));
+      }};
+      {script};
+      {DRAWN}
+      for (const canvas of root.querySelectorAll("canvas")) canvas.getContext("2d").getImageData(0, 0, 1, 1);
+      root.offsetHeight;
+      return performance.now() - started;
+    }})()""")
+    return spent() - before, clock
+
+
+@pytest.mark.slow
+def test_ten_thousand_designs_stay_fluid(opened, folder, capsys):
+    data = large()
+    page = show(opened, folder, data)
+    size = (folder / "page.html").stat().st_size
+    page.call("Performance.enable", timeDomain="threadTicks")
+    times, walls = {}, {}
+    for name, script in INTERACTIONS.items():
+        times[name], walls[name] = zip(*[timed(page, f"(k => {script})({k})") for k in range(15)], strict=True)
+    with capsys.disabled():
+        print(f"\n{len(data.names)} designs, {len(data.columns)} columns, {size} bytes; ms of the page's thread:")
+        for name, ms in times.items():
+            print(f"  {name:20s} median {statistics.median(ms):5.1f}, most {max(ms):5.1f}; "
+                  f"by the clock {statistics.median(walls[name]):5.1f}")  # fmt: skip
+    assert size <= LARGEST_PAGE
+    assert max(map(statistics.median, times.values())) <= LONGEST_MS
