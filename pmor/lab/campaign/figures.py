@@ -30,11 +30,16 @@ class Figure:
     label: str
     unit: str
 
+    @property
+    def shown_unit(self) -> str:
+        """Empty where the quantity has none."""
+        return "" if self.unit == "1" else self.unit
+
 
 FIGURES = (
     Figure("ste_mean_um", "STE, mean", "um"),
     Figure("ste_peak_to_peak_um", "STE, peak-to-peak", "um"),
-    Figure("ste_peak_to_peak_worst_um", "STE, peak-to-peak, largest of all torques", "um"),
+    Figure("ste_peak_to_peak_worst_um", "STE, peak-to-peak at the worst torque", "um"),
     Figure("ste_order_1_um", "STE, first mesh order", "um"),
     Figure("ste_order_2_um", "STE, second mesh order", "um"),
     Figure("ste_order_3_um", "STE, third mesh order", "um"),

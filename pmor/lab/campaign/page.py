@@ -7,8 +7,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from pmor.arrays import FloatArray
 from pmor.lab.campaign.columns import Columns, unit_of
-from pmor.lab.campaign.figures import FIGURES
+from pmor.lab.campaign.figures import FIGURES, Figure
+from pmor.lab.campaign.relations import split
 from pmor.lab.campaign.rows import STATUSES
 from pmor.lab.campaign.settings import Campaign
 from pmor.report.explorer import Column, Designs
@@ -23,6 +25,11 @@ MOST_SHOWN, MOST_CASES = 10_000, 1_000
 BEST, COMMON_REASONS = 10, 12
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(\.\d+)?(e[-+]?\d+)?(?!\w)")
 RANKED = "ste_peak_to_peak_um"
+# In the order in which an engineer looks at them: the first two are the axes of the scatter.
+FIRST = (RANKED, "flank_pressure_max_MPa", "root_stress_pinion_MPa", "root_stress_wheel_MPa", "k_h_beta",
+         "effective_contact_ratio")  # fmt: skip
+ROUND_OFF = 1e-9
+UNITS = re.compile(r"_(mm|um|deg|GPa|Nm)$")
 
 
 def case_file(number: int) -> str:
@@ -62,18 +69,20 @@ def blocks_of(campaign: Campaign, columns: Columns) -> list[Block | Designs]:
     return blocks
 
 
+def label_of(name: str) -> str:
+    """Return what a reader calls a key of the case, without its unit."""
+    section, key = split(name)
+    return f"{section.partition('.')[0]} {UNITS.sub('', key).replace('_', ' ')}"
+
+
 def _explorer(campaign: Campaign, columns: Columns) -> list[Block | Designs]:
-    total = len(columns.status)
-    step = -(-total // MOST_SHOWN)
-    shown = np.arange(0, total, step)
-    labels = {figure.key: figure for figure in FIGURES}
+    step = -(-len(columns.status) // MOST_SHOWN)
+    shown = np.arange(0, len(columns.status), step)
     linked = set(linked_designs(columns))
-    found = [Column(name, name.replace(".", " ").replace("_", " "), unit_of(name), values[shown], "input")
+    found = [Column(name, label_of(name), unit_of(name), values[shown], "input")
              for name, values in columns.inputs.items()]  # fmt: skip
-    for key, values in columns.results.items():
-        if np.isfinite(values).any():
-            unit = labels[key].unit
-            found.append(Column(key, labels[key].label, "" if unit == "1" else unit, values[shown], "result"))
+    found += [Column(figure.key, figure.label, figure.shown_unit, columns.results[figure.key][shown], "result")
+              for figure in _shown(columns)]  # fmt: skip
     designs = Designs(
         tuple(found), np.array([f"design {i + 1}" for i in shown]),
         np.array([f"{CASES}/{case_file(int(i) + 1)}" if i in linked else "" for i in shown]),
@@ -81,27 +90,43 @@ def _explorer(campaign: Campaign, columns: Columns) -> list[Block | Designs]:
     )  # fmt: skip
     part = f"One design in {step} is shown, from the first on; all are in campaign.csv. " if step > 1 else ""
     each = "The name of a design leads to its case file." if linked else (
-        f"`pmor campaign {campaign.source.name} --case N` writes the case file of design N."
+        f"pmor campaign {campaign.source.name} --case N writes the case file of design N."
     )
     return [f"{part}{each}", designs]
 
 
+def _shown(columns: Columns) -> list[Figure]:
+    """Results that differ between designs by more than round-off, the most telling ones first."""
+    differing = [key for key, values in columns.results.items() if _differs(values)]
+    order = [key for key in FIRST if key in differing] + [key for key in differing if key not in FIRST]
+    by_key = {figure.key: figure for figure in FIGURES}
+    return [by_key[key] for key in order]
+
+
+def _differs(values: FloatArray) -> bool:
+    known = values[np.isfinite(values)]
+    return len(known) > 0 and bool(np.ptp(known) > ROUND_OFF * np.abs(known).max())
+
+
 def _best(columns: Columns) -> Table:
-    """Designs of the least peak-to-peak, one line each."""
-    values = columns.results.get(RANKED)
-    key = RANKED if values is not None else next(iter(columns.results))
-    ranked = columns.results[key]
+    """Designs of the least of the first result, one line each."""
+    figures = _shown(columns)[: len(FIRST)]
+    if not figures:
+        return Table("", (), [])
+    ranked = columns.results[figures[0].key]
     order = [int(i) for i in np.argsort(ranked, kind="stable")[:BEST] if np.isfinite(ranked[i])]
-    labels = {figure.key: f"{figure.label}, {figure.unit}" if figure.unit != "1" else figure.label
-              for figure in FIGURES}  # fmt: skip
-    shown = [name for name, column in columns.results.items() if np.isfinite(column).any()]
     rows: list[list[Cell]] = [
         [i + 1, *(float(column[i]) for column in columns.inputs.values()),
-         *(float(columns.results[name][i]) for name in shown)]
+         *(float(columns.results[figure.key][i]) for figure in figures)]
         for i in order
     ]  # fmt: skip
-    heads = ("design", *columns.inputs, *(labels[name] for name in shown))
-    return Table(f"Least {labels[key]}", heads, rows)
+    inputs = [_headed(label_of(name), unit_of(name)) for name in columns.inputs]
+    results = [_headed(figure.label, figure.shown_unit) for figure in figures]
+    return Table(f"Least {figures[0].label}", ("design", *inputs, *results), rows)
+
+
+def _headed(label: str, unit: str) -> str:
+    return f"{label}, {unit}" if unit else label
 
 
 def _reasons(columns: Columns) -> Table:
