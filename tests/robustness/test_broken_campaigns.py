@@ -1,5 +1,7 @@
 """Broken campaign files: one line that names the place, the value and the remedy, exit code 2, nothing left behind."""
 
+import sys
+
 import pytest
 
 from pmor.app.cli import main
@@ -112,4 +114,27 @@ def test_a_case_beyond_the_designs_is_refused(tmp_path, capsys):
     path.write_text(BASE + GRID + TEETH)
     assert main(["campaign", str(path), "--case", "3", "--out", str(tmp_path / "out")]) == 2
     assert "has 2 designs" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("address", "installed", "words"),
+    [
+        ("tcp://127.0.0.1:8786", False, "pip install 'pmor-gear[cluster]'"),
+        ("none.json", True, "no such scheduler file"),
+        ("tcp://nowhere:port", True, "no scheduler answers"),
+    ],
+)
+def test_a_cluster_that_is_not_there_is_told_of_in_one_line(address, installed, words, tmp_path, capsys, monkeypatch):
+    if installed:
+        pytest.importorskip("distributed")
+    else:
+        monkeypatch.setitem(sys.modules, "distributed", None)
+    (tmp_path / "base.toml").write_text(case_text(contact={"scheme": "line"}, reduction=None))
+    path = tmp_path / "campaign.toml"
+    path.write_text(BASE + GRID + TEETH)
+    assert main(["campaign", str(path), "--dask", address, "--out", str(tmp_path / "out")]) == 2
+    error = capsys.readouterr().err
+    assert words in error
+    assert len(error.splitlines()) == 1
     assert not (tmp_path / "out").exists()

@@ -11,13 +11,14 @@ from typing import Any
 
 import numpy as np
 
+from pmor.case.coarser import coarser
 from pmor.errors import PmorError
 from pmor.lab.campaign.relations import case_of, with_relations
 from pmor.lab.campaign.rows import Answer, Row
 from pmor.lab.campaign.settings import Campaign
 from pmor.lab.campaign.store import key_of
 from pmor.lab.campaign.table import Design
-from pmor.pair.cost import stages
+from pmor.pair.cost import FINITE_ELEMENTS, stages
 from pmor.pair.model import gear_pair
 from pmor.report.data_files import write_summary_json
 from pmor.storage.manifest import Contents, listed, origin_in
@@ -27,9 +28,9 @@ from pmor.storage.results_folder import working_folder
 PARTS = "parts"
 # What they are chunks of, for who asks.
 PLAN = "plan.json"
-# Seconds of work in a chunk, at least, by the model of cost: it holds within a factor of two, and handing out a chunk
-# takes milliseconds.
-LEAST_S = 2.0
+# Seconds of work in a chunk, by the model of cost. It holds within a factor of two; designs so small that loading the
+# libraries weighs as much as their elements take a third of what it says, so that a chunk is a second at least.
+LEAST_S = 4.0
 # Each chunk is a file until the end, and passes through one process.
 MOST_CHUNKS = 20_000
 # Designs whose cost is asked for.
@@ -37,7 +38,7 @@ SAMPLE = 24
 INFEASIBLE_S = 0.01
 # Files in a folder, each with a line in its manifest.
 PER_FOLDER = 500
-SOLVING = ("finite elements", "training", "sweep")
+SWEEP = "sweep"
 
 
 @dataclass(frozen=True)
@@ -71,7 +72,12 @@ def expected_seconds(campaign: Campaign, table: Callable[[int], Design]) -> floa
 def _seconds(campaign: Campaign, design: Design) -> float:
     try:
         case = case_of(campaign.base_text, with_relations(campaign.base_text, design, campaign.relations), "design")
-        return sum(stage.seconds for stage in stages(case, gear_pair(case)) if stage.name in SOLVING)
+        pair, coarse = gear_pair(case), coarser(case)
+        own = {stage.name: stage.seconds for stage in stages(case, pair)}
+        elements = own[FINITE_ELEMENTS]
+        if coarse is not None:
+            elements += sum(stage.seconds for stage in stages(coarse, pair) if stage.name == FINITE_ELEMENTS)
+        return elements + own[SWEEP]
     except PmorError:
         return INFEASIBLE_S
 

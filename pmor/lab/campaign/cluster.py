@@ -6,6 +6,7 @@ import logging
 from collections.abc import Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
+from pathlib import Path
 
 from pmor.errors import ExternalProgramError
 
@@ -29,6 +30,7 @@ def dask_executor(address: str) -> Iterator[Executor]:
     """
     try:
         from distributed import Client
+        from distributed.comm import get_address_host_port
     except ImportError:
         raise ExternalProgramError(
             f"--dask {address}: the package distributed is not installed: pip install 'pmor-gear[cluster]', or leave "
@@ -36,8 +38,13 @@ def dask_executor(address: str) -> Iterator[Executor]:
         ) from None
     # What becomes of the cluster is told by the error that it ends in, on one line.
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
-    where = {"scheduler_file": address} if address.endswith(".json") else {"address": address}
+    is_file = address.endswith(".json")
+    if is_file and not Path(address).is_file():  # Dask would wait for it, however long
+        raise ExternalProgramError(f"--dask {address}: there is no such scheduler file: start 'dask scheduler' first")
+    where = {"scheduler_file" if is_file else "address": address}
     try:
+        if not is_file:
+            get_address_host_port(address)  # a client of what is no address is not got rid of
         client = Client(**where, timeout=PATIENCE_S, set_as_default=False)
     except (OSError, TimeoutError, ValueError) as error:
         said = " ".join(str(error).split()) or type(error).__name__
