@@ -110,6 +110,7 @@ class ChunkFiles:
         c = campaign
         self._key = key_of(c.text, c.base_text, c.method, c.variables, c.relations, c.results)
         self._manifests: dict[Path, dict[str, Contents]] = {}
+        self._ready: set[Path] = set()
 
     def begin(self, chunks: Sequence[Chunk], campaign: Campaign) -> None:
         """Say what is being solved.
@@ -148,9 +149,8 @@ class ChunkFiles:
         OutputError
         """
         path = self._path(chunk)
-        if not path.parent.is_dir() or path.parent not in self._manifests:
-            working_folder(path.parent)
-            self._manifests[path.parent] = listed(path.parent)
+        if path.parent not in self._ready:
+            self._ready.add(working_folder(path.parent))
         data = {"key": self._key, "first": chunk.first, "rows": answer.rows, "seconds": answer.seconds}
         write_summary_json(path, data, overwrite=True)
 
