@@ -30,7 +30,7 @@ class Column:
     key : str
         With the unit in it, as in result files: heads the column of the CSV that the page gives.
     label, unit : str
-        As the page shows them; no unit where the quantity has none.
+        What the axis says; no unit where the quantity has none, and um is shown as µm.
     values : ndarray, shape (n,)
         Numbers, NaN where there is none, or text for categories.
     kind : {"input", "result"}
@@ -58,7 +58,7 @@ class Column:
 
     def data(self) -> dict[str, Any]:
         """Return what the script gets: values, or levels in alphabetical order and the number of each design's."""
-        shown = {"key": self.key, "label": self.label, "unit": self.unit, "kind": self.kind}
+        shown = {"key": self.key, "label": self.label, "unit": self.unit.replace("um", "µm"), "kind": self.kind}
         if self.values.dtype.kind == "U":
             levels, of = np.unique(self.values, return_inverse=True)
             return shown | {"levels": levels.tolist(), "values": of.tolist()}

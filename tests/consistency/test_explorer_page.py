@@ -257,7 +257,7 @@ def test_a_range_is_dragged_moved_and_dropped(page, data):
 def test_keys_alone_set_a_bound(page, data):
     page.evaluate(f"{ROOT}.querySelector('.download').focus()")
     for _ in range(40):
-        if page.evaluate("document.activeElement.ariaLabel") == "ste, um: most":
+        if page.evaluate("document.activeElement.ariaLabel") == "ste, µm: most":
             break
         page.press("Tab", 9)
     page.call("Input.insertText", text="1.5")
