@@ -220,7 +220,7 @@ def test_three_hundred_designs_on_processes_and_on_a_cluster_are_the_same_bytes(
     assert 80 <= summary["n_infeasible"] <= 120
     times = {name: json.loads((out / "times.json").read_text()) for name, out in (("local", local), ("dask", dask))}
     taken, solving = sum(after[:2]) - sum(before[:2]), times["local"]["solving_this_run_s"]
-    print(f"\n{text}local: {taken:.1f} s of processor time in all, {100 * (taken / solving - 1):.1f} % beside the designs")
+    print(f"\n{text}local: {taken:.1f} s of processor time, {100 * (taken / solving - 1):.1f} % beside the designs")
     for name, found in times.items():
         print(f"{name}: {found['solving_this_run_s']:.1f} s of processor time in {found['wall_s']:.1f} s, efficiency "
               f"on two cores {found['solving_this_run_s'] / (2 * found['wall_s']):.2f}")  # fmt: skip

@@ -37,7 +37,8 @@ def dask_executor(address: str) -> Iterator[Executor]:
             "--dask out for processes on this machine"
         ) from None
     # What becomes of the cluster is told by the error that it ends in, on one line.
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    for name in ("distributed", "distributed.client"):  # the second has a level of its own
+        logging.getLogger(name).setLevel(logging.CRITICAL)
     is_file = address.endswith(".json")
     if is_file and not Path(address).is_file():  # Dask would wait for it, however long
         raise ExternalProgramError(f"--dask {address}: there is no such scheduler file: start 'dask scheduler' first")
