@@ -19,6 +19,8 @@ Results
     `SweepResult`: named arrays, figures over the pitch, pictures, CSV. `compare` holds a reduced model against full FE:
     a `Comparison`. `ConditionsResult`: of many conditions. `RootStress`: along the fillets
     (`ReducedModel.root_stress`). `DynamicsResult`: responses over the speed. `DesignResult`: variants and the best.
+Campaigns
+    `campaign` solves a table of macro-geometries on any `concurrent.futures.Executor`: a `CampaignResult`.
 Conditions
     `Axes`: where the wheel's axis is. `Modification`: what a gear's flanks deviate by; `Topography`: on a grid.
     `Built`: all of it.
@@ -38,6 +40,7 @@ from typing import TYPE_CHECKING, Any
 from pmor.version import __version__
 
 if TYPE_CHECKING:
+    from pmor.app.campaign import CampaignResult, campaign
     from pmor.app.design import DesignResult
     from pmor.app.model import FullModel, ReducedModel, compare, full_model, import_rexs, load, train
     from pmor.app.motion import DynamicsResult
@@ -59,6 +62,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "pmor.app.design": ("DesignResult",),
+    "pmor.app.campaign": ("CampaignResult", "campaign"),
     "pmor.app.model": ("FullModel", "ReducedModel", "compare", "full_model", "import_rexs", "load", "train"),
     "pmor.app.motion": ("DynamicsResult",),
     "pmor.app.result": ("ConditionsResult", "SweepResult"),
@@ -76,6 +80,7 @@ _HOME = {name: module for module, names in _HOMES.items() for name in names}
 __all__ = [
     "Axes",
     "Built",
+    "CampaignResult",
     "Case",
     "CaseError",
     "Comparison",
@@ -95,6 +100,7 @@ __all__ = [
     "SweepResult",
     "Topography",
     "__version__",
+    "campaign",
     "change_case",
     "compare",
     "full_model",

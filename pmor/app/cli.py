@@ -33,6 +33,7 @@ RESUME_HINTS = {
     "reductions": KEPT,
     "dynamics": KEPT,
     "design": KEPT,
+    "campaign": KEPT,
 }
 SMALLER = "lower the elements, the angles or the torques of the case"
 USUAL_HINT = "no file was left half written; the same command starts again"
@@ -161,6 +162,18 @@ def build_parser() -> argparse.ArgumentParser:
         "--case", dest="variant", metavar="N", type=_whole, help="write variant N of finished results as a case file"
     )
     _add_overwrite(design)
+    campaign = command("campaign", "many macro-geometries, each with finite elements of its own")
+    campaign.add_argument("campaign_path", metavar="CAMPAIGN", type=_path, help="campaign file (TOML)")
+    _add_out(campaign, "--out", "out/<name of the campaign file>")
+    _add_jobs(campaign, "designs")
+    campaign.add_argument(
+        "--dask", metavar="ADDRESS", help="scheduler of a Dask cluster whose workers solve the designs instead"
+    )
+    campaign.add_argument(
+        "--case", dest="case_number", metavar="N", type=_positive,
+        help="write the case file of design N, into the current folder or that of --out, and solve nothing",
+    )  # fmt: skip
+    _add_overwrite(campaign)
 
     bench = command("bench", "run time by phase and by size")
     _add_case(bench)
@@ -188,7 +201,9 @@ def build_parser() -> argparse.ArgumentParser:
     _add_overwrite(export)
 
     info = command("info", "what is in an HDF5 file")
-    info.add_argument("path", metavar="FILE.h5", type=_path, help="a basis or snapshot file")
+    info.add_argument(
+        "path", metavar="FILE.h5", type=_path, help="a basis or another HDF5 file of pmor; or the folder of a campaign"
+    )
     info.add_argument("--verify", action="store_true", help="hold a basis against full FE of its case: seconds")
     return parser
 

@@ -300,6 +300,39 @@ def design(
         raise ConvergenceError(f"{len(found.failures)} did not converge, first: {found.failures[0]}", [])
 
 
+def campaign(
+    campaign_path: Path, out: Path | None = None, jobs: int = 1, dask: str | None = None,
+    case_number: int | None = None, overwrite: bool = False,
+) -> None:  # fmt: skip
+    """Solve a table of designs, each with gears of its own, on processes of this machine or on a cluster."""
+    from pmor.threads import use_one_thread
+
+    use_one_thread()  # before anything loads numpy
+    from pmor.app.campaign import solve_campaign, write_design
+    from pmor.errors import ConvergenceError
+    from pmor.lab.campaign.cluster import dask_executor
+    from pmor.lab.campaign.loader import load_campaign
+    from pmor.lab.campaign.output import campaign_text
+    from pmor.lab.campaign.run import local_processes
+    from pmor.storage.results_folder import default_folder
+
+    settings = load_campaign(campaign_path)
+    if case_number is not None:
+        print(f"{write_design(settings, case_number, out or Path(), overwrite)}: written")
+        return
+    folder = out or default_folder(settings.name)
+    with dask_executor(dask) if dask else local_processes(jobs) as executor:
+        workers = None if dask else jobs
+        done, columns = solve_campaign(
+            settings, folder, executor, workers, overwrite, announce=lambda text: print(text, flush=True)
+        )
+    print(campaign_text(done, columns))
+    print(f"  results in {folder}")
+    if len(columns.failed):
+        first = f"design {columns.failed[0] + 1}: {columns.reasons[columns.failed[0]]}"
+        raise ConvergenceError(f"{len(columns.failed)} designs have no results, first: {first}", [])
+
+
 def bench(case_path: Path, json_path: Path, jobs: int = 2, overwrite: bool = False) -> None:
     """Measure run times by phase and by size, as ratios to an earlier measurement where there is one."""
     from pmor.threads import use_one_thread
@@ -336,9 +369,10 @@ def export(
 
 def info(path: Path, verify: bool = False) -> None:
     """Print what is in an HDF5 file and, where asked for, whether a basis obeys its laws."""
+    from pmor.lab.campaign.describe import folder_text
     from pmor.storage.describe import file_text
 
-    print(file_text(path))
+    print(folder_text(path) if path.is_dir() else file_text(path))
     if verify:
         _verify(path)
 

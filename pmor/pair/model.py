@@ -265,21 +265,39 @@ def elastic_model(case: Case, mesh: MeshModel, keep_volume: bool = False) -> Ela
     -------
     ElasticModel
     """
-    from pmor.fe.cyclic import elastic_gear  # with scipy, which a sweep with a basis does without
-
-    reach = neighbour_reach(mesh.meshed.pair)
-
     def build(sector: SectorMesh, gear: GearCase) -> ElasticGear:
-        layers = mesh.meshed.layers
-        columns = layers[0 if sector is mesh.pinion else 1].columns if layers else 0
-        tooth = mesh.meshed.pair.pinion if sector is mesh.pinion else mesh.meshed.pair.wheel
-        fillet = build_fillet(tooth, sector) if case.root_stress else None
-        return elastic_gear(
-            sector, gear.youngs_modulus_GPa * 1e3, gear.poisson_ratio, case.mesh.element, reach, keep_volume, columns,
-            fillet,
-        )  # fmt: skip
+        return solved_gear(case, mesh, sector, gear, keep_volume)
 
     return ElasticModel(mesh, *per_gear(case, mesh, build))
+
+
+def solved_gear(
+    case: Case, mesh: MeshModel, sector: SectorMesh, gear: GearCase, keep_volume: bool = False
+) -> ElasticGear:
+    """Solve for the flank compliance of one gear of a pair.
+
+    Parameters
+    ----------
+    case : Case
+    mesh : MeshModel
+    sector : SectorMesh
+        Of the gear: one of those in `mesh`.
+    gear : GearCase
+    keep_volume : bool
+        Keep what back-substitution to the volume needs.
+
+    Returns
+    -------
+    ElasticGear
+    """
+    from pmor.fe.cyclic import elastic_gear  # with scipy, which a sweep with a basis does without
+
+    layers, pair = mesh.meshed.layers, mesh.meshed.pair
+    place, tooth = (0, pair.pinion) if sector is mesh.pinion else (1, pair.wheel)
+    return elastic_gear(
+        sector, gear.youngs_modulus_GPa * 1e3, gear.poisson_ratio, case.mesh.element, neighbour_reach(pair),
+        keep_volume, layers[place].columns if layers else 0, build_fillet(tooth, sector) if case.root_stress else None,
+    )  # fmt: skip
 
 
 def model_of_solved(case: Case, mesh: MeshModel, solved: ElasticModel) -> ElasticModel:

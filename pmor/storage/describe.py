@@ -8,11 +8,16 @@ import h5py
 
 from pmor.errors import printable
 from pmor.storage.basis_file import BASIS_SCHEMA
+from pmor.storage.campaign_file import CAMPAIGN_SCHEMA
+from pmor.storage.compliance_file import COMPLIANCE_SCHEMA
 from pmor.storage.design_file import DESIGN_SCHEMA
 from pmor.storage.hdf5 import attribute, check_descriptions, open_checked, read, schema_name
 from pmor.storage.results_file import RESULTS_SCHEMA
 from pmor.storage.snapshot_file import SNAPSHOT_SCHEMA
 from pmor.storage.structure import items_of
+
+# Of all files but bases, which is what an unknown file is taken for.
+SCHEMAS = (SNAPSHOT_SCHEMA, RESULTS_SCHEMA, DESIGN_SCHEMA, CAMPAIGN_SCHEMA, COMPLIANCE_SCHEMA)
 
 
 def file_text(path: Path) -> str:
@@ -23,7 +28,7 @@ def file_text(path: Path) -> str:
     FileFormatError
         When it is not one of our files, or its data are damaged.
     """
-    known = {schema.name: schema for schema in (SNAPSHOT_SCHEMA, RESULTS_SCHEMA, DESIGN_SCHEMA)}
+    known = {schema.name: schema for schema in SCHEMAS}
     schema = known.get(schema_name(path) or "", BASIS_SCHEMA)
     with open_checked(path, schema) as file:
         check_descriptions(file)
@@ -32,7 +37,7 @@ def file_text(path: Path) -> str:
 
 
 def _attributes(file: h5py.File) -> list[str]:
-    names = sorted(set(file.attrs) - {"case_text", "schema", "text"})
+    names = sorted(set(file.attrs) - {"case_text", "campaign_text", "schema", "text"})
     return [f"  {name:<18} {attribute(file, name)}" for name in names]
 
 

@@ -56,7 +56,9 @@ class Schema:
 
 
 @contextmanager
-def create(path: Path, schema: Schema, attributes: dict[str, Any], overwrite: bool) -> Iterator[h5py.File]:
+def create(
+    path: Path, schema: Schema, attributes: dict[str, Any], overwrite: bool, dated: bool = True
+) -> Iterator[h5py.File]:
     """Write a new file atomically.
 
     Parameters
@@ -67,6 +69,8 @@ def create(path: Path, schema: Schema, attributes: dict[str, Any], overwrite: bo
         Root attributes beside schema, version and provenance.
     overwrite : bool
         Whether an existing file may be replaced.
+    dated : bool
+        Whether it says when it was made: without that, equal contents are equal files.
 
     Yields
     ------
@@ -85,7 +89,7 @@ def create(path: Path, schema: Schema, attributes: dict[str, Any], overwrite: bo
                 file,
                 schema=schema.name,
                 schema_version=schema.version,
-                created=datetime.now(UTC).isoformat(timespec="seconds"),
+                **({"created": datetime.now(UTC).isoformat(timespec="seconds")} if dated else {}),
                 pmor_version=__version__,
                 numpy_version=np.__version__,
                 h5py_version=h5py.__version__,

@@ -1,0 +1,201 @@
+"""What a campaign file may say: one dataclass per section.
+
+A campaign names a base case and varies keys of it; what a case may say is checked by `pmor.case`, with its own
+messages.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pmor.ranges import Range
+
+Method = Literal["grid", "list", "csv", "sobol"]
+Solved = Literal["both", "pinion", "wheel"]
+Number = int | float
+# Of designs in all: ten times what a thousand cores do in a day at a minute each.
+MOST_DESIGNS = 10_000_000
+
+
+@dataclass(frozen=True)
+class Span:
+    """Values between two bounds, which belong to them.
+
+    Parameters
+    ----------
+    low, high : int or float
+    whole : bool
+        Whether all values are whole numbers.
+    """
+
+    low: Number
+    high: Number
+    whole: bool
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A key of the case that differs from design to design.
+
+    Parameters
+    ----------
+    name : str
+        Section and key, such as ``pinion.teeth``.
+    values : tuple of numbers, or Span
+        The latter in Sobol's sequence alone.
+    """
+
+    name: str
+    values: tuple[Number, ...] | Span
+
+
+@dataclass(frozen=True, kw_only=True)
+class DesignsSection:
+    """Which designs there are (section `[designs]`, beside the keys of the case that it names).
+
+    Parameters
+    ----------
+    method : {"grid", "list", "csv", "sobol"}
+        `grid`: every value with every other. `list`: the first values of all keys, the second ones, and so on. `csv`:
+        one design per line of a file. `sobol`: spread evenly over the ranges.
+    count : int or None
+        Of designs, of Sobol's sequence.
+    file : str or None
+        CSV file, beside the campaign file: keys of the case in the first line.
+    """
+
+    method: Method
+    count: Annotated[int, Range(1, MOST_DESIGNS)] | None = None
+    file: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Relations:
+    """What all designs have in common (section `[relations]`); keys of the case follow from it.
+
+    Parameters
+    ----------
+    ratio : float or None
+        Teeth of the wheel over those of the pinion: the wheel takes the nearest whole number.
+    ratio_tolerance_percent : float
+        How far the ratio may be off for it; a design beyond is infeasible.
+    centre_distance_mm : float or None
+        Reached without backlash by profile shifts.
+    solve : {"both", "pinion", "wheel"}
+        Gear whose profile shift is found for it; both with the same shift.
+    """
+
+    ratio: Annotated[float, Range(0.01, 100.0)] | None = None
+    ratio_tolerance_percent: Annotated[float, Range(0.0, 50.0, "%")] = 3.0
+    centre_distance_mm: Annotated[float, Range(0.1, 1e5, "mm")] | None = None
+    solve: Solved = "both"
+
+    @property
+    def solved(self) -> tuple[str, ...]:
+        """Keys of the case that they give, and nobody else may."""
+        teeth = ("wheel.teeth",) if self.ratio is not None else ()
+        gears = ("pinion", "wheel") if self.solve == "both" else (self.solve,)
+        shifts = tuple(f"{gear}.profile_shift" for gear in gears) if self.centre_distance_mm is not None else ()
+        return teeth + shifts
+
+    @property
+    def derived(self) -> tuple[str, ...]:
+        """Keys of the case that stand in the row of a design beside its own: both shifts where one of them is found."""
+        mate = {"pinion": ("wheel.profile_shift",), "wheel": ("pinion.profile_shift",), "both": ()}[self.solve]
+        return self.solved + (mate if self.centre_distance_mm is not None else ())
+
+
+@dataclass(frozen=True, kw_only=True)
+class Workers:
+    """What a process that solves designs may take (section `[workers]`).
+
+    Parameters
+    ----------
+    time_limit_s : float
+        For one design; a process that has not answered by then is ended.
+    memory_GiB : float or None
+        For one process; None is as much as there is.
+    """
+
+    time_limit_s: Annotated[float, Range(0.1, 1e6, "s")] = 900.0
+    memory_GiB: Annotated[float, Range(0.25, 1e5, "GiB")] | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class StoreSection:
+    """Where compliances of single gears are kept for other designs and other campaigns (section `[store]`).
+
+    Parameters
+    ----------
+    folder : str
+        From the folder in which the command runs.
+    limit_GiB : float
+        What it may hold; what was not used for longest goes first. 0 is no store.
+    """
+
+    folder: str = "out/compliances"
+    limit_GiB: Annotated[float, Range(0.0, 1e5, "GiB")] = 5.0
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """A campaign file, complete.
+
+    Parameters
+    ----------
+    name, title : str
+    source : Path
+        Of the file.
+    source_text : str
+        Of the file.
+    text : str
+        Of the file, of the table of designs where that is one of its own, and of the base case: what the results are
+        made from.
+    base : Path
+        Of the base case.
+    base_text : str
+        TOML text of the base case with the keys that all designs have in common; it names no further file.
+    method : str
+    variables : tuple of Variable
+    count : int
+        Of designs.
+    relations : Relations
+    results : tuple of str
+        Keys of the results that are written.
+    workers : Workers
+    store : StoreSection
+    inputs : tuple of Path
+        Files that are read.
+    """
+
+    name: str
+    title: str
+    source: Path
+    source_text: str
+    text: str
+    base: Path
+    base_text: str
+    method: Method
+    variables: tuple[Variable, ...]
+    count: int
+    relations: Relations
+    results: tuple[str, ...]
+    workers: Workers
+    store: StoreSection
+    inputs: tuple[Path, ...]
+
+    @property
+    def whole(self) -> tuple[str, ...]:
+        """Those of the columns whose values are whole numbers."""
+        listed = {v.name: v.values for v in self.variables}
+        kinds = {name: values.whole if isinstance(values, Span) else isinstance(values[0], int)
+                 for name, values in listed.items()}  # fmt: skip
+        return tuple(name for name in self.columns if kinds.get(name, name == "wheel.teeth"))
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Keys of the case that differ between designs, or follow from relations."""
+        named = tuple(variable.name for variable in self.variables)
+        return named + tuple(name for name in self.relations.derived if name not in named)

@@ -1,0 +1,153 @@
+"""Compliances of single gears under the digest of all that they depend on: what was solved once is never solved again.
+
+The store serves any number of processes and runs at a time. An entry is written beside its place and renamed; who
+solves the same gear meanwhile writes the same bytes. It is parted by the first digit of the digest, each part with an
+equal share of the limit: after a write the process looks at that part alone, and removes what was not used for longest.
+So the limit holds without anybody counting. A store is a help, not a place of results: where it cannot be read or
+written, gears are solved as without it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+from dataclasses import dataclass, fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pmor.errors import FileFormatError, OutputError
+from pmor.storage.atomic import ensure_folder, output_errors
+from pmor.storage.compliance_file import SolvedGear, read_compliance, write_compliance
+from pmor.version import __version__
+
+# One of it means the folder is a store, and its entries may go.
+MARKER = "pmor-compliances.txt"
+MARKER_TEXT = "Compliances of single gears, kept by 'pmor campaign'. All of it may be removed at any time.\n"
+PARTS = "0123456789abcdef"
+ENTRY = re.compile(r"[0-9a-f]{64}\.h5")
+GIB = 2**30
+
+
+@dataclass(frozen=True)
+class Store:
+    """A folder of compliances.
+
+    Parameters
+    ----------
+    folder : Path
+    limit_bytes : float
+        0: nothing is kept.
+    """
+
+    folder: Path
+    limit_bytes: float
+
+    def get(self, key: str, solve: Callable[[], SolvedGear]) -> SolvedGear:
+        """Return what is kept under a key, or solve for it and keep it."""
+        if not self.limit_bytes:
+            return solve()
+        path = self.folder / key[0] / f"{key}.h5"
+        found = _found(path)
+        if found is None:
+            found = solve()
+            with suppress(OutputError, OSError):  # no space, no rights: the next one solves it again
+                ensure_folder(path.parent)
+                write_compliance(path, found)
+                _make_room(path.parent, self.limit_bytes / len(PARTS))
+        return found
+
+
+def refuse_foreign_store(folder: Path) -> None:
+    """Raise OutputError when a folder that is to be a store holds something else."""
+    if not is_store(folder) and folder.exists() and not (folder.is_dir() and not any(folder.iterdir())):
+        raise OutputError(f"{folder}: holds other things, and is to be the store of compliances: choose another folder")
+
+
+def open_store(folder: Path, limit_gib: float) -> Store:
+    """Make a folder a store unless it is one.
+
+    Raises
+    ------
+    OutputError
+        When it holds something else, or cannot be written to.
+    """
+    if not limit_gib:
+        return Store(folder, 0.0)
+    refuse_foreign_store(folder)
+    marker = folder / MARKER
+    if not is_store(folder):
+        ensure_folder(folder)
+        with output_errors(f"write to the folder {folder}", marker):
+            marker.write_text(MARKER_TEXT, encoding="utf-8")
+    return Store(folder.resolve(), limit_gib * GIB)
+
+
+def is_store(folder: Path) -> bool:
+    """Whether a folder is a store of compliances."""
+    return (folder / MARKER).is_file()
+
+
+def entries(folder: Path) -> list[Path]:
+    """Return the files of a store."""
+    return [path for part in PARTS for path in sorted((folder / part).glob("*.h5")) if ENTRY.fullmatch(path.name)]
+
+
+def key_of(*parts: Any) -> str:
+    """Return the SHA-256, in hex, of arrays, numbers, text and dataclasses of them, and of the program's version."""
+    digest = hashlib.sha256()
+    for data in _bytes_of((__version__, *parts)):
+        digest.update(f"{len(data)}:".encode())
+        digest.update(data)
+    return digest.hexdigest()
+
+
+def _bytes_of(value: Any) -> Iterable[bytes]:
+    if isinstance(value, np.ndarray):
+        yield f"{value.dtype.str} {value.shape}".encode()
+        yield np.ascontiguousarray(value).tobytes()
+    elif is_dataclass(value):
+        yield type(value).__name__.encode()
+        for item in fields(value):
+            yield item.name.encode()
+            yield from _bytes_of(getattr(value, item.name))
+    elif isinstance(value, tuple):
+        yield f"{len(value)} items".encode()
+        for item in value:
+            yield from _bytes_of(item)
+    else:
+        yield repr(value).encode()
+
+
+def _found(path: Path) -> SolvedGear | None:
+    """An entry, or None where there is none that is whole; it counts as used now."""
+    if not path.is_file():
+        return None
+    try:
+        solved = read_compliance(path)
+    except FileFormatError:
+        return None  # damaged, or removed meanwhile: it is made anew
+    with suppress(OSError):
+        os.utime(path)
+    return solved
+
+
+def _make_room(part: Path, limit: float) -> None:
+    """Remove entries of a part, those not used for longest first, until it keeps to its limit."""
+    found = []
+    for path in part.iterdir():
+        if ENTRY.fullmatch(path.name):
+            with suppress(OSError):  # another process removes as well
+                state = path.stat()
+                found.append((state.st_mtime_ns, path.name, state.st_size, path))
+    total = sum(size for _, _, size, _ in found)
+    for _, _, size, path in sorted(found):
+        if total <= limit:
+            return
+        with suppress(OSError):
+            path.unlink()
+        total -= size

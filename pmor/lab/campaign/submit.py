@@ -1,0 +1,104 @@
+"""Give work to an executor, any one: so much at a time, again what failed, and never more in memory than that."""
+
+from __future__ import annotations
+
+import queue
+from collections.abc import Callable, Iterator
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
+from typing import TypeVar
+
+from pmor.errors import ExternalProgramError, PmorError
+
+Item = TypeVar("Item")
+Answer = TypeVar("Answer")
+
+# Pieces of work that an executor has at a time: four for each of a thousand cores.
+IN_FLIGHT = 4000
+TRIES = 2
+
+
+def submit_all(
+    executor: Executor, work: Callable[[Item], Answer], items: Iterator[Item],
+    keep: Callable[[Item, Answer], None], lost: Callable[[Item, str], Answer], in_flight: int = IN_FLIGHT,
+) -> None:  # fmt: skip
+    """Do a piece of work for each item.
+
+    Parameters
+    ----------
+    executor : concurrent.futures.Executor
+        Of threads, processes or machines.
+    work : callable
+        Done there, with an item.
+    items : iterator
+        Asked for the next item only when it is handed out.
+    keep : callable
+        Called here with each item and its answer, in the order in which they come.
+    lost : callable
+        Gives the answer for an item whose work failed twice, from the item and the reason.
+    in_flight : int
+        Pieces of work that the executor has at most.
+
+    Raises
+    ------
+    ExternalProgramError
+        When the executor does no more work: what was kept by then is kept.
+    """
+    done: queue.SimpleQueue[tuple[Item, int, Future[Answer]]] = queue.SimpleQueue()
+    again: list[tuple[Item, int]] = []
+    flying: set[Future[Answer]] = set()
+    try:
+        while True:
+            while len(flying) < in_flight:
+                item, tries = again.pop() if again else (next(items, None), 1)
+                if item is None:
+                    break
+                flying.add(_hand_out(executor, work, item, tries, done))
+            if not flying:
+                return
+            item, tries, future = done.get()
+            flying.remove(future)
+            reason = _failure(future)
+            if reason is None:
+                keep(item, future.result())
+            elif tries < TRIES:
+                again.append((item, tries + 1))
+            else:
+                keep(item, lost(item, f"{reason}, {TRIES} times"))
+    finally:
+        for future in flying:
+            future.cancel()
+
+
+def _hand_out(
+    executor: Executor, work: Callable[[Item], Answer], item: Item, tries: int,
+    done: queue.SimpleQueue[tuple[Item, int, Future[Answer]]],
+) -> Future[Answer]:  # fmt: skip
+    try:
+        future = executor.submit(work, item)
+    except (RuntimeError, OSError) as error:
+        raise _gave_up(error) from error
+    future.add_done_callback(lambda ended: done.put((item, tries, ended)))
+    return future
+
+
+def _failure(future: Future[Answer]) -> str | None:
+    """Why a piece of work failed; None where it did not."""
+    try:
+        error = future.exception()
+    except CancelledError as cancelled:
+        raise _gave_up(cancelled) from cancelled
+    if error is None:
+        return None
+    if isinstance(error, BrokenExecutor | CancelledError):
+        raise _gave_up(error) from error
+    if isinstance(error, PmorError) or not isinstance(error, Exception):
+        raise error  # no other piece would fare better
+    return f"its worker failed, {type(error).__name__}"
+
+
+def _gave_up(error: BaseException) -> ExternalProgramError:
+    said = f"{type(error).__name__}: {error}".rstrip(": ")
+    return ExternalProgramError(
+        f"the executor does no more work ({said}): see what became of its workers; finished chunks are kept, and the "
+        "same command goes on where it stopped"
+    )

@@ -1,0 +1,68 @@
+"""The file of a single gear's compliance, as a store of them keeps it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from pmor.reduction.root_stress import RootStressShapes
+from pmor.storage.basis_layout import COMPLIANCE, ROOT_STRESS
+from pmor.storage.hdf5 import Schema, create, open_checked, read, write
+from pmor.storage.layout import Field, check_layout
+from pmor.storage.structure import items_of
+
+COMPLIANCE_SCHEMA = Schema("pmor-compliance", 1, "remove it: the gear is solved again")
+STRESS = "root_stress"
+LAYOUT = {
+    "compliance": Field("mm/N", COMPLIANCE, "of the flank nodes, of the loaded tooth and those beside it"),
+    **{f"{STRESS}/{name}": Field(f.unit, f.dims, f.description, optional=True) for name, f in ROOT_STRESS.items()},
+}
+
+
+@dataclass(frozen=True)
+class SolvedGear:
+    """What line loads need of a gear's finite elements.
+
+    Parameters
+    ----------
+    compliance : ndarray, shape (reach + 1, n, n)
+        As in `pmor.reduction.error_estimate.FlankCompliance`.
+    root_stress : RootStressShapes or None
+        Where it was asked for.
+    """
+
+    compliance: np.ndarray
+    root_stress: RootStressShapes | None
+
+
+def read_compliance(path: Path) -> SolvedGear:
+    """Read a file.
+
+    Raises
+    ------
+    FileFormatError
+        When it is missing, foreign, damaged, or of another version.
+    """
+    with open_checked(path, COMPLIANCE_SCHEMA) as file:
+        check_layout(items_of(file), LAYOUT, {})
+        compliance, stress = read(file, "compliance", LAYOUT["compliance"]), None
+        if STRESS in file:
+            names = (f"{STRESS}/{name}" for name in ROOT_STRESS)
+            stress = RootStressShapes(*(read(file, name, LAYOUT[name]) for name in names))
+        return SolvedGear(compliance, stress)
+
+
+def write_compliance(path: Path, solved: SolvedGear) -> None:
+    """Write a file, whole; equal contents are equal files.
+
+    Raises
+    ------
+    OutputError
+    """
+    stress = solved.root_stress
+    arrays = {} if stress is None else {f"{STRESS}/{name}": getattr(stress, name) for name in ROOT_STRESS}
+    with create(path, COMPLIANCE_SCHEMA, {}, overwrite=True, dated=False) as file:
+        for name, array in {"compliance": solved.compliance, **arrays}.items():
+            write(file, name, array, LAYOUT[name])

@@ -1,0 +1,228 @@
+"""A whole campaign: its rows are those of runs, and the same bytes whatever befalls its processes and executors."""
+
+import json
+import os
+import signal
+import sys
+import threading
+import time
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import pmor
+import pmor.lab.campaign.chunks as chunks_module
+import pmor.lab.campaign.solve as solve_module
+import pmor.lab.campaign.supervise as supervise_module
+from pmor.app.cli import main
+from pmor.errors import OutputError
+from pmor.lab.campaign.describe import folder_text
+from pmor.lab.campaign.output import RESULTS
+from pmor.lab.campaign.relations import case_of
+from pmor.lab.campaign.solve import basis_of, results_of
+from pmor.lab.campaign.store import entries, open_store
+from pmor.pair.model import elastic_model, mesh_model
+from pmor.report.summary import figures
+from pmor.storage.campaign_file import read_campaign_file
+from pmor_offline.train import train
+from pmor_online.model import reduced_pair
+from pmor_online.readings import read_off
+from pmor_online.run import OnlineResult, sweep_case
+from tests.small_case import case_text
+
+BASE = case_text(
+    contact={"scheme": "line"}, reduction=None, results={"root_stress": False, "maps": False},
+    online={"angles_per_pitch": 12, "torques_Nm": [50.0, 100.0]},
+)  # fmt: skip
+DESIGNS = 24
+FAULTY = (sys.executable, "-P", str(Path(__file__).parents[1] / "faulty_solver.py"))
+# Of the summary of a run.
+ALIKE = (
+    "ste_mean_um", "ste_peak_to_peak_um", "mesh_stiffness_mean_N_per_mm_um", "mesh_stiffness_tangent_mean_N_per_mm_um",
+    "k_h_beta", "flank_pressure_max_MPa", "effective_contact_ratio",
+)  # fmt: skip
+TEXT = f"""
+case = "base.toml"
+[designs]
+method = "grid"
+pair.face_width_mm = {{ from = 15.0, to = 38.0, steps = {DESIGNS} }}
+[workers]
+time_limit_s = 2.0
+[store]
+folder = "store"
+"""
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    (tmp_path / "base.toml").write_text(BASE)
+    (tmp_path / "campaign.toml").write_text(TEXT)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def faulty(folder, monkeypatch):
+    """Function that gives designs their faults; solving processes make up their results."""
+    (folder / "faults").mkdir()
+    monkeypatch.setenv("FAULTS", str(folder / "faults"))
+    monkeypatch.setattr(supervise_module, "COMMAND", FAULTY)
+    monkeypatch.setattr("pmor.lab.campaign.run.expected_seconds", lambda campaign, table: 0.5)  # four to a chunk
+
+    def faults(**kinds):
+        for number, (kind, times) in kinds.items():
+            (folder / "faults" / number.removeprefix("d")).write_text(json.dumps([kind, times]))
+
+    return faults
+
+
+def results(folder):
+    return {name: (folder / name).read_bytes() for name in RESULTS}
+
+
+def statuses(folder):
+    file = read_campaign_file(folder / "campaign.h5")
+    return [file.statuses[code] for code in file.arrays["design/status"]]
+
+
+def test_the_row_of_a_design_is_what_a_run_of_its_case_gives(tmp_path):
+    case = case_of(BASE, {"pair.helix_angle_deg": 12.0, "wheel.teeth": 24}, "design 1")
+    store = open_store(tmp_path / "store", 1.0)
+    row, failures = results_of(case, store)
+    reduced = reduced_pair(train(case, elastic_model(case, mesh_model(case))).basis)
+    sweep = sweep_case(reduced)
+    summary = figures(OnlineResult(reduced, sweep, None, 0.0, readings=read_off(reduced, sweep)))
+    assert failures == ()
+    for key in ALIKE:
+        assert row[key] == summary[key], key
+    assert [row[f"ste_order_{k}_um"] for k in (1, 2, 3)] == summary["ste_harmonics_um"][:3]
+    assert row["root_stress_pinion_MPa"] is None
+    assert row["ste_peak_to_peak_worst_um"] == max(np.ptp(sweep.ste_um, axis=1))
+
+
+def test_the_same_gear_is_solved_once_and_a_row_from_the_store_is_the_same(tmp_path, monkeypatch):
+    store = open_store(tmp_path / "store", 1.0)
+    wide = case_of(BASE, {"wheel.bore_radius_mm": 22.0}, "one")
+    first = results_of(wide, store)
+    assert len(entries(store.folder)) == 2
+
+    def solved_before(*arguments):
+        raise AssertionError("is in the store")
+
+    monkeypatch.setattr(solve_module, "solved_gear", solved_before)
+    assert results_of(wide, store) == first
+    alike = basis_of(case_of(BASE, {"load.torque_Nm": 100.0}, "two"), store)
+    assert alike.compliance.gears[0] is alike.compliance.gears[1]
+
+
+def test_two_identical_campaigns_differ_in_no_byte_whatever_befell_their_processes(folder, faulty, capsys):
+    assert main(["campaign", "campaign.toml", "--out", "plain", "--jobs", "2"]) == 0
+    faulty(d2=("die", 1), d5=("hang", 1), d8=("leave", 1), d13=("memory", 1), d14=("die", 1), d24=("defect", 1))
+    assert main(["campaign", "campaign.toml", "--out", "struck"]) == 0
+    assert results(folder / "struck") == results(folder / "plain")
+    assert "16 ok, 8 infeasible" in capsys.readouterr().out
+    rows = (folder / "plain" / "campaign.csv").read_text().splitlines()[1:]
+    assert [int(row.split(",")[0]) for row in rows] == list(range(1, DESIGNS + 1))
+    assert {path.name for path in (folder / "plain").iterdir()} == {
+        *RESULTS, "report.html", "times.json", "times.csv", "cases", ".pmor-manifest.jsonl",
+    }  # fmt: skip
+    assert len(list((folder / "plain" / "cases").glob("*.toml"))) == DESIGNS
+
+
+def test_a_design_that_fails_twice_has_a_row_that_says_so_and_costs_no_other(folder, faulty, capsys):
+    faulty(d4=("hang", 2), d5=("die", 9), d10=("memory", 9), d11=("defect", 9))
+    assert main(["campaign", "campaign.toml", "--out", "out", "--jobs", "2"]) == 3
+    errors = capsys.readouterr().err
+    assert "4 designs have no results, first: design 4: no answer within 2 s, 2 times" in errors
+    found = statuses(folder / "out")
+    assert [i + 1 for i, status in enumerate(found) if status == "lost"] == [4, 5, 10, 11]
+    text = (folder / "out" / "campaign.csv").read_text()
+    for reason in ("signal SIGKILL, 2 times", "its memory did not suffice, 2 times", "ZeroDivisionError: division"):
+        assert reason in text
+
+
+@pytest.mark.parametrize("kind", [ThreadPoolExecutor, ProcessPoolExecutor])
+def test_any_executor_gives_the_same_bytes(folder, faulty, kind):
+    plain = pmor.campaign("campaign.toml", "plain")
+    if kind is ProcessPoolExecutor:  # its processes do not know what was replaced here
+        starting = {"initializer": partial(_be_faulty, FAULTY)}
+    else:
+        starting = {}
+    with kind(2, **starting) as executor:
+        found = pmor.campaign("campaign.toml", "other", executor=executor)
+    assert results(folder / "other") == results(folder / "plain")
+    assert found.status.tolist() == plain.status.tolist() == ["ok", "ok", "infeasible"] * (DESIGNS // 3)
+    assert found.inputs["pair.face_width_mm"][:2].tolist() == [15.0, 16.0]
+    assert np.isnan(found.results["k_h_beta"][2])
+
+
+def _be_faulty(command):
+    supervise_module.COMMAND = command
+
+
+def test_a_disk_that_is_full_ends_it_and_the_same_command_goes_on(folder, faulty, monkeypatch, capsys):
+    assert main(["campaign", "campaign.toml", "--out", "plain"]) == 0
+    write, count = chunks_module.write_summary_json, [0]
+
+    def full(path, data, overwrite=False):
+        if path.name.startswith("chunk_"):
+            count[0] += 1
+            if count[0] == 3:
+                raise OutputError(f"cannot write {path}: no space is left on the disk")
+        write(path, data, overwrite)
+
+    monkeypatch.setattr(chunks_module, "write_summary_json", full)
+    assert main(["campaign", "campaign.toml", "--out", "out"]) == 2
+    assert "no space is left" in capsys.readouterr().err
+    assert not any((folder / "out" / name).exists() for name in RESULTS)
+    assert "2 of 6 chunks, 8 of 24 designs: 2 infeasible, 6 ok" in folder_text(folder / "out")
+    assert main(["info", "out"]) == 0
+    capsys.readouterr()
+    assert main(["campaign", "campaign.toml", "--out", "out"]) == 0
+    assert "8 of them solved before" in capsys.readouterr().out
+    assert results(folder / "out") == results(folder / "plain")
+
+
+def test_chunks_of_another_campaign_or_another_hand_are_solved_again(folder, faulty, monkeypatch, capsys):
+    keep, kept = chunks_module.ChunkFiles.write, []
+
+    def once(self, chunk, answer):
+        if kept:
+            raise KeyboardInterrupt
+        kept.append(chunk)
+        keep(self, chunk, answer)
+
+    monkeypatch.setattr(chunks_module.ChunkFiles, "write", once)
+    assert main(["campaign", "campaign.toml", "--out", "out"]) == 130
+    assert "the same command goes on where it stopped" in capsys.readouterr().err
+    part = next((folder / "out" / "parts").rglob("chunk_*.json"))
+    edited = part.read_text().replace('"ok"', '"lost"')
+    monkeypatch.setattr(chunks_module.ChunkFiles, "write", keep)
+    part.write_text(edited)
+    (folder / "base.toml").write_text(BASE.replace("bore_radius_mm = 20.0", "bore_radius_mm = 21.0"))
+    assert main(["campaign", "campaign.toml", "--out", "out", "--overwrite"]) == 0
+    assert " 0 of them solved before" in capsys.readouterr().out
+    assert set(statuses(folder / "out")) == {"ok", "infeasible"}
+
+
+def test_an_interruption_leaves_no_process_behind(folder, faulty, capsys):
+    faulty(**{f"d{number}": ("hang", 9) for number in range(1, DESIGNS)})
+    threading.Timer(0.7, os.kill, (os.getpid(), signal.SIGINT)).start()
+    started = time.monotonic()
+    assert main(["campaign", "campaign.toml", "--out", "out", "--jobs", "2"]) == 130
+    assert time.monotonic() - started < 30.0
+    for process in list(supervise_module._RUNNING):
+        assert process.wait(10.0) is not None
+
+
+def test_the_case_file_of_a_design_reads_back_as_what_was_solved(folder, capsys):
+    (folder / "campaign.toml").write_text(TEXT + "[relations]\ncentre_distance_mm = 84.3\n")
+    assert main(["campaign", "campaign.toml", "--case", "3"]) == 0
+    case = pmor.load_case("campaign_design_3.toml")
+    assert case.pair.face_width_mm == 17.0
+    assert case.pair.pinion.profile_shift == case.pair.wheel.profile_shift != 0.0
+    assert main(["campaign", "campaign.toml", "--case", "3"]) == 2
+    assert "exists already" in capsys.readouterr().err

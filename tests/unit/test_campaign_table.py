@@ -1,0 +1,109 @@
+"""The table of designs: which there are, what follows from relations, and their cases."""
+
+import math
+
+import numpy as np
+import pytest
+
+from pmor.case import parse_case
+from pmor.errors import CaseError, GeometryError
+from pmor.gear.pair import zero_backlash_centre_distance
+from pmor.lab.campaign.loader import load_campaign
+from pmor.lab.campaign.relations import case_of, text_of_design, with_relations
+from pmor.lab.campaign.settings import Relations
+from pmor.lab.campaign.table import designs_of
+from pmor.pair.model import gear_pair
+from tests.small_case import case_text
+
+BASE = case_text(contact={"scheme": "line"}, reduction=None)
+ROUND_OFF = 1e-12
+
+
+def campaign(folder, text, **files):
+    (folder / "base.toml").write_text(BASE)
+    for name, content in files.items():
+        (folder / f"{name}.csv").write_text(content)
+    path = folder / "campaign.toml"
+    path.write_text('case = "base.toml"\n[designs]\n' + text)
+    found = load_campaign(path)
+    table = designs_of(found)
+    return found, [dict(table(i)) for i in range(found.count)]
+
+
+def test_a_grid_has_every_value_with_every_other_once(tmp_path):
+    _, designs = campaign(tmp_path, 'method = "grid"\npinion.teeth = [19, 20]\n'
+                          "pair.module_mm = { from = 3.0, to = 4.0, steps = 3 }\n")  # fmt: skip
+    expected = [(z, m) for z in (19, 20) for m in (3.0, 3.5, 4.0)]
+    assert [(d["pinion.teeth"], d["pair.module_mm"]) for d in designs] == expected
+
+
+def test_a_list_takes_one_value_of_each(tmp_path):
+    _, designs = campaign(tmp_path, 'method = "list"\npinion.teeth = [19, 20, 20]\npair.module_mm = [3.0, 4.0, 3.0]\n')
+    assert [tuple(d.values()) for d in designs] == [(19, 3.0), (20, 4.0), (20, 3.0)]
+
+
+def test_a_csv_file_has_a_design_in_each_line_and_its_text_belongs_to_the_campaign(tmp_path):
+    text = 'method = "csv"\nfile = "designs.csv"\npair.face_width_mm = 30.0\n'
+    found, designs = campaign(tmp_path, text, designs="pinion.teeth,wheel.teeth\n19,40\n\n21,42\n")
+    assert designs == [{"pinion.teeth": 19, "wheel.teeth": 40}, {"pinion.teeth": 21, "wheel.teeth": 42}]
+    assert case_of(found.base_text, designs[0], "one").pair.face_width_mm == 30.0
+    other, _ = campaign(tmp_path, text, designs="pinion.teeth,wheel.teeth\n19,40\n21,43\n")
+    assert found.text != other.text
+
+
+def test_sobol_spreads_designs_over_their_ranges(tmp_path):
+    text = ('method = "sobol"\ncount = 64\npinion.teeth = { from = 18, to = 21 }\n'
+            "pair.module_mm = { from = 3.0, to = 4.0 }\npair.helix_angle_deg = [0.0, 10.0]\n")  # fmt: skip
+    _, designs = campaign(tmp_path, text)
+    teeth = [d["pinion.teeth"] for d in designs]
+    assert {z: teeth.count(z) for z in teeth} == dict.fromkeys((18, 19, 20, 21), 16)
+    assert all(isinstance(z, int) for z in teeth)
+    modules = np.array([d["pair.module_mm"] for d in designs])
+    # One in each of 64 equal cells: that is Sobol's sequence in one dimension.
+    assert sorted(np.floor(64 * (modules - 3.0)).astype(int)) == list(range(64))
+    assert [d["pair.helix_angle_deg"] for d in designs].count(10.0) == 32
+
+
+@pytest.mark.parametrize("solve", ["both", "pinion", "wheel"])
+@pytest.mark.parametrize("helix", [0.0, 14.0])
+def test_profile_shifts_give_the_centre_distance_without_backlash(solve, helix):
+    relations = Relations(centre_distance_mm=86.5, solve=solve)
+    design = with_relations(BASE, {"pair.helix_angle_deg": helix, "wheel.teeth": 21}, relations)
+    pair = gear_pair(case_of(BASE, design, "one"))
+    assert zero_backlash_centre_distance(pair.pinion, pair.wheel) == pytest.approx(86.5, rel=ROUND_OFF)
+    assert pair.centre_distance == pytest.approx(86.5, rel=ROUND_OFF)
+    shifts = pair.pinion.profile_shift, pair.wheel.profile_shift
+    assert {"both": shifts[0] == shifts[1] != 0.0, "pinion": shifts[1] == 0.0, "wheel": shifts[0] == 0.0}[solve]
+
+
+def test_a_centre_distance_below_the_base_circles_is_refused_in_one_line():
+    with pytest.raises(GeometryError, match=r"\[relations\] centre_distance_mm = 70: .* take fewer teeth"):
+        with_relations(BASE, {}, Relations(centre_distance_mm=70.0))
+
+
+def test_a_ratio_gives_the_nearest_teeth_or_says_how_far_they_are_off():
+    assert with_relations(BASE, {"pinion.teeth": 21}, Relations(ratio=1.5))["wheel.teeth"] == round(1.5 * 21)
+    with pytest.raises(GeometryError, match=r"21 and 32 teeth are off by 1.6 %, more than 1 %"):
+        with_relations(BASE, {"pinion.teeth": 21}, Relations(ratio=1.5, ratio_tolerance_percent=1.0))
+
+
+def test_a_wheel_that_the_base_case_does_not_mention_is_like_the_pinion_of_the_design():
+    case = case_of(BASE, {"pinion.teeth": 19, "pinion.bore_radius_mm": 18.0, "wheel.teeth": 23}, "one")
+    assert (case.pair.wheel.teeth, case.pair.wheel.bore_radius_mm) == (23, 18.0)
+
+
+def test_a_modification_changes_one_gear_alone():
+    case = case_of(BASE, {"pinion.modification.helix_crowning_um": 4.0}, "one")
+    assert case.pinion_modification.helix_crowning_um == 4.0
+    assert case.wheel_modification.helix_crowning_um == 0.0
+    assert case.pair.wheel == case.pair.pinion
+
+
+def test_the_text_of_a_design_is_a_case_file():
+    text = text_of_design(BASE, {"pinion.teeth": 20, "pair.module_mm": math.pi})
+    assert parse_case(text, "one", "one").pair.module_mm == math.pi
+
+
+def test_a_value_that_no_case_allows_is_refused_before_anything_is_solved(tmp_path):
+    with pytest.raises(CaseError, match=r"\[designs\] pair.face_width_mm = -3.0: must be between"):
+        campaign(tmp_path, 'method = "grid"\npair.face_width_mm = [-3.0, 20.0]\n')
