@@ -27,8 +27,8 @@ Forces = Callable[[float, FloatArray], FloatArray]
 # Of the largest force: what cells may leave out at the points between their values. A quarter more was measured
 # elsewhere.
 TOLERANCE = 5e-5
-# How far from a watched load a cell counts as beside it, over the range of its own forces: one that is longer, and lower
-# by this factor at most, gives the cell at the load its border.
+# How far from a watched load a cell counts as beside it, over the range of its own forces: a longer one, lower by this
+# factor at most, gives the cell at the load its border.
 BESIDE = 2.0
 # Per mesh cycle: beyond which a law is none that a table could hold.
 MOST_CELLS = 100_000
