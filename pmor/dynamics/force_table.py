@@ -27,6 +27,9 @@ Forces = Callable[[float, FloatArray], FloatArray]
 # Of the largest force: what cells may leave out at the points between their values. A quarter more was measured
 # elsewhere.
 TOLERANCE = 5e-5
+# How far from a watched load a cell counts as beside it, over the range of its own forces: a longer one, lower by this
+# factor at most, gives the cell at the load its border.
+BESIDE = 2.0
 # Per mesh cycle: beyond which a law is none that a table could hold.
 MOST_CELLS = 100_000
 # Displacements at which it is tried whether the flanks bear a load, mm, each so much larger than the last; phases.
@@ -224,7 +227,7 @@ class _Law:
 def _allowed(force: FloatArray, limit: float, watched: Sequence[Watched]) -> FloatArray:
     """What cells may leave out, (n,): less where a watched load is among their forces or those of cells beside."""
     low, high = force.min(axis=(1, 2)), force.max(axis=(1, 2))
-    reach = high - low
+    reach = BESIDE * (high - low)
     allowed = np.full(len(force), limit)
     for one in watched:
         near = (low - reach <= one.load) & (one.load <= high + reach)
