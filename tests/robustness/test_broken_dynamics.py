@@ -67,10 +67,14 @@ def test_broken_sections_are_refused_in_one_line(name):
     ("change", "words"),
     [
         ({"contact": {"scheme": "direct"}, "reduction": {"shapes": "flank_lines"}}, "take the mesh force from line"),
-        (LINES | {"pinion.modification": {"pitch_deviations_um": [0.0] * 20 + [8.0]}}, "repeats with the mesh"),
+        (
+            LINES
+            | {"pinion.modification": {"pitch_deviations_um": [0.0] * 20 + [8.0]}, "dynamics": {"backlash_um": 50.0}},
+            "say nothing of the backs of teeth",
+        ),
     ],
 )
-def test_a_pair_without_a_force_law_that_repeats_is_refused_by_the_command(change, words, tmp_path, capsys):
+def test_a_pair_without_a_force_law_for_its_motion_is_refused_by_the_command(change, words, tmp_path, capsys):
     path = tmp_path / "small.toml"
     path.write_text(case_text(**change))
     assert main(["dynamics", str(path), "--out", str(tmp_path / "out")]) == 2

@@ -12,7 +12,7 @@ from pmor.errors import CaseError
 from pmor.pair.model import mesh_model
 
 CASES = Path(__file__).parents[2] / "cases"
-FILES = sorted(path for path in CASES.glob("*.toml") if "base =" not in path.read_text())  # the others are studies
+FILES = sorted(path for path in CASES.glob("*.toml") if "[pair]" in path.read_text())  # the others start from a case
 
 SMALL = {"teeth": 21, "bore_radius_mm": 20.0, "module_mm": 4.0, "face_width_mm": 20.0, "torque_Nm": 100.0}
 
