@@ -70,7 +70,7 @@ def faulty(folder, monkeypatch):
     (folder / "faults").mkdir()
     monkeypatch.setenv("FAULTS", str(folder / "faults"))
     monkeypatch.setattr(supervise_module, "COMMAND", FAULTY)
-    monkeypatch.setattr("pmor.lab.campaign.run.expected_seconds", lambda campaign, table: 0.5)  # four to a chunk
+    monkeypatch.setattr("pmor.lab.campaign.run.expected_seconds", lambda campaign, table: 1.0)  # four to a chunk
 
     def faults(**kinds):
         for number, (kind, times) in kinds.items():
