@@ -208,8 +208,11 @@ def test_chunks_of_another_campaign_or_another_hand_are_solved_again(folder, fau
     assert set(statuses(folder / "out")) == {"ok", "infeasible"}
 
 
-def test_an_interruption_leaves_no_process_behind(folder, faulty, capsys):
+def test_an_interruption_leaves_no_process_behind(folder, faulty, capsys, request):
     faulty(**{f"d{number}": ("hang", 9) for number in range(1, DESIGNS)})
+    # A process that a shell starts in the background is told to let interruptions pass, and so are its tests.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    request.addfinalizer(partial(signal.signal, signal.SIGINT, before))
     threading.Timer(0.7, os.kill, (os.getpid(), signal.SIGINT)).start()
     started = time.monotonic()
     assert main(["campaign", "campaign.toml", "--out", "out", "--jobs", "2"]) == 130
