@@ -103,6 +103,23 @@ def test_the_row_of_a_design_is_what_a_run_of_its_case_gives(tmp_path):
     assert row["ste_peak_to_peak_worst_um"] == max(np.ptp(sweep.ste_um, axis=1))
 
 
+def test_the_relief_that_suits_a_design_is_worth_what_its_row_says(tmp_path):
+    case = case_of(BASE, {"pinion.teeth": 20}, "design 1")
+    row, _ = results_of(case, open_store(tmp_path / "store", 1.0), relief=True)
+    pinion, wheel = (
+        pmor.Modification(
+            tip_relief_um=row["best_tip_relief_um"],
+            tip_relief_start_roll_deg=row[f"best_tip_relief_start_{gear}_roll_deg"],
+        )
+        for gear in ("pinion", "wheel")
+    )
+    built = [pmor.Built(), pmor.Built(pinion=pinion, wheel=wheel)]
+    found = pmor.train(case).sweep_conditions(built, torques_Nm=case.online.torques_Nm, angles=32)
+    plain, best = found.peak_to_peak_um.mean(axis=1)
+    assert row["best_ste_peak_to_peak_um"] == pytest.approx(best, rel=1e-9)
+    assert best < 0.6 * plain
+
+
 def test_the_same_gear_is_solved_once_and_a_row_from_the_store_is_the_same(tmp_path, monkeypatch):
     store = open_store(tmp_path / "store", 1.0)
     wide = case_of(BASE, {"wheel.bore_radius_mm": 22.0}, "one")

@@ -11,11 +11,11 @@ import pmor
 from pmor.app.cli import main
 from pmor.case import load_case
 from pmor.design.loader import load_design
+from pmor.lab.core.descent import Descent, kept
+from pmor.lab.core.judge import Judge
 from pmor.lab.core.parts import PARTS
 from pmor.lab.design import figures, readings, run
-from pmor.lab.design.descent import Descent, kept
 from pmor.lab.design.harris import harris_rule
-from pmor.lab.design.judge import Judge
 from pmor.lab.design.output import FILES
 from pmor.lab.design.run import run_design, trained_pair
 from pmor.lab.design.store import STORE

@@ -12,7 +12,7 @@ import pytest
 
 from pmor.contact.condition import PLAIN, Built
 from pmor.design.settings import AMOUNT_KEYS, REACH_KEYS, Design, Goal, Load, Scatter, Search, Trade, Variable
-from pmor.lab.design.judge import Judge
+from pmor.lab.core.judge import Judge
 from tests.verification.test_exact_derivatives import ABOUT_TO, NOTHING, STEP, random_modification
 from tests.verification.test_line_loads import TORQUE, models
 

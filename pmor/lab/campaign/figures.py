@@ -55,8 +55,15 @@ FIGURES = (
     Figure("effective_contact_ratio", "contact ratio under load", "1"),
     Figure("centre_distance_mm", "centre distance", "mm"),
 )
-KEYS = tuple(figure.key for figure in FIGURES)
-UNITS = {figure.key: figure.unit for figure in FIGURES}
+#: of the tip relief that suits a design (`pmor.lab.campaign.relief`): found where they are asked for
+RELIEF_FIGURES = (
+    Figure("best_tip_relief_um", "best tip relief, of both gears", "um"),
+    Figure("best_tip_relief_start_pinion_roll_deg", "its start on the pinion, roll angle", "deg"),
+    Figure("best_tip_relief_start_wheel_roll_deg", "its start on the wheel, roll angle", "deg"),
+    Figure("best_ste_peak_to_peak_um", "STE, peak-to-peak with it, mean over the torques", "um"),
+)
+USUAL, OF_RELIEF = (tuple(figure.key for figure in figures) for figures in (FIGURES, RELIEF_FIGURES))
+BY_KEY = {figure.key: figure for figure in (*FIGURES, *RELIEF_FIGURES)}
 ORDERS = 3
 
 
@@ -93,7 +100,7 @@ def figures_of(reduced: ReducedPair, sweep: SteSweep, stress: RootStress | None)
         "effective_contact_ratio": effective_contact_ratio(sweep)[i],
         "centre_distance_mm": pair.centre_distance,
     }
-    return {key: _known(value) for key, value in numbers.items()}
+    return {key: known(value) for key, value in numbers.items()}
 
 
 def _mean(values: FloatArray) -> float | None:
@@ -106,6 +113,6 @@ def _largest(values: FloatArray) -> float | None:
     return float(known.max()) if len(known) else None
 
 
-def _known(value: float | None) -> float | None:
-    """A plain number; None for one that is none."""
+def known(value: float | None) -> float | None:
+    """Return a plain number; None for one that is none."""
     return float(value) if value is not None and np.isfinite(value) else None

@@ -16,7 +16,7 @@ from pmor.case import change_case, load_case, parse_case, text_of
 from pmor.case.loader import SECTIONS, keys_of
 from pmor.case.values import Refused, convert, did_you_mean, toml_text
 from pmor.errors import CaseError
-from pmor.lab.campaign.figures import KEYS
+from pmor.lab.campaign.figures import BY_KEY, USUAL
 from pmor.lab.campaign.relations import split, text_of_design
 from pmor.lab.campaign.settings import (
     MOST_DESIGNS,
@@ -134,13 +134,13 @@ class _Reader:
         for key in table:
             if key != "keys":
                 self.refuse(f"[{RESULTS}] {key}", "unknown key: did you mean keys?")
-        asked = table.get("keys", list(KEYS))
+        asked = table.get("keys", list(USUAL))
         if not isinstance(asked, list) or not asked:
             self.refuse(f"[{RESULTS}] keys = {toml_text(asked)}", 'must be a list, as in ["ste_peak_to_peak_um"]')
         for key in asked:
-            if key not in KEYS:
-                self.refuse(f"[{RESULTS}] keys: {toml_text(key)}", f"unknown: {did_you_mean(str(key), list(KEYS))}")
-        return tuple(key for key in KEYS if key in asked)
+            if key not in BY_KEY:
+                self.refuse(f"[{RESULTS}] keys: {toml_text(key)}", f"unknown: {did_you_mean(str(key), list(BY_KEY))}")
+        return tuple(key for key in BY_KEY if key in asked)
 
     def check_method(self, settings: DesignsSection) -> None:
         """Refuse what a method does without, and the lack of what it needs."""

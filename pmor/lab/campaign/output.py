@@ -14,7 +14,7 @@ import numpy as np
 
 from pmor.lab.campaign.chunks import PARTS
 from pmor.lab.campaign.columns import Columns, columns_of, unit_of
-from pmor.lab.campaign.figures import FIGURES, UNITS
+from pmor.lab.campaign.figures import BY_KEY
 from pmor.lab.campaign.page import CASES, blocks_of, case_file, linked_designs
 from pmor.lab.campaign.relations import text_of_design
 from pmor.lab.campaign.rows import STATUSES
@@ -89,7 +89,7 @@ def campaign_text(done: Done, columns: Columns) -> str:
     for key in list(columns.results)[:2]:
         found = _extremes(columns.results[key])
         if found["least"] is not None:
-            figure = next(figure for figure in FIGURES if figure.key == key)
+            figure = BY_KEY[key]
             lines.append(f"  {figure.label}: {found['least']:.4g} to {found['most']:.4g} {figure.unit}, the least of "
                          f"design {found['design_of_least']}")  # fmt: skip
     if done.solving_s:
@@ -158,7 +158,7 @@ def _field(value: float, whole: bool) -> str:
 def write_hdf5(path: Path, campaign: Campaign, columns: Columns) -> None:
     """Write all columns."""
     units = {f"inputs/{name}": unit_of(name) or "1" for name in columns.inputs}
-    units |= {f"results/{key}": UNITS[key] for key in columns.results}
+    units |= {f"results/{key}": BY_KEY[key].unit for key in columns.results}
     arrays: dict[str, np.ndarray] = {
         NUMBER: np.arange(1, campaign.count + 1), STATUS: columns.status,
         **{f"inputs/{name}": values for name, values in columns.inputs.items()},

@@ -9,7 +9,7 @@ import numpy as np
 
 from pmor.arrays import FloatArray
 from pmor.lab.campaign.columns import Columns, unit_of
-from pmor.lab.campaign.figures import FIGURES, Figure
+from pmor.lab.campaign.figures import BY_KEY, Figure
 from pmor.lab.campaign.relations import split
 from pmor.lab.campaign.rows import STATUSES
 from pmor.lab.campaign.settings import Campaign
@@ -99,8 +99,7 @@ def _shown(columns: Columns) -> list[Figure]:
     """Results that differ between designs by more than round-off, the most telling ones first."""
     differing = [key for key, values in columns.results.items() if _differs(values)]
     order = [key for key in FIRST if key in differing] + [key for key in differing if key not in FIRST]
-    by_key = {figure.key: figure for figure in FIGURES}
-    return [by_key[key] for key in order]
+    return [BY_KEY[key] for key in order]
 
 
 def _differs(values: FloatArray) -> bool:

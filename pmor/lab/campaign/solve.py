@@ -8,8 +8,9 @@ from pmor.case import Case, GearCase
 from pmor.case.coarser import coarser
 from pmor.contact.sections import loaded_components
 from pmor.errors import CaseError, ConvergenceError, GeometryError, MeshError
-from pmor.lab.campaign.figures import figures_of
+from pmor.lab.campaign.figures import OF_RELIEF, figures_of, known
 from pmor.lab.campaign.relations import case_of, with_relations
+from pmor.lab.campaign.relief import best_relief
 from pmor.lab.campaign.rows import NAME, Row, Task, plain_row
 from pmor.lab.campaign.settings import Number
 from pmor.lab.campaign.store import Store, key_of
@@ -44,7 +45,8 @@ def row_of(task: Task, number: int, design: Mapping[str, Number], store: Store) 
     complete = dict(design)
     try:
         complete = with_relations(task.base_text, design, task.relations)
-        results, failures = results_of(case_of(task.base_text, complete, f"{NAME} {number}"), store)
+        relief = not set(OF_RELIEF).isdisjoint(task.results)
+        results, failures = results_of(case_of(task.base_text, complete, f"{NAME} {number}"), store, relief)
     except (CaseError, GeometryError, MeshError) as error:
         return plain_row(task, number, complete, "infeasible", str(error))
     except ConvergenceError as error:
@@ -55,8 +57,15 @@ def row_of(task: Task, number: int, design: Mapping[str, Number], store: Store) 
     return plain_row(task, number, complete, "ok", "", results)
 
 
-def results_of(case: Case, store: Store) -> tuple[dict[str, float | None], tuple[str, ...]]:
+def results_of(case: Case, store: Store, relief: bool = False) -> tuple[dict[str, float | None], tuple[str, ...]]:
     """Return the figures of a case, and the positions of its sweep that did not converge.
+
+    Parameters
+    ----------
+    case : Case
+    store : Store
+    relief : bool
+        Find the tip relief that suits it too.
 
     Raises
     ------
@@ -69,7 +78,10 @@ def results_of(case: Case, store: Store) -> tuple[dict[str, float | None], tuple
         raise CaseError(
             f"{case.name}: [online] {len(sweep.phi_rad)} angles: too many to keep the loads of all: lower them"
         )
-    return figures_of(reduced, sweep, root_stress_of_case(reduced)), tuple(failed_positions(sweep, "line loads"))
+    figures = figures_of(reduced, sweep, root_stress_of_case(reduced))
+    if relief:
+        figures |= {key: known(value) for key, value in best_relief(reduced, sweep).items()}
+    return figures, tuple(failed_positions(sweep, "line loads"))
 
 
 def basis_of(case: Case, store: Store) -> Basis:

@@ -12,8 +12,8 @@ import numpy as np
 from pmor.arrays import FloatArray
 from pmor.design.variables import limits
 from pmor.lab.core.figures import panels
+from pmor.lab.core.judge import Judge, nominal
 from pmor.lab.design.harris import HarrisRule
-from pmor.lab.design.judge import Judge, nominal
 from pmor.lab.design.run import Found
 from pmor.report.style import COLOURS, new_figure, plot_style
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from pmor.arrays import FloatArray
 from pmor.design.variables import SEED, drawn
+from pmor.lab.core.judge import Judge, nominal
 from pmor.lab.design.harris import HarrisRule, harris_rule, obeys
-from pmor.lab.design.judge import Judge, nominal
 from pmor.lab.design.run import Found
 
 # Pairs that are drawn anew to see how chosen variants stand scatter: other ones than those of the search.

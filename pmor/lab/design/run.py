@@ -19,9 +19,9 @@ from pmor.design.front import pareto_front
 from pmor.design.loader import DesignFile
 from pmor.design.settings import Constraint, Design
 from pmor.design.variables import spread_evenly
+from pmor.lab.core.descent import Descent, kept
+from pmor.lab.core.judge import Judge, at_torque, nominal
 from pmor.lab.core.parts import PARTS, Piece, Result, run_pieces
-from pmor.lab.design.descent import Descent, kept
-from pmor.lab.design.judge import Judge, at_torque, nominal
 from pmor.lab.design.store import Store, all_kept
 from pmor.lab.design.variants import Variants, as_data, best_first, from_data, together
 from pmor.pair.model import elastic_model, mesh_model, refuse_loads

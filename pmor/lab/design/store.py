@@ -10,7 +10,7 @@ import numpy as np
 from pmor.arrays import BoolArray
 from pmor.design.loader import DesignFile
 from pmor.design.settings import Design
-from pmor.lab.design.descent import kept
+from pmor.lab.core.descent import kept
 from pmor.lab.design.variants import Variants, together
 from pmor.storage.design_file import DesignResults, write_design_file
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from pmor.arrays import FloatArray, IntArray
 from pmor.design.settings import Constraint, Design
+from pmor.lab.core.descent import kept
+from pmor.lab.core.judge import Verdict
 from pmor.lab.core.parts import Result
-from pmor.lab.design.descent import kept
-from pmor.lab.design.judge import Verdict
 
 ARRAYS = ("x", "results", "objective", "limits")
 

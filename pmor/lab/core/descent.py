@@ -9,7 +9,7 @@ import numpy as np
 from pmor.arrays import FloatArray
 from pmor.design.settings import Constraint
 from pmor.design.variables import limits, steps_around
-from pmor.lab.design.judge import Judge, Verdict
+from pmor.lab.core.judge import Judge, Verdict
 
 # Sharpness of the smooth peak-to-peak times that of the start: first round for a way past kinks, then close to it.
 SHARPNESS = (10.0, 60.0, 300.0)
