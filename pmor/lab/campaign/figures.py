@@ -58,9 +58,9 @@ FIGURES = (
 #: of the tip relief that suits a design (`pmor.lab.campaign.relief`): found where they are asked for
 RELIEF_FIGURES = (
     Figure("best_tip_relief_um", "best tip relief, of both gears", "um"),
-    Figure("best_tip_relief_start_pinion_roll_deg", "its start on the pinion, roll angle", "deg"),
-    Figure("best_tip_relief_start_wheel_roll_deg", "its start on the wheel, roll angle", "deg"),
-    Figure("best_ste_peak_to_peak_um", "STE, peak-to-peak with it, mean over the torques", "um"),
+    Figure("best_tip_relief_start_pinion_roll_deg", "best tip relief, start on the pinion", "deg"),
+    Figure("best_tip_relief_start_wheel_roll_deg", "best tip relief, start on the wheel", "deg"),
+    Figure("best_ste_peak_to_peak_um", "STE, peak-to-peak, best tip relief", "um"),
 )
 USUAL, OF_RELIEF = (tuple(figure.key for figure in figures) for figures in (FIGURES, RELIEF_FIGURES))
 BY_KEY = {figure.key: figure for figure in (*FIGURES, *RELIEF_FIGURES)}
