@@ -101,8 +101,11 @@ def _blocks(found: Dynamics) -> list[Block]:
                     "stiffness. Between folds motion is unstable; the marks are the runs, which jump there. "
                     f"Dash-dotted below: K_v of ISO 6336-1, method B, tolerance class {case.dynamics.accuracy_grade}.",
                     response_figure(responses, factors)),
-            Picture("contact.png", "Loss of contact, and force on the bearings.", contact_figure(responses)),
         ]  # fmt: skip
+    if any(response["branches"] for response in responses):
+        blocks.append(
+            Picture("contact.png", "Loss of contact, and force on the bearings.", contact_figure(responses))
+        )
     for name, caption, figure in (
         ("waterfall.png", "Orders of the transmission error along the run-up; broken orders are motion that does not "
          "repeat with the mesh.", waterfall_figure(responses)),
@@ -133,7 +136,7 @@ def _tables(found: Dynamics) -> Sequence[Table]:
         "STE rms, µm": "ste_rms_um",
         "largest DTE rms, µm": lambda row: _most(row, "dte_rms_um"),
         "dynamic factor": lambda row: _most(row, "dynamic_factor"),
-        "contact lost, %": lambda row: 100.0 * (_most(row, "contact_loss") or 0.0),
+        "contact lost, %": lambda row: _percent(_most(row, "contact_loss")),
         "parted, µm": lambda row: _most(row, "separation_um"),
     }
     note = "Largest values are those of stable motion within the speeds; the dynamic factor is largest over mean force."
@@ -170,6 +173,10 @@ def _ratings(found: Dynamics) -> Table:
 def _most(response: Data, key: str) -> float | None:
     values = [point[key] for branch in response["branches"] for point in branch if point["stable"]]
     return max(values, default=None)
+
+
+def _percent(share: float | None) -> float | None:
+    return None if share is None else 100.0 * share
 
 
 def _lost(found: Dynamics) -> list[str]:
