@@ -42,9 +42,11 @@ from pmor.version import __version__
 if TYPE_CHECKING:
     from pmor.app.campaign import CampaignResult, campaign
     from pmor.app.design import DesignResult
-    from pmor.app.model import FullModel, ReducedModel, compare, full_model, import_rexs, load, train
+    from pmor.app.full import FullModel, full_model
+    from pmor.app.model import ReducedModel, compare, load, train
     from pmor.app.motion import DynamicsResult
     from pmor.app.result import ConditionsResult, SweepResult
+    from pmor.app.rexs import import_rexs
     from pmor.case import Case, change_case, load_case, make_case
     from pmor.contact.condition import Axes, Built
     from pmor.errors import (
@@ -63,7 +65,9 @@ if TYPE_CHECKING:
 _HOMES = {
     "pmor.app.design": ("DesignResult",),
     "pmor.app.campaign": ("CampaignResult", "campaign"),
-    "pmor.app.model": ("FullModel", "ReducedModel", "compare", "full_model", "import_rexs", "load", "train"),
+    "pmor.app.full": ("FullModel", "full_model"),
+    "pmor.app.model": ("ReducedModel", "compare", "load", "train"),
+    "pmor.app.rexs": ("import_rexs",),
     "pmor.app.motion": ("DynamicsResult",),
     "pmor.app.result": ("ConditionsResult", "SweepResult"),
     "pmor.case": ("Case", "change_case", "load_case", "make_case"),

@@ -1,42 +1,32 @@
-"""Models of a gear pair: full finite elements, and the reduced model that is trained on them."""
+"""The reduced model of a gear pair: trained on full finite elements, kept, swept, exported and held against them."""
 
 from __future__ import annotations
 
-import logging
 import shutil
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
+from pmor.app.asked import asked_case, built_as, check_built, listed, positions
 from pmor.app.export import export_model, export_sweep
+from pmor.app.full import FullModel, Progress, full_model, quietly
 from pmor.app.report import write_report
 from pmor.app.result import ConditionsResult, SweepResult
 from pmor.arrays import FloatArray
 from pmor.case import (
     Case,
-    ConditionCase,
-    MisalignmentCase,
     beyond_training,
-    check_flanks,
-    refuse_uneven_load,
     trained_flanks,
 )
-from pmor.case.width import meshed_width
 from pmor.contact.condition import Axes, Built
-from pmor.contact.flank import MeshedPair
 from pmor.contact.unloaded import with_unloaded
 from pmor.errors import CaseError, OutputError
-from pmor.export.rexs.read import import_rexs as read_stage
 from pmor.flank import Modification
 from pmor.pair.conditions import conditions_of
-from pmor.pair.model import ElasticModel, elastic_model, gear_pair, mesh_model, refuse_loads
-from pmor.pair.modifications import refuse_modifications_off_the_flank
-from pmor.pair.sweep import sweep_ste
+from pmor.pair.model import refuse_loads
 from pmor.reduction.basis import Basis
 from pmor.results.root_stress import RootStress
 from pmor.storage.atomic import atomic_path, ensure_folder, refuse_existing
@@ -54,52 +44,6 @@ from pmor_online.sweep import largest_size, sweep_reduced_pair
 if TYPE_CHECKING:
     from pmor.app.design import DesignResult
     from pmor.app.motion import DynamicsResult
-
-Progress = Callable[[int], None]
-_LOG = logging.getLogger("pmor.rexs")
-
-
-def _quietly(steps: int) -> None:
-    """Nobody asked for progress."""
-
-
-@dataclass(frozen=True, repr=False)
-class FullModel:
-    """Full finite-element contact of a pair: the truth of its mesh, milliseconds to seconds per position.
-
-    Parameters
-    ----------
-    case : Case
-    elastic : ElasticModel
-        Meshes, and the compliance of both gears.
-    """
-
-    case: Case
-    elastic: ElasticModel
-
-    def sweep(
-        self,
-        torques_Nm: Iterable[float] | None = None,
-        angles: int | FloatArray | None = None,
-        axes: Axes | None = None,
-        executor: Executor | None = None,
-        progress: Progress = _quietly,
-        pinion: Modification | None = None,
-        wheel: Modification | None = None,
-    ) -> SweepResult:
-        """Solve full contact over angles and torques; see `ReducedModel.sweep`."""
-        case = _asked(self.case, torques_Nm, angles, axes, (pinion, wheel))
-        refuse_loads(case, self.elastic.mesh.meshed)
-        meshed = self.elastic.mesh.meshed
-        conditions = conditions_of(case, case.online.torques_Nm)
-        sweep = sweep_ste(
-            meshed, self.elastic.elasticity_at, _angles(case, meshed, angles), conditions, lambda: progress(1), executor
-        )
-        return SweepResult(with_unloaded(sweep, meshed, conditions), meshed.pair)
-
-    def __repr__(self) -> str:
-        return f"<FullModel of {self.case!r}>"
-
 
 @dataclass(frozen=True, repr=False)
 class ReducedModel:
@@ -140,7 +84,7 @@ class ReducedModel:
         axes: Axes | None = None,
         extrapolate: bool = False,
         executor: Executor | None = None,
-        progress: Progress = _quietly,
+        progress: Progress = quietly,
         pinion: Modification | None = None,
         wheel: Modification | None = None,
     ) -> SweepResult:
@@ -173,12 +117,12 @@ class ReducedModel:
             When torques or axes are beyond the training, modifications do not lie on the flanks, or a load is beyond
             what the contact scheme holds.
         """
-        case = _asked(self.case, torques_Nm, angles, axes, (pinion, wheel))
+        case = asked_case(self.case, torques_Nm, angles, axes, (pinion, wheel))
         self._refuse_beyond_training(case, extrapolate)
         meshed = self.reduced.meshed
         refuse_loads(case, meshed)
         conditions = conditions_of(case, case.online.torques_Nm)
-        phi = _angles(case, meshed, angles)
+        phi = positions(case, meshed, angles)
         recorded = can_record(meshed, case, len(phi), len(conditions))
         sweep = sweep_reduced_pair(
             self.reduced, phi, conditions, executor=executor, advance=progress, recorded=recorded
@@ -201,7 +145,7 @@ class ReducedModel:
         angles: int | FloatArray | None = None,
         extrapolate: bool = False,
         executor: Executor | None = None,
-        progress: Progress = _quietly,
+        progress: Progress = quietly,
     ) -> ConditionsResult:
         """Sweep the pair as it is built in several ways: other axes, other flanks, thousands of them in one call.
 
@@ -223,18 +167,18 @@ class ReducedModel:
         CaseError
             As `sweep`; it says which of them by its number, from 0.
         """
-        asked = _asked(self.case, torques_Nm, angles, None, (None, None))
+        asked = asked_case(self.case, torques_Nm, angles, None, (None, None))
         if not built:
             raise CaseError("built: there is none: give at least one")
-        asked = replace(asked, conditions=tuple(_listed(asked, n, one) for n, one in enumerate(built)))
-        _check_built(asked, self.case)
+        asked = replace(asked, conditions=tuple(listed(asked, n, one) for n, one in enumerate(built)))
+        check_built(asked, self.case)
         if self.case.reduction.trained:
             for one in built:
-                self._refuse_beyond_training(_built_as(asked, one), extrapolate)
+                self._refuse_beyond_training(built_as(asked, one), extrapolate)
         meshed = self.reduced.meshed
         refuse_loads(asked, meshed)
         torques = [asked.online.torques_Nm] * len(built)
-        sweeps = sweep_built(self.reduced, _angles(asked, meshed, angles), built, torques, executor, progress)
+        sweeps = sweep_built(self.reduced, positions(asked, meshed, angles), built, torques, executor, progress)
         return ConditionsResult(tuple(built), tuple(SweepResult(sweep, meshed.pair) for sweep in sweeps))
 
     def dynamics(
@@ -319,10 +263,10 @@ class ReducedModel:
         CaseError
             As `sweep`, and when the model does not hold what it takes.
         """
-        case = _asked(self.case, torques_Nm, angles, axes, (pinion, wheel))
+        case = asked_case(self.case, torques_Nm, angles, axes, (pinion, wheel))
         meshed = self.reduced.meshed
         refuse_loads(case, meshed)
-        phi, conditions = _angles(case, meshed, angles), conditions_of(case, case.online.torques_Nm)
+        phi, conditions = positions(case, meshed, angles), conditions_of(case, case.online.torques_Nm)
         found = root_stress(self.reduced, phi, conditions, executor)
         if found is None:
             raise CaseError(
@@ -424,19 +368,8 @@ class ReducedModel:
         return f"<ReducedModel, {self.size} unknowns at most, of {self.case!r}>"
 
 
-def full_model(case: Case) -> FullModel:
-    """Mesh both gears and solve for the compliance of their flanks.
-
-    Raises
-    ------
-    CaseError, GeometryError, MeshError
-        When there is no such gear, pair or mesh, or the load is beyond it.
-    """
-    return FullModel(case, elastic_model(case, mesh_model(case)))
-
-
 def train(
-    case: Case, full: FullModel | None = None, executor: Executor | None = None, progress: Progress = _quietly
+    case: Case, full: FullModel | None = None, executor: Executor | None = None, progress: Progress = quietly
 ) -> ReducedModel:
     """Solve full FE over the training of a case and reduce it.
 
@@ -462,31 +395,6 @@ def train(
     return ReducedModel(trained.basis, trained.force)
 
 
-def import_rexs(path: Path | str, stage: int | None = None) -> Case:
-    """Make a case of a cylindrical stage of a gearbox in a REXS file (1.0 to 2.0).
-
-    What was assumed, or not understood, is noted in the log ``pmor``, and in the comments of the case's text.
-
-    Parameters
-    ----------
-    path : Path or str
-        `.rexs`, `.rexsz` or `.rexsj`.
-    stage : int, optional
-        Number of the stage in the file, where there are several.
-
-    Raises
-    ------
-    FileFormatError
-        When it is no REXS file.
-    CaseError, GeometryError
-        When there is no such stage, it lacks what a case needs, or its teeth cannot mesh.
-    """
-    found = read_stage(path, stage)
-    for note in found.notes:
-        _LOG.info("%s", note)
-    return found.case
-
-
 def load(path: Path | str) -> ReducedModel:
     """Read a model that `ReducedModel.save` or `pmor offline` has written.
 
@@ -499,7 +407,7 @@ def load(path: Path | str) -> ReducedModel:
 
 
 def compare(
-    model: ReducedModel, full: FullModel | None = None, executor: Executor | None = None, progress: Progress = _quietly
+    model: ReducedModel, full: FullModel | None = None, executor: Executor | None = None, progress: Progress = quietly
 ) -> Comparison:
     """Hold a reduced model against full FE at angles that no training has seen, as many as its case says.
 
@@ -513,66 +421,3 @@ def compare(
     """
     elastic = (full or full_model(model.case)).elastic
     return compare_models(model.reduced, elastic, lambda: progress(1), executor)
-
-
-def _asked(
-    case: Case, torques_Nm: Iterable[float] | None, angles: int | FloatArray | None, axes: Axes | None,
-    flanks: tuple[Modification | None, Modification | None],
-) -> Case:  # fmt: skip
-    """Return the case with the sweep that is asked for.
-
-    Raises
-    ------
-    CaseError
-    """
-    online, off = case.online, case.misalignment
-    if torques_Nm is not None:
-        torques = tuple(map(float, torques_Nm))
-        if not torques or not all(np.isfinite(torque) and torque > 0.0 for torque in torques):
-            raise CaseError(f"torques_Nm = {list(torques)}: must be positive numbers, and at least one")
-        online = replace(online, torques_Nm=torques)
-    if isinstance(angles, int | np.integer):
-        if angles < 1:
-            raise CaseError(f"angles = {angles}: must be a whole number of at least 1, or angles in rad")
-        online = replace(online, angles_per_pitch=int(angles))
-    if axes is not None:
-        off = MisalignmentCase(**asdict(axes))
-    pinion, wheel = flanks
-    asked = replace(
-        case, online=online, misalignment=off, pinion_modification=pinion or case.pinion_modification,
-        wheel_modification=wheel or case.wheel_modification,
-    )  # fmt: skip
-    _check_built(asked, case)
-    return asked
-
-
-def _check_built(asked: Case, case: Case) -> None:
-    """Raise CaseError where axes or flanks are nothing for a case, or for the mesh that its model has."""
-    check_flanks(asked, case.name)
-    refuse_modifications_off_the_flank(asked, gear_pair(case))
-    refuse_uneven_load(asked, case.name)
-    if meshed_width(case) == "half" != meshed_width(asked):
-        raise CaseError(
-            f"{case.name}: tilted axes or flanks whose halves differ load the width unevenly, and the model has half "
-            'the width, which stands for both halves: write [mesh] width = "whole" and train again'
-        )
-
-
-def _built_as(case: Case, built: Built) -> Case:
-    misalignment = MisalignmentCase(**asdict(built.axes))
-    return replace(case, misalignment=misalignment, pinion_modification=built.pinion, wheel_modification=built.wheel)
-
-
-def _listed(case: Case, number: int, built: Built) -> ConditionCase:
-    return ConditionCase(
-        name=f"built[{number}]", torque_Nm=case.torque_Nm, **asdict(built.axes), pinion=built.pinion, wheel=built.wheel
-    )
-
-
-def _angles(case: Case, meshed: MeshedPair, angles: int | FloatArray | None) -> FloatArray:
-    if angles is None or isinstance(angles, int | np.integer):
-        return online_angles(meshed.pair.pitch, case.online.angles_per_pitch, case.pitches)
-    phi = np.atleast_1d(np.asarray(angles, dtype=float))
-    if not len(phi) or not np.isfinite(phi).all():
-        raise CaseError(f"angles = {phi.tolist()}: must be finite numbers in rad, and at least one")
-    return phi

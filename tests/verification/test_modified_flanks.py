@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.app.model import full_model, load, train
+from pmor.app.full import full_model
+from pmor.app.model import load, train
 from pmor.case import change_case, parse_case
 from pmor.contact.condition import PLAIN, Built, Condition, at_torques
 from pmor.contact.kernels.deviation import flank_deviation

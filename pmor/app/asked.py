@@ -1,0 +1,90 @@
+"""What the Python API is asked for, as a case: torques, angles, axes and flanks of a sweep, checked."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import asdict, replace
+
+import numpy as np
+
+from pmor.arrays import FloatArray
+from pmor.case import Case, ConditionCase, MisalignmentCase, check_flanks, refuse_uneven_load
+from pmor.case.width import meshed_width
+from pmor.contact.condition import Axes, Built
+from pmor.contact.flank import MeshedPair
+from pmor.errors import CaseError
+from pmor.flank import Modification
+from pmor.pair.model import gear_pair
+from pmor.pair.modifications import refuse_modifications_off_the_flank
+from pmor_online.model import online_angles
+
+
+def asked_case(
+    case: Case, torques_Nm: Iterable[float] | None, angles: int | FloatArray | None, axes: Axes | None,
+    flanks: tuple[Modification | None, Modification | None],
+) -> Case:  # fmt: skip
+    """Return the case with the sweep that is asked for.
+
+    Raises
+    ------
+    CaseError
+    """
+    online, off = case.online, case.misalignment
+    if torques_Nm is not None:
+        torques = tuple(map(float, torques_Nm))
+        if not torques or not all(np.isfinite(torque) and torque > 0.0 for torque in torques):
+            raise CaseError(f"torques_Nm = {list(torques)}: must be positive numbers, and at least one")
+        online = replace(online, torques_Nm=torques)
+    if isinstance(angles, int | np.integer):
+        if angles < 1:
+            raise CaseError(f"angles = {angles}: must be a whole number of at least 1, or angles in rad")
+        online = replace(online, angles_per_pitch=int(angles))
+    if axes is not None:
+        off = MisalignmentCase(**asdict(axes))
+    pinion, wheel = flanks
+    asked = replace(
+        case, online=online, misalignment=off, pinion_modification=pinion or case.pinion_modification,
+        wheel_modification=wheel or case.wheel_modification,
+    )  # fmt: skip
+    check_built(asked, case)
+    return asked
+
+
+def check_built(asked: Case, case: Case) -> None:
+    """Raise CaseError where axes or flanks are nothing for a case, or for the mesh that its model has."""
+    check_flanks(asked, case.name)
+    refuse_modifications_off_the_flank(asked, gear_pair(case))
+    refuse_uneven_load(asked, case.name)
+    if meshed_width(case) == "half" != meshed_width(asked):
+        raise CaseError(
+            f"{case.name}: tilted axes or flanks whose halves differ load the width unevenly, and the model has half "
+            'the width, which stands for both halves: write [mesh] width = "whole" and train again'
+        )
+
+
+def built_as(case: Case, built: Built) -> Case:
+    """Return the case with other axes and flanks."""
+    misalignment = MisalignmentCase(**asdict(built.axes))
+    return replace(case, misalignment=misalignment, pinion_modification=built.pinion, wheel_modification=built.wheel)
+
+
+def listed(case: Case, number: int, built: Built) -> ConditionCase:
+    """Return the condition by which messages call a pair, from its number in the list that was given."""
+    return ConditionCase(
+        name=f"built[{number}]", torque_Nm=case.torque_Nm, **asdict(built.axes), pinion=built.pinion, wheel=built.wheel
+    )
+
+
+def positions(case: Case, meshed: MeshedPair, angles: int | FloatArray | None) -> FloatArray:
+    """Return the pinion angles of a sweep (n,), rad: those that are given, or so many over a pitch.
+
+    Raises
+    ------
+    CaseError
+    """
+    if angles is None or isinstance(angles, int | np.integer):
+        return online_angles(meshed.pair.pitch, case.online.angles_per_pitch, case.pitches)
+    phi = np.atleast_1d(np.asarray(angles, dtype=float))
+    if not len(phi) or not np.isfinite(phi).all():
+        raise CaseError(f"angles = {phi.tolist()}: must be finite numbers in rad, and at least one")
+    return phi

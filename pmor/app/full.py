@@ -1,0 +1,72 @@
+"""Full finite elements of a gear pair, in Python."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from concurrent.futures import Executor
+from dataclasses import dataclass
+
+from pmor.app.asked import asked_case, positions
+from pmor.app.result import SweepResult
+from pmor.arrays import FloatArray
+from pmor.case import Case
+from pmor.contact.condition import Axes
+from pmor.contact.unloaded import with_unloaded
+from pmor.flank import Modification
+from pmor.pair.conditions import conditions_of
+from pmor.pair.model import ElasticModel, elastic_model, mesh_model, refuse_loads
+from pmor.pair.sweep import sweep_ste
+
+#: called with a number of finished steps
+Progress = Callable[[int], None]
+
+
+def quietly(steps: int) -> None:
+    """Take progress that nobody asked for."""
+
+
+@dataclass(frozen=True, repr=False)
+class FullModel:
+    """Full finite-element contact of a pair: the truth of its mesh, milliseconds to seconds per position.
+
+    Parameters
+    ----------
+    case : Case
+    elastic : ElasticModel
+        Meshes, and the compliance of both gears.
+    """
+
+    case: Case
+    elastic: ElasticModel
+
+    def sweep(
+        self,
+        torques_Nm: Iterable[float] | None = None,
+        angles: int | FloatArray | None = None,
+        axes: Axes | None = None,
+        executor: Executor | None = None,
+        progress: Progress = quietly,
+        pinion: Modification | None = None,
+        wheel: Modification | None = None,
+    ) -> SweepResult:
+        """Solve full contact over angles and torques; see `ReducedModel.sweep`."""
+        case = asked_case(self.case, torques_Nm, angles, axes, (pinion, wheel))
+        refuse_loads(case, self.elastic.mesh.meshed)
+        meshed = self.elastic.mesh.meshed
+        conditions, phi = conditions_of(case, case.online.torques_Nm), positions(case, meshed, angles)
+        sweep = sweep_ste(meshed, self.elastic.elasticity_at, phi, conditions, lambda: progress(1), executor)
+        return SweepResult(with_unloaded(sweep, meshed, conditions), meshed.pair)
+
+    def __repr__(self) -> str:
+        return f"<FullModel of {self.case!r}>"
+
+
+def full_model(case: Case) -> FullModel:
+    """Mesh both gears and solve for the compliance of their flanks.
+
+    Raises
+    ------
+    CaseError, GeometryError, MeshError
+        When there is no such gear, pair or mesh, or the load is beyond it.
+    """
+    return FullModel(case, elastic_model(case, mesh_model(case)))
