@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
@@ -65,9 +66,20 @@ class MeshLaw:
 
 
 def mesh_laws(
-    case: Case, reduced: ReducedPair, model: GearModel, executor: Executor | None = None
-) -> tuple[MeshLaw, ...]:
+    case: Case, reduced: ReducedPair, model: GearModel, executor: Executor | None = None,
+    announce: Callable[[str], None] = lambda text: None,
+) -> tuple[MeshLaw, ...]:  # fmt: skip
     """Return the force laws of the pair of a case, one per torque: the same for all on rigid bearings.
+
+    Parameters
+    ----------
+    case : Case
+    reduced : ReducedPair
+    model : GearModel
+    executor : concurrent.futures.Executor, optional
+        Of threads.
+    announce : callable
+        Called with a line of text before each table: that of a helical pair takes minutes.
 
     Raises
     ------
@@ -75,9 +87,13 @@ def mesh_laws(
         As `force_law` does.
     """
     torques, laws = case.dynamics.torques_Nm, []
+    if not model.supports:
+        announce("the force law is tabulated")
     shared = None if model.supports else force_law(case, reduced, executor)
     for torque in torques:
         built = built_under(case, model, reduced.meshed.pair, torque)
+        if shared is None:
+            announce(f"the force law is tabulated, with the axes where {torque:g} N m hold them")
         table, error, largest = shared or force_law(_under(case, torque), reduced, executor, built)
         laws.append(MeshLaw(table, error, largest, built, *static_error_um(table, reduced, torque, built)))
     return tuple(laws)

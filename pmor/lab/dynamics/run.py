@@ -110,13 +110,13 @@ def run_dynamics(
     jobs : int
         Pieces of work done at a time, each in a process of its own.
     announce : callable
-        Called with a line of progress for each piece.
+        Called with a line of progress for each table and each piece.
     """
     pair = reduced.meshed.pair
     model = gear_model(case, pair)
     parts = (BRANCHES, *(RUNS if case.dynamics.run_cycles else ()))
     with threads(jobs) as executor, _solver(jobs) as solver:
-        laws = mesh_laws(case, reduced, model, executor)
+        laws = mesh_laws(case, reduced, model, executor, announce)
         tasks = [
             _with_law(task, law, reduced, case)
             for task, law in zip(tasks_of(case, model, laws[0].table), laws, strict=True)
