@@ -187,11 +187,11 @@ def _solve_block(
     width, rate = sections.width * (2.0 if meshed.mirrored else 1.0), meshed.expected_approach(1.0)
     corners = meshed.gears[0].corner, meshed.gears[1].corner
     angles, size = lines.gap.shape
-    whole, deviation = _no_results(count, angles, size, recorded), np.empty((angles, size))
+    whole, deviation = no_results(count, angles, size, recorded), np.empty((angles, size))
     for case in cases:
         if case.flanks is not None:
             line_deviations(lines, sections.z, *case.flanks, deviation)
-        found = whole if len(case.index) == count else _no_results(len(case.index), angles, size, recorded)
+        found = whole if len(case.index) == count else no_results(len(case.index), angles, size, recorded)
         added = np.empty((0, 0)) if case.flanks is None else deviation
         solve_lines(lines, added, case.drives, held, rate, width, reduced.section_compliance, corners, found)
         if found is not whole:
@@ -201,7 +201,8 @@ def _solve_block(
     return whole
 
 
-def _no_results(conditions: int, angles: int, size: int, recorded: bool) -> LineResults:
+def no_results(conditions: int, angles: int, size: int, recorded: bool) -> LineResults:
+    """Return room for the results of `solve_lines`: so many sections, with their sensitivities where `recorded`."""
     grid = conditions, angles
     return LineResults(
         np.zeros(grid), np.zeros(grid, dtype=np.int64), np.zeros(grid, dtype=bool), np.zeros((*grid, size)),
@@ -215,7 +216,7 @@ def _stiffness(reduced: ReducedPair, found: LineResults) -> FloatArray:
     return np.asarray(np.where(found.converged, 1e-3 * found.stiffness / radius**2, np.nan))
 
 
-def _levers(lines: Lines, found: LineResults) -> FloatArray:
+def levers_of(lines: Lines, found: LineResults) -> FloatArray:
     """Levers of all states, (D, A, N), mm; under a pinion's corner they turn with the lead."""
     further = np.maximum(found.lead[..., None] - lines.corner_lead, 0.0)
     return np.asarray(lines.lever + lines.lever_slope * further)
@@ -223,7 +224,7 @@ def _levers(lines: Lines, found: LineResults) -> FloatArray:
 
 def _pair_torques(lines: Lines, found: LineResults, sections: int) -> tuple[FloatArray, IntArray]:
     """Torque on the pinion that each tooth pair carries, (D, A, pairs), N mm, and the pairs that ever do."""
-    by_place = (-_levers(lines, found) * found.force).reshape(*found.lead.shape, -1, sections).sum(axis=3)
+    by_place = (-levers_of(lines, found) * found.force).reshape(*found.lead.shape, -1, sections).sum(axis=3)
     pairs = lines.first_pair[:, None] + np.arange(by_place.shape[2])
     used = np.unique(pairs[(by_place > 0.0).any(axis=0)])
     torque = np.zeros((*found.lead.shape, len(used)))
@@ -239,7 +240,7 @@ def _shares(lines: Lines, found: LineResults, sections: int) -> tuple[FloatArray
 
 
 def _states(reduced: ReducedPair, lines: Lines, found: LineResults, lead: FloatArray) -> SweepStates:
-    z, levers = reduced.meshed.sections.z, _levers(lines, found)
+    z, levers = reduced.meshed.sections.z, levers_of(lines, found)
     carried = (found.force > 0.0) & found.converged[..., None]
     _, angle, place = np.nonzero(carried)
     count = carried.sum(axis=2)

@@ -10,12 +10,13 @@ import numpy as np
 from pmor.arrays import FloatArray
 from pmor.contact.condition import PLAIN, Built
 from pmor.contact.kernels.deviation import Deviation
-from pmor.contact.kernels.line_loads import LineResults, solve_leads, solve_lines
+from pmor.contact.kernels.line_loads import solve_leads, solve_lines
 from pmor.contact.kernels.line_places import Lines, line_deviations, place_lines
 from pmor.contact.kernels.tip_corner import Corner
 from pmor.contact.kernels.types import Gear, Kinematics
 from pmor.contact.position import pairs_in_reach
 from pmor.dynamics.force_table import Forces
+from pmor_online.line_sweep import levers_of, no_results
 from pmor_online.model import ReducedPair
 
 # Relative, of a displacement: where no equilibrium was found, one beside it is taken.
@@ -41,14 +42,10 @@ def mesh_force_of(reduced: ReducedPair, built: Built = PLAIN) -> Forces:
 
     def solved(phase: float, displacement: FloatArray) -> FloatArray:
         lines, deviation = mesh.placed(np.array([phase]))
-        lead, shape = np.asarray(displacement) / mesh.radius, (len(displacement), 1)
-        found = LineResults(
-            np.zeros(shape), np.zeros(shape, dtype=np.int64), np.zeros(shape, dtype=bool),
-            np.zeros((*shape, lines.gap.shape[1])), np.zeros(shape), np.zeros((0, 0, 0)),
-        )  # fmt: skip
+        lead = np.asarray(displacement) / mesh.radius
+        found = no_results(len(lead), 1, lines.gap.shape[1], False)
         solve_lines(lines, deviation, lead, True, mesh.rate, mesh.width, mesh.compliance, mesh.corners, found)
-        turned = np.maximum(lead[:, None] - lines.corner_lead[0], 0.0)
-        torque = -((lines.lever[0] + lines.lever_slope[0] * turned) * found.force[:, 0]).sum(axis=1)
+        torque = -(levers_of(lines, found) * found.force)[:, 0].sum(axis=1)
         return np.where(found.converged[:, 0], torque / mesh.radius, np.nan)
 
     def forces(phase: float, displacement: FloatArray) -> FloatArray:

@@ -22,6 +22,7 @@ from pmor.contact.kernels.line_loads import LineResults, solve_lines
 from pmor.contact.kernels.line_places import Lines, line_deviations
 from pmor.contact.kernels.line_pressure import PATCH_FIELDS, line_patches
 from pmor.contact.position import place_sections
+from pmor_online.line_sweep import no_results
 from pmor_online.model import ReducedPair
 
 # A patch of contact that is off its middle by more than this has been cut off, or carried round, by an edge, mm.
@@ -105,11 +106,7 @@ class VariantSolver:
             angles, size = lines.gap.shape
             deviation = np.empty((angles, size))
             line_deviations(lines, sections.z, *self._deviations(built), deviation)
-            grid = len(self._torques), angles
-            found = LineResults(
-                np.zeros(grid), np.zeros(grid, dtype=np.int64), np.zeros(grid, dtype=bool), np.zeros((*grid, size)),
-                np.zeros(grid), np.zeros((*grid, size) if differentiated else (0, 0, 0)),
-            )  # fmt: skip
+            found = no_results(len(self._torques), angles, size, differentiated)
             corners = meshed.gears[0].corner, meshed.gears[1].corner
             solve_lines(
                 lines, deviation, self._torques, False, meshed.expected_approach(1.0), width,

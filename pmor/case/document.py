@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,24 @@ GEARS = ("pinion", "wheel")
 MODIFICATION = "modification"
 CONDITION = "condition"
 TOPOGRAPHY = "topography"
+
+
+def parse_toml(text: str, where: str) -> dict[str, Any]:
+    """Return what a TOML text says.
+
+    Raises
+    ------
+    CaseError
+        One line with the file and the place in it.
+    """
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise CaseError(f"{where}: not valid TOML: brackets nested too deeply: correct the file") from None
+    except tomllib.TOMLDecodeError as error:
+        raise CaseError(f"{where}: not valid TOML: {error}: correct that place in the file") from None
+    except ValueError:  # Python's own limit, 4300 digits
+        raise CaseError(f"{where}: not valid TOML: a number has too many digits: correct the file") from None
 
 
 def flattened(document: Mapping[str, Any]) -> dict[str, Any]:

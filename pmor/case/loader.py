@@ -1,12 +1,11 @@
 """Read a case file: TOML -> sections -> checked values -> `Case`."""
 
-import tomllib
 from dataclasses import MISSING, fields, is_dataclass
 from pathlib import Path
 from typing import Any, TypeVar, get_type_hints
 
 from pmor.case.checks import check_together
-from pmor.case.document import CONDITION, GEARS, MODIFICATION, flattened, with_topography
+from pmor.case.document import CONDITION, GEARS, MODIFICATION, flattened, parse_toml, with_topography
 from pmor.case.schema import (
     Case,
     CompareCase,
@@ -108,7 +107,7 @@ def parse_case(text: str, name: str, where: str, folder: Path | None = None) -> 
     Case
         Complete: every default is filled in.
     """
-    document = flattened(_parse_toml(text, where))
+    document = flattened(parse_toml(text, where))
     _check_sections(document, where)
     for gear in GEARS:
         key = f"{gear}.{MODIFICATION}"
@@ -147,17 +146,6 @@ def parse_case(text: str, name: str, where: str, folder: Path | None = None) -> 
     )
     check_together(case, document, where)
     return case
-
-
-def _parse_toml(text: str, where: str) -> dict[str, Any]:
-    try:
-        return tomllib.loads(text)
-    except RecursionError:
-        raise CaseError(f"{where}: not valid TOML: brackets nested too deeply: correct the file") from None
-    except tomllib.TOMLDecodeError as error:
-        raise CaseError(f"{where}: not valid TOML: {error}: correct that place in the file") from None
-    except ValueError:  # Python's own limit, 4300 digits
-        raise CaseError(f"{where}: not valid TOML: a number has too many digits: correct the file") from None
 
 
 def _check_sections(document: dict[str, Any], where: str) -> None:

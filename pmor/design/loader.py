@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields, replace
 from pathlib import Path
 from typing import Any, TypeVar, get_type_hints
 
 from pmor.case import Case, change_case, check_flanks, load_case, without_models
+from pmor.case.document import parse_toml
 from pmor.case.values import Refused, convert, did_you_mean, toml_text
 from pmor.contact.condition import Built
 from pmor.design.settings import (
@@ -90,11 +90,8 @@ def load_design(path: Path | str) -> DesignFile:
         raise CaseError(f"{path}: there is no such design file: check the path") from None
     except (OSError, ValueError) as error:
         raise CaseError(f"{path}: cannot be read ({error}): name a design file, as text in UTF-8") from None
-    try:
-        document = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise CaseError(f"{path}: not valid TOML: {error}: correct that place in the file") from None
     where = str(path)
+    document = parse_toml(text, where)
     _check_sections(document, where)
     if not isinstance(document.get("case"), str):
         raise CaseError(f'{where}: case: is missing, or no text: add case = "..." with the file of the base case')

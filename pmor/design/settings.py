@@ -3,35 +3,27 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
 from pmor.ranges import Range
 
-# Keys of a modification that may vary: amounts first, then where reliefs start, end, or how far they reach.
-AMOUNT_KEYS = (
+AmountKey = Literal[
     "tip_relief_um", "root_relief_um", "profile_crowning_um", "profile_slope_um", "helix_crowning_um",
     "helix_slope_um", "end_relief_um", "twist_um",
-)  # fmt: skip
-REACH_KEYS = ("tip_relief_start_roll_deg", "root_relief_end_roll_deg", "end_relief_length_mm")
+]  # fmt: skip
+ReachKey = Literal["tip_relief_start_roll_deg", "root_relief_end_roll_deg", "end_relief_length_mm"]
+VariableKey = Literal[AmountKey, ReachKey]
+Objective = Literal["peak_to_peak_um", "order_1_um", "order_2_um", "order_3_um"]
+ResultKey = Literal[Objective, "pressure_MPa", "k_h_beta", "tip_edge_load_N_per_mm", "root_stress_MPa"]
+# Keys of a modification that may vary: amounts, and where reliefs start, end, or how far they reach.
+AMOUNT_KEYS: tuple[AmountKey, ...] = get_args(AmountKey)
+REACH_KEYS: tuple[ReachKey, ...] = get_args(ReachKey)
 AXES_KEYS = ("in_plane_um", "out_of_plane_um", "centre_distance_um")
 #: what is found of each variant under each torque
-RESULTS = (
-    "peak_to_peak_um", "order_1_um", "order_2_um", "order_3_um", "pressure_MPa", "k_h_beta", "tip_edge_load_N_per_mm",
-    "root_stress_MPa",
-)  # fmt: skip
+RESULTS: tuple[ResultKey, ...] = get_args(ResultKey)
 # Those whose derivatives follow from the sensitivities of the STE.
-OF_THE_STE = RESULTS[:4]
+OF_THE_STE: tuple[Objective, ...] = get_args(Objective)
 
-VariableKey = Literal[
-    "tip_relief_um", "root_relief_um", "profile_crowning_um", "profile_slope_um", "helix_crowning_um",
-    "helix_slope_um", "end_relief_um", "twist_um", "tip_relief_start_roll_deg", "root_relief_end_roll_deg",
-    "end_relief_length_mm",
-]  # fmt: skip
-ResultKey = Literal[
-    "peak_to_peak_um", "order_1_um", "order_2_um", "order_3_um", "pressure_MPa", "k_h_beta", "tip_edge_load_N_per_mm",
-    "root_stress_MPa",
-]  # fmt: skip
-Objective = Literal["peak_to_peak_um", "order_1_um", "order_2_um", "order_3_um"]
 Bounds = Annotated[tuple[float, ...], Range(-1000.0, 1000.0, in_order=True)]
 Torques = Annotated[tuple[float, ...], Range(0.0, 1e12, "N m", low_excluded=True, in_order=True)]
 Weights = Annotated[tuple[float, ...], Range(0.0, 1e6, in_order=True)]

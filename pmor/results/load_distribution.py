@@ -13,6 +13,8 @@ a state by itself has a contact line that ends somewhere, which no crowning mend
 
 from __future__ import annotations
 
+from typing import Protocol
+
 import numpy as np
 
 from pmor.arrays import FloatArray
@@ -33,17 +35,27 @@ def line_states(sweep: SteSweep) -> LineStates:
     return sweep.states.lines
 
 
-def face_load_factor(lines: LineStates) -> FloatArray:
+class SectionLoads(Protocol):
+    """What a face load factor asks of states of line contact, such as `pmor.results.loads.LineStates`."""
+
+    @property
+    def load_N_per_mm(self) -> FloatArray: ...  # noqa: D102
+
+    @property
+    def width_mm(self) -> FloatArray: ...  # noqa: D102
+
+
+def face_load_factor(lines: SectionLoads) -> FloatArray:
     """Return K_Hbeta of each torque, shape (D,), see the module; NaN where nothing carries."""
     return _over_mean(lines, lines.load_N_per_mm.sum(axis=(1, 2)))
 
 
-def face_load_factor_of_states(lines: LineStates) -> FloatArray:
+def face_load_factor_of_states(lines: SectionLoads) -> FloatArray:
     """Return the same of each state by itself, loads added up over tooth pairs alone, shape (D, A)."""
     return _over_mean(lines, lines.load_N_per_mm.sum(axis=2))
 
 
-def _over_mean(lines: LineStates, load: FloatArray) -> FloatArray:
+def _over_mean(lines: SectionLoads, load: FloatArray) -> FloatArray:
     mean = load @ lines.width_mm / lines.width_mm.sum()
     return np.divide(load.max(axis=-1), mean, out=np.full(mean.shape, np.nan), where=mean > 0.0)
 

@@ -1,8 +1,10 @@
 """Run the command line as a user does: as a process of its own, on the checkout, with warm kernels."""
 
 import os
+import shutil
 import subprocess
 import sys
+from contextlib import contextmanager
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
@@ -26,3 +28,14 @@ def finish(process, timeout=300):
 def complaints(errors):
     """What a process says on its error stream, beside that kernels are compiled: it may be the first one."""
     return "".join(line for line in errors.splitlines(True) if not line.startswith("pmor: compiling "))
+
+
+@contextmanager
+def small_disk(folder, size):
+    """A small file system, or a plain folder where none may be mounted: (folder, whether it is small)."""
+    folder.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", str(folder)]
+    small = shutil.which("mount") is not None and subprocess.run(mount, capture_output=True).returncode == 0
+    yield folder, small
+    if small:
+        subprocess.run(["umount", str(folder)], check=True)

@@ -14,6 +14,7 @@ BASE = 'case = "base.toml"\n'
 # name: (the file, what the message must hold)
 BROKEN = {
     "no TOML": ("case = ", ["not valid TOML"]),
+    "nested too deeply": ("case = " + "[" * 100_000, ["not valid TOML", "correct"]),
     "no base case": (GRID + TEETH, ["case: is missing"]),
     "base case that is not there": ('case = "bse.toml"\n' + GRID + TEETH, ["bse.toml", "base.toml"]),
     "base case as a number": ("case = 3\n" + GRID + TEETH, ["case = 3", "in quotes"]),

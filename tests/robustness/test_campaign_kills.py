@@ -22,7 +22,7 @@ import pytest
 
 from pmor.lab.campaign.describe import folder_text
 from pmor.lab.campaign.output import RESULTS
-from tests.robustness.processes import ROOT, finish, start
+from tests.robustness.processes import ROOT, finish, small_disk, start
 from tests.small_case import case_text
 
 STRIKES = 20
@@ -120,13 +120,8 @@ def wait_for_chunk(process, folder, more):
 
 @pytest.fixture
 def disk(tmp_path):
-    folder = tmp_path / "disk"
-    folder.mkdir()
-    mount = ["mount", "-t", "tmpfs", "-o", f"size={DISK}", "tmpfs", str(folder)]
-    small = shutil.which("mount") is not None and subprocess.run(mount, capture_output=True).returncode == 0
-    yield folder, small
-    if small:
-        subprocess.run(["umount", str(folder)], check=True)
+    with small_disk(tmp_path / "disk", DISK) as found:
+        yield found
 
 
 @pytest.mark.slow

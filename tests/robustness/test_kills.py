@@ -20,7 +20,7 @@ import pytest
 from pmor.case import basis_key, parse_case
 from pmor.storage.basis_file import read_basis
 from pmor.storage.snapshot_file import read_snapshots
-from tests.robustness.processes import finish, start
+from tests.robustness.processes import finish, small_disk, start
 from tests.small_case import case_text
 
 KILLS = 50
@@ -41,14 +41,8 @@ def case_file(tmp_path_factory):
 
 @pytest.fixture
 def disk(tmp_path):
-    """A small file system, or a plain folder where none may be mounted: (folder, whether it is small)."""
-    folder = tmp_path / "disk"
-    folder.mkdir()
-    mount = ["mount", "-t", "tmpfs", "-o", f"size={DISK}", "tmpfs", str(folder)]
-    small = shutil.which("mount") is not None and subprocess.run(mount, capture_output=True).returncode == 0
-    yield folder, small
-    if small:
-        subprocess.run(["umount", str(folder)], check=True)
+    with small_disk(tmp_path / "disk", DISK) as found:
+        yield found
 
 
 def offline(case_file, basis, **more):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 import math
-import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
@@ -13,6 +12,7 @@ from types import NoneType, UnionType
 from typing import Annotated, Any, NoReturn, Union, get_args, get_origin
 
 from pmor.case import change_case, load_case, parse_case, text_of
+from pmor.case.document import parse_toml
 from pmor.case.loader import SECTIONS, keys_of
 from pmor.case.values import Refused, convert, did_you_mean, toml_text
 from pmor.errors import CaseError
@@ -53,11 +53,7 @@ def load_campaign(path: Path) -> Campaign:
     """
     path = Path(path)
     text = _text(path, f"{path}: cannot be read", "name a readable campaign file")
-    try:
-        document = tomllib.loads(text)
-    except ValueError as error:
-        raise CaseError(f"{path}: not valid TOML: {error}: correct that place in the file") from None
-    return _Reader(str(path), path, text).campaign(document)
+    return _Reader(str(path), path, text).campaign(parse_toml(text, str(path)))
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from pmor.design.measures import draw_weights, order_amplitude, order_of, peak_t
 from pmor.design.settings import Design
 from pmor.design.variables import AS_DRAWN, Draw, built_at, drawn
 from pmor.pair.conditions import conditions_built
+from pmor.results.load_distribution import face_load_factor
 from pmor_online.model import ReducedPair, online_angles
 from pmor_online.root_stress import root_stress
 from pmor_online.variants import VariantSolver, VariantState
@@ -192,9 +193,7 @@ class Judge:
         if key == "tip_edge_load_N_per_mm":
             return np.asarray(state.edge_load_N_per_mm.max(axis=1))
         if key == "k_h_beta":
-            over_face = state.load_N_per_mm.sum(axis=(1, 2))
-            mean = over_face @ state.width_mm / state.width_mm.sum()
-            return np.asarray(over_face.max(axis=1) / np.where(mean > 0.0, mean, np.nan))
+            return face_load_factor(state)
         stress = root_stress(self.reduced, self.solver.phi, conditions_built(built, self.solver.torques_Nm))
         assert stress is not None
         return np.asarray(np.nanmax(stress.max_principal_MPa.reshape(len(self.weights), -1), axis=1))

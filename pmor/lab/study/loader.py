@@ -7,13 +7,13 @@ plural's s; what is no field of a section that has `changes` belongs to the case
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, get_args, get_origin, get_type_hints
 
+from pmor.case.document import parse_toml
 from pmor.case.values import Refused, convert, did_you_mean, toml_text
 from pmor.errors import CaseError
 from pmor.lab.core.variants import Sections
@@ -59,10 +59,7 @@ def parse_study(text: str, name: str, where: str, folder: Path) -> Study:
     folder : Path
         Where the base case is looked for.
     """
-    try:
-        document = tomllib.loads(text)
-    except ValueError as error:
-        raise CaseError(f"{where}: not valid TOML: {error}: correct that place in the file") from None
+    document = parse_toml(text, where)
     study: Study = _Reader(where).section(document, Study, "", {"name": name, "where": where, "changes": {}})
     study = replace(study, title=study.title or name, base=folder / study.base)
     _check_together(study)
