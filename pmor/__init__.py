@@ -11,7 +11,7 @@ Cases
     `load_case` reads a case file, `make_case` makes a `Case` from keywords, `change_case` changes one by keywords,
     `import_rexs` makes one of a stage in a gearbox file.
 Models
-    `train` solves full FE over the training of a case and gives a `ReducedModel`; `load` reads one that was saved.
+    `train` solves full FE over the training of a case and gives a `ReducedModel`; `load_model` reads one that was saved.
     `full_model` gives the full FE of a case, a `FullModel`. Both have `sweep`; a reduced one `sweep_conditions` too,
     over thousands of modifications and misalignments in one call; `export` writes it for other programs, `report`
     leaves what a run does, `dynamics` is the pair in motion over its speed, `design` searches for modifications.
@@ -22,8 +22,8 @@ Results
 Campaigns
     `campaign` solves a table of macro-geometries on any `concurrent.futures.Executor`: a `CampaignResult`.
 Conditions
-    `Axes`: where the wheel's axis is. `Modification`: what a gear's flanks deviate by; `Topography`: on a grid.
-    `Built`: all of it.
+    `Misalignment`: where the wheel's axis is. `Modification`: what a gear's flanks deviate by; `Topography`: on a grid.
+    `Assembly`: all of it.
 Errors
     `PmorError` is the base of all that an engineer can mend: `CaseError`, `GeometryError`, `MeshError`,
     `FileFormatError`, `OutputError`; `ConvergenceError` where no equilibrium was found.
@@ -43,12 +43,11 @@ if TYPE_CHECKING:
     from pmor.app.campaign import CampaignResult, campaign
     from pmor.app.design import DesignResult
     from pmor.app.full import FullModel, full_model
-    from pmor.app.model import ReducedModel, compare, load, train
+    from pmor.app.model import ReducedModel, compare, load_model, train
     from pmor.app.motion import DynamicsResult
     from pmor.app.result import ConditionsResult, SweepResult
     from pmor.app.rexs import import_rexs
     from pmor.case import Case, change_case, load_case, make_case
-    from pmor.contact.condition import Axes, Built
     from pmor.errors import (
         CaseError,
         ConvergenceError,
@@ -59,6 +58,7 @@ if TYPE_CHECKING:
         PmorError,
     )
     from pmor.flank import Modification, Topography
+    from pmor.kinematics.condition import Assembly, Misalignment
     from pmor.results.root_stress import RootStress
     from pmor_online.compare import Comparison
 
@@ -66,12 +66,12 @@ _HOMES = {
     "pmor.app.design": ("DesignResult",),
     "pmor.app.campaign": ("CampaignResult", "campaign"),
     "pmor.app.full": ("FullModel", "full_model"),
-    "pmor.app.model": ("ReducedModel", "compare", "load", "train"),
+    "pmor.app.model": ("ReducedModel", "compare", "load_model", "train"),
     "pmor.app.rexs": ("import_rexs",),
     "pmor.app.motion": ("DynamicsResult",),
     "pmor.app.result": ("ConditionsResult", "SweepResult"),
     "pmor.case": ("Case", "change_case", "load_case", "make_case"),
-    "pmor.contact.condition": ("Axes", "Built"),
+    "pmor.kinematics.condition": ("Misalignment", "Assembly"),
     "pmor.errors": (
         "CaseError", "ConvergenceError", "FileFormatError", "GeometryError", "MeshError", "OutputError", "PmorError",
     ),
@@ -82,8 +82,8 @@ _HOMES = {
 _HOME = {name: module for module, names in _HOMES.items() for name in names}
 
 __all__ = [
-    "Axes",
-    "Built",
+    "Misalignment",
+    "Assembly",
     "CampaignResult",
     "Case",
     "CaseError",
@@ -109,8 +109,8 @@ __all__ = [
     "compare",
     "full_model",
     "import_rexs",
-    "load",
     "load_case",
+    "load_model",
     "make_case",
     "train",
 ]

@@ -30,13 +30,13 @@ class Progress:
     --------
     >>> with Progress(3, "positions") as progress:
     ...     for _ in range(3):
-    ...         progress.advance()
+    ...         progress.step()
     """
 
     def __init__(self, total: int, label: str, done: int = 0) -> None:
         self._bar = _bar(total, label, done)
 
-    def advance(self, n: int = 1) -> None:
+    def step(self, n: int = 1) -> None:
         """Count `n` more steps as done."""
         if self._bar is not None:
             self._bar.update(n)
@@ -69,7 +69,7 @@ class SteadyRate:
         self._waits, self._steps, self._seconds = 0, 0, 0.0
         self._longest, self._steps_in_longest = 0.0, 0
 
-    def advance(self, n: int) -> None:
+    def step(self, n: int) -> None:
         """Note that `n` more steps are done."""
         now = self._clock()
         wait, self._last = now - self._last, now
@@ -114,7 +114,7 @@ def _bar(total: int, label: str, done: int) -> Any:
         monitor_interval = 0
 
         def update(self, n: int = 1) -> Any:
-            rate.advance(n)
+            rate.step(n)
             return super().update(n)
 
         @property

@@ -32,7 +32,7 @@ def in_order(
     work: Callable[[Item], Result],
     items: Iterable[Item],
     executor: Executor | None = None,
-    advance: Callable[[], None] = lambda: None,
+    progress: Callable[[], None] = lambda: None,
 ) -> Iterator[Result]:
     """Do a piece of work for each item.
 
@@ -45,7 +45,7 @@ def in_order(
     items : iterable
     executor : concurrent.futures.Executor, optional
         By default the work is done in the calling thread.
-    advance : callable
+    progress : callable
         Called after each item, for progress.
 
     Yields
@@ -54,7 +54,7 @@ def in_order(
         Results in the order of the items.
     """
     for result in (map if executor is None else executor.map)(work, items):
-        advance()
+        progress()
         yield result
 
 

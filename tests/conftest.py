@@ -32,7 +32,7 @@ def pytest_configure(config):
     whole_run = config.args_source is pytest.Config.ArgsSource.TESTPATHS and not config.option.collectonly
     if not whole_run or hasattr(config, "workerinput") or not config.getoption("numprocesses", None):
         return
-    from tests.small_case import case_text
+    from tests.support.small_case import case_text
 
     config.get_terminal_writer().line("compiling the kernels, once for all workers")
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
@@ -74,7 +74,7 @@ def small_models():
     5 x 2 elements per flank, so that rows and columns cannot be mixed up.
     """
     from pmor.pair.model import elastic_model, mesh_model
-    from tests.small_case import small_case
+    from tests.support.small_case import small_case
 
     @cache
     def model(width):
@@ -94,7 +94,7 @@ def small_model(small_models):
 def small_basis_file(small_models, tmp_path_factory):
     """Function from the meshed width and the keys of [reduction] to a basis file; copy it before changing it."""
     from pmor.jobs.offline import run_offline
-    from tests.small_case import small_case
+    from tests.support.small_case import small_case
 
     @cache
     def basis_file(width="half", **reduction):

@@ -19,7 +19,7 @@ import numpy as np
 
 from pmor.arrays import FloatArray
 from pmor.case import Case
-from pmor.contact.condition import Condition
+from pmor.kinematics.condition import Condition
 from pmor.pair.conditions import training_values
 from pmor.pair.model import ElasticModel
 from pmor.reduction.basis import Basis

@@ -7,13 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from pmor.arrays import FloatArray
+from pmor.body.root_stress import RootStressShapes, root_stress_shapes
 from pmor.case import Case
-from pmor.contact.sections import loaded_components
+from pmor.line.sections import loaded_components
 from pmor.pair.model import ElasticModel
 from pmor.reduction.basis import Basis, Training, untrained
 from pmor.reduction.build import build_shapes
 from pmor.reduction.error_estimate import FlankCompliance, flank_compliance
-from pmor.reduction.root_stress import RootStressShapes, root_stress_shapes
 from pmor.reduction.snapshots import Snapshots
 from pmor_offline.sampling import roll_position_grid
 

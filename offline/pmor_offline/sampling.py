@@ -16,12 +16,12 @@ import numpy as np
 
 from pmor.arrays import FloatArray
 from pmor.case import Case, OfflineCase
-from pmor.contact.condition import Condition
-from pmor.contact.flank import MeshedPair
-from pmor.contact.position import overshoot
-from pmor.contact.solve import WINDOW_MARGIN
 from pmor.gear.pair import GearPair
+from pmor.kinematics.condition import Condition
+from pmor.kinematics.meshed_pair import MeshedPair
 from pmor.pair.conditions import condition_at, on_trained_flanks, training_values
+from pmor.penalty.position import overshoot
+from pmor.penalty.solve import WINDOW_MARGIN
 
 # Of all random draws: a basis is a function of its case.
 SEED = 20160919

@@ -7,8 +7,8 @@ from itertools import groupby
 import numpy as np
 
 from pmor.arrays import FloatArray
-from pmor.contact.solve import SolvedPosition, solve_position
 from pmor.pair.model import ElasticModel
+from pmor.penalty.solve import SolvedPosition, solve_position
 from pmor.reduction.snapshots import Snapshots
 from pmor_offline.sampling import TrainingPosition
 
@@ -30,7 +30,7 @@ def solve_snapshots(
     Snapshots
     """
     solved: list[SolvedPosition] = []
-    for _, conditions in groupby(training.conditions, lambda condition: condition.built):
+    for _, conditions in groupby(training.conditions, lambda condition: condition.assembly):
         # Torques that follow each other with the same axes and flanks share windows, and start from each other.
         solved.append(solve_position(model.mesh.meshed, training.phi, list(conditions), model.elasticity_at))
     pairs = np.unique(np.concatenate([s.position.pair_index for s in solved]))
@@ -41,7 +41,7 @@ def solve_snapshots(
     for t, (position, equilibrium) in enumerate(states):
         if equilibrium is None:
             continue
-        ste[t] = equilibrium.lead * model.mesh.meshed.pair.pinion.base_radius * 1e3
+        ste[t] = equilibrium.advance * model.mesh.meshed.pair.pinion.base_radius * 1e3
         contact = equilibrium.contact
         nodal = contact.nodal_forces(contact.force, len(position.position.nodes))
         _scatter(position, nodal, np.searchsorted(pairs, position.position.pair_index), force[t])

@@ -45,7 +45,7 @@ class Trained:
 
 def train(
     case: Case, model: ElasticModel, estimate: ErrorEstimate | None = None, executor: Executor | None = None,
-    advance: Callable[[], None] = lambda: None, known: Mapping[int, Snapshots] | None = None,
+    progress: Callable[[], None] = lambda: None, known: Mapping[int, Snapshots] | None = None,
     keep: Keep = lambda number, snapshots: None, started: float | None = None,
 ) -> Trained:  # fmt: skip
     """Solve full FE over the training set of a case and make a basis of it.
@@ -58,7 +58,7 @@ def train(
         What a greedy sampling asks for errors (`pmor_offline.adaptive`).
     executor : concurrent.futures.Executor, optional
         Solves several positions, and estimates several errors, at a time. The basis does not depend on it.
-    advance : callable
+    progress : callable
         Called after each position that was solved, for progress.
     known : mapping of int to Snapshots, optional
         Positions that are solved already, by their number in the sampling; of a greedy one the unbroken beginning.
@@ -80,9 +80,9 @@ def train(
     if not case.reduction.trained:
         snapshots: list[Snapshots] = []
     elif case.offline.sampling == "greedy":
-        snapshots = _chosen(case, model, estimate, executor, advance, known or {}, keep)
+        snapshots = _chosen(case, model, estimate, executor, progress, known or {}, keep)
     else:
-        snapshots = _planned(case, model, executor, advance, known or {}, keep)
+        snapshots = _planned(case, model, executor, progress, known or {}, keep)
     failures = tuple(failure for s in snapshots for failure in s.failures)
     if failures and len(failures) == sum(len(s.converged) for s in snapshots):
         raise ConvergenceError(f"no full solve converged, first: {failures[0]}", [])
@@ -105,7 +105,7 @@ def _on_coarser_mesh(case: Case) -> Basis | None:
 
 
 def _planned(
-    case: Case, model: ElasticModel, executor: Executor | None, advance: Callable[[], None],
+    case: Case, model: ElasticModel, executor: Executor | None, progress: Callable[[], None],
     known: Mapping[int, Snapshots], keep: Keep,
 ) -> list[Snapshots]:  # fmt: skip
     """Solve all positions of a sampling that is known beforehand."""
@@ -116,13 +116,13 @@ def _planned(
     for i, snapshots in zip(missing, solved, strict=True):
         keep(i, snapshots)
         found[i] = snapshots
-        advance()
+        progress()
     return [found[i] for i in range(len(positions))]
 
 
 def _chosen(
     case: Case, model: ElasticModel, estimate: ErrorEstimate | None, executor: Executor | None,
-    advance: Callable[[], None], known: Mapping[int, Snapshots], keep: Keep,
+    progress: Callable[[], None], known: Mapping[int, Snapshots], keep: Keep,
 ) -> list[Snapshots]:  # fmt: skip
     """Let the error estimate choose; each solution is kept as soon as it is there, in order."""
     if estimate is None:
@@ -133,5 +133,5 @@ def _chosen(
     for snapshots in greedy_snapshots(case, model, estimate, found, executor):
         keep(len(found), snapshots)
         found.append(snapshots)
-        advance()
+        progress()
     return found

@@ -50,7 +50,7 @@ class Comparison:
 
 
 def compare_models(
-    reduced: ReducedPair, model: ElasticModel, advance: Callable[[], None] = lambda: None,
+    reduced: ReducedPair, model: ElasticModel, progress: Callable[[], None] = lambda: None,
     executor: Executor | None = None,
 ) -> Comparison:  # fmt: skip
     """Solve the case's comparison positions with the reduced and the full model.
@@ -60,7 +60,7 @@ def compare_models(
     reduced : ReducedPair
     model : ElasticModel
         Full FE of the same case.
-    advance : callable
+    progress : callable
         Called after each angle of the full model, for progress.
     executor : concurrent.futures.Executor, optional
         Solves several angles of the full model at a time.
@@ -70,15 +70,13 @@ def compare_models(
     Comparison
     """
     case, pair = reduced.basis.case, reduced.meshed.pair
-    phi = unseen_angles(
-        pair.meshing_range[0], pair.pitch, case.compare.angles, case.offline.angles_per_pitch
-    )
+    phi = unseen_angles(pair.meshing_range[0], pair.pitch, case.compare.angles, case.offline.angles_per_pitch)
     conditions = conditions_of(case, case.compare.torques_Nm)
     sweep_reduced_pair(reduced, phi[:1], conditions)  # compiles: run times are those of warm code
     sweep_ste(model.mesh.meshed, model.elasticity_at, phi[:1], conditions)
     return Comparison(
         reduced=sweep_reduced_pair(reduced, phi, conditions),
-        full=sweep_ste(model.mesh.meshed, model.elasticity_at, phi, conditions, advance, executor),
+        full=sweep_ste(model.mesh.meshed, model.elasticity_at, phi, conditions, progress, executor),
     )
 
 

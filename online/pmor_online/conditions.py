@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmor.arrays import FloatArray
-from pmor.contact.condition import Axes, Built
-from pmor.contact.unloaded import with_unloaded
-from pmor.pair.conditions import conditions_built, listed_conditions, torques_of
+from pmor.kinematics.condition import Assembly, Misalignment
+from pmor.line.unloaded import with_unloaded
+from pmor.pair.conditions import conditions_of_assembly, listed_conditions, torques_of
 from pmor.results.sweep import SteSweep
 from pmor_online.mesh_error import with_mesh_error
 from pmor_online.model import ReducedPair, sweep_angles
@@ -28,20 +28,20 @@ class ConditionSweep:
     Parameters
     ----------
     name : str
-    built : Built
+    assembly : Assembly
     own : int
         Index of the condition's own torque in the sweep.
     sweep : SteSweep
     """
 
     name: str
-    built: Built
+    assembly: Assembly
     own: int
     sweep: SteSweep
 
 
 def sweep_listed(
-    reduced: ReducedPair, executor: Executor | None = None, advance: Callable[[int], None] = lambda n: None
+    reduced: ReducedPair, executor: Executor | None = None, progress: Callable[[int], None] = lambda n: None
 ) -> tuple[ConditionSweep, ...]:
     """Sweep each condition that a case lists, at the torques of the case's sweep and at its own.
 
@@ -50,25 +50,25 @@ def sweep_listed(
     reduced : ReducedPair
     executor : concurrent.futures.Executor, optional
         Shares out blocks of angles between threads.
-    advance : callable
+    progress : callable
         Called with the number of angles done, counted for each condition.
     """
     case = reduced.basis.case
-    built = [condition.built for condition in listed_conditions(case)]
+    assemblies = [condition.assembly for condition in listed_conditions(case)]
     torques = [torques_of(case, condition) for condition in case.conditions]
-    sweeps = sweep_built(reduced, sweep_angles(case), built, torques, executor, advance)
+    sweeps = sweep_assemblies(reduced, sweep_angles(case), assemblies, torques, executor, progress)
     return tuple(
         ConditionSweep(
             condition.name, one, there.index(condition.torque_Nm),
-            with_mesh_error(sweep, reduced, conditions_built(one, there)),
+            with_mesh_error(sweep, reduced, conditions_of_assembly(one, there)),
         )
-        for condition, one, there, sweep in zip(case.conditions, built, torques, sweeps, strict=True)
+        for condition, one, there, sweep in zip(case.conditions, assemblies, torques, sweeps, strict=True)
     )  # fmt: skip
 
 
-def sweep_built(
-    reduced: ReducedPair, phi: FloatArray, built: Sequence[Built], torques_Nm: Sequence[Sequence[float]],
-    executor: Executor | None = None, advance: Callable[[int], None] = lambda n: None,
+def sweep_assemblies(
+    reduced: ReducedPair, phi: FloatArray, assemblies: Sequence[Assembly], torques_Nm: Sequence[Sequence[float]],
+    executor: Executor | None = None, progress: Callable[[int], None] = lambda n: None,
 ) -> list[SteSweep]:  # fmt: skip
     """Sweep a pair that is built in several ways, each at torques of its own.
 
@@ -77,11 +77,11 @@ def sweep_built(
     reduced : ReducedPair
     phi : ndarray, shape (n,)
         Pinion angles, rad.
-    built : sequence of Built
+    assemblies : sequence of Assembly
         Axes and flanks.
     torques_Nm : sequence of sequences of float
         As many.
-    executor, advance
+    executor, progress
         As in `sweep_listed`.
 
     Returns
@@ -91,23 +91,23 @@ def sweep_built(
     """
     found: dict[int, SteSweep] = {}
     most = max(1, POSITIONS_AT_A_TIME // (len(phi) * max(map(len, torques_Nm), default=1)))
-    for numbers in _together(reduced, built, most):
-        conditions = [condition for n in numbers for condition in conditions_built(built[n], torques_Nm[n])]
-        sweep = sweep_reduced_pair(reduced, phi, conditions, executor, advance=_for_each(advance, len(numbers)))
+    for numbers in _together(reduced, assemblies, most):
+        conditions = [condition for n in numbers for condition in conditions_of_assembly(assemblies[n], torques_Nm[n])]
+        sweep = sweep_reduced_pair(reduced, phi, conditions, executor, progress=_for_each(progress, len(numbers)))
         sweep = with_unloaded(sweep, reduced.meshed, conditions)
         ends = np.cumsum([len(torques_Nm[n]) for n in numbers]).tolist()
         for n, end in zip(numbers, ends, strict=True):
             found[n] = sweep.at_torques(slice(end - len(torques_Nm[n]), end))
-    return [found[n] for n in range(len(built))]
+    return [found[n] for n in range(len(assemblies))]
 
 
-def _together(reduced: ReducedPair, built: Sequence[Built], most: int) -> list[list[int]]:
+def _together(reduced: ReducedPair, assemblies: Sequence[Assembly], most: int) -> list[list[int]]:
     """Numbers of those that are solved in one call: what they share is placed, or gathered, once."""
-    groups: dict[Axes | Built, list[int]] = {}
-    for n, one in enumerate(built):
-        groups.setdefault(one.axes if reduced.basis.shapes is None else one, []).append(n)
+    groups: dict[Misalignment | Assembly, list[int]] = {}
+    for n, one in enumerate(assemblies):
+        groups.setdefault(one.misalignment if reduced.basis.shapes is None else one, []).append(n)
     return [group[i : i + most] for group in groups.values() for i in range(0, len(group), most)]
 
 
-def _for_each(advance: Callable[[int], None], count: int) -> Callable[[int], None]:
-    return lambda done: advance(done * count)
+def _for_each(progress: Callable[[int], None], count: int) -> Callable[[int], None]:
+    return lambda done: progress(done * count)

@@ -7,18 +7,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmor.arrays import BoolArray, FloatArray
-from pmor.contact.condition import Condition
-from pmor.contact.flank import MeshedPair
-from pmor.contact.kernels.types import ELEMENT_ROWS, FIRST_ROW
-from pmor.contact.line_contact import line_contact
-from pmor.contact.position import Position
-from pmor.contact.search import Contact
-from pmor.contact.solve import solve_position
 from pmor.gear.tooth import Tooth
+from pmor.kinematics.condition import Condition
+from pmor.kinematics.kernels.types import ELEMENT_ROWS, FIRST_ROW
+from pmor.kinematics.meshed_pair import MeshedPair
+from pmor.line.hertz import line_contact
+from pmor.penalty.position import Position
+from pmor.penalty.search import Contact
+from pmor.penalty.solve import solve_position
 from pmor_online.model import ReducedPair
 
-# Cells over the profile in which the pressure of exact flanks is given, and how far they reach beyond the contact.
-PROFILE_CELLS, REACH = 60, 1.3
+# Cells over the profile in which the pressure of exact flanks is given, and how far they go beyond the contact.
+PROFILE_CELLS, MARGIN = 60, 1.3
 # Where contact is inclined: cells over half its width, cells at most, and strips over the width for each section.
 CELLS_PER_HALF_WIDTH, MOST_CELLS, STRIPS = 4, 600, 12
 
@@ -159,8 +159,8 @@ def _line_forces(
     places = 0.5 * (across[1:] + across[:-1]).reshape(-1, strips)[section]
     rolls = _inclined(sections.z[section], roll, places, tooth) if inclined else roll[:, None]
     arc = 0.5 * tooth.base_radius * rolls**2 + found.offset[mine, None] * (1.0 if gear == 0 else -1.0)
-    reach = REACH * half_width.max()
-    low, high = max(arc.min() - reach, 0.0), arc.max() + reach
+    half_length = MARGIN * half_width.max()
+    low, high = max(arc.min() - half_length, 0.0), arc.max() + half_length
     least = int(CELLS_PER_HALF_WIDTH * (high - low) / np.median(half_width))
     edges = np.linspace(low, high, max(PROFILE_CELLS, min(MOST_CELLS, least) if inclined else 0) + 1)
     x = np.clip((edges[:, None, None] - arc) / half_width[:, None], -1.0, 1.0)
@@ -189,8 +189,8 @@ def _strip_forces(
     z, radius = meshed.pinion.nodes[0, :, 2], (meshed.pair.pinion, meshed.pair.wheel)[gear].base_radius
     arc = 0.5 * radius * section_roll_angle(meshed, position, contact, gear)[mine] ** 2
     column, load = contact.place[mine, 1], contact.force[mine]
-    middle, reach = 0.5 * (arc.max() + arc.min()), 0.5 * REACH * (arc.max() - arc.min())
-    edges = np.linspace(middle - reach, middle + reach, PROFILE_CELLS + 1)
+    middle, half_length = 0.5 * (arc.max() + arc.min()), 0.5 * MARGIN * (arc.max() - arc.min())
+    edges = np.linspace(middle - half_length, middle + half_length, PROFILE_CELLS + 1)
     force = np.zeros((PROFILE_CELLS, len(z)))
     for k in np.unique(column):
         order = np.flatnonzero(column == k)[np.argsort(arc[column == k])]

@@ -8,7 +8,7 @@ from concurrent.futures import Executor
 import numpy as np
 
 from pmor.arrays import FloatArray
-from pmor.contact.condition import Condition
+from pmor.kinematics.condition import Condition
 from pmor.reduction.basis import Basis
 from pmor.threads import in_order
 from pmor_online.model import reduced_pair

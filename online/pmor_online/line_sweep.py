@@ -1,4 +1,4 @@
-"""The sweep of line contact with the line loads as unknowns (`pmor.contact.kernels.line_loads`).
+"""The sweep of line contact with the line loads as unknowns (`pmor.line.kernels.loads`).
 
 Sections are placed, and their flexibility gathered, once for a block of angles; torques and flank deviations cost a
 solution each, of as many equations as sections carry load. Blocks have a fixed size and each state starts cold, so that
@@ -15,13 +15,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmor.arrays import FloatArray, IntArray
-from pmor.contact.condition import PLAIN, Built, Condition, at_leads, common_axes
-from pmor.contact.flank import MeshedPair
-from pmor.contact.kernels.deviation import Deviation
-from pmor.contact.kernels.line_loads import LineResults, solve_lines
-from pmor.contact.kernels.line_places import Lines, line_deviations
-from pmor.contact.kernels.line_pressure import PATCH_FIELDS, line_patches
-from pmor.contact.position import place_sections
+from pmor.kinematics.condition import PLAIN, Assembly, Condition, at_advances, common_misalignment
+from pmor.kinematics.kernels.deviation import Deviation
+from pmor.kinematics.meshed_pair import MeshedPair
+from pmor.line.kernels.loads import LineResults, solve_lines
+from pmor.line.kernels.places import Lines, line_deviations
+from pmor.line.kernels.pressure import PATCH_FIELDS, line_patches
+from pmor.penalty.position import place_sections
 from pmor.results.force_law import ForceLaw
 from pmor.results.loads import ContactLoads, LineStates, SweepStates
 from pmor.results.sweep import SteSweep
@@ -38,7 +38,7 @@ def sweep_line_loads(
     phi: FloatArray,
     conditions: Sequence[Condition],
     executor: Executor | None = None,
-    advance: Callable[[int], None] = lambda n: None,
+    progress: Callable[[int], None] = lambda n: None,
     recorded: bool = False,
 ) -> SteSweep:
     """Solve all angles under all conditions.
@@ -53,37 +53,37 @@ def sweep_line_loads(
         Torques with the same axes; flanks may differ.
     executor : concurrent.futures.Executor, optional
         Of threads; solves several blocks of angles at a time.
-    advance : callable
+    progress : callable
         Called with the number of angles done, for progress.
     recorded : bool
-        Keep leads and line loads of all states too.
+        Keep advances and line loads of all states too.
 
     Returns
     -------
     SteSweep
     """
     start = time.perf_counter()
-    lines, found = _solve(reduced, phi, conditions, executor, advance, recorded)
-    lead = np.where(found.converged, found.lead, np.nan)
+    lines, found = _solve(reduced, phi, conditions, executor, progress, recorded)
+    advance = np.where(found.converged, found.advance, np.nan)
     share, pair_index = _shares(lines, found, len(reduced.meshed.sections.z))
     return SteSweep(
         phi_rad=np.asarray(phi, dtype=float),
         torque_Nm=np.array([condition.torque_Nm for condition in conditions]),
-        ste_um=lead * reduced.meshed.pair.pinion.base_radius * 1e3,
+        ste_um=advance * reduced.meshed.pair.pinion.base_radius * 1e3,
         pair_share=share,
         pair_index=pair_index,
         newton_steps=found.steps,
         converged=found.converged,
         seconds=time.perf_counter() - start,
         pitch_rad=reduced.meshed.pair.pitch,
-        states=_states(reduced, lines, found, lead) if recorded else None,
+        states=_states(reduced, lines, found, advance) if recorded else None,
         stiffness_N_per_um=_stiffness(reduced, found),
     )
 
 
 def sections_near(reduced: ReducedPair, phi: FloatArray, condition: Condition) -> int:
     """Return how many sections, at most over the angles, come within the approach that a torque makes expect."""
-    gap = place_sections(reduced.meshed, phi, condition.built.axes, reduced.components).gap
+    gap = place_sections(reduced.meshed, phi, condition.assembly.misalignment, reduced.components).gap
     near = gap - gap.min(axis=1, keepdims=True) < reduced.meshed.expected_approach(condition.given_torque)
     return int(near.sum(axis=1).max())
 
@@ -91,31 +91,31 @@ def sections_near(reduced: ReducedPair, phi: FloatArray, condition: Condition) -
 def line_force_law(
     reduced: ReducedPair,
     phi: FloatArray,
-    leads: Sequence[float],
-    built: Built = PLAIN,
+    advances: Sequence[float],
+    assembly: Assembly = PLAIN,
     executor: Executor | None = None,
-    advance: Callable[[int], None] = lambda n: None,
+    progress: Callable[[int], None] = lambda n: None,
 ) -> ForceLaw:
-    """Find the torque that the line loads make where the pinion's lead is given; arguments as in `sweep_line_loads`.
+    """Find the torque that the line loads make where the pinion's advance is given; arguments as in `sweep_line_loads`.
 
     Parameters
     ----------
-    leads : sequence of float
+    advances : sequence of float
         rad, from where the unloaded flanks first touch.
-    built : Built
+    assembly : Assembly
 
     Returns
     -------
     ForceLaw
     """
     start = time.perf_counter()
-    conditions = at_leads(leads, built.axes, built.pinion, built.wheel)
-    lines, found = _solve(reduced, phi, conditions, executor, advance, False)
+    conditions = at_advances(advances, assembly.misalignment, assembly.pinion, assembly.wheel)
+    lines, found = _solve(reduced, phi, conditions, executor, progress, False)
     torque, pairs = _pair_torques(lines, found, len(reduced.meshed.sections.z))
     torque[~found.converged] = np.nan
     return ForceLaw(
         phi_rad=np.asarray(phi, dtype=float),
-        lead_rad=np.asarray(leads, dtype=float),
+        advance_rad=np.asarray(advances, dtype=float),
         pair_torque_Nm=1e-3 * torque,
         pair_index=pairs,
         newton_steps=found.steps,
@@ -126,33 +126,33 @@ def line_force_law(
 
 @dataclass(frozen=True)
 class _Case:
-    """Conditions that differ in nothing but what drives them.
+    """Conditions that differ in nothing but what loads them.
 
     Parameters
     ----------
     index : ndarray of int
         Which of all conditions they are.
-    drives : ndarray
-        Torques, N mm, or leads, rad.
+    loads : ndarray
+        Torques, N mm, or advances, rad.
     flanks : (Deviation, Deviation) or None
         Of pinion and wheel; None where they do not deviate.
     """
 
     index: IntArray
-    drives: FloatArray
+    loads: FloatArray
     flanks: tuple[Deviation, Deviation] | None
 
 
 def _solve(
     reduced: ReducedPair, phi: FloatArray, conditions: Sequence[Condition], executor: Executor | None,
-    advance: Callable[[int], None], recorded: bool,
+    progress: Callable[[int], None], recorded: bool,
 ) -> tuple[Lines, LineResults]:  # fmt: skip
     """Solve block by block; the sections come back without flexibilities and gradients, which nobody reads again."""
-    angles, axes = np.ascontiguousarray(phi, dtype=float), common_axes(conditions)
+    angles, misalignment = np.ascontiguousarray(phi, dtype=float), common_misalignment(conditions)
     cases = _cases(reduced.meshed, conditions)
 
     def solve(block: slice) -> tuple[Lines, LineResults]:
-        lines = place_sections(reduced.meshed, angles[block], axes, reduced.components)
+        lines = place_sections(reduced.meshed, angles[block], misalignment, reduced.components)
         found = _solve_block(reduced, lines, cases, len(conditions), conditions[0].torque is None, recorded)
         nothing = np.empty((0, 0, 0))
         return lines._replace(gradient=np.empty((0, 0, 0, 0)), flexibility=nothing), found
@@ -161,21 +161,21 @@ def _solve(
     solved = []
     for part in in_order(solve, blocks, executor):
         solved.append(part)
-        advance(len(part[0].first_pair))
+        progress(len(part[0].first_pair))
     lines = Lines(*(np.concatenate(arrays) for arrays in zip(*(part[0] for part in solved), strict=True)))
     found = LineResults(*(np.concatenate(a, axis=1) for a in zip(*(part[1] for part in solved), strict=True)))
     return lines, found
 
 
 def _cases(meshed: MeshedPair, conditions: Sequence[Condition]) -> list[_Case]:
-    by_flanks: dict[Built, list[int]] = {}
+    by_flanks: dict[Assembly, list[int]] = {}
     for number, condition in enumerate(conditions):
-        by_flanks.setdefault(condition.built, []).append(number)
-    drives = np.array([c.given_torque if c.lead is None else c.lead for c in conditions], dtype=float)
+        by_flanks.setdefault(condition.assembly, []).append(number)
+    loads = np.array([c.given_torque if c.advance is None else c.advance for c in conditions], dtype=float)
     cases = []
-    for built, numbers in by_flanks.items():
+    for assembly, numbers in by_flanks.items():
         index = np.array(numbers)
-        cases.append(_Case(index, drives[index], meshed.deviations(built) if built.modified else None))
+        cases.append(_Case(index, loads[index], meshed.deviations(assembly) if assembly.modified else None))
     return cases
 
 
@@ -193,7 +193,7 @@ def _solve_block(
             line_deviations(lines, sections.z, *case.flanks, deviation)
         found = whole if len(case.index) == count else no_results(len(case.index), angles, size, recorded)
         added = np.empty((0, 0)) if case.flanks is None else deviation
-        solve_lines(lines, added, case.drives, held, rate, width, reduced.section_compliance, corners, found)
+        solve_lines(lines, added, case.loads, held, rate, width, reduced.section_compliance, corners, found)
         if found is not whole:
             for all_of_it, part in zip(whole, found, strict=True):
                 if part.size:
@@ -217,17 +217,17 @@ def _stiffness(reduced: ReducedPair, found: LineResults) -> FloatArray:
 
 
 def levers_of(lines: Lines, found: LineResults) -> FloatArray:
-    """Levers of all states, (D, A, N), mm; under a pinion's corner they turn with the lead."""
-    further = np.maximum(found.lead[..., None] - lines.corner_lead, 0.0)
+    """Levers of all states, (D, A, N), mm; under a pinion's corner they turn with the advance."""
+    further = np.maximum(found.advance[..., None] - lines.corner_advance, 0.0)
     return np.asarray(lines.lever + lines.lever_slope * further)
 
 
 def _pair_torques(lines: Lines, found: LineResults, sections: int) -> tuple[FloatArray, IntArray]:
     """Torque on the pinion that each tooth pair carries, (D, A, pairs), N mm, and the pairs that ever do."""
-    by_place = (-levers_of(lines, found) * found.force).reshape(*found.lead.shape, -1, sections).sum(axis=3)
+    by_place = (-levers_of(lines, found) * found.force).reshape(*found.advance.shape, -1, sections).sum(axis=3)
     pairs = lines.first_pair[:, None] + np.arange(by_place.shape[2])
     used = np.unique(pairs[(by_place > 0.0).any(axis=0)])
-    torque = np.zeros((*found.lead.shape, len(used)))
+    torque = np.zeros((*found.advance.shape, len(used)))
     for column, index in enumerate(used):
         torque[:, :, column] = np.where(pairs == index, by_place, 0.0).sum(axis=2)
     return torque, used
@@ -239,7 +239,7 @@ def _shares(lines: Lines, found: LineResults, sections: int) -> tuple[FloatArray
     return np.divide(torque, total, out=np.zeros_like(torque), where=(total > 0.0) & found.converged[..., None]), pairs
 
 
-def _states(reduced: ReducedPair, lines: Lines, found: LineResults, lead: FloatArray) -> SweepStates:
+def _states(reduced: ReducedPair, lines: Lines, found: LineResults, advance: FloatArray) -> SweepStates:
     z, levers = reduced.meshed.sections.z, levers_of(lines, found)
     carried = (found.force > 0.0) & found.converged[..., None]
     _, angle, place = np.nonzero(carried)
@@ -258,10 +258,10 @@ def _states(reduced: ReducedPair, lines: Lines, found: LineResults, lead: FloatA
         roll_rad=lines.roll[angle, place],
         z_mm=z[column],
     )
-    reach = lines.gap.shape[1] // len(z)
-    pairs = lines.first_pair[:, None] + np.arange(reach)
+    pair_count = lines.gap.shape[1] // len(z)
+    pairs = lines.first_pair[:, None] + np.arange(pair_count)
     of_lines = _line_states(reduced, lines, found, pairs, levers)
-    return SweepStates(lead, pairs, np.zeros((*lead.shape, reach, 0)), loads, of_lines)
+    return SweepStates(advance, pairs, np.zeros((*advance.shape, pair_count, 0)), loads, of_lines)
 
 
 def _line_states(

@@ -8,14 +8,14 @@ from functools import cached_property
 import numpy as np
 
 from pmor.arrays import FloatArray
-from pmor.contact.condition import PLAIN, Built
-from pmor.contact.kernels.deviation import Deviation
-from pmor.contact.kernels.line_loads import solve_leads, solve_lines
-from pmor.contact.kernels.line_places import Lines, line_deviations, place_lines
-from pmor.contact.kernels.tip_corner import Corner
-from pmor.contact.kernels.types import Gear, Kinematics
-from pmor.contact.position import pairs_in_reach
 from pmor.dynamics.force_table import Forces
+from pmor.kinematics.condition import PLAIN, Assembly
+from pmor.kinematics.kernels.deviation import Deviation
+from pmor.kinematics.kernels.types import Gear, Kinematics
+from pmor.line.kernels.loads import solve_advances, solve_lines
+from pmor.line.kernels.places import Lines, line_deviations, place_lines
+from pmor.line.kernels.tip_corner import Corner
+from pmor.penalty.position import tooth_pair_count
 from pmor_online.line_sweep import levers_of, no_results
 from pmor_online.model import ReducedPair
 
@@ -25,26 +25,26 @@ NUDGES = np.array([1e-9, -1e-9, 1e-8, -1e-8])
 PHASES_AT_ONCE, MOST_BYTES = 1024, 1 << 29
 
 
-def mesh_force_of(reduced: ReducedPair, built: Built = PLAIN) -> Forces:
+def mesh_force_of(reduced: ReducedPair, assembly: Assembly = PLAIN) -> Forces:
     """Return the force along the transverse line of action (N) over phase (rad) and displacement (mm).
 
-    Phase 0 is the pinion's angle 0, a tooth on the line of centres; 2 pi is a pitch on. The displacement is the lead
+    Phase 0 is the pinion's angle 0, a tooth on the line of centres; 2 pi is a pitch on. The displacement is the advance
     times the base radius: under a torque that is held, the static transmission error.
 
     Parameters
     ----------
     reduced : ReducedPair
         Of line loads.
-    built : Built
+    assembly : Assembly
         Where the axes are, what the flanks are like; deviations of pitch do not repeat over one mesh cycle.
     """
-    mesh = _mesh(reduced, built)
+    mesh = _mesh(reduced, assembly)
 
     def solved(phase: float, displacement: FloatArray) -> FloatArray:
         lines, deviation = mesh.placed(np.array([phase]))
-        lead = np.asarray(displacement) / mesh.radius
-        found = no_results(len(lead), 1, lines.gap.shape[1], False)
-        solve_lines(lines, deviation, lead, True, mesh.rate, mesh.width, mesh.compliance, mesh.corners, found)
+        advance = np.asarray(displacement) / mesh.radius
+        found = no_results(len(advance), 1, lines.gap.shape[1], False)
+        solve_lines(lines, deviation, advance, True, mesh.rate, mesh.width, mesh.compliance, mesh.corners, found)
         torque = -(levers_of(lines, found) * found.force)[:, 0].sum(axis=1)
         return np.where(found.converged[:, 0], torque / mesh.radius, np.nan)
 
@@ -69,7 +69,7 @@ class LineLoadLaw:
     ----------
     reduced : ReducedPair
         Of line loads.
-    built : Built
+    assembly : Assembly
     low, high : float
         Range of displacements, mm: below it nothing touches, above it there is no force that motion could take.
     backlash : float
@@ -77,7 +77,7 @@ class LineLoadLaw:
     """
 
     reduced: ReducedPair
-    built: Built
+    assembly: Assembly
     low: float
     high: float
     backlash: float = np.inf
@@ -100,7 +100,7 @@ class LineLoadLaw:
             part = slice(start, start + PHASES_AT_ONCE)
             near, placed = touches[part], self._at(np.ascontiguousarray(phase[part]))
             torque, stiffness = np.empty(len(near)), np.empty(len(near))
-            solve_leads(
+            solve_advances(
                 placed.lines, placed.deviation, np.where(near, x[part], self.low) / mesh.radius, mesh.rate, mesh.width,
                 mesh.compliance, mesh.corners, placed.force, torque, stiffness,
             )  # fmt: skip
@@ -110,7 +110,7 @@ class LineLoadLaw:
 
     @cached_property
     def _mesh(self) -> _Mesh:
-        return _mesh(self.reduced, self.built)
+        return _mesh(self.reduced, self.assembly)
 
     def _at(self, phase: FloatArray) -> _Placed:
         key = phase.tobytes()
@@ -141,7 +141,7 @@ class _Mesh:
     gears: tuple[Gear, Gear]
     deviations: tuple[Deviation, Deviation] | None
     z: FloatArray
-    reach: int
+    pair_count: int
     components: int
     rate: float
     width: FloatArray
@@ -151,7 +151,7 @@ class _Mesh:
     def placed(self, phase: FloatArray) -> tuple[Lines, FloatArray]:
         """Return the sections at phases, and what their flanks deviate by."""
         angle = phase / (2.0 * np.pi) * self.pitch
-        lines: Lines = place_lines(angle, self.kinematics, self.gears, self.z, self.reach, self.components)
+        lines: Lines = place_lines(angle, self.kinematics, self.gears, self.z, self.pair_count, self.components)
         if self.deviations is None:
             return lines, np.empty((0, 0))
         deviation = np.empty_like(lines.gap)
@@ -159,11 +159,11 @@ class _Mesh:
         return lines, deviation
 
 
-def _mesh(reduced: ReducedPair, built: Built) -> _Mesh:
+def _mesh(reduced: ReducedPair, assembly: Assembly) -> _Mesh:
     meshed, gears = reduced.meshed, reduced.meshed.gears
     return _Mesh(
-        meshed.pair.pinion.base_radius, meshed.pair.pitch, meshed.kinematics(built.axes), gears,
-        meshed.deviations(built) if built.modified else None, meshed.sections.z, pairs_in_reach(meshed),
+        meshed.pair.pinion.base_radius, meshed.pair.pitch, meshed.kinematics(assembly.misalignment), gears,
+        meshed.deviations(assembly) if assembly.modified else None, meshed.sections.z, tooth_pair_count(meshed),
         reduced.components, meshed.expected_approach(1.0), meshed.sections.width * (2.0 if meshed.mirrored else 1.0),
         reduced.section_compliance, (gears[0].corner, gears[1].corner),
     )  # fmt: skip

@@ -10,19 +10,19 @@ from functools import cached_property, partial
 import numpy as np
 
 from pmor.arrays import FloatArray
+from pmor.body.section_compliance import flank_elasticity, section_compliance
 from pmor.case import Case
 from pmor.case.width import mirrors_at_mid_width
-from pmor.contact.elasticity import ReducedElasticity
-from pmor.contact.flank import MeshedPair
-from pmor.contact.kernels.state import Family, GearLines, PositionShapes
-from pmor.contact.position import Position
-from pmor.contact.solve import ElasticityAt
+from pmor.kinematics.meshed_pair import MeshedPair
 from pmor.pair.model import assemble_pair, gear_pair
+from pmor.penalty.elasticity import ReducedElasticity
+from pmor.penalty.kernels.state import Family, GearLines, PositionShapes
+from pmor.penalty.position import Position
+from pmor.penalty.solve import ElasticityAt
 from pmor.reduction.basis import Basis
 from pmor.reduction.contact_shapes import ContactShapes, reduced_elasticity
 from pmor.reduction.error_estimate import FlankCompliance
 from pmor.reduction.flank_lines import FlankLineShapes, line_elasticity
-from pmor.reduction.section_compliance import flank_elasticity, section_compliance
 
 
 @dataclass(frozen=True)

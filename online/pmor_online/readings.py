@@ -10,12 +10,12 @@ import numpy as np
 from pmor.arrays import FloatArray
 from pmor.case import Case
 from pmor.case.width import meshed_width
-from pmor.contact.condition import Built
-from pmor.contact.deviation_rates import deviation_rates
-from pmor.contact.flank import MeshedPair
-from pmor.contact.position import pairs_in_reach
-from pmor.contact.unloaded import with_unloaded
-from pmor.pair.conditions import built_of, conditions_of
+from pmor.kinematics.condition import Assembly
+from pmor.kinematics.deviation_rates import deviation_rates
+from pmor.kinematics.meshed_pair import MeshedPair
+from pmor.line.unloaded import with_unloaded
+from pmor.pair.conditions import assembly_of, conditions_of
+from pmor.penalty.position import tooth_pair_count
 from pmor.results.flank_maps import FlankMap, flank_map
 from pmor.results.load_distribution import effective_contact_ratio, face_load_factor, line_states
 from pmor.results.mesh_forces import MeshForces, mesh_forces
@@ -62,7 +62,7 @@ def can_record(meshed: MeshedPair, case: Case, angles: int, torques: int) -> boo
     """Return whether a sweep is one of line loads, and short enough to keep all its states."""
     if case.reduction.shapes != "line_loads":
         return False
-    return angles * torques * pairs_in_reach(meshed) * len(meshed.sections.z) <= MOST_KEPT
+    return angles * torques * tooth_pair_count(meshed) * len(meshed.sections.z) <= MOST_KEPT
 
 
 def read_off(reduced: ReducedPair, sweep: SteSweep, executor: Executor | None = None) -> Readings:
@@ -82,7 +82,7 @@ def read_off(reduced: ReducedPair, sweep: SteSweep, executor: Executor | None = 
         face_load_factor=face_load_factor(lines),
         effective_contact_ratio=effective_contact_ratio(sweep),
         forces=forces_on_gears(reduced.meshed, sweep),
-        sensitivities=derivatives(reduced, sweep, built_of(case)),
+        sensitivities=derivatives(reduced, sweep, assembly_of(case)),
         maps=maps,
         light=_light_maps(reduced, executor) if case.results.maps else None,
         harris=harris_sweep(reduced, executor),
@@ -98,10 +98,10 @@ def forces_on_gears(meshed: MeshedPair, sweep: SteSweep) -> MeshForces:
     )
 
 
-def derivatives(reduced: ReducedPair, sweep: SteSweep, built: Built) -> Sensitivities:
+def derivatives(reduced: ReducedPair, sweep: SteSweep, assembly: Assembly) -> Sensitivities:
     """Return the derivatives of a recorded sweep by each parameter of the modifications that it was built with."""
     whole = meshed_width(reduced.basis.case) != "plane_strain"
-    return sensitivities(sweep, deviation_rates(reduced.meshed, built, line_states(sweep), whole))
+    return sensitivities(sweep, deviation_rates(reduced.meshed, assembly, line_states(sweep), whole))
 
 
 def flank_maps(meshed: MeshedPair, sweep: SteSweep, torque_index: int) -> tuple[FlankMap, FlankMap]:

@@ -8,9 +8,9 @@ from concurrent.futures import Executor
 import numpy as np
 
 from pmor.arrays import BoolArray, FloatArray, IntArray
-from pmor.contact.condition import Axes, Condition, common_axes
-from pmor.contact.position import place_sections
-from pmor.reduction.root_stress import RootStressShapes
+from pmor.body.root_stress import RootStressShapes
+from pmor.kinematics.condition import Condition, Misalignment, common_misalignment
+from pmor.penalty.position import place_sections
 from pmor.results.loads import ContactLoads
 from pmor.results.root_stress import FilletEnvelope, RootStress, arc_lengths
 from pmor_online.line_sweep import sweep_line_loads
@@ -54,7 +54,7 @@ def root_stress(
     most = [[np.full((torques, 2, *shape.stress.shape[2:4]), 0.0) for _ in range(2)] for shape in shapes]
     for start in range(0, angles, ANGLES_PER_BLOCK):
         block = slice(start, min(start + ANGLES_PER_BLOCK, angles))
-        forces = _nodal_forces(reduced, phi, common_axes(conditions), states.loads, block, pairs)
+        forces = _nodal_forces(reduced, phi, common_misalignment(conditions), states.loads, block, pairs)
         for gear, shape in enumerate(shapes):
             there = _amplitudes(shape, forces[gear], 1 if gear == 0 else -1)
             carries = forces[gear].any(axis=3)
@@ -76,11 +76,16 @@ def root_stress(
 
 
 def _nodal_forces(
-    reduced: ReducedPair, phi: FloatArray, axes: Axes, loads: ContactLoads, block: slice, pairs: IntArray
+    reduced: ReducedPair,
+    phi: FloatArray,
+    misalignment: Misalignment,
+    loads: ContactLoads,
+    block: slice,
+    pairs: IntArray,
 ) -> tuple[FloatArray, FloatArray]:
     """Forces on the unknowns of the flanks of pinion and wheel, each (D, A, P, n), N: what line loads are made of."""
     meshed, sections = reduced.meshed, reduced.meshed.sections
-    lines = place_sections(meshed, np.ascontiguousarray(phi[block], dtype=float), axes, reduced.components)
+    lines = place_sections(meshed, np.ascontiguousarray(phi[block], dtype=float), misalignment, reduced.components)
     torque, angle = np.divmod(np.repeat(np.arange(loads.count.size), loads.count.ravel()), loads.count.shape[1])
     here = np.flatnonzero((angle >= block.start) & (angle < block.stop))
     angle, section = angle[here] - block.start, loads.column[here]
@@ -106,21 +111,19 @@ def _nodal_forces(
     return found[0], found[1]
 
 
-def _under_contact(
-    reduced: ReducedPair, loads: ContactLoads, block: slice, pairs: IntArray, gear: int
-) -> BoolArray:
+def _under_contact(reduced: ReducedPair, loads: ContactLoads, block: slice, pairs: IntArray, gear: int) -> BoolArray:
     """Which points of a fillet are so near to a line of contact that they show the load, (D, A, P, p, c)."""
     assert reduced.basis.root_stress is not None
     tooth = (reduced.meshed.pair.pinion, reduced.meshed.pair.wheel)[gear]
-    shapes, reach = reduced.basis.root_stress[gear], NEAR_CONTACT * tooth.module
+    shapes, radius = reduced.basis.root_stress[gear], NEAR_CONTACT * tooth.module
     states = loads.count.shape
     torque, angle = np.divmod(np.repeat(np.arange(loads.count.size), loads.count.ravel()), states[1])
     above = 0.5 * tooth.base_radius * (loads.roll_rad[:, gear] ** 2 - tooth.form_roll_angle**2)
-    near = np.flatnonzero((above < reach) & (angle >= block.start) & (angle < block.stop))
+    near = np.flatnonzero((above < radius) & (angle >= block.start) & (angle < block.stop))
     hidden = np.zeros((states[0], block.stop - block.start, len(pairs), len(shapes.section), len(shapes.z)), dtype=bool)
     along = above[near, None] + arc_lengths(shapes.section)
     across = loads.z_mm[near, None] - shapes.z
-    close = np.hypot(along[:, :, None], across[:, None]) < reach
+    close = np.hypot(along[:, :, None], across[:, None]) < radius
     np.logical_or.at(hidden, (torque[near], angle[near] - block.start, loads.pair[near] - pairs[0]), close)
     return hidden
 

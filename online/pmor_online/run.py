@@ -7,7 +7,7 @@ from concurrent.futures import Executor
 from dataclasses import dataclass
 
 from pmor.case import Case, model_names
-from pmor.contact.unloaded import with_unloaded
+from pmor.line.unloaded import with_unloaded
 from pmor.pair.conditions import conditions_of
 from pmor.results.root_stress import RootStress
 from pmor.results.sweep import SteSweep
@@ -115,7 +115,7 @@ class OnlineResult:
 
 
 def sweep_case(
-    reduced: ReducedPair, executor: Executor | None = None, advance: Callable[[int], None] = lambda n: None
+    reduced: ReducedPair, executor: Executor | None = None, progress: Callable[[int], None] = lambda n: None
 ) -> SteSweep:
     """Sweep over the angles and torques that a case asks for.
 
@@ -124,7 +124,7 @@ def sweep_case(
     reduced : ReducedPair
     executor : concurrent.futures.Executor, optional
         Shares out blocks of angles between threads.
-    advance : callable
+    progress : callable
         Called with the number of angles done, for progress.
 
     Returns
@@ -137,7 +137,7 @@ def sweep_case(
     conditions = conditions_of(case, case.online.torques_Nm)
     recorded = can_record(reduced.meshed, case, len(phi), len(conditions))
     sweep_reduced_pair(reduced, phi[:1], conditions, recorded=recorded)  # compiles: run times are those of warm code
-    sweep = sweep_reduced_pair(reduced, phi, conditions, executor=executor, advance=advance, recorded=recorded)
+    sweep = sweep_reduced_pair(reduced, phi, conditions, executor=executor, progress=progress, recorded=recorded)
     return with_mesh_error(with_unloaded(sweep, reduced.meshed, conditions), reduced, conditions)
 
 

@@ -2,7 +2,7 @@
 
 The mechanics of the reduced pair stand in the code twice, for a reason. The compiled sweep iterates on contact forces:
 fast, a few microseconds a step, but the stiffer the penalty, the more steps, until there are too many. What it does not
-solve goes to `pmor.contact.equilibrium` with a reduced elasticity, whose steps do not depend on the penalty, and which
+solve goes to `pmor.penalty.equilibrium` with a reduced elasticity, whose steps do not depend on the penalty, and which
 is the one that full FE goes through as well. In the tests that is the slow and obvious twin of the compiled sweep.
 
 Blocks have a fixed size, so that the result does not depend on the number of threads, to the last bit.
@@ -17,18 +17,18 @@ from concurrent.futures import Executor
 import numpy as np
 
 from pmor.arrays import FloatArray
-from pmor.contact.condition import ALIGNED, Axes, Built, Condition, at_leads, common_build
-from pmor.contact.equilibrium import expected_approach, round_off_residual
-from pmor.contact.flank import MeshedPair
-from pmor.contact.kernels.loads import Loads, empty_loads, list_loads, trimmed
-from pmor.contact.kernels.shapes import gather_members, member_slots
-from pmor.contact.kernels.state import Points
-from pmor.contact.kernels.sweep import Results, Settings, sweep_reduced
-from pmor.contact.kernels.types import NodalScheme, Pair
-from pmor.contact.position import Position, pairs_in_reach
-from pmor.contact.search import Contact
-from pmor.contact.solve import WINDOW_MARGIN, solve_position, standing_depth
+from pmor.kinematics.condition import ALIGNED, Assembly, Condition, Misalignment, at_advances, common_build
+from pmor.kinematics.kernels.types import NodalScheme, Pair
+from pmor.kinematics.meshed_pair import MeshedPair
 from pmor.pair.conditions import nominal_condition
+from pmor.penalty.equilibrium import expected_approach, round_off_residual
+from pmor.penalty.kernels.loads import Loads, empty_loads, list_loads, trimmed
+from pmor.penalty.kernels.shapes import gather_active_shapes, shape_slots
+from pmor.penalty.kernels.state import Points
+from pmor.penalty.kernels.sweep import Results, Settings, sweep_reduced
+from pmor.penalty.position import Position, tooth_pair_count
+from pmor.penalty.search import Contact
+from pmor.penalty.solve import WINDOW_MARGIN, solve_position, standing_depth
 from pmor.reduction.error_estimate import discarded_energy_slope
 from pmor.results.force_law import ForceLaw
 from pmor.results.loads import ContactLoads, SweepStates
@@ -57,7 +57,7 @@ def sweep_reduced_pair(
     conditions: Sequence[Condition],
     executor: Executor | None = None,
     tolerance: float = TOLERANCE,
-    advance: Callable[[int], None] = lambda n: None,
+    progress: Callable[[int], None] = lambda n: None,
     recorded: bool = False,
 ) -> SteSweep:
     """Solve all angles under all conditions with the reduced model.
@@ -73,26 +73,26 @@ def sweep_reduced_pair(
         Of threads; solves several blocks of angles at a time.
     tolerance : float
         On the relative residuals that are evaluated, before a last step.
-    advance : callable
+    progress : callable
         Called with the number of angles done, for progress.
     recorded : bool
-        Keep lead, amplitudes and contact forces of all states too.
+        Keep advance, amplitudes and contact forces of all states too.
 
     Returns
     -------
     SteSweep
     """
     if reduced.basis.shapes is None:
-        return sweep_line_loads(reduced, phi, conditions, executor, advance, recorded)
+        return sweep_line_loads(reduced, phi, conditions, executor, progress, recorded)
     start = time.perf_counter()
-    found, loads = _solve(reduced, phi, conditions, executor, tolerance, advance, recorded)
+    found, loads = _solve(reduced, phi, conditions, executor, tolerance, progress, recorded)
     base_radius = reduced.meshed.pair.pinion.base_radius
-    lead = np.where(found.converged, found.lead, np.nan)
+    advance = np.where(found.converged, found.advance, np.nan)
     share, pair_index = _shares(found.pair, found.pair_torque)
     return SteSweep(
         phi_rad=np.asarray(phi, dtype=float),
         torque_Nm=np.array([condition.torque_Nm for condition in conditions]),
-        ste_um=lead * base_radius * 1e3,
+        ste_um=advance * base_radius * 1e3,
         pair_share=share,
         pair_index=pair_index,
         newton_steps=found.steps,
@@ -100,27 +100,27 @@ def sweep_reduced_pair(
         seconds=time.perf_counter() - start,
         pitch_rad=reduced.meshed.pair.pitch,
         ste_error_um=1e3 * base_radius * found.slope if reduced.basis.compliance else None,
-        states=SweepStates(lead, found.pair, found.amplitude, loads) if loads is not None else None,
+        states=SweepStates(advance, found.pair, found.amplitude, loads) if loads is not None else None,
     )
 
 
 def reduced_force_law(
     reduced: ReducedPair,
     phi: FloatArray,
-    leads: Sequence[float],
-    axes: Axes = ALIGNED,
+    advances: Sequence[float],
+    misalignment: Misalignment = ALIGNED,
     executor: Executor | None = None,
     tolerance: float = TOLERANCE,
-    advance: Callable[[int], None] = lambda n: None,
+    progress: Callable[[int], None] = lambda n: None,
 ) -> ForceLaw:
-    """Find the torque that the contact forces make where the pinion's lead is given: F(phi, lead, axes).
+    """Find the torque that the contact forces make where the pinion's advance is given: F(phi, advance, axes).
 
     Parameters
     ----------
-    leads : sequence of float
+    advances : sequence of float
         rad, from where the unloaded flanks first touch.
-    axes : Axes
-    reduced, phi, executor, tolerance, advance
+    misalignment : Misalignment
+    reduced, phi, executor, tolerance, progress
         As in `sweep_reduced_pair`.
 
     Returns
@@ -128,17 +128,17 @@ def reduced_force_law(
     ForceLaw
     """
     if reduced.basis.shapes is None:
-        return line_force_law(reduced, phi, leads, Built(axes), executor, advance)
+        return line_force_law(reduced, phi, advances, Assembly(misalignment), executor, progress)
     start = time.perf_counter()
-    found, _ = _solve(reduced, phi, at_leads(leads, axes), executor, tolerance, advance, False)
+    found, _ = _solve(reduced, phi, at_advances(advances, misalignment), executor, tolerance, progress, False)
     pairs = np.unique(found.pair)
-    torque = np.zeros((*found.lead.shape, len(pairs)))
+    torque = np.zeros((*found.advance.shape, len(pairs)))
     for column, index in enumerate(pairs):
         torque[:, :, column] = np.where(found.pair == index, found.pair_torque, 0.0).sum(axis=2)
     torque[~found.converged] = np.nan
     return ForceLaw(
         phi_rad=np.asarray(phi, dtype=float),
-        lead_rad=np.asarray(leads, dtype=float),
+        advance_rad=np.asarray(advances, dtype=float),
         pair_torque_Nm=1e-3 * torque,
         pair_index=pairs,
         newton_steps=found.steps,
@@ -147,9 +147,9 @@ def reduced_force_law(
     )
 
 
-def sweep_pair(meshed: MeshedPair, built: Built) -> Pair:
+def sweep_pair(meshed: MeshedPair, assembly: Assembly) -> Pair:
     """Return the pair for the kernels with the sweep's own way to the feet of the contact points."""
-    pair = meshed.for_kernels(built)
+    pair = meshed.for_kernels(assembly)
     if not isinstance(pair.scheme, NodalScheme):
         return pair
     return pair._replace(scheme=pair.scheme._replace(foot_step=FOOT_STEP))
@@ -165,33 +165,33 @@ def largest_size(reduced: ReducedPair) -> int:
     if reduced.basis.shapes is None:
         return sections_near(reduced, angles, condition) + 1
     found, _ = _solve(reduced, angles, [condition], None, TOLERANCE, lambda n: None, False)
-    return int(found.members.max()) + 1
+    return int(found.active_shapes.max()) + 1
 
 
 def _solve(
     reduced: ReducedPair, phi: FloatArray, conditions: Sequence[Condition], executor: Executor | None, tolerance: float,
-    advance: Callable[[int], None], recorded: bool,
+    progress: Callable[[int], None], recorded: bool,
 ) -> tuple[Results, ContactLoads | None]:  # fmt: skip
     """Solve all angles in blocks, and again by the slow twin what took the compiled sweep too many steps."""
     angles = np.ascontiguousarray(phi, dtype=float)
-    settings, drives = _settings(reduced, conditions, tolerance, recorded)
-    slots = member_slots(reduced.family) if recorded else 0
-    whole = _no_results(len(drives), len(angles), settings.reachable, slots)
+    settings, applied_loads = _settings(reduced, conditions, tolerance, recorded)
+    slots = shape_slots(reduced.family) if recorded else 0
+    whole = _no_results(len(applied_loads), len(angles), settings.pair_count, slots)
     pair = sweep_pair(reduced.meshed, common_build(conditions))
 
     def solve(block: slice) -> tuple[Results, Loads]:
-        part = _no_results(len(drives), len(angles[block]), settings.reachable, slots)
+        part = _no_results(len(applied_loads), len(angles[block]), settings.pair_count, slots)
         compliance = reduced.kernel_compliance
-        return part, sweep_reduced(angles[block], drives, pair, reduced.family, compliance, settings, part)
+        return part, sweep_reduced(angles[block], applied_loads, pair, reduced.family, compliance, settings, part)
 
     blocks = [slice(i, i + ANGLES_PER_BLOCK) for i in range(0, len(angles), ANGLES_PER_BLOCK)]
     listed: list[Loads] = []
     for block, (part, loads) in zip(blocks, in_order(solve, blocks, executor), strict=True):
         part.load_first[:] += sum(len(before.z) for before in listed)
         for name, values in part._asdict().items():
-            getattr(whole, name)[(block,) if name in ("pair", "members") else (slice(None), block)] = values
+            getattr(whole, name)[(block,) if name in ("pair", "active_shapes") else (slice(None), block)] = values
         listed.append(loads)
-        advance(len(part.pair))
+        progress(len(part.pair))
     for i in np.flatnonzero(~whole.converged.all(axis=0)):
         _solve_again(reduced, float(angles[i]), conditions, whole, int(i), listed if recorded else None)
     return whole, _in_order(whole, listed) if recorded else None
@@ -200,33 +200,36 @@ def _solve(
 def _settings(
     reduced: ReducedPair, conditions: Sequence[Condition], tolerance: float, recorded: bool
 ) -> tuple[Settings, FloatArray]:
-    """How the kernel solves for some conditions, and their torques (N mm) or leads (rad)."""
+    """How the kernel solves for some conditions, and their torques (N mm) or advances (rad)."""
     meshed, held = reduced.meshed, conditions[0].torque is None
-    drives = np.array([condition.lead if held else condition.given_torque for condition in conditions])
-    hardest, rate = conditions[int(np.argmax(drives))], meshed.expected_approach(1.0)
-    standing, least = standing_depth(meshed, hardest), float(drives.min())
+    applied_loads = np.array([condition.advance if held else condition.given_torque for condition in conditions])
+    hardest, rate = conditions[int(np.argmax(applied_loads))], meshed.expected_approach(1.0)
+    standing, least = standing_depth(meshed, hardest), float(applied_loads.min())
     if held:
         # Windows that hold something, and round-off of the largest forces, where the flanks may be apart.
         standing += WINDOW_MARGIN * rate
         rate, least = meshed.pair.pinion.base_radius, max(expected_approach(meshed, hardest) / rate, 1.0)
-    tolerance, depth = max(tolerance, round_off_residual(meshed, least)), WINDOW_MARGIN * rate * max(drives.max(), 0.0)
+    tolerance, depth = (
+        max(tolerance, round_off_residual(meshed, least)),
+        WINDOW_MARGIN * rate * max(applied_loads.max(), 0.0),
+    )
     return Settings(
-        held, recorded, pairs_in_reach(meshed), rate, depth + standing, meshed.clearance(hardest.built), MAX_STEPS,
+        held, recorded, tooth_pair_count(meshed), rate, depth + standing, meshed.clearance(hardest.assembly), MAX_STEPS,
         tolerance,
-    ), drives  # fmt: skip
+    ), applied_loads  # fmt: skip
 
 
-def _no_results(drives: int, angles: int, reach: int, slots: int) -> Results:
-    grid = drives, angles
+def _no_results(applied_loads: int, angles: int, pair_count: int, slots: int) -> Results:
+    grid = applied_loads, angles
     return Results(
-        lead=np.zeros(grid),
+        advance=np.zeros(grid),
         steps=np.zeros(grid, dtype=np.int64),
         converged=np.zeros(grid, dtype=bool),
-        pair=np.zeros((angles, reach), dtype=np.int64),
-        members=np.zeros(angles, dtype=np.int64),
-        pair_torque=np.zeros((*grid, reach)),
+        pair=np.zeros((angles, pair_count), dtype=np.int64),
+        active_shapes=np.zeros(angles, dtype=np.int64),
+        pair_torque=np.zeros((*grid, pair_count)),
         slope=np.full(grid, np.nan),
-        amplitude=np.zeros((*grid, reach, slots)),
+        amplitude=np.zeros((*grid, pair_count, slots)),
         load_first=np.zeros(grid, dtype=np.int64),
         load_count=np.zeros(grid, dtype=np.int64),
     )
@@ -245,11 +248,11 @@ def _solve_again(
     for t, equilibrium in enumerate(solved.equilibria):
         if equilibrium is None:
             continue
-        results.lead[t, i], results.steps[t, i] = equilibrium.lead, equilibrium.steps
+        results.advance[t, i], results.steps[t, i] = equilibrium.advance, equilibrium.steps
         results.converged[t, i] = True
         results.pair_torque[t, i] = 0.0
         results.pair_torque[t, i, : len(index)] = equilibrium.pair_torque(len(index))
-        if compliance is not None and conditions[t].lead is None:
+        if compliance is not None and conditions[t].advance is None:
             found = discarded_energy_slope(compliance, position, elasticity, equilibrium.contact)
             results.slope[t, i] = found
         if listed is not None:
@@ -264,22 +267,24 @@ def _loads_of(position: Position, contact: Contact) -> Loads:
         contact.pair, contact.slave, contact.index, contact.weight, contact.gap, contact.stiffness, contact.lever,
         contact.mate_lever, contact.place,
     )  # fmt: skip
-    room = empty_loads(len(contact.gap))
-    count = list_loads(len(contact.gap), position.kernel_pair.gears, position.reach, points, 0, room)
-    return trimmed(room, count)
+    workspace = empty_loads(len(contact.gap))
+    count = list_loads(len(contact.gap), position.kernel_pair.gears, position.patches, points, 0, workspace)
+    return trimmed(workspace, count)
 
 
 def _amplitudes_of(reduced: ReducedPair, position: Position, contact: Contact, like: FloatArray) -> FloatArray:
-    """Amplitudes with which the members carry contact forces, shape (P, slots)."""
-    members = gather_members(position.kernel_pair, position.reach, len(position.nodes), reduced.family)
-    force, work = contact.nodal_forces(contact.force, len(position.nodes)), np.zeros(members.size)
-    for gear, (low, high) in enumerate(members.ranges):
+    """Amplitudes with which the active shapes carry contact forces, shape (P, slots)."""
+    active_shapes = gather_active_shapes(position.kernel_pair, position.patches, len(position.nodes), reduced.family)
+    force, work = contact.nodal_forces(contact.force, len(position.nodes)), np.zeros(active_shapes.size)
+    for gear, (low, high) in enumerate(active_shapes.ranges):
         for p in range(len(position.pair_index)):
             window = position.window_slice(p, gear)
-            fields = members.fields[: high - low, 3 * window.start : 3 * window.stop]
+            fields = active_shapes.fields[: high - low, 3 * window.start : 3 * window.stop]
             work[low:high] += fields @ force[window].ravel()
     found = np.zeros(like.size)
-    found[members.slot[: members.size]] = np.linalg.solve(members.gram[: members.size, : members.size], work)
+    found[active_shapes.slot[: active_shapes.size]] = np.linalg.solve(
+        active_shapes.gram[: active_shapes.size, : active_shapes.size], work
+    )
     return found.reshape(like.shape)
 
 
@@ -295,7 +300,7 @@ def _in_order(results: Results, listed: list[Loads]) -> ContactLoads:
 
 
 def _shares(pairs: np.ndarray, pair_torque: np.ndarray) -> tuple[FloatArray, np.ndarray]:
-    """Carry the torques of the pairs in reach at each angle to a common list of pairs, as fractions."""
+    """Carry the torques of the pairs that can touch at each angle to a common list of pairs, as fractions."""
     total = pair_torque.sum(axis=2, keepdims=True)
     fractions = np.divide(pair_torque, total, out=np.zeros_like(pair_torque), where=total > 0.0)
     used = np.unique(pairs[(fractions > 0.0).any(axis=0)])

@@ -15,13 +15,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmor.arrays import BoolArray, FloatArray, IntArray
-from pmor.contact.condition import Axes, Built
-from pmor.contact.deviation import kernel_deviation
-from pmor.contact.kernels.deviation import Deviation
-from pmor.contact.kernels.line_loads import LineResults, solve_lines
-from pmor.contact.kernels.line_places import Lines, line_deviations
-from pmor.contact.kernels.line_pressure import PATCH_FIELDS, line_patches
-from pmor.contact.position import place_sections
+from pmor.kinematics.condition import Assembly, Misalignment
+from pmor.kinematics.flank_deviation import kernel_deviation
+from pmor.kinematics.kernels.deviation import Deviation
+from pmor.line.kernels.loads import LineResults, solve_lines
+from pmor.line.kernels.places import Lines, line_deviations
+from pmor.line.kernels.pressure import PATCH_FIELDS, line_patches
+from pmor.penalty.position import place_sections
 from pmor_online.line_sweep import no_results
 from pmor_online.model import ReducedPair
 
@@ -31,7 +31,7 @@ OFF_MIDDLE = 1e-9
 
 @dataclass(frozen=True)
 class VariantState:
-    """State of a pair that is built in one way: D torques, A angles, P tooth pairs in reach, S sections over the width.
+    """State of a pair that is built in one way: D torques, A angles, P tooth pairs that can touch, S sections over the width.
 
     Attributes
     ----------
@@ -87,25 +87,25 @@ class VariantSolver:
         self._torques = np.array([1e3 * torque for torque in torques_Nm])
         # Found once: where active profiles begin and end takes as long as a position.
         self._active = reduced.meshed.pair.active_rolls
-        self._idle: dict[Axes, list[Lines]] = {}
+        self._idle: dict[Misalignment, list[Lines]] = {}
         self._lock = threading.Lock()
 
-    def solve(self, built: Built, differentiated: bool = False) -> VariantState:
+    def solve(self, assembly: Assembly, differentiated: bool = False) -> VariantState:
         """Return the state of the pair as it is built in one way.
 
         Parameters
         ----------
-        built : Built
+        assembly : Assembly
             Checked (`pmor.case.flanks`, `pmor.pair.modifications`).
         differentiated : bool
             With the derivatives of the STE.
         """
         meshed = self.reduced.meshed
         sections, width = meshed.sections, meshed.sections.width * (2.0 if meshed.mirrored else 1.0)
-        with self._placed(built.axes) as lines:
+        with self._placed(assembly.misalignment) as lines:
             angles, size = lines.gap.shape
             deviation = np.empty((angles, size))
-            line_deviations(lines, sections.z, *self._deviations(built), deviation)
+            line_deviations(lines, sections.z, *self._deviations(assembly), deviation)
             found = no_results(len(self._torques), angles, size, differentiated)
             corners = meshed.gears[0].corner, meshed.gears[1].corner
             solve_lines(
@@ -114,23 +114,23 @@ class VariantSolver:
             )  # fmt: skip
         return self._state(lines, found, width)
 
-    def _deviations(self, built: Built) -> tuple[Deviation, Deviation]:
+    def _deviations(self, assembly: Assembly) -> tuple[Deviation, Deviation]:
         pair, active = self.reduced.meshed.pair, self._active
-        pinion = kernel_deviation(built.pinion, pair.pinion, active[0], pair.faces[0])
-        return pinion, kernel_deviation(built.wheel, pair.wheel, active[1], pair.faces[1])
+        pinion = kernel_deviation(assembly.pinion, pair.pinion, active[0], pair.faces[0])
+        return pinion, kernel_deviation(assembly.wheel, pair.wheel, active[1], pair.faces[1])
 
     def _state(self, lines: Lines, found: LineResults, width: FloatArray) -> VariantState:
         meshed = self.reduced.meshed
         radius, sections = meshed.pair.pinion.base_radius, meshed.sections
-        grid = *found.lead.shape, -1, len(sections.z)
+        grid = *found.advance.shape, -1, len(sections.z)
         load = np.where(found.converged[..., None], found.force, 0.0).reshape(grid) / width
         patches = np.empty((len(load), load[0].size, PATCH_FIELDS))
         line_patches(lines.law.reshape(-1, lines.law.shape[2]), load.reshape(len(load), -1), patches)
-        by_state = *found.lead.shape, -1
+        by_state = *found.advance.shape, -1
         at_edge = np.abs(patches[..., 1].reshape(load.shape)) > OFF_MIDDLE
         place = grid[1:]
         return VariantState(
-            ste_um=np.where(found.converged, 1e3 * radius * found.lead, np.nan),
+            ste_um=np.where(found.converged, 1e3 * radius * found.advance, np.nan),
             converged=found.converged,
             load_N_per_mm=load,
             edge_load_N_per_mm=np.where(at_edge, load, 0.0).reshape(by_state).max(axis=2),
@@ -144,13 +144,13 @@ class VariantSolver:
         )
 
     @contextmanager
-    def _placed(self, axes: Axes) -> Iterator[Lines]:
+    def _placed(self, misalignment: Misalignment) -> Iterator[Lines]:
         """Lend the sections on some axes: solving makes flexibilities ready in them, which is for one at a time."""
         with self._lock:
-            idle = self._idle.setdefault(axes, [])
+            idle = self._idle.setdefault(misalignment, [])
             lines = idle.pop() if idle else None
         if lines is None:
-            lines = place_sections(self.reduced.meshed, self.phi, axes, self.reduced.components)
+            lines = place_sections(self.reduced.meshed, self.phi, misalignment, self.reduced.components)
         try:
             yield lines
         finally:

@@ -10,17 +10,17 @@ import numpy as np
 from pmor.arrays import FloatArray
 from pmor.case import Case, ConditionCase, MisalignmentCase, check_flanks, refuse_uneven_load
 from pmor.case.width import meshed_width
-from pmor.contact.condition import Axes, Built
-from pmor.contact.flank import MeshedPair
 from pmor.errors import CaseError
 from pmor.flank import Modification
+from pmor.kinematics.condition import Assembly, Misalignment
+from pmor.kinematics.meshed_pair import MeshedPair
 from pmor.pair.model import gear_pair
 from pmor.pair.modifications import refuse_modifications_off_the_flank
 from pmor_online.model import online_angles
 
 
 def asked_case(
-    case: Case, torques_Nm: Iterable[float] | None, angles: int | FloatArray | None, axes: Axes | None,
+    case: Case, torques_Nm: Iterable[float] | None, angles: int | FloatArray | None, misalignment: Misalignment | None,
     flanks: tuple[Modification | None, Modification | None],
 ) -> Case:  # fmt: skip
     """Return the case with the sweep that is asked for.
@@ -39,18 +39,18 @@ def asked_case(
         if angles < 1:
             raise CaseError(f"angles = {angles}: must be a whole number of at least 1, or angles in rad")
         online = replace(online, angles_per_pitch=int(angles))
-    if axes is not None:
-        off = MisalignmentCase(**asdict(axes))
+    if misalignment is not None:
+        off = MisalignmentCase(**asdict(misalignment))
     pinion, wheel = flanks
     asked = replace(
         case, online=online, misalignment=off, pinion_modification=pinion or case.pinion_modification,
         wheel_modification=wheel or case.wheel_modification,
     )  # fmt: skip
-    check_built(asked, case)
+    check_assembly(asked, case)
     return asked
 
 
-def check_built(asked: Case, case: Case) -> None:
+def check_assembly(asked: Case, case: Case) -> None:
     """Raise CaseError where axes or flanks are nothing for a case, or for the mesh that its model has."""
     check_flanks(asked, case.name)
     refuse_modifications_off_the_flank(asked, gear_pair(case))
@@ -62,16 +62,22 @@ def check_built(asked: Case, case: Case) -> None:
         )
 
 
-def built_as(case: Case, built: Built) -> Case:
+def with_assembly(case: Case, assembly: Assembly) -> Case:
     """Return the case with other axes and flanks."""
-    misalignment = MisalignmentCase(**asdict(built.axes))
-    return replace(case, misalignment=misalignment, pinion_modification=built.pinion, wheel_modification=built.wheel)
+    misalignment = MisalignmentCase(**asdict(assembly.misalignment))
+    return replace(
+        case, misalignment=misalignment, pinion_modification=assembly.pinion, wheel_modification=assembly.wheel
+    )
 
 
-def listed(case: Case, number: int, built: Built) -> ConditionCase:
+def listed(case: Case, number: int, assembly: Assembly) -> ConditionCase:
     """Return the condition by which messages call a pair, from its number in the list that was given."""
     return ConditionCase(
-        name=f"built[{number}]", torque_Nm=case.torque_Nm, **asdict(built.axes), pinion=built.pinion, wheel=built.wheel
+        name=f"assemblies[{number}]",
+        torque_Nm=case.torque_Nm,
+        **asdict(assembly.misalignment),
+        pinion=assembly.pinion,
+        wheel=assembly.wheel,
     )
 
 

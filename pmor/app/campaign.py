@@ -10,16 +10,16 @@ from pathlib import Path
 import numpy as np
 
 from pmor.arrays import FloatArray
+from pmor.campaigns.columns import Columns
+from pmor.campaigns.loader import load_campaign
+from pmor.campaigns.output import FILES, WORKING, campaign_text, gathered, write_campaign, write_case
+from pmor.campaigns.relations import with_relations
+from pmor.campaigns.rows import STATUSES
+from pmor.campaigns.run import Done, local_processes, run_campaign
+from pmor.campaigns.settings import Campaign
+from pmor.campaigns.store import refuse_foreign_store
+from pmor.campaigns.table import designs_of
 from pmor.errors import CaseError
-from pmor.lab.campaign.columns import Columns
-from pmor.lab.campaign.loader import load_campaign
-from pmor.lab.campaign.output import FILES, WORKING, campaign_text, gathered, write_campaign, write_case
-from pmor.lab.campaign.relations import with_relations
-from pmor.lab.campaign.rows import STATUSES
-from pmor.lab.campaign.run import Done, local_processes, run_campaign
-from pmor.lab.campaign.settings import Campaign
-from pmor.lab.campaign.store import refuse_foreign_store
-from pmor.lab.campaign.table import designs_of
 from pmor.progress import Progress
 from pmor.storage.atomic import ensure_folder, refuse_existing
 from pmor.storage.results_folder import results_folder, start_results
@@ -114,7 +114,7 @@ def solve_campaign(
         refuse_foreign_store(Path(settings.store.folder))  # before anything is written
     with results_folder(folder, FILES, WORKING, overwrite, settings.inputs):
         with Progress(settings.count, "designs") as progress:
-            done = run_campaign(settings, folder, executor, progress.advance, announce)
+            done = run_campaign(settings, folder, executor, progress.step, announce)
         columns = gathered(done)
         for note in start_results(folder, settings.text):
             announce(note)

@@ -213,9 +213,7 @@ def _add_case(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_out(parser: argparse.ArgumentParser, flag: str, usual: str = "out/<name of the case>") -> None:
-    parser.add_argument(
-        flag, dest="out", metavar="DIR", type=_path, help=f"folder for the results (default: {usual})"
-    )
+    parser.add_argument(flag, dest="out", metavar="DIR", type=_path, help=f"folder for the results (default: {usual})")
 
 
 def _add_jobs(parser: argparse.ArgumentParser, what: str = "angles") -> None:

@@ -80,10 +80,10 @@ def online(
     basis_path: Path, out: Path | None = None, case_path: Path | None = None, jobs: int = 1, overwrite: bool = False
 ) -> None:
     """Sweep the static transmission error with the reduced model of a basis file."""
+    from pmor.app.cost import refuse_large_basis
     from pmor.case import load_case, text_of
     from pmor.jobs.live import live_pair
     from pmor.jobs.online import run_online
-    from pmor.pair.cost import refuse_large_basis
     from pmor.pair.model import refuse_loads
     from pmor.report.run_page import page_files, write_pages
     from pmor.report.screen import result_text
@@ -170,8 +170,8 @@ def convergence(case_path: Path, out: Path | None = None, overwrite: bool = Fals
     case = load_case(case_path)
     from pmor.lab.convergence.output import FILES, convergence_text, write_convergence
     from pmor.lab.convergence.run import run_convergence
-    from pmor.lab.core.parts import PARTS
     from pmor.storage.results_folder import default_folder, results_folder
+    from pmor.work.pieces import PARTS
 
     folder = out or default_folder(case.name, "_convergence")
     with results_folder(folder, FILES, (PARTS,), overwrite, (case_path,)):
@@ -182,9 +182,7 @@ def convergence(case_path: Path, out: Path | None = None, overwrite: bool = Fals
     print(f"  results in {folder}")
 
 
-def stability(
-    case_path: Path, out: Path | None = None, jobs: int = 1, only: str = "", overwrite: bool = False
-) -> None:
+def stability(case_path: Path, out: Path | None = None, jobs: int = 1, only: str = "", overwrite: bool = False) -> None:
     """Run stiff and extreme variants of a case: does the program hold, and how well?"""
     from pmor.threads import use_one_thread
 
@@ -193,11 +191,11 @@ def stability(
     from pmor.errors import CaseError, ConvergenceError
 
     case = load_case(case_path)
-    from pmor.lab.core.parts import PARTS
     from pmor.lab.stability.output import FILES, stability_text, write_stability
     from pmor.lab.stability.run import number_of_variants, run_matrix
     from pmor.progress import Progress
     from pmor.storage.results_folder import default_folder, results_folder
+    from pmor.work.pieces import PARTS
 
     total = number_of_variants(case, only)
     if not total:
@@ -206,7 +204,7 @@ def stability(
     started = time.perf_counter()
     with results_folder(folder, FILES, (PARTS,), overwrite, (case_path,)):
         with Progress(total, "variants") as progress:
-            result = run_matrix(case, folder, jobs, only, progress.advance)
+            result = run_matrix(case, folder, jobs, only, progress.step)
         _start_results(folder, case.text)
         write_stability(result, time.perf_counter() - started, folder)
     print(stability_text(result))
@@ -225,8 +223,8 @@ def reductions(case_path: Path, out: Path | None = None, jobs: int = 1, overwrit
     from pmor.errors import ConvergenceError
     from pmor.lab.comparison.output import FILES, comparison_text, write_comparison
     from pmor.lab.comparison.run import compare_reductions
-    from pmor.lab.core.parts import PARTS
     from pmor.storage.results_folder import default_folder, results_folder
+    from pmor.work.pieces import PARTS
 
     folder = out or default_folder(case.name, "_reductions")
     with results_folder(folder, FILES, (PARTS,), overwrite, (case_path,)):
@@ -245,11 +243,11 @@ def dynamics(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite:
 
     use_one_thread()  # before anything loads numpy
     from pmor.case import load_case
+    from pmor.dynamics.output import FILES, dynamics_text, write_dynamics
+    from pmor.dynamics.run import reduced_of, run_dynamics
     from pmor.errors import ConvergenceError
-    from pmor.lab.core.parts import PARTS
-    from pmor.lab.dynamics.output import FILES, dynamics_text, write_dynamics
-    from pmor.lab.dynamics.run import reduced_of, run_dynamics
     from pmor.storage.results_folder import default_folder, results_folder
+    from pmor.work.pieces import PARTS
 
     case = load_case(case_path)
     reduced = reduced_of(case)
@@ -272,13 +270,13 @@ def design(
 
     use_one_thread()  # before anything loads numpy
     from pmor.design.loader import load_design
+    from pmor.design.output import FILES, design_text, write_design
+    from pmor.design.readings import read_off
+    from pmor.design.run import run_design, trained_pair
+    from pmor.design.variant_case import case_name, variant_text, write_variant
     from pmor.errors import ConvergenceError
-    from pmor.lab.core.parts import PARTS
-    from pmor.lab.design.output import FILES, design_text, write_design
-    from pmor.lab.design.readings import read_off
-    from pmor.lab.design.run import run_design, trained_pair
-    from pmor.lab.design.variant_case import case_name, variant_text, write_variant
     from pmor.storage.results_folder import default_folder, results_folder
+    from pmor.work.pieces import PARTS
 
     file = load_design(design_path)
     folder = out or default_folder(file.name)
@@ -309,11 +307,11 @@ def campaign(
 
     use_one_thread()  # before anything loads numpy
     from pmor.app.campaign import solve_campaign, write_design
+    from pmor.campaigns.cluster import dask_executor
+    from pmor.campaigns.loader import load_campaign
+    from pmor.campaigns.output import campaign_text
+    from pmor.campaigns.run import local_processes
     from pmor.errors import ConvergenceError
-    from pmor.lab.campaign.cluster import dask_executor
-    from pmor.lab.campaign.loader import load_campaign
-    from pmor.lab.campaign.output import campaign_text
-    from pmor.lab.campaign.run import local_processes
     from pmor.storage.results_folder import default_folder
 
     settings = load_campaign(campaign_path)
@@ -369,7 +367,7 @@ def export(
 
 def info(path: Path, verify: bool = False) -> None:
     """Print what is in an HDF5 file and, where asked for, whether a basis obeys its laws."""
-    from pmor.lab.campaign.describe import folder_text
+    from pmor.campaigns.describe import folder_text
     from pmor.storage.describe import file_text
 
     print(folder_text(path) if path.is_dir() else file_text(path))
@@ -380,7 +378,7 @@ def info(path: Path, verify: bool = False) -> None:
 def _verify(path: Path) -> None:
     """Hold a basis against full FE of the case in its file."""
     from pmor.errors import FileFormatError
-    from pmor.lab.verify import UNSEEN_STATES, checks_text, verify_basis
+    from pmor.jobs.verify import UNSEEN_STATES, checks_text, verify_basis
     from pmor.pair.model import mesh_model
     from pmor.progress import Progress
     from pmor.storage.basis_file import BASIS_SCHEMA, read_basis
@@ -388,7 +386,7 @@ def _verify(path: Path) -> None:
     basis = read_basis(path)
     model = _elastic_model(basis.case, mesh_model(basis.case))
     with Progress(UNSEEN_STATES, "full FE, unseen states") as progress:
-        checks = verify_basis(basis, model, progress.advance)
+        checks = verify_basis(basis, model, progress.step)
     print(checks_text(checks))
     broken = ", ".join(f"{c.name} ({c.value:.2g}, at most {c.limit:.2g})" for c in checks if not c.ok)
     if broken:

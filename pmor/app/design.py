@@ -13,12 +13,12 @@ import numpy as np
 from pmor.arrays import FloatArray, IntArray
 from pmor.case import Case
 from pmor.case.width import meshed_width
-from pmor.contact.condition import Built
 from pmor.design.loader import DesignFile, case_of, read_design
+from pmor.design.output import design_data, design_text
+from pmor.design.readings import Readings, read_off
+from pmor.design.run import Found, run_design
 from pmor.errors import CaseError, ConvergenceError
-from pmor.lab.design.output import design_data, design_text
-from pmor.lab.design.readings import Readings, read_off
-from pmor.lab.design.run import Found, run_design
+from pmor.kinematics.condition import Assembly
 from pmor.pair.model import refuse_loads
 from pmor_online.model import ReducedPair
 
@@ -68,9 +68,9 @@ class DesignResult:
         """Return one result, such as ``peak_to_peak_um``, of all variants as drawn, shape (V, T)."""
         return np.asarray(self.found.variants.results[:, :, self.found.design.results.index(key)])
 
-    def built(self, variant: int) -> Built:
+    def assembly(self, variant: int) -> Assembly:
         """Return how the pair of a variant is built, for `ReducedModel.sweep_conditions`."""
-        return self.found.judge.built(self.x[variant])
+        return self.found.judge.assembly(self.x[variant])
 
     def __repr__(self) -> str:
         least = "none keeps the constraints" if self.best is None else f"best {self.objective[self.best]:.4g} um"

@@ -129,7 +129,7 @@ def _model(source: Path, to: str, path: Path, overwrite: bool, torque_Nm: float 
 
 
 def _reduced(source: Path) -> ReducedPair:
-    from pmor.pair.cost import refuse_large_basis
+    from pmor.app.cost import refuse_large_basis
     from pmor.storage.basis_file import read_basis
     from pmor_online.model import reduced_pair
 
@@ -157,14 +157,14 @@ def _write_tables(
 ) -> Exported:
     from pmor.export.tables import csv_tables
 
-    tables, left_out = csv_tables(entries, source)
+    tables, too_long = csv_tables(entries, source)
     if folder.exists() and not folder.is_dir():
         raise OutputError(f"{folder}: is a file, and the tables go into a folder; choose another name")
     with results_folder(folder, tuple(tables), (), overwrite, inputs):
         for name, text in tables.items():
             with atomic_path(folder / name) as temporary:
                 temporary.write_text(text, encoding="utf-8")
-    return Exported(folder, tuple(f"{name}: has more rows than a table takes: left out" for name in left_out))
+    return Exported(folder, tuple(f"{name}: has more rows than a table takes: left out" for name in too_long))
 
 
 def _vtkhdf(source: Path, path: Path, overwrite: bool) -> Exported:

@@ -10,9 +10,9 @@ from pmor.app.asked import asked_case, positions
 from pmor.app.result import SweepResult
 from pmor.arrays import FloatArray
 from pmor.case import Case
-from pmor.contact.condition import Axes
-from pmor.contact.unloaded import with_unloaded
 from pmor.flank import Modification
+from pmor.kinematics.condition import Misalignment
+from pmor.line.unloaded import with_unloaded
 from pmor.pair.conditions import conditions_of
 from pmor.pair.model import ElasticModel, elastic_model, mesh_model, refuse_loads
 from pmor.pair.sweep import sweep_ste
@@ -43,14 +43,14 @@ class FullModel:
         self,
         torques_Nm: Iterable[float] | None = None,
         angles: int | FloatArray | None = None,
-        axes: Axes | None = None,
+        misalignment: Misalignment | None = None,
         executor: Executor | None = None,
         progress: Progress = quietly,
         pinion: Modification | None = None,
         wheel: Modification | None = None,
     ) -> SweepResult:
         """Solve full contact over angles and torques; see `ReducedModel.sweep`."""
-        case = asked_case(self.case, torques_Nm, angles, axes, (pinion, wheel))
+        case = asked_case(self.case, torques_Nm, angles, misalignment, (pinion, wheel))
         refuse_loads(case, self.elastic.mesh.meshed)
         meshed = self.elastic.mesh.meshed
         conditions, phi = conditions_of(case, case.online.torques_Nm), positions(case, meshed, angles)

@@ -10,7 +10,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pmor.app.asked import asked_case, built_as, check_built, listed, positions
+from pmor.app.asked import asked_case, check_assembly, listed, positions, with_assembly
 from pmor.app.export import export_model, export_sweep
 from pmor.app.full import FullModel, Progress, full_model, quietly
 from pmor.app.report import write_report
@@ -21,10 +21,10 @@ from pmor.case import (
     beyond_training,
     trained_flanks,
 )
-from pmor.contact.condition import Axes, Built
-from pmor.contact.unloaded import with_unloaded
 from pmor.errors import CaseError, OutputError
 from pmor.flank import Modification
+from pmor.kinematics.condition import Assembly, Misalignment
+from pmor.line.unloaded import with_unloaded
 from pmor.pair.conditions import conditions_of
 from pmor.pair.model import refuse_loads
 from pmor.reduction.basis import Basis
@@ -33,7 +33,7 @@ from pmor.storage.atomic import atomic_path, ensure_folder, refuse_existing
 from pmor.storage.basis_file import read_basis, write_basis
 from pmor_offline.train import train as train_basis
 from pmor_online.compare import Comparison, compare_models
-from pmor_online.conditions import sweep_built
+from pmor_online.conditions import sweep_assemblies
 from pmor_online.errors import estimate_errors
 from pmor_online.mesh_error import with_mesh_error
 from pmor_online.model import ReducedPair, online_angles, reduced_pair
@@ -44,6 +44,7 @@ from pmor_online.sweep import largest_size, sweep_reduced_pair
 if TYPE_CHECKING:
     from pmor.app.design import DesignResult
     from pmor.app.motion import DynamicsResult
+
 
 @dataclass(frozen=True, repr=False)
 class ReducedModel:
@@ -81,7 +82,7 @@ class ReducedModel:
         self,
         torques_Nm: Iterable[float] | None = None,
         angles: int | FloatArray | None = None,
-        axes: Axes | None = None,
+        misalignment: Misalignment | None = None,
         extrapolate: bool = False,
         executor: Executor | None = None,
         progress: Progress = quietly,
@@ -96,7 +97,7 @@ class ReducedModel:
             Pinion torques, N m; those of the case by default.
         angles : int or ndarray, optional
             So many pinion angles to a pitch, or the angles themselves in rad; as many as the case says by default.
-        axes : Axes, optional
+        misalignment : Misalignment, optional
             Where the wheel's axis is; as the case says by default.
         extrapolate : bool
             Go beyond the states of the training, where only the error bar says what the result is worth.
@@ -117,7 +118,7 @@ class ReducedModel:
             When torques or axes are beyond the training, modifications do not lie on the flanks, or a load is beyond
             what the contact scheme holds.
         """
-        case = asked_case(self.case, torques_Nm, angles, axes, (pinion, wheel))
+        case = asked_case(self.case, torques_Nm, angles, misalignment, (pinion, wheel))
         self._refuse_beyond_training(case, extrapolate)
         meshed = self.reduced.meshed
         refuse_loads(case, meshed)
@@ -125,10 +126,10 @@ class ReducedModel:
         phi = positions(case, meshed, angles)
         recorded = can_record(meshed, case, len(phi), len(conditions))
         sweep = sweep_reduced_pair(
-            self.reduced, phi, conditions, executor=executor, advance=progress, recorded=recorded
+            self.reduced, phi, conditions, executor=executor, progress=progress, recorded=recorded
         )
         sweep = with_mesh_error(with_unloaded(sweep, meshed, conditions), self.reduced, conditions)
-        return SweepResult(sweep, meshed.pair, self.reduced, conditions[0].built)
+        return SweepResult(sweep, meshed.pair, self.reduced, conditions[0].assembly)
 
     def harris_map(
         self, torques_Nm: Iterable[float] | None = None, angles: int | None = None, executor: Executor | None = None
@@ -140,7 +141,7 @@ class ReducedModel:
 
     def sweep_conditions(
         self,
-        built: Sequence[Built],
+        assemblies: Sequence[Assembly],
         torques_Nm: Iterable[float] | None = None,
         angles: int | FloatArray | None = None,
         extrapolate: bool = False,
@@ -151,7 +152,7 @@ class ReducedModel:
 
         Parameters
         ----------
-        built : sequence of Built
+        assemblies : sequence of Assembly
             Axes and modifications of both flanks, complete: what one leaves out is as drawn, whatever the case says.
         torques_Nm, angles, extrapolate, executor
             As in `sweep`, the same for all.
@@ -168,18 +169,20 @@ class ReducedModel:
             As `sweep`; it says which of them by its number, from 0.
         """
         asked = asked_case(self.case, torques_Nm, angles, None, (None, None))
-        if not built:
-            raise CaseError("built: there is none: give at least one")
-        asked = replace(asked, conditions=tuple(listed(asked, n, one) for n, one in enumerate(built)))
-        check_built(asked, self.case)
+        if not assemblies:
+            raise CaseError("assemblies: there is none: give at least one")
+        asked = replace(asked, conditions=tuple(listed(asked, n, one) for n, one in enumerate(assemblies)))
+        check_assembly(asked, self.case)
         if self.case.reduction.trained:
-            for one in built:
-                self._refuse_beyond_training(built_as(asked, one), extrapolate)
+            for one in assemblies:
+                self._refuse_beyond_training(with_assembly(asked, one), extrapolate)
         meshed = self.reduced.meshed
         refuse_loads(asked, meshed)
-        torques = [asked.online.torques_Nm] * len(built)
-        sweeps = sweep_built(self.reduced, positions(asked, meshed, angles), built, torques, executor, progress)
-        return ConditionsResult(tuple(built), tuple(SweepResult(sweep, meshed.pair) for sweep in sweeps))
+        torques = [asked.online.torques_Nm] * len(assemblies)
+        sweeps = sweep_assemblies(
+            self.reduced, positions(asked, meshed, angles), assemblies, torques, executor, progress
+        )
+        return ConditionsResult(tuple(assemblies), tuple(SweepResult(sweep, meshed.pair) for sweep in sweeps))
 
     def dynamics(
         self, jobs: int = 1, announce: Callable[[str], None] = lambda text: None, **settings: Any
@@ -241,7 +244,7 @@ class ReducedModel:
         self,
         torques_Nm: Iterable[float] | None = None,
         angles: int | FloatArray | None = None,
-        axes: Axes | None = None,
+        misalignment: Misalignment | None = None,
         executor: Executor | None = None,
         pinion: Modification | None = None,
         wheel: Modification | None = None,
@@ -263,7 +266,7 @@ class ReducedModel:
         CaseError
             As `sweep`, and when the model does not hold what it takes.
         """
-        case = asked_case(self.case, torques_Nm, angles, axes, (pinion, wheel))
+        case = asked_case(self.case, torques_Nm, angles, misalignment, (pinion, wheel))
         meshed = self.reduced.meshed
         refuse_loads(case, meshed)
         phi, conditions = positions(case, meshed, angles), conditions_of(case, case.online.torques_Nm)
@@ -296,7 +299,7 @@ class ReducedModel:
             write_basis(target, self.basis, self.force, overwrite)
             return
         if self.source is None:
-            raise OutputError(f"{target}: the model has no forces of its training: save one of train() or load()")
+            raise OutputError(f"{target}: the model has no forces of its training: save one of train() or load_model()")
         refuse_existing(target, overwrite)
         with atomic_path(target, overwrite) as temporary:
             shutil.copyfile(self.source, temporary)
@@ -395,7 +398,7 @@ def train(
     return ReducedModel(trained.basis, trained.force)
 
 
-def load(path: Path | str) -> ReducedModel:
+def load_model(path: Path | str) -> ReducedModel:
     """Read a model that `ReducedModel.save` or `pmor offline` has written.
 
     Raises

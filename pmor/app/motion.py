@@ -12,12 +12,12 @@ import numpy as np
 
 from pmor.arrays import FloatArray
 from pmor.case import Case, change_case
+from pmor.dynamics.figures import motion_figure, response_figure, waterfall_figure
+from pmor.dynamics.measure import Data
+from pmor.dynamics.output import dynamics_data, dynamics_text
+from pmor.dynamics.rating import rated
+from pmor.dynamics.run import Dynamics, refuse_other_models, run_dynamics
 from pmor.errors import ConvergenceError
-from pmor.lab.dynamics.figures import motion_figure, response_figure, waterfall_figure
-from pmor.lab.dynamics.measure import Data
-from pmor.lab.dynamics.output import dynamics_data, dynamics_text
-from pmor.lab.dynamics.rating import rated
-from pmor.lab.dynamics.run import Dynamics, refuse_other_models, run_dynamics
 from pmor.report.data_files import write_summary_json
 from pmor_online.model import ReducedPair
 

@@ -5,14 +5,14 @@ A new part of the plan is one more function in `PARTS`: from the case to the lin
 
 from collections.abc import Callable, Iterator
 
-from pmor.app.left_out import computed, left_out, remarks, scene
+from pmor.app.cost import refuse_beyond_memory, stages
+from pmor.app.skipped import computed, remarks, scene, skipped
 from pmor.case import Case, condition_words, describe, model_names, other_models, short_list
 from pmor.case.document import GEARS
 from pmor.case.live_page import asks_for_live_page, takes_whole_width, why_not_live
 from pmor.case.width import intervals_across, meshed_width
 from pmor.memory import memory_text
 from pmor.pair.conditions import full_solves, misalignments, torques_of
-from pmor.pair.cost import refuse_beyond_memory, stages
 from pmor.pair.model import gear_pair
 from pmor.progress import format_time
 
@@ -42,7 +42,7 @@ def plan_parts(case: Case) -> Iterator[str]:
     GeometryError, MeshError
     """
     for part in PARTS:
-        if part is _computed_and_left_out:
+        if part is _computed_and_skipped:
             refuse_beyond_memory(case, stages(case, gear_pair(case)))
         if lines := part(case):
             yield "\n".join(lines)
@@ -164,11 +164,11 @@ def _ranges(case: Case) -> list[str]:
     return [f"  {'ranges of the training':<30} {', '.join(texts)}"] if texts else []
 
 
-def _computed_and_left_out(case: Case) -> list[str]:
+def _computed_and_skipped(case: Case) -> list[str]:
     found = scene(case)
     lines = ["Finite elements", *(f"  {what:<32} {how_much}" for what, how_much in computed(found)), ""]
     lines.append("Left out: what, because, saves")
-    for item in left_out(found):
+    for item in skipped(found):
         lines += [f"  {item.what:<32} {item.why}", f"  {'':<32} saves {item.saving}"]
     return [*lines, *(f"! {remark}" for remark in remarks(found))]
 
@@ -208,5 +208,5 @@ def _torques_text(torques: tuple[float, ...]) -> str:
 
 
 PARTS: tuple[Callable[[Case], list[str]], ...] = (
-    _heading, _settings, _conditions, _sizes, _work, _models, _cost, _computed_and_left_out,
+    _heading, _settings, _conditions, _sizes, _work, _models, _cost, _computed_and_skipped,
 )  # fmt: skip

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pmor.arrays import BoolArray, FloatArray, IntArray
-from pmor.contact.condition import PLAIN, Built
 from pmor.gear.pair import GearPair
+from pmor.kinematics.condition import PLAIN, Assembly
 from pmor.report.data_files import write_ste_csv
 from pmor.report.flank_figures import flank_maps_figure
 from pmor.report.sweep_figures import load_sharing_figure, spectrum_figure, ste_figure
@@ -47,14 +47,14 @@ class SweepResult:
     pair : GearPair
     reduced : ReducedPair, optional
         What made it, where it keeps its line loads.
-    built : Built
+    assembly : Assembly
         How the pair was built for it.
     """
 
     sweep: SteSweep
     pair: GearPair
     reduced: ReducedPair | None = None
-    built: Built = PLAIN
+    assembly: Assembly = PLAIN
 
     @property
     def phi_rad(self) -> FloatArray:
@@ -163,7 +163,7 @@ class SweepResult:
 
     def sensitivities(self) -> Sensitivities:
         """Return exact derivatives of the STE, its mean and peak-to-peak by each parameter of the modifications."""
-        return derivatives(self._reduced(), self.sweep, self.built)
+        return derivatives(self._reduced(), self.sweep, self.assembly)
 
     def flank_maps(self, torque_index: int = -1) -> tuple[FlankMap, FlankMap]:
         """Return the largest line load and pressure over the cycle on the flanks of pinion and wheel."""
@@ -222,12 +222,12 @@ class ConditionsResult:
 
     Parameters
     ----------
-    built : tuple of Built
+    assemblies : tuple of Assembly
     results : tuple of SweepResult
         One for each.
     """
 
-    built: tuple[Built, ...]
+    assemblies: tuple[Assembly, ...]
     results: tuple[SweepResult, ...]
 
     @property
@@ -257,4 +257,6 @@ class ConditionsResult:
     def __repr__(self) -> str:
         failed = int(np.count_nonzero(~self.converged))
         ending = f"; {failed} positions did not converge" if failed else ""
-        return f"<ConditionsResult: {len(self.built)} ways to build the pair, the first {self.results[0]!r}{ending}>"
+        return (
+            f"<ConditionsResult: {len(self.assemblies)} ways to build the pair, the first {self.results[0]!r}{ending}>"
+        )

@@ -11,11 +11,11 @@ from pmor.case.width import meshed_width
 from pmor.errors import CaseError
 from pmor.flank import UNMODIFIED, Modification
 
-# Amounts, what says where they reach, and what that is.
-REACHES = (
+# Amounts, what says where they end, and what that is.
+EXTENTS = (
     ("tip_relief_um", "tip_relief_start_roll_deg", "the roll angle at which it starts"),
     ("root_relief_um", "root_relief_end_roll_deg", "the roll angle at which it ends"),
-    ("end_relief_um", "end_relief_length_mm", "how far it reaches from each face"),
+    ("end_relief_um", "end_relief_length_mm", "how far it goes from each face"),
 )
 # A grid may end this much before the flank that it covers, for the last digits of its file.
 GRID_SLACK_MM = 1e-3
@@ -83,10 +83,10 @@ def check_flanks(case: Case, where: str) -> None:
         place = f"{where}: {flank.place}"
         if not math.isfinite(flank.modification.largest_um):
             raise CaseError(f"{place}: an amount is no finite number: correct it")
-        for amount, reach, what in REACHES:
-            if getattr(flank.modification, amount) != 0.0 and getattr(flank.modification, reach) is None:
+        for amount, extent, what in EXTENTS:
+            if getattr(flank.modification, amount) != 0.0 and getattr(flank.modification, extent) is None:
                 raise CaseError(
-                    f"{place} {amount} = {getattr(flank.modification, amount)}: needs {what}: add {reach} = ..."
+                    f"{place} {amount} = {getattr(flank.modification, amount)}: needs {what}: add {extent} = ..."
                 )
         _check_pitch(flank, place)
         _check_over_width(flank, case.pair.face_width_mm, place)

@@ -268,7 +268,7 @@ class OfflineCase:
 
 @dataclass(frozen=True, kw_only=True)
 class MisalignmentCase:
-    """Where the wheel's axis is in sweep and comparison (section `[misalignment]`; `pmor.contact.condition`).
+    """Where the wheel's axis is in sweep and comparison (section `[misalignment]`; `pmor.kinematics.condition`).
 
     Parameters
     ----------

@@ -10,10 +10,9 @@ from typing import Any, TypeVar, get_type_hints
 from pmor.case import Case, change_case, check_flanks, load_case, without_models
 from pmor.case.document import parse_toml
 from pmor.case.values import Refused, convert, did_you_mean, toml_text
-from pmor.contact.condition import Built
 from pmor.design.settings import (
     AMOUNT_KEYS,
-    AXES_KEYS,
+    MISALIGNMENT_KEYS,
     Constraint,
     Design,
     Goal,
@@ -23,10 +22,11 @@ from pmor.design.settings import (
     Trade,
     Variable,
 )
-from pmor.design.variables import built_at, corners
+from pmor.design.variables import assembly_at, corners
 from pmor.errors import CaseError
 from pmor.gear.pair import GearPair
-from pmor.pair.conditions import built_of
+from pmor.kinematics.condition import Assembly
+from pmor.pair.conditions import assembly_of
 from pmor.pair.model import gear_pair
 from pmor.pair.modifications import refuse_modifications_off_the_flank
 
@@ -37,7 +37,7 @@ SECTIONS: dict[str, type] = {
 LISTS: dict[str, type] = {"variables": Variable, "constraints": Constraint}
 # What loads the halves of the face differently.
 UNEVEN = ("helix_slope_um", "twist_um", "in_plane_um", "out_of_plane_um")
-REACHES = {
+EXTENTS = {
     "tip_relief_um": "tip_relief_start_roll_deg",
     "root_relief_um": "root_relief_end_roll_deg",
     "end_relief_um": "end_relief_length_mm",
@@ -70,9 +70,9 @@ class DesignFile:
     inputs: tuple[Path, ...]
 
     @property
-    def base(self) -> Built:
+    def base(self) -> Assembly:
         """The pair as the case builds it."""
-        return built_of(self.case)
+        return assembly_of(self.case)
 
 
 def load_design(path: Path | str) -> DesignFile:
@@ -170,21 +170,21 @@ def uneven(design: Design) -> bool:
 
 def check_ranges(design: Design, case: Case, where: str) -> None:
     """Raise `CaseError` where the ends of the ranges are nothing for the gears, or the base case is not enough."""
-    base, pair = built_of(case), gear_pair(case)
+    base, pair = assembly_of(case), gear_pair(case)
     varied = {(gear, v.key) for v in design.variables for gear in v.gears}
     scattered = design.scatter.modifications
     for gear, modification in (("pinion", base.pinion), ("wheel", base.wheel)):
         asked = [key for key in AMOUNT_KEYS if (gear, key) in varied or key in scattered]
-        for amount, reach in REACHES.items():
-            if amount in asked and getattr(modification, reach) is None and (gear, reach) not in varied:
+        for amount, extent in EXTENTS.items():
+            if amount in asked and getattr(modification, extent) is None and (gear, extent) not in varied:
                 raise CaseError(
-                    f"{where}: {amount}: the case does not say how far it reaches on the {gear}: write {reach} below "
+                    f"{where}: {amount}: the case does not say how far it goes on the {gear}: write {extent} below "
                     f"[{gear}.modification] of {case.name}, or make it a variable"
                 )
     for number, x in enumerate(corners(design.variables)):
         if number >= 2**MOST_VARIABLES:
             break
-        _check_corner(built_at(base, design.variables, x), case, pair, where)
+        _check_corner(assembly_at(base, design.variables, x), case, pair, where)
     if case.mesh.width == "plane_strain" and (uneven(design) or any("helix" in v.key for v in design.variables)):
         raise CaseError(
             f'{where}: what differs over the width is nothing for [mesh] width = "plane_strain" of the case: write '
@@ -192,9 +192,9 @@ def check_ranges(design: Design, case: Case, where: str) -> None:
         )
 
 
-def _check_corner(built: Built, case: Case, pair: GearPair, where: str) -> None:
+def _check_corner(assembly: Assembly, case: Case, pair: GearPair, where: str) -> None:
     asked = replace(
-        case, pinion_modification=built.pinion, wheel_modification=built.wheel,
+        case, pinion_modification=assembly.pinion, wheel_modification=assembly.wheel,
         mesh=replace(case.mesh, width="whole" if case.mesh.width == "half" else case.mesh.width),
     )  # fmt: skip
     check_flanks(asked, f"{where}: [[variables]] range")
@@ -265,7 +265,7 @@ def _check_together(design: Design, where: str) -> None:
     if design.scatters and not (scatter.modifications or scatter.axes):
         raise CaseError(
             f'{where}: [objective] value = "{design.objective.value}": needs what scatters: add [scatter] with '
-            f"standard deviations, such as {AMOUNT_KEYS[0]} = 2.0 or {AXES_KEYS[0]} = 10.0"
+            f"standard deviations, such as {AMOUNT_KEYS[0]} = 2.0 or {MISALIGNMENT_KEYS[0]} = 10.0"
         )
     if design.pareto.against == design.objective.minimise:
         raise CaseError(

@@ -11,14 +11,14 @@ AmountKey = Literal[
     "tip_relief_um", "root_relief_um", "profile_crowning_um", "profile_slope_um", "helix_crowning_um",
     "helix_slope_um", "end_relief_um", "twist_um",
 ]  # fmt: skip
-ReachKey = Literal["tip_relief_start_roll_deg", "root_relief_end_roll_deg", "end_relief_length_mm"]
-VariableKey = Literal[AmountKey, ReachKey]
+ExtentKey = Literal["tip_relief_start_roll_deg", "root_relief_end_roll_deg", "end_relief_length_mm"]
+VariableKey = Literal[AmountKey, ExtentKey]
 Objective = Literal["peak_to_peak_um", "order_1_um", "order_2_um", "order_3_um"]
 ResultKey = Literal[Objective, "pressure_MPa", "k_h_beta", "tip_edge_load_N_per_mm", "root_stress_MPa"]
 # Keys of a modification that may vary: amounts, and where reliefs start, end, or how far they reach.
 AMOUNT_KEYS: tuple[AmountKey, ...] = get_args(AmountKey)
-REACH_KEYS: tuple[ReachKey, ...] = get_args(ReachKey)
-AXES_KEYS = ("in_plane_um", "out_of_plane_um", "centre_distance_um")
+EXTENT_KEYS: tuple[ExtentKey, ...] = get_args(ExtentKey)
+MISALIGNMENT_KEYS = ("in_plane_um", "out_of_plane_um", "centre_distance_um")
 #: what is found of each variant under each torque
 RESULTS: tuple[ResultKey, ...] = get_args(ResultKey)
 # Those whose derivatives follow from the sensitivities of the STE.
@@ -152,13 +152,13 @@ class Scatter:
     @property
     def modifications(self) -> dict[str, float]:
         """Standard deviations of the keys of a modification that scatter."""
-        keys = [field.name for field in fields(self) if field.name not in (*AXES_KEYS, "draws")]
+        keys = [field.name for field in fields(self) if field.name not in (*MISALIGNMENT_KEYS, "draws")]
         return {key: getattr(self, key) for key in keys if getattr(self, key) > 0.0}
 
     @property
     def axes(self) -> dict[str, float]:
         """Standard deviations of the axes that scatter."""
-        return {key: getattr(self, key) for key in AXES_KEYS if getattr(self, key) > 0.0}
+        return {key: getattr(self, key) for key in MISALIGNMENT_KEYS if getattr(self, key) > 0.0}
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,9 +9,9 @@ from itertools import product
 import numpy as np
 
 from pmor.arrays import FloatArray
-from pmor.contact.condition import Axes, Built
 from pmor.design.settings import Scatter, Variable
 from pmor.flank import Modification
+from pmor.kinematics.condition import Assembly, Misalignment
 
 # Decimals to which values are rounded: what a step leaves in the last digits is noise.
 DECIMALS = 9
@@ -25,25 +25,25 @@ class Draw:
     ----------
     pinion, wheel : mapping of str to float
         By the keys of a modification.
-    axes : Axes
+    misalignment : Misalignment
     """
 
     pinion: Mapping[str, float] = field(default_factory=dict)
     wheel: Mapping[str, float] = field(default_factory=dict)
-    axes: Axes = field(default_factory=Axes)
+    misalignment: Misalignment = field(default_factory=Misalignment)
 
 
 AS_DRAWN = Draw()
 
 
-def built_at(
-    base: Built, variables: Sequence[Variable], x: Sequence[float] | FloatArray, draw: Draw = AS_DRAWN
-) -> Built:
+def assembly_at(
+    base: Assembly, variables: Sequence[Variable], x: Sequence[float] | FloatArray, draw: Draw = AS_DRAWN
+) -> Assembly:
     """Return the pair at some values of the variables, off by a draw.
 
     Parameters
     ----------
-    base : Built
+    base : Assembly
         What the variables leave as it is.
     variables : sequence of Variable
     x : sequence of float
@@ -55,12 +55,12 @@ def built_at(
                                         if gear in v.gears}, getattr(draw, gear))
         for gear in ("pinion", "wheel")
     ]  # fmt: skip
-    off, axes = draw.axes, base.axes
-    moved = Axes(
-        axes.in_plane_um + off.in_plane_um, axes.out_of_plane_um + off.out_of_plane_um,
-        axes.centre_distance_um + off.centre_distance_um,
+    off, misalignment = draw.misalignment, base.misalignment
+    moved = Misalignment(
+        misalignment.in_plane_um + off.in_plane_um, misalignment.out_of_plane_um + off.out_of_plane_um,
+        misalignment.centre_distance_um + off.centre_distance_um,
     )  # fmt: skip
-    return Built(moved, flanks[0], flanks[1])
+    return Assembly(moved, flanks[0], flanks[1])
 
 
 def _modified(modification: Modification, values: Mapping[str, float], off: Mapping[str, float]) -> Modification:
@@ -130,8 +130,8 @@ def drawn(scatter: Scatter, count: int, seed: int = SEED) -> tuple[Draw, ...]:
     """
     from scipy.stats import norm, qmc
 
-    modifications, axes = scatter.modifications, scatter.axes
-    dimensions = 2 * len(modifications) + len(axes)
+    modifications, misalignment = scatter.modifications, scatter.axes
+    dimensions = 2 * len(modifications) + len(misalignment)
     sequence = qmc.Sobol(dimensions, scramble=True, seed=seed)
     points = norm.ppf(sequence.random_base2(int(np.ceil(np.log2(count)))))[:count]
     found = []
@@ -141,7 +141,8 @@ def drawn(scatter: Scatter, count: int, seed: int = SEED) -> tuple[Draw, ...]:
             for part in np.split(point[: 2 * len(modifications)], 2)
         ]
         off = {
-            key: float(size * z) for (key, size), z in zip(axes.items(), point[2 * len(modifications) :], strict=True)
+            key: float(size * z)
+            for (key, size), z in zip(misalignment.items(), point[2 * len(modifications) :], strict=True)
         }
-        found.append(Draw(on_gears[0], on_gears[1], Axes(**off)))
+        found.append(Draw(on_gears[0], on_gears[1], Misalignment(**off)))
     return tuple(found)

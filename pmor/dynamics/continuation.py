@@ -118,7 +118,7 @@ class Follower:
         return Point(float(y[-1] * self.scale[-1]), y[:-1] * self.scale[:-1], tangent / np.linalg.norm(tangent))
 
     def length(self, point: Point, further: Point) -> float:
-        """Length of the step along the tangent that leads from a point to a further one."""
+        """Length of the step along the tangent from a point to a further one."""
         apart = self.at(further.unknowns, further.speed) - self.at(point.unknowns, point.speed)
         return float(apart @ point.tangent)
 

@@ -140,7 +140,7 @@ def tabulate(
     while len(waiting.phase):
         found = law.at(waiting)
         limit = limit or tolerance * float(found.max())
-        over_phase, over_displacement, both = _left_out(found)
+        over_phase, over_displacement, both = _interpolation_error(found)
         fits = np.maximum(np.maximum(over_phase, over_displacement), both) <= _allowed(found, limit, watched)
         kind = np.where(fits, CELL, np.where(over_phase > over_displacement, PHASE, DISPLACEMENT))
         node_kinds.append(kind)
@@ -227,15 +227,15 @@ class _Law:
 def _allowed(force: FloatArray, limit: float, watched: Sequence[Watched]) -> FloatArray:
     """What cells may leave out, (n,): less where a watched load is among their forces or those of cells beside."""
     low, high = force.min(axis=(1, 2)), force.max(axis=(1, 2))
-    reach = BESIDE * (high - low)
+    margin = BESIDE * (high - low)
     allowed = np.full(len(force), limit)
     for one in watched:
-        near = (low - reach <= one.load) & (one.load <= high + reach)
+        near = (low - margin <= one.load) & (one.load <= high + margin)
         allowed[near] = np.minimum(allowed[near], one.allowed)
     return allowed
 
 
-def _left_out(force: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _interpolation_error(force: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """What bicubics through every other value miss of the rest: between phases, displacements, and both; (n,) each."""
     weights = cubics(_PLACES[1::2] / 6.0)
     known = force[:, ::2, ::2]

@@ -14,7 +14,7 @@ import numpy as np
 from pmor.arrays import FloatArray
 from pmor.dynamics.force_law import CompiledLaw, cycles_of, forces_at
 from pmor.dynamics.harmonic_balance import Balance, harmonics_of
-from pmor.dynamics.kernels.motion import DONE, Drive, move
+from pmor.dynamics.kernels.motion import DONE, EquationOfMotion, move
 from pmor.dynamics.oscillator import Oscillator, motion_of, position_under
 from pmor.errors import ConvergenceError
 
@@ -97,7 +97,7 @@ def integrate(
     times = 2.0 * phase / (first + np.sqrt(np.maximum(first**2 + 2.0 * rate * phase, 0.0)))
     state, seen = start.astype(float), np.empty((len(times), len(start)))
     status, _, steps = move(
-        law, _drive(oscillator, first, rate), times, state, FIRST_SHARE * times[0], tolerance, _floor(start, first),
+        law, _equation(oscillator, first, rate), times, state, FIRST_SHARE * times[0], tolerance, _floor(start, first),
         seen,
     )  # fmt: skip
     if status != DONE:
@@ -137,10 +137,12 @@ def state_of(balance: Balance, unknowns: FloatArray, speed: float) -> FloatArray
     return np.concatenate([mean + moved.real.sum(axis=0), velocity])
 
 
-def _drive(oscillator: Oscillator, speed: float, rate: float) -> Drive:
+def _equation(oscillator: Oscillator, speed: float, rate: float) -> EquationOfMotion:
     inverse = np.linalg.inv(oscillator.mass)
     rows = np.ascontiguousarray(-inverse @ np.hstack([oscillator.stiffness, oscillator.damping]))
-    return Drive(rows, inverse @ oscillator.load, -inverse @ oscillator.lever, oscillator.lever, 0.0, speed, rate)
+    return EquationOfMotion(
+        rows, inverse @ oscillator.load, -inverse @ oscillator.lever, oscillator.lever, 0.0, speed, rate
+    )
 
 
 def _floor(start: FloatArray, speed: float) -> FloatArray:

@@ -49,20 +49,20 @@ def csv_tables(entries: Mapping[str, Entry], source: str) -> tuple[dict[str, str
     source : str
         What they are of, for the first line.
     """
-    tables, left_out = dict[str, str](), list[str]()
+    tables, too_long = dict[str, str](), list[str]()
     together = _together(entries)
     for (group, axes), names in together.items():
         if len(axes) == len(names) == 1 and any(g == group and axes[0] in a and a != axes for g, a in together):
             continue  # places alone, which stand in the tables of what is there
         shape = entries[names[0]].values.shape
         if int(np.prod(shape)) > MOST_ROWS:
-            left_out += names
+            too_long += names
             continue
         columns = {name.rpartition("/")[2]: entries[name] for name in names}
         places = {axis: _place_of(axis, group, entries, len_) for axis, len_ in zip(axes, shape, strict=True)}
         stem = "_".join([group or "values", *(f"per_{axis}" for axis in axes)]).replace(" ", "_")
         tables[f"{stem}.csv"] = _text(source, places, columns, shape)
-    return tables, left_out
+    return tables, too_long
 
 
 def _together(entries: Mapping[str, Entry]) -> dict[tuple[str, tuple[str, ...]], list[str]]:

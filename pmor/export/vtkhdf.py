@@ -17,16 +17,16 @@ import h5py
 import numpy as np
 
 from pmor.arrays import FloatArray, IntArray
+from pmor.body.elastic_gear import ElasticGear, elastic_gear
+from pmor.body.volume import nodal_stress, principal_and_von_mises, sector_displacement
 from pmor.case import Case, GearCase, text_of
-from pmor.contact.solve import solve_position
 from pmor.conventions import rotation_z
 from pmor.errors import ConvergenceError
-from pmor.fe.cyclic import ElasticGear, elastic_gear
-from pmor.fe.volume import nodal_stress, principal_and_von_mises, sector_displacement
 from pmor.mesh.element import QUADRATIC_NODES, tributary_widths
 from pmor.mesh.sector import SectorMesh
 from pmor.pair.conditions import nominal_condition
-from pmor.pair.model import mesh_model, neighbour_reach, per_gear
+from pmor.pair.model import mesh_model, neighbouring_teeth, per_gear
+from pmor.penalty.solve import solve_position
 from pmor.storage.atomic import atomic_path
 from pmor.storage.basis_file import read_basis
 from pmor.version import __version__
@@ -142,8 +142,10 @@ def _volumes(case: Case, whole: bool) -> tuple[ElasticGear, ElasticGear]:
     mesh = mesh_model(case)
 
     def build(sector: SectorMesh, gear: GearCase) -> ElasticGear:
-        reach = sector.teeth // 2 if whole else neighbour_reach(mesh.meshed.pair)
-        return elastic_gear(sector, gear.youngs_modulus_GPa * 1e3, gear.poisson_ratio, case.mesh.element, reach, True)
+        neighbours = sector.teeth // 2 if whole else neighbouring_teeth(mesh.meshed.pair)
+        return elastic_gear(
+            sector, gear.youngs_modulus_GPa * 1e3, gear.poisson_ratio, case.mesh.element, neighbours, True
+        )
 
     return per_gear(case, mesh, build)
 

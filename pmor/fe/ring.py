@@ -64,7 +64,7 @@ def symmetric_coordinates(mesh: SectorMesh, side: IntArray) -> tuple[sp.csr_arra
     return (scale @ pairs @ cylindrical).tocsr()[order], int(np.count_nonzero(even))
 
 
-def ring_compliance(diagonal: FloatArray, coupling: FloatArray, even: int, teeth: int, reach: int) -> FloatArray:
+def ring_compliance(diagonal: FloatArray, coupling: FloatArray, even: int, teeth: int, neighbours: int) -> FloatArray:
     """Return how the side faces move under unit forces on side face 0.
 
     Parameters
@@ -77,13 +77,13 @@ def ring_compliance(diagonal: FloatArray, coupling: FloatArray, even: int, teeth
         As in `symmetric_coordinates`.
     teeth : int
         Sectors of the ring.
-    reach : int
+    neighbours : int
         Side faces to cover.
 
     Returns
     -------
-    ndarray, shape (reach + 1, n, n)
-        Displacement of side faces 0 to `reach`, counter-clockwise, mm/N; the transposed one is that of -k.
+    ndarray, shape (neighbours + 1, n, n)
+        Displacement of side faces 0 to `neighbours`, counter-clockwise, mm/N; the transposed one is that of -k.
     """
     size = len(diagonal)
     alike = np.zeros((size, size), dtype=bool)
@@ -95,7 +95,7 @@ def ring_compliance(diagonal: FloatArray, coupling: FloatArray, even: int, teeth
     sine = np.zeros_like(diagonal)
     sine[:even, even:] = (coupling - coupling.T)[:even, even:]
     sine[even:, :even] = sine[:even, even:].T
-    found = np.zeros((reach + 1, size, size))
+    found = np.zeros((neighbours + 1, size, size))
     for harmonic in range(teeth // 2 + 1):
         angle = 2.0 * np.pi * harmonic / teeth
         inverted = inverse(steady + np.cos(angle) * cosine + np.sin(angle) * sine)

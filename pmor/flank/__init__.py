@@ -1,6 +1,6 @@
 """What gears' flanks are made to deviate by, and what they deviate by against the maker's will, as plain numbers.
 
-The names are those of ISO 21771 and REXS. `pmor.contact.deviation` turns them into what the kernels evaluate.
+The names are those of ISO 21771 and REXS. `pmor.kinematics.flank_deviation` turns them into what the kernels evaluate.
 """
 
 from pmor.flank.modification import UNMODIFIED, Modification

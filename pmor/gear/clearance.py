@@ -103,8 +103,8 @@ def corner_clearance(pair: GearPair, gear: int) -> float:
     own, mate = _own_and_mate(pair, gear)
     corner = own.tip_radius * np.exp(1j * (0.5 * math.pi + own.half_thickness_angle(own.tip_roll_angle)))
     # Within the mate's tip circle the corner is no further than this from the line of centres.
-    reach = own.tip_radius**2 + pair.centre_distance**2 - mate.tip_radius**2
-    widest = math.acos(min(1.0, reach / (2.0 * own.tip_radius * pair.centre_distance)))
+    cosine = own.tip_radius**2 + pair.centre_distance**2 - mate.tip_radius**2
+    widest = math.acos(min(1.0, cosine / (2.0 * own.tip_radius * pair.centre_distance)))
     profile = _profile(mate)
     middle, half = 0.0, widest
     smallest = math.inf

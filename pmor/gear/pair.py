@@ -225,7 +225,7 @@ class GearPair:
         u2 = float(self.contact_roll_angles(np.array(roll_position))[1])
         return u2 - self.wheel.base_half_angle - self.working_pressure_angle
 
-    def pairs_in_reach(self, phi: float, margin: float) -> IntArray:
+    def tooth_pair_count(self, phi: float, margin: float) -> IntArray:
         """Return the indices j of the tooth pairs that can touch somewhere on their width at pinion angle `phi`.
 
         Parameters

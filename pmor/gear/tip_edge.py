@@ -2,7 +2,7 @@
 
 Both are taken in the transverse section. A rounding is an arc that touches flank and tip circle. Its centre lies its
 radius r below the tip circle and below the flank. With the involute at roll angle u at r_b (e + u e'), e' its outward
-normal (`pmor.contact.kernels.sections`), the centre is r_b e + (r_b u - r) e', so that
+normal (`pmor.line.kernels.contact_point`), the centre is r_b e + (r_b u - r) e', so that
 
     r_b^2 + (r_b u - r)^2 = (r_a - r)^2.
 

@@ -16,14 +16,14 @@ from pathlib import Path
 import numpy as np
 
 from pmor.case import Case, make_case, other_models
-from pmor.contact.kernels.keeping import can_keep, is_kept
-from pmor.contact.kernels.sweep import sweep_reduced
-from pmor.contact.kernels.windows import place_windows
+from pmor.compiled.keeping import can_keep, is_kept
 from pmor.jobs.offline import run_offline
 from pmor.jobs.online import run_online
 from pmor.pair.conditions import nominal_condition
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.pair.sweep import sweep_ste
+from pmor.penalty.kernels.sweep import sweep_reduced
+from pmor.penalty.kernels.windows import place_windows
 from pmor.storage.basis_file import read_basis
 from pmor_online.model import reduced_pair
 

@@ -94,9 +94,9 @@ def run_offline(
         positions = most_positions(case)
         label = f"{case.contact.scheme}: full FE"
         shown = Progress(positions, label, done=len(known)) if positions else nullcontext()
-        with threads(jobs) as executor, shown as progress:
-            advance = progress.advance if progress else lambda: None
-            trained = train(case, model, estimate, executor, advance, known, keep, started)
+        with threads(jobs) as executor, shown as bar:
+            progress = bar.step if bar else lambda: None
+            trained = train(case, model, estimate, executor, progress, known, keep, started)
         write_basis(path, trained.basis, trained.force, overwrite)
         remove_working_folder(parts)
     return OfflineSummary(len(solved), len(known), trained.failures, time.perf_counter() - started)

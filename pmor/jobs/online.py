@@ -37,16 +37,16 @@ def run_online(
     scheme = case.contact.scheme
     with threads(jobs) as executor:
         with Progress(len(sweep_angles(case)), f"{scheme}: reduced model") as progress:
-            sweep = sweep_case(reduced, executor, progress.advance)
+            sweep = sweep_case(reduced, executor, progress.step)
         readings = read_off(reduced, sweep, executor) if sweep.states is not None else None
         stress = root_stress_of_case(reduced, executor)
         conditions: tuple[ConditionSweep, ...] = ()
         if case.conditions:
             with Progress(len(sweep_angles(case)) * len(case.conditions), "conditions") as progress:
-                conditions = sweep_listed(reduced, executor, progress.advance)
+                conditions = sweep_listed(reduced, executor, progress.step)
         if model is not None:
             with Progress(case.compare.angles, f"{scheme}: full FE, unseen angles") as progress:
-                comparison = compare_models(reduced, model, progress.advance, executor)
+                comparison = compare_models(reduced, model, progress.step, executor)
     size_mib = basis_path.stat().st_size / 2**20
     return OnlineResult(reduced, sweep, comparison, size_mib, jobs, conditions, basis_path.name, readings=readings,
                         root_stress=stress)  # fmt: skip

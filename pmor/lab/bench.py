@@ -17,25 +17,23 @@ from typing import Any
 
 import numpy as np
 
+from pmor.app.cost import stages
+from pmor.body.elastic_gear import elastic_gear
 from pmor.case import Case, change_case, without_models
-from pmor.contact.condition import ALIGNED, Built
-from pmor.contact.kernels.newton import solve_state
-from pmor.contact.kernels.state import Drive
-from pmor.contact.kernels.sweep import place_position
-from pmor.contact.position import pairs_in_reach
-from pmor.contact.solve import window_depth
 from pmor.fe.condensation import condense_sector, sector_stiffness
-from pmor.fe.cyclic import elastic_gear
 from pmor.flank import Modification
 from pmor.jobs.offline import run_offline
-from pmor.lab.core.machine import machine
+from pmor.kinematics.condition import ALIGNED, Assembly
 from pmor.lab.core.stages import measure_stages
-from pmor.lab.core.table import Columns, table, text_lines
 from pmor.lab.core.timing import ms_per_position, times_in_turn
 from pmor.lab.phases import PHASES, repeat_phase
 from pmor.pair.conditions import conditions_of, nominal_condition
-from pmor.pair.cost import stages
-from pmor.pair.model import elastic_model, gear_pair, mesh_model, neighbour_reach
+from pmor.pair.model import elastic_model, gear_pair, mesh_model, neighbouring_teeth
+from pmor.penalty.kernels.newton import solve_state
+from pmor.penalty.kernels.state import Load
+from pmor.penalty.kernels.sweep import place_position
+from pmor.penalty.position import tooth_pair_count
+from pmor.penalty.solve import window_depth
 from pmor.progress import Progress
 from pmor.report.data_files import write_summary_json
 from pmor.report.markdown import write_markdown
@@ -44,7 +42,9 @@ from pmor.results.load_distribution import effective_contact_ratio, face_load_fa
 from pmor.results.sweep import SteSweep
 from pmor.storage.basis_file import read_basis
 from pmor.threads import threads
-from pmor_online.conditions import sweep_built
+from pmor.work.machine import machine
+from pmor.work.table import Columns, table, text_lines
+from pmor_online.conditions import sweep_assemblies
 from pmor_online.errors import estimate_errors
 from pmor_online.model import ReducedPair, online_angles, reduced_pair
 from pmor_online.readings import derivatives, flank_maps, forces_on_gears, harris_sweep
@@ -134,7 +134,7 @@ def run_bench(case: Case, jobs: int) -> dict[str, Any]:
         for i, variant in enumerate(listed):
             models.append(_basis(variant.case, path := Path(folder) / f"{i}.h5"))
             sizes.append(path.stat().st_size / 2**20)
-            progress.advance()
+            progress.step()
     rows += [row | {"basis_mib": size} for row, size in zip(sweep_rows(listed, models), sizes, strict=True)]
     lines = next(i for i, variant in enumerate(listed) if variant.label == "line loads")
     rows += line_load_rows(listed[lines].case, models[lines])
@@ -159,11 +159,11 @@ def offline_rows(case: Case) -> list[Row]:
     mesh = timed("mesh", lambda: mesh_model(case))
     gear = case.pair.pinion
     elastic = gear.youngs_modulus_GPa * 1e3, gear.poisson_ratio, case.mesh.element
-    reach, layers = neighbour_reach(mesh.meshed.pair), mesh.meshed.layers
+    neighbours, layers = neighbouring_teeth(mesh.meshed.pair), mesh.meshed.layers
     columns = layers[0].columns if layers else 0
     timed("elements", lambda: sector_stiffness(mesh.pinion, *elastic))
     timed("condensed", lambda: condense_sector(mesh.pinion, *elastic, layer_columns=columns))
-    timed("ring", lambda: elastic_gear(mesh.pinion, *elastic, reach, layer_columns=columns))
+    timed("ring", lambda: elastic_gear(mesh.pinion, *elastic, neighbours, layer_columns=columns))
     model = elastic_model(case, mesh)
     with tempfile.TemporaryDirectory() as folder:
         timed("snapshots", lambda: run_offline(case, model, Path(folder) / "basis.h5", estimate=estimate_errors))
@@ -188,7 +188,7 @@ def sweep_rows(listed: list[Variant], models: list[ReducedPair]) -> list[Row]:
         sweep = partial(sweep_reduced_pair, model, phi, [nominal_condition(variant.case)])
         work[i] = partial(ms_per_position, sweep)
     with Progress(REPEATS, "sweeps") as progress:
-        times = times_in_turn(work, REPEATS, progress.advance)
+        times = times_in_turn(work, REPEATS, progress.step)
     return [
         {**_row(f"position: {variant.label}", variant.case, times[i]), "unknowns": largest_size(models[i])}
         for i, variant in enumerate(listed)
@@ -206,15 +206,15 @@ def line_load_rows(case: Case, model: ReducedPair) -> list[Row]:
 
     pair, phi = model.meshed.pair, online_angles(model.meshed.pair.pitch, RELIEF_ANGLES)
     starts = [math.degrees(0.3 * active[0] + 0.7 * active[1]) for active in pair.active_rolls]
-    built = [
-        Built(ALIGNED, *(Modification(tip_relief_um=amount, tip_relief_start_roll_deg=start) for start in starts))
+    assemblies = [
+        Assembly(ALIGNED, *(Modification(tip_relief_um=amount, tip_relief_start_roll_deg=start) for start in starts))
         for amount in np.linspace(1.0, 40.0, RELIEFS).tolist()
     ]
     torques = [tuple(case.torque_Nm * share for share in RELIEF_LOADS)] * RELIEFS
 
     def sweep_ms() -> float:
         start = time.perf_counter()
-        sweep_built(model, phi, built, torques)
+        sweep_assemblies(model, phi, assemblies, torques)
         return 1e3 * (time.perf_counter() - start)
 
     times = times_in_turn({"offline": offline_ms, "reliefs": sweep_ms}, 3)
@@ -236,7 +236,7 @@ def reading_rows(case: Case, model: ReducedPair) -> list[Row]:
         face_load_factor(line_states(kept))
         effective_contact_ratio(kept)
         forces_on_gears(model.meshed, kept)
-        derivatives(model, kept, conditions[0].built)
+        derivatives(model, kept, conditions[0].assembly)
 
     kept = sweep(True)
 
@@ -266,19 +266,22 @@ def _timed_ms(work: Callable[[], Any]) -> Callable[[], float]:
 def phase_rows(case: Case, model: ReducedPair) -> list[Row]:
     """Time the phases of one evaluation, averaged over a pitch."""
     meshed, condition = model.meshed, nominal_condition(case)
-    pair, family, reach = sweep_pair(meshed, condition.built), model.family, pairs_in_reach(meshed)
+    pair, family, pair_count = sweep_pair(meshed, condition.assembly), model.family, tooth_pair_count(meshed)
     depth = window_depth(meshed, condition)
-    drive = Drive(condition.given_torque, meshed.expected_approach(condition.given_torque), False)
+    load = Load(condition.given_torque, meshed.expected_approach(condition.given_torque), False)
     # Exact flanks have no surfaces to prepare.
     phases = [i for i, name in enumerate(PHASES) if name != "surfaces" or not meshed.scheme.exact]
     found: dict[int, list[float]] = {phase: [] for phase in phases}
     points = []
     for phi in online_angles(meshed.pair.pitch, 20).tolist():
-        position = place_position(phi, depth, pair, family, reach, meshed.clearance(condition.built))
-        coordinates, start_lead = np.zeros(position.members.size), drive.approach / meshed.pair.pinion.base_radius
-        lead = solve_state(pair, position, drive, coordinates, start_lead, 40, TOLERANCE).lead
+        position = place_position(phi, depth, pair, family, pair_count, meshed.clearance(condition.assembly))
+        coordinates, start_advance = (
+            np.zeros(position.active_shapes.size),
+            load.approach / meshed.pair.pinion.base_radius,
+        )
+        advance = solve_state(pair, position, load, coordinates, start_advance, 40, TOLERANCE).advance
         for phase in phases:
-            arguments = pair, position, family, drive, coordinates, lead
+            arguments = pair, position, family, load, coordinates, advance
             points.append(repeat_phase(phase, 1, *arguments))
             start = time.perf_counter()
             repeat_phase(phase, PHASE_LOOPS, *arguments)

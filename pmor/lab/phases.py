@@ -2,47 +2,47 @@
 
 from __future__ import annotations
 
-from pmor.contact.kernels.compiling import allocating
-from pmor.contact.kernels.newton import NEARBY, deform, evaluate, newton_step, project_points, residuals
-from pmor.contact.kernels.nodal import window_surface
-from pmor.contact.kernels.search import search_all
-from pmor.contact.kernels.shapes import gather_members
+from pmor.compiled.compiling import allocating
+from pmor.penalty.kernels.newton import NEARBY, deform, evaluate, newton_step, project_points, residuals
+from pmor.penalty.kernels.nodal import window_surface
+from pmor.penalty.kernels.search import search_all
+from pmor.penalty.kernels.shapes import gather_active_shapes
 
-PHASES = ("shapes in reach", "surfaces", "surfaces and projection", "gap derivatives", "residuals", "Newton step")
+PHASES = ("active shapes", "surfaces", "surfaces and projection", "gap derivatives", "residuals", "Newton step")
 
 
 @allocating
-def repeat_phase(phase, repeats, pair, position, family, drive, coordinates, lead):  # type: ignore[no-untyped-def]
+def repeat_phase(phase, repeats, pair, position, family, load, coordinates, advance):  # type: ignore[no-untyped-def]
     """Repeat one of the `PHASES`, by its number.
 
     Parameters
     ----------
     phase, repeats : int
-    pair, position, family, drive, coordinates, lead
-        A solved state; see `pmor.contact.kernels.newton.solve_state`.
+    pair, position, family, load, coordinates, advance
+        A solved state; see `pmor.penalty.kernels.newton.solve_state`.
 
     Returns
     -------
     int
         Points listed.
     """
-    reach, members, work = position.reach, position.members, position.work
-    count = evaluate(pair, position, coordinates, lead, drive).listed
+    patches, active_shapes, work = position.patches, position.active_shapes, position.work
+    count = evaluate(pair, position, coordinates, advance, load).listed
     for _ in range(repeats):
         if phase == 0:
-            gather_members(pair, reach, len(work.nodes), family)
+            gather_active_shapes(pair, patches, len(work.nodes), family)
         elif phase == 1:
-            for p in range(reach.pairs):
+            for p in range(patches.pairs):
                 for gear in range(2):
                     columns = pair.gears[gear].nodes.shape[1]
-                    window_surface(work.nodes, reach.windows[p, gear], columns, pair.scheme)
+                    window_surface(work.nodes, patches.windows[p, gear], columns, pair.scheme)
         elif phase == 2:
-            search_all(pair, reach, lead, work.nodes, NEARBY * reach.clear, work.room)
+            search_all(pair, patches, advance, work.nodes, NEARBY * patches.clear, work.workspace)
         elif phase == 3:
             deform(pair, position, coordinates)
-            project_points(count, members, work)
+            project_points(count, active_shapes, work)
         elif phase == 4:
-            residuals(count, members, work, coordinates, lead, drive)
+            residuals(count, active_shapes, work, coordinates, advance, load)
         else:
-            newton_step(count, members, work, coordinates, drive)
+            newton_step(count, active_shapes, work, coordinates, load)
     return count

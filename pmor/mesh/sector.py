@@ -251,9 +251,7 @@ def tooth_block(outline: Outline, module: float, order: int = 1) -> FloatArray:
     return sides + ends - corners
 
 
-def _ring_block(
-    outline: Outline, handover: FloatArray, bore_radius: float, teeth: int, order: int
-) -> FloatArray:
+def _ring_block(outline: Outline, handover: FloatArray, bore_radius: float, teeth: int, order: int) -> FloatArray:
     """Columns that fan out evenly from the outline to the bore: (rows, columns, 2), from the outline inwards."""
     mirror = np.array([-1.0, 1.0])
     top = np.concatenate([outline.lower_fillet[:-1], handover, (outline.lower_fillet[:-1] * mirror)[::-1]])

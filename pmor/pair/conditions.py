@@ -8,29 +8,29 @@ from dataclasses import asdict, fields, replace
 
 from pmor.arrays import FloatArray
 from pmor.case import Case, ConditionCase, OfflineCase, trained_flanks
-from pmor.contact.condition import Axes, Built, Condition, at_torques
+from pmor.kinematics.condition import Assembly, Condition, Misalignment, at_torques
 
-DEVIATIONS = tuple(field.name for field in fields(Axes))
+DEVIATIONS = tuple(field.name for field in fields(Misalignment))
 
 
-def axes_of(case: Case) -> Axes:
+def axes_of(case: Case) -> Misalignment:
     """Return where the wheel's axis is in sweep and comparison of a case."""
-    return Axes(**asdict(case.misalignment))
+    return Misalignment(**asdict(case.misalignment))
 
 
-def built_of(case: Case) -> Built:
+def assembly_of(case: Case) -> Assembly:
     """Return where the wheel's axis is, and what the flanks are like, in sweep and comparison of a case."""
-    return Built(axes_of(case), case.pinion_modification, case.wheel_modification)
+    return Assembly(axes_of(case), case.pinion_modification, case.wheel_modification)
 
 
 def conditions_of(case: Case, torques_Nm: Iterable[float]) -> tuple[Condition, ...]:
     """Return the conditions of a sweep of a case under torques in N m."""
-    return conditions_built(built_of(case), torques_Nm)
+    return conditions_of_assembly(assembly_of(case), torques_Nm)
 
 
-def conditions_built(built: Built, torques_Nm: Iterable[float]) -> tuple[Condition, ...]:
+def conditions_of_assembly(assembly: Assembly, torques_Nm: Iterable[float]) -> tuple[Condition, ...]:
     """Return the conditions of a pair that is built in some way under torques in N m."""
-    return at_torques((1e3 * torque for torque in torques_Nm), built.axes, built.pinion, built.wheel)
+    return at_torques((1e3 * torque for torque in torques_Nm), assembly.misalignment, assembly.pinion, assembly.wheel)
 
 
 def listed_conditions(case: Case) -> tuple[Condition, ...]:
@@ -38,7 +38,7 @@ def listed_conditions(case: Case) -> tuple[Condition, ...]:
     return tuple(
         Condition(
             torque=1e3 * condition.torque_Nm,
-            axes=Axes(**{name: getattr(condition, name) for name in DEVIATIONS}),
+            misalignment=Misalignment(**{name: getattr(condition, name) for name in DEVIATIONS}),
             pinion=condition.pinion,
             wheel=condition.wheel,
         )
@@ -85,4 +85,4 @@ def misalignments(case: Case) -> int:
 def condition_at(values: Iterable[float] | FloatArray) -> Condition:
     """Return the condition with one value of each parameter, in the order and the units of `training_values`."""
     *deviations, torque = map(float, values)
-    return Condition(torque=1e3 * torque, axes=Axes(*deviations))
+    return Condition(torque=1e3 * torque, misalignment=Misalignment(*deviations))

@@ -83,9 +83,9 @@ def refuse_bent_blank(case: Case, pair: GearPair) -> None:
     force = 1e3 * torque / pair.pinion.base_radius * math.tan(abs(pair.base_helix_angle))
     gears = (("pinion", case.pair.pinion, pair.pinion), ("wheel", case.pair.wheel, pair.wheel))
     for (name, gear, tooth), (low, high) in zip(gears, pair.faces, strict=True):
-        thickness, reach = high - low, tooth.tip_radius - gear.bore_radius_mm
+        thickness, overhang = high - low, tooth.tip_radius - gear.bore_radius_mm
         plate = 1e3 * gear.youngs_modulus_GPa * thickness**3 / (12.0 * (1.0 - gear.poisson_ratio**2))
-        deflection = RIM_DEFLECTION * force * reach**2 / plate
+        deflection = RIM_DEFLECTION * force * overhang**2 / plate
         if deflection > LARGEST_DEFLECTION * thickness:
             raise CaseError(
                 f"torque of {torque:g} N m: the axial force of the helical flanks, {force:.3g} N, would bend the "

@@ -14,25 +14,25 @@ from pmor.arrays import FloatArray
 from pmor.case import Case, GearCase
 from pmor.case.checks import refuse_uneven_sections
 from pmor.case.width import meshed_width
-from pmor.contact.elasticity import full_elasticity
-from pmor.contact.equilibrium import round_off_residual
-from pmor.contact.flank import ContactScheme, MeshedPair, SurfaceLayer, make_flank
-from pmor.contact.line_contact import approach_constants, check_half_width, line_compliance
-from pmor.contact.solve import ElasticityAt
 from pmor.errors import GeometryError, MeshError
 from pmor.gear.clearance import refuse_interference
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance
 from pmor.gear.tip_edge import TipEdge, tip_edge
 from pmor.gear.tooth import Tooth
+from pmor.kinematics.meshed_pair import ContactScheme, MeshedPair, SurfaceLayer, make_flank
+from pmor.line.hertz import approach_constants, check_half_width, line_compliance
 from pmor.mesh.fillet import build_fillet
 from pmor.mesh.layer import surface_layer
 from pmor.mesh.quality import MeshQuality, mesh_quality
 from pmor.mesh.sector import SectorMesh, build_sector
 from pmor.pair.limits import refuse_bent_blank, refuse_impossible_load, refuse_locking_penalty, refuse_lost_load
 from pmor.pair.modifications import refuse_modifications_off_the_flank
+from pmor.penalty.elasticity import full_elasticity
+from pmor.penalty.equilibrium import round_off_residual
+from pmor.penalty.solve import ElasticityAt
 
 if TYPE_CHECKING:
-    from pmor.fe.cyclic import ElasticGear
+    from pmor.body.elastic_gear import ElasticGear
 
 T = TypeVar("T")
 
@@ -174,7 +174,7 @@ def mesh_model(case: Case) -> MeshModel:
         When the load is beyond what any geometry of contact can carry, or the model takes more memory than there is.
     GeometryError, MeshError
     """
-    from pmor.pair.cost import refuse_beyond_memory, stages  # which counts what is made here
+    from pmor.app.cost import refuse_beyond_memory, stages  # which counts what is made here
 
     pair = gear_pair(case)
     refuse_impossible_load(case, approach_estimate(case, pair))
@@ -265,6 +265,7 @@ def elastic_model(case: Case, mesh: MeshModel, keep_volume: bool = False) -> Ela
     -------
     ElasticModel
     """
+
     def build(sector: SectorMesh, gear: GearCase) -> ElasticGear:
         return solved_gear(case, mesh, sector, gear, keep_volume)
 
@@ -290,12 +291,12 @@ def solved_gear(
     -------
     ElasticGear
     """
-    from pmor.fe.cyclic import elastic_gear  # with scipy, which a sweep with a basis does without
+    from pmor.body.elastic_gear import elastic_gear  # with scipy, which a sweep with a basis does without
 
     layers, pair = mesh.meshed.layers, mesh.meshed.pair
     place, tooth = (0, pair.pinion) if sector is mesh.pinion else (1, pair.wheel)
     return elastic_gear(
-        sector, gear.youngs_modulus_GPa * 1e3, gear.poisson_ratio, case.mesh.element, neighbour_reach(pair),
+        sector, gear.youngs_modulus_GPa * 1e3, gear.poisson_ratio, case.mesh.element, neighbouring_teeth(pair),
         keep_volume, layers[place].columns if layers else 0, build_fillet(tooth, sector) if case.root_stress else None,
     )  # fmt: skip
 
@@ -317,7 +318,7 @@ def model_of_solved(case: Case, mesh: MeshModel, solved: ElasticModel) -> Elasti
     -------
     ElasticModel
     """
-    from pmor.fe.cyclic import with_layer
+    from pmor.body.elastic_gear import with_layer
 
     sectors, bodies = (mesh.pinion, mesh.wheel), (solved.pinion, solved.wheel)
     layers = mesh.meshed.layers
@@ -338,16 +339,14 @@ def per_gear(case: Case, mesh: MeshModel, work: Callable[[SectorMesh, GearCase],
     return pinion, pinion if same_body(case, mesh.pinion, mesh.wheel) else work(mesh.wheel, gears[1])
 
 
-def neighbour_reach(pair: GearPair) -> int:
+def neighbouring_teeth(pair: GearPair) -> int:
     """Return how many neighbouring teeth can be loaded together with a tooth, counting contact beyond the path."""
     return max(1, math.ceil(pair.total_contact_ratio + 1.0) - 1)
 
 
 def _layer(case: Case, gear: GearCase, tooth: Tooth) -> SurfaceLayer:
     wanted = case.contact.layer_depth * case.pair.module_mm
-    columns, depth = surface_layer(
-        tooth, case.mesh.profile_elements, case.mesh.spacing, wanted, case.mesh.order
-    )
+    columns, depth = surface_layer(tooth, case.mesh.profile_elements, case.mesh.spacing, wanted, case.mesh.order)
     compliance = line_compliance(gear.youngs_modulus_GPa * 1e3, gear.poisson_ratio)
     return SurfaceLayer(depth, compliance, approach_constants(depth, gear.poisson_ratio), columns,
                         gear.poisson_ratio)  # fmt: skip

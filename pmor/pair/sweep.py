@@ -10,9 +10,9 @@ from functools import partial
 import numpy as np
 
 from pmor.arrays import FloatArray, IntArray
-from pmor.contact.condition import ALIGNED, Axes, Condition, at_leads
-from pmor.contact.flank import MeshedPair
-from pmor.contact.solve import ElasticityAt, SolvedPosition, solve_position
+from pmor.kinematics.condition import ALIGNED, Condition, Misalignment, at_advances
+from pmor.kinematics.meshed_pair import MeshedPair
+from pmor.penalty.solve import ElasticityAt, SolvedPosition, solve_position
 from pmor.results.force_law import ForceLaw
 from pmor.results.sweep import SteSweep
 from pmor.threads import in_order
@@ -20,7 +20,7 @@ from pmor.threads import in_order
 
 def sweep_ste(
     meshed: MeshedPair, elasticity_at: ElasticityAt, phi: FloatArray, conditions: Sequence[Condition],
-    advance: Callable[[], None] = lambda: None, executor: Executor | None = None,
+    progress: Callable[[], None] = lambda: None, executor: Executor | None = None,
 ) -> SteSweep:  # fmt: skip
     """Solve all angles under all conditions.
 
@@ -33,7 +33,7 @@ def sweep_ste(
         Pinion angles, rad.
     conditions : sequence of Condition
         Torques with the same axes and flanks.
-    advance : callable
+    progress : callable
         Called after each angle, for progress.
     executor : concurrent.futures.Executor, optional
         Solves several angles at a time.
@@ -43,22 +43,22 @@ def sweep_ste(
     SteSweep
         Its seconds are those of the positions, added up: also of those that were solved at the same time.
     """
-    solved = solve_positions(meshed, elasticity_at, phi, conditions, advance, executor)
+    solved = solve_positions(meshed, elasticity_at, phi, conditions, progress, executor)
     return collect_sweep(meshed, solved, phi, conditions, sum(position.seconds for position in solved))
 
 
 def force_law(
-    meshed: MeshedPair, elasticity_at: ElasticityAt, phi: FloatArray, leads: Sequence[float], axes: Axes = ALIGNED,
-    advance: Callable[[], None] = lambda: None, executor: Executor | None = None,
+    meshed: MeshedPair, elasticity_at: ElasticityAt, phi: FloatArray, advances: Sequence[float], misalignment: Misalignment = ALIGNED,
+    progress: Callable[[], None] = lambda: None, executor: Executor | None = None,
 ) -> ForceLaw:  # fmt: skip
-    """Find the torque that the contact forces make where the pinion's lead is given: F(phi, lead, axes).
+    """Find the torque that the contact forces make where the pinion's advance is given: F(phi, advance, axes).
 
     Parameters
     ----------
-    leads : sequence of float
+    advances : sequence of float
         rad; rising ones take the fewest steps, since each solution starts from the one before.
-    axes : Axes
-    meshed, elasticity_at, phi, advance, executor
+    misalignment : Misalignment
+    meshed, elasticity_at, phi, progress, executor
         As in `sweep_ste`.
 
     Returns
@@ -66,12 +66,12 @@ def force_law(
     ForceLaw
     """
     start = time.perf_counter()
-    solved = solve_positions(meshed, elasticity_at, phi, at_leads(leads, axes), advance, executor)
-    torque, steps, pairs = _torques(solved, len(leads))
+    solved = solve_positions(meshed, elasticity_at, phi, at_advances(advances, misalignment), progress, executor)
+    torque, steps, pairs = _torques(solved, len(advances))
     converged = np.asarray(np.isfinite(torque).all(axis=2))
     return ForceLaw(
         phi_rad=np.asarray(phi, dtype=float),
-        lead_rad=np.asarray(leads, dtype=float),
+        advance_rad=np.asarray(advances, dtype=float),
         pair_torque_Nm=1e-3 * torque,
         pair_index=pairs,
         newton_steps=steps,
@@ -82,11 +82,11 @@ def force_law(
 
 def solve_positions(
     meshed: MeshedPair, elasticity_at: ElasticityAt, phi: FloatArray, conditions: Sequence[Condition],
-    advance: Callable[[], None] = lambda: None, executor: Executor | None = None,
+    progress: Callable[[], None] = lambda: None, executor: Executor | None = None,
 ) -> list[SolvedPosition]:  # fmt: skip
     """Solve all angles, each by itself under all conditions; arguments as in `sweep_ste`."""
     solve = partial(_solve, meshed, conditions, elasticity_at)
-    return list(in_order(solve, map(float, phi), executor, advance))
+    return list(in_order(solve, map(float, phi), executor, progress))
 
 
 def collect_sweep(
@@ -98,12 +98,12 @@ def collect_sweep(
     converged = np.asarray(np.isfinite(torque).all(axis=2))
     share = np.zeros(torque.shape)
     share[converged] = torque[converged] / torque[converged].sum(axis=1, keepdims=True)
-    leads = [[np.nan if e is None else e.lead for e in position.equilibria] for position in solved]
+    advances = [[np.nan if e is None else e.advance for e in position.equilibria] for position in solved]
     used = np.flatnonzero(share.any(axis=(0, 1)))
     return SteSweep(
         phi_rad=np.asarray(phi, dtype=float),
         torque_Nm=np.array([condition.torque_Nm for condition in conditions]),
-        ste_um=np.array(leads).T * meshed.pair.pinion.base_radius * 1e3,
+        ste_um=np.array(advances).T * meshed.pair.pinion.base_radius * 1e3,
         pair_share=share[..., used],
         pair_index=pairs[used],
         newton_steps=steps,

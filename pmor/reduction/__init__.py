@@ -14,10 +14,10 @@ of the paper's pair (16 x 8 elements, 40 angles x 3 torques trained), in line co
     One POD basis for all positions. For seeing why not: contact that moves is *linearly inseparable*, so that it takes
     ten times the shapes of `pod`.
 ``static_modes`` (201 and 121; exact)
-    Unit forces on all flank nodes in reach. No training; for the exact answer, or a handful of positions.
+    Unit forces on all flank active nodes. No training; for the exact answer, or a handful of positions.
 
 The training gives each *flank line* (a row of flank nodes of equal roll angle) the distribution of its load over the
-width; online, each line in reach of the contact has an amplitude of its own, on pinion and wheel, and the load sharing
+width; online, each active line of the contact has an amplitude of its own, on pinion and wheel, and the load sharing
 comes out of the solution. Nothing is interpolated over the angle, so that the dent moves with the contact. It is the
 one that is good with any scheme, mesh and training, and the only one that may be trained greedily and still be small.
 `interpolation` of `positions` and `pod` over the roll position: `linear`; `cubic`, for dense training where all is

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmor.arrays import BoolArray, FloatArray
+from pmor.body.root_stress import RootStressShapes
 from pmor.case import Case
-from pmor.contact.condition import Condition
-from pmor.contact.flank import SurfaceLayer
+from pmor.kinematics.condition import Condition
+from pmor.kinematics.meshed_pair import SurfaceLayer
 from pmor.reduction.contact_shapes import ContactShapes
 from pmor.reduction.error_estimate import FlankCompliance
 from pmor.reduction.flank_lines import FlankLineShapes
-from pmor.reduction.root_stress import RootStressShapes
 
 
 @dataclass(frozen=True)

@@ -3,11 +3,11 @@
 | shapes | what is solved for | take it for |
 |---|---|---|
 | `line_loads` | a line load for each section that carries | line contact: exact, without training |
-| `flank_lines` | an amplitude for each flank line in reach | the other schemes |
+| `flank_lines` | an amplitude for each active flank line | the other schemes |
 | `positions` | one for each training torque and tooth pair | the paper's way |
 | `pod` | one for each mode and tooth pair | many torques |
 | `global_pod` | one for each mode and tooth pair | the known bad alternative |
-| `static_modes` | two for each flank node in reach | next to exact, without training |
+| `static_modes` | two for each active flank node | next to exact, without training |
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from __future__ import annotations
 import numpy as np
 
 from pmor.arrays import FloatArray
+from pmor.body.elastic_gear import ElasticGear
 from pmor.case import Case
-from pmor.fe.cyclic import ElasticGear
 from pmor.reduction.contact_shapes import ContactShapes, contact_shapes, shapes_of
 from pmor.reduction.flank_lines import FlankLineShapes, flank_line_shapes
 from pmor.reduction.pod import global_modes, local_modes

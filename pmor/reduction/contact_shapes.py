@@ -2,7 +2,7 @@
 
 One family of shapes *per tooth pair*: the force field that the flanks exchange at a roll position under a training
 torque, on pinion and wheel together, and the displacements it causes on the loaded and the neighbouring teeth. By
-cyclic symmetry the family serves every tooth pair; online each pair in mesh takes the members at its own roll position,
+cyclic symmetry the family serves every tooth pair; online each pair in mesh takes the active shapes at its own roll position,
 so that load sharing comes out of the solution. Force and displacement are interpolated with the same weights and
 therefore stay consistent (Blockmans, Tamarozzi, Naets & Desmet, IJNME 102 (2015) 1162).
 """
@@ -16,13 +16,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pmor.arrays import FloatArray
-from pmor.contact.elasticity import ReducedElasticity
-from pmor.contact.position import Position
+from pmor.penalty.elasticity import ReducedElasticity
+from pmor.penalty.position import Position
 from pmor.reduction.energy import orthonormal_combinations
 from pmor.reduction.grassmann import Geodesics, geodesic_weights, geodesics
 
 if TYPE_CHECKING:
-    from pmor.fe.cyclic import ElasticGear
+    from pmor.body.elastic_gear import ElasticGear
 
 # Grid positions that an interpolation combines.
 STENCIL = {"linear": 2, "cubic": 4, "grassmann": 2}
@@ -40,10 +40,10 @@ class ContactShapes:
         Grid steps per pitch: pairs a whole number of pitches apart have the same interpolation weights.
     loaded : ndarray of bool, shape (M, T)
         Whether the pair carries load there, and has that shape; the others are zero.
-    displacement : ndarray, shape (M, T, 2, 2 reach + 1, f)
+    displacement : ndarray, shape (M, T, 2, 2 neighbours + 1, f)
         Displacement of pinion and wheel (second but last axis: tooth, counted counter-clockwise from the loaded one),
         mm per unit coordinate.
-    gram : ndarray, shape (reach + 1, M, S, S, T, T)
+    gram : ndarray, shape (neighbours + 1, M, S, S, T, T)
         ``gram[d, k, a, b]`` holds the products of the force fields at grid position k + a - before with the
         displacements that the shapes at k + b - before, acting on the pair d pitches ahead, cause there. S grid
         positions are combined: 2 for linear interpolation (before = 0), 4 for cubic (before = 1).
@@ -59,7 +59,7 @@ class ContactShapes:
     geodesic: bool = False
 
     @property
-    def reach(self) -> int:
+    def neighbours(self) -> int:
         """Neighbouring teeth covered on either side."""
         return (self.displacement.shape[3] - 1) // 2
 
@@ -77,9 +77,9 @@ class ContactShapes:
         return Geodesics(np.empty((0, size, size)), np.empty((0, size)))
 
     def combination(self, roll_position: float) -> tuple[int, FloatArray]:
-        """Return the first grid position of the stencil and the weights of its shapes in each member, (S, T, T).
+        """Return the first grid position of the stencil and the weights of its shapes in each active shape, (S, T, T).
 
-        Diagonal, with `weights`, where shapes are interpolated one by one. On a geodesic, members are mixed of the
+        Diagonal, with `weights`, where shapes are interpolated one by one. On a geodesic, active shapes are mixed of the
         shapes that exist at both ends; the others stand alone.
         """
         first, weights = self.weights(roll_position)
@@ -191,20 +191,20 @@ def shapes_of(
     ContactShapes
     """
     positions, shapes, _, size = force.shape
-    reach = bodies[0].reach
-    displacement = np.empty((positions, shapes, 2, 2 * reach + 1, size))
+    neighbours = bodies[0].neighbours
+    displacement = np.empty((positions, shapes, 2, 2 * neighbours + 1, size))
     for gear, body in enumerate(bodies):
         fields = force[:, :, gear].reshape(-1, size)
-        for k in range(-reach, reach + 1):
+        for k in range(-neighbours, neighbours + 1):
             moved = fields @ body.tooth_compliance(k).T
-            displacement[:, :, gear, reach + k] = moved.reshape(positions, shapes, size)
-    gram = energy_products(force, displacement, angles_per_pitch, reach, STENCIL[interpolation])
+            displacement[:, :, gear, neighbours + k] = moved.reshape(positions, shapes, size)
+    gram = energy_products(force, displacement, angles_per_pitch, neighbours, STENCIL[interpolation])
     loaded = np.asarray(force.any(axis=(2, 3)))
     return ContactShapes(roll_position, angles_per_pitch, loaded, displacement, gram, interpolation == "grassmann")
 
 
 def reduced_elasticity(shapes: ContactShapes, position: Position, pitch: float) -> ReducedElasticity:
-    """Interpolate the shapes of all pairs in reach and make them orthonormal in energy.
+    """Interpolate the shapes of all pairs within range and make them orthonormal in energy.
 
     Parameters
     ----------
@@ -218,13 +218,13 @@ def reduced_elasticity(shapes: ContactShapes, position: Position, pitch: float) 
     ReducedElasticity
     """
     before = shapes.stencil // 2 - 1
-    members = [shapes.combination(position.phi + index * pitch) for index in position.pair_index]
+    active_shapes = [shapes.combination(position.phi + index * pitch) for index in position.pair_index]
     torques = shapes.loaded.shape[1]
-    present = [np.flatnonzero(weights.any(axis=(0, 1))) for _, weights in members]
+    present = [np.flatnonzero(weights.any(axis=(0, 1))) for _, weights in active_shapes]
     columns = np.concatenate([p * torques + which for p, which in enumerate(present)]).astype(int)
-    raw = np.zeros((len(position.nodes), 3, len(members) * torques))
-    gram = np.zeros((len(members) * torques,) * 2)
-    for q, (k, weights) in enumerate(members):
+    raw = np.zeros((len(position.nodes), 3, len(active_shapes) * torques))
+    gram = np.zeros((len(active_shapes) * torques,) * 2)
+    for q, (k, weights) in enumerate(active_shapes):
         block_q = slice(q * torques, (q + 1) * torques)
         for p, index in enumerate(position.pair_index):
             offset = int(index - position.pair_index[q])
@@ -232,12 +232,12 @@ def reduced_elasticity(shapes: ContactShapes, position: Position, pitch: float) 
                 nodes = position.flank_nodes[p][gear]
                 dofs = (3 * nodes[:, None] + np.arange(3)).ravel()
                 used = np.flatnonzero(weights.any(axis=(1, 2)))
-                fields = shapes.displacement[k + used, :, gear, shapes.reach + tooth][:, :, dofs]
+                fields = shapes.displacement[k + used, :, gear, shapes.neighbours + tooth][:, :, dofs]
                 moved = np.einsum("ast,asf->ft", weights[used], fields)
                 raw[position.window_slice(p, gear), :, block_q] = moved.reshape(len(nodes), 3, torques)
             if offset <= 0:
                 block_p = slice(p * torques, (p + 1) * torques)
-                k_p, weights_p = members[p]
+                k_p, weights_p = active_shapes[p]
                 products = shapes.gram[-offset, k_p + before]
                 block = np.einsum("ast,bvu,absv->tu", weights_p, weights, products, optimize=True)
                 gram[block_p, block_q], gram[block_q, block_p] = block, block.T
@@ -245,7 +245,7 @@ def reduced_elasticity(shapes: ContactShapes, position: Position, pitch: float) 
 
 
 def energy_products(
-    force: FloatArray, displacement: FloatArray, angles_per_pitch: int, reach: int, stencil: int
+    force: FloatArray, displacement: FloatArray, angles_per_pitch: int, neighbours: int, stencil: int
 ) -> FloatArray:
     """Return ``gram`` of `ContactShapes`.
 
@@ -253,20 +253,20 @@ def energy_products(
     ----------
     force : ndarray, shape (M, T, 2, f)
         Of each shape.
-    displacement : ndarray, shape (M, T, 2, 2 reach + 1, f)
-    angles_per_pitch, reach, stencil : int
+    displacement : ndarray, shape (M, T, 2, 2 neighbours + 1, f)
+    angles_per_pitch, neighbours, stencil : int
         Stencil: grid positions that are combined.
     """
     positions, torques = force.shape[:2]
-    gram = np.zeros((reach + 1, positions, stencil, stencil, torques, torques))
+    gram = np.zeros((neighbours + 1, positions, stencil, stencil, torques, torques))
     before = stencil // 2 - 1
-    for d in range(reach + 1):
+    for d in range(neighbours + 1):
         for a in range(stencil):
             for b in range(stencil):
                 here, ahead = a - before, d * angles_per_pitch + b - before
-                # Only where both members exist.
+                # Only where both active shapes exist.
                 rows = np.arange(max(-here, -ahead, 0), max(positions - max(here, ahead, 0), 0))
                 for gear, tooth in ((0, -d), (1, d)):
-                    moved = displacement[rows + ahead, :, gear, reach + tooth]
+                    moved = displacement[rows + ahead, :, gear, neighbours + tooth]
                     gram[d, rows, a, b] += np.einsum("ktf,kuf->ktu", force[rows + here, :, gear], moved)
     return gram

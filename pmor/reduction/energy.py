@@ -12,7 +12,7 @@ import numpy as np
 from pmor.arrays import FloatArray
 
 if TYPE_CHECKING:
-    from pmor.fe.cyclic import ElasticGear
+    from pmor.body.elastic_gear import ElasticGear
 
 # Directions of a Gram matrix below this fraction of the largest are dependent to working precision.
 DEPENDENCE_TOLERANCE = 1e-10

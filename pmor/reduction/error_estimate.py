@@ -1,6 +1,6 @@
 r"""How far the reduced model is from full FE, from the reduced solution alone.
 
-Notation: u displacements of the flanks, C their compliance (both gears), theta the pinion's lead, T its torque,
+Notation: u displacements of the flanks, C their compliance (both gears), theta the pinion's advance, T its torque,
 g = g_0 + W u + l theta the gaps, psi(g) the convex energy of the contact law, with forces p = -psi'(g) and nodal forces
 f = W^T p. Equilibrium minimises
 
@@ -28,7 +28,7 @@ spreads over the width under load leaves an r that comes and goes, the error can
 by factors of 10 and in sign on tilted axes, where (2) stayed within a factor of 2 or 3.
 
 *Where (1) is a bound.* Where psi is convex and g linear: line contact and strips on the line of action, to first order
-in the displacements. At a tip corner the levers turn with the lead, and the Hermite schemes transfer forces by bilinear
+in the displacements. At a tip corner the levers turn with the advance, and the Hermite schemes transfer forces by bilinear
 shares that are not the derivative of their gaps: there it is an estimate. (2) is an estimate everywhere, with a sign.
 Points that have only just come to carry let r grow steeply with the torque until the row is complete, and (2) with it,
 while the STE goes on as before: up to 0.17 um on 6 x 2 elements, where the largest error was 0.01 um. Lines do not come
@@ -44,12 +44,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pmor.arrays import FloatArray
-from pmor.contact.elasticity import ReducedElasticity
-from pmor.contact.position import Position
-from pmor.contact.search import Contact
+from pmor.penalty.elasticity import ReducedElasticity
+from pmor.penalty.position import Position
+from pmor.penalty.search import Contact
 
 if TYPE_CHECKING:
-    from pmor.fe.cyclic import ElasticGear
+    from pmor.body.elastic_gear import ElasticGear
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class FlankCompliance:
 
     Parameters
     ----------
-    gears : two ndarrays, shape (reach + 1, n, n)
+    gears : two ndarrays, shape (neighbours + 1, n, n)
         Of pinion and wheel: displacement of the tooth 0, 1, ... teeth counter-clockwise from the loaded one, mm/N; two
         or three components at each flank node. The same object for identical gears.
     components : int
@@ -145,6 +145,6 @@ def _discarded_product(
 
 
 def _loaded_part(body: ElasticGear, components: int) -> FloatArray:
-    blocks = body.compliance[body.reach :]
+    blocks = body.compliance[body.neighbours :]
     used = (3 * np.arange(blocks.shape[1] // 3)[:, None] + np.arange(components)).ravel()
     return np.ascontiguousarray(blocks[:, used[:, None], used])

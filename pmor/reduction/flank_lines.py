@@ -3,7 +3,7 @@
 A flank line is a row of flank nodes of equal roll angle. Contact runs over the lines one after the other. What changes
 quickly with the roll position is *which* lines carry load and how much; how the load of a line spreads over the face
 width hardly changes. So the training gives each line its load distribution (the leading singular vectors of its forces
-over all trained positions and torques), and online each line within reach has its own amplitude. Nothing is
+over all trained positions and torques), and online each line withwithin range has its own amplitude. Nothing is
 interpolated over the angle, and the local dent moves with the contact as finely as the mesh allows. Shapes that belong
 to roll positions must instead be interpolated between dents at different places, which fails as soon as the contact
 passes more than about one element between two trained positions.
@@ -20,14 +20,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pmor.arrays import FloatArray, IntArray
-from pmor.contact.elasticity import ReducedElasticity
-from pmor.contact.kernels.types import ELEMENT_ROWS, FIRST_ROW
-from pmor.contact.position import Position
 from pmor.errors import ConvergenceError
+from pmor.kinematics.kernels.types import ELEMENT_ROWS, FIRST_ROW
+from pmor.penalty.elasticity import ReducedElasticity
+from pmor.penalty.position import Position
 from pmor.reduction.energy import DEPENDENCE_TOLERANCE
 
 if TYPE_CHECKING:
-    from pmor.fe.cyclic import ElasticGear
+    from pmor.body.elastic_gear import ElasticGear
 
 # Load of a line over that of the most loaded one, below which it takes its distribution from its neighbour.
 LEAST_LOAD = 0.1
@@ -43,10 +43,10 @@ class GearLines:
         The shapes of line i are ``start[i]`` to ``start[i + 1]``.
     force : ndarray, shape (m, f)
         Nodal forces on the flank in the tooth's frame, of norm 1 N over the whole width.
-    displacement : ndarray, shape (2 reach + 1, m, f)
+    displacement : ndarray, shape (2 neighbours + 1, m, f)
         Displacement of the teeth around, counted counter-clockwise from the loaded one, mm.
-    gram : ndarray, shape (2 reach + 1, m, m)
-        ``gram[reach + k, i, j]``: work of force i, acting on tooth k, on the displacement that shape j, acting on
+    gram : ndarray, shape (2 neighbours + 1, m, m)
+        ``gram[neighbours + k, i, j]``: work of force i, acting on tooth k, on the displacement that shape j, acting on
         tooth 0, causes there, N mm.
     """
 
@@ -73,7 +73,7 @@ class FlankLineShapes:
     beside: bool = False
 
     @property
-    def reach(self) -> int:
+    def neighbours(self) -> int:
         """Neighbouring teeth covered on either side."""
         return (self.gears[0].displacement.shape[0] - 1) // 2
 
@@ -118,13 +118,13 @@ def flank_line_shapes(
 
 def gear_lines(body: ElasticGear, start: IntArray, force: FloatArray) -> GearLines:
     """Add to force fields on the lines of a gear, shape (m, f), what they move and what work they do."""
-    offsets = range(-body.reach, body.reach + 1)
+    offsets = range(-body.neighbours, body.neighbours + 1)
     displacement = np.stack([force @ body.tooth_compliance(k).T for k in offsets])
     return GearLines(start, force, displacement, force @ displacement.transpose(0, 2, 1))
 
 
 def line_elasticity(shapes: FlankLineShapes, position: Position) -> ReducedElasticity:
-    """Gather the shapes of all lines in reach and make them orthonormal in energy.
+    """Gather the shapes of all lines within range and make them orthonormal in energy.
 
     Parameters
     ----------
@@ -138,28 +138,28 @@ def line_elasticity(shapes: FlankLineShapes, position: Position) -> ReducedElast
     pairs = range(len(position.pair_index))
     bases = []
     for gear, lines in enumerate(shapes.gears):
-        members = [_window_members(lines, position, p, gear, shapes.beside) for p in pairs]
-        size = sum(map(len, members))
+        active_shapes = [_window_shapes(lines, position, p, gear, shapes.beside) for p in pairs]
+        size = sum(map(len, active_shapes))
         raw, gram = np.zeros((len(position.nodes), 3, size)), np.zeros((size, size))
-        column = np.concatenate([[0], np.cumsum([len(m) for m in members])])
+        column = np.concatenate([[0], np.cumsum([len(m) for m in active_shapes])])
         for q in pairs:
             columns = slice(column[q], column[q + 1])
             for p in pairs:
                 offset = int(position.pair_index[p] - position.pair_index[q])
-                tooth = shapes.reach + (offset if gear == 0 else -offset)
+                tooth = shapes.neighbours + (offset if gear == 0 else -offset)
                 nodes = position.flank_nodes[p][gear]
                 dofs = (3 * nodes[:, None] + np.arange(3)).ravel()
-                moved = lines.displacement[tooth][np.ix_(members[q], dofs)]
+                moved = lines.displacement[tooth][np.ix_(active_shapes[q], dofs)]
                 raw[position.window_slice(p, gear), :, columns] = moved.T.reshape(len(nodes), 3, -1)
-                gram[column[p] : column[p + 1], columns] = lines.gram[tooth][np.ix_(members[p], members[q])]
-        kept = independent_members(gram)
+                gram[column[p] : column[p + 1], columns] = lines.gram[tooth][np.ix_(active_shapes[p], active_shapes[q])]
+        kept = independent_shapes(gram)
         factor = np.linalg.cholesky(gram[np.ix_(kept, kept)])
         flat = raw.reshape(-1, size)[:, kept]
         bases.append(np.linalg.solve(factor, flat.T).T.reshape(*raw.shape[:2], -1))
     return ReducedElasticity(np.concatenate(bases, axis=2))
 
 
-def independent_members(gram: FloatArray) -> IntArray:
+def independent_shapes(gram: FloatArray) -> IntArray:
     """Return which shapes, taken in order, those before do not make to working precision.
 
     Parameters
@@ -183,7 +183,7 @@ def independent_members(gram: FloatArray) -> IntArray:
     return np.array(kept, dtype=np.int64)
 
 
-def _window_members(lines: GearLines, position: Position, pair: int, gear: int, beside: bool) -> IntArray:
+def _window_shapes(lines: GearLines, position: Position, pair: int, gear: int, beside: bool) -> IntArray:
     """Shapes of the lines that bound the window's elements, and of those beside them."""
     first = position.windows[pair, gear, FIRST_ROW]
     last = first + position.windows[pair, gear, ELEMENT_ROWS]

@@ -30,8 +30,8 @@ from __future__ import annotations
 import numpy as np
 
 from pmor.arrays import FloatArray, IntArray
+from pmor.body.elastic_gear import ElasticGear
 from pmor.errors import ConvergenceError
-from pmor.fe.cyclic import ElasticGear
 from pmor.reduction.alignment import align_along_grid
 from pmor.reduction.energy import own_displacement, principal_energies
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from pmor.arrays import BoolArray, FloatArray, IntArray
-from pmor.contact.condition import Condition
+from pmor.kinematics.condition import Condition
 
 
 @dataclass(frozen=True)
 class Snapshots:
-    """Full-FE equilibria at one pinion angle: P tooth pairs in reach, T conditions, f flank unknowns per tooth.
+    """Full-FE equilibria at one pinion angle: P tooth pairs that can touch, T conditions, f flank unknowns per tooth.
 
     Parameters
     ----------

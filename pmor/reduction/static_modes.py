@@ -1,13 +1,13 @@
 """Static modes: shapes for the unit forces on each flank node, along the flank normal and along the profile.
 
 The exact end of the scale of reductions (static mode switching: Tamarozzi, Heirman & Desmet, CMAME 268 (2014) 336):
-every distribution of contact force over nodes is a sum of them, and only those of the lines in reach of the contact are
+every distribution of contact force over nodes is a sum of them, and only those of the active lines are
 switched on. No snapshot is needed, hence no full solve offline. Normals alone would not do: a contact between two lines
 loads both along its own normal. *Measured* on the paper's pair, STE against full FE: 0.01 % at most with normals alone
 (flank lines: 0.005 %), 3e-8 with both directions.
 
 When to use them: to see what the reductions cost, without full FE; for loads or faults that no training covers; for a
-handful of positions, where training does not pay. Online they cost the most unknowns: two for each node in reach, where
+handful of positions, where training does not pay. Online they cost the most unknowns: two for each active node, where
 flank lines have one for each line.
 """
 
@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from pmor.arrays import FloatArray, IntArray
-from pmor.fe.cyclic import ElasticGear
+from pmor.body.elastic_gear import ElasticGear
 from pmor.reduction.flank_lines import FlankLineShapes, gear_lines
 
 

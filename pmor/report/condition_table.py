@@ -20,15 +20,15 @@ COLUMNS = ("torque_Nm", "ste_mean_um", "ste_peak_to_peak_um", "ste_order_1_um", 
 
 def condition_rows(found: ConditionSweep) -> list[dict[str, Any]]:
     """Return a row for each torque at which a condition was swept: plain values, units in the keys."""
-    sweep, axes = found.sweep, found.built.axes
+    sweep, misalignment = found.sweep, found.assembly.misalignment
     mean, span = ste_mean_um(sweep), peak_to_peak_um(sweep)
     rows = []
     for t, torque in enumerate(sweep.torque_Nm.tolist()):
         orders = mesh_orders(sweep, t, N_ORDERS)
         unloaded = None if sweep.unloaded_um is None else float(np.ptp(sweep.unloaded_um[t]))
         rows.append({
-            "condition": found.name, "torque_Nm": torque, "in_plane_um": axes.in_plane_um,
-            "out_of_plane_um": axes.out_of_plane_um, "centre_distance_um": axes.centre_distance_um,
+            "condition": found.name, "torque_Nm": torque, "in_plane_um": misalignment.in_plane_um,
+            "out_of_plane_um": misalignment.out_of_plane_um, "centre_distance_um": misalignment.centre_distance_um,
             "ste_mean_um": float(mean[t]), "ste_peak_to_peak_um": float(span[t]),
             "unloaded_ste_peak_to_peak_um": unloaded,
             **{f"ste_order_{k}_um": float(amplitude) for k, amplitude in enumerate(orders, start=1)},

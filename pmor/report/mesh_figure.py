@@ -60,9 +60,7 @@ def _draw_mesh(axes: Axes, nodes: FloatArray, quads: IntArray, line_width: float
     from matplotlib.collections import PolyCollection
 
     outlines = list(_outlines(nodes[quads]))
-    axes.add_collection(
-        PolyCollection(outlines, facecolors="#eef3f7", edgecolors="#44525c", linewidths=line_width)
-    )
+    axes.add_collection(PolyCollection(outlines, facecolors="#eef3f7", edgecolors="#44525c", linewidths=line_width))
 
 
 def _outlines(around: FloatArray) -> FloatArray:

@@ -12,8 +12,8 @@ import numpy as np
 from pmor.arrays import FloatArray
 from pmor.case import Case, beyond_training
 from pmor.case.coarser import LEAST_ELEMENTS
-from pmor.contact.condition import ALIGNED
 from pmor.gear.classical.iso6336_root import nominal_root_stress
+from pmor.kinematics.condition import ALIGNED
 from pmor.pair.conditions import axes_of
 from pmor.pair.limits import range_warnings
 from pmor.pair.model import approach_estimate
@@ -192,6 +192,8 @@ def _readings_rows(s: dict[str, Any], result: OnlineResult) -> list[tuple[str, f
         _known("flank pressure, max", s["flank_pressure_max_MPa"], "MPa", "of Hertz"
                + ("; without the positions at which a sharp tip edge carries" if edges else ""), lacks),
     ]  # fmt: skip
+
+
 def _root_stress_rows(result: OnlineResult) -> list[tuple[str, float, str, str]]:
     s, rows = root_stress_figures(result), []
     for gear, name in enumerate(GEARS if s["root_stress_max_MPa"] else ()):
@@ -209,8 +211,10 @@ def _no_mesh_error(case: Case) -> str:
         return "none: the mesh itself holds the local compliance"
     if case.reduction.shapes != "line_loads":
         return "none: that of exact line loads"
-    return f"needs {LEAST_ELEMENTS} elements over the profile" if case.mesh.error_bar else (
-        "needs [mesh] error_bar = true"
+    return (
+        f"needs {LEAST_ELEMENTS} elements over the profile"
+        if case.mesh.error_bar
+        else ("needs [mesh] error_bar = true")
     )
 
 

@@ -92,9 +92,7 @@ def flank_map(
     return FlankMap(gear, float(sweep.torque_Nm[d]), roll, z, *whole)
 
 
-def _follow(
-    roll: FloatArray, at: FloatArray, values: FloatArray, joined: BoolArray, largest: FloatArray
-) -> None:
+def _follow(roll: FloatArray, at: FloatArray, values: FloatArray, joined: BoolArray, largest: FloatArray) -> None:
     """Take values (3, n, S) at roll angles (n, S) into the cells (3, R, S) of a map.
 
     They are met one after the other, as far as neighbours are `joined`, (n - 1,).

@@ -9,26 +9,26 @@ from pmor.arrays import BoolArray, FloatArray, IntArray
 
 @dataclass(frozen=True)
 class ForceLaw:
-    """Torque that the contact forces make on the pinion, over its angle and its lead.
+    """Torque that the contact forces make on the pinion, over its angle and its advance.
 
     Attributes
     ----------
     phi_rad : (n_angles,)
         Kinematic pinion angles.
-    lead_rad : (n_leads,)
+    advance_rad : (n_advances,)
         Rotation of the pinion ahead of them, from where the unloaded flanks first touch.
-    pair_torque_Nm : (n_leads, n_angles, n_pairs)
+    pair_torque_Nm : (n_advances, n_angles, n_pairs)
         Of tooth pair ``pair_index[j]``; 0 where it is idle, NaN where the state did not converge.
     pair_index : (n_pairs,) int
         Tooth pair j is at its own roll position phi + 2 pi j / z1.
-    newton_steps : (n_leads, n_angles) int
-    converged : (n_leads, n_angles) bool
+    newton_steps : (n_advances, n_angles) int
+    converged : (n_advances, n_angles) bool
     seconds : float
         Wall time.
     """
 
     phi_rad: FloatArray
-    lead_rad: FloatArray
+    advance_rad: FloatArray
     pair_torque_Nm: FloatArray
     pair_index: IntArray
     newton_steps: IntArray
@@ -37,5 +37,5 @@ class ForceLaw:
 
     @property
     def torque_Nm(self) -> FloatArray:
-        """Of all pairs together, (n_leads, n_angles); positive against the lead, 0 where nothing touches."""
+        """Of all pairs together, (n_advances, n_angles); positive against the advance, 0 where nothing touches."""
         return self.pair_torque_Nm.sum(axis=2)

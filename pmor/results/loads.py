@@ -55,7 +55,7 @@ class ContactLoads:
 
 @dataclass(frozen=True)
 class LineStates:
-    """Line contact in all states of a sweep: D torques, A angles, P tooth pairs in reach, S sections over the width.
+    """Line contact in all states of a sweep: D torques, A angles, P tooth pairs that can touch, S sections over the width.
 
     Where half the width is meshed, sections stand for their mirror images too: these have the same line load. A state
     that did not converge carries nothing here.
@@ -117,19 +117,19 @@ class SweepStates:
 
     Attributes
     ----------
-    lead_rad : (n_torques, n_angles)
+    advance_rad : (n_torques, n_angles)
         Rotation of the pinion ahead of where the unloaded flanks first touch; NaN where not converged.
     pair : (n_angles, P) int
-        Tooth pairs in reach at each angle; those behind the last one are one below the first.
+        Tooth pairs that can touch at each angle; those behind the last one are one below the first.
     amplitude : (n_torques, n_angles, P, slots)
         Of each shape that a pair can have (flank lines: the pinion's, then the wheel's), in the units of the basis; 0
-        for shapes out of reach.
+        for shapes that are not active.
     loads : ContactLoads
     lines : LineStates or None
         Of line loads as unknowns; None of other models.
     """
 
-    lead_rad: FloatArray
+    advance_rad: FloatArray
     pair: IntArray
     amplitude: FloatArray
     loads: ContactLoads

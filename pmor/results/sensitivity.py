@@ -1,7 +1,7 @@
 """How the transmission error answers to each parameter of a flank modification: exact first derivatives.
 
-The lead depends on a deviation of the flanks only through the gaps of the sections, and what it does to each is known
-from the solution (`pmor.contact.kernels.line_loads`, equation 2):
+The advance depends on a deviation of the flanks only through the gaps of the sections, and what it does to each is known
+from the solution (`pmor.line.kernels.loads`, equation 2):
 
     d STE / d parameter = sum_n (d STE / d e_n) (d e_n / d parameter).
 
@@ -48,7 +48,7 @@ def sensitivities(sweep: SteSweep, rates: Mapping[str, FloatArray]) -> Sensitivi
     ----------
     sweep : SteSweep
     rates : mapping of str to ndarray, shape (A, P, S)
-        d e_n / d parameter in um per unit (`pmor.contact.deviation_rates`).
+        d e_n / d parameter in um per unit (`pmor.kinematics.deviation_rates`).
 
     Returns
     -------

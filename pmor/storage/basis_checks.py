@@ -14,11 +14,11 @@ import numpy as np
 from pmor.arrays import FloatArray
 from pmor.case import Case, GearCase
 from pmor.case.width import meshed_width
-from pmor.contact.flank import SurfaceLayer
-from pmor.contact.line_contact import approach_constants, line_compliance
-from pmor.contact.sections import loaded_components
 from pmor.gear.pair import GearPair
 from pmor.gear.tooth import Tooth, twist_sections
+from pmor.kinematics.meshed_pair import SurfaceLayer
+from pmor.line.hertz import approach_constants, line_compliance
+from pmor.line.sections import loaded_components
 from pmor.pair.conditions import DEVIATIONS, training_values
 from pmor.reduction.basis import Basis, Training
 from pmor.reduction.contact_shapes import ContactShapes, energy_products
@@ -104,7 +104,7 @@ def _check_lines(case: Case, shapes: FlankLineShapes, compliance: FlankComplianc
         require(alone, f"shapes of the {name} carry load on other lines than their own")
         work = lines.force @ lines.displacement.transpose(0, 2, 1)
         require(_same(lines.gram, work), f"the energy products of the {name} are not those of its shapes")
-        own = lines.gram[shapes.reach]
+        own = lines.gram[shapes.neighbours]
         require(_same(own, own.T) and (np.diagonal(own) > 0.0).all(), f"shapes of the {name} store no energy")
         if compliance is not None:
             require(_moves(compliance, gear, lines), f"shapes of the {name} are not what its compliance makes of them")
@@ -117,10 +117,10 @@ def _moves(compliance: FlankCompliance, gear: int, lines: GearLines) -> bool:
     if force[..., parts:].any():
         return True  # of an exact flank, where the estimate needs less than the shapes
     loads = force[..., :parts].reshape(len(force), -1)
-    reach = len(blocks) - 1
-    moved = [loads @ (blocks[k].T if k >= 0 else blocks[-k]) for k in range(-reach, reach + 1)]
-    found = lines.displacement.reshape(2 * reach + 1, len(force), -1, 3)[..., :parts]
-    return _same(found.reshape(2 * reach + 1, len(force), -1), np.stack(moved))
+    neighbours = len(blocks) - 1
+    moved = [loads @ (blocks[k].T if k >= 0 else blocks[-k]) for k in range(-neighbours, neighbours + 1)]
+    found = lines.displacement.reshape(2 * neighbours + 1, len(force), -1, 3)[..., :parts]
+    return _same(found.reshape(2 * neighbours + 1, len(force), -1), np.stack(moved))
 
 
 def _check_positions(case: Case, pair: GearPair, shapes: ContactShapes) -> None:
@@ -151,7 +151,7 @@ def _check_positions(case: Case, pair: GearPair, shapes: ContactShapes) -> None:
 def _check_forces_behind(shapes: ContactShapes, compliance: FlankCompliance) -> None:
     """Find the forces that move a loaded flank as the shapes say: they must move other teeth, and do work, so too."""
     positions, count, _, offsets, size = shapes.displacement.shape
-    parts, reach = compliance.components, shapes.reach
+    parts, neighbours = compliance.components, shapes.neighbours
     force = np.zeros((positions, count, 2, size))
     moved = shapes.displacement.reshape(positions * count, 2, offsets, -1, 3)[..., :parts]
     for gear, blocks in enumerate(compliance.gears):
@@ -159,12 +159,12 @@ def _check_forces_behind(shapes: ContactShapes, compliance: FlankCompliance) -> 
         require(moves.any(), "its compliance moves nothing")
         found = moved[:, gear].reshape(positions * count, offsets, -1)
         loads = np.zeros((positions * count, len(moves)))
-        loads[:, moves] = np.linalg.solve(blocks[0][np.ix_(moves, moves)], found[:, reach, moves].T).T
-        again = [loads @ (blocks[k].T if k >= 0 else blocks[-k]) for k in range(-reach, reach + 1)]
+        loads[:, moves] = np.linalg.solve(blocks[0][np.ix_(moves, moves)], found[:, neighbours, moves].T).T
+        again = [loads @ (blocks[k].T if k >= 0 else blocks[-k]) for k in range(-neighbours, neighbours + 1)]
         fits = _same(found, np.stack(again, axis=1), SOLVED)
         require(fits, f"shapes of the {GEARS[gear]} are not what its compliance makes of any forces")
         force.reshape(positions * count, 2, -1, 3)[:, gear, :, :parts] = loads.reshape(positions * count, -1, parts)
-    work = energy_products(force, shapes.displacement, shapes.angles_per_pitch, reach, shapes.stencil)
+    work = energy_products(force, shapes.displacement, shapes.angles_per_pitch, neighbours, shapes.stencil)
     require(_same(shapes.gram, work, SOLVED), "its energy products are not those of its shapes")
 
 
@@ -208,7 +208,7 @@ def _check_training(case: Case, pair: GearPair, training: Training) -> None:
     require(len(training.conditions) == len(training.phi), "its training has angles without conditions")
     ranges = np.array([(values[0], values[-1]) for values in training_values(case.offline)])
     found = np.array([
-        [*(getattr(c.axes, name) for name in DEVIATIONS), 1e-3 * c.given_torque] for there in training.conditions
+        [*(getattr(c.misalignment, name) for name in DEVIATIONS), 1e-3 * c.given_torque] for there in training.conditions
         for c in there
     ])  # fmt: skip
     slack = ROUND_OFF * np.abs(ranges).max(axis=1)

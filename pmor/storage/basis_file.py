@@ -11,18 +11,18 @@ import h5py
 import numpy as np
 
 from pmor.arrays import FloatArray
+from pmor.body.root_stress import RootStressShapes
 from pmor.case import Case, basis_key, describe, parse_case, text_of
 from pmor.case.coarser import coarser
-from pmor.contact.flank import SurfaceLayer
 from pmor.errors import FileFormatError
 from pmor.gear.pair import GearPair
+from pmor.kinematics.meshed_pair import SurfaceLayer
 from pmor.pair.conditions import on_trained_flanks
 from pmor.pair.model import gear_pair
 from pmor.reduction.basis import Basis, Training, untrained
 from pmor.reduction.contact_shapes import ContactShapes
 from pmor.reduction.error_estimate import FlankCompliance
 from pmor.reduction.flank_lines import FlankLineShapes, GearLines
-from pmor.reduction.root_stress import RootStressShapes
 from pmor.storage.basis_checks import check_basis
 from pmor.storage.basis_layout import (
     COARSER,
@@ -200,6 +200,7 @@ def _training(file: h5py.File, case: Case, arrays: dict[str, np.ndarray]) -> Tra
 
 def _basis(file: h5py.Group, case: Case, arrays: dict[str, np.ndarray]) -> Basis:
     """Basis in a folder, without its training."""
+
     def of(folder: str) -> dict[str, np.ndarray]:
         return {name.rpartition("/")[2]: array for name, array in arrays.items() if name.rpartition("/")[0] == folder}
 

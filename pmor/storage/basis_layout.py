@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from pmor.body.fillet_stress import NEIGHBOURS
 from pmor.case import Case
 from pmor.case.width import intervals_across
-from pmor.contact.sections import loaded_components
-from pmor.fe.fillet_stress import NEIGHBOURS
 from pmor.gear.pair import GearPair
-from pmor.pair.model import neighbour_reach
+from pmor.line.sections import loaded_components
+from pmor.pair.model import neighbouring_teeth
 from pmor.reduction.contact_shapes import STENCIL
 from pmor.storage.condition_table import CONDITIONS, NAME
 from pmor.storage.layout import Field
@@ -108,7 +108,7 @@ def compliance_group(case: Case) -> str:
 
 def basis_sizes(case: Case, pair: GearPair) -> dict[str, int]:
     """Return the lengths of the axes that follow from a case."""
-    rows, columns, reach = case.mesh.profile_intervals + 1, intervals_across(case) + 1, neighbour_reach(pair)
+    rows, columns, neighbours = case.mesh.profile_intervals + 1, intervals_across(case) + 1, neighbouring_teeth(pair)
     stencil = STENCIL[case.reduction.interpolation] if case.reduction.shapes != "global_pod" else 2
     parts = loaded_components(case.contact.kind != "nodal", pair.pinion.helix_angle != 0.0)
     return {
@@ -119,8 +119,8 @@ def basis_sizes(case: Case, pair: GearPair) -> dict[str, int]:
         "gear": 2,
         "flank unknown": 3 * rows * columns,
         "loaded unknown": parts * rows * columns,
-        "tooth offset": 2 * reach + 1,
-        "pitch offset": reach + 1,
+        "tooth offset": 2 * neighbours + 1,
+        "pitch offset": neighbours + 1,
         "xy": 2,
         "neighbour": 2 * NEIGHBOURS + 1,
         "side": 2,

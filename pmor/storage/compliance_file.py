@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pmor.reduction.root_stress import RootStressShapes
+from pmor.body.root_stress import RootStressShapes
 from pmor.storage.basis_layout import COMPLIANCE, ROOT_STRESS
 from pmor.storage.hdf5 import Schema, create, open_checked, read, write
 from pmor.storage.layout import Field, check_layout
@@ -27,7 +27,7 @@ class SolvedGear:
 
     Parameters
     ----------
-    compliance : ndarray, shape (reach + 1, n, n)
+    compliance : ndarray, shape (neighbours + 1, n, n)
         As in `pmor.reduction.error_estimate.FlankCompliance`.
     root_stress : RootStressShapes or None
         Where it was asked for.

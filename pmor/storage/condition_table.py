@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import h5py
 import numpy as np
 
-from pmor.contact.condition import Axes, Condition
+from pmor.kinematics.condition import Condition, Misalignment
 from pmor.storage.hdf5 import attribute, read, set_attributes, write
 from pmor.storage.layout import Field
 
@@ -48,9 +48,9 @@ def read_conditions(group: h5py.Group) -> tuple[tuple[Condition, ...], ...]:
 
 
 def _row(condition: Condition) -> list[float]:
-    return [condition.given_torque, *(getattr(condition.axes, field) for field in AXES.values())]
+    return [condition.given_torque, *(getattr(condition.misalignment, field) for field in AXES.values())]
 
 
 def _condition(values: dict[str, float]) -> Condition:
     deviations = {field: values[name] for name, field in AXES.items() if name in values}
-    return Condition(torque=values[TORQUE], axes=Axes(**deviations))
+    return Condition(torque=values[TORQUE], misalignment=Misalignment(**deviations))

@@ -67,7 +67,7 @@ RESULTS_LAYOUT = {
     "orders/order": Field("1", "order", "periods per turn of the pinion", optional=True, least=0.0),
     "orders/amplitude": Field("um", "torque, order", "of the STE, zero to peak", optional=True, least=0.0),
     "orders/phase": Field("rad", "torque, order", "of the cosine at pinion angle 0", optional=True),
-    "lines/pair": Field("1", "angle, pair", "tooth pairs in reach", kind=int),
+    "lines/pair": Field("1", "angle, pair", "tooth pairs that can touch", kind=int),
     "lines/z": Field("mm", "section", "sections over the width, from mid width; where each has an image, half of it"),
     "lines/width": Field("mm", "section", "width that each stands for, without its image"),
     "lines/roll": Field("rad", "angle, pair, section, gear", "roll angles at which undeformed flanks meet"),
@@ -83,12 +83,15 @@ RESULTS_LAYOUT = {
     "sensitivity/mean": Field("um per unit", "parameter, torque", "of the mean STE", finite=False),
     "sensitivity/peak_to_peak": Field("um per unit", "parameter, torque", "of its peak-to-peak", finite=False),
     "root_stress/pair_index": Field("1", "pair", "tooth pair: at the roll position phi + 2 pi j / z1", kind=int),
-    **{f"root_stress/{name}": Field(unit, TEETH, f"{words}; NaN of teeth without load", finite=False)
-       for name, (unit, words) in {
-           "max_principal": ("MPa", "largest on the fillet; sides: tension, compression"),
-           "von_mises": ("MPa", "largest on the fillet"),
-           "radius": ("mm", "where, from the axis"), "z": ("mm", "where, from mid width"),
-       }.items()},
+    **{
+        f"root_stress/{name}": Field(unit, TEETH, f"{words}; NaN of teeth without load", finite=False)
+        for name, (unit, words) in {
+            "max_principal": ("MPa", "largest on the fillet; sides: tension, compression"),
+            "von_mises": ("MPa", "largest on the fillet"),
+            "radius": ("mm", "where, from the axis"),
+            "z": ("mm", "where, from mid width"),
+        }.items()
+    },
     **_fillet("pinion"),
     **_fillet("wheel"),
     **_flank("maps"),

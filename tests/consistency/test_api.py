@@ -37,7 +37,7 @@ def model(case, full):
 
 def test_a_saved_model_answers_as_before(tmp_path, model):
     model.save(tmp_path / "new" / "basis.h5")
-    again = pmor.load(tmp_path / "new" / "basis.h5")
+    again = pmor.load_model(tmp_path / "new" / "basis.h5")
     np.testing.assert_array_equal(again.sweep().ste_um, model.sweep().ste_um)
     with pytest.raises(pmor.OutputError, match="exists already"):
         model.save(tmp_path / "new" / "basis.h5")
@@ -73,7 +73,7 @@ def test_progress_counts_every_solution(case, full):
 
 def test_a_sweep_is_over_the_torques_angles_and_axes_that_it_is_asked_for(model):
     phi = np.array([0.0, 0.02, 0.11])
-    apart = pmor.Axes(centre_distance_um=10.0)
+    apart = pmor.Misalignment(centre_distance_um=10.0)
     result = model.sweep([30, 90.0], phi, apart, extrapolate=True)
     assert result.ste_um.shape == (2, 3)
     np.testing.assert_array_equal(result.torque_Nm, [30.0, 90.0])
@@ -115,8 +115,8 @@ def test_a_comparison_is_at_angles_that_no_training_has_seen(model, full):
     ("arguments", "message"),
     [
         ({"torques_Nm": [200.0]}, "beyond the training: torque to 200 N m, trained to 160 N m: train over it, or pass"),
-        ({"axes": pmor.Axes(in_plane_um=3.0)}, "tilted axes"),
-        ({"axes": pmor.Axes(in_plane_um=3.0), "extrapolate": True}, "tilted axes"),
+        ({"axes": pmor.Misalignment(in_plane_um=3.0)}, "tilted axes"),
+        ({"axes": pmor.Misalignment(in_plane_um=3.0), "extrapolate": True}, "tilted axes"),
         ({"torques_Nm": []}, "at least one"),
         ({"torques_Nm": [0.0]}, "must be positive"),
         ({"torques_Nm": [float("nan")]}, "must be positive"),

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from pmor.case import change_case, parse_case
-from pmor.contact.condition import ALIGNED, Axes
 from pmor.dynamics.gear_model import gear_model
-from pmor.lab.dynamics.axes import built_under, displaced, left_out
-from pmor.lab.dynamics.law import force_law
+from pmor.dynamics.law import force_law
+from pmor.dynamics.moved_axes import assembly_under, displaced, model_error
+from pmor.kinematics.condition import ALIGNED, Misalignment
 from pmor.pair.model import gear_pair
 from tests.consistency.test_force_table import small_pair
-from tests.small_case import case_text
+from tests.support.small_case import case_text
 
 STIFF = {"pinion_bearing_stiffness_N_um": [200.0, 100.0, 400.0], "wheel_bearing_stiffness_N_um": [200.0, 50.0, 400.0],
          "pinion_tilting_stiffness_kNm_rad": [100.0, 100.0]}  # fmt: skip
@@ -40,14 +40,14 @@ def test_axes_count_as_they_do_when_they_are_out_of_place_without_load(case):
     # About +y: it goes along +x, and seen from it the wheel's goes along -x.
     turned = displaced(ALIGNED, model, pair, width, positions(model, pinion_about_y=1e-4 * radius))
     assert turned.out_of_plane_um == pytest.approx(-1e3 * 1e-4 * width)
-    both = displaced(Axes(in_plane_um=5.0), model, pair, width, positions(model, pinion_z=0.01, wheel_x=0.01))
-    assert both == Axes(in_plane_um=5.0), "no such motion takes the axes apart or out of parallel"
+    both = displaced(Misalignment(in_plane_um=5.0), model, pair, width, positions(model, pinion_z=0.01, wheel_x=0.01))
+    assert both == Misalignment(in_plane_um=5.0), "no such motion takes the axes apart or out of parallel"
 
 
 def test_a_load_pushes_the_axes_apart_by_what_the_bearings_give_way(case):
     pair = gear_pair(case)
     force = 1e3 * TORQUE / pair.pinion.base_radius * np.sin(pair.working_pressure_angle)
-    found = built_under(case, gear_model(case, pair), pair, TORQUE).axes
+    found = assembly_under(case, gear_model(case, pair), pair, TORQUE).misalignment
     assert found.centre_distance_um == pytest.approx(1e3 * (force / 1e5 + force / 5e4))
 
 
@@ -56,12 +56,12 @@ def test_motion_that_leaves_the_axes_where_they_are_leaves_nothing_out(case):
     pair = reduced.meshed.pair
     model = gear_model(case, pair)
     still = change_case(case, dynamics={"torques_Nm": [TORQUE]})
-    built = built_under(still, model, pair, TORQUE)
-    table, _, _ = force_law(still, reduced, built=built)
+    assembly = assembly_under(still, model, pair, TORQUE)
+    table, _, _ = force_law(still, reduced, assembly=assembly)
     force = 1e3 * TORQUE / pair.pinion.base_radius
     motion = {"mesh_cycles": np.linspace(0.0, 1.0, 16), "displacement_um": np.full(16, 12.0), "mesh_force_N": [force],
               "bearing_displacement_um": {s.name: np.full(16, -1e3 * s.lever * force / s.stiffness)
                                           for s in model.supports}}  # fmt: skip
-    assert left_out(still, model, reduced, table, motion) < 1e-3
+    assert model_error(still, model, reduced, table, motion) < 1e-3
     motion["bearing_displacement_um"]["wheel y"] = motion["bearing_displacement_um"]["wheel y"] + 20.0
-    assert left_out(still, model, reduced, table, motion) > 5e-3
+    assert model_error(still, model, reduced, table, motion) > 5e-3

@@ -14,16 +14,16 @@ import numpy as np
 import pytest
 
 import pmor
-import pmor.lab.campaign.chunks as chunks_module
-import pmor.lab.campaign.solve as solve_module
-import pmor.lab.campaign.supervise as supervise_module
+import pmor.campaigns.chunks as chunks_module
+import pmor.campaigns.solve as solve_module
+import pmor.campaigns.supervise as supervise_module
 from pmor.app.cli import main
+from pmor.campaigns.describe import folder_text
+from pmor.campaigns.output import RESULTS
+from pmor.campaigns.relations import case_of
+from pmor.campaigns.solve import basis_of, results_of
+from pmor.campaigns.store import entries, open_store
 from pmor.errors import OutputError
-from pmor.lab.campaign.describe import folder_text
-from pmor.lab.campaign.output import RESULTS
-from pmor.lab.campaign.relations import case_of
-from pmor.lab.campaign.solve import basis_of, results_of
-from pmor.lab.campaign.store import entries, open_store
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.report.summary import figures
 from pmor.storage.campaign_file import read_campaign_file
@@ -31,7 +31,7 @@ from pmor_offline.train import train
 from pmor_online.model import reduced_pair
 from pmor_online.readings import read_off
 from pmor_online.run import OnlineResult, sweep_case
-from tests.small_case import case_text
+from tests.support.small_case import case_text
 
 BASE = case_text(
     contact={"scheme": "line"}, reduction=None, results={"root_stress": False, "maps": False},
@@ -70,7 +70,7 @@ def faulty(folder, monkeypatch):
     (folder / "faults").mkdir()
     monkeypatch.setenv("FAULTS", str(folder / "faults"))
     monkeypatch.setattr(supervise_module, "COMMAND", FAULTY)
-    monkeypatch.setattr("pmor.lab.campaign.run.expected_seconds", lambda campaign, table: 1.0)  # four to a chunk
+    monkeypatch.setattr("pmor.campaigns.run.expected_seconds", lambda campaign, table: 1.0)  # four to a chunk
 
     def faults(**kinds):
         for number, (kind, times) in kinds.items():
@@ -113,8 +113,8 @@ def test_the_relief_that_suits_a_design_is_worth_what_its_row_says(tmp_path):
         )
         for gear in ("pinion", "wheel")
     )
-    built = [pmor.Built(), pmor.Built(pinion=pinion, wheel=wheel)]
-    found = pmor.train(case).sweep_conditions(built, torques_Nm=case.online.torques_Nm, angles=32)
+    assemblies = [pmor.Assembly(), pmor.Assembly(pinion=pinion, wheel=wheel)]
+    found = pmor.train(case).sweep_conditions(assemblies, torques_Nm=case.online.torques_Nm, angles=32)
     plain, best = found.peak_to_peak_um.mean(axis=1)
     assert row["best_ste_peak_to_peak_um"] == pytest.approx(best, rel=1e-9)
     assert best < 0.6 * plain

@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-import pmor.contact.equilibrium
-import pmor.contact.flank
-import pmor.contact.solve
-from pmor.contact.condition import PLAIN, at_torques
-from pmor.contact.kernels.shapes import gather_members, member_slots
-from pmor.contact.kernels.sweep import Neighbour, carry_along, place_position
-from pmor.contact.position import active_patches, pairs_in_reach
-from pmor.contact.solve import solve_position
+import pmor.kinematics.meshed_pair
+import pmor.penalty.equilibrium
+import pmor.penalty.solve
+from pmor.kinematics.condition import PLAIN, at_torques
 from pmor.pair.sweep import sweep_ste
+from pmor.penalty.kernels.shapes import gather_active_shapes, shape_slots
+from pmor.penalty.kernels.sweep import Neighbour, carry_along, place_position
+from pmor.penalty.position import active_patches, tooth_pair_count
+from pmor.penalty.solve import solve_position
 from pmor_online.sweep import sweep_reduced_pair
 
 NEWTON = 1e-8  # the equilibrium is solved to a relative residual of 1e-9; a different path may leave some of it
@@ -26,11 +26,11 @@ LAST_STEP = 5e-5
 # Both twins solved as far as doubles go, um: gaps are differences of coordinates of the size of the centre distance,
 # so that two ways of adding them up differ by some units in the last place of these. Measured: six.
 LAST_PLACES = 30.0 * 84e3 * np.finfo(float).eps
-MEMBERS = 1e-8  # of the largest compliance; nearly parallel members lose digits in either factorisation
+MEMBERS = 1e-8  # of the largest compliance; nearly parallel active shapes lose digits in either factorisation
 WHOLE_FLANK = 100.0  # mm: an approach so large that the windows hold the whole flanks
 
 
-def tight_leads_um(reduced, phi, torques):
+def tight_advances_um(reduced, phi, torques):
     """STE by the slow twin, shape (torques, angles): solved to the last digit, and a last step like the sweep's."""
     ste = np.full((len(torques), len(phi)), np.nan)
     for i, angle in enumerate(phi):
@@ -41,7 +41,7 @@ def tight_leads_um(reduced, phi, torques):
                 continue
             elastic = e.contact.gap_change(elasticity.displacement(e.coordinates))
             _, rotation = elasticity.newton_step(e.contact, e.contact.gap - elastic, torques[t])
-            ste[t, i] = (e.lead + rotation) * reduced.meshed.pair.pinion.base_radius * 1e3
+            ste[t, i] = (e.advance + rotation) * reduced.meshed.pair.pinion.base_radius * 1e3
     return ste
 
 
@@ -49,15 +49,15 @@ def tight_leads_um(reduced, phi, torques):
 @pytest.mark.parametrize("slave", ["tip", "both"])
 def test_compiled_sweep_is_its_slow_twin_to_the_last_places(slave, reduced, monkeypatch):
     # The twin looks for each foot anew: its normals are as good as its last step, which the sweep repeats instead.
-    monkeypatch.setattr(pmor.contact.flank, "FOOT_STEP", 1e-10)
-    monkeypatch.setattr(pmor.contact.equilibrium, "ROUND_OFF_FACTOR", 20.0)
-    monkeypatch.setattr(pmor.contact.equilibrium, "LINEAR", 0.0)
-    solve = partial(pmor.contact.solve.solve_equilibrium, tolerance=1e-10)
-    monkeypatch.setattr(pmor.contact.solve, "solve_equilibrium", solve)
+    monkeypatch.setattr(pmor.kinematics.meshed_pair, "FOOT_STEP", 1e-10)
+    monkeypatch.setattr(pmor.penalty.equilibrium, "ROUND_OFF_FACTOR", 20.0)
+    monkeypatch.setattr(pmor.penalty.equilibrium, "LINEAR", 0.0)
+    solve = partial(pmor.penalty.solve.solve_equilibrium, tolerance=1e-10)
+    monkeypatch.setattr(pmor.penalty.solve, "solve_equilibrium", solve)
     reduced = with_slave(reduced, slave)
     phi = reduced.meshed.pair.pitch * np.arange(40) / 40
     fast = sweep_reduced_pair(reduced, phi, at_torques([60e3, 100e3]), tolerance=1e-10)
-    slow = tight_leads_um(reduced, phi, [60e3, 100e3])
+    slow = tight_advances_um(reduced, phi, [60e3, 100e3])
     both = fast.converged & np.isfinite(slow)
     assert both.mean() > 0.9, "round-off seldom stops Newton above 1e-10"
     difference = np.abs(fast.ste_um - slow)[both]
@@ -123,13 +123,15 @@ def test_where_a_sweep_starts_does_not_change_it(reduced):
 
 
 def placed(reduced, tooth_pairs, centre, slots):
-    """A position with given members; only which and where they are matters."""
+    """A position with given active shapes; only which and where they are matters."""
     meshed, pairs = reduced.meshed, len(tooth_pairs)
     position = place_position(
-        0.1, 0.01, meshed.for_kernels(PLAIN), reduced.family, pairs_in_reach(meshed), meshed.scheme.clearance
+        0.1, 0.01, meshed.for_kernels(PLAIN), reduced.family, tooth_pair_count(meshed), meshed.scheme.clearance
     )
-    reach = position.reach._replace(pairs=pairs, tooth_pair=tooth_pairs, centre=centre)
-    return position._replace(reach=reach, members=position.members._replace(size=len(slots), slot=slots))
+    patches = position.patches._replace(pairs=pairs, tooth_pair=tooth_pairs, centre=centre)
+    return position._replace(
+        patches=patches, active_shapes=position.active_shapes._replace(size=len(slots), slot=slots)
+    )
 
 
 def test_amplitudes_of_lines_are_carried_along_with_the_contact(reduced_by):
@@ -142,13 +144,13 @@ def test_amplitudes_of_lines_are_carried_along_with_the_contact(reduced_by):
     def amplitude_of(pair, gear, line):  # a cubic, which the interpolation between lines does exactly
         return (1.0 + pair) * (2.0 - gear) * (line - 1.5) ** 3 + line
 
-    slots = member_slots(family)
+    slots = shape_slots(family)
     assert slots == starts[0][-1] + starts[1][-1]
     before = np.zeros((3, slots))
     for pair in range(3):
         for gear, line in first_lines:
             before[pair, slot[gear, line]] = amplitude_of(pair, gear, line)
-    # Pair 5 + p was number p then; now 6, 7 and one that was not there are in reach.
+    # Pair 5 + p was number p then; now 6, 7 and one that was not there can touch.
     indices, moved = np.array([6, 7, 8]), np.array([[0.4, -0.3], [0.2, -0.6], [0.1, -0.1]])
     then = np.array([[1.0, 4.0], [2.0, 3.0], [3.0, 2.0]])
     now = np.vstack([then[1:], then[:1]]) + moved
@@ -157,7 +159,7 @@ def test_amplitudes_of_lines_are_carried_along_with_the_contact(reduced_by):
     neighbour = Neighbour(np.ones(1, dtype=bool), np.zeros(1), before[None], np.arange(5, 8), then)
     carry_along(0, family, placed(reduced_by("lines"), indices, now, kept), neighbour, coordinates)
     found = coordinates.reshape(3, len(first_lines))
-    assert not found[2].any(), "a pair that has just come into reach"
+    assert not found[2].any(), "a pair that has just come into contact"
     last = len(starts[0]) - 2
     for p, pair in ((0, 1), (1, 2)):
         for value, (gear, line) in zip(found[p], first_lines, strict=True):
@@ -173,10 +175,10 @@ def test_a_start_from_the_neighbour_saves_steps(reduced):
 
 
 def kernel_compliance(reduced, position):
-    """The compliance that the compiled sweep gives to the windows: displacements of the members and their energy."""
+    """The compliance that the compiled sweep gives to the windows: displacements of the active shapes and their energy."""
     pairs, nodes = len(position.pair_index), len(position.nodes)
-    members = gather_members(position.kernel_pair, position.reach, nodes, reduced.family)
-    size, ranges, gram, fields = members.size, members.ranges, members.gram, members.fields
+    active_shapes = gather_active_shapes(position.kernel_pair, position.patches, nodes, reduced.family)
+    size, ranges, gram, fields = active_shapes.size, active_shapes.ranges, active_shapes.gram, active_shapes.fields
     basis = np.zeros((3 * nodes, size))
     for gear in range(2):
         low, high = ranges[gear]
@@ -189,7 +191,7 @@ def kernel_compliance(reduced, position):
 
 @pytest.mark.parametrize("phi", [0.02, 0.11, 0.25])
 def test_compiled_members_are_those_of_the_slow_twin(phi, reduced):
-    """The same displacements with the same energy: U G^-1 U^T of the members is U U^T of the orthonormal basis."""
+    """The same displacements with the same energy: U G^-1 U^T of the active shapes is U U^T of the orthonormal basis."""
     for depth in (0.01, WHOLE_FLANK):
         position = active_patches(reduced.meshed, phi, depth)
         basis = reduced.elasticity_at(position).basis.reshape(3 * len(position.nodes), -1)
@@ -203,7 +205,7 @@ def test_compiled_members_are_those_of_the_slow_twin(phi, reduced):
 def test_threads_do_not_change_the_sweep(reduced):
     phi = reduced.meshed.pair.pitch * np.arange(30) / 30  # two blocks
     advanced = []
-    one = sweep_reduced_pair(reduced, phi, at_torques([100e3]), advance=advanced.append)
+    one = sweep_reduced_pair(reduced, phi, at_torques([100e3]), progress=advanced.append)
     with ThreadPoolExecutor(2) as executor:
         two = sweep_reduced_pair(reduced, phi, at_torques([100e3]), executor)
     assert sum(advanced) == len(phi)

@@ -18,10 +18,10 @@ from pmor.case import parse_case
 from pmor.report.screen import result_text
 from pmor.report.summary import summary
 from pmor.storage.basis_file import read_basis
-from pmor_online.conditions import sweep_built, sweep_listed
+from pmor_online.conditions import sweep_assemblies, sweep_listed
 from pmor_online.model import reduced_pair
 from pmor_online.run import OnlineResult
-from tests.small_case import case_text
+from tests.support.small_case import case_text
 
 LISTED = """
 [pinion.modification]
@@ -39,9 +39,9 @@ torque_Nm = 75.0
 in_plane_um = 20.0
 """
 BUILT = [
-    pmor.Built(pinion=pmor.Modification(tip_relief_um=20.0, tip_relief_start_roll_deg=25.0)),
-    pmor.Built(axes=pmor.Axes(in_plane_um=20.0)),
-    pmor.Built(wheel=pmor.Modification(helix_slope_um=7.0)),
+    pmor.Assembly(pinion=pmor.Modification(tip_relief_um=20.0, tip_relief_start_roll_deg=25.0)),
+    pmor.Assembly(misalignment=pmor.Misalignment(in_plane_um=20.0)),
+    pmor.Assembly(wheel=pmor.Modification(helix_slope_um=7.0)),
 ]
 
 
@@ -75,7 +75,7 @@ def test_many_conditions_in_one_call_are_what_each_is_alone(model):
     many = model.sweep_conditions(BUILT, angles=8)
     assert many.ste_um.shape == (3, 2, 8)
     for one, found in zip(BUILT, many.results, strict=True):
-        alone = model.sweep(axes=one.axes, pinion=one.pinion, wheel=one.wheel, angles=8)
+        alone = model.sweep(misalignment=one.misalignment, pinion=one.pinion, wheel=one.wheel, angles=8)
         assert_array_equal(found.ste_um, alone.ste_um)
         assert_array_equal(found.pair_share.sum(axis=2), alone.pair_share.sum(axis=2))
         assert_array_equal(found.unloaded_um, alone.unloaded_um)
@@ -87,10 +87,10 @@ def test_many_conditions_in_one_call_are_what_each_is_alone(model):
 def test_conditions_are_taken_in_portions_that_memory_holds(model, monkeypatch):
     phi, done = np.linspace(0.0, 0.2, 6), []
     torques = [(50.0,), (60.0, 70.0), (80.0,)]
-    whole = sweep_built(model.reduced, phi, BUILT, torques, advance=done.append)
+    whole = sweep_assemblies(model.reduced, phi, BUILT, torques, progress=done.append)
     assert sum(done) == len(phi) * len(BUILT)
     monkeypatch.setattr("pmor_online.conditions.POSITIONS_AT_A_TIME", 1)
-    for sweep, again, there in zip(whole, sweep_built(model.reduced, phi, BUILT, torques), torques, strict=True):
+    for sweep, again, there in zip(whole, sweep_assemblies(model.reduced, phi, BUILT, torques), torques, strict=True):
         assert_array_equal(sweep.ste_um, again.ste_um)
         assert_array_equal(sweep.torque_Nm, there)
 
@@ -155,8 +155,8 @@ def test_a_plan_counts_the_solves_of_conditions():
 
 
 def test_conditions_in_python_are_refused_by_their_number_with_the_remedy(model):
-    off = pmor.Built(pinion=pmor.Modification(tip_relief_um=20.0, tip_relief_start_roll_deg=60.0))
-    with pytest.raises(pmor.CaseError, match=r"built\[1\].*tip_relief_start_roll_deg = 60: must be below the tip"):
+    off = pmor.Assembly(pinion=pmor.Modification(tip_relief_um=20.0, tip_relief_start_roll_deg=60.0))
+    with pytest.raises(pmor.CaseError, match=r"assemblies\[1\].*tip_relief_start_roll_deg = 60: must be below the tip"):
         model.sweep_conditions([BUILT[0], off])
     with pytest.raises(pmor.CaseError, match="give at least one"):
         model.sweep_conditions([])
@@ -166,7 +166,7 @@ def test_conditions_in_python_are_refused_by_their_number_with_the_remedy(model)
         with pytest.raises(pmor.CaseError, match='both halves: write .mesh. width = "whole" and train again'):
             half.sweep_conditions([BUILT[0], uneven])
         with pytest.raises(pmor.CaseError, match='both halves: write .mesh. width = "whole" and train again'):
-            half.sweep(axes=uneven.axes, wheel=uneven.wheel)
+            half.sweep(misalignment=uneven.misalignment, wheel=uneven.wheel)
     assert_allclose(half.sweep_conditions(BUILT[:1]).ste_um, model.sweep_conditions(BUILT[:1]).ste_um, rtol=1e-8)
 
 
@@ -175,9 +175,9 @@ def test_trained_shapes_sweep_conditions_within_their_training():
     case = parse_case(listed, "small", "small")
     trained = pmor.train(case)
     many = trained.sweep_conditions(BUILT[:2], torques_Nm=[100.0])
-    alone = trained.sweep(torques_Nm=[100.0], axes=BUILT[1].axes)
+    alone = trained.sweep(torques_Nm=[100.0], misalignment=BUILT[1].misalignment)
     assert_array_equal(many.ste_um[1], alone.ste_um)
     with pytest.raises(pmor.CaseError, match="beyond the training"):
-        trained.sweep_conditions([pmor.Built(axes=pmor.Axes(in_plane_um=30.0))])
+        trained.sweep_conditions([pmor.Assembly(misalignment=pmor.Misalignment(in_plane_um=30.0))])
     with pytest.raises(pmor.CaseError, match="flanks that load the width otherwise"):
         trained.sweep_conditions(BUILT)

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.contact.condition import at_torques
-from pmor.contact.elasticity import full_elasticity
-from pmor.contact.position import active_patches
+from pmor.kinematics.condition import at_torques
 from pmor.pair.sweep import sweep_ste
+from pmor.penalty.elasticity import full_elasticity
+from pmor.penalty.position import active_patches
 from pmor.reduction.contact_shapes import ContactShapes, contact_shapes, reduced_elasticity
 from pmor.storage.basis_file import read_basis
 
@@ -29,8 +29,8 @@ def test_basis_is_orthonormal_and_made_of_force_fields_with_their_displacements(
     step = shapes.roll_position[1] - shapes.roll_position[0]
     phi = float(reduced.basis.training.phi[2] + fraction * step)
     position = active_patches(meshed, phi, WHOLE_FLANK)
-    # Rebuilt from the stored forces alone: the members of each pair, interpolated by hand.
-    members = []
+    # Rebuilt from the stored forces alone: the active shapes of each pair, interpolated by hand.
+    active_shapes = []
     for p, index in enumerate(position.pair_index):
         place = (phi + index * meshed.pair.pitch - shapes.roll_position[0]) / step
         below = int(np.floor(place + 1e-6))
@@ -45,15 +45,17 @@ def test_basis_is_orthonormal_and_made_of_force_fields_with_their_displacements(
                     nodes = position.flank_nodes[p][gear]
                     share = w / sum(weights.values())
                     force[position.window_slice(p, gear)] += share * forces[k, t, gear].reshape(-1, 3)[nodes]
-            members.append(force.ravel())
-    fields = np.array(members).T
+            active_shapes.append(force.ravel())
+    fields = np.array(active_shapes).T
     moved = full_elasticity(model.pinion, model.wheel, position).compliance @ fields
     basis = reduced_elasticity(shapes, position, meshed.pair.pitch).basis.reshape(len(moved), -1)
-    assert basis.shape == fields.shape, "none of the members depends on the others here"
+    assert basis.shape == fields.shape, "none of the active_shapes depends on the others here"
     combination, *_ = np.linalg.lstsq(moved, basis, rcond=None)
     assert_allclose(moved @ combination, basis, rtol=0.0, atol=1e-9 * np.abs(basis).max())
     energy = (fields @ combination).T @ basis
-    assert_allclose(energy, np.eye(len(energy)), rtol=0.0, atol=1e-8)  # members are nearly parallel: two digits lost
+    assert_allclose(
+        energy, np.eye(len(energy)), rtol=0.0, atol=1e-8
+    )  # active shapes are nearly parallel: two digits lost
 
 
 @pytest.mark.parametrize("interpolation", ["linear", "cubic"])
@@ -75,7 +77,7 @@ def test_energy_products_equal_the_work_of_forces_on_displacements(
     compliance = full_elasticity(model.pinion, model.wheel, position).compliance
 
     def embedded(pair):
-        """All members on one of the pairs: columns of window forces, by position and torque."""
+        """All active shapes on one of the pairs: columns of window forces, by position and torque."""
         force = np.zeros((len(position.nodes), 3, count, forces.shape[1]))
         for gear in range(2):
             fields = np.moveaxis(forces[:, :, gear], 2, 0)
@@ -177,9 +179,7 @@ def by_position(reduced_by):
 def rebuilt(whole_model, by_position, forces, torques):
     _, model = whole_model
     shapes = by_position.basis.shapes
-    return contact_shapes(
-        model.pinion, model.wheel, shapes.roll_position, shapes.angles_per_pitch, forces[:, torques]
-    )
+    return contact_shapes(model.pinion, model.wheel, shapes.roll_position, shapes.angles_per_pitch, forces[:, torques])
 
 
 def sweep_with(shapes, meshed, phi, torques):

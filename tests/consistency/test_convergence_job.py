@@ -10,7 +10,7 @@ from pmor.errors import CaseError
 from pmor.lab.convergence import run
 from pmor.lab.convergence.output import FILES, convergence_text, write_convergence
 from pmor.lab.convergence.run import ELEMENTS, run_convergence
-from tests.small_case import case_text
+from tests.support.small_case import case_text
 
 LADDER = (2, 4, 8)
 
@@ -42,7 +42,7 @@ def test_errors_fall_with_the_elements_and_everything_is_written(case, tmp_path,
 def test_meshes_that_take_too_long_are_left_out_and_named(case, tmp_path, monkeypatch):
     monkeypatch.setattr(run, "LONGEST_S", 0.0)
     found = run_convergence(case, tmp_path, profile_elements=(4,))
-    assert all("of finite elements" in level.left_out for level in found.levels)
+    assert all("of finite elements" in level.reason for level in found.levels)
     assert not found.limits
 
 

@@ -10,18 +10,18 @@ from numpy.testing import assert_allclose, assert_array_equal
 import pmor
 from pmor.app.cli import main
 from pmor.case import load_case
+from pmor.design import figures, readings, run
+from pmor.design.descent import Descent, kept
+from pmor.design.harris import harris_rule
+from pmor.design.judge import Judge
 from pmor.design.loader import load_design
-from pmor.lab.core.descent import Descent, kept
-from pmor.lab.core.judge import Judge
-from pmor.lab.core.parts import PARTS
-from pmor.lab.design import figures, readings, run
-from pmor.lab.design.harris import harris_rule
-from pmor.lab.design.output import FILES
-from pmor.lab.design.run import run_design, trained_pair
-from pmor.lab.design.store import STORE
+from pmor.design.output import FILES
+from pmor.design.run import run_design, trained_pair
+from pmor.design.store import STORE
 from pmor.storage.describe import file_text
 from pmor.storage.design_file import read_design_file
-from tests.small_case import case_text
+from pmor.work.pieces import PARTS
+from tests.support.small_case import case_text
 
 CASE = case_text(mesh={"profile_elements": 5, "width_elements": 2}, contact={"scheme": "line"}, reduction=None)
 DESIGN = """
@@ -112,9 +112,9 @@ def test_the_command_leaves_what_scripts_rely_on(tmp_path, capsys, undrawn, monk
 
 def test_results_of_a_variant_are_those_of_a_sweep(found):
     n = 3
-    built = found.judge.built(found.variants.x[n])
+    assembly = found.judge.assembly(found.variants.x[n])
     model = pmor.train(found.file.case)
-    swept = model.sweep([60.0, 100.0], angles=12, pinion=built.pinion, wheel=built.wheel)
+    swept = model.sweep([60.0, 100.0], angles=12, pinion=assembly.pinion, wheel=assembly.wheel)
     keys = found.design.results
 
     def own(key):
@@ -139,7 +139,7 @@ def test_the_api_gives_what_the_command_finds(file, found):
                 "pareto": {"points": 0}}  # fmt: skip
     result = model.design(**sections)
     assert result.objective[result.best] == result.objective.min()
-    swept = model.sweep_conditions([result.built(result.best)], [100.0], angles=12)
+    swept = model.sweep_conditions([result.assembly(result.best)], [100.0], angles=12)
     assert_allclose(swept.results[0].peak_to_peak_um, result.result("peak_to_peak_um")[result.best], rtol=1e-12)
     assert result.data["best"]["variant"] == result.best
     assert "variants, best" in repr(result)
@@ -226,7 +226,7 @@ def test_descents_come_within_a_per_cent_of_forty_thousand_variants_at_a_tenth_o
     judge = Judge(reduced, replace(file.design, variables=variables, load=load, constraints=()), file.base)
     low, high = zip(*(v.range for v in variables), strict=True)
     axes = [np.linspace(a, b, 200) for a, b in zip(low, high, strict=True)]
-    least = min(judge.results(judge.built((a, s)))[:, 0].mean() for a in axes[0] for s in axes[1])
+    least = min(judge.results(judge.assembly((a, s)))[:, 0].mean() for a in axes[0] for s in axes[1])
     samples = sorted((judge.verdict(x) for x in run.spread_evenly(variables, 256)), key=lambda v: v.objective)
     descents = [Descent(judge) for _ in range(4)]
     best = min(d.run(s.x)[0].objective for d, s in zip(descents, samples, strict=False))

@@ -10,14 +10,14 @@ import pmor
 from pmor.app.cli import main
 from pmor.case import parse_case
 from pmor.dynamics.force_table import table_error, tabulate
+from pmor.dynamics.measure import BRANCHES, RUNS, at_rest, joined, solve, speeds_of
 from pmor.dynamics.operating import static_displacement
+from pmor.dynamics.output import FILES, write_dynamics
 from pmor.errors import ConvergenceError
 from pmor.lab.dynamics import law, run, slices
-from pmor.lab.dynamics.measure import BRANCHES, RUNS, at_rest, joined, solve, speeds_of
-from pmor.lab.dynamics.output import FILES, write_dynamics
 from pmor.pair.model import gear_pair
 from pmor_online.mesh_force import mesh_force_of
-from tests.small_case import case_text
+from tests.support.small_case import case_text
 
 MESH = {"profile_elements": 5, "width_elements": 2}
 DYNAMICS = {"torques_Nm": [60.0, 100.0], "mesh_frequency_ratio": [0.8, 1.2], "run_cycles": 200}

@@ -9,10 +9,10 @@ from numpy.testing import assert_allclose
 
 from pmor.case import parse_case
 from pmor.case.width import whole_width
-from pmor.contact.condition import ALIGNED, Axes, Condition, at_torques
-from pmor.contact.solve import solve_position
+from pmor.kinematics.condition import ALIGNED, Condition, Misalignment, at_torques
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.pair.sweep import sweep_ste
+from pmor.penalty.solve import solve_position
 from pmor.reduction.error_estimate import discarded_energy, discarded_energy_slope
 from pmor_offline.gather import make_basis
 from pmor_offline.sampling import TrainingPosition, sobol_positions
@@ -20,7 +20,7 @@ from pmor_offline.snapshots import solve_snapshots
 from pmor_online.errors import estimate_errors
 from pmor_online.model import reduced_pair
 from pmor_online.sweep import sweep_reduced_pair
-from tests.small_case import case_text
+from tests.support.small_case import case_text
 
 pytestmark = pytest.mark.jit
 TORQUES = 3e4, 1e5  # N mm
@@ -51,8 +51,8 @@ def poor_basis(scheme="line", tilted=False, shapes="flank_lines"):
     return make_basis(case, model, snapshots)[0]
 
 
-def states(reduced, phi, axes=ALIGNED):
-    solved = solve_position(reduced.meshed, phi, at_torques(TORQUES, axes), reduced.elasticity_at)
+def states(reduced, phi, misalignment=ALIGNED):
+    solved = solve_position(reduced.meshed, phi, at_torques(TORQUES, misalignment), reduced.elasticity_at)
     return solved.position, reduced.elasticity_at(solved.position), solved.equilibria
 
 
@@ -75,10 +75,10 @@ def test_the_kernel_estimates_what_its_slow_twin_does(scheme, shapes):
 
 def test_tilted_axes_on_the_whole_width_too():
     reduced = reduced_pair(poor_basis(tilted=True))
-    axes = Axes(10.0, -8.0)
-    sweep = sweep_reduced_pair(reduced, np.array([0.05, 0.21]), at_torques(TORQUES, axes), tolerance=1e-10)
+    misalignment = Misalignment(10.0, -8.0)
+    sweep = sweep_reduced_pair(reduced, np.array([0.05, 0.21]), at_torques(TORQUES, misalignment), tolerance=1e-10)
     for i, angle in enumerate(sweep.phi_rad):
-        position, elasticity, equilibria = states(reduced, float(angle), axes)
+        position, elasticity, equilibria = states(reduced, float(angle), misalignment)
         slopes = [discarded_energy_slope(reduced.basis.compliance, position, elasticity, e.contact) for e in equilibria]
         expected = 1e3 * reduced.meshed.pair.pinion.base_radius * np.array(slopes)
         assert_allclose(sweep.ste_error_um[:, i], expected, rtol=1e-5)
@@ -87,7 +87,7 @@ def test_tilted_axes_on_the_whole_width_too():
 def potential(meshed, elasticity, state, torque):
     """Elastic and penalty energy less the work of the torque, N mm."""
     penalty = 0.5 * float(state.contact.stiffness @ state.contact.gap**2)
-    return 0.5 * elasticity.energy_norm(state.coordinates) ** 2 + penalty - torque * state.lead
+    return 0.5 * elasticity.energy_norm(state.coordinates) ** 2 + penalty - torque * state.advance
 
 
 def test_discarded_energy_bounds_the_difference_of_the_potentials_from_above():
@@ -128,7 +128,7 @@ def test_estimate_is_near_the_error_at_states_that_no_training_saw(tilted, least
     true = np.empty(len(unseen))
     for i, (position, condition) in enumerate(zip(unseen, conditions, strict=True)):
         state = solve_position(model.mesh.meshed, position.phi, [condition], model.elasticity_at).equilibria[0]
-        true[i] = 1e3 * base_radius * state.lead - ste[i]
+        true[i] = 1e3 * base_radius * state.advance - ste[i]
     counted = np.abs(true) > least_um
     assert counted.sum() > 5
     ratio = np.abs(estimate[counted] / true[counted])

@@ -17,7 +17,7 @@ import pytest
 
 from pmor.report.explorer import Column, Designs, explorer
 from pmor.report.page import Heading, page_html
-from tests.chromium import browser
+from tests.support.chromium import browser
 
 NASTY = "</script><script>document.title = 'broken'</script>\"'&<!--"
 ROOT = "document.querySelector('.explorer')"
@@ -113,10 +113,13 @@ def set_bounds(opened, filters):
 
 
 def choose(opened, selector, values):
-    act(opened, f"""root.querySelectorAll("{selector}").forEach((select, k) => {{
+    act(
+        opened,
+        f"""root.querySelectorAll("{selector}").forEach((select, k) => {{
       select.value = {json.dumps(values)}[k];
       select.dispatchEvent(new Event("input"));
-    }})""")
+    }})""",
+    )
 
 
 def said_and_asked(opened):
@@ -342,7 +345,9 @@ def test_extremes_are_shown_without_a_word_on_the_console(opened, folder, name):
     hidden = f", {bad} infeasible hidden" if bad else ""
     assert page.evaluate(f"{ROOT}.querySelector('.count').textContent") == f"{n - bad} of {n} designs{hidden}"
     # Everything that can be chosen, in turn.
-    act(page, f"""
+    act(
+        page,
+        f"""
       root.querySelector(".infeasible input").click();
       for (const select of root.querySelectorAll("select")) {{
         for (const option of select.options) {{
@@ -352,7 +357,8 @@ def test_extremes_are_shown_without_a_word_on_the_console(opened, folder, name):
         }}
       }}
       const top = root.querySelector(".scatter .top");
-      top.dispatchEvent(new KeyboardEvent("keydown", {{ key: "ArrowRight" }}));""")
+      top.dispatchEvent(new KeyboardEvent("keydown", {{ key: "ArrowRight" }}));""",
+    )
     assert page.evaluate(f"{STATE}.rows.length") == n
     assert page.evaluate("document.title") == "Designs"
     assert page.evaluate("document.querySelectorAll('script').length") == 2
@@ -446,6 +452,7 @@ def timed(page, script):
 
     A clock would count what else the machine does. Reading a pixel back makes a canvas finish.
     """
+
     def spent():
         metrics = page.call("Performance.getMetrics")["metrics"]
         return next(1e3 * metric["value"] for metric in metrics if metric["name"] == "TaskDuration")

@@ -143,7 +143,7 @@ def test_a_report_is_what_a_run_leaves(tmp_path, model):
     assert columns[0] == columns[1]
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert summary["ste_peak_to_peak_um"] == pytest.approx(result.peak_to_peak_um[1])
-    assert pmor.load(tmp_path / "out" / "basis.h5").case == model.case
+    assert pmor.load_model(tmp_path / "out" / "basis.h5").case == model.case
     (tmp_path / "other").mkdir()
     (tmp_path / "other" / "report.html").write_text("mine")
     with pytest.raises(pmor.OutputError, match=r"report\.html: .*choose another place"):

@@ -8,15 +8,15 @@ import pytest
 
 from pmor.app.cli import main
 from pmor.case import basis_key, beyond_training, parse_case
-from pmor.contact.condition import Axes, Condition
 from pmor.errors import CaseError
 from pmor.jobs.offline import run_offline
+from pmor.kinematics.condition import Condition, Misalignment
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.pair.sweep import sweep_ste
 from pmor.storage.basis_file import read_basis
 from pmor_online.model import reduced_pair
 from pmor_online.sweep import sweep_reduced_pair
-from tests.small_case import case_text
+from tests.support.small_case import case_text
 
 TILT = {"in_plane_um": [-10.0, 0.0, 10.0]}
 MESH = {"profile_elements": 8, "width_elements": 4}
@@ -133,8 +133,8 @@ def test_the_error_bar_at_twice_the_trained_tilt_tells_the_error(tmp_path):
     model = model_of(True)
     run_offline(case_of(True), model, tmp_path / "b.h5")
     basis = read_basis(tmp_path / "b.h5")
-    _, inside = error_and_bar(basis, model, Condition(torque=6e4, axes=Axes(in_plane_um=10.0)))
-    error, bar = error_and_bar(basis, model, Condition(torque=6e4, axes=Axes(in_plane_um=20.0)))
+    _, inside = error_and_bar(basis, model, Condition(torque=6e4, misalignment=Misalignment(in_plane_um=10.0)))
+    error, bar = error_and_bar(basis, model, Condition(torque=6e4, misalignment=Misalignment(in_plane_um=20.0)))
     assert bar > 5.0 * inside
     assert error / 5.0 < bar < 5.0 * error
 

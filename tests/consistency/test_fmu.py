@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 
 from pmor.case import change_case, load_case, parse_case
-from pmor.contact.condition import Axes, Built
 from pmor.errors import CaseError
 from pmor.export.fmu.law import mesh_law
 from pmor.export.fmu.write import write_fmu
-from pmor.pair.conditions import built_of
+from pmor.kinematics.condition import Assembly, Misalignment
+from pmor.pair.conditions import assembly_of
 from pmor.pair.model import elastic_model, gear_pair, mesh_model
 from pmor_offline.train import train
 from pmor_online.line_sweep import line_force_law
 from pmor_online.model import reduced_pair
-from tests.small_case import case_text
+from tests.support.small_case import case_text
 
 pytestmark = pytest.mark.jit  # thousands of states
 # Of the largest force; the normal tests make do with a coarser table, which takes a tenth of the time.
@@ -84,10 +84,10 @@ def unit(tmp_path):
     return Unit(tmp_path / "mesh.fmu", tmp_path / "unit")
 
 
-def forces(reduced, angle, displacements, built=None):
+def forces(reduced, angle, displacements, assembly=None):
     radius = reduced.meshed.pair.pinion.base_radius
     law = line_force_law(
-        reduced, np.array([angle]), list(displacements / radius), built or built_of(reduced.basis.case)
+        reduced, np.array([angle]), list(displacements / radius), assembly or assembly_of(reduced.basis.case)
     )
     return 1e3 / radius * law.torque_Nm[:, 0]
 
@@ -180,14 +180,14 @@ def test_a_wheel_that_moves_along_the_line_of_action_opens_the_flanks_by_as_much
 
 def test_a_larger_centre_distance_is_that_of_the_law_but_for_where_pairs_enter(unit, rng):
     reduced, law = small_pair(centre_distance_mm=84.02), small_law()
-    built, opened = built_of(reduced.basis.case), 5e-3 * np.sin(law.pair.working_pressure_angle)
-    apart = Built(Axes(centre_distance_um=5.0), built.pinion, built.wheel)
+    assembly, opened = assembly_of(reduced.basis.case), 5e-3 * np.sin(law.pair.working_pressure_angle)
+    apart = Assembly(Misalignment(centre_distance_um=5.0), assembly.pinion, assembly.wheel)
     found, x = [], np.linspace(law.table.low, 0.99 * law.table.high, 10)
     for angle in rng.uniform(0.0, law.pair.pitch, 20):
         for displacement, force in zip(x, forces(reduced, angle, x, apart), strict=True):
             unit.at(law.pair, angle, displacement + opened, axis_y=5e-6)
             found.append((unit["force"] - force) / law.table.values.max())
-    # The force law counts its lead from where the flanks then touch. Pairs enter and leave 0.05 % of the cycle off.
+    # The force law counts its advance from where the flanks then touch. Pairs enter and leave 0.05 % of the cycle off.
     assert np.sqrt(np.mean(np.square(found))) < 2e-3
 
 

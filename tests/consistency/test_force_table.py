@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from pmor.case import load_case, parse_case
-from pmor.contact.condition import PLAIN, at_torques
 from pmor.dynamics.force_law import forces_at
 from pmor.dynamics.force_table import Watched, table_error, tabulate
 from pmor.dynamics.harmonic_balance import Balance, rest, rms, solve_at
@@ -17,13 +16,14 @@ from pmor.dynamics.operating import mean_stiffness, static_displacement
 from pmor.dynamics.oscillator import along_line_of_action
 from pmor.dynamics.response import response
 from pmor.flank.modification import Modification
-from pmor.pair.conditions import built_of
+from pmor.kinematics.condition import PLAIN, at_torques
+from pmor.pair.conditions import assembly_of
 from pmor.pair.model import elastic_model, mesh_model
 from pmor_offline.train import train
 from pmor_online.line_sweep import line_force_law, sweep_line_loads
 from pmor_online.mesh_force import LineLoadLaw, mesh_force_of
 from pmor_online.model import reduced_pair
-from tests.small_case import case_text
+from tests.support.small_case import case_text
 
 
 @cache
@@ -45,13 +45,13 @@ def test_a_table_is_its_force_law_within_the_error_that_it_states(rng):
     assert found.largest < 1e-4  # asked for; 5e-5 at the places between values that the table was made by
 
 
-def test_the_force_law_at_the_lead_under_a_torque_is_that_torque():
+def test_the_force_law_at_the_advance_under_a_torque_is_that_torque():
     reduced, torque = small_pair(), 1e5
     phi = np.array([0.0, 0.1, 0.25])
     sweep = sweep_line_loads(reduced, phi, at_torques([torque]))
-    leads = sweep.ste_um[0] * 1e-3 / reduced.meshed.pair.pinion.base_radius
-    for angle, lead in zip(phi, leads, strict=True):
-        law = line_force_law(reduced, np.array([angle]), [lead])
+    advances = sweep.ste_um[0] * 1e-3 / reduced.meshed.pair.pinion.base_radius
+    for angle, advance in zip(phi, advances, strict=True):
+        law = line_force_law(reduced, np.array([angle]), [advance])
         np.testing.assert_allclose(1e3 * law.torque_Nm[0, 0], torque, rtol=1e-8)
 
 
@@ -108,7 +108,7 @@ def test_a_section_that_only_just_touches_is_in_equilibrium():
     case = load_case(Path(__file__).parents[2] / "cases" / "paper_relief.toml")
     reduced = reduced_pair(train(case, elastic_model(case, mesh_model(case))).basis)
     radius = reduced.meshed.pair.pinion.base_radius
-    law = line_force_law(reduced, np.array([0.26407904754068884]), [0.009619448732414413 / radius], built_of(case))
+    law = line_force_law(reduced, np.array([0.26407904754068884]), [0.009619448732414413 / radius], assembly_of(case))
     assert law.converged.all()
 
 
@@ -154,8 +154,8 @@ def test_the_ohio_pair_jumps_where_the_prototype_did(relieved, damping, torque_N
 def ohio_table(relieved):
     case = load_case(Path(__file__).parents[2] / "cases" / "osu_spur.toml")
     reduced = reduced_pair(train(case, elastic_model(case, mesh_model(case))).basis)
-    built = built_of(case)
-    assert built.pinion != Modification()
+    assembly = assembly_of(case)
+    assert assembly.pinion != Modification()
     pair = reduced.meshed.pair
-    table = tabulate(mesh_force_of(reduced, built if relieved else PLAIN), -0.01, 0.06)
+    table = tabulate(mesh_force_of(reduced, assembly if relieved else PLAIN), -0.01, 0.06)
     return table, (pair.pinion.base_radius, pair.wheel.base_radius), disc(75.0, 0.0, 20.0, 7810.0)

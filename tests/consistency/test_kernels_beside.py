@@ -1,7 +1,7 @@
 """A second process compiles kernels that the first run needs later, and nothing depends on it."""
 
 from pmor.jobs import kernels
-from tests.small_case import small_case
+from tests.support.small_case import small_case
 
 
 def test_what_the_second_process_does_works_for_full_fe_and_for_trained_shapes():

@@ -14,7 +14,7 @@ from pmor.pair.model import elastic_model, mesh_model
 from pmor.storage.basis_file import read_basis
 from pmor_online.model import reduced_pair
 from pmor_online.sweep import sweep_reduced_pair
-from tests.small_case import case_text
+from tests.support.small_case import case_text
 
 ANGLES = np.array([0.02, 0.17])
 

@@ -20,10 +20,10 @@ from numpy.testing import assert_allclose
 
 from pmor.case import load_case, parse_case
 from pmor.case.width import whole_width
-from pmor.contact.condition import Axes, Condition
 from pmor.flank import Modification, Topography
 from pmor.jobs.live import live_pair
 from pmor.jobs.online import run_online
+from pmor.kinematics.condition import Condition, Misalignment
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.report.live.compliance import packed_compliance
 from pmor.report.live.section import live_section
@@ -32,8 +32,8 @@ from pmor.report.run_page import run_blocks, write_pages
 from pmor_offline.gather import make_basis
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.model import online_angles, reduced_pair
-from tests.chromium import browser
-from tests.small_case import case_text
+from tests.support.chromium import browser
+from tests.support.small_case import case_text
 
 pytestmark = pytest.mark.jit
 CASES = Path(__file__).parents[2] / "cases"
@@ -97,12 +97,12 @@ def drawn_values(opened, rng):
 
 
 def condition_of(values, case):
-    axes = {key: value for (group, key), value in values.items() if group == "axes"}
+    misalignment = {key: value for (group, key), value in values.items() if group == "axes"}
     flanks = {
         gear: replace(own, **{key: value for (group, key), value in values.items() if group == gear})
         for gear, own in (("pinion", case.pinion_modification), ("wheel", case.wheel_modification))
     }
-    return Condition(torque=1e3 * values["load", "torque_Nm"], axes=Axes(**axes), **flanks)
+    return Condition(torque=1e3 * values["load", "torque_Nm"], misalignment=Misalignment(**misalignment), **flanks)
 
 
 def compare_settings(opened, result, pair, count):
@@ -201,8 +201,10 @@ def test_tab_reaches_all_controls(page):
     reached = set()
     for _ in range(wanted + 5):
         page.press("Tab", 9)
-        reached.add(page.evaluate("""(e => [...document.querySelectorAll("#live input, #live select, #live button")]
-          .indexOf(e))(document.activeElement)"""))
+        reached.add(
+            page.evaluate("""(e => [...document.querySelectorAll("#live input, #live select, #live button")]
+          .indexOf(e))(document.activeElement)""")
+        )
     assert len(reached - {-1}) == wanted
 
 
@@ -241,7 +243,7 @@ def test_the_toml_that_it_gives_makes_the_case_that_is_set(page, spur):
     page.evaluate("document.getElementById('live-toml').click()")
     sections = tomllib.loads(page.evaluate("document.getElementById('live-text').value"))
     given = Condition(
-        torque=1e3 * sections["load"]["torque_Nm"], axes=Axes(**sections["misalignment"]),
+        torque=1e3 * sections["load"]["torque_Nm"], misalignment=Misalignment(**sections["misalignment"]),
         pinion=Modification(**sections["pinion"]["modification"]),
         wheel=Modification(**sections["wheel"]["modification"]),
     )  # fmt: skip

@@ -13,9 +13,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 import pmor
-from pmor.contact.condition import Axes, at_torques
-from pmor.contact.solve import solve_position
+from pmor.kinematics.condition import Misalignment, at_torques
 from pmor.pair.model import ElasticModel, elastic_model, mesh_model
+from pmor.penalty.solve import solve_position
 
 SCHEMES = ("line", "strip", "direct", "paper", "facet")
 NODAL = SCHEMES[2:]
@@ -133,7 +133,9 @@ def test_asked_otherwise_it_answers_the_same(name, scheme):
     assert_allclose(finer[:, ::2], expected, rtol=0, atol=0, err_msg="more angles")
     with ThreadPoolExecutor(2) as threads:
         assert_allclose(ste(model, executor=threads), expected, rtol=0, atol=0, err_msg="two threads")
-    assert_allclose(ste(model, axes=Axes(0.0, 0.0, 0.0)), expected, rtol=0, atol=0, err_msg="no misalignment")
+    assert_allclose(
+        ste(model, misalignment=Misalignment(0.0, 0.0, 0.0)), expected, rtol=0, atol=0, err_msg="no misalignment"
+    )
     more = ste(model, [0.01, 30.0, *TORQUES, 300.0])
     assert_allclose(more[2:4], expected, rtol=NEWTON, err_msg="more torques")
     assert_allclose(ste(model, TORQUES[::-1])[::-1], expected, rtol=NEWTON, err_msg="torques in reverse")
@@ -184,9 +186,20 @@ def test_half_the_width_stands_for_the_whole(name, scheme):
 @every_pair
 def test_opposite_tilts_mirror_each_other(name, scheme):
     model, _ = base(name, scheme, "whole")
-    for axes in (Axes(in_plane_um=12.0), Axes(out_of_plane_um=7.0), Axes(-5.0, 9.0, 3.0)):
-        opposite = Axes(-axes.in_plane_um, -axes.out_of_plane_um, axes.centre_distance_um)
-        assert_allclose(ste(model, axes=opposite), ste(model, axes=axes), rtol=TILTED, err_msg=str(axes))
+    for misalignment in (
+        Misalignment(in_plane_um=12.0),
+        Misalignment(out_of_plane_um=7.0),
+        Misalignment(-5.0, 9.0, 3.0),
+    ):
+        opposite = Misalignment(
+            -misalignment.in_plane_um, -misalignment.out_of_plane_um, misalignment.centre_distance_um
+        )
+        assert_allclose(
+            ste(model, misalignment=opposite),
+            ste(model, misalignment=misalignment),
+            rtol=TILTED,
+            err_msg=str(misalignment),
+        )
 
 
 @every_scheme
@@ -203,7 +216,7 @@ def test_in_plane_strain_width_and_torque_go_together(name, scheme):
 def test_pinion_and_wheel_change_places(name, scheme):
     """A state is another one seen from the wheel, turned so far and under the torque that it found there.
 
-    Line contact is where the flanks meet kinematically, whatever the lead (tip corners: test_line_contact). Not with
+    Line contact is where the flanks meet kinematically, whatever the advance (tip corners: test_line_contact). Not with
     the slave "tip", which goes by that place as well, but whose points do not: up to 2 % where the flanks change over.
     """
     found = sections(name, scheme, contact={} if scheme == "line" else {"slave": "both"})
@@ -213,11 +226,11 @@ def test_pinion_and_wheel_change_places(name, scheme):
     pair, other = model.elastic.mesh.meshed.pair, swapped.elastic.mesh.meshed.pair
     for phi in angles_of(model):
         there = state(model, phi, 1e3 * TORQUES[1])
-        lead = 0.0 if scheme == "line" else there.lead
-        _, wheel_roll = pair.contact_roll_angles(np.array(phi + lead))
+        advance = 0.0 if scheme == "line" else there.advance
+        _, wheel_roll = pair.contact_roll_angles(np.array(phi + advance))
         turned = float(wheel_roll) - other.pinion.base_half_angle - other.working_pressure_angle
         back = state(swapped, turned, there.wheel_torque)
-        assert_allclose(back.lead * other.pinion.base_radius, there.lead * pair.pinion.base_radius, rtol=SWAPPED)
+        assert_allclose(back.advance * other.pinion.base_radius, there.advance * pair.pinion.base_radius, rtol=SWAPPED)
         assert_allclose(back.wheel_torque, 1e3 * TORQUES[1], rtol=SWAPPED)
 
 

@@ -11,16 +11,16 @@ import pmor_offline.adaptive
 import pmor_offline.train
 from pmor.app.cli import main
 from pmor.case import basis_key, parse_case
-from pmor.contact.condition import Condition
 from pmor.errors import ConvergenceError, OutputError
 from pmor.jobs.offline import run_offline
+from pmor.kinematics.condition import Condition
 from pmor.storage.basis_file import read_basis
 from pmor.storage.results_folder import working_folder
 from pmor.storage.snapshot_file import read_snapshots, write_snapshots
 from pmor_offline.sampling import TrainingPosition
 from pmor_online.errors import estimate_errors
-from tests.small_case import case_text, fail_where
-from tests.stored_files import results_in
+from tests.support.small_case import case_text, fail_where
+from tests.support.stored_files import results_in
 
 SAME = 1e-12  # the same arithmetic in another order of the angles: equal but for threads of the linear algebra library
 

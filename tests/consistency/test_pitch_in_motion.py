@@ -8,14 +8,14 @@ import pytest
 import pmor
 from pmor.app.cli import main
 from pmor.case import parse_case
-from pmor.contact.condition import Built
 from pmor.dynamics.force_table import table_error, tabulate
+from pmor.dynamics.law import alike_cycles
 from pmor.errors import CaseError
 from pmor.flank.modification import Modification
+from pmor.kinematics.condition import Assembly
 from pmor.lab.dynamics import law
-from pmor.lab.dynamics.law import alike_cycles
 from pmor_online.mesh_force import mesh_force_of
-from tests.small_case import case_text
+from tests.support.small_case import case_text
 
 MESH = {"profile_elements": 5, "width_elements": 2}
 TEETH = 21
@@ -36,11 +36,11 @@ def model():
 
 
 def test_the_law_of_a_revolution_is_solved_where_cycles_differ_and_true_everywhere(model, rng):
-    reduced, built = model.reduced, Built(pinion=Modification(pitch_deviations_um=FOURTH))
-    alike = alike_cycles(reduced.meshed, built)
+    reduced, assembly = model.reduced, Assembly(pinion=Modification(pitch_deviations_um=FOURTH))
+    alike = alike_cycles(reduced.meshed, assembly)
     assert len(alike) == TEETH
     assert 4 <= max(alike) + 1 < 10, "a tooth is in reach in a few cycles alone"
-    forces = mesh_force_of(reduced, built)
+    forces = mesh_force_of(reduced, assembly)
     table = tabulate(forces, -0.031, 0.06, tolerance=3e-3, alike=alike)
     assert table_error(table, forces, 40, rng).largest < 7e-3
     differ = [forces(2.0 * np.pi * cycle + 0.7, np.array([0.02]))[0] for cycle in range(TEETH)]

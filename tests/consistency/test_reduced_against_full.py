@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from pmor.case import load_case, parse_case
-from pmor.contact.condition import at_torques
 from pmor.jobs.offline import run_offline
+from pmor.kinematics.condition import at_torques
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.pair.sweep import sweep_ste
 from pmor.storage.basis_file import read_basis
 from pmor_online.compare import compare_models
 from pmor_online.model import reduced_pair
 from pmor_online.sweep import sweep_reduced_pair
-from tests.small_case import case_text
+from tests.support.small_case import case_text
 
 CASES = Path(__file__).parents[2] / "cases"
 

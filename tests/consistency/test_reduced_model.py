@@ -8,19 +8,19 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.case import changed_text, parse_case
-from pmor.contact.condition import Condition, at_torques
-from pmor.contact.elasticity import ReducedElasticity, full_elasticity
-from pmor.contact.position import active_patches
-from pmor.contact.solve import solve_position, window_depth
 from pmor.jobs.offline import run_offline
+from pmor.kinematics.condition import Condition, at_torques
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.pair.sweep import sweep_ste
+from pmor.penalty.elasticity import ReducedElasticity, full_elasticity
+from pmor.penalty.position import active_patches
+from pmor.penalty.solve import solve_position, window_depth
 from pmor.reduction import flank_lines
 from pmor.storage.basis_file import read_basis
 from pmor_online.compare import compare_models
 from pmor_online.model import reduced_pair
 from pmor_online.sweep import largest_size, sweep_reduced_pair
-from tests.small_case import case_text
+from tests.support.small_case import case_text
 
 NEWTON = 1e-8  # the equilibrium is solved to a relative residual of 1e-9; a different path may leave some of it
 TRAINED = 1e-6  # a trained state lies in the basis, what is left is interpolation round-off
@@ -29,9 +29,9 @@ TRAINED = 1e-6  # a trained state lies in the basis, what is left is interpolati
 ONE_DISTRIBUTION = 2e-3
 
 
-def lead_um(meshed, solved):
+def advance_um(meshed, solved):
     """STE of each torque at a solved position, um."""
-    return np.array([e.lead * meshed.pair.pinion.base_radius * 1e3 for e in solved.equilibria])
+    return np.array([e.advance * meshed.pair.pinion.base_radius * 1e3 for e in solved.equilibria])
 
 
 def assert_training_is_reproduced(reduced, rtol):
@@ -83,7 +83,7 @@ def test_a_complete_basis_is_the_full_model(small_model):
     full = solve_position(meshed, phi, at_torques([40e3, 120e3]), model.elasticity_at)
     identity = solve_position(meshed, phi, at_torques([40e3, 120e3]), complete)
     assert (identity.equilibria[1].pair_torque(len(full.position.pair_index)) > 0.0).sum() == 2
-    assert_allclose(lead_um(meshed, identity), lead_um(meshed, full), rtol=NEWTON)
+    assert_allclose(advance_um(meshed, identity), advance_um(meshed, full), rtol=NEWTON)
 
 
 def assert_periodic(meshed, elasticity_at):
@@ -91,7 +91,7 @@ def assert_periodic(meshed, elasticity_at):
     for phi in (0.013, 0.21):
         angles = phi, phi + meshed.pair.pitch
         here, there = (solve_position(meshed, p, conditions, elasticity_at) for p in angles)
-        assert_allclose(lead_um(meshed, there), lead_um(meshed, here), rtol=NEWTON)
+        assert_allclose(advance_um(meshed, there), advance_um(meshed, here), rtol=NEWTON)
         assert_allclose(there.position.pair_index, here.position.pair_index - 1)
         for a, b in zip(here.equilibria, there.equilibria, strict=True):
             n = len(here.position.pair_index)

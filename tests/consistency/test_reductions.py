@@ -9,8 +9,8 @@ from numpy.testing import assert_allclose
 
 import pmor_offline.train
 from pmor.case import parse_case
-from pmor.contact.condition import at_torques
 from pmor.jobs.offline import run_offline
+from pmor.kinematics.condition import at_torques
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.pair.sweep import sweep_ste
 from pmor.reduction.build import same_everywhere
@@ -21,10 +21,10 @@ from pmor.storage.basis_file import read_basis
 from pmor_online.compare import compare_models
 from pmor_online.model import reduced_pair, unseen_angles
 from pmor_online.sweep import sweep_reduced_pair
-from tests.small_case import case_text, small_case
+from tests.support.small_case import case_text, small_case
 
 SAME_SPAN = 1e-9  # the equilibrium is solved to a relative residual of 1e-9
-# Unit forces in the transverse plane on all nodes in reach; only forces along the axis are left out, which a curved
+# Unit forces in the transverse plane on all active nodes; only forces along the axis are left out, which a curved
 # surface between unevenly displaced nodes makes. Measured on these coarse meshes: 2e-9 in line contact, 8e-9 with
 # Hermite patches.
 EXACT = 5e-8
@@ -187,8 +187,8 @@ def test_on_a_geodesic_the_modes_stay_orthonormal_in_energy(training):
     for k in complete[:-1]:
         for fraction in (0.2, 0.5, 0.9):
             first, weights = shapes.combination(float(grid[k] + fraction * (grid[1] - grid[0])))
-            members = np.einsum("ast,asgf->tgf", weights, modes[first : first + 2])
-            energy = np.einsum("tgf,ugf->tu", members, own_displacement(bodies, members))
+            active_shapes = np.einsum("ast,asgf->tgf", weights, modes[first : first + 2])
+            energy = np.einsum("tgf,ugf->tu", active_shapes, own_displacement(bodies, active_shapes))
             assert_allclose(energy, np.eye(len(energy)), rtol=0.0, atol=1e-9)
 
 
@@ -211,7 +211,6 @@ def test_a_global_basis_needs_many_more_modes(training):
     for tolerance in (1e-3, 1e-6):
         local, everywhere = (modes(bodies, force, tolerance) for modes in (local_modes, global_modes))
         assert everywhere.shape[0] > 3 * local.shape[1]
-
 
 
 # --- as a whole ------------------------------------------------------------------------------------------------------

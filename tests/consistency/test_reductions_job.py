@@ -31,8 +31,8 @@ from pmor.storage.basis_file import read_basis
 from pmor_offline.gather import make_basis
 from pmor_online.errors import estimate_errors
 from pmor_online.model import reduced_pair
-from tests.small_case import case_text, fail_where
-from tests.stored_files import results_in
+from tests.support.small_case import case_text, fail_where
+from tests.support.stored_files import results_in
 
 pytestmark = [pytest.mark.jit, pytest.mark.usefixtures("few_candidates")]
 

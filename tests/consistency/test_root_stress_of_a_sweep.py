@@ -12,11 +12,11 @@ from numpy.testing import assert_allclose
 
 import pmor
 from pmor.app.cli import main
+from pmor.body.elastic_gear import elastic_gear
+from pmor.body.fillet_stress import sector_stress
+from pmor.body.volume import sector_displacement
 from pmor.case import basis_key, parse_case
 from pmor.errors import FileFormatError
-from pmor.fe.cyclic import elastic_gear
-from pmor.fe.fillet_stress import sector_stress
-from pmor.fe.volume import sector_displacement
 from pmor.mesh.fillet import build_fillet
 from pmor.pair.conditions import conditions_of
 from pmor.pair.model import mesh_model
@@ -25,7 +25,7 @@ from pmor.results.root_stress import GEARS, SIDES
 from pmor.storage.basis_file import read_basis
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.root_stress import NEAR_CONTACT, _amplitudes, _nodal_forces, _stress, _under_contact
-from tests.small_case import case_text
+from tests.support.small_case import case_text
 
 TORQUES = [50.0, 100.0]
 
@@ -56,7 +56,7 @@ def test_nodal_forces_make_the_torque_and_push_along_the_line_of_action(model):
     conditions = conditions_of(model.case, TORQUES)
     loads = sweep_line_loads(reduced, phi, conditions, recorded=True).states.loads
     pairs = np.arange(loads.pair.min(), loads.pair.max() + 1)
-    pinion, wheel = _nodal_forces(reduced, phi, conditions[0].axes, loads, slice(0, 3), pairs)
+    pinion, wheel = _nodal_forces(reduced, phi, conditions[0].misalignment, loads, slice(0, 3), pairs)
     radius = reduced.meshed.pair.pinion.base_radius
     for gear, forces in enumerate((pinion, wheel)):
         whole = forces.reshape(*forces.shape[:3], -1, reduced.components)
@@ -76,7 +76,7 @@ def test_stress_under_two_loaded_teeth_is_that_of_the_deformed_sector(gear, mode
     loads = sweep_line_loads(reduced, phi, conditions, recorded=True).states.loads
     pairs = np.unique(loads.pair)
     assert len(pairs) == 2
-    forces = _nodal_forces(reduced, phi, conditions[0].axes, loads, slice(0, 1), pairs)[gear]
+    forces = _nodal_forces(reduced, phi, conditions[0].misalignment, loads, slice(0, 1), pairs)[gear]
     shapes = reduced.basis.root_stress[gear]
     found = _stress(shapes, _amplitudes(shapes, forces, 1 if gear == 0 else -1)[0, 0])
     mesh, blank = mesh_model(model.case).pinion, model.case.pair.pinion
@@ -177,7 +177,7 @@ def test_the_table_has_a_line_for_each_side_of_each_loaded_tooth(stress, tmp_pat
 
 def test_a_saved_basis_gives_the_same_stress(stress, model, tmp_path):
     model.save(tmp_path / "basis.h5")
-    again = pmor.load(tmp_path / "basis.h5").root_stress()
+    again = pmor.load_model(tmp_path / "basis.h5").root_stress()
     assert np.array_equal(again.max_principal_MPa, stress.max_principal_MPa, equal_nan=True)
 
 
@@ -204,7 +204,7 @@ def test_a_case_that_wants_none_has_none(tmp_path):
     with h5py.File(tmp_path / "basis.h5") as file:
         assert "root_stress" not in file
     with pytest.raises(pmor.CaseError, match="root_stress = true"):
-        pmor.load(tmp_path / "basis.h5").root_stress()
+        pmor.load_model(tmp_path / "basis.h5").root_stress()
 
 
 def test_online_writes_table_summary_and_pictures(model, tmp_path, capsys):

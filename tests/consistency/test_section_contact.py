@@ -4,15 +4,15 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.case import parse_case
-from pmor.contact.condition import Condition, at_torques
 from pmor.jobs.offline import run_offline
+from pmor.kinematics.condition import Condition, at_torques
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.pair.sweep import sweep_ste
 from pmor.storage.basis_file import read_basis
 from pmor_online.contact_pattern import contact_patterns
 from pmor_online.model import reduced_pair, unseen_angles
 from pmor_online.sweep import sweep_reduced_pair
-from tests.small_case import case_text
+from tests.support.small_case import case_text
 
 TORQUES = [60e3, 100e3]
 # The sweep stops at a relative residual of 1e-4 and takes one step more, on a law that is nearly linear.

@@ -8,8 +8,8 @@ import pmor.lab.stability.measure
 import pmor.lab.stability.run
 from pmor.app.cli import main
 from pmor.lab.stability.output import FILES
-from tests.small_case import case_text
-from tests.stored_files import results_in
+from tests.support.small_case import case_text
+from tests.support.stored_files import results_in
 
 # DESIGN.md, section 5: scripts rely on these.
 KEYS = {"name", "converged", "newton_steps", "condition", "difference_rel", "ok", "note"}

@@ -19,8 +19,8 @@ from pmor.lab.study.loader import load_study
 from pmor.lab.study.output import FILES
 from pmor.lab.study.run import WORKING
 from pmor.lab.study.solve import grid_cell
-from tests.small_case import case_text, fail_where
-from tests.stored_files import results_in
+from tests.support.small_case import case_text, fail_where
+from tests.support.stored_files import results_in
 
 STUDY = """
 base = "base.toml"

@@ -1,4 +1,4 @@
-"""What a reduced sweep gives beside STE: contact forces, amplitudes, and the force law where the lead is given."""
+"""What a reduced sweep gives beside STE: contact forces, amplitudes, and the force law where the advance is given."""
 
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
@@ -9,15 +9,15 @@ from numpy.testing import assert_allclose
 
 import pmor_online.sweep
 from pmor.case import parse_case
-from pmor.contact.condition import ALIGNED, Axes, Condition, at_torques
-from pmor.contact.solve import solve_position
+from pmor.kinematics.condition import ALIGNED, Condition, Misalignment, at_torques
 from pmor.pair.model import elastic_model, mesh_model
+from pmor.penalty.solve import solve_position
 from pmor_offline.gather import make_basis
 from pmor_offline.sampling import TrainingPosition
 from pmor_offline.snapshots import solve_snapshots
 from pmor_online.model import reduced_pair
 from pmor_online.sweep import reduced_force_law, sweep_reduced_pair
-from tests.small_case import case_text
+from tests.support.small_case import case_text
 
 pytestmark = pytest.mark.jit
 TORQUES = 4e4, 1e5  # N mm
@@ -25,7 +25,7 @@ TIGHT = {"tolerance": 1e-9}
 SAME_STATE = 1e-8  # of two ways to solve for a state to a residual of 1e-9
 # Forces in a state that takes one step more after a residual of 1e-9, over the largest.
 FORCES = 1e-6
-TILTED = Axes(in_plane_um=10.0, out_of_plane_um=-6.0)
+TILTED = Misalignment(in_plane_um=10.0, out_of_plane_um=-6.0)
 
 
 @cache
@@ -48,9 +48,9 @@ def angles(reduced, count=5):
 
 @pytest.mark.parametrize("axes", [ALIGNED, TILTED], ids=["aligned", "tilted"])
 @pytest.mark.parametrize("scheme", ["line", "strip", "direct"])
-def test_contact_forces_of_a_sweep_carry_the_torque_pair_by_pair(scheme, axes):
+def test_contact_forces_of_a_sweep_carry_the_torque_pair_by_pair(scheme, misalignment):
     reduced = reduced_with(scheme)
-    sweep = sweep_reduced_pair(reduced, angles(reduced), at_torques(TORQUES, axes), recorded=True, **TIGHT)
+    sweep = sweep_reduced_pair(reduced, angles(reduced), at_torques(TORQUES, misalignment), recorded=True, **TIGHT)
     loads = sweep.states.loads
     assert sweep.converged.all()
     assert loads.count.min() > 0
@@ -97,7 +97,9 @@ def test_a_plain_sweep_is_the_same_sweep_and_keeps_nothing():
     plain, recorded = (sweep_reduced_pair(reduced, phi, at_torques(TORQUES), recorded=r) for r in (False, True))
     assert plain.states is None
     assert np.array_equal(plain.ste_um, recorded.ste_um)
-    assert_allclose(1e3 * recorded.states.lead_rad * reduced.meshed.pair.pinion.base_radius, plain.ste_um, rtol=1e-15)
+    assert_allclose(
+        1e3 * recorded.states.advance_rad * reduced.meshed.pair.pinion.base_radius, plain.ste_um, rtol=1e-15
+    )
 
 
 def test_threads_do_not_change_what_is_recorded():
@@ -119,7 +121,7 @@ def test_what_is_left_to_the_slow_twin_is_recorded_too(scheme, monkeypatch):
     monkeypatch.setattr(pmor_online.sweep, "MAX_STEPS", 0)
     slow = sweep_reduced_pair(reduced, phi, at_torques(TORQUES), recorded=True, **TIGHT)
     a, b = compiled.states, slow.states
-    assert_allclose(b.lead_rad, a.lead_rad, rtol=1e-6)
+    assert_allclose(b.advance_rad, a.advance_rad, rtol=1e-6)
     assert np.array_equal(b.loads.count, a.loads.count)
     assert_allclose(b.loads.force_N, a.loads.force_N, rtol=0.0, atol=1e-5 * a.loads.force_N.max())
     assert_allclose(b.loads.z_mm, a.loads.z_mm, atol=1e-9)
@@ -132,34 +134,34 @@ def test_what_is_left_to_the_slow_twin_is_recorded_too(scheme, monkeypatch):
 
 @pytest.mark.parametrize("axes", [ALIGNED, TILTED], ids=["aligned", "tilted"])
 @pytest.mark.parametrize("scheme", ["line", "direct"])
-def test_the_force_at_the_lead_of_an_equilibrium_is_its_torque(scheme, axes):
+def test_the_force_at_the_advance_of_an_equilibrium_is_its_torque(scheme, misalignment):
     reduced = reduced_with(scheme)
     phi = angles(reduced)
-    sweep = sweep_reduced_pair(reduced, phi, at_torques(TORQUES, axes), recorded=True, **TIGHT)
+    sweep = sweep_reduced_pair(reduced, phi, at_torques(TORQUES, misalignment), recorded=True, **TIGHT)
     for i in range(len(phi)):
-        law = reduced_force_law(reduced, phi[i : i + 1], sweep.states.lead_rad[:, i], axes, **TIGHT)
+        law = reduced_force_law(reduced, phi[i : i + 1], sweep.states.advance_rad[:, i], misalignment, **TIGHT)
         assert law.converged.all()
         assert_allclose(1e3 * law.torque_Nm[:, 0], TORQUES, rtol=SAME_STATE)
 
 
 @pytest.mark.parametrize("scheme", ["line", "strip", "direct"])
-def test_the_force_is_zero_out_of_contact_and_grows_with_the_lead(scheme):
+def test_the_force_is_zero_out_of_contact_and_grows_with_the_advance(scheme):
     reduced = reduced_with(scheme)
-    leads = np.linspace(-1e-3, 3e-4, 14)
-    law = reduced_force_law(reduced, angles(reduced), leads)
+    advances = np.linspace(-1e-3, 3e-4, 14)
+    law = reduced_force_law(reduced, angles(reduced), advances)
     assert law.converged.all()
-    # Surfaces through nodes stand a little inside or outside the involutes whose first touch the lead counts from.
-    assert np.all(law.torque_Nm[leads < -2e-4] == 0.0)
+    # Surfaces through nodes stand a little inside or outside the involutes whose first touch the advance counts from.
+    assert np.all(law.torque_Nm[advances < -2e-4] == 0.0)
     rising = np.diff(law.torque_Nm, axis=0)
     assert np.all(rising >= 0.0)
-    assert np.all(rising[leads[:-1] > 5e-5] > 0.0)
+    assert np.all(rising[advances[:-1] > 5e-5] > 0.0)
 
 
-def test_a_lead_that_takes_the_compiled_law_too_long_is_left_to_the_slow_twin(monkeypatch):
+def test_an_advance_that_takes_the_compiled_law_too_long_is_left_to_the_slow_twin(monkeypatch):
     reduced = reduced_with("direct")
-    leads, phi = [1e-4, 2e-4], angles(reduced)
-    compiled = reduced_force_law(reduced, phi, leads, **TIGHT)
+    advances, phi = [1e-4, 2e-4], angles(reduced)
+    compiled = reduced_force_law(reduced, phi, advances, **TIGHT)
     monkeypatch.setattr(pmor_online.sweep, "MAX_STEPS", 0)
-    slow = reduced_force_law(reduced, phi, leads, **TIGHT)
+    slow = reduced_force_law(reduced, phi, advances, **TIGHT)
     assert slow.converged.all()
     assert_allclose(slow.torque_Nm, compiled.torque_Nm, rtol=1e-6)

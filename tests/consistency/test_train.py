@@ -13,7 +13,7 @@ from pmor_offline.train import train
 from pmor_online.compare import compare_models
 from pmor_online.errors import estimate_errors
 from pmor_online.model import reduced_pair
-from tests.small_case import case_text
+from tests.support.small_case import case_text
 
 pytestmark = pytest.mark.usefixtures("few_candidates")
 GREEDY = {"sampling": "greedy", "solves": 7, "tolerance_percent": 1e-9}  # four to begin with, three that are chosen

@@ -6,22 +6,22 @@ import h5py
 import numpy as np
 import pytest
 
-import pmor.lab.verify
+import pmor.jobs.verify
 import pmor_online.model
 from pmor.app.cli import main
 from pmor.case import parse_case
-from pmor.contact.condition import Condition
-from pmor.contact.elasticity import ReducedElasticity
 from pmor.jobs.offline import run_offline
-from pmor.lab.verify import Check, checks_text, verify_basis
+from pmor.jobs.verify import Check, checks_text, verify_basis
+from pmor.kinematics.condition import Condition
 from pmor.pair.model import elastic_model, mesh_model
+from pmor.penalty.elasticity import ReducedElasticity
 from pmor.reduction.flank_lines import FlankLineShapes
 from pmor.storage.basis_file import read_basis, write_basis
 from pmor.storage.snapshot_file import write_snapshots
 from pmor_offline.sampling import TrainingPosition
 from pmor_offline.snapshots import solve_snapshots
 from pmor_online.errors import estimate_errors
-from tests.small_case import case_text
+from tests.support.small_case import case_text
 
 pytestmark = pytest.mark.jit
 FAMILIES = [
@@ -94,7 +94,7 @@ def test_a_basis_of_misaligned_gears_passes(tmp_path):
     model = elastic_model(case, mesh_model(case))
     run_offline(case, model, tmp_path / "b.h5")
     basis = read_basis(tmp_path / "b.h5")
-    assert np.ptp([c.axes.in_plane_um for there in basis.training.conditions for c in there]) > 15.0
+    assert np.ptp([c.misalignment.in_plane_um for there in basis.training.conditions for c in there]) > 15.0
     checks = verify_basis(basis, model)
     assert all(check.ok for check in checks), checks_text(checks)
 
@@ -132,7 +132,7 @@ def test_shapes_at_positions_whose_displacements_and_products_do_not_belong_toge
 def test_a_neighbour_that_moves_as_no_forces_on_the_loaded_tooth_make_it(basis_file, model):
     good = read_basis(basis_file(shapes="positions"))
     moved = good.shapes.displacement.copy()
-    moved[:, :, :, good.shapes.reach + 1] *= 1.0 + 1e-6
+    moved[:, :, :, good.shapes.neighbours + 1] *= 1.0 + 1e-6
     assert "displacements" in broken(replace(good, shapes=replace(good.shapes, displacement=moved)), model)
 
 
@@ -143,9 +143,9 @@ def test_members_that_store_another_energy(shapes, basis_file, model, monkeypatc
     genuine = getattr(pmor_online.model, name)
 
     def skewed(*arguments):
-        members = genuine(*arguments).basis.copy()
-        members[:, :, 1] += 1e-5 * members[:, :, 0]
-        return ReducedElasticity(members)
+        active_shapes = genuine(*arguments).basis.copy()
+        active_shapes[:, :, 1] += 1e-5 * active_shapes[:, :, 0]
+        return ReducedElasticity(active_shapes)
 
     monkeypatch.setattr(pmor_online.model, name, skewed)
     assert broken(read_basis(basis_file(shapes=shapes)), model) == {"orthonormality"}
@@ -153,7 +153,7 @@ def test_members_that_store_another_energy(shapes, basis_file, model, monkeypatc
 
 def test_a_gram_matrix_with_a_wrong_entry_is_seen_by_the_members_too(basis, model):
     gram = basis.shapes.gears[0].gram.copy()
-    gram[basis.shapes.reach] *= 1.01
+    gram[basis.shapes.neighbours] *= 1.01
     assert {"energy products", "orthonormality"} <= broken(with_pinion(basis, gram=gram), model)
 
 
@@ -184,12 +184,12 @@ def test_an_error_bar_that_is_far_from_the_error(factor, basis, model, monkeypat
         ste, _ = estimate_errors(*arguments)
         return 1.001 * ste, factor * 0.001 * ste
 
-    monkeypatch.setattr(pmor.lab.verify, "estimate_errors", wrong)
+    monkeypatch.setattr(pmor.jobs.verify, "estimate_errors", wrong)
     assert "unseen states" in broken(basis, model)
 
 
 def test_states_that_the_reduced_model_cannot_solve(basis, model, monkeypatch):
-    monkeypatch.setattr(pmor.lab.verify, "estimate_errors", lambda basis, phi, *_: np.full((2, len(phi)), np.nan))
+    monkeypatch.setattr(pmor.jobs.verify, "estimate_errors", lambda basis, phi, *_: np.full((2, len(phi)), np.nan))
     assert broken(basis, model) == {"training states", "unseen states"}
 
 
@@ -205,7 +205,7 @@ def test_the_command_prints_the_laws(basis_file, capsys):
 
 
 def test_without_the_flag_nothing_is_solved(basis_file, capsys, monkeypatch):
-    monkeypatch.setattr(pmor.lab.verify, "verify_basis", lambda *_: pytest.fail("verified"))
+    monkeypatch.setattr(pmor.jobs.verify, "verify_basis", lambda *_: pytest.fail("verified"))
     assert main(["info", str(basis_file())]) == 0
     assert "Laws" not in capsys.readouterr().out
 

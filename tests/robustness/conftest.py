@@ -5,7 +5,7 @@ from collections import Counter
 
 import pytest
 
-from tests.robustness.refusals import contents
+from tests.support.refusals import contents
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,7 @@ import sys
 import pytest
 
 from pmor.app.cli import main
-from tests.small_case import case_text
+from tests.support.small_case import case_text
 
 GRID = '[designs]\nmethod = "grid"\n'
 TEETH = "pinion.teeth = [19, 20]\n"

@@ -179,10 +179,12 @@ BROKEN = {
     ),
     "misspelt POD": (GOOD + '\n[reduction]\nshapes = "globalpod"\n', ["did you mean global_pod?"]),
     "number for the meshed width": (
-        replaced("width_elements = 2", "width_elements = 2\nwidth = 10.0"), ["[mesh] width = 10.0", '"plane_strain"'],
+        replaced("width_elements = 2", "width_elements = 2\nwidth = 10.0"),
+        ["[mesh] width = 10.0", '"plane_strain"'],
     ),
     "unknown meshed width": (
-        replaced("width_elements = 2", 'width_elements = 2\nwidth = "plain_strain"'), ["did you mean plane_strain?"],
+        replaced("width_elements = 2", 'width_elements = 2\nwidth = "plain_strain"'),
+        ["did you mean plane_strain?"],
     ),
     "typo in the reduction": (GOOD + "\n[reduction]\nshape = true\n", ["did you mean shapes?"]),
     "reduction among the training": (

@@ -3,7 +3,7 @@
 import pytest
 
 from pmor.app.cli import main
-from tests.small_case import case_text
+from tests.support.small_case import case_text
 
 MESH = {"profile_elements": 5, "width_elements": 2}
 RELIEF = {"key": "tip_relief_um", "range": [0.0, 20.0]}

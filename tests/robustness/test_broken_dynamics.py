@@ -5,7 +5,7 @@ import pytest
 from pmor.app.cli import main
 from pmor.case import change_case, parse_case, text_of
 from pmor.errors import CaseError
-from tests.small_case import case_text
+from tests.support.small_case import case_text
 
 LINES = {"contact": {"scheme": "line"}, "reduction": None}
 ON_BEARINGS = {"degrees_of_freedom": 6, "pinion_bearing_stiffness_N_um": [300.0, 300.0]}

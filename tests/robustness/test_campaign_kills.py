@@ -20,10 +20,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pmor.lab.campaign.describe import folder_text
-from pmor.lab.campaign.output import RESULTS
-from tests.robustness.processes import ROOT, finish, small_disk, start
-from tests.small_case import case_text
+from pmor.campaigns.describe import folder_text
+from pmor.campaigns.output import RESULTS
+from tests.support.processes import ROOT, finish, small_disk, start
+from tests.support.small_case import case_text
 
 STRIKES = 20
 EVENTS = ["worker killed", "worker hangs", "main killed", "main interrupted", "scheduler killed", "full disk"]
@@ -99,7 +99,7 @@ def solvers():
     found = []
     for path in Path("/proc").glob("[0-9]*/cmdline"):
         try:
-            if b"pmor.lab.campaign.solver" in path.read_bytes():
+            if b"pmor.campaigns.solver" in path.read_bytes():
                 found.append(int(path.parent.name))
         except OSError:
             pass  # has ended meanwhile
@@ -189,8 +189,8 @@ def strike(event, process, scheduler, rng):
 def fill(folder, small, more, free):
     """Leave so many bytes on the disk."""
     if small:
-        room = shutil.disk_usage(folder).free - free
-        (folder / "ballast").write_bytes(bytes(max(room, 0)))
+        workspace = shutil.disk_usage(folder).free - free
+        (folder / "ballast").write_bytes(bytes(max(workspace, 0)))
     else:
         limit = (free // 10, free // 10)
         more["preexec_fn"] = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, limit)

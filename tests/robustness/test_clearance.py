@@ -23,8 +23,8 @@ from pmor.gear.clearance import (
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance
 from pmor.gear.tooth import Tooth
 from pmor.pair.model import gear_pair as pair_of_case
-from tests.gear_models import gear_pair, tooth
-from tests.small_case import small_case
+from tests.support.gear_models import gear_pair, tooth
+from tests.support.small_case import small_case
 
 OVERLAP = 1e-6  # mm
 # Points on fillet and on flank, of which every so many are held against the mate: chords of its fillet cut 1e-8 mm off.
@@ -67,7 +67,7 @@ def deepest_overlap(pair):
     """Deepest vertex of either gear's outline in the other, over a pitch with the working flanks in contact, mm."""
     outlines = [outline(gear) for gear in (pair.pinion, pair.wheel)]
     sides = [r * np.exp(1j * (0.5 * np.pi + h)) for r, h in outlines]
-    both = [np.concatenate([side[:: EVERY], -side[:: EVERY].conj(), side[2 * POINTS - 1 :]]) for side in sides]
+    both = [np.concatenate([side[::EVERY], -side[::EVERY].conj(), side[2 * POINTS - 1 :]]) for side in sides]
     deepest = -math.inf
     for roll in np.arange(POSITIONS) / POSITIONS * pair.pitch:
         turns = [np.exp(1j * roll), np.exp(1j * (math.pi + pair.wheel_tooth_rotation(roll)))]
@@ -170,9 +170,11 @@ def test_clearance_land_and_overreach_are_those_of_the_textbook():
     half = thickness - math.radians(20) - math.tan(alpha_tip) + alpha_tip
     assert_allclose(tip_land(pair.pinion), 2.0 * pair.pinion.tip_radius * half, rtol=1e-12)
     undercut = gear_pair(tooth(10), tooth(30))
-    lost = undercut.pinion.form_roll_angle - (
-        undercut.action_length - undercut.wheel.tip_roll_angle * undercut.wheel.base_radius
-    ) / undercut.pinion.base_radius
+    lost = (
+        undercut.pinion.form_roll_angle
+        - (undercut.action_length - undercut.wheel.tip_roll_angle * undercut.wheel.base_radius)
+        / undercut.pinion.base_radius
+    )
     assert_allclose(below_form_circle(undercut, 0), lost * undercut.pinion.base_radius, rtol=1e-12)
     assert below_form_circle(undercut, 1) == 0.0
 

@@ -1,7 +1,7 @@
 """Files that are damaged, foreign, of another version or of another case: refused, each in its own words.
 
-    pytest -s tests/robustness/test_corruption.py          # two hundred damages, some seconds
-    pytest -s -m slow tests/robustness/test_corruption.py  # thousands of random ones
+pytest -s tests/robustness/test_corruption.py          # two hundred damages, some seconds
+pytest -s -m slow tests/robustness/test_corruption.py  # thousands of random ones
 """
 
 import pickle
@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 
 from pmor.app.cli import main
-from pmor.contact.condition import at_torques
 from pmor.errors import FileFormatError
+from pmor.kinematics.condition import at_torques
 from pmor.reduction.snapshots import Snapshots
 from pmor.storage.basis_file import read_basis
 from pmor.storage.snapshot_file import read_snapshots, write_snapshots
-from tests.robustness.refusals import check, edit, no_hang
-from tests.small_case import case_text
+from tests.support.refusals import check, edit, no_hang
+from tests.support.small_case import case_text
 
 FLIPS, SECTORS, LENGTHS = 60, 25, 30
 

@@ -12,7 +12,7 @@ import pytest
 from pmor.app.cli import main
 from pmor.errors import OutputError
 from pmor.storage.basis_file import read_basis, write_basis
-from tests.small_case import case_text
+from tests.support.small_case import case_text
 
 FORCE, MUCH_FORCE = np.zeros((2, 2, 2, 36)), np.zeros((2000, 2, 2, 36))
 
@@ -148,9 +148,7 @@ def write_and_die(path, basis, lines):
 
 @pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
 @pytest.mark.parametrize("there", [True, False], ids=["replaced", "new"])
-def test_a_kill_at_any_line_leaves_the_old_basis_or_the_whole_new_one(
-    there, tmp_path, small_basis, small_basis_path
-):
+def test_a_kill_at_any_line_leaves_the_old_basis_or_the_whole_new_one(there, tmp_path, small_basis, small_basis_path):
     path = tmp_path / "basis.h5"
     old = small_basis_path.read_bytes()
     ends = {"old": 0, "new": 0}

@@ -11,7 +11,7 @@ from pmor.storage.basis_file import read_basis
 from pmor.storage.describe import file_text
 from pmor.storage.hdf5 import Field, attribute, set_attributes, write
 from pmor.storage.seal import checksums
-from tests.robustness.refusals import check, edit, names_of
+from tests.support.refusals import check, edit, names_of
 
 OF_DATA = "is damaged, or was edited by hand: the checksum of"
 OF_NAMES = "is damaged, or was edited by hand: contents_sha256 does not fit"

@@ -18,7 +18,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.robustness.fuzz_trials import load_sound, prepare, trial, warm_up
+from tests.support.fuzz_trials import load_sound, prepare, trial, warm_up
 
 ROOT = Path(__file__).parents[2]
 FEW, MANY = 50, 5000
@@ -73,7 +73,7 @@ def run_trials(folder, numbers):
     said, outcomes = folder / "trials.txt", []
     while numbers:
         said.write_text("")
-        command = [sys.executable, "-m", "tests.robustness.fuzz_trials", folder, said, *map(str, astuple(numbers))]
+        command = [sys.executable, "-m", "tests.support.fuzz_trials", folder, said, *map(str, astuple(numbers))]
         process = subprocess.Popen(command, cwd=ROOT, stderr=subprocess.DEVNULL)
         length = -1
         while process.poll() is None:

@@ -9,11 +9,11 @@ import subprocess
 import numpy as np
 import pytest
 
-from pmor.lab.core.parts import PARTS
-from pmor.lab.design.store import STORE
+from pmor.design.store import STORE
 from pmor.storage.describe import file_text
+from pmor.work.pieces import PARTS
 from tests.consistency.test_design_job import DESIGN, written
-from tests.robustness.processes import finish, start
+from tests.support.processes import finish, start
 
 KILLS = 6
 

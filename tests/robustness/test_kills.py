@@ -20,8 +20,8 @@ import pytest
 from pmor.case import basis_key, parse_case
 from pmor.storage.basis_file import read_basis
 from pmor.storage.snapshot_file import read_snapshots
-from tests.robustness.processes import finish, small_disk, start
-from tests.small_case import case_text
+from tests.support.processes import finish, small_disk, start
+from tests.support.small_case import case_text
 
 KILLS = 50
 EVENTS = ["SIGKILL", "SIGKILL", "SIGINT", "full disk"]
@@ -66,9 +66,9 @@ def run_on_full_disk(case_file, basis, small, free):
         limit = (max(free // ANGLES, 1),) * 2  # of one file, where it was of all
         return finish(offline(case_file, basis, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, limit)))
     ballast = basis.parent / "ballast"
-    room = shutil.disk_usage(basis.parent).free - free
+    workspace = shutil.disk_usage(basis.parent).free - free
     with ballast.open("wb") as file:
-        file.write(bytes(max(room, 0)))
+        file.write(bytes(max(workspace, 0)))
     try:
         return finish(offline(case_file, basis))
     finally:

@@ -1,8 +1,8 @@
 """Random case files: a result or one clear line, never a traceback, a hang or NaN.
 
-    pytest -s tests/robustness/test_random_cases.py                             # hundreds, to the mesh
-    pytest -s -m slow tests/robustness/test_random_cases.py -k ten_thousand     # 10,000, to the mesh
-    pytest -s -m slow tests/robustness/test_random_cases.py -k whole            # hundreds, offline and online
+pytest -s tests/robustness/test_random_cases.py                             # hundreds, to the mesh
+pytest -s -m slow tests/robustness/test_random_cases.py -k ten_thousand     # 10,000, to the mesh
+pytest -s -m slow tests/robustness/test_random_cases.py -k whole            # hundreds, offline and online
 """
 
 import contextlib
@@ -23,7 +23,7 @@ from pmor.app.cli import main
 from pmor.case import load_case
 from pmor.errors import PmorError
 from pmor.pair.model import mesh_model
-from tests.robustness.random_cases import case_bytes, sound_documents, text_of
+from tests.support.random_cases import case_bytes, sound_documents, text_of
 
 TO_MESH, TO_RESULT = 60, 300  # s, of one case
 NUMBERS = ("ste_mean_um", "ste_peak_to_peak_um", "rom_vs_full_ste_max_rel", "rom_vs_full_ste_rms_rel")

@@ -91,7 +91,7 @@ def test_thickness_and_space_fill_the_pitch_of_the_reference_circle(tooth):
 
 @many
 @given(teeth())
-def test_the_fillet_leads_from_the_root_circle_to_the_involute_without_turning_back(tooth):
+def test_the_fillet_goes_from_the_root_circle_to_the_involute_without_turning_back(tooth):
     radius, angle = polar(tooth.root_section(np.linspace(0.0, 1.0, 301)))
     start_radius, start_angle = polar(tooth.flank_section(np.array([tooth.form_roll_angle])))
     scale = tooth.module

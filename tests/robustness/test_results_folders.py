@@ -24,8 +24,8 @@ from pmor.storage.results_folder import (
     start_results,
     working_folder,
 )
-from tests.small_case import case_text
-from tests.stored_files import results_in
+from tests.support.small_case import case_text
+from tests.support.stored_files import results_in
 
 QUIET = {"plots": False, "report": False}
 
@@ -232,7 +232,7 @@ def test_half_a_line_in_the_manifest_costs_no_other_line(tmp_path):
     assert set(listed(tmp_path)) == {"a", "c"}
 
 
-def test_names_in_a_manifest_lead_nowhere(tmp_path):
+def test_names_in_a_manifest_point_nowhere(tmp_path):
     folder = working_folder(tmp_path / "inner")
     (tmp_path / "precious").write_text("mine")
     (tmp_path / "inner" / "own").write_text("ours")
@@ -295,7 +295,7 @@ with atomic_path(Path(sys.argv[1])) as temporary:
     ["..", ".", "...", "../../..", "/etc", "a/b", "..\\x", "a\0b", "\x1b[31m", "", "x" * 300, ".pmor", "C:\\x",
      "\u202ea"],
 )  # fmt: skip
-def test_a_name_never_leads_out_of_the_folder_out(name):
+def test_a_name_never_gets_out_of_the_folder_out(name):
     for ending in ("", "_study"):
         folder = default_folder(name, ending)
         assert folder.parent.as_posix() == "out"

@@ -5,9 +5,9 @@ import time
 import pytest
 
 from pmor.storage.basis_file import read_basis
-from tests.robustness.processes import finish, start
-from tests.small_case import case_text
-from tests.stored_files import results_in
+from tests.support.processes import finish, start
+from tests.support.small_case import case_text
+from tests.support.stored_files import results_in
 
 pytestmark = pytest.mark.jit
 

@@ -11,8 +11,8 @@ from pmor.errors import FileFormatError
 from pmor.storage.basis_file import read_basis
 from pmor.storage.describe import file_text
 from pmor.storage.hdf5 import set_attributes
-from tests.robustness.broken_hdf5 import replace, reseal, with_data
-from tests.stored_files import results_in
+from tests.support.broken_hdf5 import replace, reseal, with_data
+from tests.support.stored_files import results_in
 
 
 def forge(path, change):
@@ -89,8 +89,10 @@ LIES = {
     "zero roll angles": (of_zeros("flank/wheel/roll_angle"), "flank/wheel/roll_angle do not increase"),
     "other roll angles": (times("flank/wheel/roll_angle", 1.01), "do not go from the start of its involute to its tip"),
     "zero displacements": (of_zeros("shapes/wheel/displacement"), "energy products of the wheel"),
-    "displacements that overflow": (other("shapes/wheel/displacement", lambda data: np.full_like(data, -1e308)),
-                                    "shapes/wheel/displacement holds values beyond -1e+30 to 1e+30 mm"),
+    "displacements that overflow": (
+        other("shapes/wheel/displacement", lambda data: np.full_like(data, -1e308)),
+        "shapes/wheel/displacement holds values beyond -1e+30 to 1e+30 mm",
+    ),
     "larger displacements": (times("shapes/pinion/displacement", 1.001), "energy products of the pinion"),
     "larger forces": (times("shapes/pinion/force", 2.0), "energy products of the pinion"),
     "nodes off the flank": (other("flank/pinion/nodes", lambda data: data + 1e-3), "not on its involutes"),

@@ -21,11 +21,11 @@ from pmor.lab.bench import (
     variants,
     write_bench,
 )
-from pmor.lab.core.machine import machine
 from pmor.pair.model import mesh_model
+from pmor.work.machine import machine
 from pmor_online.model import reduced_pair
 from pmor_online.sweep import largest_size
-from tests.small_case import case_text
+from tests.support.small_case import case_text
 
 KEYS = {"phase", "n_profile", "n_width", "lodm_profile", "lodm_width", "median_ms", "repeats"}
 

@@ -5,10 +5,10 @@ import os
 import numpy as np
 import pytest
 
-import pmor.lab.campaign.store as store_module
+import pmor.campaigns.store as store_module
+from pmor.campaigns.describe import folder_text
+from pmor.campaigns.store import GIB, PARTS, entries, key_of, open_store
 from pmor.errors import OutputError
-from pmor.lab.campaign.describe import folder_text
-from pmor.lab.campaign.store import GIB, PARTS, entries, key_of, open_store
 from pmor.storage.compliance_file import SolvedGear
 from pmor.storage.describe import file_text
 

@@ -5,22 +5,22 @@ from concurrent.futures.process import BrokenProcessPool
 
 import pytest
 
+from pmor.campaigns.submit import submit_all
 from pmor.errors import CaseError, ExternalProgramError
-from pmor.lab.campaign.scale import simulate
-from pmor.lab.campaign.submit import submit_all
+from tests.programs.scale import simulate
 
 
 class Late(Executor):
     """Answers the oldest piece of work when it is full, and the rest at the end."""
 
-    def __init__(self, room):
-        self.waiting, self.room, self.most = [], room, 0
+    def __init__(self, workspace):
+        self.waiting, self.workspace, self.most = [], workspace, 0
 
     def submit(self, fn, /, *args, **kwargs):
         future = Future()
         self.waiting.append((future, fn, args))
         self.most = max(self.most, len(self.waiting))
-        if len(self.waiting) >= self.room:
+        if len(self.waiting) >= self.workspace:
             while self.waiting:
                 ended, work, given = self.waiting.pop(0)
                 try:

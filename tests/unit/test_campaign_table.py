@@ -5,15 +5,15 @@ import math
 import numpy as np
 import pytest
 
+from pmor.campaigns.loader import load_campaign
+from pmor.campaigns.relations import case_of, text_of_design, with_relations
+from pmor.campaigns.settings import Relations
+from pmor.campaigns.table import designs_of
 from pmor.case import parse_case
 from pmor.errors import CaseError, GeometryError
 from pmor.gear.pair import zero_backlash_centre_distance
-from pmor.lab.campaign.loader import load_campaign
-from pmor.lab.campaign.relations import case_of, text_of_design, with_relations
-from pmor.lab.campaign.settings import Relations
-from pmor.lab.campaign.table import designs_of
 from pmor.pair.model import gear_pair
-from tests.small_case import case_text
+from tests.support.small_case import case_text
 
 BASE = case_text(contact={"scheme": "line"}, reduction=None)
 ROUND_OFF = 1e-12

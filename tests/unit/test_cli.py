@@ -10,7 +10,7 @@ from pmor import __version__
 from pmor.app import cli, commands
 from pmor.app.cli import build_parser, main
 from pmor.errors import ConvergenceError, OutputError
-from tests.small_case import case_text
+from tests.support.small_case import case_text
 
 ROOT = Path(__file__).parents[2]
 PAPER = ROOT / "cases" / "paper_spur.toml"
@@ -55,8 +55,14 @@ def record(monkeypatch, name):
         ),
         (
             "export b.h5 --to fmu -o m.fmu --torque 12.5",
-            {"source": Path("b.h5"), "to": "fmu", "target": Path("m.fmu"), "stage": None, "torque_Nm": 12.5,
-             "overwrite": False},
+            {
+                "source": Path("b.h5"),
+                "to": "fmu",
+                "target": Path("m.fmu"),
+                "stage": None,
+                "torque_Nm": 12.5,
+                "overwrite": False,
+            },
         ),
         (
             "export g.rexs --to case --stage 4 --overwrite",

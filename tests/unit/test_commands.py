@@ -17,9 +17,9 @@ from pmor.errors import MeshError
 from pmor.storage.basis_file import read_basis
 from pmor.storage.hdf5 import attribute, set_attributes
 from pmor.storage.seal import checksums
-from tests.robustness.processes import complaints
-from tests.small_case import case_text, fail_where
-from tests.stored_files import results_in
+from tests.support.processes import complaints
+from tests.support.small_case import case_text, fail_where
+from tests.support.stored_files import results_in
 
 ROOT = Path(__file__).parents[2]
 QUIET = {"plots": False, "report": False}

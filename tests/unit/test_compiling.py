@@ -12,18 +12,18 @@ import pytest
 from numba.core import event
 
 import pmor
-import pmor.contact.kernels
-from pmor.contact.kernels import keeping
-from pmor.contact.kernels.compiling import compiled, sources_stamp
-from pmor.contact.kernels.motion import roll_angle
-from pmor.contact.kernels.windows import relative_radius
+import pmor.penalty.kernels
+from pmor.compiled import keeping
+from pmor.compiled.compiling import compiled, sources_stamp
+from pmor.kinematics.kernels.motion import roll_angle
+from pmor.penalty.kernels.windows import relative_radius
 
 CHECKOUT = Path(pmor.__file__).parents[1]
 # `relative_radius` stands on `roll_angle` in another file, and that on the constant it is given here in a third one.
 CALL = """
 import numpy as np
-from pmor.contact.kernels.windows import relative_radius
-from pmor.contact.kernels.types import Gear, Kinematics
+from pmor.penalty.kernels.windows import relative_radius
+from pmor.kinematics.kernels.types import Gear, Kinematics
 def filled(kind, **known):
     return kind(*[known.get(name, kind._field_defaults.get(name, 0.0)) for name in kind._fields])
 gear = filled(
@@ -38,8 +38,8 @@ print(relative_radius(pair, (gear, gear), 0.0))
 def dispatchers():
     """All compiled functions of the package, by name."""
     found = {}
-    for module in pkgutil.iter_modules(pmor.contact.kernels.__path__):
-        path = f"pmor.contact.kernels.{module.name}"
+    for module in pkgutil.iter_modules(pmor.penalty.kernels.__path__):
+        path = f"pmor.penalty.kernels.{module.name}"
         for name, value in vars(importlib.import_module(path)).items():
             if hasattr(value, "py_func") and value.py_func.__module__ == path:
                 found[f"{module.name}.{name}"] = value
@@ -88,10 +88,10 @@ def test_a_cache_of_types_that_are_no_more_is_passed_over(tmp_path, kernels):
     before = relative_radius_of(tmp_path)
     types = kernels / "types.py"
     (kernels / "places.py").write_text(types.read_text())
-    types.write_text("from pmor.contact.kernels.places import *\n")
+    types.write_text("from pmor.penalty.kernels.places import *\n")
     assert relative_radius_of(tmp_path) == before
     (kernels / "places.py").rename(kernels / "rooms.py")
-    types.write_text("from pmor.contact.kernels.rooms import *\n")
+    types.write_text("from pmor.penalty.kernels.rooms import *\n")
     assert relative_radius_of(tmp_path) == before
 
 
@@ -100,14 +100,14 @@ def homeless(tmp_path, kernels):
     """Runs a small kernel in a process that can write neither beside it nor to a home; gives its temporary folder."""
     (kernels / "__pycache__").touch()  # not even root can make a folder of it
     (kernels / "small.py").write_text(
-        "from pmor.contact.kernels.compiling import compiled\n\n\n@compiled\ndef twice(x):\n    return 2.0 * x\n"
+        "from pmor.compiled.compiling import compiled\n\n\n@compiled\ndef twice(x):\n    return 2.0 * x\n"
     )
     temporary = tmp_path / "temporary"
     temporary.mkdir()
 
     def run():
         nowhere = {"NUMBA_CACHE_DIR": "", "HOME": os.devnull, "XDG_CACHE_HOME": os.devnull, "TMPDIR": str(temporary)}
-        code = "from pmor.contact.kernels.small import twice; print(twice(2.0))"
+        code = "from pmor.penalty.kernels.small import twice; print(twice(2.0))"
         done = subprocess.run(
             [sys.executable, "-c", code], env=os.environ | nowhere | {"PYTHONPATH": str(tmp_path)}, cwd=tmp_path,
             capture_output=True, text=True,
@@ -154,13 +154,13 @@ def test_compilation_is_announced_once_with_how_long_it_takes(caplog, monkeypatc
 def test_an_edit_two_files_down_is_noticed(tmp_path, kernels):
     # A file below the one below that of the function that is called.
     (kernels / "lowest.py").write_text(
-        "from pmor.contact.kernels.compiling import compiled\n\n\n@compiled\ndef base(x):\n    return x + 0.0\n"
+        "from pmor.compiled.compiling import compiled\n\n\n@compiled\ndef base(x):\n    return x + 0.0\n"
     )
     motion = kernels / "motion.py"
     text = motion.read_text()
     assert "pinion = roll_position + " in text
     text = text.replace("pinion = roll_position + ", "pinion = base(roll_position) + ")
-    text = text.replace("import compiled\n", "import compiled\nfrom pmor.contact.kernels.lowest import base\n", 1)
+    text = text.replace("import compiled\n", "import compiled\nfrom pmor.penalty.kernels.lowest import base\n", 1)
     motion.write_text(text)
     before, again = relative_radius_of(tmp_path), relative_radius_of(tmp_path)
     assert again == before

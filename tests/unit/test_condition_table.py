@@ -4,7 +4,7 @@ import h5py
 import numpy as np
 import pytest
 
-from pmor.contact.condition import Axes, Condition, at_leads, at_torques
+from pmor.kinematics.condition import Condition, Misalignment, at_advances, at_torques
 from pmor.storage.condition_table import read_conditions, write_conditions
 from pmor.storage.hdf5 import Field, set_attributes, write
 
@@ -21,7 +21,7 @@ def write_table(file, columns, table):
 
 
 def test_conditions_come_back(file):
-    conditions = at_torques([1.0, 2.5], Axes(1.0, -2.0, 3.0)), at_torques([4.0, 5.0])
+    conditions = at_torques([1.0, 2.5], Misalignment(1.0, -2.0, 3.0)), at_torques([4.0, 5.0])
     write_conditions(file, conditions)
     assert read_conditions(file) == conditions
 
@@ -33,7 +33,7 @@ def test_no_conditions_come_back_as_none(file):
 
 def test_columns_go_by_their_names_and_those_left_out_have_the_default(file):
     write_table(file, ["out_of_plane", "torque"], np.array([[[7.0, 100.0]]]))
-    assert read_conditions(file) == ((Condition(torque=100.0, axes=Axes(out_of_plane_um=7.0)),),)
+    assert read_conditions(file) == ((Condition(torque=100.0, misalignment=Misalignment(out_of_plane_um=7.0)),),)
 
 
 @pytest.mark.parametrize("columns", [["torque", "humidity"], ["in_plane", "out_of_plane"], ["torque"]])
@@ -43,6 +43,6 @@ def test_columns_that_nobody_knows_or_that_are_missing_are_refused(columns, file
         read_conditions(file)
 
 
-def test_a_given_lead_is_no_training_condition(file):
+def test_a_given_advance_is_no_training_condition(file):
     with pytest.raises(ValueError, match="needs a condition with a torque"):
-        write_conditions(file, [at_leads([1e-4])])
+        write_conditions(file, [at_advances([1e-4])])

@@ -7,19 +7,19 @@ from pathlib import Path
 
 import pytest
 
+import pmor.app.cost
 import pmor.app.plan
-import pmor.pair.cost
 from pmor.app.cli import main
+from pmor.app.cost import RESERVED_BYTES, gear_size, refuse_beyond_memory, stages
 from pmor.case import change_case, load_case, without_models
-from pmor.contact.kernels.line_loads import solve_lines
 from pmor.errors import CaseError
 from pmor.lab.core.stages import measure_stages
 from pmor.lab.study.loader import load_study
 from pmor.lab.study.run import run_parts
+from pmor.line.kernels.loads import solve_lines
 from pmor.memory import MemoryLimit
-from pmor.pair.cost import RESERVED_BYTES, gear_size, refuse_beyond_memory, stages
 from pmor.pair.model import gear_pair, mesh_model, sector_meshes
-from tests.robustness.processes import ROOT
+from tests.support.processes import ROOT
 
 CASES = ROOT / "cases"
 FACTOR = 2.0
@@ -38,8 +38,9 @@ def limit(size, **more):
     return MemoryLimit(int(size), "somebody allows", "ask for more", **more)
 
 
-@pytest.mark.parametrize("mesh", [{}, {"width": "whole"}, {"width": "plane_strain"}, {"profile_elements": 40},
-                                  {"element": "hex20"}])
+@pytest.mark.parametrize(
+    "mesh", [{}, {"width": "whole"}, {"width": "plane_strain"}, {"profile_elements": 40}, {"element": "hex20"}]
+)
 @pytest.mark.parametrize("name", ["small_spur", "unequal_pair"])
 def test_sizes_are_those_of_the_mesh(name, mesh):
     case = change_case(load_case(CASES / f"{name}.toml"), mesh=mesh)
@@ -69,7 +70,7 @@ def test_finer_wider_and_more_cost_more():
 
 
 def test_compilation_is_told_of_while_the_kernels_of_the_case_are_not_kept(monkeypatch):
-    monkeypatch.setattr(pmor.pair.cost, "is_kept", lambda kernel: kernel is solve_lines)
+    monkeypatch.setattr(pmor.app.cost, "is_kept", lambda kernel: kernel is solve_lines)
     assert "compiling kernels, once" not in by_name(paper(reduction={"shapes": "line_loads"}))
     assert "compiling kernels, once" in by_name(paper(reduction={"shapes": "flank_lines"}))
 
@@ -91,7 +92,7 @@ def test_what_does_not_fit_is_refused_with_number_limit_and_remedy():
 
 
 def test_nothing_is_meshed_that_does_not_fit(monkeypatch):
-    monkeypatch.setattr(pmor.pair.cost, "memory_limits", lambda: (limit(100 * MIB),))
+    monkeypatch.setattr(pmor.app.cost, "memory_limits", lambda: (limit(100 * MIB),))
     monkeypatch.setattr(pmor.pair.model, "sector_meshes", lambda *_: pytest.fail("meshed"))
     with pytest.raises(CaseError, match="somebody allows 100 MiB"):
         mesh_model(paper())
@@ -101,14 +102,14 @@ def test_a_basis_that_does_not_fit_is_refused_before_it_is_read(monkeypatch, cap
     basis = tmp_path / "basis.h5"
     with basis.open("wb") as file:
         file.truncate(1000 * MIB)  # a hole, it takes no room
-    monkeypatch.setattr(pmor.pair.cost, "memory_limits", lambda: (limit(1500 * MIB),))
+    monkeypatch.setattr(pmor.app.cost, "memory_limits", lambda: (limit(1500 * MIB),))
     assert main(["online", str(basis)]) == 2
     errors = capsys.readouterr().err
     assert f"{basis}: takes about 4.1 GiB of memory, and somebody allows 1.46 GiB: ask for more, or train" in errors
 
 
 def test_a_study_is_refused_before_its_first_cell(monkeypatch, tmp_path):
-    monkeypatch.setattr(pmor.pair.cost, "memory_limits", lambda: (limit(150 * MIB),))
+    monkeypatch.setattr(pmor.app.cost, "memory_limits", lambda: (limit(150 * MIB),))
     with pytest.raises(CaseError, match="takes about"):
         run_parts(load_study(CASES / "paper_study.toml"), tmp_path / "out", 1, False)
     assert not list(tmp_path.iterdir())
@@ -117,7 +118,7 @@ def test_a_study_is_refused_before_its_first_cell(monkeypatch, tmp_path):
 def test_the_plan_shows_stages_and_ends_where_they_do_not_fit(monkeypatch, capsys, tmp_path):
     case = tmp_path / "large.toml"
     case.write_text((CASES / "paper_spur.toml").read_text().replace("profile_elements = 8", "profile_elements = 64"))
-    monkeypatch.setattr(pmor.pair.cost, "memory_limits", lambda: (limit(200 * MIB),))
+    monkeypatch.setattr(pmor.app.cost, "memory_limits", lambda: (limit(200 * MIB),))
     assert main(["plan", str(case)]) == 2
     text, errors = capsys.readouterr()
     lines = [line.split() for line in text.splitlines()]

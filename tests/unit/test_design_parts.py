@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from pmor.contact.condition import PLAIN
 from pmor.design.front import pareto_front
 from pmor.design.measures import (
     draw_weights,
@@ -14,7 +13,8 @@ from pmor.design.measures import (
     smooth_peak_to_peak,
 )
 from pmor.design.settings import Scatter, Variable
-from pmor.design.variables import AS_DRAWN, built_at, drawn, spread_evenly, steps_around, to_steps
+from pmor.design.variables import AS_DRAWN, assembly_at, drawn, spread_evenly, steps_around, to_steps
+from pmor.kinematics.condition import PLAIN
 
 RELIEF = Variable(key="tip_relief_um", range=(0.0, 10.0), step=2.0)
 START = Variable(key="tip_relief_start_roll_deg", gear="wheel", range=(20.0, 24.0))
@@ -83,21 +83,21 @@ def test_values_keep_to_the_steps_of_manufacture():
 
 
 def test_a_variable_of_both_gears_is_the_same_on_both():
-    built = built_at(PLAIN, (RELIEF, START), (4.0, 22.0))
-    assert built.pinion.tip_relief_um == built.wheel.tip_relief_um == 4.0
-    assert (built.pinion.tip_relief_start_roll_deg, built.wheel.tip_relief_start_roll_deg) == (None, 22.0)
+    assembly = assembly_at(PLAIN, (RELIEF, START), (4.0, 22.0))
+    assert assembly.pinion.tip_relief_um == assembly.wheel.tip_relief_um == 4.0
+    assert (assembly.pinion.tip_relief_start_roll_deg, assembly.wheel.tip_relief_start_roll_deg) == (None, 22.0)
 
 
 def test_draws_have_the_deviations_that_are_asked_for():
     draws = drawn(Scatter(tip_relief_um=2.0, in_plane_um=10.0), 1024)
     of_pinion, of_wheel = (np.array([getattr(d, gear)["tip_relief_um"] for d in draws]) for gear in ("pinion", "wheel"))
-    in_plane = np.array([d.axes.in_plane_um for d in draws])
+    in_plane = np.array([d.misalignment.in_plane_um for d in draws])
     for values, deviation in ((of_pinion, 2.0), (of_wheel, 2.0), (in_plane, 10.0)):
         assert_allclose(values.std(), deviation, rtol=0.02)
         assert abs(values.mean()) < 0.01 * deviation
     # Independent of each other: 1,024 of a Sobol sequence leave a correlation of less than 0.01.
     assert np.abs(np.corrcoef([of_pinion, of_wheel, in_plane]) - np.eye(3)).max() < 0.03
-    built = built_at(PLAIN, (RELIEF,), (4.0,), draws[0])
-    assert built.pinion.tip_relief_um == 4.0 + of_pinion[0]
-    assert built.axes.in_plane_um == in_plane[0]
-    assert built_at(PLAIN, (), ()) == built_at(PLAIN, (), (), AS_DRAWN) == PLAIN
+    assembly = assembly_at(PLAIN, (RELIEF,), (4.0,), draws[0])
+    assert assembly.pinion.tip_relief_um == 4.0 + of_pinion[0]
+    assert assembly.misalignment.in_plane_um == in_plane[0]
+    assert assembly_at(PLAIN, (), ()) == assembly_at(PLAIN, (), (), AS_DRAWN) == PLAIN

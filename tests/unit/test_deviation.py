@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pmor.contact.deviation import kernel_deviation
-from pmor.contact.kernels.deviation import NO_DEVIATION, deviations_at, flank_deviation
 from pmor.errors import CaseError
 from pmor.flank import UNMODIFIED, Modification, Topography
 from pmor.flank.topography import read_topography
 from pmor.gear.pair import GearPair
 from pmor.gear.tooth import Tooth
+from pmor.kinematics.flank_deviation import kernel_deviation
+from pmor.kinematics.kernels.deviation import NO_DEVIATION, deviations_at, flank_deviation
 
 WIDTH, MIDDLE = 20.0, 1.5
 FACE = MIDDLE - 0.5 * WIDTH, MIDDLE + 0.5 * WIDTH

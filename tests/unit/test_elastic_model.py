@@ -4,7 +4,7 @@ import pytest
 
 from pmor.case import parse_case
 from pmor.pair.model import ElasticModel, mesh_model
-from tests.small_case import case_text, small_case
+from tests.support.small_case import case_text, small_case
 
 
 def test_a_compliance_that_belongs_to_the_mesh_is_taken(small_model):

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.contact.elasticity import full_elasticity
-from pmor.contact.kernels.types import ELEMENT_ROWS, FIRST_ROW
-from pmor.contact.position import active_patches
 from pmor.conventions import rotation_z
 from pmor.errors import ConvergenceError
+from pmor.kinematics.kernels.types import ELEMENT_ROWS, FIRST_ROW
+from pmor.penalty.elasticity import full_elasticity
+from pmor.penalty.position import active_patches
 from pmor.reduction.flank_lines import LEAST_LOAD, flank_line_shapes, line_elasticity
-from tests.gear_models import body, gear_pair, meshed_pair, sector, tooth
+from tests.support.gear_models import body, gear_pair, meshed_pair, sector, tooth
 
 ROUND_OFF = 1e-12  # of the largest: products of a few hundred terms
 TOLERANCE = 0.05
@@ -79,19 +79,21 @@ def test_distributions_of_a_line_are_orthogonal(shapes):
 
 def test_displacements_are_the_compliance_times_the_forces(shapes, bodies):
     for gear, elastic in zip(shapes.gears, bodies, strict=True):
-        for k in range(-elastic.reach, elastic.reach + 1):
-            for force, moved in zip(gear.force, gear.displacement[shapes.reach + k], strict=True):
+        for k in range(-elastic.neighbours, elastic.neighbours + 1):
+            for force, moved in zip(gear.force, gear.displacement[shapes.neighbours + k], strict=True):
                 expected = elastic.tooth_compliance(k) @ force
                 assert_allclose(moved, expected, rtol=0.0, atol=ROUND_OFF * np.abs(expected).max())
 
 
 def test_energy_products_are_the_work_of_forces_on_displacements(shapes, bodies):
     for gear, elastic in zip(shapes.gears, bodies, strict=True):
-        for k in range(-elastic.reach, elastic.reach + 1):
+        for k in range(-elastic.neighbours, elastic.neighbours + 1):
             expected = gear.force @ (elastic.tooth_compliance(k) @ gear.force.T)
-            assert_allclose(gear.gram[shapes.reach + k], expected, rtol=0.0, atol=ROUND_OFF * np.abs(expected).max())
+            assert_allclose(
+                gear.gram[shapes.neighbours + k], expected, rtol=0.0, atol=ROUND_OFF * np.abs(expected).max()
+            )
             # Betti: the work of one tooth's load on what another's does to it, either way round.
-            assert_allclose(gear.gram[shapes.reach - k], expected.T, rtol=0.0, atol=1e-9 * np.abs(expected).max())
+            assert_allclose(gear.gram[shapes.neighbours - k], expected.T, rtol=0.0, atol=1e-9 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("depth", [0.02, 100.0], ids=["windows", "whole flanks"])
@@ -100,7 +102,7 @@ def test_basis_of_a_position_is_orthonormal_and_made_of_line_loads_with_their_di
     meshed = meshed_pair(gear_pair(*GEARS), *MESH)
     position = active_patches(meshed, meshed.pair.roll_position_range[0] + 0.1 * meshed.pair.pitch, depth)
     assert len(position.pair_index) == 2
-    members = []
+    active_shapes = []
     for gear, lines in enumerate(shapes.gears):
         force, line = by_line(lines)
         for p in range(2):
@@ -110,8 +112,8 @@ def test_basis_of_a_position_is_orthonormal_and_made_of_line_loads_with_their_di
                 nodes = position.flank_nodes[p][gear]
                 embedded[position.window_slice(p, gear)] = member.reshape(-1, 3)[nodes]
                 assert_allclose(np.linalg.norm(embedded), 1.0, rtol=ROUND_OFF)
-                members.append(embedded.ravel())
-    fields = np.array(members).T
+                active_shapes.append(embedded.ravel())
+    fields = np.array(active_shapes).T
     moved = full_elasticity(*bodies, position).compliance @ fields
     basis = line_elasticity(shapes, position).basis.reshape(len(moved), -1)
     assert basis.shape == fields.shape

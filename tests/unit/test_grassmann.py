@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.contact.kernels.shapes import member_weights
-from pmor.contact.kernels.state import PositionShapes
+from pmor.penalty.kernels.shapes import shape_weights
+from pmor.penalty.kernels.state import PositionShapes
 from pmor.reduction.alignment import procrustes
 from pmor.reduction.contact_shapes import ContactShapes
 from pmor.reduction.grassmann import geodesic_weights, geodesics
@@ -125,7 +125,7 @@ def test_the_compiled_weights_are_those_of_the_slow_twin(geodesic, place, family
     path = shapes.geodesics
     positions = PositionShapes(FIRST, STEP, LOADED, shapes.displacement, shapes.gram, path.turn, path.angle)
     found = np.zeros((2, MODES, MODES))
-    k = member_weights(positions, FIRST + place * STEP, found)
+    k = shape_weights(positions, FIRST + place * STEP, found)
     below, expected = shapes.combination(FIRST + place * STEP)
     assert k == below
     assert_allclose(found, expected, rtol=0.0, atol=ROUND_OFF)

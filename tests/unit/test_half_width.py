@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.contact.condition import at_torques
-from pmor.contact.flank import ContactScheme, make_flank
-from pmor.contact.kernels.surface import node_normals, prepare_surface
+from pmor.kinematics.condition import at_torques
+from pmor.kinematics.meshed_pair import ContactScheme, make_flank
+from pmor.penalty.kernels.surface import node_normals, prepare_surface
 from pmor.storage.basis_file import read_basis
 from pmor_online.model import reduced_pair
 from pmor_online.sweep import sweep_reduced_pair
-from tests.gear_models import SCHEME, sector, tooth
+from tests.support.gear_models import SCHEME, sector, tooth
 
 ROUND_OFF = 1e-13
 # With one element in the half, its outer normals come from a chord where the whole has a parabola through three nodes.

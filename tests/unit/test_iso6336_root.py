@@ -9,7 +9,7 @@ from pmor.gear.classical.iso6336_root import nominal_root_stress, root_factors
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance
 from pmor.gear.tooth import Tooth
 from pmor.pair.model import gear_pair
-from tests.gear_models import ALPHA
+from tests.support.gear_models import ALPHA
 
 
 def helical(module, teeth, helix_deg, shift, width, distance):

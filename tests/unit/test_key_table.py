@@ -6,14 +6,14 @@ from pathlib import Path
 import pytest
 
 from pmor.case.loader import SECTIONS, keys_of, parse_case
-from pmor.report.key_table import key_tables, main, with_key_tables
+from tests.programs.key_table import key_tables, main, with_key_tables
 
 README = Path(__file__).parents[2] / "cases" / "README.md"
 
 
 def test_the_committed_table_is_what_the_schema_gives():
     text = README.read_text(encoding="utf-8")
-    assert text == with_key_tables(text), "run: python -m pmor.report.key_table cases/README.md"
+    assert text == with_key_tables(text), "run: python -m tests.programs.key_table cases/README.md"
 
 
 def test_every_key_is_there_with_its_meaning():

@@ -9,16 +9,16 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.case import change_case, parse_case
-from pmor.contact.condition import at_torques
-from pmor.contact.solve import solve_position
 from pmor.errors import ConvergenceError
+from pmor.kinematics.condition import at_torques
 from pmor.lab.core.models import ModelStore
-from pmor.lab.core.parts import Announcer, Piece, run_pieces
-from pmor.lab.core.table import percent, table, text_lines
 from pmor.lab.core.timing import times_in_turn
 from pmor.lab.core.variants import merged
 from pmor.pair.model import elastic_model, mesh_model
-from tests.small_case import case_text, small_case
+from pmor.penalty.solve import solve_position
+from pmor.work.pieces import Announcer, Piece, run_pieces
+from pmor.work.table import percent, table, text_lines
+from tests.support.small_case import case_text, small_case
 
 SAME_MODEL = 1e-12
 
@@ -33,11 +33,11 @@ def test_axes_that_may_tilt_and_axes_that_do_not_have_models_of_their_own(first)
         model, _ = store.model(cases[name])
         alone = elastic_model(cases[name], mesh_model(cases[name]))
         phi = model.mesh.meshed.pair.roll_position_range[0]
-        leads = [
-            solve_position(m.mesh.meshed, phi, at_torques([1e5]), m.elasticity_at).equilibria[0].lead
+        advances = [
+            solve_position(m.mesh.meshed, phi, at_torques([1e5]), m.elasticity_at).equilibria[0].advance
             for m in (model, alone)
         ]
-        assert_allclose(*leads, rtol=SAME_MODEL)
+        assert_allclose(*advances, rtol=SAME_MODEL)
 
 
 def test_cases_that_differ_in_the_contact_alone_share_a_model_but_line_contact_has_its_own():

@@ -10,7 +10,7 @@ from pmor.case import parse_case
 from pmor.errors import CaseError
 from pmor.pair.limits import LARGEST_APPROACH, hertz_pressure, range_warnings, refuse_impossible_load
 from pmor.pair.model import approach_estimate, gear_pair, mesh_model
-from tests.small_case import case_text
+from tests.support.small_case import case_text
 
 
 def case(torque):

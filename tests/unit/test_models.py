@@ -12,17 +12,17 @@ from numpy.testing import assert_allclose
 import pmor.jobs.offline
 import pmor.pair.model
 from pmor.app.cli import main
+from pmor.app.cost import stages
 from pmor.app.plan import plan_text
+from pmor.body.elastic_gear import with_layer
 from pmor.case import basis_key, change_case, model_names, other_models, parse_case, without_models
-from pmor.contact.solve import solve_position as solve
 from pmor.errors import CaseError
-from pmor.fe.cyclic import with_layer
-from pmor.pair.cost import stages
 from pmor.pair.model import elastic_model, gear_pair, mesh_model, model_of_solved
+from pmor.penalty.solve import solve_position as solve
 from pmor.report.run_page import page_files
 from pmor.storage.basis_file import read_basis
-from tests.small_case import case_text
-from tests.stored_files import results_in
+from tests.support.small_case import case_text
+from tests.support.stored_files import results_in
 
 QUIET = {"plots": False, "report": False}
 LINES = {"contact": {"scheme": "line"}, "reduction": {"shapes": "line_loads"}}

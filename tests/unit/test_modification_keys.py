@@ -8,18 +8,20 @@ import pytest
 
 from pmor.app.plan import plan_text
 from pmor.case import basis_key, change_case, describe, load_case, make_case, parse_case, text_of, without_models
-from pmor.contact.condition import Axes, Built
 from pmor.errors import CaseError, GeometryError
 from pmor.flank import UNMODIFIED, Modification, Topography
 from pmor.gear.tip_edge import tip_edge
-from pmor.pair.conditions import built_of, conditions_of, listed_conditions, nominal_condition
+from pmor.kinematics.condition import Assembly, Misalignment
+from pmor.pair.conditions import assembly_of, conditions_of, listed_conditions, nominal_condition
 from pmor.pair.model import gear_pair
-from tests.gear_models import tooth
-from tests.small_case import case_text
+from tests.support.gear_models import tooth
+from tests.support.small_case import case_text
 
 CASES = Path(__file__).parents[2] / "cases"
 RELIEF = {"tip_relief_um": 20.0, "tip_relief_start_roll_deg": 25.0}
-CROWNED = case_text(offline={"centre_distance_um": [-5.0, 5.0]}) + f"""
+CROWNED = (
+    case_text(offline={"centre_distance_um": [-5.0, 5.0]})
+    + f"""
 [pinion.modification]
 helix_crowning_um = 5.0
 pitch_deviations_um = {[0.5 * (-1) ** j * j for j in range(21)]}
@@ -38,6 +40,7 @@ tip_relief_um = 4.0
 [condition.pinion]
 profile_crowning_um = 2.0
 """
+)
 
 
 @pytest.fixture
@@ -68,13 +71,13 @@ def test_conditions_are_the_case_but_for_what_they_say(crowned):
 
 
 def test_conditions_of_a_case_know_its_flanks(crowned):
-    built = Built(Axes(centre_distance_um=3.0), crowned.pinion_modification, crowned.wheel_modification)
-    assert built_of(crowned) == built
-    assert {c.built for c in conditions_of(crowned, (50.0, 100.0))} == {built}
-    assert nominal_condition(crowned).built == built
+    assembly = Assembly(Misalignment(centre_distance_um=3.0), crowned.pinion_modification, crowned.wheel_modification)
+    assert assembly_of(crowned) == assembly
+    assert {c.assembly for c in conditions_of(crowned, (50.0, 100.0))} == {assembly}
+    assert nominal_condition(crowned).assembly == assembly
     first, low = listed_conditions(crowned)
-    assert first.built == built
-    assert (low.torque, low.axes, low.wheel.tip_relief_um) == (4e4, Axes(centre_distance_um=-2.0), 4.0)
+    assert first.assembly == assembly
+    assert (low.torque, low.misalignment, low.wheel.tip_relief_um) == (4e4, Misalignment(centre_distance_um=-2.0), 4.0)
 
 
 def test_the_text_of_a_modified_case_reads_back(crowned, tmp_path):

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-import pmor.contact.solve
+import pmor.penalty.solve
 import pmor.report.run_page
-from pmor.contact.condition import Condition
 from pmor.errors import ConvergenceError
 from pmor.jobs.online import run_online
+from pmor.kinematics.condition import Condition
 from pmor.report.page import Picture
 from pmor.report.provenance import provenance
 from pmor.report.run_page import page_files, run_blocks, run_pictures, write_pages
@@ -270,7 +270,7 @@ def test_no_contact_pattern_where_nothing_converges(compared, monkeypatch):
     def fail(*_arguments, **_more):
         raise ConvergenceError("made to fail", [(1.0, 1.0)])
 
-    monkeypatch.setattr(pmor.contact.solve, "solve_equilibrium", fail)
+    monkeypatch.setattr(pmor.penalty.solve, "solve_equilibrium", fail)
     assert contact_patterns(compared.reduced, 0.0, Condition(torque=100e3)) == ()
     assert "contact_pattern.png" not in file_names(compared)
 

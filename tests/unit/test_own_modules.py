@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.robustness.processes import complaints
-from tests.small_case import case_text
-from tests.stored_files import results_in
+from tests.support.processes import complaints
+from tests.support.small_case import case_text
+from tests.support.stored_files import results_in
 
 ROOT = Path(__file__).parents[2]
 

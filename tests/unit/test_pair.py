@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.contact.position import relative_motion
 from pmor.conventions import rotation_z
 from pmor.errors import GeometryError
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance
 from pmor.gear.tooth import Tooth, involute_function
-from tests.gear_models import ALPHA, MODULE, WIDTH, gear_pair, meshed_pair
-from tests.gear_models import tooth as gear
+from pmor.penalty.position import relative_motion
+from tests.support.gear_models import ALPHA, MODULE, WIDTH, gear_pair, meshed_pair
+from tests.support.gear_models import tooth as gear
 
 EXACT = 1e-12  # relative; closed forms differ by round-off only
 PLACE = 1e-10  # mm, at distances of up to 200 mm: round-off
@@ -81,9 +81,9 @@ def test_relative_motion_agrees_with_the_two_global_frames(pair):
     meshed = meshed_pair(pair, 2, 1)
     points = np.array([[1.0, 40.0, -3.0], [-2.0, 45.0, 7.0], [0.0, 0.0, 0.0]])
     for roll_position in roll_positions(pair, 3):
-        for lead in (0.0, 0.02):
-            rotation, shift = relative_motion(meshed, roll_position, lead)
-            from_pinion = points @ rotation_z(roll_position + lead).T
+        for advance in (0.0, 0.02):
+            rotation, shift = relative_motion(meshed, roll_position, advance)
+            from_pinion = points @ rotation_z(roll_position + advance).T
             from_wheel = in_global_frame(pair, roll_position, 1, points @ rotation.T + shift, True)
             assert_allclose(from_wheel, from_pinion, atol=PLACE, rtol=0)
 
@@ -194,7 +194,7 @@ def test_standard_gears_mesh_at_the_standard_distance():
     assert_allclose(PAIRS["paper"].working_pressure_angle, ALPHA, rtol=1e-9)
 
 
-# --- tooth pairs in reach ------------------------------------------------------------------------------------------
+# --- tooth pairs that can touch ------------------------------------------------------------------------------------------
 
 
 @every_pair
@@ -205,20 +205,20 @@ def test_pairs_in_reach_are_those_on_the_path(pair, margin):
         candidates = np.arange(-12, 13)
         own = phi + candidates * pair.pitch
         expected = candidates[(own >= first - margin - 1e-12) & (own <= last + margin + 1e-12)]
-        assert pair.pairs_in_reach(phi, margin).tolist() == expected.tolist()
+        assert pair.tooth_pair_count(phi, margin).tolist() == expected.tolist()
         assert len(expected) >= 1
 
 
 def test_pairs_at_the_very_ends_of_the_path_are_in_reach():
     pair = PAIRS["paper"]
     for end in pair.roll_position_range:
-        assert 0 in pair.pairs_in_reach(end, 0.0)
+        assert 0 in pair.tooth_pair_count(end, 0.0)
 
 
 def test_pairs_in_reach_move_on_by_one_per_pitch():
     pair = PAIRS["unequal"]
     phi = 0.013
-    assert (pair.pairs_in_reach(phi + pair.pitch, 0.0) + 1).tolist() == pair.pairs_in_reach(phi, 0.0).tolist()
+    assert (pair.tooth_pair_count(phi + pair.pitch, 0.0) + 1).tolist() == pair.tooth_pair_count(phi, 0.0).tolist()
 
 
 # --- pairs that cannot mesh ----------------------------------------------------------------------------------------

@@ -57,7 +57,7 @@ def lines(text):
 
 def test_silent_without_a_terminal(capsys):
     with Progress(3, "steps") as progress:
-        progress.advance(3)
+        progress.step(3)
     assert capsys.readouterr() == ("", "")
 
 
@@ -65,7 +65,7 @@ def test_a_terminal_sees_label_count_rate_and_time_left(terminal):
     screen = terminal()
     with Progress(40, "positions") as progress:
         for _ in range(40):
-            progress.advance()
+            progress.step()
     text = screen.text()
     last = lines(text)[-1]
     assert last.startswith("positions: 100%|")
@@ -79,7 +79,7 @@ def rate_after(*waits):
     times = iter(np.cumsum([100.0, *waits]))
     rate = SteadyRate(lambda: next(times))
     for _ in range(len(waits) + 1):
-        rate.advance(1)
+        rate.step(1)
     return rate.per_second
 
 
@@ -94,7 +94,7 @@ def test_time_left_is_not_told_before_progress_is_steady(terminal):
     screen = terminal()
     with Progress(40, "full FE") as progress:
         time.sleep(0.2)
-        progress.advance()
+        progress.step()
         assert lines(screen.text())[-1].endswith("1/40 [00:00<?, ?it/s]")
 
 
@@ -102,7 +102,7 @@ def test_time_left_is_not_told_before_progress_is_steady(terminal):
 def test_no_line_is_wider_than_the_terminal(columns, terminal):
     screen = terminal(columns)
     with Progress(4, "full FE, unseen angles") as progress:
-        progress.advance()
+        progress.step()
     shown = lines(screen.text())
     assert max(map(len, shown)) <= columns
     assert shown[0].startswith("full FE, unseen")
@@ -126,7 +126,7 @@ def test_the_line_is_ended_once_also_after_an_error(terminal):
 def test_more_steps_than_announced_and_none_at_all(terminal):
     screen = terminal()
     with Progress(0, "steps") as progress:
-        progress.advance()
+        progress.step()
     assert lines(screen.text())[-1].startswith("steps: ")
 
 

@@ -12,7 +12,7 @@ from pmor.lab.comparison.measures import SMALLEST_ERROR_UM, Effectivity, effecti
 from pmor.lab.comparison.training import TrainingSet
 from pmor.lab.comparison.variants import Grid, counts_up_to, grid_families, nested_grids, table_grids, variants
 from pmor.lab.core.states import Solved, load_errors_percent
-from tests.small_case import case_text
+from tests.support.small_case import case_text
 
 
 def offline_case(solves=150, **ranges):

@@ -13,7 +13,7 @@ from pmor.mesh.element import node_places
 from pmor.mesh.outline import tooth_outline
 from pmor.mesh.quality import mesh_quality
 from pmor.mesh.sector import build_sector
-from tests.gear_models import MODULE, tooth
+from tests.support.gear_models import MODULE, tooth
 
 EXACT = 1e-12  # relative; the same formula, or a sum of a few terms
 PLACE = 1e-10  # mm at radii up to 600 mm: round-off

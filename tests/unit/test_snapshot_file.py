@@ -10,7 +10,15 @@ from pmor.reduction.snapshots import Snapshots
 from pmor.storage.basis_file import read_basis
 from pmor.storage.describe import file_text
 from pmor.storage.snapshot_file import read_snapshots, write_snapshots
-from tests.stored_files import flip_a_byte, is_empty, is_text, is_truncated, lacks, set_attribute, some_conditions
+from tests.support.stored_files import (
+    flip_a_byte,
+    is_empty,
+    is_text,
+    is_truncated,
+    lacks,
+    set_attribute,
+    some_conditions,
+)
 
 
 @pytest.fixture

@@ -5,10 +5,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.case import change_case, changed_text, load_case, parse_case
-from pmor.contact.condition import at_torques
-from pmor.contact.elasticity import FullElasticity, ReducedElasticity
-from pmor.contact.solve import solve_position
 from pmor.errors import PmorError
+from pmor.kinematics.condition import at_torques
 from pmor.lab.core.models import ModelStore
 from pmor.lab.stability.balances import energy_imbalance, newton_condition, torque_imbalance
 from pmor.lab.stability.flank_variants import flank_variants
@@ -17,7 +15,9 @@ from pmor.lab.stability.measure import measure
 from pmor.lab.stability.places import mirrored_angles, pinion_angles
 from pmor.lab.stability.run import _penalty_law
 from pmor.lab.stability.variants import REFERENCES, Variant
-from tests.small_case import case_text
+from pmor.penalty.elasticity import FullElasticity, ReducedElasticity
+from pmor.penalty.solve import solve_position
+from tests.support.small_case import case_text
 
 TORQUE = 1e5
 

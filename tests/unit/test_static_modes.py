@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.reduction.static_modes import static_mode_shapes
-from tests.gear_models import body, sector, tooth
+from tests.support.gear_models import body, sector, tooth
 
 GEARS = tooth(17, 0.4), tooth(31, 0.1)
 MESH = 5, 2

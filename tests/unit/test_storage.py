@@ -13,8 +13,8 @@ from pmor.reduction.error_estimate import FlankCompliance
 from pmor.storage.basis_file import read_basis, write_basis
 from pmor.storage.describe import file_text
 from pmor.storage.hdf5 import Field, Schema, attribute, create, write
-from tests.small_case import case_text
-from tests.stored_files import (
+from tests.support.small_case import case_text
+from tests.support.stored_files import (
     flip_a_byte,
     is_a_folder,
     is_empty,
@@ -127,7 +127,7 @@ def test_basis_comes_back_bit_for_bit(path, basis, force):
             for name in ("start", "force", "displacement", "gram"):
                 assert_same(getattr(lines, name), getattr(expected, name))
         assert found.shapes.beside is basis.shapes.beside
-    assert found.shapes.reach == basis.shapes.reach
+    assert found.shapes.neighbours == basis.shapes.neighbours
     assert found.compliance.components == 3
     for gear in range(2):
         assert_same(found.compliance.gears[gear], basis.compliance.gears[gear])

@@ -10,7 +10,7 @@ import pytest
 from pmor.app import commands
 from pmor.app.cli import main
 from pmor.app.streams import usable_streams
-from tests.robustness.processes import ROOT
+from tests.support.processes import ROOT
 
 MANY = 100_000  # more than a pipe holds
 

@@ -10,7 +10,7 @@ from pmor.errors import CaseError
 from pmor.lab.study.cells import study_cases
 from pmor.lab.study.loader import load_study, parse_study
 from pmor.lab.study.settings import Cell, Member, quick_study
-from tests.small_case import case_text
+from tests.support.small_case import case_text
 
 SHIPPED = Path(__file__).parents[2] / "cases" / "paper_study.toml"
 

@@ -24,8 +24,8 @@ def some():
 
 
 def test_arrays_of_a_group_with_the_same_axes_share_a_table_with_their_places():
-    found, left_out = csv_tables(some(), "a sweep")
-    assert left_out == []
+    found, too_long = csv_tables(some(), "a sweep")
+    assert too_long == []
     assert sorted(found) == [
         "forces_per_torque_per_xyz.csv", "lines_per_section.csv", "lines_per_torque_per_section.csv",
         "ste_per_torque_per_angle.csv", "values.csv",
@@ -53,8 +53,8 @@ def test_an_axis_without_places_has_its_index_and_what_is_no_number_is_empty():
 
 def test_what_is_longer_than_a_table_is_left_out_by_name(monkeypatch):
     monkeypatch.setattr(tables, "MOST_ROWS", 5)
-    found, left_out = csv_tables(some(), "x")
-    assert left_out == ["ste/ste", "ste/converged"]
+    found, too_long = csv_tables(some(), "x")
+    assert too_long == ["ste/ste", "ste/converged"]
     assert "forces_per_torque_per_xyz.csv" in found
 
 

@@ -114,9 +114,7 @@ def test_flank_normal_equals_the_numerical_one_and_points_out_of_the_tooth(tooth
 @every_gear
 def test_base_pitch_is_the_distance_of_neighbouring_flanks_along_a_normal(tooth):
     u = rolls(tooth)
-    section_normal = tooth.flank_normal(u, 0.0)[:, :2] / math.cos(
-        math.atan(tooth.base_radius * tooth.twist_per_length)
-    )
+    section_normal = tooth.flank_normal(u, 0.0)[:, :2] / math.cos(math.atan(tooth.base_radius * tooth.twist_per_length))
     reached = tooth.flank_section(u) + tooth.base_pitch * section_normal
     c, s = math.cos(tooth.angular_pitch), math.sin(tooth.angular_pitch)
     neighbour = tooth.flank_section(u + tooth.angular_pitch) @ np.array([[c, s], [-s, c]])

@@ -6,16 +6,16 @@ import pytest
 from numpy.testing import assert_allclose
 
 import pmor
+from pmor.body.elastic_gear import elastic_gear, volume_displacement
+from pmor.body.volume import nodal_stress, principal_and_von_mises, sector_displacement
 from pmor.case import parse_case
 from pmor.export import vtkhdf
 from pmor.export.vtkhdf import FIELDS, export, flank_forces, step_angles
-from pmor.fe.cyclic import elastic_gear, volume_displacement
 from pmor.fe.hexahedron import shape_functions
-from pmor.fe.volume import nodal_stress, principal_and_von_mises, sector_displacement
 from pmor.mesh.element import QUADRATIC_NODES
 from pmor.mesh.sector import build_sector
-from tests.gear_models import POISSON, YOUNG, tooth
-from tests.small_case import case_text
+from tests.support.gear_models import POISSON, YOUNG, tooth
+from tests.support.small_case import case_text
 
 STEPS = 4  # to a pitch
 
@@ -120,7 +120,7 @@ def test_sectors_of_a_whole_gear_hold_together(written):
 
 
 def test_pressure_on_the_flanks_carries_the_torque(basis):
-    model = pmor.load(basis)
+    model = pmor.load_model(basis)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(vtkhdf, "STEPS_PER_PITCH", STEPS)
         phi = step_angles(model.reduced, True)

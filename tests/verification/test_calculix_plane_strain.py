@@ -19,13 +19,13 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.case import parse_case
-from pmor.contact.condition import Condition
-from pmor.contact.line_contact import line_contact
-from pmor.contact.solve import solve_position
+from pmor.kinematics.condition import Condition
 from pmor.lab.rivals.calculix import PROGRAM, calculix_available
+from pmor.line.hertz import line_contact
 from pmor.pair.model import elastic_model, mesh_model
-from tests.calculix_plane import plane_ste_um
-from tests.small_case import case_text
+from pmor.penalty.solve import solve_position
+from tests.support.calculix_plane import plane_ste_um
+from tests.support.small_case import case_text
 
 WIDTH = 20.0  # mm, of the pairs that torques are named for; 1 mm of it is solved
 PENALTY_N_MM3 = 5e7
@@ -75,7 +75,7 @@ def solved(name, torque, phi):
         np.array([values[hertz.pair == p].mean() for p in np.unique(hertz.pair)])
         for values in (hertz.line_load, hertz.half_width)
     )
-    return 1e3 * found.equilibria[0].lead * meshed.pair.pinion.base_radius, load, half_width
+    return 1e3 * found.equilibria[0].advance * meshed.pair.pinion.base_radius, load, half_width
 
 
 def calculix(name, torque, phi, ours_um, half_width):

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 
 from pmor.gear.classical import energy_method, formulas, weber_banaschek
 from pmor.gear.classical.tooth_beam import beam_integrals, involute_function, tooth_load
-from tests.beams import ALPHA, paper_beam, prismatic_beam
+from tests.support.beams import ALPHA, paper_beam, prismatic_beam
 
 E, NU = 210_000.0, 0.3
 PAPER = {

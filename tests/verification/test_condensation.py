@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from pmor.body.elastic_gear import elastic_gear, volume_displacement
 from pmor.conventions import rotation_z
 from pmor.fe.assembly import assemble, degrees_of_freedom
-from pmor.fe.cyclic import elastic_gear, volume_displacement
 from pmor.fe.whole_gear import whole_gear_displacement, whole_gear_mesh
-from tests.gear_models import POISSON, YOUNG, sector, tooth
+from tests.support.gear_models import POISSON, YOUNG, sector, tooth
 
 EQUAL = 1e-9  # relative to the largest entry: two exact routes; the stiffness is conditioned to 1e6
 RECIPROCAL = 1e-12  # made to hold exactly by averaging round-off
@@ -23,7 +23,7 @@ OFFSETS = (-2, -1, 0, 1, 2)
 def gear(request):
     name, element = request.param
     mesh = sector(GEARS[name], 3, 2, order=2 if element == "hex20" else 1)
-    return elastic_gear(mesh, YOUNG, POISSON, element, reach=2, keep_rows=True), element
+    return elastic_gear(mesh, YOUNG, POISSON, element, neighbours=2, keep_rows=True), element
 
 
 @pytest.fixture(scope="module")
@@ -41,9 +41,7 @@ def test_flank_displacements_equal_the_whole_gear_on_all_teeth_in_reach(gear, wh
     flank = degrees_of_freedom(elastic.mesh.flank)
     for offset in OFFSETS:
         expected = displacement[offset % elastic.mesh.teeth][flank]
-        assert_allclose(
-            elastic.tooth_compliance(offset) @ loads, expected, rtol=0, atol=EQUAL * np.abs(expected).max()
-        )
+        assert_allclose(elastic.tooth_compliance(offset) @ loads, expected, rtol=0, atol=EQUAL * np.abs(expected).max())
 
 
 def test_volume_displacement_equals_the_whole_gear(gear, whole):
@@ -111,7 +109,7 @@ def test_incompatible_modes_make_the_gear_softer():
 def ring(request):
     """A gear with few teeth whose compliance reaches all of them, with random forces on tooth 0."""
     mesh = sector(tooth(9, 0.0, 20.0 if "helical" in request.param else 0.0), 2, 1)
-    elastic = elastic_gear(mesh, YOUNG, POISSON, "hex8i", reach=4, keep_rows=True)
+    elastic = elastic_gear(mesh, YOUNG, POISSON, "hex8i", neighbours=4, keep_rows=True)
     return elastic, np.random.default_rng(5).normal(size=(mesh.flank.size, 3))
 
 
@@ -160,8 +158,8 @@ def test_energy_of_all_teeth_is_independent_of_the_frame_of_the_loaded_tooth(rin
 
 def test_stiffer_material_deflects_in_proportion():
     mesh = sector(tooth(9), 2, 1)
-    soft = elastic_gear(mesh, YOUNG, POISSON, "hex8i", reach=1).compliance
-    hard = elastic_gear(mesh, 4.0 * YOUNG, POISSON, "hex8i", reach=1).compliance
+    soft = elastic_gear(mesh, YOUNG, POISSON, "hex8i", neighbours=1).compliance
+    hard = elastic_gear(mesh, 4.0 * YOUNG, POISSON, "hex8i", neighbours=1).compliance
     assert_allclose(soft, 4.0 * hard, rtol=0, atol=1e-10 * np.abs(soft).max())
 
 

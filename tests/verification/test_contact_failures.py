@@ -6,20 +6,20 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-import pmor.contact.solve
+import pmor.penalty.solve
 from pmor.case import change_case, load_case
-from pmor.contact.condition import Condition, at_torques
-from pmor.contact.elasticity import ReducedElasticity
-from pmor.contact.equilibrium import solve_equilibrium
-from pmor.contact.kernels.search import search_room
-from pmor.contact.position import active_patches
-from pmor.contact.search import search_contact
-from pmor.contact.solve import solve_position, surface_error, window_depth
 from pmor.errors import ConvergenceError
+from pmor.kinematics.condition import Condition, at_torques
 from pmor.pair.conditions import nominal_condition
 from pmor.pair.model import elastic_model, mesh_model
-from tests.gear_models import meshed_pair
-from tests.loaded_pair import DEPTH, NEWTON, PAIRS, SAME_STATE, TORQUE, Model
+from pmor.penalty.elasticity import ReducedElasticity
+from pmor.penalty.equilibrium import solve_equilibrium
+from pmor.penalty.kernels.search import search_workspace
+from pmor.penalty.position import active_patches
+from pmor.penalty.search import search_contact
+from pmor.penalty.solve import solve_position, surface_error, window_depth
+from tests.support.gear_models import meshed_pair
+from tests.support.loaded_pair import DEPTH, NEWTON, PAIRS, SAME_STATE, TORQUE, Model
 
 
 def test_too_few_steps_raise_with_the_history():
@@ -55,7 +55,7 @@ def test_without_shapes_only_the_penalty_yields():
     contact = equilibrium.contact
     assert_allclose(-(contact.force @ contact.lever), TORQUE, rtol=NEWTON)
     assert rigid.displacement(equilibrium.coordinates).shape == position.nodes.shape
-    assert equilibrium.lead < model.solve(model.phi(0.8))[2].lead
+    assert equilibrium.advance < model.solve(model.phi(0.8))[2].advance
 
 
 @pytest.fixture(scope="module")
@@ -78,7 +78,7 @@ def test_a_window_too_small_is_noticed(overloaded):
 
 
 def test_solve_position_grows_its_windows_until_they_hold_the_contact(overloaded, monkeypatch):
-    monkeypatch.setattr("pmor.contact.solve.WINDOW_MARGIN", 1e-3)
+    monkeypatch.setattr("pmor.penalty.solve.WINDOW_MARGIN", 1e-3)
     model, phi, torque = overloaded
     conditions = at_torques([0.5 * torque, torque])
     solved = solve_position(model.meshed, phi, conditions, model.elasticity)
@@ -86,7 +86,7 @@ def test_solve_position_grows_its_windows_until_they_hold_the_contact(overloaded
     assert solved.position.depth > 2.9 * window_depth(model.meshed, conditions[1]), "it was too small at first"
     assert not solved.equilibria[1].contact.touches_border
     assert_allclose(
-        [e.lead * model.base_radius * 1e3 for e in solved.equilibria],
+        [e.advance * model.base_radius * 1e3 for e in solved.equilibria],
         [model.ste_um(phi, load) for load in (0.5 * torque, torque)],
         rtol=1e-6,  # windows of another size: rows beyond the strip do not matter
     )
@@ -98,7 +98,7 @@ def test_solve_position_reports_what_failed_and_goes_on(monkeypatch):
             raise ConvergenceError("too much", [(1.0, 1.0)])
         return solve_equilibrium(meshed, position, elasticity, condition, *rest, **more)
 
-    monkeypatch.setattr("pmor.contact.solve.solve_equilibrium", never)
+    monkeypatch.setattr("pmor.penalty.solve.solve_equilibrium", never)
     model = Model(PAIRS["paper"])
     solved = solve_position(model.meshed, model.phi(0.8), at_torques([2.0 * TORQUE, TORQUE]), model.elasticity)
     assert solved.equilibria[0] is None
@@ -107,10 +107,10 @@ def test_solve_position_reports_what_failed_and_goes_on(monkeypatch):
 
 
 @pytest.mark.parametrize("surface", ["hermite", "facet"])
-@pytest.mark.parametrize("far", [np.inf, pmor.contact.solve.FAR])
+@pytest.mark.parametrize("far", [np.inf, pmor.penalty.solve.FAR])
 def test_convergence_does_not_depend_on_the_company(surface, far, monkeypatch):
     """From a state under a ten-thousandth of the torque Newton finds no way; from none at all it does."""
-    monkeypatch.setattr(pmor.contact.solve, "FAR", far)
+    monkeypatch.setattr(pmor.penalty.solve, "FAR", far)
     model = Model(PAIRS["paper"], surface=surface)
     for share in (0.2, 0.25, 0.3):
         together, alone = (
@@ -118,13 +118,13 @@ def test_convergence_does_not_depend_on_the_company(surface, far, monkeypatch):
             for torques in ([1e-4 * TORQUE, TORQUE], [TORQUE])
         )
         assert together.failures == alone.failures == ()
-        assert_allclose(together.equilibria[1].lead, alone.equilibria[0].lead, rtol=SAME_STATE)
+        assert_allclose(together.equilibria[1].advance, alone.equilibria[0].advance, rtol=SAME_STATE)
 
 
 def test_a_point_at_the_border_of_two_patches_stays_where_it_was_found():
     model = Model(PAIRS["paper"])
     position = active_patches(model.meshed, model.phi(0.8), DEPTH)
-    room = search_room(position.kernel_pair, position.reach)
+    workspace = search_workspace(position.kernel_pair, position.patches)
     wheel, columns = position.window_slice(0, 1), model.meshed.wheel.columns
     width = model.meshed.pair.face_width / (columns - 1)
 
@@ -135,10 +135,10 @@ def test_a_point_at_the_border_of_two_patches_stays_where_it_was_found():
 
     start, beyond = columns_of(0.0), columns_of(2e-5)
     assert start != beyond
-    assert columns_of(0.0, room=room) == start
-    assert columns_of(2e-5, room=room) == beyond
+    assert columns_of(0.0, workspace=workspace) == start
+    assert columns_of(2e-5, workspace=workspace) == beyond
     assert columns_of(0.5e-5) == start
-    assert columns_of(0.5e-5, room=room) == beyond
+    assert columns_of(0.5e-5, workspace=workspace) == beyond
 
 
 @pytest.mark.parametrize(

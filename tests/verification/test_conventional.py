@@ -6,9 +6,6 @@ import scipy.sparse as sp
 from numpy.testing import assert_allclose
 
 from pmor.case import parse_case
-from pmor.contact.condition import Condition, at_torques
-from pmor.contact.flank import MeshedPair
-from pmor.contact.solve import solve_position
 from pmor.conventions import rotation_z
 from pmor.errors import CaseError, ConvergenceError
 from pmor.fe.assembly import assemble, degrees_of_freedom
@@ -16,11 +13,14 @@ from pmor.fe.completion import completion, nodes_of_elements
 from pmor.fe.nested_dissection import element_places, elimination_order, nested_dissection
 from pmor.fe.sparse_direct import assemble_arc, factorise
 from pmor.fe.whole_gear import whole_gear_mesh
+from pmor.kinematics.condition import Condition, at_torques
+from pmor.kinematics.meshed_pair import MeshedPair
 from pmor.lab.rivals.conventional import conventional_pair, solve_conventional
 from pmor.lab.rivals.conventional_cost import GearCost, StepEstimate, newton_step_seconds
 from pmor.pair.model import elastic_model, mesh_model
-from tests.gear_models import POISSON, YOUNG, sector, tooth
-from tests.small_case import case_text
+from pmor.penalty.solve import solve_position
+from tests.support.gear_models import POISSON, YOUNG, sector, tooth
+from tests.support.small_case import case_text
 
 SAME_STATE = 1e-9  # two exact routes to one equilibrium; they differ by the residuals at which Newton stops
 EXACT = 1e-12  # the same sums in another order
@@ -64,8 +64,8 @@ def test_conventional_solution_is_the_condensed_one(pair, share, loaded):
     expected = position.equilibria[0]
     assert np.count_nonzero(expected.pair_torque(len(position.position.pair_index))) == loaded
     found = solve_conventional(whole, phi, Condition(torque=TORQUE))
-    assert_allclose(found.lead, expected.lead, rtol=SAME_STATE)
-    assert_allclose(found.ste_um, expected.lead * whole.meshed.pair.pinion.base_radius * 1e3, rtol=SAME_STATE)
+    assert_allclose(found.advance, expected.advance, rtol=SAME_STATE)
+    assert_allclose(found.ste_um, expected.advance * whole.meshed.pair.pinion.base_radius * 1e3, rtol=SAME_STATE)
     assert found.steps <= expected.steps + 3
     assert found.steps == len(found.history) - 1
     assert 0.0 < found.factor_seconds < found.seconds
@@ -73,7 +73,7 @@ def test_conventional_solution_is_the_condensed_one(pair, share, loaded):
 
 def test_windows_too_small_grow_as_those_of_the_condensed_model(monkeypatch):
     condensed, whole = both_ways(SMALL_WINDOWS)  # those of facets allow for their sagitta and suffice
-    monkeypatch.setattr("pmor.contact.solve.WINDOW_MARGIN", 0.05)
+    monkeypatch.setattr("pmor.penalty.solve.WINDOW_MARGIN", 0.05)
     phi = angle(whole, ONE_PAIR)
     genuine = MeshedPair.kinematics
 
@@ -84,7 +84,7 @@ def test_windows_too_small_grow_as_those_of_the_condensed_model(monkeypatch):
     monkeypatch.setattr(MeshedPair, "kinematics", without_rows)
     expected = solve_position(whole.meshed, phi, at_torques([TORQUE]), condensed.elasticity_at).equilibria[0]
     found = solve_conventional(whole, phi, Condition(torque=TORQUE))
-    assert_allclose(found.lead, expected.lead, rtol=SAME_STATE)
+    assert_allclose(found.advance, expected.advance, rtol=SAME_STATE)
     assert found.factorisations > found.steps  # those in the smaller windows count as well
 
 

@@ -10,9 +10,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pmor.contact.condition import PLAIN, Built
-from pmor.design.settings import AMOUNT_KEYS, REACH_KEYS, Design, Goal, Load, Scatter, Search, Trade, Variable
-from pmor.lab.core.judge import Judge
+from pmor.design.judge import Judge
+from pmor.design.settings import AMOUNT_KEYS, EXTENT_KEYS, Design, Goal, Load, Scatter, Search, Trade, Variable
+from pmor.kinematics.condition import PLAIN, Assembly
 from tests.verification.test_exact_derivatives import ABOUT_TO, NOTHING, STEP, random_modification
 from tests.verification.test_line_loads import TORQUE, models
 
@@ -21,7 +21,7 @@ ANGLES = 12
 SHARPNESS = 5.0
 VARIABLES = tuple(
     Variable(key=key, gear=gear, range=(-1000.0, 1000.0)) for gear in ("pinion", "wheel")
-    for key in (*AMOUNT_KEYS, *REACH_KEYS)
+    for key in (*AMOUNT_KEYS, *EXTENT_KEYS)
 )  # fmt: skip
 
 
@@ -40,7 +40,7 @@ def kinks(judge, variable, here, moved, value, step):
     yield "section takes up or loses its load", (np.abs(other - load) > ABOUT_TO * load).any(axis=(1, 2))
     yield "patch comes to an edge", (here.edge_load_N_per_mm[0] > 0.0) != (moved.edge_load_N_per_mm[0] > 0.0)
     side = int(variable.gear == "wheel")
-    if variable.key in REACH_KEYS:
+    if variable.key in EXTENT_KEYS:
         if variable.key.endswith("deg"):
             places = np.degrees(here.roll_rad[..., side])
         else:
@@ -58,15 +58,15 @@ def errors_of(name, minimise, rng, named):
     # Shapes of relief are no variables.
     base = [replace(PLAIN.pinion, tip_relief_shape=m.tip_relief_shape, root_relief_shape=m.root_relief_shape)
             for m in flanks]  # fmt: skip
-    judge.base = Built(PLAIN.axes, *base)
-    state = judge.solver.solve(judge.built(x), differentiated=True)
-    exact = judge.ste_rates(state, judge.built(x))[:, 0]
+    judge.base = Assembly(PLAIN.misalignment, *base)
+    state = judge.solver.solve(judge.assembly(x), differentiated=True)
+    exact = judge.ste_rates(state, judge.assembly(x))[:, 0]
     _, figure, _ = judge.smooth(x, SHARPNESS)
     curve_errors, figure_errors = np.full(exact.shape, np.nan), np.full(len(x), np.nan)
     for k, variable in enumerate(VARIABLES):
         h = STEP[variable.key.split("_")[-1]]
         ends = [x + sign * h * (np.arange(len(x)) == k) for sign in (1.0, -1.0)]
-        states = [judge.solver.solve(judge.built(end)) for end in ends]
+        states = [judge.solver.solve(judge.assembly(end)) for end in ends]
         scale = max(np.abs(exact[k]).max(), NOTHING)
         smooth = np.ones(ANGLES, dtype=bool)
         for moved in states:

@@ -13,9 +13,9 @@ import pytest
 
 from pmor.case import change_case, load_case
 from pmor.dynamics.gear_model import gear_model
+from pmor.dynamics.measure import RUN_UP, at_rest, needed_harmonics, solve
 from pmor.dynamics.response import response
-from pmor.lab.dynamics.measure import RUN_UP, at_rest, needed_harmonics, solve
-from pmor.lab.dynamics.run import force_law, reduced_of, run_dynamics, tasks_of
+from pmor.dynamics.run import force_law, reduced_of, run_dynamics, tasks_of
 
 CASE = Path(__file__).parents[2] / "cases" / "osu_dynamics.toml"
 CURVES, JOBS = 64, 2

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.contact.condition import Condition, at_torques
-from pmor.contact.elasticity import ReducedElasticity
-from pmor.contact.equilibrium import solve_equilibrium
-from pmor.contact.position import active_patches
-from pmor.contact.search import search_contact
-from pmor.contact.solve import solve_position, surface_error
 from pmor.conventions import rotation_z
-from tests.loaded_pair import DEPTH, NEWTON, PAIRS, SAME_STATE, TORQUE, Model, every_pair, rigid_lead
+from pmor.kinematics.condition import Condition, at_torques
+from pmor.penalty.elasticity import ReducedElasticity
+from pmor.penalty.equilibrium import solve_equilibrium
+from pmor.penalty.position import active_patches
+from pmor.penalty.search import search_contact
+from pmor.penalty.solve import solve_position, surface_error
+from tests.support.loaded_pair import DEPTH, NEWTON, PAIRS, SAME_STATE, TORQUE, Model, every_pair, rigid_advance
 
 FORCE_BALANCE = 1e-10  # of the load; both gears get the same nodal forces with opposite signs
 # Of the torque; bilinear transfer puts a force where the facet under the patch is, up to a few um off its line.
@@ -34,7 +34,7 @@ def global_forces(model, position, elasticity, equilibrium):
         forces, points = [], []
         for number, index in enumerate(position.pair_index):
             own = position.phi + index * pair.pitch
-            angle = own + equilibrium.lead if gear == 0 else math.pi + pair.wheel_tooth_rotation(own)
+            angle = own + equilibrium.advance if gear == 0 else math.pi + pair.wheel_tooth_rotation(own)
             axis = np.array([0.0, pair.centre_distance * gear, 0.0])
             window = position.window_slice(number, gear)
             forces.append(nodal[window] @ rotation_z(angle).T)
@@ -85,24 +85,24 @@ def test_torques_are_in_the_ratio_of_the_teeth(pair):
 
 @pytest.mark.parametrize("slave", ["pinion", "wheel", "both", "tip"])
 def test_wheel_torque_follows_from_the_balance_of_energy(slave):
-    """T_1 (d phi + d lead) = T_2 d phi z_1 / z_2 + d (elastic and penalty energy), by finite differences."""
+    """T_1 (d phi + d advance) = T_2 d phi z_1 / z_2 + d (elastic and penalty energy), by finite differences."""
     model, step = Model(PAIRS["paper"], slave=slave), 2e-4
     found, expected, half_slope = [], [], []
     for share in (0.08, 0.33, 0.52, 0.83):
-        lead, energy = [], []
+        advance, energy = [], []
         for phi in (model.phi(share) - step, model.phi(share) + step):
             _, elasticity, equilibrium = model.solve(phi)
-            lead.append(equilibrium.lead)
+            advance.append(equilibrium.advance)
             penalty_energy = -0.5 * equilibrium.contact.force @ equilibrium.contact.gap
             energy.append(0.5 * elasticity.energy_norm(equilibrium.coordinates) ** 2 + penalty_energy)
-        slope = (lead[1] - lead[0]) / (2.0 * step)
+        slope = (advance[1] - advance[0]) / (2.0 * step)
         found.append(model.solve(model.phi(share))[2].wheel_torque / TORQUE - 1.0)
         expected.append(slope - (energy[1] - energy[0]) / (2.0 * step) / TORQUE)
         half_slope.append(0.5 * slope)
     scale = np.abs(found).max()
     # The bilinear transfer is not quite the derivative of the smooth gap: a few per cent remain.
     assert_allclose(found, expected, rtol=0, atol=0.1 * scale)
-    # Were the contact linear, half of the work of the lead would go into each. It is not, but the signs follow.
+    # Were the contact linear, half of the work of the advance would go into each. It is not, but the signs follow.
     assert np.corrcoef(found, half_slope)[0, 1] > 0.8
 
 
@@ -117,7 +117,7 @@ def test_identity_basis_is_the_full_model(share):
     factor = np.linalg.cholesky(full.compliance)
     reduced = ReducedElasticity(factor.reshape(-1, 3, factor.shape[1]))
     primal = solve_equilibrium(model.meshed, position, reduced, Condition(torque=TORQUE))
-    assert_allclose(primal.lead, dual.lead, rtol=SAME_STATE)
+    assert_allclose(primal.advance, dual.advance, rtol=SAME_STATE)
     assert_allclose(primal.wheel_torque, dual.wheel_torque, rtol=SAME_STATE)
     displacement = full.displacement(dual.coordinates)
     scale = np.abs(displacement).max()
@@ -153,7 +153,7 @@ def test_a_start_a_millimetre_off_converges_to_the_same_state(start_mm, share):
     position, elasticity, expected = model.solve(model.phi(share))
     start = elasticity.zero(), start_mm / model.base_radius
     found = solve_equilibrium(model.meshed, position, elasticity, Condition(torque=TORQUE), start)
-    assert_allclose(found.lead, expected.lead, rtol=SAME_STATE)
+    assert_allclose(found.advance, expected.advance, rtol=SAME_STATE)
     assert np.array_equal(found.contact.place, expected.contact.place)
 
 
@@ -165,9 +165,9 @@ def test_warm_starts_need_fewer_steps():
         usual, more = at_torques([TORQUE, 1.02 * TORQUE])
         warm = solve_equilibrium(model.meshed, position, elasticity, more, cold.scaled_start(1.02))
         cold_steps, warm_steps = cold_steps + cold.steps, warm_steps + warm.steps
-        again = solve_equilibrium(model.meshed, position, elasticity, usual, (cold.coordinates, cold.lead))
+        again = solve_equilibrium(model.meshed, position, elasticity, usual, (cold.coordinates, cold.advance))
         assert again.steps == 0
-        assert again.lead == cold.lead
+        assert again.advance == cold.advance
     assert warm_steps < cold_steps
 
 
@@ -199,8 +199,8 @@ def test_every_scheme_converges_to_a_plausible_state(scheme):
     reference, model = Model(PAIRS["paper"]), Model(PAIRS["paper"], **scheme)
     for share in (0.15, 0.85):
         phi = model.phi(share)
-        rigid = rigid_lead(model.meshed, phi) * model.base_radius * 1e3
-        rigid_reference = rigid_lead(reference.meshed, phi) * model.base_radius * 1e3
+        rigid = rigid_advance(model.meshed, phi) * model.base_radius * 1e3
+        rigid_reference = rigid_advance(reference.meshed, phi) * model.base_radius * 1e3
         found, expected = model.ste_um(phi) - rigid, reference.ste_um(phi) - rigid_reference
         soft = scheme.get("penalty") == 1e4
         assert 0.5 * expected < found < (20.0 if soft else 2.0) * expected
@@ -242,11 +242,13 @@ def test_search_that_ends_at_the_first_clear_row_misses_no_point(scheme):
     model = Model(PAIRS["paper"], **scheme)
     depth = 3.0 * model.meshed.expected_approach(TORQUE) + surface_error(model.meshed)
     positions = [active_patches(model.meshed, model.phi(share), depth) for share in np.linspace(0.0, 1.0, 8)]
-    leads = np.array([0.005, 0.01, 0.02]) / model.base_radius
+    advances = np.array([0.005, 0.01, 0.02]) / model.base_radius
 
     def points(positions):
-        contacts = [search_contact(model.meshed, p, np.zeros_like(p.nodes), lead) for p in positions for lead in leads]
+        contacts = [
+            search_contact(model.meshed, p, np.zeros_like(p.nodes), advance) for p in positions for advance in advances
+        ]
         return [sorted(map(tuple, np.column_stack([c.pair, c.slave, c.place[:, :2]]))) for c in contacts]
 
-    endless = [replace(p, reach=p.reach._replace(clear=1e9)) for p in positions]
+    endless = [replace(p, patches=p.patches._replace(clear=1e9)) for p in positions]
     assert points(positions) == points(endless)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.contact.condition import Built, at_torques
-from pmor.contact.deviation_rates import AMOUNTS, deviation_rates
 from pmor.flank import Modification
-from pmor.pair.conditions import conditions_built
+from pmor.kinematics.condition import Assembly, at_torques
+from pmor.kinematics.deviation_rates import AMOUNTS, deviation_rates
+from pmor.pair.conditions import conditions_of_assembly
 from pmor.results.sensitivity import sensitivities
 from pmor.results.sweep import mesh_stiffness
 from pmor_online.line_sweep import sweep_line_loads
@@ -36,10 +36,10 @@ def random_modification(rng, active):
     )  # fmt: skip
 
 
-def moved(built, parameter, by):
+def moved(assembly, parameter, by):
     gear, key = parameter.split(".")
-    modification = getattr(built, gear)
-    return replace(built, **{gear: replace(modification, **{key: getattr(modification, key) + by})})
+    modification = getattr(assembly, gear)
+    return replace(assembly, **{gear: replace(modification, **{key: getattr(modification, key) + by})})
 
 
 def at_a_kink(sweep, near):
@@ -58,32 +58,32 @@ def errors_of_sensitivities(name, rng, share):
     """Exact derivative less difference quotient, over the largest one of the parameter; NaN where sections change."""
     _, reduced = models(name)
     active = reduced.meshed.pair.active_rolls
-    built = Built(pinion=random_modification(rng, active[0]), wheel=random_modification(rng, active[1]))
+    assembly = Assembly(pinion=random_modification(rng, active[0]), wheel=random_modification(rng, active[1]))
     phi, torque = reduced.meshed.pair.pitch * share, TORQUE * 1e-3 * rng.uniform(0.2, 1.5)
-    sweep = sweep_line_loads(reduced, phi, conditions_built(built, [torque]), recorded=True)
-    found = sensitivities(sweep, deviation_rates(reduced.meshed, built, sweep.states.lines))
+    sweep = sweep_line_loads(reduced, phi, conditions_of_assembly(assembly, [torque]), recorded=True)
+    found = sensitivities(sweep, deviation_rates(reduced.meshed, assembly, sweep.states.lines))
     step = [STEP[parameter.split("_")[-1]] for parameter in found.parameter]
     conditions = []
     for parameter, h in zip(found.parameter, step, strict=True):
         for by in (-h, h):
-            conditions += conditions_built(moved(built, parameter, by), [torque])
+            conditions += conditions_of_assembly(moved(assembly, parameter, by), [torque])
     near = sweep_line_loads(reduced, phi, conditions, recorded=True)
     quotient = (near.ste_um[1::2] - near.ste_um[::2]) / (2.0 * np.array(step)[:, None])
     kink = at_a_kink(sweep, near)
-    same = ~(kink[::2] | kink[1::2] | beside_a_kink(sweep, reduced, built, found.parameter))
+    same = ~(kink[::2] | kink[1::2] | beside_a_kink(sweep, reduced, assembly, found.parameter))
     exact = found.ste[:, 0]
     scale = np.abs(exact).max(axis=1, keepdims=True)
     # Below that nothing but rounding is left: where relief is felt at the tip alone, its start is not.
     return np.where(same, (exact - quotient) / np.maximum(scale, NOTHING), np.nan), found
 
 
-def beside_a_kink(sweep, reduced, built, parameters):
+def beside_a_kink(sweep, reduced, assembly, parameters):
     """Whether a section that carries is within the step of where a relief begins or ends, (parameters, angles)."""
     lines = sweep.states.lines
     found = np.zeros((len(parameters), len(sweep.phi_rad)), dtype=bool)
     for row, parameter in enumerate(parameters):
         gear, key = parameter.split(".")
-        value, side = getattr(getattr(built, gear), key), int(gear == "wheel")
+        value, side = getattr(getattr(assembly, gear), key), int(gear == "wheel")
         roll = np.degrees(lines.roll_rad[..., side])
         low, high = reduced.meshed.pair.faces[side]
         inwards = np.broadcast_to(np.minimum(lines.z_mm - low, high - lines.z_mm), roll.shape)
@@ -110,14 +110,14 @@ def test_sensitivities_are_the_difference_quotients_for_fifty_random_modificatio
 
 @pytest.mark.parametrize("name", ["spur", "unequal", "edges", "helical", "quadratic"])
 def test_tangent_stiffness_is_the_difference_quotient_in_torque(name):
-    """On modified flanks; where a tip corner carries, its lever turns with the lead."""
+    """On modified flanks; where a tip corner carries, its lever turns with the advance."""
     _, reduced = models(name)
     rng, h = np.random.default_rng(18), 1e-5
     phi, radius = reduced.meshed.pair.pitch * np.linspace(0.0, 1.0, 20), reduced.meshed.pair.pinion.base_radius
     for _ in range(3):
         flank = random_modification(rng, reduced.meshed.pair.active_rolls[0])
-        built, torque = Built(pinion=flank), 1e-3 * TORQUE * rng.uniform(0.2, 1.5)
-        conditions = conditions_built(built, [torque * (1.0 - h), torque, torque * (1.0 + h)])
+        assembly, torque = Assembly(pinion=flank), 1e-3 * TORQUE * rng.uniform(0.2, 1.5)
+        conditions = conditions_of_assembly(assembly, [torque * (1.0 - h), torque, torque * (1.0 + h)])
         sweep = sweep_line_loads(reduced, phi, conditions)
         quotient = 2e3 * h * torque / radius / (sweep.ste_um[2] - sweep.ste_um[0])
         # Measured 1e-7 at most.
@@ -134,9 +134,7 @@ def test_stiffness_is_that_of_a_recorded_sweep_and_of_neighbouring_torques():
     assert_allclose(plain.stiffness_N_per_um, recorded.stiffness_N_per_um, rtol=1e-6)
     pair = reduced.meshed.pair
     exact = mesh_stiffness(plain, pair.pinion.base_radius, pair.common_width)
-    difference = mesh_stiffness(
-        replace(plain, stiffness_N_per_um=None), pair.pinion.base_radius, pair.common_width
-    )
+    difference = mesh_stiffness(replace(plain, stiffness_N_per_um=None), pair.pinion.base_radius, pair.common_width)
     assert exact.tangent.shape == (3, 5)
     assert difference.tangent.shape == (2, 5)
     # The tangent rises by 0.3 % from one to the next.

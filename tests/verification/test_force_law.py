@@ -8,18 +8,18 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from pmor.case import parse_case
-from pmor.contact.condition import ALIGNED, Axes, Condition, at_leads, at_torques
-from pmor.contact.elasticity import ReducedElasticity
-from pmor.contact.equilibrium import solve_equilibrium
-from pmor.contact.position import active_patches
-from pmor.contact.solve import solve_position
 from pmor.errors import ConvergenceError
+from pmor.kinematics.condition import ALIGNED, Condition, Misalignment, at_advances, at_torques
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.pair.sweep import force_law, sweep_ste
-from tests.small_case import case_text
+from pmor.penalty.elasticity import ReducedElasticity
+from pmor.penalty.equilibrium import solve_equilibrium
+from pmor.penalty.position import active_patches
+from pmor.penalty.solve import solve_position
+from tests.support.small_case import case_text
 
 SAME_TORQUE = 1e-8  # relative; both solutions end below 1e-9
-TILTED = Axes(in_plane_um=30.0, out_of_plane_um=-20.0, centre_distance_um=40.0)
+TILTED = Misalignment(in_plane_um=30.0, out_of_plane_um=-20.0, centre_distance_um=40.0)
 TORQUES = [2e4, 1e5, 3e5]  # N mm; under much less, round-off of the coordinates shows
 every_scheme = pytest.mark.parametrize("scheme", ["line", "direct"])
 
@@ -33,16 +33,16 @@ def model(scheme):
 
 @every_scheme
 @pytest.mark.parametrize("axes", [ALIGNED, TILTED], ids=["aligned", "tilted"])
-def test_at_the_lead_of_a_torque_the_contact_forces_make_that_torque(scheme, axes):
+def test_at_the_advance_of_a_torque_the_contact_forces_make_that_torque(scheme, misalignment):
     pair = model(scheme)
     meshed = pair.mesh.meshed
     phi = meshed.pair.pitch * np.array([0.0, 0.3, 0.8])
-    driven = sweep_ste(meshed, pair.elasticity_at, phi, at_torques(TORQUES, axes))
+    driven = sweep_ste(meshed, pair.elasticity_at, phi, at_torques(TORQUES, misalignment))
     for i in range(len(phi)):
-        leads = 1e-3 * driven.ste_um[:, i] / meshed.pair.pinion.base_radius
-        # Larger leads first: a start from more deformed flanks, which may stand apart, is none to trust.
+        advances = 1e-3 * driven.ste_um[:, i] / meshed.pair.pinion.base_radius
+        # Larger advances first: a start from more deformed flanks, which may stand apart, is none to trust.
         for order in (slice(None), slice(None, None, -1)):
-            law = force_law(meshed, pair.elasticity_at, phi[i : i + 1], leads[order], axes)
+            law = force_law(meshed, pair.elasticity_at, phi[i : i + 1], advances[order], misalignment)
             assert law.converged.all()
             assert_allclose(1e3 * law.torque_Nm[order, 0], TORQUES, rtol=SAME_TORQUE)
             shares = law.pair_torque_Nm[order, 0] / law.torque_Nm[order, :1]
@@ -61,49 +61,49 @@ def test_flanks_that_are_apart_exchange_no_force(scheme):
     assert_allclose(law.torque_Nm[2], 0.0, atol=1e-9 * TORQUES[1])  # the flanks just touch
 
 
-def test_the_torque_grows_with_the_lead():
+def test_the_torque_grows_with_the_advance():
     pair = model("line")
     meshed = pair.mesh.meshed
-    leads = np.linspace(-1e-5, 3e-4, 8)
-    law = force_law(meshed, pair.elasticity_at, meshed.pair.pitch * np.array([0.2, 0.7]), leads)
+    advances = np.linspace(-1e-5, 3e-4, 8)
+    law = force_law(meshed, pair.elasticity_at, meshed.pair.pitch * np.array([0.2, 0.7]), advances)
     assert np.all(np.diff(law.torque_Nm[1:], axis=0) > 0.0)
 
 
 def test_the_primal_form_of_a_reduced_model_gives_the_same_force():
-    """All displacements of the window as members: the stiffness of amplitudes against the flexibility of points."""
+    """All displacements of the window as active shapes: the stiffness of amplitudes against the flexibility of points."""
     pair = model("direct")
     position = active_patches(pair.mesh.meshed, 0.1, 0.05)
     full = pair.elasticity_at(position)
     values, vectors = np.linalg.eigh(full.compliance)
     kept = values > 1e-14 * values.max()
-    members = vectors[:, kept] * np.sqrt(values[kept])
-    reduced = ReducedElasticity(members.reshape(len(position.nodes), 3, -1))
-    condition = Condition(lead=2e-4)
+    active_shapes = vectors[:, kept] * np.sqrt(values[kept])
+    reduced = ReducedElasticity(active_shapes.reshape(len(position.nodes), 3, -1))
+    condition = Condition(advance=2e-4)
     found, expected = (solve_equilibrium(pair.mesh.meshed, position, e, condition) for e in (reduced, full))
     pairs = len(position.pair_index)
     assert_allclose(found.pair_torque(pairs), expected.pair_torque(pairs), rtol=1e-6, atol=1e-6)
 
 
 @every_scheme
-def test_too_few_steps_raise_and_name_the_lead(scheme):
+def test_too_few_steps_raise_and_name_the_advance(scheme):
     pair = model(scheme)
     position = active_patches(pair.mesh.meshed, 0.1, 0.05)
-    with pytest.raises(ConvergenceError, match=r"no equilibrium at phi = 0.1 rad, lead = 0.0003 rad after 1 Newton"):
+    with pytest.raises(ConvergenceError, match=r"no equilibrium at phi = 0.1 rad, advance = 0.0003 rad after 1 Newton"):
         elasticity = pair.elasticity_at(position)
-        solve_equilibrium(pair.mesh.meshed, position, elasticity, Condition(lead=3e-4), max_steps=1)
+        solve_equilibrium(pair.mesh.meshed, position, elasticity, Condition(advance=3e-4), max_steps=1)
 
 
 def test_a_condition_has_one_drive():
-    for both_or_none in ({}, {"torque": 1.0, "lead": 1.0}):
-        with pytest.raises(ValueError, match="either the torque or the lead"):
+    for both_or_none in ({}, {"torque": 1.0, "advance": 1.0}):
+        with pytest.raises(ValueError, match="either the torque or the advance"):
             Condition(**both_or_none)
     with pytest.raises(ValueError, match="needs a condition with a torque"):
-        _ = Condition(lead=1e-4).given_torque
+        _ = Condition(advance=1e-4).given_torque
 
 
 def test_conditions_that_share_windows_share_their_axes():
     pair = model("line")
-    conditions = [*at_leads([1e-4]), *at_leads([1e-4], TILTED)]
+    conditions = [*at_advances([1e-4]), *at_advances([1e-4], TILTED)]
     with pytest.raises(ValueError, match="need the same axes and flanks, not 2"):
         solve_position(pair.mesh.meshed, 0.1, conditions, pair.elasticity_at)
 

@@ -14,7 +14,7 @@ from pmor.dynamics.kernels.laws import VaryingStiffness
 from pmor.dynamics.quantities import cycle_of, quantities
 from pmor.dynamics.response import response
 from pmor.pair.model import gear_pair
-from tests.small_case import case_text
+from tests.support.small_case import case_text
 
 TORQUE_NM, STIFFNESS = 100.0, 3e5  # N/mm
 LAW = VaryingStiffness(STIFFNESS, 0.15, False)

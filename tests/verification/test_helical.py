@@ -8,20 +8,20 @@ import pytest
 from numpy.testing import assert_allclose
 
 import pmor
+from pmor.body.elastic_gear import elastic_gear
 from pmor.case import parse_case
-from pmor.contact.condition import at_torques
-from pmor.contact.solve import solve_position
 from pmor.fe.assembly import assemble
-from pmor.fe.cyclic import elastic_gear
+from pmor.kinematics.condition import at_torques
 from pmor.mesh.sector import build_sector
 from pmor.pair.limits import range_warnings
 from pmor.pair.model import approach_estimate, elastic_model, gear_pair, mesh_model
 from pmor.pair.sweep import sweep_ste
+from pmor.penalty.solve import solve_position
 from pmor_offline.train import train
 from pmor_online.model import reduced_pair
 from pmor_online.sweep import sweep_reduced_pair
-from tests.gear_models import POISSON, YOUNG, tooth
-from tests.small_case import case_text
+from tests.support.gear_models import POISSON, YOUNG, tooth
+from tests.support.small_case import case_text
 
 MIRROR = 1e-10  # relative to the largest entry: the same sums in another order
 SAME = 1e-7  # relative; the same state in turned coordinates, each to Newton's tolerance and the feet's
@@ -81,7 +81,7 @@ def test_the_other_hand_has_the_compliance_of_the_mirror_image():
     bodies = []
     for hand in (1.0, -1.0):
         mesh = build_sector(tooth(12, 0.2, hand * 25.0), 8.0, 20.0, 3, 2)
-        bodies.append(elastic_gear(mesh, YOUNG, POISSON, "hex8i", reach=2))
+        bodies.append(elastic_gear(mesh, YOUNG, POISSON, "hex8i", neighbours=2))
     shape = *bodies[0].mesh.flank.shape, 3
     mirror = np.array([1.0, 1.0, -1.0])
     for offset in (-1, 0, 2):
@@ -129,7 +129,7 @@ def test_a_helical_basis_is_read_back(shapes, tmp_path):
     trained = pmor.train(case)
     trained.save(tmp_path / "basis.h5")
     phi = angles(trained.reduced.meshed.pair, 3)
-    again = pmor.load(tmp_path / "basis.h5").sweep(angles=phi)
+    again = pmor.load_model(tmp_path / "basis.h5").sweep(angles=phi)
     assert again.converged.all()
     assert np.array_equal(again.ste_um, trained.sweep(angles=phi).ste_um)
 

@@ -8,19 +8,19 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.case import parse_case
-from pmor.contact.condition import PLAIN, at_torques
-from pmor.contact.kernels.sections import closest_approach
-from pmor.contact.kernels.types import Motion
-from pmor.contact.line_contact import line_contact
-from pmor.contact.solve import solve_position
 from pmor.conventions import rotation_z
 from pmor.flank import UNMODIFIED, Modification
+from pmor.kinematics.condition import PLAIN, at_torques
+from pmor.kinematics.kernels.types import Motion
 from pmor.lab.stability.balances import stored_energy
+from pmor.line.hertz import line_contact
+from pmor.line.kernels.contact_point import closest_approach
 from pmor.pair.model import elastic_model, mesh_model
+from pmor.penalty.solve import solve_position
 from pmor_offline.train import train
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.model import reduced_pair
-from tests.small_case import case_text
+from tests.support.small_case import case_text
 
 TORQUE = 1e5  # N mm
 BALANCE = 1e-9
@@ -63,7 +63,10 @@ def in_space(meshed, roll_position, gear):
 
 def opening_in_space(meshed, roll_position, z):
     """Where pinion and wheel meet in a section, and how displacements of the two points open the gap."""
-    kinematics, motions = meshed.kinematics(PLAIN.axes), [Motion(np.zeros((3, 3)), np.zeros(3)) for _ in range(2)]
+    kinematics, motions = (
+        meshed.kinematics(PLAIN.misalignment),
+        [Motion(np.zeros((3, 3)), np.zeros(3)) for _ in range(2)],
+    )
     m = closest_approach(kinematics, meshed.gears, roll_position, 0.0, z, *motions)
     found = []
     for gear, (tooth, roll, direction) in enumerate((
@@ -129,7 +132,7 @@ def test_forces_and_moments_on_the_bearings_are_those_of_the_plane_of_action(hel
 
 @pytest.mark.parametrize("share", [0.05, 0.4, 0.75])
 def test_torques_follow_from_the_balance_of_energy(share):
-    """T_1 (d phi + d lead) = T_2 d phi z_1 / z_2 + d (elastic energy and that of the layers), by finite differences."""
+    """T_1 (d phi + d advance) = T_2 d phi z_1 / z_2 + d (elastic energy and that of the layers), by finite differences."""
     full, step = model(20.0), 1e-4
     meshed, pair = full.mesh.meshed, full.mesh.meshed.pair
 
@@ -140,7 +143,7 @@ def test_torques_follow_from_the_balance_of_energy(share):
 
     phi = pair.roll_position_range[0] + share * pair.pitch
     (before, energy_before), (here, _), (after, energy_after) = (state(phi + s * step) for s in (-1.0, 0.0, 1.0))
-    expected = (after.lead - before.lead - (energy_after - energy_before) / TORQUE) / (2.0 * step)
+    expected = (after.advance - before.advance - (energy_after - energy_before) / TORQUE) / (2.0 * step)
     ratio = here.wheel_torque / TORQUE * pair.pinion.teeth / pair.wheel.teeth - 1.0
     # Measured 2e-4 at 0.75, where a corner carries: the middle of its pressure is a little beside it.
     assert_allclose(expected, ratio, rtol=0.0, atol=1e-4 if share < 0.5 else 3e-4)
@@ -156,16 +159,16 @@ def test_a_helix_of_a_tenth_of_a_degree_is_as_good_as_none(flank):
     for helix_deg in (0.0, 0.1):
         full = narrow_model(helix_deg)
         meshed = full.mesh.meshed
-        leads, pressures = [], []
+        advances, pressures = [], []
         for share in np.arange(4) / 4.0:
             solved = solve_position(
                 meshed, share * meshed.pair.pitch, at_torques([TORQUE], pinion=flank, wheel=flank), full.elasticity_at
             )
-            leads.append(solved.equilibria[0].lead * meshed.pair.pinion.base_radius)
+            advances.append(solved.equilibria[0].advance * meshed.pair.pinion.base_radius)
             state = solved.equilibria[0].contact
             on_flank = np.abs(state.lever + meshed.pair.pinion.base_radius) < 1e-9
             pressures.append(line_contact(meshed, solved.position, state).peak_pressure[on_flank].max())
-        found.append((np.mean(leads), max(pressures)))
+        found.append((np.mean(advances), max(pressures)))
     assert_allclose(found[1][0], found[0][0], rtol=5e-3)
     assert_allclose(found[1][1], found[0][1], rtol=2e-2)
 

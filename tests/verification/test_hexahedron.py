@@ -10,7 +10,7 @@ from pmor.errors import MeshError
 from pmor.fe.assembly import assemble, degrees_of_freedom
 from pmor.fe.hexahedron import element_stiffness
 from pmor.mesh.element import QUADRATIC_NODES, node_places
-from tests.gear_models import POISSON, YOUNG
+from tests.support.gear_models import POISSON, YOUNG
 
 PATCH = 1e-10  # relative; a linear field is exact but for round-off in a solve of some 100 unknowns
 ROUND_OFF = 1e-12  # relative to the largest eigenvalue

@@ -7,10 +7,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.case import parse_case
-from pmor.contact.condition import at_torques
-from pmor.contact.solve import solve_position
 from pmor.errors import ConvergenceError, ExternalProgramError
 from pmor.fe.whole_gear import whole_gear_mesh
+from pmor.kinematics.condition import at_torques
 from pmor.lab.rivals.calculix import (
     ELEMENTS,
     PROGRAM,
@@ -22,7 +21,8 @@ from pmor.lab.rivals.calculix import (
     run_deck,
 )
 from pmor.pair.model import elastic_model, mesh_model
-from tests.small_case import case_text
+from pmor.penalty.solve import solve_position
+from tests.support.small_case import case_text
 
 # Of the STE; agreement within 2e-2 is what is asked for.
 SAME_MECHANICS = 2e-4  # measured: 7e-5 at most; 1e-3 would hide a penalty that is wrong by a twentieth
@@ -41,8 +41,12 @@ needs_calculix = pytest.mark.skipif(not calculix_available(), reason=f"CalculiX 
 def paper_case(profile_elements, width_elements, element="hex8", **gears):
     """The paper's pair with facets, the surface that CalculiX has."""
     text = case_text(
-        mesh={"profile_elements": profile_elements, "width_elements": width_elements, "width": "whole",
-              "element": element},
+        mesh={
+            "profile_elements": profile_elements,
+            "width_elements": width_elements,
+            "width": "whole",
+            "element": element,
+        },
         contact={"scheme": "facet", "lodm_profile": 1, "slave": "pinion"},
         **gears,
     )
@@ -64,7 +68,7 @@ class Pair:
         """Our STE, with another contact scheme on the same elastic gears."""
         meshed = mesh_model(replace(self.case, contact=replace(self.case.contact, **contact))).meshed
         solved = solve_position(meshed, self.phi(share), at_torques([torque]), self.elastic.elasticity_at)
-        return solved.equilibria[0].lead * meshed.pair.pinion.base_radius * 1e3
+        return solved.equilibria[0].advance * meshed.pair.pinion.base_radius * 1e3
 
     def calculix_um(self, share, torque=TORQUE, **options):
         return calculix_ste(self.case, self.mesh, self.phi(share), torque, **options).ste_um
@@ -193,7 +197,9 @@ def test_arcs_keep_the_teeth_that_can_touch_and_so_many_beside_them():
     )
     assert set(arcs) < set(whole)
     lines = [sum(line.count(",") == 8 for line in deck) for deck in (whole, arcs)]
-    assert lines == [2 * count * len(mesh.pinion.elements) for count in (21, 4)]  # two pairs in reach, one on each side
+    assert lines == [
+        2 * count * len(mesh.pinion.elements) for count in (21, 4)
+    ]  # two pairs that can touch, one on each side
 
 
 def solve_with(program, tmp_path, monkeypatch):

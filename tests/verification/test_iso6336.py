@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.gear.classical import iso6336
-from tests.beams import ALPHA
+from tests.support.beams import ALPHA
 
 
 def test_iso_single_stiffness_of_the_paper_pair():

@@ -7,10 +7,10 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.case import change_case, load_case
-from pmor.contact.position import active_patches, overshoot, pairs_in_reach
 from pmor.pair.model import mesh_model
-from tests.gear_models import meshed_pair
-from tests.loaded_pair import DEPTH, PAIRS, SAME_STATE, TORQUE, Model, every_pair, rigid_lead
+from pmor.penalty.position import active_patches, overshoot, tooth_pair_count
+from tests.support.gear_models import meshed_pair
+from tests.support.loaded_pair import DEPTH, PAIRS, SAME_STATE, TORQUE, Model, every_pair, rigid_advance
 
 
 @every_pair
@@ -27,8 +27,8 @@ def test_pairs_in_reach_are_those_of_the_kinematics(pair):
     margin = overshoot(meshed, DEPTH)
     for phi in np.linspace(-pair.pitch, pair.pitch, 9):
         position = active_patches(meshed, phi, DEPTH)
-        assert position.pair_index.tolist() == pair.pairs_in_reach(phi, margin).tolist()
-        assert len(position.pair_index) <= pairs_in_reach(meshed)
+        assert position.pair_index.tolist() == pair.tooth_pair_count(phi, margin).tolist()
+        assert len(position.pair_index) <= tooth_pair_count(meshed)
 
 
 @every_pair
@@ -52,31 +52,33 @@ def test_rigid_pair_has_no_transmission_error():
     """64 Hermite elements in roll-angle spacing, gaps only: below 0.02 um over a pitch."""
     pair = PAIRS["paper"]
     meshed = meshed_pair(pair, 64, 1, lodm_profile=8)
-    lead = [rigid_lead(meshed, pair.roll_position_range[0] + share * pair.pitch) for share in np.linspace(0, 1, 13)]
-    assert np.abs(lead).max() * pair.pinion.base_radius * 1e3 < 0.02
+    advance = [
+        rigid_advance(meshed, pair.roll_position_range[0] + share * pair.pitch) for share in np.linspace(0, 1, 13)
+    ]
+    assert np.abs(advance).max() * pair.pinion.base_radius * 1e3 < 0.02
 
 
 @pytest.mark.parametrize(("elements", "most_um"), [(6, 5.0), (8, 1.5), (16, 0.4)])
 def test_without_load_coarse_patches_miss_the_involute_by_what_the_readme_says(elements, most_um):
     case = load_case(Path(__file__).parents[2] / "cases" / "small_spur.toml")
     meshed = mesh_model(change_case(case, mesh={"profile_elements": elements})).meshed
-    lead = [rigid_lead(meshed, meshed.pair.pitch * share) for share in np.arange(32) / 32]
-    ste_um = np.array(lead) * meshed.pair.pinion.base_radius * 1e3
+    advance = [rigid_advance(meshed, meshed.pair.pitch * share) for share in np.arange(32) / 32]
+    ste_um = np.array(advance) * meshed.pair.pinion.base_radius * 1e3
     assert 0.5 * most_um < np.abs(ste_um).max() < most_um
 
 
 def test_rigid_unequal_shifted_pair_has_no_transmission_error():
     pair = PAIRS["unequal, wide"]
     meshed = meshed_pair(pair, 64, 1, lodm_profile=8)
-    lead = [rigid_lead(meshed, pair.roll_position_range[0] + share * pair.pitch) for share in (0.1, 0.5, 0.9)]
-    assert np.abs(lead).max() * pair.pinion.base_radius * 1e3 < 0.02
+    advance = [rigid_advance(meshed, pair.roll_position_range[0] + share * pair.pitch) for share in (0.1, 0.5, 0.9)]
+    assert np.abs(advance).max() * pair.pinion.base_radius * 1e3 < 0.02
 
 
-def test_small_loads_lead_to_the_rigid_pair():
+def test_small_loads_give_the_rigid_pair():
     model = Model(PAIRS["paper"])
     for share in (0.3, 0.9):
         phi = model.phi(share)
-        rigid = rigid_lead(model.meshed, phi) * model.base_radius * 1e3
+        rigid = rigid_advance(model.meshed, phi) * model.base_radius * 1e3
         # At such loads penetrations of 1e-6 mm drown in the round-off of coordinates of 80 mm.
         approach = [model.ste_um(phi, torque, tolerance=1e-5) - rigid for torque in (TORQUE, 1e3, 1e1)]
         assert approach[0] > approach[1] > approach[2] > 0.0
@@ -86,7 +88,7 @@ def test_small_loads_lead_to_the_rigid_pair():
 def test_approach_grows_with_the_torque_and_stiffens():
     model = Model(PAIRS["paper"])
     phi = model.phi(0.9)
-    rigid = rigid_lead(model.meshed, phi) * model.base_radius * 1e3
+    rigid = rigid_advance(model.meshed, phi) * model.base_radius * 1e3
     light, nominal, heavy = (model.ste_um(phi, factor * TORQUE) - rigid for factor in (0.1, 1.0, 10.0))
     assert 0.0 < light < nominal < heavy
     assert light / 0.1 > nominal > heavy / 10.0  # more teeth and wider strips touch

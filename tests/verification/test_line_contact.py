@@ -9,26 +9,24 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.case import changed_text, load_case, parse_case
-from pmor.contact.condition import ALIGNED, at_torques
-from pmor.contact.kernels.sections import closest_approach, cubic_rows, involute_foot, roll_of
-from pmor.contact.kernels.types import Motion
-from pmor.contact.line_contact import line_contact
-from pmor.contact.position import relative_motion
-from pmor.contact.solve import solve_position
 from pmor.conventions import rotation_z
+from pmor.kinematics.condition import ALIGNED, at_torques
+from pmor.kinematics.kernels.types import Motion
 from pmor.lab.stability.balances import stored_energy
+from pmor.line.hertz import line_contact
+from pmor.line.kernels.contact_point import closest_approach, cubic_rows, involute_foot, roll_of
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.pair.sweep import sweep_ste
+from pmor.penalty.position import relative_motion
+from pmor.penalty.solve import solve_position
 from pmor.results.sweep import ripple_um
-from tests.gear_models import POISSON, YOUNG
-from tests.loaded_pair import line_model
-from tests.small_case import case_text
+from tests.support.gear_models import POISSON, YOUNG
+from tests.support.loaded_pair import line_model
+from tests.support.small_case import case_text
 
 CASES = Path(__file__).parents[2] / "cases"
 ROUND_OFF = 1e-12
 TORQUE = 1e5  # N mm
-
-
 
 
 # --- exact flanks --------------------------------------------------------------------------------------------------
@@ -73,17 +71,19 @@ def test_a_corner_meets_the_involute_at_its_distance(slave, beyond, radius, unli
     if slave == 1:
         rotation, shift = rotation.T, -rotation.T @ shift
     motion = Motion(np.ascontiguousarray(rotation), shift)
-    meeting = involute_foot(meshed.gears, slave, own.tip_roll_angle, radius, motion)
+    contact_point = involute_foot(meshed.gears, slave, own.tip_roll_angle, radius, motion)
     centre = own.flank_point(own.tip_roll_angle, 0.0) - radius * own.flank_normal(own.tip_roll_angle, 0.0)
     corner = (rotation @ centre + shift)[:2]
 
     # Around the foot: the tooth's other side is near too.
-    foot = roll_of(meeting, 1 - slave)
+    foot = roll_of(contact_point, 1 - slave)
     roll = foot + np.linspace(-0.05, 0.05, 100_001)
     distance = np.linalg.norm(mate.flank_section(roll) - corner, axis=1)
-    assert_allclose(abs(meeting.gap + radius), distance.min(), rtol=1e-6, atol=1e-9)
+    assert_allclose(abs(contact_point.gap + radius), distance.min(), rtol=1e-6, atol=1e-9)
     assert_allclose(foot, roll[distance.argmin()], atol=2e-6)
-    assert_allclose(abs(meeting.mate_lever if slave == 0 else meeting.lever), mate.base_radius, rtol=ROUND_OFF)
+    assert_allclose(
+        abs(contact_point.mate_lever if slave == 0 else contact_point.lever), mate.base_radius, rtol=ROUND_OFF
+    )
 
 
 def test_levers_are_the_derivatives_of_the_gap(unlike):
@@ -97,7 +97,7 @@ def test_levers_are_the_derivatives_of_the_gap(unlike):
             for turn in (-step, 0.0, step)
         )
         assert_allclose((above.gap - below.gap) / (2.0 * step), here.lever, rtol=1e-5)
-        if here.corner_lead == 0.0:
+        if here.corner_advance == 0.0:
             assert_allclose((above.lever - below.lever) / (2.0 * step), here.lever_slope, rtol=1e-5, atol=1e-6)
 
 
@@ -232,21 +232,29 @@ def test_exchanging_the_gears_changes_nothing(share):
     corner = not np.allclose(here.contact.lever, -pair.pinion.base_radius, rtol=1e-9)
     if corner:  # one holds the wheel, the other the pinion: a corner is in the same place when that one has turned back
         for _ in range(3):
-            there = solve(other, angle - there.lead, here.wheel_torque)
+            there = solve(other, angle - there.advance, here.wheel_torque)
     # The compliance is taken where the flanks meet kinematically, which is not quite there then.
     tolerance = 3e-4 if corner else 1e-9
-    assert_allclose(there.lead * mirrored.pinion.base_radius, here.lead * pair.pinion.base_radius, rtol=tolerance)
+    assert_allclose(there.advance * mirrored.pinion.base_radius, here.advance * pair.pinion.base_radius, rtol=tolerance)
     assert_allclose(there.wheel_torque, TORQUE, rtol=tolerance)
 
 
 # Place beside the end of the path of contact at which a pair enters (0) or leaves (1), rad.
 @pytest.mark.parametrize(
     ("end", "beside", "corner"),
-    [(0, -0.0125, -3.7e-3), (0, -0.008, -4.7e-3), (0, 0.0, 0), (0, 0.01, 0), (1, -0.01, 0), (1, 0.0, 2e-4),
-     (1, 0.005, 3.5e-3), (1, 0.01, 4.9e-3)],
+    [
+        (0, -0.0125, -3.7e-3),
+        (0, -0.008, -4.7e-3),
+        (0, 0.0, 0),
+        (0, 0.01, 0),
+        (1, -0.01, 0),
+        (1, 0.0, 2e-4),
+        (1, 0.005, 3.5e-3),
+        (1, 0.01, 4.9e-3),
+    ],
 )
 def test_wheel_torque_follows_from_the_balance_of_energy(end, beside, corner, unlike):
-    """T_1 (d phi + d lead) = T_2 d phi z_1 / z_2 + d (elastic energy and that of the layers), by finite differences.
+    """T_1 (d phi + d advance) = T_2 d phi z_1 / z_2 + d (elastic energy and that of the layers), by finite differences.
 
     On the line of action the levers are the base radii and the torques in the ratio of the teeth, whatever is solved;
     that the slope of the STE then is the energy that the teeth store is not. A corner off the line has other levers.
@@ -260,7 +268,7 @@ def test_wheel_torque_follows_from_the_balance_of_energy(end, beside, corner, un
 
     phi = meshed.pair.roll_position_range[end] + beside
     (before, energy_before), (here, _), (after, energy_after) = (state(phi + s * step) for s in (-1.0, 0.0, 1.0))
-    expected = (after.lead - before.lead - (energy_after - energy_before) / TORQUE) / (2.0 * step)
+    expected = (after.advance - before.advance - (energy_after - energy_before) / TORQUE) / (2.0 * step)
     ratio = here.wheel_torque / TORQUE * 17 / 31 - 1.0
     assert_allclose(ratio, corner, rtol=0.0, atol=1e-4)
     # Measured 1.1e-3 at the very end of the path, where the middle of the pressure is farthest from the corner that the
@@ -281,14 +289,14 @@ def test_both_gears_get_the_same_force_and_moment(unlike):
             force, moment = np.zeros(3), np.zeros(3)
             for number, index in enumerate(position.pair_index):
                 own = phi + index * pair.pitch
-                angle = own + equilibrium.lead if gear == 0 else math.pi + pair.wheel_tooth_rotation(own)
+                angle = own + equilibrium.advance if gear == 0 else math.pi + pair.wheel_tooth_rotation(own)
                 window = position.window_slice(number, gear)
                 forces = nodal[window] @ rotation_z(angle).T
                 places = position.nodes[window] @ rotation_z(angle).T + [0.0, pair.centre_distance * gear, 0.0]
                 force, moment = force + forces.sum(axis=0), moment + np.cross(places, forces).sum(axis=0)
             resultants.append((force, moment))
         load = np.linalg.norm(resultants[0][0])
-        # The normals of the two flanks differ by the lead: 2e-4 rad of it is a turn of the force, not a loss.
+        # The normals of the two flanks differ by the advance: 2e-4 rad of it is a turn of the force, not a loss.
         assert_allclose(np.linalg.norm(resultants[1][0]), load, rtol=1e-6)
         assert np.abs(resultants[0][0] + resultants[1][0]).max() < 5e-4 * load
         # A cubic through six elements' nodes is off the involute by a micrometre.
@@ -301,8 +309,8 @@ def test_transmission_error_grows_less_than_the_torque(unlike):
     phi = meshed.pair.roll_position(math.tan(meshed.pair.working_pressure_angle))
     torques = TORQUE * np.array([0.01, 0.1, 1.0, 10.0])
     solved = solve_position(meshed, phi, at_torques(torques), unlike.elasticity_at)
-    lead = np.array([e.lead for e in solved.equilibria])
-    exponents = np.diff(np.log(lead)) / np.diff(np.log(torques))
+    advance = np.array([e.advance for e in solved.equilibria])
+    exponents = np.diff(np.log(advance)) / np.diff(np.log(torques))
     assert np.all((exponents > 0.9) & (exponents < 0.99))
 
 

@@ -7,22 +7,22 @@ import pytest
 import scipy.sparse.linalg as spla
 from numpy.testing import assert_allclose
 
+from pmor.body.surface_layer import layer_compliance
 from pmor.case import parse_case
-from pmor.contact.kernels.line import line_load, widest_load
-from pmor.contact.line_contact import approach_constants, line_compliance
 from pmor.errors import GeometryError
 from pmor.fe.assembly import assemble, degrees_of_freedom
 from pmor.fe.completion import completion
 from pmor.fe.condensation import sector_stiffness
-from pmor.fe.surface_layer import layer_compliance
+from pmor.line.hertz import approach_constants, line_compliance
+from pmor.line.kernels.law import line_load, widest_load
 from pmor.mesh.element import tributary_widths
 from pmor.mesh.layer import surface_layer
 from pmor.mesh.sector import build_sector
 from pmor.pair.model import mesh_model
-from tests.gear_models import MODULE, POISSON, YOUNG, tooth
-from tests.line_laws import NO_CORNERS, plain_law
-from tests.loaded_pair import line_model
-from tests.small_case import case_text
+from tests.support.gear_models import MODULE, POISSON, YOUNG, tooth
+from tests.support.line_laws import NO_CORNERS, plain_law
+from tests.support.loaded_pair import line_model
+from tests.support.small_case import case_text
 
 ROUND_OFF = 1e-12
 PLAIN = plain_law(compliance=5.5e-6, opening=-0.53 + math.log(2.0), curvature=1.0 / 8.0, least=1e-4)

@@ -8,22 +8,22 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.case import parse_case
-from pmor.contact.condition import PLAIN, Axes, Built, Condition, at_torques
-from pmor.contact.kernels.line import approach_of, line_load
-from pmor.contact.kernels.sections import closest_approach
-from pmor.contact.kernels.types import Motion
-from pmor.contact.line_contact import line_contact
-from pmor.contact.solve import solve_position
-from pmor.contact.unloaded import unloaded_ste_um, with_unloaded
 from pmor.flank.modification import Modification
 from pmor.flank.topography import Topography
+from pmor.kinematics.condition import PLAIN, Assembly, Condition, Misalignment, at_torques
+from pmor.kinematics.kernels.types import Motion
+from pmor.line.hertz import line_contact
+from pmor.line.kernels.contact_point import closest_approach
+from pmor.line.kernels.law import approach_of, line_load
+from pmor.line.unloaded import unloaded_ste_um, with_unloaded
 from pmor.pair.model import elastic_model, mesh_model
+from pmor.penalty.solve import solve_position
 from pmor_offline.train import train
 from pmor_online.contact_pattern import contact_patterns
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.model import reduced_pair
-from tests.line_laws import NO_CORNERS, plain_law
-from tests.small_case import case_text
+from tests.support.line_laws import NO_CORNERS, plain_law
+from tests.support.small_case import case_text
 
 STRAIGHT = plain_law(compliance=1.1e-5, opening=0.2, curvature=0.25, least=1e-9)
 TORQUE = 1e5  # N mm
@@ -34,11 +34,13 @@ PAIRS = {
     "spur": {},
     "unequal": {"wheel": {"teeth": 31, "bore_radius_mm": 25.0, "face_width_mm": 16.0, "face_offset_mm": 1.0}},
     "edges": {
-        "pinion": {"tip_rounding_mm": 0.3}, "wheel": {"teeth": 25, "bore_radius_mm": 25.0, "tip_chamfer_mm": 0.2},
+        "pinion": {"tip_rounding_mm": 0.3},
+        "wheel": {"teeth": 25, "bore_radius_mm": 25.0, "tip_chamfer_mm": 0.2},
     },
     "helical": {"pair": {"helix_angle_deg": 20.0}, "wheel": {"teeth": 31, "bore_radius_mm": 25.0}},
     "quadratic": {
-        "pair": {"helix_angle_deg": 20.0}, "wheel": {"teeth": 25, "bore_radius_mm": 25.0},
+        "pair": {"helix_angle_deg": 20.0},
+        "wheel": {"teeth": 25, "bore_radius_mm": 25.0},
         "mesh": {"element": "hex20", "profile_elements": 3, "width_elements": 2},
     },
 }
@@ -71,8 +73,13 @@ def random_conditions(rng, count):
     """Angles in pitches, and conditions with torques from 0.02 to 2 of nominal, tilts and modifications up to 40 um."""
     found = []
     for _ in range(count):
-        torque, axes = TORQUE * math.exp(rng.uniform(math.log(0.02), math.log(2.0))), Axes(*rng.uniform(-40.0, 40.0, 2))
-        condition = Condition(torque=torque, axes=axes, pinion=random_modification(rng), wheel=random_modification(rng))
+        torque, misalignment = (
+            TORQUE * math.exp(rng.uniform(math.log(0.02), math.log(2.0))),
+            Misalignment(*rng.uniform(-40.0, 40.0, 2)),
+        )
+        condition = Condition(
+            torque=torque, misalignment=misalignment, pinion=random_modification(rng), wheel=random_modification(rng)
+        )
         found.append((rng.uniform(0.0, 1.0), condition))
     return found
 
@@ -94,9 +101,9 @@ def disagreement(name, share, condition):
     listed = {(int(p), int(s)): f for p, s, f in zip(loads.pair, loads.column, loads.force_N, strict=True)}
     largest = max(force.values())
     worst = max(abs(force.get(key, 0.0) - listed.get(key, 0.0)) for key in {*force, *listed})
-    lead = equilibrium.lead * reduced.meshed.pair.pinion.base_radius * 1e3
+    advance = equilibrium.advance * reduced.meshed.pair.pinion.base_radius * 1e3
     approach = reduced.meshed.expected_approach(condition.torque) * 1e3
-    return abs(sweep.ste_um[0, 0] - lead) / max(abs(lead), approach), worst / largest
+    return abs(sweep.ste_um[0, 0] - advance) / max(abs(advance), approach), worst / largest
 
 
 @pytest.mark.parametrize("name", PAIRS)
@@ -199,7 +206,7 @@ def test_the_loaded_transmission_error_comes_down_to_the_unloaded_one(name):
     _, reduced = models(name)
     phi, scale = reduced.meshed.pair.pitch * np.linspace(0.0, 1.0, 12), []
     for _, condition in random_conditions(np.random.default_rng(23), 6):
-        (light,) = at_torques([1e-5], condition.axes, condition.pinion, condition.wheel)
+        (light,) = at_torques([1e-5], condition.misalignment, condition.pinion, condition.wheel)
         sweep = with_unloaded(sweep_line_loads(reduced, phi, [light]), reduced.meshed, [light])
         assert_allclose(sweep.unloaded_um, sweep.ste_um, rtol=0.0, atol=1e-6)
         scale.append(np.ptp(sweep.unloaded_um))
@@ -211,9 +218,9 @@ def test_the_loaded_transmission_error_comes_down_to_the_unloaded_one(name):
 def test_unloaded_flanks_of_points_are_those_of_lines():
     """Rigid involutes know no contact scheme."""
     case = parse_case(case_text(mesh={"profile_elements": 5, "width_elements": 4, "width": "whole"}), "small", "small")
-    built = Built(Axes(in_plane_um=10.0), Modification(tip_relief_um=9.0, tip_relief_start_roll_deg=26.0))
+    assembly = Assembly(Misalignment(in_plane_um=10.0), Modification(tip_relief_um=9.0, tip_relief_start_roll_deg=26.0))
     phi = np.linspace(0.0, 0.3, 7)
-    found = [unloaded_ste_um(m, phi, [built]) for m in (models("spur")[1].meshed, mesh_model(case).meshed)]
+    found = [unloaded_ste_um(m, phi, [assembly]) for m in (models("spur")[1].meshed, mesh_model(case).meshed)]
     assert_allclose(*found, rtol=0.0, atol=1e-9)
 
 
@@ -250,20 +257,28 @@ def test_a_flank_that_screws_along_itself_opens_no_gap(z, place):
     start, end = pair.roll_position_range
     section = start + place * (end - start)
     motions = [Motion(np.zeros((3, 3)), np.zeros(3)) for _ in range(2)]
-    kinematics = meshed.kinematics(PLAIN.axes)
-    meeting = closest_approach(
+    kinematics = meshed.kinematics(PLAIN.misalignment)
+    contact_point = closest_approach(
         kinematics, meshed.gears, section - pair.pinion.twist_per_length * z, 0.0, z, *motions
     )
     opening = {
-        0: ((meeting.pinion_x, meeting.pinion_y, meeting.pinion_z), meeting.pinion_roll, pair.pinion),
-        1: ((meeting.wheel_x, meeting.wheel_y, meeting.wheel_z), meeting.wheel_roll, pair.wheel),
+        0: (
+            (contact_point.pinion_x, contact_point.pinion_y, contact_point.pinion_z),
+            contact_point.pinion_roll,
+            pair.pinion,
+        ),
+        1: (
+            (contact_point.wheel_x, contact_point.wheel_y, contact_point.wheel_z),
+            contact_point.wheel_roll,
+            pair.wheel,
+        ),
     }
     smooth = (0, 1) if 0.0 < place < 1.0 else ((1,) if place > 1.0 else (0,))
     for gear in smooth:
         direction, roll, tooth = opening[gear]
         x, y, _ = tooth.flank_point(roll, z)
         screw = np.array([-y * tooth.twist_per_length, x * tooth.twist_per_length, 1.0])
-        # A corner's meeting is not at the roll angle's own point of the mate, but on the same normal.
+        # A corner's contact point is not at the roll angle's own point of the mate, but on the same normal.
         assert_allclose(np.dot(direction, screw), 0.0, atol=1e-12)
         assert_allclose(np.linalg.norm(direction), 1.0 / math.cos(pair.base_helix_angle), rtol=1e-12)
 
@@ -299,11 +314,13 @@ def test_the_other_hand_is_the_mirror_image():
     """Helix the other way, with all that differs over the width mirrored: tilts out of plane of the normal turn too."""
     phi = np.linspace(0.0, 0.29, 7)
     flank = {"tip_relief_um": 12.0, "tip_relief_start_roll_deg": 25.0, "helix_crowning_um": 5.0}
-    right = Built(Axes(20.0, -15.0), Modification(**flank, helix_slope_um=10.0, twist_um=6.0))
-    left = Built(Axes(-20.0, 15.0), Modification(**flank, helix_slope_um=-10.0, twist_um=-6.0))
+    right = Assembly(Misalignment(20.0, -15.0), Modification(**flank, helix_slope_um=10.0, twist_um=6.0))
+    left = Assembly(Misalignment(-20.0, 15.0), Modification(**flank, helix_slope_um=-10.0, twist_um=-6.0))
     found = [
-        sweep_line_loads(models("helical", hand)[1], phi, at_torques([TORQUE], built.axes, built.pinion)).ste_um
-        for hand, built in ((1.0, right), (-1.0, left))
+        sweep_line_loads(
+            models("helical", hand)[1], phi, at_torques([TORQUE], assembly.misalignment, assembly.pinion)
+        ).ste_um
+        for hand, assembly in ((1.0, right), (-1.0, left))
     ]
     assert_allclose(found[1], found[0], rtol=1e-10)
 
@@ -321,12 +338,12 @@ def test_crowning_on_either_gear_is_the_same(name):
 
 
 def test_a_helix_slope_is_a_tilt_in_the_plane_of_action():
-    """To first order; the lead counts from first touch on tilted axes, from the middle on a sloped helix."""
+    """To first order; the advance counts from first touch on tilted axes, from the middle on a sloped helix."""
     phi, (_, reduced), slope = np.linspace(0.0, 0.29, 5), models("spur"), 4.0
     angle = reduced.meshed.pair.working_pressure_angle
     # A wheel whose axis goes away along the line of action opens the gap.
-    axes = Axes(in_plane_um=slope * math.sin(angle), out_of_plane_um=-slope * math.cos(angle))
-    tilted = sweep_line_loads(reduced, phi, at_torques([TORQUE], axes)).ste_um
+    misalignment = Misalignment(in_plane_um=slope * math.sin(angle), out_of_plane_um=-slope * math.cos(angle))
+    tilted = sweep_line_loads(reduced, phi, at_torques([TORQUE], misalignment)).ste_um
     sloped = sweep_line_loads(reduced, phi, at_torques([TORQUE], wheel=Modification(helix_slope_um=slope))).ste_um
     assert_allclose(tilted - 0.5 * slope, sloped, rtol=0.0, atol=5e-3)
 

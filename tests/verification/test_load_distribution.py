@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.contact.condition import ALIGNED, Built
-from pmor.contact.kernels.types import Sections
 from pmor.flank import UNMODIFIED, Modification
-from pmor.pair.conditions import conditions_built
+from pmor.kinematics.condition import ALIGNED, Assembly
+from pmor.kinematics.kernels.types import Sections
+from pmor.pair.conditions import conditions_of_assembly
 from pmor.results.flank_maps import flank_map
 from pmor.results.load_distribution import (
     effective_contact_ratio,
@@ -57,7 +57,7 @@ def k_h_beta(bed, load, flank):
     pair = bed.meshed.pair
     phi = np.array([0.5 * sum(pair.roll_position_range)])
     torque = 1e-3 * load * WIDTH * pair.pinion.base_radius
-    sweep = sweep_line_loads(bed, phi, conditions_built(Built(pinion=flank), [torque]), recorded=True)
+    sweep = sweep_line_loads(bed, phi, conditions_of_assembly(Assembly(pinion=flank), [torque]), recorded=True)
     lines = sweep.states.lines
     assert effective_contact_ratio(sweep) == 1.0
     found = face_load_factor(lines)
@@ -83,10 +83,12 @@ def test_face_load_factor_of_independent_slices_is_that_of_the_closed_forms():
 FLANK = Modification(tip_relief_um=8.0, tip_relief_start_roll_deg=26.0, helix_crowning_um=6.0)
 
 
-def recorded(name, width="whole", axes=ALIGNED, flank=FLANK, torques=(30.0, 100.0), angles=24, hand=1.0):
+def recorded(name, width="whole", misalignment=ALIGNED, flank=FLANK, torques=(30.0, 100.0), angles=24, hand=1.0):
     _, reduced = models(name, hand, width)
     phi = online_angles(reduced.meshed.pair.pitch, angles)
-    return reduced, sweep_line_loads(reduced, phi, conditions_built(Built(axes, flank), torques), recorded=True)
+    return reduced, sweep_line_loads(
+        reduced, phi, conditions_of_assembly(Assembly(misalignment, flank), torques), recorded=True
+    )
 
 
 @pytest.mark.parametrize("name", ["spur", "edges", "helical"])
@@ -117,7 +119,9 @@ def test_flank_map_keeps_the_load_of_the_cycle():
         for rolls in pair.active_rolls
     ]
     phi = online_angles(pair.pitch, 100)
-    sweep = sweep_line_loads(reduced, phi, conditions_built(Built(ALIGNED, *reliefs), [30.0, 100.0]), recorded=True)
+    sweep = sweep_line_loads(
+        reduced, phi, conditions_of_assembly(Assembly(ALIGNED, *reliefs), [30.0, 100.0]), recorded=True
+    )
     lines = sweep.states.lines
     found = flank_map(sweep, 1, 0, pair.active_rolls[0], points=3201)
     assert found.torque_Nm == 100.0

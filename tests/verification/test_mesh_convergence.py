@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from pmor.case import parse_case
-from pmor.contact.condition import Condition
+from pmor.kinematics.condition import Condition
 from pmor.pair.model import elastic_model, mesh_model
 from pmor_offline.train import train
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.model import reduced_pair
-from tests.small_case import case_text
+from tests.support.small_case import case_text
 
 UNEQUAL = {
     "pair": {"module_mm": 2.5}, "pinion": {"teeth": 17, "profile_shift": 0.3, "bore_radius_mm": 10.0},

@@ -14,8 +14,8 @@ from pmor_offline.train import train
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.mesh_error import with_mesh_error
 from pmor_online.model import online_angles, reduced_pair
-from tests.robustness.broken_hdf5 import reseal
-from tests.small_case import case_text
+from tests.support.broken_hdf5 import reseal
+from tests.support.small_case import case_text
 
 ANGLES = 24
 # What is asked for: the bar over the true error, in nine of ten pairs and in all of them.

@@ -7,17 +7,17 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.case import parse_case
-from pmor.contact.condition import ALIGNED, Axes, Built, Condition
-from pmor.contact.kernels.motion import section_offset
-from pmor.contact.kernels.sections import closest_approach
-from pmor.contact.kernels.types import Motion
-from pmor.contact.position import active_patches, relative_motion
-from pmor.contact.search import search_contact
-from pmor.contact.solve import solve_position
+from pmor.kinematics.condition import ALIGNED, Assembly, Condition, Misalignment
+from pmor.kinematics.kernels.motion import section_offset
+from pmor.kinematics.kernels.types import Motion
+from pmor.line.kernels.contact_point import closest_approach
 from pmor.pair.model import elastic_model, mesh_model
-from tests.small_case import case_text
+from pmor.penalty.position import active_patches, relative_motion
+from pmor.penalty.search import search_contact
+from pmor.penalty.solve import solve_position
+from tests.support.small_case import case_text
 
-TILTED = Axes(in_plane_um=30.0, out_of_plane_um=-20.0, centre_distance_um=40.0)
+TILTED = Misalignment(in_plane_um=30.0, out_of_plane_um=-20.0, centre_distance_um=40.0)
 TORQUE = 1e5  # N mm
 
 
@@ -38,15 +38,15 @@ def model(*arguments, **contact):
     return elastic_model(case, mesh_model(case))
 
 
-def under_torque(axes):
-    return [Condition(torque=TORQUE, axes=axes)]
+def under_torque(misalignment):
+    return [Condition(torque=TORQUE, misalignment=misalignment)]
 
 
-def section_at(meshed, roll_position, lead, z):
+def section_at(meshed, roll_position, advance, z):
     """Gap and the like of a section on tilted axes."""
     forward, back = Motion(np.zeros((3, 3)), np.zeros(3)), Motion(np.zeros((3, 3)), np.zeros(3))
     kinematics = meshed.kinematics(TILTED)
-    return closest_approach(kinematics, meshed.gears, roll_position, lead, z, forward, back), forward
+    return closest_approach(kinematics, meshed.gears, roll_position, advance, z, forward, back), forward
 
 
 @pytest.mark.parametrize("z", [-10.0, 3.0, 10.0])
@@ -56,21 +56,21 @@ def test_gap_of_a_section_is_the_least_distance_of_the_displaced_involutes(z, fr
     meshed = model().mesh.meshed
     pair = meshed.pair
     start, end = pair.roll_position_range
-    lead = -2e-3  # apart in every section
-    meeting, (rotation, shift) = section_at(meshed, start + fraction * (end - start), lead, z)
+    advance = -2e-3  # apart in every section
+    contact_point, (rotation, shift) = section_at(meshed, start + fraction * (end - start), advance, z)
     around = np.linspace(-0.02, 0.02, 1001)
-    pinion = pair.pinion.flank_section(meeting.pinion_roll + around) @ rotation[:2, :2].T + shift[:2]
-    wheel = pair.wheel.flank_section(meeting.wheel_roll + around)
+    pinion = pair.pinion.flank_section(contact_point.pinion_roll + around) @ rotation[:2, :2].T + shift[:2]
+    wheel = pair.wheel.flank_section(contact_point.wheel_roll + around)
     distance = np.linalg.norm(pinion[:, None] - wheel[None], axis=2)
-    assert meeting.gap > 0.0
+    assert contact_point.gap > 0.0
     # The points are 0.3 um apart on either flank, which costs the square of that over the radii.
-    assert_allclose(distance.min(), meeting.gap, rtol=2e-4)
+    assert_allclose(distance.min(), contact_point.gap, rtol=2e-4)
     i, j = np.unravel_index(distance.argmin(), distance.shape)
     assert abs(i - 500) < 25
     assert abs(j - 500) < 25
 
 
-def test_lead_counts_from_where_the_unloaded_flanks_first_touch():
+def test_advance_counts_from_where_the_unloaded_flanks_first_touch():
     meshed = model().mesh.meshed
     for roll_position in np.linspace(*meshed.pair.roll_position_range, 5)[1:-1]:
         gaps = [section_at(meshed, roll_position, 0.0, z)[0].gap for z in np.linspace(-10.0, 10.0, 11)]
@@ -104,14 +104,14 @@ def test_surfaces_in_space_and_sections_see_the_same_gaps():
     """Unloaded: the smallest gap of each column of points, against the exact section there."""
     meshed = mesh_model(unlike_case("direct", elements=16, lodm_profile=16, slave="pinion")).meshed
     exact = model().mesh.meshed
-    phi, lead = 0.4 * meshed.pair.pitch, 1e-3
-    position = active_patches(meshed, phi, 0.2, Built(TILTED))
-    contact = search_contact(meshed, position, np.zeros((len(position.nodes), 3)), lead)
+    phi, advance = 0.4 * meshed.pair.pitch, 1e-3
+    position = active_patches(meshed, phi, 0.2, Assembly(TILTED))
+    contact = search_contact(meshed, position, np.zeros((len(position.nodes), 3)), advance)
     for pair, index in enumerate(position.pair_index):
         roll_position = phi + index * meshed.pair.pitch
         for column, z in enumerate(meshed.pinion.nodes[0, :, 2]):
             here = (contact.pair == pair) & (contact.place[:, 1] == column)
-            gap = section_at(exact, roll_position, lead, z)[0].gap
+            gap = section_at(exact, roll_position, advance, z)[0].gap
             if gap < 0.0:
                 # A surface through the nodes of 16 elements misses the involute by some hundredths of a micrometre.
                 assert_allclose(contact.gap[here].min(), gap, atol=1e-4)
@@ -122,27 +122,27 @@ def test_another_centre_distance_is_another_pair(scheme):
     """An offset along the centre line against the pair that has this centre distance from the start."""
     # Which gear is the slave would depend on where the path of contact is.
     near = model(scheme, slave="pinion")
-    meshed, apart = near.mesh.meshed, Axes(centre_distance_um=100.0)
+    meshed, apart = near.mesh.meshed, Misalignment(centre_distance_um=100.0)
     far = model(scheme, meshed.pair.centre_distance + 0.1, slave="pinion")
     slack = meshed.kinematics(apart).first_touch
     for fraction in (0.2, 0.45, 0.7):
         phi = fraction * meshed.pair.pitch
         here = solve_position(meshed, phi, under_torque(apart), near.elasticity_at).equilibria[0]
         there = solve_position(far.mesh.meshed, phi + slack, under_torque(ALIGNED), far.elasticity_at).equilibria[0]
-        assert_allclose(here.lead, there.lead, rtol=1e-7)
+        assert_allclose(here.advance, there.advance, rtol=1e-7)
 
 
 @pytest.mark.parametrize("scheme", ["line", "strip", "direct"])
 def test_the_mirrored_tilt_mirrors_the_load(scheme):
     full = model(scheme)
-    tilt = Axes(in_plane_um=10.0, out_of_plane_um=15.0)
-    back = Axes(in_plane_um=-10.0, out_of_plane_um=-15.0)
+    tilt = Misalignment(in_plane_um=10.0, out_of_plane_um=15.0)
+    back = Misalignment(in_plane_um=-10.0, out_of_plane_um=-15.0)
     states = [
-        solve_position(full.mesh.meshed, 0.05, under_torque(axes), full.elasticity_at).equilibria[0]
-        for axes in (tilt, back)
+        solve_position(full.mesh.meshed, 0.05, under_torque(misalignment), full.elasticity_at).equilibria[0]
+        for misalignment in (tilt, back)
     ]
     loads = [np.bincount(e.contact.place[:, 1], e.contact.force, minlength=5) for e in states]
-    assert_allclose(states[0].lead, states[1].lead, rtol=1e-8)
+    assert_allclose(states[0].advance, states[1].advance, rtol=1e-8)
     assert_allclose(loads[0], loads[1][::-1], rtol=1e-6, atol=1e-6 * loads[0].max())
     assert loads[0][-1] > 2.0 * loads[0][0]  # the side towards which the wheel's axis leans
 

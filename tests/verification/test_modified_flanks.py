@@ -8,22 +8,22 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.app.full import full_model
-from pmor.app.model import load, train
+from pmor.app.model import load_model, train
 from pmor.case import change_case, parse_case
-from pmor.contact.condition import PLAIN, Built, Condition, at_torques
-from pmor.contact.kernels.deviation import flank_deviation
-from pmor.contact.position import active_patches
-from pmor.contact.search import search_contact
-from pmor.contact.solve import solve_position
 from pmor.conventions import rotation_z
 from pmor.errors import CaseError
 from pmor.flank import UNMODIFIED, Modification, Topography
+from pmor.kinematics.condition import PLAIN, Assembly, Condition, at_torques
+from pmor.kinematics.kernels.deviation import flank_deviation
 from pmor.lab.rivals.deviated_mesh import flank_shift
 from pmor.pair.model import mesh_model
+from pmor.penalty.position import active_patches
+from pmor.penalty.search import search_contact
+from pmor.penalty.solve import solve_position
 from pmor_online.model import online_angles, reduced_pair
 from pmor_online.sweep import sweep_reduced_pair
-from tests.gear_models import WIDTH, gear_pair, meshed_pair, tooth
-from tests.small_case import case_text, small_case
+from tests.support.gear_models import WIDTH, gear_pair, meshed_pair, tooth
+from tests.support.small_case import case_text, small_case
 
 PAIR = gear_pair(tooth(17, 0.4), tooth(31, 0.1))
 # Relief that reaches well into the path of contact, and deviations that differ over the width and from tooth to tooth.
@@ -41,14 +41,14 @@ def even(amount_um):
     return Modification(topography=Topography((0.0, 60.0), (-WIDTH, WIDTH), ((amount_um,) * 2,) * 2))
 
 
-def rigid_ste_um(meshed, phi, built=PLAIN):
+def rigid_ste_um(meshed, phi, assembly=PLAIN):
     """Transmission error at which the undeformed flanks just touch."""
-    position, lead = active_patches(meshed, phi, 0.05 + built.spread, built), 0.0
+    position, advance = active_patches(meshed, phi, 0.05 + assembly.spread, assembly), 0.0
     for _ in range(50):
-        gap = search_contact(meshed, position, np.zeros_like(position.nodes), lead).smallest_gap
-        lead += gap / meshed.pair.pinion.base_radius
+        gap = search_contact(meshed, position, np.zeros_like(position.nodes), advance).smallest_gap
+        advance += gap / meshed.pair.pinion.base_radius
         if abs(gap) < 1e-11:
-            return lead * meshed.pair.pinion.base_radius * 1e3
+            return advance * meshed.pair.pinion.base_radius * 1e3
     raise AssertionError("the rigid flanks did not meet")
 
 
@@ -59,28 +59,34 @@ def test_the_same_amount_everywhere_delays_the_contact_by_it(surface, slave):
     meshed = meshed_pair(PAIR, 12, 2, surface=surface, projection=projection, slave=slave)
     phi = 0.5 * sum(PAIR.roll_position_range)
     plain = rigid_ste_um(meshed, phi)
-    for built in (Built(pinion=even(7.0)), Built(wheel=even(7.0)), Built(pinion=even(12.0), wheel=even(-5.0))):
+    for assembly in (
+        Assembly(pinion=even(7.0)),
+        Assembly(wheel=even(7.0)),
+        Assembly(pinion=even(12.0), wheel=even(-5.0)),
+    ):
         # The parallel curve of an involute is the same involute, turned: exact but for the surface's own error.
-        assert rigid_ste_um(meshed, phi, built) - plain == pytest.approx(7.0, abs=0.01 if surface == "hermite" else 0.1)
+        assert rigid_ste_um(meshed, phi, assembly) - plain == pytest.approx(
+            7.0, abs=0.01 if surface == "hermite" else 0.1
+        )
 
 
 def test_where_one_pair_touches_the_gap_has_opened_by_the_deviation():
-    meshed, built = meshed_pair(PAIR, 24, 1, slave="pinion", lodm_profile=32), Built(pinion=SLOPED)
-    deviation = meshed.for_kernels(built).deviations[0]
+    meshed, assembly = meshed_pair(PAIR, 24, 1, slave="pinion", lodm_profile=32), Assembly(pinion=SLOPED)
+    deviation = meshed.for_kernels(assembly).deviations[0]
     start, end = PAIR.roll_position_range
     for phi in np.linspace(end - PAIR.pitch, start + PAIR.pitch, 6)[1:-1]:
         roll = float(PAIR.contact_roll_angles(phi)[0])
         expected = 1e3 * flank_deviation(deviation, roll, 0.0, 0)
-        found = rigid_ste_um(meshed, float(phi), built) - rigid_ste_um(meshed, float(phi))
+        found = rigid_ste_um(meshed, float(phi), assembly) - rigid_ste_um(meshed, float(phi))
         # A sloped flank is the same flank turned a little: it touches a little off, where the gap is a little less.
         assert found == pytest.approx(expected, abs=0.02)
     assert expected < -1.0
 
 
 def test_nodes_lie_where_the_deviation_says_along_the_transverse_normal():
-    meshed, built = meshed_pair(PAIR, 6, 2), Built(pinion=RELIEVED, wheel=ROOTED)
+    meshed, assembly = meshed_pair(PAIR, 6, 2), Assembly(pinion=RELIEVED, wheel=ROOTED)
     phi = PAIR.roll_position_range[0] + 0.2 * PAIR.pitch - 2.0 * PAIR.pitch
-    plain, position = active_patches(meshed, phi, 0.1), active_patches(meshed, phi, 0.1, built)
+    plain, position = active_patches(meshed, phi, 0.1), active_patches(meshed, phi, 0.1, assembly)
     assert list(plain.pair_index) == list(position.pair_index) == [2, 3]
     deviations = position.kernel_pair.deviations
     for p, number in enumerate(position.pair_index):
@@ -98,9 +104,9 @@ def test_pitch_deviation_shows_when_its_tooth_meshes_and_nowhere_else():
     meshed, deviations = meshed_pair(PAIR, 8, 2, slave="pinion"), np.zeros(31)
     deviations[29] = 6.0  # of the wheel: meshes as pair 2, since the wheel turns the other way
     middle = 0.5 * sum(PAIR.roll_position_range)
-    built = Built(wheel=Modification(pitch_deviations_um=tuple(deviations)))
+    assembly = Assembly(wheel=Modification(pitch_deviations_um=tuple(deviations)))
     plain = rigid_ste_um(meshed, middle)
-    shown = [rigid_ste_um(meshed, middle - j * PAIR.pitch, built) - plain for j in (1, 2, 3, 2 + 31)]
+    shown = [rigid_ste_um(meshed, middle - j * PAIR.pitch, assembly) - plain for j in (1, 2, 3, 2 + 31)]
     assert shown == pytest.approx([0.0, 6.0, 0.0, 6.0], abs=0.05)
 
 
@@ -114,7 +120,7 @@ def test_compiled_sweep_and_its_slow_twin_agree_on_modified_flanks(small_basis, 
     assert np.abs(fast.ste_um - plain.ste_um).max() > 1.0
     for i, angle in enumerate(phi):
         slow = solve_position(reduced.meshed, float(angle), conditions, reduced.elasticity_at)
-        found = [e.lead * reduced.meshed.pair.pinion.base_radius * 1e3 for e in slow.equilibria]
+        found = [e.advance * reduced.meshed.pair.pinion.base_radius * 1e3 for e in slow.equilibria]
         assert_allclose(fast.ste_um[:, i], found, rtol=1e-8)
 
 
@@ -149,7 +155,7 @@ def test_shapes_are_trained_on_flanks_that_differ_over_the_width(tmp_path):
     found = {c.pinion for there in model.basis.training.conditions for c in there}
     assert found == {Modification(helix_crowning_um=10.0)}
     model.save(tmp_path / "basis.h5")
-    assert load(tmp_path / "basis.h5").basis.training.conditions == model.basis.training.conditions
+    assert load_model(tmp_path / "basis.h5").basis.training.conditions == model.basis.training.conditions
     relieved = replace(crowned.pinion_modification, tip_relief_um=15.0, tip_relief_start_roll_deg=25.0)
     # Measured with six trained angles: 2.7e-3 and 1.9e-3.
     for flanks, allowed in (({}, 4e-3), ({"pinion": relieved}, 4e-3)):
@@ -173,12 +179,14 @@ def test_whole_gears_for_other_programs_have_their_flank_nodes_in_the_same_place
         mesh={"profile_elements": 4, "width_elements": 2, "width": "whole"},
     )  # fmt: skip
     mesh = mesh_model(parse_case(text, "small", "small"))
-    meshed, built = mesh.meshed, Built(pinion=RELIEVED, wheel=ROOTED)
+    meshed, assembly = mesh.meshed, Assembly(pinion=RELIEVED, wheel=ROOTED)
     phi = meshed.pair.meshing_range[0] + 0.5 * meshed.pair.pitch - 2.0 * meshed.pair.pitch
-    plain, position = (active_patches(meshed, phi, 5.0, b) for b in (PLAIN, built))
+    plain, position = (active_patches(meshed, phi, 5.0, b) for b in (PLAIN, assembly))
     compared = 0
     for gear, (sector, toothing, deviation) in enumerate(
-        zip((mesh.pinion, mesh.wheel), (meshed.pair.pinion, meshed.pair.wheel), meshed.deviations(built), strict=True)
+        zip(
+            (mesh.pinion, mesh.wheel), (meshed.pair.pinion, meshed.pair.wheel), meshed.deviations(assembly), strict=True
+        )
     ):
         shift = flank_shift(sector, toothing, deviation)
         for p, number in enumerate(position.pair_index):

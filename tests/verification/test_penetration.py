@@ -6,25 +6,25 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.contact.condition import ALIGNED
-from pmor.contact.kernels.nodal import search_pair
-from pmor.contact.kernels.search import facing_flanks, search_room
-from pmor.contact.kernels.state import Feet
-from pmor.contact.kernels.types import Motion
-from pmor.contact.position import active_patches, relative_motion
-from pmor.contact.search import search_contact
-from tests.gear_models import gear_pair, meshed_pair, tooth
-from tests.surfaces import random_rotation
+from pmor.kinematics.condition import ALIGNED
+from pmor.kinematics.kernels.types import Motion
+from pmor.penalty.kernels.nodal import search_pair
+from pmor.penalty.kernels.search import facing_flanks, search_workspace
+from pmor.penalty.kernels.state import Feet
+from pmor.penalty.position import active_patches, relative_motion
+from pmor.penalty.search import search_contact
+from tests.support.gear_models import gear_pair, meshed_pair, tooth
+from tests.support.surfaces import random_rotation
 
 
 def all_penetrations(meshed, position, turn):
     """Gaps, stiffnesses and weights of pair 0 when the frames of both teeth are turned by the same rotation."""
-    pair, reach, p = position.kernel_pair, position.reach, position.pair_index.tolist().index(0)
+    pair, patches, p = position.kernel_pair, position.patches, position.pair_index.tolist().index(0)
     rotation, shift = relative_motion(meshed, position.phi, 2e-3, ALIGNED)
-    room, penalty = search_room(pair, reach), np.full(meshed.pinion.extents.shape[1], pair.scheme.penalty)
+    workspace, penalty = search_workspace(pair, patches), np.full(meshed.pinion.extents.shape[1], pair.scheme.penalty)
     turned = Motion(np.ascontiguousarray(turn @ rotation @ turn.T), turn @ shift)
-    facing = facing_flanks(pair, reach, p, 0, room)._replace(motion=turned, penalty=penalty, clear=1.0)
-    feet, points = Feet(room.feet.element[p, 0], room.feet.guess[p, 0]), room.points
+    facing = facing_flanks(pair, patches, p, 0, workspace)._replace(motion=turned, penalty=penalty, clear=1.0)
+    feet, points = Feet(workspace.feet.element[p, 0], workspace.feet.guess[p, 0]), workspace.points
     nodes = np.ascontiguousarray(position.nodes @ turn.T)
     listed, smallest, _ = search_pair(pair.scheme, facing, nodes, 0.0, feet, 0, points)
     index, weight, gap, stiffness = (values[:listed] for values in (points.node, points.weight, points.gap,
@@ -69,8 +69,8 @@ def test_gap_changes_by_its_lever_when_the_pinion_turns(surface):
     pair = gear_pair(tooth(17, 0.2), tooth(21))
     meshed = meshed_pair(pair, 4, 2, surface=surface, lodm_profile=2, slave="both")
     position = active_patches(meshed, 0.5 * sum(pair.roll_position_range), 0.1)
-    lead, step = 4e-3, 1e-8
-    one, two = (search_contact(meshed, position, np.zeros_like(position.nodes), lead + d) for d in (0.0, step))
+    advance, step = 4e-3, 1e-8
+    one, two = (search_contact(meshed, position, np.zeros_like(position.nodes), advance + d) for d in (0.0, step))
     assert np.array_equal(one.place, two.place)
     assert set(one.slave) == {0, 1}
     assert_allclose((two.gap - one.gap) / step, one.lever, rtol=1e-4)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from tests.surfaces import FOOT, GAP, Surface, circle, cylinder, random_rotation, saddle
+from tests.support.surfaces import FOOT, GAP, Surface, circle, cylinder, random_rotation, saddle
 
 
 @pytest.mark.parametrize("smooth", [True, False])

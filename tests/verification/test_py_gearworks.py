@@ -1,6 +1,6 @@
 """Flank coordinates against py_gearworks, a package for solid models of gears: half a GB, an extra of its own.
 
-    pip install "pmor-gear[check]"
+pip install "pmor-gear[check]"
 """
 
 import math

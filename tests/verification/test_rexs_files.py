@@ -20,7 +20,7 @@ from pmor.flank import Modification
 from pmor.pair.model import elastic_model, gear_pair, mesh_model
 from pmor_offline.train import train
 from pmor_online.model import reduced_pair
-from tests.small_case import case_text
+from tests.support.small_case import case_text
 
 SHARED = Path(__file__).parents[2].parent / "shared" / "rexs"
 FVA, SEW = SHARED / "FVA-Industriegetriebe_2stufig_1-4.rexs", SHARED / "SEW_3-stage_cylindrical_gearbox_1.0.rexs"

@@ -13,17 +13,17 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.fe.cyclic import elastic_gear, volume_displacement
-from pmor.fe.fillet_stress import sector_stress, surface_stress
+from pmor.body.elastic_gear import elastic_gear, volume_displacement
+from pmor.body.fillet_stress import sector_stress, surface_stress
+from pmor.body.root_stress import root_stress_shapes
 from pmor.lab.rivals.calculix import PROGRAM, calculix_available
 from pmor.mesh import fillet, outline
 from pmor.mesh.element import tributary_widths
 from pmor.mesh.fillet import build_fillet
 from pmor.mesh.sector import build_sector
-from pmor.reduction.root_stress import root_stress_shapes
 from pmor_online.root_stress import _largest, _measures
-from tests.calculix_fillet import fillet_stress, largest_principal
-from tests.gear_models import POISSON, WIDTH, YOUNG, gear_pair, tooth
+from tests.support.calculix_fillet import fillet_stress, largest_principal
+from tests.support.gear_models import POISSON, WIDTH, YOUNG, gear_pair, tooth
 
 BORE = 20.0
 PAPER = tooth(21)
@@ -43,9 +43,9 @@ def meshed(gear=PAPER, elements=8, across=2, width="plane_strain", order=2, face
     return mesh, build_fillet(gear, mesh)
 
 
-def solved(gear=PAPER, element="hex20", reach=1, keep=False, **sizes):
+def solved(gear=PAPER, element="hex20", neighbours=1, keep=False, **sizes):
     mesh, around = meshed(gear, **sizes)
-    return elastic_gear(mesh, YOUNG, POISSON, element, reach, keep, fillet=around)
+    return elastic_gear(mesh, YOUNG, POISSON, element, neighbours, keep, fillet=around)
 
 
 def at_highest_point(body, gear=PAPER):

@@ -7,11 +7,11 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.optimize import nnls
 
-from pmor.contact import equilibrium
-from pmor.contact.condition import at_torques
-from pmor.contact.equilibrium import _unilateral, expected_penetration
-from pmor.contact.solve import solve_position
-from tests.gear_models import body, gear_pair, meshed_pair, tooth
+from pmor.kinematics.condition import at_torques
+from pmor.penalty import equilibrium
+from pmor.penalty.equilibrium import _unilateral, expected_penetration
+from pmor.penalty.solve import solve_position
+from tests.support.gear_models import body, gear_pair, meshed_pair, tooth
 
 TORQUE = 1e5
 MESH = (6, 2)
@@ -24,7 +24,7 @@ class Model:
         self.meshed, self.body = meshed_pair(PAIR, *MESH, **scheme), body(PAIR.pinion, *MESH)
 
     def elasticity(self, position):
-        from pmor.contact.elasticity import full_elasticity
+        from pmor.penalty.elasticity import full_elasticity
 
         return full_elasticity(self.body, self.body, position)
 
@@ -87,13 +87,13 @@ def test_many_points_on_few_nodes_are_sorted_by_hardening_the_penalty(rng):
 @pytest.mark.jit
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.9])
 def test_ste_comes_to_its_limit_as_one_over_the_penalty(share):
-    limit = Model(penalty=1e15).solve(share).lead
+    limit = Model(penalty=1e15).solve(share).advance
     above = []
     for exponent in range(2, 13):
         solved = Model(penalty=10.0**exponent).solve(share)
         assert solved is not None
         assert solved.steps <= MOST_STEPS
-        above.append(solved.lead - limit)
+        above.append(solved.advance - limit)
     above = np.array(above)
     assert np.all(np.diff(above) < 0.0)
     stiff = np.log10(above[-4:-1])  # 1e9 to 1e11: beyond, 1e-8 of the STE is left
@@ -140,8 +140,8 @@ def test_mixing_the_last_corrections_saves_steps_under_an_extreme_load(monkeypat
 
 def test_a_solution_that_fails_in_a_small_window_is_sought_in_a_larger_one(monkeypatch):
     """Points on the mate but off its window come and go: no equilibrium there, however good the solver."""
-    from pmor.contact import solve
     from pmor.errors import ConvergenceError
+    from pmor.penalty import solve
 
     expected, genuine, depths = Model().solve(0.9), solve.solve_equilibrium, []
 
@@ -152,13 +152,13 @@ def test_a_solution_that_fails_in_a_small_window_is_sought_in_a_larger_one(monke
         return genuine(meshed, position, *rest, **more)
 
     monkeypatch.setattr(solve, "solve_equilibrium", fails_at_first)
-    assert_allclose(Model().solve(0.9).lead, expected.lead, rtol=1e-6)
+    assert_allclose(Model().solve(0.9).advance, expected.advance, rtol=1e-6)
     assert_allclose(depths[-1], 3.0 * depths[0])
 
 
 def test_a_solution_that_fails_in_whole_windows_is_given_up(monkeypatch):
-    from pmor.contact import solve
     from pmor.errors import ConvergenceError
+    from pmor.penalty import solve
 
     def fails(*arguments, **more):
         raise ConvergenceError("never", [])

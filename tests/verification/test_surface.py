@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.contact.kernels.state import Surface as KernelSurface
-from pmor.contact.kernels.surface import refine, surface_point
 from pmor.mesh.outline import tooth_outline
-from tests.gear_models import tooth
-from tests.surfaces import ROUND_OFF, Surface, circle, cylinder, random_rotation, saddle
+from pmor.penalty.kernels.state import Surface as KernelSurface
+from pmor.penalty.kernels.surface import refine, surface_point
+from tests.support.gear_models import tooth
+from tests.support.surfaces import ROUND_OFF, Surface, circle, cylinder, random_rotation, saddle
 
 DIFFERENCES = 1e-8  # central differences of a cubic, step 1e-5
 

@@ -21,9 +21,9 @@ import numpy as np
 import pytest
 
 from pmor.case import change_case, load_case
-from pmor.contact.condition import at_torques
 from pmor.flank import Modification
-from pmor.lab.dynamics.slices import SlicedPair, without_neighbours
+from pmor.kinematics.condition import at_torques
+from pmor.lab.slices.run import SlicedPair, without_neighbours
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.reduction.error_estimate import FlankCompliance
 from pmor_offline.train import train

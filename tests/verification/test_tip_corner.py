@@ -13,19 +13,19 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.case import parse_case
-from pmor.contact.condition import PLAIN
-from pmor.contact.kernels.line import approach_of, laws_of_lines, line_load, widest_load
-from pmor.contact.kernels.line_places import place_lines
-from pmor.contact.kernels.line_pressure import edge_pressure
-from pmor.contact.kernels.tip_corner import LineLaw, contact_patch, corner_approach, single_mean
-from pmor.contact.line_contact import bonded_layer_constant
-from pmor.contact.solve import solve_position
-from pmor.contact.tip_corner import REACH, corner_coefficients, wedge_softness
-from pmor.lab.ended_layer import ended_layer, patch_means, smooth_rest
+from pmor.kinematics.condition import PLAIN
+from pmor.line.hertz import bonded_layer_constant
+from pmor.line.kernels.law import approach_of, laws_of_lines, line_load, widest_load
+from pmor.line.kernels.places import place_lines
+from pmor.line.kernels.pressure import edge_pressure
+from pmor.line.kernels.tip_corner import LineLaw, contact_patch, corner_approach, single_mean
+from pmor.line.tip_corner import INFLUENCE_LENGTH, corner_coefficients, wedge_softness
 from pmor.pair.conditions import nominal_condition
 from pmor.pair.model import elastic_model, mesh_model
-from tests.line_laws import corner_law, corner_of
-from tests.small_case import case_text
+from pmor.penalty.solve import solve_position
+from tests.programs.ended_layer import ended_layer, patch_means, smooth_rest
+from tests.support.line_laws import corner_law, corner_of
+from tests.support.small_case import case_text
 
 ANGLE, POISSON, RADIUS = math.radians(121.0), 0.3, 5.0  # the paper's tip, a flank of 8 mm on a layer of 1.6 mm
 OPENING = bonded_layer_constant(POISSON) + math.log(2.0)
@@ -112,7 +112,7 @@ def test_softness_of_the_half_plane_is_one_and_of_the_quarter_the_known_one():
 @pytest.mark.parametrize(("middle", "spread"), [(0.03, 1.0), (0.3, 0.0), (0.3, 0.5), (0.8, 0.3)])
 def test_table_holds_what_finite_elements_give(middle, spread):
     """At an angle between those that were solved. The fit is within 0.006, of the 8 to 13 of the whole approach."""
-    y, coefficients = middle / REACH, corner_coefficients(ANGLE, POISSON)
+    y, coefficients = middle / INFLUENCE_LENGTH, corner_coefficients(ANGLE, POISSON)
     found = []
     for k in range(3):
         powers = np.outer(y ** np.arange(5), spread ** (2 * np.arange(3)))
@@ -208,7 +208,7 @@ def plane_pair(**pinion):
 def test_gap_and_approach_go_on_smoothly_over_the_end_of_the_path(end, pinion):
     """Where the contact passes from the flank to its edge, under one load."""
     meshed = plane_pair(**pinion)[1].mesh.meshed
-    gears, kinematics, z = meshed.gears, meshed.kinematics(PLAIN.axes), np.zeros(1)
+    gears, kinematics, z = meshed.gears, meshed.kinematics(PLAIN.misalignment), np.zeros(1)
     start, stop = meshed.pair.roll_position_range
     at, step = (start, 1e-5) if end == "entry" else (stop, -1e-5)
     gear, total = int(end == "exit") ^ 1, []

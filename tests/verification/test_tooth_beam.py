@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.gear.classical.tooth_beam import beam_integrals, involute_function, tooth_beam, tooth_load
-from tests.beams import ALPHA, paper_beam, prismatic_beam
+from tests.support.beams import ALPHA, paper_beam, prismatic_beam
 
 QUADRATURE = 2e-4  # trapezoidal rule over the 800 points of the tooth outline
 

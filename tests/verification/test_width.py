@@ -6,19 +6,19 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-import pmor.contact.equilibrium
-import pmor.contact.solve
+import pmor.penalty.equilibrium
+import pmor.penalty.solve
+from pmor.body.elastic_gear import elastic_gear, volume_displacement
 from pmor.case import parse_case
 from pmor.case.width import elements_across, meshed_width, mirrors_at_mid_width, whole_width
-from pmor.contact.condition import at_torques
 from pmor.errors import MeshError
-from pmor.fe.cyclic import elastic_gear, volume_displacement
+from pmor.kinematics.condition import at_torques
 from pmor.lab.rivals.conventional import conventional_pair
 from pmor.mesh.sector import build_sector
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.pair.sweep import sweep_ste
-from tests.gear_models import POISSON, WIDTH, YOUNG, tooth
-from tests.small_case import case_text
+from tests.support.gear_models import POISSON, WIDTH, YOUNG, tooth
+from tests.support.small_case import case_text
 
 TWO_ROUTES = 1e-12  # of the largest compliance; measured 2e-14
 SAME_ANSWER = 1e-9
@@ -52,9 +52,9 @@ def ste_um(case, angles=5, torque=TORQUE):
 @pytest.fixture(autouse=True)
 def tight(monkeypatch):
     """Equilibria to a tenth of what is compared."""
-    monkeypatch.setattr(pmor.contact.equilibrium, "LINEAR", 0.1 * SAME_ANSWER)
-    solve = partial(pmor.contact.solve.solve_equilibrium, tolerance=0.1 * SAME_ANSWER)
-    monkeypatch.setattr(pmor.contact.solve, "solve_equilibrium", solve)
+    monkeypatch.setattr(pmor.penalty.equilibrium, "LINEAR", 0.1 * SAME_ANSWER)
+    solve = partial(pmor.penalty.solve.solve_equilibrium, tolerance=0.1 * SAME_ANSWER)
+    monkeypatch.setattr(pmor.penalty.solve, "solve_equilibrium", solve)
 
 
 # --- which width -----------------------------------------------------------------------------------------------------
@@ -101,7 +101,7 @@ def shared(compliance):
 @pytest.mark.parametrize("element", ["hex8", "hex8i", "hex20"])
 def test_compliance_of_half_the_width_is_that_of_the_whole_under_mirrored_forces(element, layer_columns):
     half, whole = (
-        elastic_gear(mesh, YOUNG, POISSON, element, reach=2, layer_columns=layer_columns)
+        elastic_gear(mesh, YOUNG, POISSON, element, neighbours=2, layer_columns=layer_columns)
         for mesh in (
             build_sector(tooth(12, 0.2), 8.0, WIDTH, 3, ACROSS, width=w, order=2 if element == "hex20" else 1)
             for w in ("half", "whole")

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from pmor.contact.kernels.compiling import compiled
+from pmor.compiled.compiling import compiled
 
 
 @compiled
-def _drift(rows, matrix, room):
+def _drift(rows, matrix, workspace):
     """Replace the columns of a matrix by what they become between two kicks."""
     n, columns = matrix.shape
     for i in range(n):
@@ -14,14 +14,14 @@ def _drift(rows, matrix, room):
             total = 0.0
             for k in range(n):
                 total += rows[i, k] * matrix[k, j]
-            room[i, j] = total
+            workspace[i, j] = total
     for i in range(n):
         for j in range(columns):
-            matrix[i, j] = room[i, j]
+            matrix[i, j] = workspace[i, j]
 
 
 @compiled
-def grow(half_drift, lever, push, slope, matrix, room, seen):
+def grow(half_drift, lever, push, slope, matrix, workspace, seen):
     """Carry the columns of a matrix of displacements and velocities through a period, step by step.
 
     A step is half a drift without the mesh, the kick of the mesh, and another half: second order, time-reversible.
@@ -34,14 +34,14 @@ def grow(half_drift, lever, push, slope, matrix, room, seen):
         Displacement along the line of action per displacement; change of the velocities per impulse of the mesh.
     slope : ndarray, shape (steps,)
         Integral of dF/dx over each step.
-    matrix, room : ndarray, shape (2n, columns)
+    matrix, workspace : ndarray, shape (2n, columns)
         Filled: what they become; work space.
     seen : ndarray, shape (steps, columns)
         Filled: the displacement along the line of action in the middle of each step.
     """
     n = len(lever)
     for step in range(len(slope)):
-        _drift(half_drift, matrix, room)
+        _drift(half_drift, matrix, workspace)
         for j in range(matrix.shape[1]):
             along = 0.0
             for k in range(n):
@@ -49,4 +49,4 @@ def grow(half_drift, lever, push, slope, matrix, room, seen):
             seen[step, j] = along
             for k in range(n):
                 matrix[n + k, j] += push[k] * slope[step] * along
-        _drift(half_drift, matrix, room)
+        _drift(half_drift, matrix, workspace)

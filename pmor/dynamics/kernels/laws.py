@@ -13,7 +13,7 @@ from numba import types
 from numba.extending import overload
 
 from pmor.arrays import FloatArray, IntArray
-from pmor.contact.kernels.compiling import compiled
+from pmor.compiled.compiling import compiled
 
 # Of a node of a table's tree: halved over the phase, over the displacement, or a cell with values.
 PHASE, DISPLACEMENT, CELL = 0, 1, 2

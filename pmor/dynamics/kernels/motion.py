@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pmor.arrays import FloatArray
-from pmor.contact.kernels.compiling import allocating, compiled
+from pmor.compiled.compiling import allocating, compiled
 from pmor.dynamics.kernels.laws import mesh_force
 
 STAGES = 7
@@ -46,7 +46,7 @@ LEAST_SHARE = 1e-9
 DONE, STUCK = 0, 1
 
 
-class Drive(NamedTuple):
+class EquationOfMotion(NamedTuple):
     """Masses that the mesh drives, and the phase of the mesh over time: phase + speed t + rate t^2 / 2.
 
     Attributes
@@ -68,22 +68,22 @@ class Drive(NamedTuple):
 
 
 @compiled
-def _slope(law, drive, time, state, slope):
+def _slope(law, equation, time, state, slope):
     """Fill the derivative of displacements and velocities by time."""
-    n = len(drive.lever)
+    n = len(equation.lever)
     along = 0.0
     for i in range(n):
-        along += drive.lever[i] * state[i]
-    force, _ = mesh_force(law, drive.phase + (drive.speed + 0.5 * drive.rate * time) * time, along)
+        along += equation.lever[i] * state[i]
+    force, _ = mesh_force(law, equation.phase + (equation.speed + 0.5 * equation.rate * time) * time, along)
     for i in range(n):
-        total = drive.constant[i] + drive.push[i] * force
+        total = equation.constant[i] + equation.push[i] * force
         for k in range(2 * n):
-            total += drive.rows[i, k] * state[k]
+            total += equation.rows[i, k] * state[k]
         slope[i], slope[n + i] = state[n + i], total
 
 
 @compiled
-def _try_step(law, drive, time, step, state, slopes, new, tolerance, floor):
+def _try_step(law, equation, time, step, state, slopes, new, tolerance, floor):
     """Fill the state after a step, and its slopes from the second on; return the error over what is allowed."""
     size = len(state)
     for stage in range(1, STAGES):
@@ -92,7 +92,7 @@ def _try_step(law, drive, time, step, state, slopes, new, tolerance, floor):
             for k in range(stage):
                 total += SLOPES[stage, k] * slopes[k, i]
             new[i] = state[i] + step * total
-        _slope(law, drive, time + TIMES[stage] * step, new, slopes[stage])
+        _slope(law, equation, time + TIMES[stage] * step, new, slopes[stage])
     worst = 0.0
     for i in range(size):
         error = 0.0
@@ -117,13 +117,13 @@ def _look(state, slopes, step, share, seen):
 
 
 @allocating
-def move(law, drive, times, state, step, tolerance, floor, seen):
+def move(law, equation, times, state, step, tolerance, floor, seen):
     """Move on to the last of rising times from time 0.
 
     Parameters
     ----------
     law : force law
-    drive : Drive
+    equation : EquationOfMotion
     times : ndarray, shape (s,)
     state : ndarray, shape (2n,)
         Displacements and velocities; those at the last time in the end.
@@ -143,10 +143,10 @@ def move(law, drive, times, state, step, tolerance, floor, seen):
     """
     slopes, new = np.empty((STAGES, len(state))), np.empty(len(state))
     time, index, count = 0.0, 0, 0
-    _slope(law, drive, time, state, slopes[0])
+    _slope(law, equation, time, state, slopes[0])
     while index < len(times):
         taken = min(step, times[-1] - time)
-        error = _try_step(law, drive, time, taken, state, slopes, new, tolerance, floor)
+        error = _try_step(law, equation, time, taken, state, slopes, new, tolerance, floor)
         count += 1
         growth = LEAST_GROWTH
         if error >= 0.0:

@@ -35,7 +35,9 @@ VARIABLES = (
     Variable("torque1", "output", "N.m", "torque of the mesh on the pinion, positive counter-clockwise"),
     Variable("torque2", "output", "N.m", "torque of the mesh on the wheel, positive counter-clockwise"),
     Variable("force", "output", "N", "force along the transverse line of action; negative on the backs of the teeth"),
-    Variable("transmission_error", "output", "m", "lead of the pinion along the line of action: rb1 phi1 + rb2 phi2"),
+    Variable(
+        "transmission_error", "output", "m", "advance of the pinion along the line of action: rb1 phi1 + rb2 phi2"
+    ),
     Variable("stiffness", "output", "N/m", "derivative of the force by the transmission error"),
     Variable("force1_x", "output", "N", "force of the mesh on the pinion along x"),
     Variable("force1_y", "output", "N", "force of the mesh on the pinion along y"),

@@ -5,20 +5,20 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from pmor.case import Case
-from pmor.contact.condition import Built, at_torques
-from pmor.contact.unloaded import unloaded_ste_um
 from pmor.dynamics.force_table import TOLERANCE, tabulate
 from pmor.dynamics.kernels.laws import ForceTable
 from pmor.errors import CaseError, ConvergenceError
 from pmor.gear.pair import GearPair
-from pmor.pair.conditions import built_of
+from pmor.kinematics.condition import Assembly, at_torques
+from pmor.line.unloaded import unloaded_ste_um
+from pmor.pair.conditions import assembly_of
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.mesh_force import mesh_force_of
 from pmor_online.model import ReducedPair, online_angles
 
 # Over the nominal torque of the case: what the table reaches to everywhere.
 TORQUE_REACH = 2.0
-# Angles at which the largest lead under a torque, and the first touch, are looked for.
+# Angles at which the largest advance under a torque, and the first touch, are looked for.
 ANGLES = 100
 
 
@@ -64,29 +64,31 @@ def mesh_law(reduced: ReducedPair, torque_Nm: float | None = None, tolerance: fl
     ConvergenceError
         Where the law gives no force.
     """
-    case, built = reduced.basis.case, built_of(reduced.basis.case)
+    case, assembly = reduced.basis.case, assembly_of(reduced.basis.case)
     if reduced.basis.shapes is not None:
         raise CaseError(
             f'{case.name}: a force law takes line loads, and the basis has shapes: write [contact] scheme = "line", '
             'leave [reduction] shapes = "line_loads", and make the basis anew'
         )
-    if any(flank.pitch_deviations_um for flank in (built.pinion, built.wheel)):
+    if any(flank.pitch_deviations_um for flank in (assembly.pinion, assembly.wheel)):
         raise CaseError(
             f"{case.name}: pitch deviations: the force law of teeth that differ does not repeat with the mesh cycle: "
             "leave them out"
         )
     torque = TORQUE_REACH * case.torque_Nm if torque_Nm is None else torque_Nm
-    low, high = _range(reduced, built, torque)
-    table = tabulate(mesh_force_of(reduced, built), low, high, tolerance=tolerance)
+    low, high = _range(reduced, assembly, torque)
+    table = tabulate(mesh_force_of(reduced, assembly), low, high, tolerance=tolerance)
     pair = reduced.meshed.pair
-    return MeshLaw(case, pair, table, torque, pair.backlash if built.backs_mirror_flanks else None)
+    return MeshLaw(case, pair, table, torque, pair.backlash if assembly.backs_mirror_flanks else None)
 
 
-def _range(reduced: ReducedPair, built: Built, torque_Nm: float) -> tuple[float, float]:
+def _range(reduced: ReducedPair, assembly: Assembly, torque_Nm: float) -> tuple[float, float]:
     """Displacements between first touch and the largest one under the torque, mm."""
     phi = online_angles(reduced.meshed.pair.pitch, ANGLES)
-    sweep = sweep_line_loads(reduced, phi, at_torques([1e3 * torque_Nm], built.axes, built.pinion, built.wheel))
+    sweep = sweep_line_loads(
+        reduced, phi, at_torques([1e3 * torque_Nm], assembly.misalignment, assembly.pinion, assembly.wheel)
+    )
     if not sweep.converged.all():
         raise ConvergenceError(f"no equilibrium under {torque_Nm:g} N m at some angles: lower the torque", [])
-    touch = 1e-3 * unloaded_ste_um(reduced.meshed, phi, [built])
+    touch = 1e-3 * unloaded_ste_um(reduced.meshed, phi, [assembly])
     return float(touch.min()), float(1e-3 * sweep.ste_um.max())

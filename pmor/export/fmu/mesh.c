@@ -120,23 +120,23 @@ static fmi2Status update(Mesh *mesh)
 {
     double *v = mesh->value, c = cos(WORKING_ANGLE), s = sin(WORKING_ANGLE);
     double away = 1e3 * c * v[AXIS_X], up = 1e3 * s * v[AXIS_Y];
-    double lead = BASE_1 * v[PHI_1] + BASE_2 * v[PHI_2], phase = -v[PHI_2] * BASE_2 / BASE_1 * TEETH_1 / TURN;
+    double advance = BASE_1 * v[PHI_1] + BASE_2 * v[PHI_2], phase = -v[PHI_2] * BASE_2 / BASE_1 * TEETH_1 / TURN;
     double front, back = 0.0, along, across, axial, k_front, k_back = 0.0;
     if (mesh->known) return fmi2OK;
-    if (!flank_force(phase, lead + away - up, &front, &k_front))
+    if (!flank_force(phase, advance + away - up, &front, &k_front))
         return say(mesh, fmi2Error, "displacement along the line of action of %g mm: the table of the working flanks "
-                   "ends at " HIGH_TEXT " mm", lead + away - up);
+                   "ends at " HIGH_TEXT " mm", advance + away - up);
     if (BACKS) {
         double gap = 1e3 * v[BACKLASH];
-        if (!flank_force(gap * TEETH_1 / TURN / BASE_1 - phase, -lead - gap - away - up, &back, &k_back))
+        if (!flank_force(gap * TEETH_1 / TURN / BASE_1 - phase, -advance - gap - away - up, &back, &k_back))
             return say(mesh, fmi2Error, "displacement along the line of action of %g mm: the table of the backs of the "
-                       "teeth ends " HIGH_TEXT " mm beyond the backlash", lead);
+                       "teeth ends " HIGH_TEXT " mm beyond the backlash", advance);
     }
     along = front - back;
     across = front + back;
     axial = along * TAN_BASE_HELIX;
     v[FORCE] = along;
-    v[LEAD] = 1e-3 * lead;
+    v[LEAD] = 1e-3 * advance;
     v[STIFFNESS] = 1e3 * (k_front + k_back);
     v[TORQUE_1] = -1e-3 * along * BASE_1;
     v[TORQUE_2] = -1e-3 * along * BASE_2;

@@ -139,19 +139,19 @@ def _relief(
 ) -> None:  # fmt: skip
     """A relief that begins at a roll angle and has its depth at another one, or at the end of the flank."""
     shape = SHAPES.get(component.text_of("shape_of_relief"))
-    reach = "tip_relief_start_roll_deg" if which == "tip" else "root_relief_end_roll_deg"
+    extent = "tip_relief_start_roll_deg" if which == "tip" else "root_relief_end_roll_deg"
     if not depth:
         return
     if begins is None or shape is None:
         what = "says not where it begins" if begins is None else "no shape that a case knows (linear, parabolic)"
         found.notes.append(f"{component.label}: {what}: left out")
         return
-    if reach in found.keys:
+    if extent in found.keys:
         found.notes.append(f"{component.label}: a second relief there: left out")
         return
     share = 1.0 if at is None or at == begins else (end - begins) / (at - begins)
     found.add(f"{which}_relief_um", UM * depth * share ** (2 if shape == "parabolic" else 1))
-    found.keys[reach] = float(f"{math.degrees(begins):.12g}")
+    found.keys[extent] = float(f"{math.degrees(begins):.12g}")
     if shape != "linear":
         found.keys[f"{which}_relief_shape"] = shape
 

@@ -11,8 +11,8 @@ from pmor.arrays import FloatArray
 from pmor.lab.comparison.decay import SAMPLINGS, Decay
 from pmor.lab.comparison.measure import Row
 from pmor.lab.comparison.measures import WANTED_EFFECTIVITY
-from pmor.lab.core.figures import log_log, name_points, panels
 from pmor.lab.core.measures import SMALLEST_ERROR_UM
+from pmor.report.panels import log_log, name_points, panels
 from pmor.report.style import COLOURS
 
 if TYPE_CHECKING:

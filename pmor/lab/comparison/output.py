@@ -10,17 +10,17 @@ from pmor.lab.comparison.figures import SAMPLING_NAMES, decay_figure, estimate_f
 from pmor.lab.comparison.measures import WANTED_EFFECTIVITY
 from pmor.lab.comparison.run import Comparison
 from pmor.lab.comparison.table import EFFORT, NAMES, WORTH, comparison_table, effort_note, free_parameters, worth_note
-from pmor.lab.core.machine import machine
 from pmor.lab.core.measures import SMALLEST_ERROR_UM
-from pmor.lab.core.parts import PARTS
-from pmor.lab.core.results import write_results
 from pmor.lab.core.states import state_text
-from pmor.lab.core.table import Columns, table, text_lines
 from pmor.progress import format_time
 from pmor.report.page import Block, Heading, Picture, Warning
 from pmor.report.provenance import provenance
 from pmor.report.table import Table
 from pmor.storage.results_folder import remove_working_folder
+from pmor.work.machine import machine
+from pmor.work.pieces import PARTS
+from pmor.work.results import write_results
+from pmor.work.table import Columns, table, text_lines
 
 # What the page says where line contact is compared.
 LINE_LOADS = (

@@ -15,10 +15,10 @@ from pmor.lab.comparison.measure import Reduction, Row, Truth, build, effort, wo
 from pmor.lab.comparison.timing import online_times_ms
 from pmor.lab.comparison.training import TrainingSet, greedy_training, grid_training, sobol_training, solves_until
 from pmor.lab.comparison.variants import Variant, flank_line_case, grid_keys, table_grids, variants
-from pmor.lab.core.parts import PARTS, Piece, run_pieces
 from pmor.lab.core.states import not_converged, solve_states, unseen_states
 from pmor.pair.model import ElasticModel
 from pmor.progress import Progress
+from pmor.work.pieces import PARTS, Piece, run_pieces
 from pmor_offline.sampling import first_positions
 from pmor_offline.snapshots import solve_snapshots
 
@@ -89,11 +89,11 @@ def compare_reductions(
         *(piece(p.name, p, partial(measure_point, p, truth)) for p in points),
     ]
     with ThreadPoolExecutor(max_workers=jobs) as pool, Progress(len(pieces), "reductions") as progress:
-        found, broken = run_pieces(pieces, out / PARTS, pool, finished=lambda piece: progress.advance())
+        found, broken = run_pieces(pieces, out / PARTS, pool, finished=lambda piece: progress.step())
     if broken:
         raise ConvergenceError(f"{len(broken)} reductions did not converge at all, first: {broken[0]}", [])
     with Progress(repeats, "run times") as progress:
-        online = online_times_ms([r.basis for r in reductions], repeats, progress.advance)
+        online = online_times_ms([r.basis for r in reductions], repeats, progress.step)
     entries = [
         {**effort(r), **found[r.variant.label], "online_ms": slow, "online_without_ms": fast}
         for r, (slow, fast) in zip(reductions, online, strict=True)
@@ -112,7 +112,7 @@ def _truth(case: Case, model: ElasticModel, jobs: int, count: int) -> Truth:
     meshed = model.mesh.meshed
     states = unseen_states(case.offline, meshed.pair, count)
     with ThreadPoolExecutor(max_workers=jobs) as pool, Progress(count, "full FE, unseen states") as progress:
-        full = solve_states(meshed, model.elasticity_at, states, pool, progress.advance)
+        full = solve_states(meshed, model.elasticity_at, states, pool, progress.step)
     return Truth(model, states, full)
 
 
@@ -122,13 +122,13 @@ def _trainings(case: Case, truth: Truth) -> dict[str, TrainingSet]:
     solve_snapshots(model, first_positions(case.offline, model.mesh.meshed.pair)[0])  # compiles
     further = {"sampling": "greedy", "tolerance_percent": FURTHER * case.offline.tolerance_percent}
     with Progress(budget, "full FE, greedy") as progress:
-        greedy = greedy_training(flank_line_case(case, further), model, progress.advance)
+        greedy = greedy_training(flank_line_case(case, further), model, progress.step)
     with Progress(budget, "full FE, Sobol") as progress:
-        sobol = sobol_training(case, model, budget, progress.advance)
+        sobol = sobol_training(case, model, budget, progress.step)
     found = {"greedy": greedy, "sobol": sobol, "none": TrainingSet()}
     for grid in table_grids(case.offline):
         with Progress(grid.angles, "full FE, grid") as progress:
-            found[grid.label] = grid_training(flank_line_case(case, grid_keys(grid)), model, progress.advance)
+            found[grid.label] = grid_training(flank_line_case(case, grid_keys(grid)), model, progress.step)
     return found
 
 

@@ -8,8 +8,8 @@ from pmor.lab.comparison.measures import WANTED_EFFECTIVITY
 from pmor.lab.comparison.run import Comparison
 from pmor.lab.comparison.variants import PARAMETERS
 from pmor.lab.core.measures import SMALLEST_ERROR_UM
-from pmor.lab.core.table import Columns, table
 from pmor.report.table import Table
+from pmor.work.table import Columns, table
 
 NAMES = {
     "torques_Nm": ("torque", "N m"), "in_plane_um": ("tilt in plane", "µm"),

@@ -19,7 +19,7 @@ LONGEST_MS = 2500.0
 
 
 def online_times_ms(
-    bases: Sequence[Basis], repeats: int, advance: Callable[[], None] = lambda: None
+    bases: Sequence[Basis], repeats: int, progress: Callable[[], None] = lambda: None
 ) -> list[tuple[float, float]]:
     """Time a position at the misalignment and the nominal torque of the case, with and without the error estimate.
 
@@ -28,7 +28,7 @@ def online_times_ms(
     bases : sequence of Basis
     repeats : int
         Sweeps of each, less where they take long.
-    advance : callable
+    progress : callable
         Called after each round, for progress.
 
     Returns
@@ -43,5 +43,5 @@ def online_times_ms(
             phi = online_angles(reduced.meshed.pair.pitch, ANGLES)
             sweep = partial(sweep_reduced_pair, reduced, phi, [nominal_condition(basis.case)])
             work[i, estimated] = partial(ms_per_position, sweep)
-    times = times_in_turn(work, repeats, advance, LONGEST_MS / ANGLES)
+    times = times_in_turn(work, repeats, progress, LONGEST_MS / ANGLES)
     return [(median(times[i, True]), median(times[i, False])) for i in range(len(bases))]

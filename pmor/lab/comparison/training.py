@@ -52,23 +52,23 @@ class TrainingSet:
         return TrainingSet(kept, (*self.seconds[: len(kept)], self.seconds[-1] / step))
 
 
-Advance = Callable[[], None]
+Progress = Callable[[], None]
 
 
-def greedy_training(case: Case, model: ElasticModel, advance: Advance = lambda: None) -> TrainingSet:
+def greedy_training(case: Case, model: ElasticModel, progress: Progress = lambda: None) -> TrainingSet:
     """Solve what the error estimate asks for."""
     known: list[Snapshots] = []
-    return _timed(greedy_snapshots(case, model, estimate_errors, known), known, advance)
+    return _timed(greedy_snapshots(case, model, estimate_errors, known), known, progress)
 
 
-def sobol_training(case: Case, model: ElasticModel, count: int, advance: Advance = lambda: None) -> TrainingSet:
+def sobol_training(case: Case, model: ElasticModel, count: int, progress: Progress = lambda: None) -> TrainingSet:
     """Solve a Sobol sequence; its beginning is what a smaller `count` gives."""
-    return _solved(model, sobol_positions(case.offline, model.mesh.meshed.pair, count), advance)
+    return _solved(model, sobol_positions(case.offline, model.mesh.meshed.pair, count), progress)
 
 
-def grid_training(case: Case, model: ElasticModel, advance: Advance = lambda: None) -> TrainingSet:
+def grid_training(case: Case, model: ElasticModel, progress: Progress = lambda: None) -> TrainingSet:
     """Solve the grid of a case."""
-    return _solved(model, grid_positions(case.offline, model.mesh.meshed.pair), advance)
+    return _solved(model, grid_positions(case.offline, model.mesh.meshed.pair), progress)
 
 
 def solves_until(greedy: TrainingSet, tolerance_percent: float) -> int:
@@ -82,14 +82,14 @@ def nested_trainings(largest: TrainingSet, grids: Sequence[Grid]) -> list[Traini
     return [largest.every(grids[-1].angles // grid.angles) for grid in grids]
 
 
-def _solved(model: ElasticModel, positions: Sequence[TrainingPosition], advance: Advance) -> TrainingSet:
-    return _timed((solve_snapshots(model, position) for position in positions), [], advance)
+def _solved(model: ElasticModel, positions: Sequence[TrainingPosition], progress: Progress) -> TrainingSet:
+    return _timed((solve_snapshots(model, position) for position in positions), [], progress)
 
 
-def _timed(solving: Iterable[Snapshots], known: list[Snapshots], advance: Advance) -> TrainingSet:
+def _timed(solving: Iterable[Snapshots], known: list[Snapshots], progress: Progress) -> TrainingSet:
     start, seconds = time.perf_counter(), []
     for snapshots in solving:
         known.append(snapshots)
         seconds.append(time.perf_counter() - start)
-        advance()
+        progress()
     return TrainingSet(tuple(known), (*seconds, time.perf_counter() - start))

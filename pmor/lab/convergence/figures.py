@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from pmor.lab.convergence.run import ELEMENTS, PLANE, PROFILE_ELEMENTS, QUANTITIES, Convergence, Level
-from pmor.lab.core.figures import log_log, panels
+from pmor.report.panels import log_log, panels
 from pmor.report.style import COLOURS
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ def convergence_figure(found: Convergence) -> Figure:
     with panels(2, 9.0, 4.4, legend=3, sharey=True) as (figure, (over_elements, over_time)):
         for element, colour in zip(ELEMENTS, COLOURS, strict=False):
             for width in widths:
-                levels = [v for v in found.levels if (v.element, v.width) == (element, width) and not v.left_out]
+                levels = [v for v in found.levels if (v.element, v.width) == (element, width) and not v.reason]
                 known = [(level, error) for level in levels if (error := _largest(found, level)) > 0.0]
                 errors = [error for _, error in known]
                 line: dict[str, Any] = {"color": colour, "ls": "--" if width == PLANE else "-", "marker": "o", "ms": 4,

@@ -9,13 +9,13 @@ from typing import Any
 
 from pmor.lab.convergence.figures import convergence_figure
 from pmor.lab.convergence.run import PLANE, QUANTITIES, Convergence, Level
-from pmor.lab.core.parts import PARTS
-from pmor.lab.core.results import write_results
-from pmor.lab.core.table import Columns, table, text_lines
 from pmor.report.page import Block, Heading, Picture
 from pmor.report.provenance import provenance
 from pmor.report.table import Table
 from pmor.storage.results_folder import remove_working_folder
+from pmor.work.pieces import PARTS
+from pmor.work.results import write_results
+from pmor.work.table import Columns, table, text_lines
 
 #: what `write_convergence` may leave
 FILES = ("convergence.json", "convergence.md", "report.html", "convergence.png")
@@ -56,7 +56,8 @@ def convergence_text(found: Convergence) -> str:
 
 def _row(found: Convergence, level: Level) -> dict[str, Any]:
     errors = {f"{q.removesuffix('_um')}_error_percent": found.error_percent(level, q) for q in QUANTITIES}
-    return asdict(level) | errors | {"left_out": level.left_out or None}
+    row = asdict(level)
+    return row | errors | {"left_out": row.pop("reason") or None}
 
 
 def _blocks(found: Convergence) -> list[Block]:
@@ -79,9 +80,9 @@ def _blocks(found: Convergence) -> list[Block]:
 def _tables(found: Convergence) -> Sequence[Table]:
     shown = []
     for width in dict.fromkeys(level.width for level in found.levels):
-        rows = [level for level in found.levels if level.width == width and not level.left_out]
-        lost = [f"{v.element} {v.n_profile} x {v.n_width} ({v.left_out})" for v in found.levels
-                if v.width == width and v.left_out]  # fmt: skip
+        rows = [level for level in found.levels if level.width == width and not level.reason]
+        lost = [f"{v.element} {v.n_profile} x {v.n_width} ({v.reason})" for v in found.levels
+                if v.width == width and v.reason]  # fmt: skip
         limits = ", ".join(
             f"{name} {found.limits[width, q]:.5g}" for q, name in QUANTITIES.items() if (width, q) in found.limits
         )

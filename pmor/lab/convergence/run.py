@@ -11,15 +11,15 @@ from pathlib import Path
 
 import numpy as np
 
+from pmor.app.cost import FINITE_ELEMENTS, refuse_beyond_memory, stages
 from pmor.arrays import FloatArray
 from pmor.case import Case, change_case
 from pmor.case.width import elements_across, meshed_width
 from pmor.errors import CaseError
 from pmor.gear.pair import GearPair
-from pmor.lab.core.parts import PARTS, Announcer, Piece, Result, run_pieces
 from pmor.pair.conditions import conditions_of
-from pmor.pair.cost import FINITE_ELEMENTS, refuse_beyond_memory, stages
 from pmor.pair.model import elastic_model, gear_pair, mesh_model
+from pmor.work.pieces import PARTS, Announcer, Piece, Result, run_pieces
 from pmor_offline.train import train
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.model import online_angles, reduced_pair
@@ -57,7 +57,7 @@ class Level:
         At the pitch point, in the middle of double contact, over the pitch; None where it was left out.
     offline_s : float or None
         Wall time of meshing and finite elements.
-    left_out : str
+    reason : str
         Why it was left out, if it was.
     """
 
@@ -70,7 +70,7 @@ class Level:
     ste_mean_um: float | None = None
     ste_peak_to_peak_um: float | None = None
     offline_s: float | None = None
-    left_out: str = ""
+    reason: str = ""
 
 
 @dataclass(frozen=True)
@@ -146,11 +146,11 @@ def _solve(case: Case) -> Result:
     needed = stages(case, gear_pair(case))
     seconds = next(stage.seconds for stage in needed if stage.name == FINITE_ELEMENTS)
     if seconds > LONGEST_S:
-        return asdict(level) | {"left_out": f"about {seconds / 60.0:.0f} min of finite elements"}
+        return asdict(level) | {"reason": f"about {seconds / 60.0:.0f} min of finite elements"}
     try:
         refuse_beyond_memory(case, needed)
     except CaseError:
-        return asdict(level) | {"left_out": "more memory than there is"}
+        return asdict(level) | {"reason": "more memory than there is"}
     start = time.perf_counter()
     model = elastic_model(case, mesh_model(case))
     seconds = time.perf_counter() - start

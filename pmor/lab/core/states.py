@@ -11,11 +11,11 @@ import numpy as np
 
 from pmor.arrays import FloatArray
 from pmor.case import OfflineCase
-from pmor.contact.condition import Condition
-from pmor.contact.flank import MeshedPair
-from pmor.contact.line_contact import line_contact
-from pmor.contact.solve import ElasticityAt, solve_position
 from pmor.gear.pair import GearPair
+from pmor.kinematics.condition import Condition
+from pmor.kinematics.meshed_pair import MeshedPair
+from pmor.line.hertz import line_contact
+from pmor.penalty.solve import ElasticityAt, solve_position
 from pmor.results.sweep import SteSweep
 from pmor.threads import in_order
 from pmor_offline.sampling import SEED, sobol_positions
@@ -46,7 +46,7 @@ class States:
         return {
             "phi_deg": float(np.degrees(self.phi[i])),
             "torque_Nm": condition.torque_Nm,
-            **asdict(condition.axes),
+            **asdict(condition.misalignment),
         }
 
 
@@ -74,7 +74,7 @@ def unseen_states(offline: OfflineCase, pair: GearPair, count: int) -> States:
 
 def solve_states(
     meshed: MeshedPair, elasticity_at: ElasticityAt, states: States, executor: Executor | None = None,
-    advance: Callable[[], None] = lambda: None,
+    progress: Callable[[], None] = lambda: None,
 ) -> Solved:  # fmt: skip
     """Solve all states with any elastic model.
 
@@ -85,14 +85,14 @@ def solve_states(
     states : States
     executor : Executor, optional
         Solves several states at a time.
-    advance : callable
+    progress : callable
         Called after each state, for progress.
     """
 
     def solve(state: tuple[float, Condition]) -> tuple[float, dict[int, FloatArray]]:
         return _solve(meshed, elasticity_at, *state)
 
-    found = list(in_order(solve, zip(states.phi.tolist(), states.conditions, strict=True), executor, advance))
+    found = list(in_order(solve, zip(states.phi.tolist(), states.conditions, strict=True), executor, progress))
     loads = tuple(load for _, load in found) if meshed.scheme.kind == "line" else None
     return Solved(np.array([ste for ste, _ in found]), loads)
 
@@ -104,7 +104,7 @@ def _solve(
     equilibrium, position = solved.equilibria[0], solved.position
     if equilibrium is None:
         return float("nan"), {}
-    ste = 1e3 * equilibrium.lead * meshed.pair.pinion.base_radius
+    ste = 1e3 * equilibrium.advance * meshed.pair.pinion.base_radius
     if meshed.scheme.kind != "line":
         return ste, {}
     found = line_contact(meshed, position, equilibrium.contact)

@@ -12,7 +12,7 @@ Key = TypeVar("Key")
 
 
 def times_in_turn(
-    work: Mapping[Key, Callable[[], float]], repeats: int, advance: Callable[[], None] = lambda: None,
+    work: Mapping[Key, Callable[[], float]], repeats: int, progress: Callable[[], None] = lambda: None,
     longest: float = math.inf,
 ) -> dict[Key, list[float]]:  # fmt: skip
     """Measure pieces of work in rounds; the first round warms up.
@@ -23,7 +23,7 @@ def times_in_turn(
         Each does its work and gives its time, in any unit.
     repeats : int
         Rounds; every other one goes through the work backwards, so that neither neighbour has the warmer cache.
-    advance : callable
+    progress : callable
         Called after each round, for progress.
     longest : float
         Sum of its times after which a piece of work is left out of further rounds.
@@ -40,7 +40,7 @@ def times_in_turn(
         for key in list(work)[:: -1 if repeat % 2 else 1]:
             if not repeat or sum(found[key]) <= longest:
                 found[key].append(work[key]())
-        advance()
+        progress()
     return found
 
 

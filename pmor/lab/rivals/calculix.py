@@ -36,20 +36,20 @@ import numpy as np
 
 from pmor.arrays import FloatArray, IntArray
 from pmor.case import Case, GearCase
-from pmor.contact.kernels.deviation import Deviation
-from pmor.contact.position import active_patches
-from pmor.contact.search import search_contact
-from pmor.contact.solve import surface_error
 from pmor.conventions import rotation_z
 from pmor.errors import ConvergenceError, ExternalProgramError
 from pmor.fe.completion import nodes_of_elements
 from pmor.fe.whole_gear import whole_gear_mesh
 from pmor.gear.tooth import Tooth
+from pmor.kinematics.kernels.deviation import Deviation
 from pmor.lab.rivals.deviated_mesh import flank_shift
 from pmor.mesh.element import QUADRATIC_NODES
 from pmor.mesh.sector import SectorMesh
-from pmor.pair.conditions import built_of
+from pmor.pair.conditions import assembly_of
 from pmor.pair.model import MeshModel, assemble_pair
+from pmor.penalty.position import active_patches
+from pmor.penalty.search import search_contact
+from pmor.penalty.solve import surface_error
 
 PROGRAM = "ccx"
 Contact = Literal["node_to_surface", "surface_to_surface"]
@@ -151,14 +151,14 @@ def calculix_ste(
     if not calculix_available():
         raise ExternalProgramError(f"{PROGRAM}: not found; install CalculiX (Debian: apt-get install calculix-ccx)")
     base_radius = mesh.meshed.pair.pinion.base_radius
-    lead = _first_touch(case, mesh, phi, slave) + START_OVERLAP * mesh.meshed.expected_approach(torque) / base_radius
-    deck = input_deck(case, mesh, phi, torque, lead, contact, slave, beside)
+    advance = _first_touch(case, mesh, phi, slave) + START_OVERLAP * mesh.meshed.expected_approach(torque) / base_radius
+    deck = input_deck(case, mesh, phi, torque, advance, contact, slave, beside)
     start = time.perf_counter()
     log, results = run_deck(deck)
     seconds = time.perf_counter() - start
     path = _path_of_the_base_circle(log, results, phi)
     return CalculixSolution(
-        ste_um=(lead * base_radius + path) * 1e3,
+        ste_um=(advance * base_radius + path) * 1e3,
         seconds=seconds,
         unknowns=int(re.findall(r"number of equations\s+(\d+)", log)[-1]),
         iterations=len(re.findall(r"^ iteration +\d+", log, re.MULTILINE)),
@@ -166,7 +166,7 @@ def calculix_ste(
 
 
 def input_deck(
-    case: Case, mesh: MeshModel, phi: float, torque: float, lead: float, contact: Contact, slave: Slave,
+    case: Case, mesh: MeshModel, phi: float, torque: float, advance: float, contact: Contact, slave: Slave,
     beside: int | None = None,
 ) -> str:  # fmt: skip
     """Return the input deck of one position.
@@ -175,12 +175,12 @@ def input_deck(
     ----------
     case, mesh, phi, torque, contact, slave, beside
         As in `calculix_ste`.
-    lead : float
+    advance : float
         How far ahead of its kinematic position the undeformed pinion is placed, rad.
     """
     meshed = mesh.meshed
-    pairs = meshed.pair.pairs_in_reach(phi, MARGIN * meshed.pair.pitch)
-    gears = place_gears(case, mesh, phi, lead, pairs, beside)
+    pairs = meshed.pair.tooth_pair_count(phi, MARGIN * meshed.pair.pitch)
+    gears = place_gears(case, mesh, phi, advance, pairs, beside)
     driver = gears[1].first_node + len(gears[1].nodes)
     lines: list[str] = []
     for gear in gears:
@@ -193,22 +193,22 @@ def input_deck(
 
 
 def _first_touch(case: Case, mesh: MeshModel, phi: float, slave: Slave) -> float:
-    """Return the lead at which the undeformed facets touch, rad."""
+    """Return the advance at which the undeformed facets touch, rad."""
     contact = replace(case.contact, scheme="facet", lodm_profile=1, lodm_width=1, slave=slave)
     gears = mesh.pinion, mesh.wheel
     facets = assemble_pair(replace(case, contact=contact), mesh.meshed.pair,
                            (gears[0].flank_nodes, gears[1].flank_nodes),
                            (gears[0].flank_roll_angle, gears[1].flank_roll_angle))  # fmt: skip
-    position = active_patches(facets, phi, 2.0 * surface_error(facets), built_of(case))
-    lead = 0.0
+    position = active_patches(facets, phi, 2.0 * surface_error(facets), assembly_of(case))
+    advance = 0.0
     for _ in range(5):
-        gap = search_contact(facets, position, np.zeros_like(position.nodes), lead).smallest_gap
-        lead += gap / facets.pair.pinion.base_radius
-    return lead
+        gap = search_contact(facets, position, np.zeros_like(position.nodes), advance).smallest_gap
+        advance += gap / facets.pair.pinion.base_radius
+    return advance
 
 
 def place_gears(
-    case: Case, mesh: MeshModel, phi: float, lead: float, pairs: IntArray, beside: int | None
+    case: Case, mesh: MeshModel, phi: float, advance: float, pairs: IntArray, beside: int | None
 ) -> tuple[PlacedGear, PlacedGear]:
     """Place both gears as `calculix_ste` does with these arguments; `pairs` are the tooth pairs that can touch."""
     pair = mesh.meshed.pair
@@ -219,8 +219,8 @@ def place_gears(
         for teeth, side in ((pair.pinion.teeth, 1), (pair.wheel.teeth, -1))
     ]
     on_wheel = math.pi + pair.wheel_tooth_rotation(phi)
-    deviations = mesh.meshed.deviations(built_of(case))
-    pinion = _place("PINION", case.pair.pinion, mesh.pinion, (pair.pinion, deviations[0]), sectors[0], phi + lead,
+    deviations = mesh.meshed.deviations(assembly_of(case))
+    pinion = _place("PINION", case.pair.pinion, mesh.pinion, (pair.pinion, deviations[0]), sectors[0], phi + advance,
                    0.0, 1, 1)  # fmt: skip
     wheel = _place("WHEEL", case.pair.wheel, mesh.wheel, (pair.wheel, deviations[1]), sectors[1], on_wheel,
                    pair.centre_distance, 1 + len(pinion.nodes), 1 + len(pinion.elements))  # fmt: skip

@@ -1,7 +1,7 @@
 """The conventional way to static contact: both whole gears in one sparse system, factored anew in every Newton step.
 
 This is what a general finite-element code does, and what the condensed and the reduced model are measured against. It
-solves the same discrete problem as the condensed model (`pmor.contact.solve`), from the stiffness itself: with x the
+solves the same discrete problem as the condensed model (`pmor.penalty.solve`), from the stiffness itself: with x the
 displacements of all nodes and, last, the pinion's rotation times its base radius, p = k max(-g, 0) the point forces,
 B = dg/dx the gradient of the gaps and t the torque over the base radius in the last row,
 
@@ -24,17 +24,17 @@ import scipy.sparse as sp
 
 from pmor.arrays import FloatArray
 from pmor.case import Case, GearCase
-from pmor.contact.condition import Condition
-from pmor.contact.equilibrium import round_off_residual
-from pmor.contact.flank import MeshedPair
-from pmor.contact.position import Position, active_patches
-from pmor.contact.search import Contact, search_contact
-from pmor.contact.solve import window_depth
 from pmor.errors import CaseError, ConvergenceError
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.sparse_direct import assemble_arc, factorise
+from pmor.kinematics.condition import Condition
+from pmor.kinematics.meshed_pair import MeshedPair
 from pmor.mesh.sector import SectorMesh
 from pmor.pair.model import MeshModel, per_gear
+from pmor.penalty.equilibrium import round_off_residual
+from pmor.penalty.position import Position, active_patches
+from pmor.penalty.search import Contact, search_contact
+from pmor.penalty.solve import window_depth
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ class ConventionalSolution:
 
     Parameters
     ----------
-    lead : float
+    advance : float
         Rotation of the pinion ahead of its kinematic position, rad.
     ste_um : float
         The same along the line of action, um.
@@ -85,7 +85,7 @@ class ConventionalSolution:
         Relative, before each step and at the end.
     """
 
-    lead: float
+    advance: float
     ste_um: float
     steps: int
     factorisations: int
@@ -144,8 +144,8 @@ class _Problem:
         rows = np.broadcast_to(np.arange(len(columns))[:, None, None], columns.shape)
         entries = contact.weight.ravel(), (rows.ravel(), columns.ravel())
         by_nodes = sp.coo_array(entries, shape=(len(columns), self.windows.shape[0])).tocsr()
-        by_lead = sp.csr_array((contact.lever / self.base_radius)[:, None])
-        return (by_nodes @ self.windows + sp.hstack([sp.csr_array((len(columns), size - 1)), by_lead])).tocsr()
+        by_advance = sp.csr_array((contact.lever / self.base_radius)[:, None])
+        return (by_nodes @ self.windows + sp.hstack([sp.csr_array((len(columns), size - 1)), by_advance])).tocsr()
 
 
 def conventional_pair(case: Case, mesh: MeshModel) -> ConventionalPair:
@@ -214,11 +214,11 @@ def solve_conventional(
     depth = window_depth(meshed, condition)
     factor_seconds: list[float] = []
     while True:
-        problem = _problem(pair, active_patches(meshed, phi, depth, condition.built), torque)
+        problem = _problem(pair, active_patches(meshed, phi, depth, condition.assembly), torque)
         state, history = _newton(problem, max_steps, tolerance, factor_seconds)
         if not state.contact.touches_border:
             break
-        depth *= 3.0  # as in `pmor.contact.solve`
+        depth *= 3.0  # as in `pmor.penalty.solve`
     ste = float(state.x[-1])
     return ConventionalSolution(
         ste / problem.base_radius, ste * 1e3, len(history) - 1, len(factor_seconds), sum(factor_seconds),
@@ -263,7 +263,7 @@ def _newton(
 
 
 def _damped_step(problem: _Problem, state: _State, factor_seconds: list[float]) -> _State:
-    """Factor the tangent and go as far as the residual or the potential falls, as `pmor.contact.equilibrium` does."""
+    """Factor the tangent and go as far as the residual or the potential falls, as `pmor.penalty.equilibrium` does."""
     penalty = sp.diags_array(state.contact.stiffness)
     tangent = problem.pair.stiffness + state.gradient.T @ penalty @ state.gradient
     start = time.perf_counter()

@@ -80,9 +80,7 @@ class StepEstimate:
         return self.pinion.sectors
 
 
-def newton_step_seconds(
-    case: Case, mesh: MeshModel, memory_bytes: float = 5e9, most_sectors: int = 8
-) -> StepEstimate:
+def newton_step_seconds(case: Case, mesh: MeshModel, memory_bytes: float = 5e9, most_sectors: int = 8) -> StepEstimate:
     """Estimate the cost of one Newton step of the whole pair from arcs of two, four and eight sectors.
 
     Nested dissection eliminates sector by sector, so each further sector of an arc costs the same, and the closed ring

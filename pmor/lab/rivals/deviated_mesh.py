@@ -11,9 +11,9 @@ import math
 import numpy as np
 
 from pmor.arrays import FloatArray
-from pmor.contact.kernels.deviation import Deviation, deviations_at
 from pmor.conventions import rotation_z
 from pmor.gear.tooth import Tooth
+from pmor.kinematics.kernels.deviation import Deviation, deviations_at
 from pmor.mesh.sector import SectorMesh
 
 

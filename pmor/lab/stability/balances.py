@@ -6,21 +6,19 @@ import numpy as np
 import scipy.linalg as la
 
 from pmor.arrays import FloatArray
-from pmor.contact.elasticity import Elasticity, FullElasticity
-from pmor.contact.equilibrium import Equilibrium
-from pmor.contact.flank import MeshedPair
-from pmor.contact.kernels.line import approach_of
-from pmor.contact.kernels.tip_corner import Corner, LineLaw
-from pmor.contact.line_contact import contact_laws
-from pmor.contact.position import Position, place_sections
+from pmor.kinematics.meshed_pair import MeshedPair
+from pmor.line.hertz import contact_laws
+from pmor.line.kernels.law import approach_of
+from pmor.line.kernels.tip_corner import Corner, LineLaw
+from pmor.penalty.elasticity import Elasticity, FullElasticity
+from pmor.penalty.equilibrium import Equilibrium
+from pmor.penalty.position import Position, place_sections
 
 # Of the integral under the approach of a line: the energy is exact to 1e-9.
 ENERGY_POINTS = 24
 
 
-def stored_energy(
-    meshed: MeshedPair, position: Position, elasticity: Elasticity, equilibrium: Equilibrium
-) -> float:
+def stored_energy(meshed: MeshedPair, position: Position, elasticity: Elasticity, equilibrium: Equilibrium) -> float:
     """Return elastic energy and that of penalty or local approach, N mm.
 
     Gaps of lines are those of the tangent to their law; what that stores instead is the area over the law,
@@ -63,7 +61,7 @@ def energy_imbalance(
         N mm, close to each other: the work is taken by the trapezoidal rule.
     """
     stored = [stored_energy(meshed, position, elasticity, state) for state in states]
-    work = 0.5 * sum(torques) * (states[1].lead - states[0].lead)
+    work = 0.5 * sum(torques) * (states[1].advance - states[0].advance)
     return abs(stored[1] - stored[0] - work) / abs(work)
 
 
@@ -91,7 +89,7 @@ def torque_imbalance(
 def _turning(meshed: MeshedPair, position: Position, equilibrium: Equilibrium) -> FloatArray:
     """Return by how much the lever of each line differs from that without load, mm."""
     contact, sections = equilibrium.contact, len(meshed.sections.z)
-    lines = place_sections(meshed, np.array([position.phi]), position.built.axes)
+    lines = place_sections(meshed, np.array([position.phi]), position.assembly.misalignment)
     pair = position.pair_index[contact.pair] - lines.first_pair[0]
     return np.asarray(contact.lever - lines.lever[0, pair * sections + contact.place[:, 1]])
 

@@ -6,9 +6,6 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 
-from pmor.lab.core.parts import PARTS
-from pmor.lab.core.results import write_results
-from pmor.lab.core.table import Columns, table
 from pmor.lab.stability.figures import penalty_figure, steps_figure
 from pmor.lab.stability.matrix import matrix
 from pmor.lab.stability.measure import MOST_STEPS, Entry
@@ -19,6 +16,9 @@ from pmor.report.page import Block, Heading, Picture, Warning
 from pmor.report.provenance import provenance
 from pmor.report.table import Table
 from pmor.storage.results_folder import remove_working_folder
+from pmor.work.pieces import PARTS
+from pmor.work.results import write_results
+from pmor.work.table import Columns, table
 
 #: what `write_stability` may leave
 FILES = ("stability.json", "stability.md", "report.html", "penalty.png", "steps.png")

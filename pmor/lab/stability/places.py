@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from pmor.arrays import FloatArray
-from pmor.contact.flank import MeshedPair
 from pmor.gear.pair import GearPair
+from pmor.kinematics.meshed_pair import MeshedPair
 
 # Distance of the neighbours that a special position is held against, in pitches.
 NEIGHBOUR = 1e-4

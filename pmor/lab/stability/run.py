@@ -15,11 +15,11 @@ import numpy as np
 from pmor.case import Case
 from pmor.lab.core.measures import fitted_exponent
 from pmor.lab.core.models import ModelStore
-from pmor.lab.core.parts import PARTS, Piece, run_pieces
 from pmor.lab.stability.contact_variants import PENALTY_EXPONENTS, PENALTY_LIMIT, STIFF_EXPONENT, penalty_name
 from pmor.lab.stability.matrix import base_case, matrix
 from pmor.lab.stability.measure import Entry, entry_of, measure
 from pmor.lab.stability.variants import Variant
+from pmor.work.pieces import PARTS, Piece, run_pieces
 
 # Distance of the fitted exponent from -1: at 1e6 N/mm3 the strip of contact still changes a little with the penalty.
 EXPONENT_TOLERANCE = 0.05
@@ -77,7 +77,7 @@ class Stability:
 
 
 def run_matrix(
-    case: Case, out: Path, jobs: int = 1, only: str = "", advance: Callable[[], None] = lambda: None
+    case: Case, out: Path, jobs: int = 1, only: str = "", progress: Callable[[], None] = lambda: None
 ) -> Stability:
     """Run the variants of a case.
 
@@ -90,7 +90,7 @@ def run_matrix(
         Variants at a time, in threads.
     only : str
         Run the variants whose name or group has this text in it.
-    advance : callable
+    progress : callable
         Called after each variant, for progress.
     """
     base, store = base_case(case), ModelStore()
@@ -100,7 +100,7 @@ def run_matrix(
 
     pieces = [Piece(v.name, {"base": base}, asdict(v), partial(work, v)) for v in wanted_variants(base, only)]
     with ThreadPoolExecutor(max_workers=jobs) as pool:
-        results, _ = run_pieces(pieces, out / PARTS, pool, finished=lambda piece: advance())
+        results, _ = run_pieces(pieces, out / PARTS, pool, finished=lambda piece: progress())
     found = {name: entry_of(result) for name, result in results.items()}
     law = _penalty_law(found)
     entries = [found[piece.name] for piece in pieces]

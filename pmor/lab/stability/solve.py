@@ -9,12 +9,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pmor.arrays import FloatArray
-from pmor.contact.condition import Condition
-from pmor.contact.equilibrium import Equilibrium, round_off_residual, solve_equilibrium
-from pmor.contact.flank import MeshedPair
-from pmor.contact.solve import ElasticityAt, SolvedPosition, solve_position
 from pmor.errors import ConvergenceError
+from pmor.kinematics.condition import Condition
+from pmor.kinematics.meshed_pair import MeshedPair
 from pmor.lab.stability.balances import energy_imbalance, newton_condition, torque_imbalance
+from pmor.penalty.equilibrium import Equilibrium, round_off_residual, solve_equilibrium
+from pmor.penalty.solve import ElasticityAt, SolvedPosition, solve_position
 
 # The torque that the balance of energy adds, relative.
 LITTLE_MORE = 1e-2
@@ -89,7 +89,7 @@ def solve_variant(
             except ConvergenceError as error:
                 failures.append(str(error))
                 continue
-        ste[i] = first.lead * meshed.pair.pinion.base_radius * 1e3
+        ste[i] = first.advance * meshed.pair.pinion.base_radius * 1e3
         steps += [first.steps, *(state.steps for state in solved.equilibria if state is not None)]
         measures.append((
             newton_condition(elasticity, first),
@@ -132,8 +132,8 @@ def _last(
     meshed: MeshedPair, elasticity_at: ElasticityAt, phi: FloatArray, conditions: Sequence[Condition]
 ) -> FloatArray:
     states = [solve_position(meshed, float(angle), conditions, elasticity_at).equilibria[-1] for angle in phi]
-    leads = [np.nan if state is None else state.lead for state in states]
-    return np.array(leads) * meshed.pair.pinion.base_radius * 1e3
+    advances = [np.nan if state is None else state.advance for state in states]
+    return np.array(advances) * meshed.pair.pinion.base_radius * 1e3
 
 
 def _from_afar(

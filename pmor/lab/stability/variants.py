@@ -49,7 +49,7 @@ class Variant:
     places : {"usual", "borders", "ends", "hunting"}
         Where over the pitch: `pmor.lab.stability.places`.
     start_mm : float or None
-        How far off the lead of the start is, mm along the line of action; None: the solver's own start.
+        How far off the advance of the start is, mm along the line of action; None: the solver's own start.
     rising : tuple of float
         Loads over the nominal one that are solved before it, each from the one before, as a sweep does.
     basis : str or None

@@ -11,7 +11,7 @@ import numpy as np
 
 from pmor.arrays import FloatArray
 from pmor.case import Case, changed_text, load_case, parse_case, text_of, without_models
-from pmor.contact.condition import Condition
+from pmor.kinematics.condition import Condition
 from pmor.lab.core.variants import Sections, merged
 from pmor.lab.study.settings import Cell, Member, Study, TrainingSettings
 from pmor.pair.model import ElasticModel
@@ -72,10 +72,7 @@ def study_cases(study: Study) -> StudyCases:
 
     return StudyCases(
         cells={cell: case(cell, {}) for cell in study.cells},
-        members={
-            m: case(Cell(m.n_profile, m.lodm), {"mesh": {"width_elements": m.n_width}})
-            for m in study.members
-        },
+        members={m: case(Cell(m.n_profile, m.lodm), {"mesh": {"width_elements": m.n_width}}) for m in study.members},
         trainings=tuple(map(training, study.trainings)),
         peer=case(study.peer.cell, study.peer.changes) if study.peer is not None else None,
     )

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pmor.lab.core.figures import log_log, name_points, panels
 from pmor.lab.core.measures import fitted_exponent
 from pmor.lab.study.measures import pareto_front
 from pmor.lab.study.paper import MODELS
@@ -16,6 +15,7 @@ from pmor.lab.study.settings import Cell
 from pmor.lab.study.table import Row, StudyTable, curve_of
 from pmor.lab.study.variants import variant_pictures
 from pmor.report.page import Picture
+from pmor.report.panels import log_log, name_points, panels
 from pmor.report.style import COLOURS, new_figure, plot_style
 
 if TYPE_CHECKING:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import asdict
 from pathlib import Path
 
-from pmor.lab.core.results import write_results
-from pmor.lab.core.table import Columns, percent, table, text_lines
 from pmor.lab.study.figures import study_pictures
 from pmor.lab.study.page import study_blocks
 from pmor.lab.study.run import StudyParts
 from pmor.lab.study.table import StudyTable
+from pmor.work.results import write_results
+from pmor.work.table import Columns, percent, table, text_lines
 
 #: what `write_study` may leave
 FILES = (

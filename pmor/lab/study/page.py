@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from pmor.lab.core.table import Columns, percent, table
 from pmor.lab.study.cells import ENTRY_EXIT_MARGIN
 from pmor.lab.study.paper import MODELS, claim_blocks, ratio_table, seconds_table
 from pmor.lab.study.settings import Study
@@ -13,6 +12,7 @@ from pmor.lab.study.table import Row, StudyTable
 from pmor.lab.study.variants import variant_blocks
 from pmor.report.page import Block, Heading, Picture, Warning
 from pmor.report.table import Table
+from pmor.work.table import Columns, percent, table
 
 INTRODUCTION = (
     "How fine a mesh, how much refinement, how many shapes? Cells are written elements over the profile @ LoDM "

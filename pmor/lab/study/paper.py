@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from pmor.lab.core.table import Columns, table
 from pmor.lab.study.settings import Cell, PaperRatio, Study
 from pmor.report.page import Block, Heading
 from pmor.report.table import Table
+from pmor.work.table import Columns, table
 
 Row = dict[str, Any]
 

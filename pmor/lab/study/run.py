@@ -7,17 +7,17 @@ from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
 
+from pmor.app.cost import refuse_beyond_memory, stages
 from pmor.case import Case
-from pmor.lab.core.machine import machine
 from pmor.lab.core.models import ModelStore
-from pmor.lab.core.parts import PARTS, Announcer, Piece, Result, file_name, run_pieces
 from pmor.lab.study import rivals, solve
 from pmor.lab.study.cells import StudyCases, study_cases
 from pmor.lab.study.settings import Cell, Study
 from pmor.lab.study.timing import time_cells
-from pmor.pair.cost import refuse_beyond_memory, stages
 from pmor.pair.model import gear_pair
 from pmor.storage.results_folder import working_folder
+from pmor.work.machine import machine
+from pmor.work.pieces import PARTS, Announcer, Piece, Result, file_name, run_pieces
 
 # Folders of a study: finished pieces, and the bases of its cells.
 WORKING = (PARTS, "cells")

@@ -369,9 +369,7 @@ def quick_study(study: Study) -> Study:
     quick = study.quick
     if quick is None:
         raise CaseError(f"{study.where}: [quick]: is missing: add it to say what --quick runs")
-    trainings = tuple(
-        replace(t, cell=quick.cells[0], angles=quick.training_angles) for t in study.trainings
-    )
+    trainings = tuple(replace(t, cell=quick.cells[0], angles=quick.training_angles) for t in study.trainings)
     return replace(
         study,
         title=f"{study.title} (quick)",

@@ -52,9 +52,7 @@ def grid_cell(case: Case, study: Study, store: ModelStore, basis_path: Path, job
     training = reduced.basis.training
     on_grid = sweep_reduced_pair(reduced, grid, conditions)
     curve = sweep_reduced_pair(reduced, online_angles(pair.pitch, study.grid.curve_angles), conditions)
-    unseen = unseen_angles(
-        pair.meshing_range[0], pair.pitch, case.compare.angles, case.offline.angles_per_pitch
-    )
+    unseen = unseen_angles(pair.meshing_range[0], pair.pitch, case.compare.angles, case.offline.angles_per_pitch)
     comparison = compare_at(reduced, solve_full(model, unseen, conditions_of(case, case.compare.torques_Nm), jobs))
     return full | {
         "reduced": sweep_data(on_grid),

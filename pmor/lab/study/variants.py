@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pmor.lab.core.figures import panels
-from pmor.lab.core.machine import machine
-from pmor.lab.core.table import Columns, table
 from pmor.lab.study.run import StudyParts
 from pmor.lab.study.settings import Study
 from pmor.lab.study.table import Row, StudyTable
 from pmor.report.page import Block, Heading, Picture
+from pmor.report.panels import panels
 from pmor.report.style import COLOURS
 from pmor.report.table import Table
+from pmor.work.machine import machine
+from pmor.work.table import Columns, table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from pmor.arrays import FloatArray
-from pmor.contact.kernels.types import Gear
+from pmor.kinematics.kernels.types import Gear
 
 # Steps to the largest entry.
 STEPS = 2**20
@@ -35,7 +35,7 @@ def packed_compliance(blocks: FloatArray, gear: Gear) -> dict[str, Any]:
 
     Parameters
     ----------
-    blocks : ndarray, shape (reach + 1, n, n)
+    blocks : ndarray, shape (neighbours + 1, n, n)
         Of teeth 0, 1, ... apart (`pmor.reduction.error_estimate.FlankCompliance`), mm/N.
     gear : Gear
 

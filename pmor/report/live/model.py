@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from pmor.contact.condition import ALIGNED, Built
-from pmor.contact.flank import MeshedPair
-from pmor.contact.position import pairs_in_reach
 from pmor.gear.tooth import Tooth
+from pmor.kinematics.condition import ALIGNED, Assembly
+from pmor.kinematics.meshed_pair import MeshedPair
+from pmor.penalty.position import tooth_pair_count
 from pmor.report.live.compliance import packed_compliance
 from pmor_online.model import ReducedPair
 
@@ -17,14 +17,14 @@ from pmor_online.model import ReducedPair
 ALIKE = 1e-9
 
 
-def live_model(reduced: ReducedPair, built: Built, angles: int) -> dict[str, Any]:
+def live_model(reduced: ReducedPair, assembly: Assembly, angles: int) -> dict[str, Any]:
     """Return the reduced model as plain numbers.
 
     Parameters
     ----------
     reduced : ReducedPair
         Of line loads, on the whole width.
-    built : Built
+    assembly : Assembly
         Its pitch deviations and topographies stay as they are.
     angles : int
         Over a pitch.
@@ -39,7 +39,7 @@ def live_model(reduced: ReducedPair, built: Built, angles: int) -> dict[str, Any
     sections = meshed.sections
     model = {
         "angles": angles,
-        "reachable": pairs_in_reach(meshed),
+        "pair_count": tooth_pair_count(meshed),
         "rate": meshed.expected_approach(1.0),
         "kinematics": _kinematics(meshed),
         "pinion_roll_range": list(meshed.pair.pinion_roll_range),
@@ -50,7 +50,7 @@ def live_model(reduced: ReducedPair, built: Built, angles: int) -> dict[str, Any
             "column": sections.column.tolist(),
             "share": sections.share.tolist(),
         },
-        "gears": [_gear(meshed, built, gear) for gear in range(2)],
+        "gears": [_gear(meshed, assembly, gear) for gear in range(2)],
     }
     return {"model": model, "bodies": bodies, "body_of": body_of}
 
@@ -61,10 +61,10 @@ def _kinematics(meshed: MeshedPair) -> dict[str, float]:
     return {name: float(getattr(kinematics, name)) for name in names} | {"face_width": meshed.pair.face_width}
 
 
-def _gear(meshed: MeshedPair, built: Built, number: int) -> dict[str, Any]:
+def _gear(meshed: MeshedPair, assembly: Assembly, number: int) -> dict[str, Any]:
     gear, corner = meshed.gears[number], meshed.gears[number].corner
     names = "base_radius", "half_angle", "tip_roll", "line_compliance", "twist", "edge_radius"
-    of_corner = "place", "depth", "reach", "excess"
+    of_corner = "place", "depth", "influence_length", "excess"
     return {
         **{name: float(getattr(gear, name)) for name in names},
         "roll": gear.roll.tolist(),
@@ -72,13 +72,13 @@ def _gear(meshed: MeshedPair, built: Built, number: int) -> dict[str, Any]:
         "column_z": gear.nodes[0, :, 2].tolist(),
         "corner": {name: float(getattr(corner, name)) for name in of_corner}
         | {"coefficients": corner.coefficients.tolist()},
-        "flank": _flank(meshed, built, number),
+        "flank": _flank(meshed, assembly, number),
     }
 
 
-def _flank(meshed: MeshedPair, built: Built, number: int) -> dict[str, Any]:
+def _flank(meshed: MeshedPair, assembly: Assembly, number: int) -> dict[str, Any]:
     """What deviations of a gear's flank are counted from, and those that stay as they are."""
-    pair, deviation = meshed.pair, meshed.deviations(built)[number]
+    pair, deviation = meshed.pair, meshed.deviations(assembly)[number]
     tooth: Tooth = (pair.pinion, pair.wheel)[number]
     points = {"roll": deviation.grid_roll, "z": deviation.grid_z, "points": deviation.grid}
     return {

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from pmor.case import Case
-from pmor.contact.condition import ALIGNED
-from pmor.contact.flank import MeshedPair
 from pmor.flank import UNMODIFIED, Modification
-from pmor.pair.conditions import axes_of, built_of
+from pmor.kinematics.condition import ALIGNED
+from pmor.kinematics.meshed_pair import MeshedPair
+from pmor.pair.conditions import assembly_of, axes_of
 from pmor.pair.limits import LARGE_APPROACH, PRESSURE_OVER_MODULUS, hertz_pressure
 from pmor.report.live.model import live_model
 from pmor.results.sweep import ste_mean_um
@@ -36,7 +36,7 @@ class Control:
 
     Parameters
     ----------
-    group : {"load", "pinion", "wheel", "axes"}
+    group : {"load", "pinion", "wheel", "misalignment"}
     key : str
         As in a case file.
     label : str
@@ -92,7 +92,7 @@ def live_section(result: OnlineResult, pair: ReducedPair) -> LiveSection:
     own = case.pinion_modification, case.wheel_modification
     controls = tuple(_controls(result, meshed))
     starts = [{c.key: c.initial for c in controls if c.group == group} for group in ("pinion", "wheel")]
-    data = live_model(pair, built_of(case), HELICAL_ANGLES if helical else SPUR_ANGLES) | {
+    data = live_model(pair, assembly_of(case), HELICAL_ANGLES if helical else SPUR_ANGLES) | {
         "case": {
             "torque_Nm": case.torque_Nm,
             "axes": asdict(axes_of(case)),

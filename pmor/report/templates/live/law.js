@@ -95,11 +95,11 @@ function felt(spread) {
 function layerEnd(patch, size, law, corner) {
   let middle = law.place + patch.middle, middleSlope = patch.middleSlope;
   if (middle < patch.length) { middle = patch.length; middleSlope = patch.lengthSlope; }
-  const y = middle / law.reach;
+  const y = middle / law.influence_length;
   if (y >= 1) return [0, 0];
-  const near = 1 - y, excess = corner.excess, ySlope = middleSlope / law.reach;
+  const near = 1 - y, excess = corner.excess, ySlope = middleSlope / law.influence_length;
   let spread = patch.length / middle, spreadSlope = (patch.lengthSlope - spread * middleSlope) / middle;
-  const longest = LONGEST * law.reach / middle;
+  const longest = LONGEST * law.influence_length / middle;
   if (spread > longest) { spread = longest; spreadSlope = -longest * middleSlope / middle; }
   const [f, part] = felt(spread), fSlope = part * spreadSlope;
   let [value, byPlace, bySquare] = spreadPart(corner.coefficients[0], y, f ** 2);
@@ -154,7 +154,7 @@ function approachOf(load, law, gears) {
 // Distance from where a flank ends to a roll angle, and that over which the layer's end is felt, mm.
 function fromCorner(gear, roll, cosine) {
   const distance = 0.5 * gear.base_radius * Math.max(gear.tip_roll ** 2 - roll ** 2, 0);
-  return [distance, gear.corner.reach * gear.corner.depth * cosine];
+  return [distance, gear.corner.influence_length * gear.corner.depth * cosine];
 }
 
 // The law where two flanks meet; `carriers` are the rows of nodes and their weights on either gear.
@@ -162,16 +162,16 @@ function lineLaw(gears, meeting, carriers) {
   const cosine = 1 / Math.sqrt(1 + (gears[0].twist * gears[0].base_radius) ** 2);
   let near = -1, nearest = 1, inside = 0, compliance = 0, constant = 0, curvature = 0;
   for (let g = 0; g < 2; g++) {
-    const [distance, reach] = fromCorner(gears[g], meeting.roll[g], cosine);
-    if (distance < nearest * reach) { near = g; nearest = distance / reach; inside = distance; }
+    const [distance, influence_length] = fromCorner(gears[g], meeting.roll[g], cosine);
+    if (distance < nearest * influence_length) { near = g; nearest = distance / influence_length; inside = distance; }
   }
   for (let g = 0; g < 2; g++) {
     const gear = gears[g], roll = meeting.roll[g], { row, weight } = carriers[g];
     let value = 0;
     for (let a = 0; a < 4; a++) value += weight[a] * gear.line_constant[Math.min(row + a, gear.line_constant.length - 1)];
     if (g !== near) {
-      const [distance, reach] = fromCorner(gear, roll, cosine);
-      value += singleMean(gear.corner, (gear.corner.place + distance) / reach);
+      const [distance, influence_length] = fromCorner(gear, roll, cosine);
+      value += singleMean(gear.corner, (gear.corner.place + distance) / influence_length);
     }
     compliance += gear.line_compliance;
     constant += gear.line_compliance * value;
@@ -181,7 +181,7 @@ function lineLaw(gears, meeting, carriers) {
   const law = {
     compliance: compliance / cosine, constant: constant - 0.5 * Math.log(2 * compliance / (cosine * curvature)),
     least: 1e-9 / (compliance * curvature * cosine), plain: Infinity, gear: 0, opening: constant - 0.5, angle: 0,
-    curvature, edgeCurvature: 0, place: 0, reach: 1, share: 0,
+    curvature, edgeCurvature: 0, place: 0, influence_length: 1, share: 0,
   };
   return near < 0 ? law : lawNearCorner(gears, meeting, near, inside, cosine, law);
 }
@@ -189,7 +189,7 @@ function lineLaw(gears, meeting, carriers) {
 function lawNearCorner(gears, meeting, near, inside, cosine, law) {
   const gear = gears[near], mate = gears[1 - near], corner = gear.corner;
   const share = gear.line_compliance / (gears[0].line_compliance + gears[1].line_compliance);
-  const reach = corner.reach * corner.depth * cosine;
+  const influence_length = corner.influence_length * corner.depth * cosine;
   let edgeCurvature = 0, { constant, angle } = law, short = 0;
   if (gear.edge_radius > 0) {
     edgeCurvature = 1 / gear.edge_radius + 1 / (mate.base_radius * Math.max(meeting.roll[1 - near], 1e-3));
@@ -197,10 +197,10 @@ function lawNearCorner(gears, meeting, near, inside, cosine, law) {
   if (inside > 0) {
     angle = -law.curvature * inside;
     short = Math.min(SHORT * (corner.place + inside), inside);
-    constant += share * singleMean(corner, (corner.place + inside) / reach);
+    constant += share * singleMean(corner, (corner.place + inside) / influence_length);
   } else {
     angle = meeting.slant;
   }
   const plain = 0.5 * law.curvature * short ** 2 / law.compliance;
-  return { ...law, constant, plain, gear: near, angle, edgeCurvature, place: corner.place, reach, share };
+  return { ...law, constant, plain, gear: near, angle, edgeCurvature, place: corner.place, influence_length, share };
 }

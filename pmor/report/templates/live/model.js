@@ -108,7 +108,7 @@ function sweep(model, places, setting) {
     const removed = place.sections.map(section => deviationAt(model, flanks, section));
     return { place, ...solvePosition(model, place, removed, 1e3 * setting.torque_Nm) };
   });
-  const ste = states.map(state => state.converged ? 1e3 * model.gears[0].base_radius * state.lead : NaN);
+  const ste = states.map(state => state.converged ? 1e3 * model.gears[0].base_radius * state.advance : NaN);
   const known = ste.filter(Number.isFinite);
   return {
     setting, states, ste, mean: known.reduce((a, b) => a + b, 0) / known.length,

@@ -5,11 +5,11 @@ const MAX_STEPS = 60, PATIENCE = 20, TOLERANCE = 1e-11, NEARBY = 0.2, ROUND_OFF 
 
 // Sections of all tooth pairs in reach at a pinion angle, without load and without deviations of the flanks.
 function placeSections(model, kinematics, phi) {
-  const { gears, reachable } = model, { z } = model.sections, pitch = kinematics.pitch, margin = 0.5 * pitch;
+  const { gears, pair_count } = model, { z } = model.sections, pitch = kinematics.pitch, margin = 0.5 * pitch;
   const middle = 0.5 * (kinematics.path_start + kinematics.path_end);
-  const first = Math.ceil((middle - phi) / pitch - 0.5 * reachable), sections = [];
+  const first = Math.ceil((middle - phi) / pitch - 0.5 * pair_count), sections = [];
   const alike = gears[0].twist === 0 && kinematics.slope_x === 0 && kinematics.slope_y === 0;
-  for (let p = 0; p < reachable; p++) {
+  for (let p = 0; p < pair_count; p++) {
     const rollPosition = phi + (first + p) * pitch;
     for (let s = 0; s < z.length; s++) {
       if (s > 0 && alike) {
@@ -109,8 +109,8 @@ function flexibilityOf(model, place, n, m) {
   return total;
 }
 
-function leverAt(section, lead) {
-  const further = Math.max(lead - section.cornerLead, 0);
+function leverAt(section, advance) {
+  const further = Math.max(advance - section.cornerLead, 0);
   return { further, turning: further > 0 ? section.leverSlope : 0 };
 }
 
@@ -165,9 +165,9 @@ function solvePosition(model, place, removed, torque) {
     free[n] = sections[n].gap + removed[n];
     touch = Math.min(touch, free[n] / -sections[n].lever);
   }
-  let lead = touch + torque * rate / -sections[0].lever, depth = 0, count = 0;
+  let advance = touch + torque * rate / -sections[0].lever, depth = 0, count = 0;
   for (let n = 0; n < size; n++) {
-    const rigid = free[n] + sections[n].lever * lead;
+    const rigid = free[n] + sections[n].lever * advance;
     carries[n] = rigid < 0 ? 1 : 0;
     depth = Math.max(depth, -rigid);
     count += carries[n];
@@ -178,13 +178,13 @@ function solvePosition(model, place, removed, torque) {
   for (let step = 1; step <= MAX_STEPS; step++) {
     count = 0;
     for (let n = 0; n < size; n++) if (carries[n]) active[count++] = n;
-    if (count === 0) return { lead, force, steps: step, converged: false };
+    if (count === 0) return { advance, force, steps: step, converged: false };
     for (let a = 0; a < count; a++) {
       const n = active[a], section = sections[n], across = width[section.section], load = force[n] / across;
       if (!section.law) makeReady(model, section);
       const [approach, slope] = approachOf(load, section.law, model.gears);
-      const { further, turning } = leverAt(section, lead);
-      loaded[a] = free[n] + turning * further * (0.5 * further - lead) + approach - slope * load;
+      const { further, turning } = leverAt(section, advance);
+      loaded[a] = free[n] + turning * further * (0.5 * further - advance) + approach - slope * load;
       levered[a] = levers[a] = section.lever + turning * further;
       slopes[a] = turning;
       for (let b = a; b < count; b++) matrix[a * size + b] = flexibilityOf(model, place, n, active[b]);
@@ -196,13 +196,13 @@ function solvePosition(model, place, removed, torque) {
     let rest = torque, give = 0;
     for (let a = 0; a < count; a++) {
       const bent = slopes[a] * force[active[a]];
-      rest -= levers[a] * loaded[a] + bent * lead;
+      rest -= levers[a] * loaded[a] + bent * advance;
       give += levers[a] * levered[a] - bent;
     }
-    lead = rest / give;
+    advance = rest / give;
     let settled = true, error = 0, largest = 0;
     for (let a = 0; a < count; a++) {
-      loaded[a] = -loaded[a] - lead * levered[a];
+      loaded[a] = -loaded[a] - advance * levered[a];
       largest = Math.max(largest, loaded[a]);
     }
     for (let a = 0; a < count; a++) {
@@ -220,8 +220,8 @@ function solvePosition(model, place, removed, torque) {
     if (!(single && error > TOLERANCE)) {
       for (let n = 0; n < size; n++) {
         if (carries[n]) continue;
-        const section = sections[n], { further, turning } = leverAt(section, lead);
-        const rigid = free[n] + section.lever * lead + 0.5 * turning * further ** 2;
+        const section = sections[n], { further, turning } = leverAt(section, advance);
+        const rigid = free[n] + section.lever * advance + 0.5 * turning * further ** 2;
         if (!(rigid <= nearby)) continue;
         let gap = rigid;
         for (let a = 0; a < count; a++) gap += flexibilityOf(model, place, n, active[a]) * force[active[a]];
@@ -234,7 +234,7 @@ function solvePosition(model, place, removed, torque) {
         }
       }
     }
-    if (settled && error <= TOLERANCE) return { lead, force, steps: step, converged: true };
+    if (settled && error <= TOLERANCE) return { advance, force, steps: step, converged: true };
   }
-  return { lead, force, steps: MAX_STEPS, converged: false };
+  return { advance, force, steps: MAX_STEPS, converged: false };
 }

@@ -1,0 +1,369 @@
+"""What a case computes, and what it leaves out because this scene does not need it: reason, and what that saves.
+
+Every line is what the code does for this very case, with sizes from its mesh; nothing is solved for it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pmor.app.cost import rows_in_contact, sharing_bodies
+from pmor.case import Case, beyond_training, other_models
+from pmor.case.coarser import coarser
+from pmor.case.width import meshed_width, mirrors_without_tilt
+from pmor.fe.assembly import degrees_of_freedom
+from pmor.fe.completion import nodes_of_elements
+from pmor.gear.pair import GearPair
+from pmor.line.sections import loaded_components
+from pmor.mesh.fillet import build_fillet
+from pmor.mesh.sector import SectorMesh
+from pmor.pair.conditions import full_solves
+from pmor.pair.limits import range_warnings
+from pmor.pair.model import approach_estimate, contact_scheme, gear_pair, neighbouring_teeth, same_body, sector_meshes
+
+DOUBLE = 8  # bytes
+PICTURES = "curves, load sharing, spectrum, error, contact pattern, mesh"
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A case with what its plan is counted from.
+
+    Parameters
+    ----------
+    case : Case
+    pair : GearPair
+    sectors : two SectorMesh
+        The same object twice when the gears have the same mesh.
+    """
+
+    case: Case
+    pair: GearPair
+    sectors: tuple[SectorMesh, SectorMesh]
+
+    @property
+    def bodies(self) -> tuple[SectorMesh, ...]:
+        """Meshes that finite elements are solved on."""
+        return self.sectors[:1] if same_body(self.case, *self.sectors) else self.sectors
+
+    @property
+    def lines(self) -> int:
+        """Rows of nodes along a flank."""
+        return self.case.mesh.profile_intervals + 1
+
+    @property
+    def columns(self) -> int:
+        """Nodes over the face width, as far as it is meshed."""
+        return len(self.sectors[0].z)
+
+    @property
+    def flank_unknowns(self) -> int:
+        """Unknowns of a flank that elements have."""
+        return 3 * len(nodes_of_elements(self.sectors[0], self.sectors[0].flank))
+
+
+@dataclass(frozen=True)
+class Skipped:
+    """One thing that is not computed.
+
+    Parameters
+    ----------
+    what, why, saving : str
+        The saving has the numbers.
+    """
+
+    what: str
+    why: str
+    saving: str
+
+
+def scene(case: Case) -> Scene:
+    """Mesh a case for its plan.
+
+    Raises
+    ------
+    CaseError, GeometryError, MeshError
+    """
+    pair = gear_pair(case)
+    return Scene(case, pair, sector_meshes(case, pair))
+
+
+def computed(scene: Scene) -> list[tuple[str, str]]:
+    """List what is computed, as (what, how much)."""
+    teeth = [sector.teeth for sector in scene.bodies]
+    found = [
+        ("finite-element models", f"{len(scene.bodies)}, one tooth sector each"),
+        ("  unknowns", ", ".join(f"{unknowns(sector)}" for sector in scene.bodies)),
+        ("  right-hand sides", f"{scene.flank_unknowns} unit forces on one flank per model"),
+        ("  systems of the ring", ", ".join(f"{z // 2 + 1} harmonics of {z}" for z in teeth)),
+    ]
+    if mirrors_without_tilt(scene.case):
+        found.append(("  face width", "all of it: the axes of the training tilt, and load its halves unequally"))
+    if scene.case.reduction.shapes == "line_loads":
+        found.append(("compliance for the line loads", _compliance(scene)))
+        if coarse := coarser(scene.case):
+            found.append(("error bar of the mesh", f"all of that on {_elements(coarse)} elements too"))
+        if scene.case.root_stress:
+            found.append(("stress along the fillets", _fillets(scene)))
+    elif scene.case.reduction.error_estimate:
+        found.append(("compliance for the error bar", _compliance(scene)))
+    return found
+
+
+def skipped(scene: Scene) -> list[Skipped]:
+    """List what is left out, in the order of the work."""
+    found = (rule(scene) for rule in RULES)
+    return [item for item in found if item is not None]
+
+
+def remarks(scene: Scene) -> tuple[str, ...]:
+    """Warn of loads beyond linear elasticity, of elements that lock, and of a sweep beyond the training."""
+    beyond = (f"the sweep extrapolates: {text}; read its error bar" for text in beyond_training(scene.case))
+    return (*range_warnings(scene.case, scene.pair, approach_estimate(scene.case, scene.pair)), *beyond)
+
+
+def unknowns(sector: SectorMesh) -> int:
+    """Return the unknowns of a sector: nodes of elements, but not on the bore, in the directions in which they move."""
+    held = [degrees_of_freedom(sector.bore), sector.held_axially, degrees_of_freedom(sector.middles)]
+    return 3 * len(sector.nodes) - len(np.unique(np.concatenate(held)))
+
+
+def _other_model(scene: Scene) -> Skipped | None:
+    if len(scene.bodies) == 2:
+        return None
+    return Skipped(
+        "the wheel's finite elements", "the gears are identical",
+        f"{unknowns(scene.sectors[1])} unknowns, {scene.flank_unknowns} right-hand sides",
+    )  # fmt: skip
+
+
+def _other_bodies(scene: Scene) -> Skipped | None:
+    shared = sharing_bodies(scene.case)
+    if not shared:
+        return None
+    size = f"{sum(map(unknowns, scene.bodies))} unknowns, {scene.flank_unknowns * len(scene.bodies)} right-hand sides"
+    return Skipped(
+        "finite elements of models", f"{', '.join(shared)}: the same gears, whatever the contact",
+        f"{len(shared)} x {size}",
+    )  # fmt: skip
+
+
+def _other_flanks(scene: Scene) -> Skipped:
+    forces = scene.flank_unknowns * len(scene.bodies)
+    return Skipped("the flanks that carry no load", "the pinion drives one way", f"{forces} right-hand sides")
+
+
+def _far_teeth(scene: Scene) -> Skipped | None:
+    kept = 2 * neighbouring_teeth(scene.pair) + 1
+    matrices = sum(max(0, sector.teeth - kept) for sector in scene.bodies)
+    if not matrices:
+        return None
+    return Skipped(
+        "the compliance of distant teeth", f"only {kept} teeth can feel each other's load in one contact",
+        f"{matrices} matrices, {_mib(matrices * scene.flank_unknowns**2 * DOUBLE)}",
+    )  # fmt: skip
+
+
+def _volume(scene: Scene) -> Skipped:
+    # Every line has at least one shape, with a displacement field for each neighbouring tooth.
+    inside = [unknowns(sector) - int(np.count_nonzero(~sector.flank_held_axially)) for sector in scene.sectors]
+    fields = 2 * neighbouring_teeth(scene.pair) + 1
+    return Skipped(
+        "displacements inside the gears", "contact sees the flanks alone",
+        f"{_mib(scene.lines * fields * sum(inside) * DOUBLE)} of shapes at least",
+    )  # fmt: skip
+
+
+def _training(scene: Scene) -> Skipped | None:
+    case = scene.case
+    if case.reduction.trained:
+        return None
+    saved = full_solves(replace(case, reduction=replace(case.reduction, shapes="flank_lines")))
+    why = {
+        "static_modes": "unit forces on all flank nodes",
+        "line_loads": "all that line contact asks of the teeth is the compliance of their flanks",
+    }[case.reduction.shapes]
+    why = f'shapes = "{case.reduction.shapes}": {why}'
+    others = any(other.reduction.trained for _, other in other_models(case))
+    what = "training of the case's own model" if others else "the training"
+    return Skipped(what, why, f"{saved} full solves, those of [offline]")
+
+
+def _coarser_mesh(scene: Scene) -> Skipped | None:
+    asked = coarser(replace(scene.case, mesh=replace(scene.case.mesh, error_bar=True)))
+    if scene.case.mesh.error_bar or asked is None:
+        return None
+    return Skipped(
+        "the error bar of the mesh", "[mesh] error_bar is off", f"finite elements on {_elements(asked)} elements"
+    )
+
+
+def _root_stress(scene: Scene) -> Skipped | None:
+    if scene.case.root_stress:
+        return None
+    off = not scene.case.results.root_stress
+    why = "[results] root_stress is off" if off else "found from exact line loads alone"
+    return Skipped("the root stress", why, _fillets(scene))
+
+
+def _torques(scene: Scene) -> Skipped | None:
+    case, offline = scene.case, scene.case.offline
+    if len(offline.torques_Nm) > 1 or not case.reduction.trained or offline.sampling != "grid":
+        return None
+    return Skipped(
+        "training at further torques", "one torque is trained", f"{full_solves(case)} full solves for each of them"
+    )
+
+
+def _idle_pairs(scene: Scene) -> Skipped | None:
+    most = math.floor(scene.pair.total_contact_ratio + 1.0) + 1
+    teeth = min(sector.teeth for sector in scene.sectors)
+    if most >= teeth:
+        return None
+    why = f"{_contact_ratios(scene.pair)}: at most {most} pairs can touch at a time"
+    return Skipped("tooth pairs out of mesh", why, f"{teeth - most} of {teeth} pairs in every position")
+
+
+def _idle_patches(scene: Scene) -> Skipped | None:
+    rows, kept = scene.case.mesh.profile_intervals, rows_in_contact(scene.case, scene.pair)
+    if kept >= rows:
+        return None
+    return Skipped(
+        "flank patches without contact", f"contact strip at {scene.case.torque_Nm:g} N m",
+        f"about {rows - kept} of {rows} rows of elements, neither deformed nor refined",
+    )  # fmt: skip
+
+
+def _width(scene: Scene) -> Skipped | None:
+    width = meshed_width(scene.case)
+    if width == "whole":
+        return None
+    if width == "half":
+        what, why = "half the face width", "spur teeth, nodes at mid width: symmetric"
+    else:
+        what, why = "all but one layer over the width", '[mesh] width = "plane_strain"'
+    mesh, (profile, subdivided) = scene.case.mesh, _subdivisions(scene.case)
+    columns = mesh.order * mesh.width_elements + 1
+    saved = columns - scene.columns
+    points = ((scene.lines - 1) * profile + 1) * saved * subdivided
+    carried = f"{points} contact points per flank" if scene.case.contact.kind == "nodal" else "as many sections"
+    whole = sum(_unknowns_of_the_whole(sector, mesh.width_elements) for sector in scene.bodies)
+    return Skipped(
+        what, why,
+        f"{saved} of {columns} columns of nodes, {whole - sum(map(unknowns, scene.bodies))} unknowns, {carried}",
+    )  # fmt: skip
+
+
+def _unknowns_of_the_whole(sector: SectorMesh, elements: int) -> int:
+    """Unknowns of a sector that is as wide as the gear, with so many elements over the width."""
+    there = np.ones(len(sector.nodes), dtype=bool)
+    there[sector.bore] = there[sector.middles] = False
+    nodes = there.reshape(-1, len(sector.z)).sum(axis=0)  # of each column
+    return int(3 * ((elements + 1) * nodes[0] + (sector.order - 1) * elements * nodes[1]))
+
+
+def _subdivisions(case: Case) -> tuple[int, int]:
+    """Level-of-detail magnification over profile and width; exact flanks need none."""
+    scheme = contact_scheme(case)
+    return scheme.lodm_profile, scheme.lodm_width
+
+
+def _refinement(scene: Scene) -> Skipped | None:
+    if scene.case.contact.scheme != "line":
+        return None
+    return Skipped(
+        "contact points and penalty", 'scheme = "line": exact flanks',
+        f"all but one load on each of {scene.columns} sections of a tooth pair, whatever the mesh",
+    )  # fmt: skip
+
+
+def _width_refinement(scene: Scene) -> Skipped | None:
+    contact = scene.case.contact
+    if contact.lodm_width >= contact.lodm_profile or contact.kind != "nodal":
+        return None
+    rows = (scene.lines - 1) * contact.lodm_profile + 1
+    points = rows * (scene.columns - 1) * (contact.lodm_profile - contact.lodm_width)
+    why = f"lodm_width = {contact.lodm_width}, {contact.lodm_profile} over the profile"
+    return Skipped("contact points over the width", why, f"{points} per flank")
+
+
+def _read_off(scene: Scene) -> Skipped | None:
+    shapes = scene.case.reduction.shapes
+    if shapes == "line_loads":
+        return None
+    return Skipped(
+        "flank pressure, K_Hbeta, sensitivities", f'shapes = "{shapes}": they are read off exact line loads',
+        "flank maps, forces and Harris map too",
+    )  # fmt: skip
+
+
+def _maps(scene: Scene) -> Skipped | None:
+    case = scene.case
+    if case.results.maps or case.reduction.shapes != "line_loads":
+        return None
+    return Skipped(
+        "flank maps and contact pattern", "[results] maps is off",
+        f"a sweep of {case.online.angles_per_pitch} angles at a hundredth of the torque, and three pictures",
+    )  # fmt: skip
+
+
+def _pictures(scene: Scene) -> Skipped | None:
+    output = scene.case.output
+    if output.plots or output.report:
+        return None
+    return Skipped("all pictures", "[output] plots and report are off", f"no {PICTURES}; contact patterns not solved")
+
+
+def _picture_files(scene: Scene) -> Skipped | None:
+    output = scene.case.output
+    if output.plots or not output.report:
+        return None
+    return Skipped("picture files", "[output] plots is off", "they are drawn for the page alone")
+
+
+def _page(scene: Scene) -> Skipped | None:
+    output = scene.case.output
+    if output.report or not output.plots:
+        return None
+    return Skipped("the report page", "[output] report is off", "classical formulas not evaluated, no page")
+
+
+RULES: tuple[Callable[[Scene], Skipped | None], ...] = (
+    _other_model, _other_bodies, _other_flanks, _far_teeth, _volume, _training, _coarser_mesh, _root_stress, _torques,
+    _idle_pairs, _idle_patches, _width, _refinement, _width_refinement, _read_off, _maps, _pictures, _picture_files,
+    _page,
+)  # fmt: skip
+
+
+def _contact_ratios(pair: GearPair) -> str:
+    overlap = f" and overlap ratio {pair.overlap_ratio:.3f}" if pair.overlap_ratio > 0.0 else ""
+    return f"contact ratio {pair.contact_ratio:.3f}{overlap}"
+
+
+def _compliance(scene: Scene) -> str:
+    """Size of the compliance between loaded flanks, as a basis holds it."""
+    components = loaded_components(scene.case.contact.kind != "nodal", scene.pair.pinion.helix_angle != 0.0)
+    size = components * scene.lines * scene.columns
+    blocks = (neighbouring_teeth(scene.pair) + 1) * len(scene.bodies)
+    return f"{blocks} matrices of {size} x {size} in the basis, {_mib(blocks * size**2 * DOUBLE)}"
+
+
+def _fillets(scene: Scene) -> str:
+    """Elements around the fillets, and points on both fillets of a tooth."""
+    teeth = (scene.pair.pinion, scene.pair.wheel)[: len(scene.bodies)]
+    meshes = [build_fillet(tooth, sector) for tooth, sector in zip(teeth, scene.bodies, strict=True)]
+    elements = " and ".join(str(len(mesh.elements)) for mesh in meshes)
+    points = " and ".join(str(2 * (mesh.section.shape[1] - mesh.first) * len(mesh.columns)) for mesh in meshes)
+    return f"{elements} elements around a fillet, stress at {points} points of a tooth"
+
+
+def _elements(case: Case) -> str:
+    return f"{case.mesh.profile_elements} x {case.mesh.width_elements}"
+
+
+def _mib(size: int) -> str:
+    return f"{size / 2**20:.3g} MiB"

@@ -1,0 +1,70 @@
+"""Root stress in the basis: from the forces on a flank to the stress along the fillets, in few numbers.
+
+Far from the flank hardly more is felt of its forces than a few patterns of them (Saint-Venant). The map of all forces
+(`pmor.body.fillet_stress`) is parted by a singular value decomposition: amplitudes of patterns, and stresses from these.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmor.arrays import FloatArray
+from pmor.body.fillet_stress import FilletStress
+
+# Singular values below this fraction of the largest one are dropped.
+SMALLEST_PATTERN = 1e-4
+
+
+@dataclass(frozen=True)
+class RootStressShapes:
+    """Stress along both fillets of the teeth of one gear: p points in c columns, r patterns of forces.
+
+    Parameters
+    ----------
+    section : ndarray, shape (p, 2)
+        Points along the fillet of the loaded side in the section z = 0, from the start of the involute to the middle of
+        the tooth space, mm; those of the other side are their images.
+    z : ndarray, shape (c,)
+        Columns, mm.
+    pattern : ndarray, shape (r, n)
+        Amplitude of each pattern under unit forces on the flank's unknowns, orthonormal.
+    stress : ndarray, shape (2 NEIGHBOURS + 1, 2, p, c, 3, r)
+        Of the teeth around, counted counter-clockwise from the loaded one; loaded side, other side; along the outline,
+        across it, shear; MPa for an amplitude of 1 N.
+    """
+
+    section: FloatArray
+    z: FloatArray
+    pattern: FloatArray
+    stress: FloatArray
+
+    @property
+    def neighbours(self) -> int:
+        """Teeth on either side of a loaded one that feel it."""
+        return len(self.stress) // 2
+
+
+def root_stress_shapes(fillet: FilletStress, components: int) -> RootStressShapes:
+    """Part the stress under forces on a flank into patterns and what they cause.
+
+    Parameters
+    ----------
+    fillet : FilletStress
+    components : int
+        Of the forces: the first of x, y and z in the tooth's frame.
+
+    Returns
+    -------
+    RootStressShapes
+    """
+    shape = fillet.shapes.shape
+    over_nodes = fillet.shapes.reshape(*shape[:-1], -1, 3)[..., :components]
+    whole = over_nodes.reshape(-1, shape[-1] // 3 * components)
+    # Squared values lose half of the digits, which are far more than are kept.
+    energy, pattern = np.linalg.eigh(whole.T @ whole)
+    kept = energy > (SMALLEST_PATTERN**2) * energy[-1]
+    pattern = np.ascontiguousarray(pattern[:, kept].T[::-1])
+    stress = (whole @ pattern.T).reshape(*shape[:-1], len(pattern))
+    return RootStressShapes(fillet.points.section, fillet.points.z, pattern, stress)

@@ -1,0 +1,118 @@
+"""The figures of a design: the same, to the last bit, as a run of its case gives."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmor.arrays import FloatArray
+from pmor.results.load_distribution import effective_contact_ratio, face_load_factor, line_states
+from pmor.results.root_stress import RootStress
+from pmor.results.sweep import SteSweep, mesh_orders, mesh_stiffness, peak_to_peak_um, ste_mean_um
+from pmor_online.model import ReducedPair
+
+
+@dataclass(frozen=True)
+class Figure:
+    """What a result is called.
+
+    Parameters
+    ----------
+    key : str
+        In tables, with its unit.
+    label : str
+        For readers.
+    unit : str
+    """
+
+    key: str
+    label: str
+    unit: str
+
+    @property
+    def shown_unit(self) -> str:
+        """Empty where the quantity has none."""
+        return "" if self.unit == "1" else self.unit
+
+
+FIGURES = (
+    Figure("ste_mean_um", "STE, mean", "um"),
+    Figure("ste_peak_to_peak_um", "STE, peak-to-peak", "um"),
+    Figure("ste_peak_to_peak_worst_um", "STE, peak-to-peak at the worst torque", "um"),
+    Figure("ste_order_1_um", "STE, first mesh order", "um"),
+    Figure("ste_order_2_um", "STE, second mesh order", "um"),
+    Figure("ste_order_3_um", "STE, third mesh order", "um"),
+    Figure("ste_mesh_error_percent", "STE, error bar of the mesh", "%"),
+    Figure("mesh_stiffness_mean_N_per_mm_um", "mesh stiffness", "N/(mm um)"),
+    Figure("mesh_stiffness_tangent_mean_N_per_mm_um", "mesh stiffness, tangent", "N/(mm um)"),
+    Figure("flank_pressure_max_MPa", "flank pressure", "MPa"),
+    Figure("k_h_beta", "K_Hbeta", "1"),
+    Figure("root_stress_pinion_MPa", "root stress, pinion", "MPa"),
+    Figure("root_stress_wheel_MPa", "root stress, wheel", "MPa"),
+    Figure("contact_ratio", "transverse contact ratio", "1"),
+    Figure("overlap_ratio", "overlap ratio", "1"),
+    Figure("effective_contact_ratio", "contact ratio under load", "1"),
+    Figure("centre_distance_mm", "centre distance", "mm"),
+)
+#: of the tip relief that suits a design (`pmor.campaigns.relief`): found where they are asked for
+RELIEF_FIGURES = (
+    Figure("best_tip_relief_um", "best tip relief, of both gears", "um"),
+    Figure("best_tip_relief_start_pinion_roll_deg", "best tip relief, start on the pinion", "deg"),
+    Figure("best_tip_relief_start_wheel_roll_deg", "best tip relief, start on the wheel", "deg"),
+    Figure("best_ste_peak_to_peak_um", "STE, peak-to-peak, best tip relief", "um"),
+)
+USUAL, OF_RELIEF = (tuple(figure.key for figure in figures) for figures in (FIGURES, RELIEF_FIGURES))
+BY_KEY = {figure.key: figure for figure in (*FIGURES, *RELIEF_FIGURES)}
+ORDERS = 3
+
+
+def figures_of(reduced: ReducedPair, sweep: SteSweep, stress: RootStress | None) -> dict[str, float | None]:
+    """Return all figures at the nominal torque; None for what the case does not ask for.
+
+    Parameters
+    ----------
+    reduced : ReducedPair
+    sweep : SteSweep
+        Recorded, with what is known of the mesh's error.
+    stress : RootStress or None
+    """
+    case, pair = reduced.basis.case, reduced.meshed.pair
+    i, lines = case.online.torques_Nm.index(case.torque_Nm), line_states(sweep)
+    orders, spans = mesh_orders(sweep, i), peak_to_peak_um(sweep)
+    secant = mesh_stiffness(sweep, pair.pinion.base_radius, pair.common_width).secant[i]
+    tangent, mesh_error = sweep.stiffness_N_per_um, sweep.mesh_error_percent
+    roots = [None if stress is None else stress.largest(i, gear) for gear in range(2)]
+    numbers = {
+        "ste_mean_um": ste_mean_um(sweep)[i],
+        "ste_peak_to_peak_um": spans[i],
+        "ste_peak_to_peak_worst_um": spans.max(),
+        **{f"ste_order_{k + 1}_um": orders[k] if k < len(orders) else None for k in range(ORDERS)},
+        "ste_mesh_error_percent": None if mesh_error is None else mesh_error[i],
+        "mesh_stiffness_mean_N_per_mm_um": _mean(secant),
+        "mesh_stiffness_tangent_mean_N_per_mm_um": None if tangent is None else _mean(tangent[i] / pair.common_width),
+        "flank_pressure_max_MPa": _largest(lines.pressure_MPa[i]),
+        "k_h_beta": face_load_factor(lines)[i],
+        "root_stress_pinion_MPa": None if roots[0] is None else roots[0].max_principal_MPa,
+        "root_stress_wheel_MPa": None if roots[1] is None else roots[1].max_principal_MPa,
+        "contact_ratio": pair.contact_ratio,
+        "overlap_ratio": pair.overlap_ratio,
+        "effective_contact_ratio": effective_contact_ratio(sweep)[i],
+        "centre_distance_mm": pair.centre_distance,
+    }
+    return {key: known(value) for key, value in numbers.items()}
+
+
+def _mean(values: FloatArray) -> float | None:
+    known = values[np.isfinite(values)]
+    return float(known.mean()) if len(known) else None
+
+
+def _largest(values: FloatArray) -> float | None:
+    known = values[np.isfinite(values)]
+    return float(known.max()) if len(known) else None
+
+
+def known(value: float | None) -> float | None:
+    """Return a plain number; None for one that is none."""
+    return float(value) if value is not None and np.isfinite(value) else None

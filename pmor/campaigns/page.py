@@ -1,0 +1,141 @@
+"""The page of a campaign: what became of the designs, the best of them, and all to look through."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from pmor.arrays import FloatArray
+from pmor.campaigns.columns import Columns, unit_of
+from pmor.campaigns.figures import BY_KEY, Figure
+from pmor.campaigns.relations import split
+from pmor.campaigns.rows import STATUSES
+from pmor.campaigns.settings import Campaign
+from pmor.report.explorer import Column, Designs
+from pmor.report.page import Block, Heading, Warning
+from pmor.report.table import Cell, Table
+
+# Folder of case files, beside the page.
+CASES = "cases"
+# Designs that the page lets look through, and those of them with a case file: a megabyte or two each.
+MOST_SHOWN, MOST_CASES = 10_000, 1_000
+# Lines of tables.
+BEST, COMMON_REASONS = 10, 12
+NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(\.\d+)?(e[-+]?\d+)?(?!\w)")
+RANKED = "ste_peak_to_peak_um"
+# In the order in which an engineer looks at them: the first two are the axes of the scatter.
+FIRST = (RANKED, "flank_pressure_max_MPa", "root_stress_pinion_MPa", "root_stress_wheel_MPa", "k_h_beta",
+         "effective_contact_ratio")  # fmt: skip
+ROUND_OFF = 1e-9
+UNITS = re.compile(r"_(mm|um|deg|GPa|Nm)$")
+
+
+def case_file(number: int) -> str:
+    """Return the name of the case file of a design."""
+    return f"design_{number:06d}.toml"
+
+
+def linked_designs(columns: Columns) -> Sequence[int]:
+    """Return the designs, from 0, that get a case file: all that have all their keys, unless they are many."""
+    known = np.ones(len(columns.status), dtype=bool)
+    for values in columns.inputs.values():
+        known &= np.isfinite(values)
+    return np.flatnonzero(known).tolist() if len(known) <= MOST_CASES else []
+
+
+def blocks_of(campaign: Campaign, columns: Columns) -> list[Block | Designs]:
+    """Return what the page shows, in the order of reading."""
+    counts = {status: columns.count(status) for status in STATUSES}
+    blocks: list[Block | Designs] = []
+    for i in columns.failed[:BEST]:
+        blocks.append(Warning(f"design {i + 1}: {columns.reasons[i]}"))
+    if len(columns.failed) > BEST:
+        blocks.append(Warning(f"{len(columns.failed) - BEST} more designs without results: see campaign.csv"))
+    varied = ", ".join(variable.name for variable in campaign.variables)
+    derived = [name for name in campaign.columns if name in campaign.relations.solved]
+    follows = f" {', '.join(derived)} follow{'s' * (len(derived) == 1)} from relations." if derived else ""
+    blocks += [
+        f"{campaign.count} designs of the case {campaign.base.name}: {counts['ok']} solved, {counts['infeasible']} "
+        f"infeasible, {len(columns.failed)} failed. From design to design differ: {varied}.{follows} Every design has "
+        "finite elements of its own gears, exact line loads and the sweep of its case; figures are those at the "
+        "nominal torque.",
+        Heading("Designs"),
+        *_explorer(campaign, columns),
+        _best(columns),
+        _reasons(columns),
+    ]
+    return blocks
+
+
+def label_of(name: str) -> str:
+    """Return what a reader calls a key of the case, without its unit."""
+    section, key = split(name)
+    return f"{section.partition('.')[0]} {UNITS.sub('', key).replace('_', ' ')}"
+
+
+def _explorer(campaign: Campaign, columns: Columns) -> list[Block | Designs]:
+    step = -(-len(columns.status) // MOST_SHOWN)
+    shown = np.arange(0, len(columns.status), step)
+    linked = set(linked_designs(columns))
+    found = [Column(name, label_of(name), unit_of(name), values[shown], "input")
+             for name, values in columns.inputs.items()]  # fmt: skip
+    found += [Column(figure.key, figure.label, figure.shown_unit, columns.results[figure.key][shown], "result")
+              for figure in _shown(columns)]  # fmt: skip
+    designs = Designs(
+        tuple(found), np.array([f"design {i + 1}" for i in shown]),
+        np.array([f"{CASES}/{case_file(int(i) + 1)}" if i in linked else "" for i in shown]),
+        np.array([columns.reasons[i] for i in shown]),
+    )  # fmt: skip
+    part = f"One design in {step} is shown, from the first on; all are in campaign.csv. " if step > 1 else ""
+    each = (
+        "The name of a design links to its case file."
+        if linked
+        else (f"pmor campaign {campaign.source.name} --case N writes the case file of design N.")
+    )
+    return [f"{part}{each}", designs]
+
+
+def _shown(columns: Columns) -> list[Figure]:
+    """Results that differ between designs by more than round-off, the most telling ones first."""
+    differing = [key for key, values in columns.results.items() if _differs(values)]
+    order = [key for key in FIRST if key in differing] + [key for key in differing if key not in FIRST]
+    return [BY_KEY[key] for key in order]
+
+
+def _differs(values: FloatArray) -> bool:
+    known = values[np.isfinite(values)]
+    return len(known) > 0 and bool(np.ptp(known) > ROUND_OFF * np.abs(known).max())
+
+
+def _best(columns: Columns) -> Table:
+    """Designs of the least of the first result, one line each."""
+    figures = _shown(columns)[: len(FIRST)]
+    if not figures:
+        return Table("", (), [])
+    ranked = columns.results[figures[0].key]
+    order = [int(i) for i in np.argsort(ranked, kind="stable")[:BEST] if np.isfinite(ranked[i])]
+    rows: list[list[Cell]] = [
+        [i + 1, *(float(column[i]) for column in columns.inputs.values()),
+         *(float(columns.results[figure.key][i]) for figure in figures)]
+        for i in order
+    ]  # fmt: skip
+    inputs = [_headed(label_of(name), unit_of(name)) for name in columns.inputs]
+    results = [_headed(figure.label, figure.shown_unit) for figure in figures]
+    return Table(f"Least {figures[0].label}", ("design", *inputs, *results), rows)
+
+
+def _headed(label: str, unit: str) -> str:
+    return f"{label}, {unit}" if unit else label
+
+
+def _reasons(columns: Columns) -> Table:
+    """Reasons that differ in their numbers alone are one."""
+    found: dict[str, list[int]] = {}
+    for i, reason in enumerate(columns.reasons):
+        if reason:
+            found.setdefault(NUMBER.sub("…", reason), []).append(i)
+    common = sorted(found.values(), key=len, reverse=True)[:COMMON_REASONS]
+    rows: list[list[Cell]] = [[len(group), group[0] + 1, columns.reasons[group[0]]] for group in common]
+    return Table("Why designs have no results", ("designs", "such as design", "which says"), rows)

@@ -1,0 +1,135 @@
+"""From the base case and the keys of a design to its case: what follows from relations is found here."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Mapping
+from dataclasses import fields
+from functools import lru_cache
+from typing import Any
+
+from pmor.campaigns.settings import Number, Relations
+from pmor.case import Case, changed_text, parse_case
+from pmor.case.document import GEARS, flattened
+from pmor.case.loader import SECTIONS
+from pmor.errors import GeometryError
+from pmor.gear.tooth import involute_function
+
+PINION, WHEEL = GEARS
+
+
+def split(name: str) -> tuple[str, str]:
+    """Part the name of a key into its section and itself: ``pinion.modification.tip_relief_um`` has a dot in both."""
+    section, _, key = name.rpartition(".")
+    return section, key
+
+
+def with_relations(base_text: str, design: Mapping[str, Number], relations: Relations) -> dict[str, Number]:
+    """Return the keys of a design with those that follow from relations.
+
+    Parameters
+    ----------
+    base_text : str
+        TOML text of the base case.
+    design : mapping
+        Values by section and key.
+    relations : Relations
+
+    Raises
+    ------
+    GeometryError
+        When they cannot be met.
+    """
+    found = dict(design)
+    if relations.ratio is not None:
+        found["wheel.teeth"] = _mating_teeth(int(_setting(base_text, found, "pinion.teeth")), relations)
+    if relations.centre_distance_mm is not None:
+        found |= _profile_shifts(base_text, found, relations)
+    return found
+
+
+def case_of(base_text: str, design: Mapping[str, Number], name: str) -> Case:
+    """Return the case of a design, relations and all.
+
+    Parameters
+    ----------
+    base_text : str
+    design : mapping
+        As `with_relations` gives it.
+    name : str
+        Of the case, and in messages.
+
+    Raises
+    ------
+    CaseError
+    """
+    return parse_case(text_of_design(base_text, design), name, name)
+
+
+def text_of_design(base_text: str, design: Mapping[str, Number]) -> str:
+    """Return the TOML text of the case of a design; see `case_of`."""
+    changes: dict[str, dict[str, Any]] = {}
+    for name, value in design.items():
+        section, key = split(name)
+        changes.setdefault(section, {})[key] = value
+    document = _document(base_text)
+    if WHEEL in changes and WHEEL not in document:
+        # A wheel that is not mentioned is like the pinion, also in what a design leaves alone.
+        changes[WHEEL] = document[PINION] | changes.get(PINION, {}) | changes[WHEEL]
+    return changed_text(base_text, changes)
+
+
+def _mating_teeth(teeth: int, relations: Relations) -> int:
+    assert relations.ratio is not None
+    mating = max(round(relations.ratio * teeth), 1)
+    off = 100.0 * abs(mating / teeth / relations.ratio - 1.0)
+    if off > relations.ratio_tolerance_percent:
+        raise GeometryError(
+            f"[relations] ratio = {relations.ratio:g}: {teeth} and {mating} teeth are off by {off:.2g} %, more than "
+            f"{relations.ratio_tolerance_percent:g} %: take other teeth, or raise ratio_tolerance_percent"
+        )
+    return mating
+
+
+def _profile_shifts(base_text: str, design: Mapping[str, Number], relations: Relations) -> dict[str, float]:
+    """Profile shifts with which a pair has a centre distance without backlash (ISO 21771, 6.2, solved for them)."""
+    distance = relations.centre_distance_mm
+    assert distance is not None
+
+    def setting(name: str) -> float:
+        return float(_setting(base_text, design, name))
+
+    teeth = setting("pinion.teeth") + setting("wheel.teeth")
+    normal, helix = math.radians(setting("pair.pressure_angle_deg")), math.radians(setting("pair.helix_angle_deg"))
+    transverse = math.atan(math.tan(normal) / math.cos(helix))
+    bases = 0.5 * teeth * setting("pair.module_mm") / math.cos(helix) * math.cos(transverse)
+    if bases >= distance:
+        raise GeometryError(
+            f"[relations] centre_distance_mm = {distance:g}: is not more than the base circles' radii together, "
+            f"{bases:.4g} mm: take fewer teeth or a smaller module"
+        )
+    working = math.acos(bases / distance)
+    needed = teeth * (involute_function(working) - involute_function(transverse)) / (2.0 * math.tan(normal))
+    if relations.solve == "both":
+        return {f"{gear}.profile_shift": 0.5 * needed for gear in GEARS}
+    # The mate's is said as well: a wheel that is not mentioned would take over what is found for the pinion.
+    mate = f"{WHEEL if relations.solve == PINION else PINION}.profile_shift"
+    return {f"{relations.solve}.profile_shift": needed - setting(mate), mate: setting(mate)}
+
+
+def _setting(base_text: str, design: Mapping[str, Number], name: str) -> Any:
+    """Value of a key: of the design, of the base case, or the usual one."""
+    section, key = split(name)
+    document = _document(base_text)
+    if name in design:
+        return design[name]
+    if section == WHEEL and section not in document:
+        return _setting(base_text, design, f"{PINION}.{key}")
+    usual = {field.name: field.default for field in fields(SECTIONS[section])}
+    return document.get(section, {}).get(key, usual[key])
+
+
+@lru_cache(maxsize=4)
+def _document(base_text: str) -> dict[str, Any]:
+    return flattened(tomllib.loads(base_text))

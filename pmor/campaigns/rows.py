@@ -1,0 +1,68 @@
+"""What is told of each design, and of each chunk of them: plain data that passes between processes and machines."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from pmor.campaigns.settings import Number, Relations
+
+Row = dict[str, Any]
+Status = Literal["ok", "infeasible", "not converged", "lost"]
+# In the order of their codes in files.
+STATUSES: tuple[Status, ...] = ("ok", "infeasible", "not converged", "lost")
+# Under which the case of a design is checked, with its number.
+NAME = "design"
+
+
+@dataclass(frozen=True)
+class Task:
+    """What all designs of a campaign have in common.
+
+    Parameters
+    ----------
+    base_text : str
+        TOML text of the base case.
+    relations : Relations
+    columns : tuple of str
+        Keys of the case that the rows tell.
+    results : tuple of str
+    """
+
+    base_text: str
+    relations: Relations
+    columns: tuple[str, ...]
+    results: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What is known of a chunk.
+
+    Parameters
+    ----------
+    rows : tuple of dict
+        Of its designs, in order: the same whoever solved them, and when.
+    seconds : tuple of float
+        Processor time that each took.
+    """
+
+    rows: tuple[Row, ...]
+    seconds: tuple[float, ...]
+
+
+def plain_row(
+    task: Task, number: int, design: Mapping[str, Number], status: Status, reason: str,
+    results: Mapping[str, float | None] | None = None,
+) -> Row:  # fmt: skip
+    """Return the row of a design: None for what is not known."""
+    found = results or {}
+    return {
+        "design": number,
+        "status": status,
+        # One line, without the name under which the case was checked.
+        "reason": " ".join(reason.removeprefix(f"{NAME} {number}: ").split()),
+        "inputs": {name: design.get(name) for name in task.columns},
+        "results": {key: found.get(key) for key in task.results},
+    }

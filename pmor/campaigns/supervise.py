@@ -1,0 +1,207 @@
+"""Solve a chunk in a process of its own, and watch over it: what an executor is given to do.
+
+Each thread that an executor works with, wherever that is, has one solving process beside it, which goes on from chunk
+to chunk. A design that ends it, or does not answer within its time, is tried once more in a new one; then its row says
+what became of it. All executors therefore mean the same by a failure, and none is harmed by one.
+"""
+
+from __future__ import annotations
+
+import atexit
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from pmor.campaigns.rows import Answer, Row, Task, plain_row
+from pmor.campaigns.settings import Number, Workers
+from pmor.campaigns.solver import FAILED
+from pmor.errors import ExternalProgramError
+from pmor.threads import VARIABLES
+from pmor.version import __version__
+
+GIB = 2**30
+TRIES = 2
+# For a process to load its libraries, from a disk that a thousand others ask as well.
+START_LIMIT_S = 300.0
+# For a process to end that answers no more.
+PATIENCE_S = 5.0
+COMMAND = (sys.executable, "-P", "-m", "pmor.campaigns.solver")
+_OWN = threading.local()
+_RUNNING: set[subprocess.Popen[str]] = set()
+_CLOSING = threading.Event()
+
+
+@dataclass(frozen=True)
+class Order:
+    """A chunk with all that it takes to solve it: plain data, for whichever machine.
+
+    Parameters
+    ----------
+    task : Task
+    workers : Workers
+    store : str
+        Folder of the store.
+    store_bytes : float
+    designs : tuple of (int, mapping)
+        Numbers, from 1, and the keys that they change.
+    chunk : int
+        Its number.
+    version : str
+        Of the program that gives it.
+    """
+
+    task: Task
+    workers: Workers
+    store: str
+    store_bytes: float
+    designs: tuple[tuple[int, Mapping[str, Number]], ...]
+    chunk: int
+    version: str = __version__
+
+
+class Ended(Exception):
+    """A solving process is no more; the message says of what."""
+
+
+def solve_order(order: Order) -> Answer:
+    """Return the rows of a chunk, one for each design whatever becomes of it.
+
+    Raises
+    ------
+    ExternalProgramError
+        When the program on this machine is another version.
+    RuntimeError
+        When the work was given up meanwhile (`closing_solvers`).
+    """
+    if order.version != __version__:
+        raise ExternalProgramError(
+            f"pmor {order.version} gives the work, and {__version__} is installed where it is to be done: install one"
+        )
+    rows, seconds, tries = list[Row](), list[float](), 0
+    while len(rows) < len(order.designs):
+        before = len(rows)
+        try:
+            _ask(order, rows, seconds)
+        except Ended as ended:
+            if _CLOSING.is_set():
+                raise RuntimeError("the work was given up") from ended
+            tries = 1 if len(rows) > before else tries + 1
+            if tries == TRIES:
+                number, design = order.designs[len(rows)]
+                rows.append(plain_row(order.task, number, design, "lost", f"{ended}, {TRIES} times"))
+                seconds.append(0.0)
+                tries = 0
+    return Answer(tuple(rows), tuple(seconds))
+
+
+def lost_answer(order: Order, reason: str) -> Answer:
+    """Return rows that say why there is nothing else."""
+    rows = (plain_row(order.task, number, design, "lost", reason) for number, design in order.designs)
+    return Answer(tuple(rows), (0.0,) * len(order.designs))
+
+
+@contextmanager
+def closing_solvers() -> Iterator[None]:
+    """End the solving processes of this process, so that the threads beside them end in this block."""
+    _CLOSING.set()
+    try:
+        _kill_all()
+        yield
+    finally:
+        _CLOSING.clear()
+
+
+def _kill_all() -> None:
+    for process in list(_RUNNING):
+        process.kill()
+
+
+atexit.register(_kill_all)
+
+
+def _ask(order: Order, rows: list[Row], seconds: list[float]) -> None:
+    """Have the designs that have no row yet solved, by this thread's process; Ended when that does not answer."""
+    process = _solver()
+    assert process.stdin is not None
+    try:
+        process.stdin.write(json.dumps(_plain(order, order.designs[len(rows) :])) + "\n")
+        process.stdin.flush()
+    except OSError:
+        raise Ended(_end(process)) from None
+    for _ in order.designs[len(rows) :]:
+        answer = _answer(process, order.workers.time_limit_s)
+        rows.append(answer["row"])
+        seconds.append(answer["seconds"])
+
+
+def _answer(process: subprocess.Popen[str], limit_s: float) -> dict[str, Any]:
+    """The next line of a process; Ended where it does not come in time, or tells of a failure."""
+    assert process.stdout is not None
+    late = threading.Event()
+    watch = threading.Timer(limit_s, _stop_late, (process, late))
+    watch.daemon = True
+    watch.start()
+    line = process.stdout.readline()
+    watch.cancel()
+    answer: dict[str, Any] = json.loads(line) if line.endswith("\n") else {FAILED: None}
+    if FAILED in answer:
+        how = _end(process)
+        raise Ended(f"no answer within {limit_s:g} s" if late.is_set() else answer[FAILED] or how)
+    return answer
+
+
+def _plain(order: Order, designs: Sequence[tuple[int, Mapping[str, Number]]]) -> dict[str, Any]:
+    memory = order.workers.memory_GiB
+    return {
+        **asdict(order.task), "designs": designs, "store": order.store, "store_bytes": order.store_bytes,
+        "memory_bytes": None if memory is None else int(memory * GIB),
+    }  # fmt: skip
+
+
+def _solver() -> subprocess.Popen[str]:
+    """Return the solving process beside this thread, a new one where there is none."""
+    process: subprocess.Popen[str] | None = getattr(_OWN, "process", None)
+    if process is None or process.poll() is not None:
+        one_thread = dict.fromkeys((*VARIABLES, "NUMBA_NUM_THREADS"), "1")
+        # From the same folders as this process, and not from the one that it happens to be in.
+        path = {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+        process = _OWN.process = subprocess.Popen(
+            COMMAND, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, encoding="utf-8",
+            env={**os.environ, **one_thread, **path},
+            start_new_session=True,  # an interruption on the terminal is for the one that watches over it
+        )  # fmt: skip
+        _RUNNING.add(process)
+        _answer(process, START_LIMIT_S)  # that it is ready: no design is blamed for a slow disk
+    return process
+
+
+def _stop_late(process: subprocess.Popen[str], late: threading.Event) -> None:
+    late.set()
+    process.kill()
+
+
+def _end(process: subprocess.Popen[str]) -> str:
+    """End a process and say how it ended by itself."""
+    try:
+        code = process.wait(PATIENCE_S)
+    except subprocess.TimeoutExpired:
+        code = None
+    process.kill()
+    process.wait()
+    for stream in (process.stdin, process.stdout):
+        assert stream is not None
+        try:
+            stream.close()
+        except OSError:
+            pass  # what it was not told any more
+    _RUNNING.discard(process)
+    if code is not None and code < 0:
+        return f"its process was ended by the signal {signal.Signals(-code).name}"
+    return f"its process ended with the exit code {code}"

@@ -1,0 +1,65 @@
+"""The table of designs, one at a time: a million of them are never in memory together."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from pmor.campaigns.settings import Campaign, Number, Span, Variable
+
+# Digits that a value keeps: those of a step over a range, without its rounding.
+DIGITS = 12
+Design = Mapping[str, Number]
+
+
+def designs_of(campaign: Campaign) -> Callable[[int], Design]:
+    """Return the function from the number of a design, 0 to `campaign.count` - 1, to the keys that it changes."""
+    variables = campaign.variables
+    if campaign.method == "sobol":
+        points = _sobol_points(len(variables), campaign.count)
+        return lambda i: {v.name: _at_share(v, float(points[i, k])) for k, v in enumerate(variables)}
+    if campaign.method == "grid":
+        lengths = tuple(len(_listed(v)) for v in variables)
+        return lambda i: {
+            v.name: _listed(v)[int(place)] for v, place in zip(variables, np.unravel_index(i, lengths), strict=True)
+        }
+    return lambda i: {v.name: _listed(v)[i] for v in variables}
+
+
+def evenly(low: Number, high: Number, steps: int, whole: bool) -> tuple[Number, ...]:
+    """Return so many values from one bound to the other; whole numbers to the nearest, each once."""
+    values = np.linspace(low, high, steps)
+    if whole:
+        return tuple(dict.fromkeys(round(value) for value in values.tolist()))
+    return tuple(_rounded(value) for value in values.tolist())
+
+
+def _sobol_points(dimensions: int, count: int) -> np.ndarray:
+    """Points of Sobol's sequence, shape (count, dimensions), in the middle of their cells: none on a bound.
+
+    Without scrambling, so that they are the same with every version of scipy.
+    """
+    from scipy.stats import qmc
+
+    power = max(count - 1, 1).bit_length()
+    points = qmc.Sobol(dimensions, scramble=False).random_base2(power)[:count]
+    return np.asarray(points + 0.5 ** (power + 1))
+
+
+def _at_share(variable: Variable, share: float) -> Number:
+    values = variable.values
+    if not isinstance(values, Span):
+        return values[int(share * len(values))]
+    if values.whole:
+        return int(values.low + int(share * (values.high - values.low + 1)))
+    return _rounded(values.low + share * (values.high - values.low))
+
+
+def _listed(variable: Variable) -> tuple[Number, ...]:
+    assert not isinstance(variable.values, Span)
+    return variable.values
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.{DIGITS}g}")

@@ -1,0 +1,228 @@
+"""Pictures of a design: the front, the objective about the best, transmission error over torque, what it depends on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pmor.arrays import FloatArray
+from pmor.design.harris import HarrisRule
+from pmor.design.judge import Judge, nominal
+from pmor.design.run import Found
+from pmor.design.variables import limits
+from pmor.report.panels import panels
+from pmor.report.style import COLOURS, new_figure, plot_style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+#: what results are called in pictures and tables
+WORDS = {
+    "peak_to_peak_um": "Peak-to-peak STE [µm]",
+    "order_1_um": "First order of the mesh [µm]",
+    "order_2_um": "Second order of the mesh [µm]",
+    "order_3_um": "Third order of the mesh [µm]",
+    "pressure_MPa": "Largest pressure [MPa]",
+    "k_h_beta": "Face load factor K_Hβ [-]",
+    "tip_edge_load_N_per_mm": "Line load at a tip edge [N/mm]",
+    "root_stress_MPa": "Largest root stress [MPa]",
+}
+VALUES = {"nominal": "", "expected": "expected ", "percentile_95": "95 % below: "}
+# Points along each axis of a contour, and variables of which all pairs are drawn.
+CONTOUR, MOST_PAIRED, LEVELS = 25, 4, 16
+# Of the two-dimensional normal distribution: within so many standard deviations are 95 % of what is made.
+ELLIPSE = math.sqrt(-2.0 * math.log(0.05))
+# Torques of the curves over torque, and how far below and above the design's they go.
+TORQUES, BELOW, ABOVE = 33, 0.5, 1.2
+GREY = "#555555"
+
+
+def front_figure(found: Found) -> Figure:
+    """All variants in the plane of the objective and what is weighed against it, and those that nothing beats."""
+    design, kept = found.design, found.kept
+    objective, against = found.variants.objective, found.against
+    with plot_style():
+        figure = new_figure(7.2, 4.8)
+        axes = figure.subplots()
+        if not kept.all():
+            axes.plot(objective[~kept], against[~kept], ".", color="#cccccc", ms=2.5, label="breaks a constraint")
+        axes.plot(objective[kept], against[kept], ".", color=COLOURS[4], ms=2.5, label="variants", rasterized=True)
+        front = found.front
+        axes.plot(objective[front], against[front], "o-", color=COLOURS[0], ms=4.5, label="nothing beats these")
+        if found.best is not None:
+            axes.plot(objective[found.best], against[found.best], "*", color=COLOURS[1], ms=13, label="best")
+        _limit_to_bulk(axes, objective, against)
+        axes.set_xlabel(VALUES[design.objective.value] + WORDS[design.objective.minimise] + ", mean over torques")
+        axes.set_ylabel(WORDS[design.pareto.against])
+        figure.legend(loc="outside lower center", ncols=4)
+    return figure
+
+
+def contour_figure(found: Found) -> Figure | None:
+    """The objective as drawn over each two variables about the best, with the ellipse of 95 % of what is made."""
+    if found.best is None or len(found.design.variables) < 2:
+        return None
+    design, best = found.design, found.variants.x[found.best]
+    judge = found.judge.alike(nominal(design))
+    pairs = list(combinations(range(min(len(design.variables), MOST_PAIRED)), 2))
+    columns = min(3, len(pairs))
+    rows = -(-len(pairs) // columns)
+    with plot_style():
+        figure = new_figure(4.2 * columns + (1.6 if columns == 1 else 0.6), 3.7 * rows + (0.6 if rows == 1 else 0.0))
+        places = list(np.atleast_1d(figure.subplots(rows, columns, squeeze=False)).flat)
+        for axes, (first, second) in zip(places, pairs, strict=False):
+            _contour(axes, found, judge, best, first, second)
+        for axes in places[len(pairs) :]:
+            axes.set_visible(False)
+        shown = {
+            label: handle for axes in places for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
+        }
+        figure.legend(shown.values(), shown.keys(), loc="outside lower center", ncols=3)
+    return figure
+
+
+def _contour(axes: Axes, found: Found, judge: Judge, best: FloatArray, first: int, second: int) -> None:
+    design = found.design
+    low, high = limits(design.variables)
+    along, across = (np.linspace(low[n], high[n], CONTOUR) for n in (first, second))
+    column = design.results.index(design.objective.minimise)
+    values = np.empty((CONTOUR, CONTOUR))
+    for i, q in enumerate(across):
+        for k, p in enumerate(along):
+            x = best.copy()
+            x[first], x[second] = p, q
+            values[i, k] = judge.results(judge.assembly(x))[:, column] @ judge.weights
+    # Even steps would all lie on the slopes; what counts is the valley.
+    levels = np.geomspace(max(float(values.min()), 1e-3), max(float(values.max()), 2e-3), LEVELS)
+    shown = axes.contourf(along, across, values, levels=levels, cmap="viridis", extend="min")
+    axes.contour(along, across, values, levels=levels, colors="white", linewidths=0.3)
+    axes.figure.colorbar(shown, ax=axes, label=WORDS[design.objective.minimise] + ", mean", format="%.2g")
+    axes.plot(
+        best[first], best[second], "*", color=COLOURS[1], ms=13, mec="white", label="best", clip_on=False, zorder=5
+    )
+    other = found.best_at(range(len(design.load.torques_Nm))) if design.scatters else None
+    if other is not None:
+        x = found.variants.x[other]
+        axes.plot(x[first], x[second], "D", color="white", ms=5, mec=GREY, label="best without scatter")
+    sizes = [design.scatter.modifications.get(design.variables[n].key, 0.0) for n in (first, second)]
+    if any(sizes):
+        angle = np.linspace(0.0, 2.0 * np.pi, 100)
+        axes.plot(best[first] + ELLIPSE * sizes[0] * np.cos(angle), best[second] + ELLIPSE * sizes[1] * np.sin(angle),
+                  color=COLOURS[1], lw=1.4, ls="--", label="95 % of the gears made")  # fmt: skip
+    axes.set_xlim(low[first], high[first])
+    axes.set_ylim(low[second], high[second])
+    axes.set_xlabel(variable_words(design.variables[first].name))
+    axes.set_ylabel(variable_words(design.variables[second].name))
+    axes.grid(False)
+
+
+def torque_figure(found: Found, chosen: Mapping[str, FloatArray | None]) -> Figure:
+    """Peak-to-peak STE over torque of chosen variants; None stands for the base case."""
+    design, torques = found.design, np.array(found.design.load.torques_Nm)
+    over = np.linspace(BELOW * torques.min(), ABOVE * torques.max(), TORQUES)
+    with plot_style():
+        figure = new_figure(7.2, 4.6)
+        axes = figure.subplots()
+        judge = found.judge.at_torques(over)
+        column = design.results.index("peak_to_peak_um")
+        for number, (name, x) in enumerate(chosen.items()):
+            assembly = found.judge.base if x is None else judge.assembly(x)
+            wide = {"lw": 2.6} if name == "best" else {"lw": 1.2, "ls": "--" if x is None else "-"}
+            axes.plot(
+                over, judge.results(assembly)[:, column], color=COLOURS[number % len(COLOURS)], label=name, **wide
+            )
+        for torque in torques:
+            axes.axvline(torque, color=GREY, lw=0.6, ls=":")
+        axes.set_xlabel("Torque on the pinion [N m]; dotted: those of the design")
+        axes.set_ylabel(WORDS["peak_to_peak_um"])
+        axes.set_ylim(bottom=0.0)
+        figure.legend(loc="outside lower center", ncols=4)
+    return figure
+
+
+def ste_figure(found: Found, curves: Mapping[str, FloatArray]) -> Figure:
+    """STE over the pitch under the design's torques, (T, A) of each chosen variant, on one scale about the mean."""
+    share = np.arange(found.design.search.angles) / found.design.search.angles
+    with panels(len(curves), 2.7 * len(curves) + 0.8, 3.6, legend=6, sharey=True) as (figure, axes):
+        for place, (name, ste) in zip(axes, curves.items(), strict=True):
+            for number, (torque, curve) in enumerate(zip(found.design.load.torques_Nm, ste, strict=True)):
+                place.plot(np.append(share, 1.0), np.append(curve, curve[0]) - curve.mean(),
+                           color=COLOURS[number % len(COLOURS)], label=f"{torque:g} N m")  # fmt: skip
+            place.set_title(name)
+            place.set_xlabel("Pinion angle [pitches]")
+        axes[0].set_ylabel("STE about its mean [µm]")
+    return figure
+
+
+def sensitivity_figure(rates: Mapping[str, float], objective: str) -> Figure:
+    """By how much the objective changes per unit of each parameter of the modifications."""
+    names = sorted(rates, key=lambda name: abs(rates[name]))
+    with plot_style():
+        figure = new_figure(7.2, 0.9 + 0.24 * len(names))
+        axes = figure.subplots()
+        axes.barh(names, [rates[name] for name in names], color=COLOURS[0], height=0.7)
+        axes.axvline(0.0, color=GREY, lw=0.8)
+        axes.set_xlabel(
+            f"d objective / d parameter [µm per µm, per ° or per mm]; {WORDS[objective].partition(' [')[0]}"
+        )
+        axes.tick_params(axis="y", labelsize=8)
+    return figure
+
+
+def harris_figure(rules: Sequence[HarrisRule]) -> Figure:
+    """Peak-to-peak over the amount of tip relief from the highest point of single contact, and what the rule says."""
+    with plot_style():
+        figure = new_figure(7.2, 4.4)
+        axes = figure.subplots()
+        for number, rule in enumerate(rules):
+            colour = COLOURS[number % len(COLOURS)]
+            axes.plot(rule.amount_um, rule.peak_to_peak_um, color=colour, label=f"{rule.torque_Nm:g} N m")
+            axes.axvline(rule.rule_um, color=colour, lw=1.0, ls="--")
+        axes.set_xlabel("Tip relief of both gears, from the highest point of single contact [µm]; dashed: the rule")
+        axes.set_ylabel(WORDS["peak_to_peak_um"])
+        axes.set_xlim(left=0.0)
+        axes.set_ylim(bottom=0.0)
+        figure.legend(loc="outside lower center", ncols=6)
+    return figure
+
+
+def scatter_figure(objectives: Mapping[str, FloatArray], design_words: str) -> Figure:
+    """Share of the pairs made that stay below an objective, of chosen variants."""
+    with plot_style():
+        figure = new_figure(7.2, 4.0)
+        axes = figure.subplots()
+        for number, (name, values) in enumerate(objectives.items()):
+            colour = COLOURS[number % len(COLOURS)]
+            share = 100.0 * (np.arange(len(values)) + 0.5) / len(values)
+            axes.plot(np.sort(values), share, color=colour, label=name)
+            axes.axvline(float(np.percentile(values, 95.0)), color=colour, lw=0.8, ls="--")
+        axes.axhline(95.0, color=GREY, lw=0.6, ls=":")
+        axes.set_xlabel(f"{design_words}, mean over torques; dashed: 95 % stay below")
+        axes.set_ylabel("Pairs made that stay below [%]")
+        axes.set_ylim(0.0, 100.0)
+        figure.legend(loc="outside lower center", ncols=3)
+    return figure
+
+
+def variable_words(name: str) -> str:
+    """Return what a variable is called along an axis: words, and the unit."""
+    gear, _, key = name.rpartition(".")
+    for ending, unit in (("_um", "µm"), ("_roll_deg", "° of roll"), ("_mm", "mm")):
+        if key.endswith(ending):
+            words = key.removesuffix(ending).replace("_", " ")
+            return f"{words.capitalize()}{f' of the {gear}' if gear else ''} [{unit}]"
+    return name
+
+
+def _limit_to_bulk(axes: Axes, x: FloatArray, y: FloatArray) -> None:
+    """Show where most variants are: few that are very bad would press the rest together."""
+    for values, limit in ((x, axes.set_xlim), (y, axes.set_ylim)):
+        known = values[np.isfinite(values)]
+        low, high = known.min(), float(np.percentile(known, 97.0))
+        margin = 0.05 * max(high - low, 1e-3 * abs(high))
+        limit(low - margin, high + margin)

@@ -1,0 +1,99 @@
+r"""Harris's rule for tip relief, written for tooth pairs that are coupled, held against the line loads of a spur pair.
+
+Harris (Proc. Inst. Mech. Eng. 172 (1958) 87): relief that begins at the highest point of single contact on both gears
+and grows evenly from there takes the same sum off the two pairs of double contact wherever they are. Both share the
+load, so that the sum E moves the STE by E / 2, up to that of single contact: the STE of unmodified flanks differs by
+
+    STE_single - STE_double = E / 2,    E = 2 (STE_single - STE_double),
+
+where STE_single and STE_double are those of the middle of single and of double contact, elastic coupling between
+neighbouring teeth, and contact beyond the path, included.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmor.arrays import FloatArray
+from pmor.design.measures import peak_to_peak
+from pmor.flank import Modification
+from pmor.gear.pair import GearPair
+from pmor.kinematics.condition import Assembly
+from pmor.pair.conditions import assembly_of
+from pmor_online.model import ReducedPair, online_angles
+from pmor_online.variants import VariantSolver
+
+# Amounts that are looked at, up to so many times that of the rule; angles per pitch.
+AMOUNTS, LARGEST_RATIO, ANGLES = 61, 2.5, 64
+
+
+@dataclass(frozen=True)
+class HarrisRule:
+    """Peak-to-peak STE under one torque over the amount of tip relief from the highest point of single contact.
+
+    Parameters
+    ----------
+    torque_Nm : float
+    amount_um, peak_to_peak_um : ndarray, shape (n,)
+    rule_um : float
+        Amount by the rule.
+    found_um : float
+        Amount of the least peak-to-peak.
+    """
+
+    torque_Nm: float
+    amount_um: FloatArray
+    peak_to_peak_um: FloatArray
+    rule_um: float
+    found_um: float
+
+
+def obeys(pair: GearPair) -> bool:
+    """Whether there is a rule for a pair: spur, with one or two pairs of teeth in contact."""
+    return pair.pinion.twist_per_length == 0.0 and 1.0 < pair.contact_ratio < 2.0
+
+
+def harris_rule(reduced: ReducedPair, torque_Nm: float) -> HarrisRule:
+    """Hold the rule against the least peak-to-peak under one torque.
+
+    Parameters
+    ----------
+    reduced : ReducedPair
+        Of a pair that `obeys`.
+    torque_Nm : float
+    """
+    from scipy.optimize import minimize_scalar
+
+    pair, misalignment = reduced.meshed.pair, assembly_of(reduced.basis.case).misalignment
+    single = VariantSolver(reduced, _middles(pair), (torque_Nm,)).solve(Assembly(misalignment)).ste_um[0]
+    rule = 2.0 * float(single[0] - single[1])
+    solver = VariantSolver(reduced, online_angles(pair.pitch, ANGLES), (torque_Nm,))
+
+    def spread(amount: float) -> float:
+        pinion, wheel = (
+            Modification(tip_relief_um=float(amount), tip_relief_start_roll_deg=math.degrees(start))
+            for start in highest_single_contact(pair)
+        )
+        return float(peak_to_peak(solver.solve(Assembly(misalignment, pinion, wheel)).ste_um)[0])
+
+    amounts = np.linspace(0.0, LARGEST_RATIO * rule, AMOUNTS)
+    values = np.array([spread(amount) for amount in amounts])
+    least = int(values.argmin())
+    near = amounts[max(least - 1, 0)], amounts[min(least + 1, AMOUNTS - 1)]
+    found = float(minimize_scalar(spread, bounds=near, method="bounded", options={"xatol": 1e-3 * rule}).x)
+    return HarrisRule(torque_Nm, amounts, values, rule, found)
+
+
+def highest_single_contact(pair: GearPair) -> tuple[float, float]:
+    """Roll angles on pinion and wheel of the highest point of single contact, rad."""
+    (pinion, _), (wheel, _) = pair.active_rolls
+    return pinion + pair.pitch, wheel + pair.pitch * pair.pinion.base_radius / pair.wheel.base_radius
+
+
+def _middles(pair: GearPair) -> FloatArray:
+    """Pinion angles in the middle of single and of double contact, rad."""
+    (start, end), _ = pair.active_rolls
+    return np.array([pair.roll_position(0.5 * (start + end)), pair.roll_position(0.5 * (start + end - pair.pitch))])

@@ -1,0 +1,264 @@
+"""What a design leaves in its folder, and the summary on the screen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pmor.design.figures import (
+    WORDS,
+    contour_figure,
+    front_figure,
+    harris_figure,
+    scatter_figure,
+    sensitivity_figure,
+    ste_figure,
+    torque_figure,
+    variable_words,
+)
+from pmor.design.readings import FRESH, Readings, percentile_95
+from pmor.design.run import Found
+from pmor.design.settings import RESULTS
+from pmor.design.store import stored
+from pmor.report.data_files import write_summary_json, write_table_csv
+from pmor.report.explorer import Column, Designs
+from pmor.report.markdown import write_markdown
+from pmor.report.page import Block, Heading, Picture, Warning, write_page
+from pmor.report.provenance import provenance
+from pmor.report.style import write_picture
+from pmor.report.table import Cell, Table
+from pmor.storage.design_file import DesignResults, write_design_file
+from pmor.storage.results_folder import remove_working_folder
+from pmor.work.pieces import PARTS
+from pmor.work.table import text_lines
+
+#: what `write_design` may leave
+PICTURES = ("front.png", "contour.png", "torque.png", "ste.png", "sensitivity.png", "scatter.png", "harris.png")
+FILES = ("design.h5", "design.csv", "design.json", "design.md", "report.html", *PICTURES)
+# Variants of the front that a table on the page has room for.
+MOST_ROWS = 12
+# Variants that a page carries: more make it slow, and the CSV has them all.
+MOST_ON_PAGE = 10_000
+
+
+def write_design(found: Found, read: Readings, out: Path) -> None:
+    """Write numbers, pictures and pages; finished pieces are given up unless something failed.
+
+    Parameters
+    ----------
+    found : Found
+    read : Readings
+    out : Path
+
+    Raises
+    ------
+    OutputError
+    """
+    write_design_file(out / "design.h5", _stored(found, read))
+    write_table_csv(out / "design.csv", _rows(found))
+    write_summary_json(out / "design.json", design_data(found, read))
+    blocks = _blocks(found, read)
+    for block in blocks:
+        if isinstance(block, Picture):
+            write_picture(block.content("png"), out / block.file_name)
+    title = f"Design: {found.design.title}"
+    write_page(out / "report.html", title, [*blocks, Heading("All variants"), _designs(found), *_provenance(found)])
+    write_markdown(out / "design.md", title, [*blocks, *_provenance(found)])
+    if not found.failures:
+        remove_working_folder(out / PARTS)
+
+
+def design_data(found: Found, read: Readings) -> dict[str, Any]:
+    """Return the content of `design.json`."""
+    design = found.design
+    return {
+        "title": design.title,
+        "case": found.file.case.name,
+        "minimise": design.objective.minimise,
+        "value": design.objective.value,
+        "torques_Nm": design.load.torques_Nm,
+        "weights": found.judge.weights.tolist(),
+        "variants": len(found.variants),
+        "kept": int(found.kept.sum()),
+        "failed": int((~np.isfinite(found.variants.objective)).sum()),
+        "evaluations": dict(found.evaluations),
+        "seconds": found.seconds,
+        "base": {key: read.base[:, n].tolist() for n, key in enumerate(design.results)},
+        "best": None if found.best is None else _entry(found, found.best),
+        "pareto": [_entry(found, int(n)) for n in found.front],
+        "chosen": {name: _entry(found, n) for name, n in read.chosen.items()},
+        "fresh_draws": {
+            name: {"draws": len(values), "mean_um": float(values.mean()), "percentile_95_um": percentile_95(values)}
+            for name, values in read.fresh.items()
+        },
+        "harris": [{"torque_Nm": h.torque_Nm, "rule_um": h.rule_um, "found_um": h.found_um} for h in read.harris],
+    }
+
+
+def design_text(found: Found, read: Readings) -> str:
+    """Return the tables for the screen."""
+    lines = [f"Design: {found.design.title}", f"  {_count_words(found)}"]
+    for shown in _tables(found, read):
+        if shown.rows:
+            lines += [f"  {shown.title}", *(f"    {line}" for line in text_lines(shown))]
+    if found.best is None:
+        lines.append("  ! no variant keeps all constraints")
+    return "\n".join(lines)
+
+
+def _entry(found: Found, n: int) -> dict[str, Any]:
+    variants, design = found.variants, found.design
+    return {
+        "variant": n,
+        "origin": variants.origin[n],
+        "parameters": dict(zip([v.name for v in design.variables], variants.x[n].tolist(), strict=True)),
+        "objective_um": float(variants.objective[n]),
+        **{key: variants.results[n, :, k].tolist() for k, key in enumerate(design.results)},
+    }
+
+
+def _rows(found: Found) -> list[dict[str, Any]]:
+    """All variants as rows of a table: peak-to-peak at each torque, the largest of the rest over the torques."""
+    variants, design, kept = found.variants, found.design, found.kept
+    rows = []
+    for n in range(len(variants)):
+        row: dict[str, Any] = {"variant": n, "origin": variants.origin[n], "kept": int(kept[n])}
+        row |= {v.name: float(x) for v, x in zip(design.variables, variants.x[n], strict=True)}
+        row["objective_um"] = float(variants.objective[n])
+        for k, key in enumerate(design.results):
+            if key == RESULTS[0]:
+                for t, torque in enumerate(design.load.torques_Nm):
+                    row[f"{key}_at_{torque:g}_Nm"] = float(variants.results[n, t, k])
+            else:
+                row[f"{key}_max"] = float(variants.results[n, :, k].max())
+        rows.append(row)
+    return rows
+
+
+def _stored(found: Found, read: Readings) -> DesignResults:
+    whole = stored(found.file, found.variants)
+    arrays = dict(whole.arrays) | {
+        "front": found.front,
+        "curves/phi": found.judge.solver.phi,
+        "curves/ste": np.stack(list(read.curves.values())),
+    }
+    return replace(whole, curves=tuple(read.curves), arrays=arrays)
+
+
+def _designs(found: Found) -> Designs:
+    """Return the block in which a reader filters variants and trades them off."""
+    variants, design = found.variants, found.design
+    order = np.argsort(np.where(found.kept, variants.objective, np.inf), kind="stable")
+    shown = np.sort(np.union1d(order[: MOST_ON_PAGE - len(found.front)], found.front))
+    columns = [Column(v.name, variable_words(v.name).partition(" [")[0], _unit(v.name), variants.x[shown, n], "input")
+               for n, v in enumerate(design.variables)]  # fmt: skip
+    columns.append(Column("objective_um", "Objective", "µm", variants.objective[shown], "result"))
+    for k, key in enumerate(design.results):
+        label, _, unit = WORDS[key].rstrip("]").partition(" [")
+        unit = "" if unit == "-" else unit
+        if key == RESULTS[0]:
+            columns += [Column(f"{key}_at_{torque:g}_Nm", f"Peak-to-peak at {torque:g} N m", unit,
+                               variants.results[shown, t, k], "result")
+                        for t, torque in enumerate(design.load.torques_Nm)]  # fmt: skip
+        else:
+            columns.append(Column(f"{key}_max", label, unit, variants.results[shown, :, k].max(axis=1), "result"))
+    columns.append(Column("origin", "Origin", "", np.array([variants.origin[n] for n in shown]), "input"))
+    reasons = np.array([_reason(found, int(n)) for n in shown])
+    return Designs(columns, np.array([f"variant {n}" for n in shown]), np.full(len(shown), ""), reasons)
+
+
+def _reason(found: Found, n: int) -> str:
+    if found.kept[n]:
+        return ""
+    if not np.isfinite(found.variants.objective[n]):
+        return "a position did not converge"
+    broken = [c for c, value in zip(found.design.constraints, found.variants.limits[n], strict=True)
+              if not value <= c.at_most]  # fmt: skip
+    return "; ".join(f"{c.result} above {c.at_most:g}" for c in broken)
+
+
+def _unit(name: str) -> str:
+    return variable_words(name).rstrip("]").partition(" [")[2]
+
+
+def _blocks(found: Found, read: Readings) -> list[Block]:
+    design = found.design
+    pictures = [
+        ("front.png", "What the objective costs elsewhere: nothing beats the variants along the line in both.",
+         front_figure(found)),
+        ("contour.png", "The objective of the pair as drawn over each two variables, all others as in the best; within "
+         "the dashed ellipse are 95 % of the gears that are made.", contour_figure(found)),
+        ("torque.png", "Peak-to-peak STE over torque. A design for one torque has its valley there and climbs on both "
+         "sides; the best for all of them lies between.",
+         torque_figure(found, {"base case": None} | {name: found.variants.x[n] for name, n in read.chosen.items()})),
+        ("ste.png", "STE over the pitch under each torque, as drawn.", ste_figure(found, read.curves)),
+        ("sensitivity.png", "What the objective as drawn answers to about the best: exact derivatives, also by what is "
+         "no variable.", sensitivity_figure(read.rates, design.objective.minimise) if read.rates else None),
+        ("scatter.png", f"{FRESH:,} pairs drawn anew, each solved in full.",
+         scatter_figure(read.fresh, WORDS[design.objective.minimise]) if read.fresh else None),
+        ("harris.png", "Harris's rule for tip relief, written for coupled pairs: twice by how much the STE without "
+         "relief differs between single and double contact.", harris_figure(read.harris) if read.harris else None),
+    ]  # fmt: skip
+    blocks: list[Block] = [_count_words(found)]
+    if found.best is None:
+        blocks.append(Warning("No variant keeps all constraints."))
+    blocks += [Warning(sentence) for sentence in found.failures[:MOST_ROWS]]
+    blocks += [Picture(name, caption, figure) for name, caption, figure in pictures if figure is not None]
+    return [*blocks, *_tables(found, read)]
+
+
+def _provenance(found: Found) -> list[Block]:
+    return [Heading("Provenance"), Table("Machine and software", ("item", "value"), provenance(found.file.case))]
+
+
+def _count_words(found: Found) -> str:
+    design = found.design
+    names = ", ".join(variable_words(v.name) for v in design.variables)
+    torques = ", ".join(f"{t:g}" for t in design.load.torques_Nm)
+    spent = ", ".join(f"{count:,} of {stage}" for stage, count in found.evaluations.items())
+    value = {"nominal": "as drawn", "expected": "expected over scatter",
+             "percentile_95": "that 95 % of the pairs made stay below"}[design.objective.value]  # fmt: skip
+    return (
+        f"{len(found.variants):,} variants of {names} under {torques} N m, {design.search.angles} angles to a pitch, "
+        f"{int(found.kept.sum()):,} of them keep all constraints. Minimised: {WORDS[design.objective.minimise]}, "
+        f"{value}, weighted mean over the torques. Judgements: {spent}; {found.seconds:.3g} s."
+    )
+
+
+def _tables(found: Found, read: Readings) -> list[Table]:
+    design, variants = found.design, found.variants
+    names = [variable_words(v.name) for v in design.variables]
+    torques = [f"p-p at {t:g} N m, µm" for t in design.load.torques_Nm]
+    column = design.results.index("peak_to_peak_um")
+    against = design.results.index(design.pareto.against)
+
+    def row(label: Cell, n: int) -> list[Cell]:
+        return [label, n, *variants.x[n].tolist(), float(variants.objective[n]),
+                *variants.results[n, :, column].tolist(), float(found.against[n])]  # fmt: skip
+
+    heads = ("which", "variant", *names, "objective, µm", *torques, WORDS[design.pareto.against])
+    base: list[Cell] = ["base case", None, *[None] * len(names), float(read.base[:, column] @ found.judge.weights)
+                        if design.objective.minimise == RESULTS[0] else None,
+                        *read.base[:, column].tolist(), float(read.base[:, against].max())]  # fmt: skip
+    front = found.front[:: max(1, -(-len(found.front) // MOST_ROWS))]
+    tables = [
+        Table("Chosen variants", heads, [base, *(row(name, n) for name, n in read.chosen.items())]),
+        Table("Pareto front", heads, [row(variants.origin[n], int(n)) for n in front],
+              f"Any variant becomes a case file with 'pmor design {found.file.name}.toml --case N'."),
+    ]  # fmt: skip
+    if read.fresh:
+        heads = ("which", "pairs drawn anew", "mean, µm", "95 % stay below, µm")
+        rows: list[Sequence[Cell]] = [
+            [name, len(v), float(v.mean()), percentile_95(v)] for name, v in read.fresh.items()
+        ]
+        tables.append(Table("Over scatter", heads, rows))
+    if read.harris:
+        heads = ("torque, N m", "by the rule, µm", "least p-p at, µm", "difference, %")
+        tables.append(Table("Tip relief from the highest point of single contact", heads,
+                            [[h.torque_Nm, h.rule_um, h.found_um, 100.0 * (h.found_um / h.rule_um - 1.0)]
+                             for h in read.harris]))  # fmt: skip
+    return tables

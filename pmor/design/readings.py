@@ -1,0 +1,106 @@
+"""What is read off a finished search: chosen variants, their curves, their scatter, what they answer to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmor.arrays import FloatArray
+from pmor.design.harris import HarrisRule, harris_rule, obeys
+from pmor.design.judge import Judge, nominal
+from pmor.design.run import Found
+from pmor.design.variables import SEED, drawn
+
+# Pairs that are drawn anew to see how chosen variants stand scatter: other ones than those of the search.
+FRESH, FRESH_SEED = 2000, SEED + 1
+
+
+@dataclass(frozen=True)
+class Readings:
+    """What a page tells beside the variants.
+
+    Attributes
+    ----------
+    base : (T, R)
+        Results of the case as it is.
+    chosen : mapping of str to int
+        Numbers of chosen variants by what they are: "best", "best without scatter", "best at 170 N m".
+    curves : mapping of str to ndarray, shape (T, A)
+        Their STE, um, after that of the base case.
+    rates : mapping of str to float
+        Derivative of the nominal objective at the best by each parameter of the modifications; empty without a best.
+    fresh : mapping of str to ndarray, shape (m,)
+        Objective of fresh draws of chosen variants, full solutions; empty without scatter.
+    harris : tuple of HarrisRule
+        Under each torque, of spur pairs whose tip relief is designed.
+    """
+
+    base: FloatArray
+    chosen: Mapping[str, int]
+    curves: Mapping[str, FloatArray]
+    rates: Mapping[str, float]
+    fresh: Mapping[str, FloatArray]
+    harris: tuple[HarrisRule, ...]
+
+
+def read_off(found: Found) -> Readings:
+    """Read all of it off a search.
+
+    Parameters
+    ----------
+    found : Found
+    """
+    judge, x = found.judge, found.variants.x
+    chosen = _chosen(found)
+    curves = {"base case": judge.solver.solve(judge.base).ste_um}
+    curves |= {name: judge.solver.solve(judge.assembly(x[n])).ste_um for name, n in chosen.items()}
+    best = found.best
+    return Readings(
+        base=judge.results(judge.base),
+        chosen=chosen,
+        curves=curves,
+        rates={} if best is None else judge.objective_rates(x[best]),
+        fresh=_fresh(judge, {name: x[n] for name, n in chosen.items() if name in ("best", "best without scatter")}),
+        harris=_harris(found),
+    )
+
+
+def _chosen(found: Found) -> dict[str, int]:
+    torques = found.design.load.torques_Nm
+    numbers = {"best": found.best}
+    if found.design.scatters:
+        numbers["best without scatter"] = found.best_at(range(len(torques)))
+    if len(torques) > 1:
+        numbers |= {f"best at {torques[t]:g} N m": found.best_at([t]) for t in (0, len(torques) - 1)}
+    return {name: n for name, n in numbers.items() if n is not None}
+
+
+def _fresh(judge: Judge, chosen: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+    scatter = judge.design.scatter
+    if not (scatter.modifications or scatter.axes):
+        return {}
+    draws = drawn(scatter, FRESH, FRESH_SEED)
+    if not scatter.axes:
+        return {name: judge.objective_of(x, draws) for name, x in chosen.items()}
+    # Sections are placed anew for each place of the axes: all that are kept would fill the memory.
+    found: dict[str, list[float]] = {name: [] for name in chosen}
+    for draw in draws:
+        once = Judge(judge.reduced, nominal(judge.design), judge.base)
+        for name, x in chosen.items():
+            found[name].append(float(once.objective_of(x, [draw])[0]))
+    return {name: np.array(values) for name, values in found.items()}
+
+
+def _harris(found: Found) -> tuple[HarrisRule, ...]:
+    reduced, design = found.judge.reduced, found.design
+    relieved = {gear for v in design.variables if v.key == "tip_relief_um" for gear in v.gears}
+    if relieved != {"pinion", "wheel"} or not obeys(reduced.meshed.pair):
+        return ()
+    return tuple(harris_rule(reduced, torque) for torque in design.load.torques_Nm)
+
+
+def percentile_95(values: FloatArray) -> float:
+    """Return what 95 % of values stay below."""
+    return float(np.percentile(values, 95.0))

@@ -1,0 +1,61 @@
+"""A variant of a design as a case file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pmor.case import change_case, load_case, text_of
+from pmor.design.loader import DesignFile
+from pmor.design.variables import assembly_at
+from pmor.errors import CaseError, OutputError
+from pmor.storage.atomic import atomic_path
+from pmor.storage.design_file import read_design_file
+
+
+def case_name(number: int) -> str:
+    """Return the name of the file of a variant."""
+    return f"variant_{number}.toml"
+
+
+def variant_text(file: DesignFile, results: Path, number: int) -> str:
+    """Return the case file of a variant.
+
+    Parameters
+    ----------
+    file : DesignFile
+    results : Path
+        `design.h5` of its results.
+    number : int
+
+    Raises
+    ------
+    CaseError, OutputError, FileFormatError
+        When there is no such variant, or the results are none of this file.
+    """
+    if not results.exists():
+        raise OutputError(f"{results}: there are no results yet: run 'pmor design' without --case first")
+    found = read_design_file(results)
+    if found.text != file.text:
+        raise OutputError(
+            f"{results}: was made from another design file or case: run 'pmor design' without --case first"
+        )
+    count = len(found.arrays["x"])
+    if number >= count:
+        raise CaseError(f"--case {number}: variants are 0 to {count - 1}: choose one of them")
+    base = load_case(file.inputs[1])
+    assembly = assembly_at(file.base, file.design.variables, found.arrays["x"][number])
+    sections = {"pinion.modification": assembly.pinion, "wheel.modification": assembly.wheel}
+    changes = {name: {k: v for k, v in vars(m).items() if v is not None} for name, m in sections.items()}
+    changed = change_case(base, title=f"{base.title}, variant {number} of {file.design.title}", **changes)
+    return f"# Variant {number} of the design {file.name}.\n\n{text_of(changed)}"
+
+
+def write_variant(path: Path, text: str, overwrite: bool) -> None:
+    """Write the case file of a variant.
+
+    Raises
+    ------
+    OutputError
+    """
+    with atomic_path(path, overwrite) as temporary:
+        temporary.write_text(text, encoding="utf-8")

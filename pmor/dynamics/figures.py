@@ -1,0 +1,171 @@
+"""Pictures of a pair in motion: response over the speed, spectra over the speed, phase plane, motion over a cycle."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pmor.dynamics.measure import Data
+from pmor.report.style import COLOURS, new_figure, plot_style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+RUNS = {"run_up": ("^", "run-up"), "run_down": ("v", "run-down")}
+# Of all points of a run, marks that a curve has room for.
+MARKS = 45
+# Below the largest amplitude, decades that spectra show.
+DECADES = 3.0
+# Mesh cycles that a picture of the motion shows.
+CYCLES = 2
+
+
+def response_figure(responses: Sequence[Data], factors: Sequence[Data]) -> Figure:
+    """Transmission error and dynamic factor over the mesh frequency.
+
+    Parameters
+    ----------
+    responses : sequence of dict
+        Their runs are marks on the transmission error.
+    factors : sequence of dict
+        K_v of each; see `pmor.dynamics.rating.rated`.
+    """
+    with plot_style():
+        figure = new_figure(8.2, 7.0)
+        above, below = figure.subplots(2, 1, sharex=True)
+        for colour, found in _coloured(responses):
+            for branch in found["branches"]:
+                for axes, key in ((above, "dte_rms_um"), (below, "dynamic_factor")):
+                    _branch(axes, branch, key, colour)
+            for key, (mark, _) in RUNS.items():
+                points = (found[key] or [])[:: max(1, len(found[key] or []) // MARKS)]
+                above.plot(_frequencies(points), _values(points, "dte_rms_um"), mark, color=colour, ms=3.5, mfc="none",
+                           mew=0.8)  # fmt: skip
+            above.axvline(1e-3 * found["natural_frequency_Hz"], color=colour, lw=0.6, ls=":")
+        for (colour, _), factor in zip(_coloured(responses), factors, strict=True):
+            below.plot(1e-3 * np.array(factor["mesh_frequency_Hz"]), factor["k_v"], color=colour, lw=0.9, ls="-.")
+        above.set_ylabel("Dynamic transmission error, rms [µm]")
+        below.set_ylabel("Largest over mean mesh force [-]")
+        below.set_xlabel("Mesh frequency [kHz]")
+        above.set_ylim(bottom=0.0)
+        _legend(figure, responses, runs=True, iso=True)
+    return figure
+
+
+def contact_figure(responses: Sequence[Data]) -> Figure:
+    """Share of the cycle without contact, and bearing forces, over the mesh frequency."""
+    with plot_style():
+        figure = new_figure(8.2, 6.0)
+        above, below = figure.subplots(2, 1, sharex=True)
+        for colour, found in _coloured(responses):
+            for branch in found["branches"]:
+                _branch(above, branch, "contact_loss", colour, 100.0)
+                _branch(below, branch, "bearing_force_N", colour, 1e-3, place=0)
+        above.set_ylabel("Cycle without contact [%]")
+        below.set_ylabel("Largest force of the\npinion on its bearings [kN]")
+        below.set_xlabel("Mesh frequency [kHz]")
+        _legend(figure, responses, runs=False)
+    return figure
+
+
+def waterfall_figure(responses: Sequence[Data]) -> Figure | None:
+    """Amplitude over mesh frequency and order along the run-up, a panel per torque; None where there is no run."""
+    shown = [found for found in responses if found["waterfall"]]
+    if not shown:
+        return None
+    from matplotlib.colors import LogNorm
+
+    top = max(float(np.max(found["waterfall"]["amplitude_um"])) for found in shown)
+    floor = top * 10.0**-DECADES
+    norm = LogNorm(floor, top)
+    with plot_style():
+        rows = math.ceil(len(shown) / 2) if len(shown) > 1 else 1
+        figure = new_figure(8.2, 1.0 + 2.9 * rows)
+        panels = np.atleast_1d(figure.subplots(rows, min(2, len(shown)), sharex=True, sharey=True, squeeze=False)).flat
+        for axes, found in zip(panels, shown, strict=False):
+            spectra = found["waterfall"]
+            amplitude = np.maximum(np.array(spectra["amplitude_um"]).T, floor)
+            mesh = axes.pcolormesh(
+                1e-3 * np.array(spectra["mesh_frequency_Hz"]), spectra["order"], amplitude, norm=norm, cmap="viridis",
+                shading="nearest", rasterized=True,
+            )  # fmt: skip
+            axes.set_title(f"{found['torque_Nm']:g} N m, run-up")
+            axes.set_xlabel("Mesh frequency [kHz]")
+            axes.set_ylabel("Order of the mesh frequency [-]")
+        for axes in list(panels)[len(shown) :]:
+            axes.set_visible(False)
+        figure.colorbar(mesh, ax=figure.axes, label="DTE amplitude, zero to peak [µm]")
+    return figure
+
+
+def motion_figure(responses: Sequence[Data]) -> Figure | None:
+    """The largest stable motion: in the phase plane, and displacement and mesh force over two cycles."""
+    shown = [(colour, found) for colour, found in _coloured(responses) if found["largest"]]
+    if not shown:
+        return None
+    with plot_style():
+        figure = new_figure(9.2, 4.6)
+        grid = figure.add_gridspec(2, 2)
+        plane, along, force = (figure.add_subplot(place) for place in (grid[:, 0], grid[0, 1], grid[1, 1]))
+        for colour, found in shown:
+            motion = found["largest"]
+            period = round(motion["mesh_cycles"][-1] + motion["mesh_cycles"][1])
+            repeats = math.ceil(CYCLES / period)
+            cycles = np.concatenate([np.array(motion["mesh_cycles"]) + period * k for k in range(repeats)])
+            displacement, pushed = (np.tile(motion[key], repeats) for key in ("displacement_um", "mesh_force_N"))
+            x, v = motion["displacement_um"], motion["velocity_mm_s"]
+            plane.plot([*x, x[0]], [*v, v[0]], color=colour)
+            along.plot(cycles, displacement, color=colour)
+            force.plot(cycles, 1e-3 * pushed, color=colour)
+        plane.axvline(0.0, color="#555555", lw=0.8, ls="--")
+        along.axhline(0.0, color="#555555", lw=0.8, ls="--")
+        plane.set_xlabel("Displacement along the line of action [µm]")
+        plane.set_ylabel("Velocity [mm/s]")
+        along.set_ylabel("Displacement [µm]")
+        force.set_ylabel("Mesh force [kN]")
+        force.set_xlabel("Mesh cycles [-]")
+        _legend(figure, [found for _, found in shown], runs=False, branches=False)
+    return figure
+
+
+def _branch(axes: Axes, branch: Sequence[Data], key: str, colour: str, factor: float = 1.0, place: int | None = None,
+            ) -> None:  # fmt: skip
+    """Draw a branch, stretch by stretch: solid where motion is stable, dashed where not."""
+    frequency, values = _frequencies(branch), factor * _values(branch, key, place)
+    stable = np.array([point["stable"] for point in branch], dtype=bool)
+    # A stretch goes on to the first point of the next one, so that no gap shows.
+    bounds = [0, *(np.flatnonzero(stable[1:] != stable[:-1]) + 1).tolist(), len(stable)]
+    for start, end in zip(bounds[:-1], bounds[1:], strict=True):
+        line: dict[str, Any] = {"ls": "-", "lw": 1.6} if stable[start] else {"ls": "--", "lw": 1.0}
+        axes.plot(frequency[start : end + 1], values[start : end + 1], color=colour, **line)
+
+
+def _frequencies(points: Sequence[Data]) -> np.ndarray[Any, Any]:
+    return 1e-3 * _values(points, "mesh_frequency_Hz")
+
+
+def _values(points: Sequence[Data], key: str, place: int | None = None) -> np.ndarray[Any, Any]:
+    return np.array([point[key] if place is None else point[key][place] for point in points], dtype=float)
+
+
+def _coloured(responses: Sequence[Data]) -> list[tuple[str, Data]]:
+    return [(COLOURS[i % len(COLOURS)], found) for i, found in enumerate(responses)]
+
+
+def _legend(figure: Figure, responses: Sequence[Data], runs: bool, branches: bool = True, iso: bool = False) -> None:
+    from matplotlib.lines import Line2D
+
+    grey: dict[str, Any] = {"color": "#555555"}
+    handles = [Line2D([], [], color=colour, label=f"{found['torque_Nm']:g} N m") for colour, found in
+               _coloured(responses)]  # fmt: skip
+    if branches:
+        handles += [Line2D([], [], label="stable", **grey), Line2D([], [], ls="--", lw=1.0, label="unstable", **grey)]
+    if runs:
+        handles += [Line2D([], [], ls="", marker=mark, mfc="none", label=name, **grey) for mark, name in RUNS.values()]
+    if iso:
+        handles.append(Line2D([], [], ls="-.", lw=0.9, label="K_v, ISO 6336-1 method B", **grey))
+    figure.legend(handles=handles, loc="outside lower center", ncols=4)

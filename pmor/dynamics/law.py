@@ -1,0 +1,276 @@
+"""The force law of the pair of a case: in a table that is held against the line loads it stands for."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pmor.arrays import FloatArray
+from pmor.case import Case
+from pmor.dynamics.force_table import TableError, Watched, range_under, table_error, tabulate
+from pmor.dynamics.gear_model import GearModel
+from pmor.dynamics.kernels.laws import ForceTable
+from pmor.dynamics.moved_axes import assembly_under
+from pmor.dynamics.operating import static_displacement
+from pmor.errors import CaseError, ConvergenceError
+from pmor.gear.pair import ROUNDING, GearPair
+from pmor.kinematics.condition import Assembly, at_torques
+from pmor.kinematics.meshed_pair import MeshedPair
+from pmor.pair.conditions import assembly_of
+from pmor.pair.model import refuse_loads
+from pmor.penalty.position import place_sections
+from pmor_online.line_sweep import sweep_line_loads
+from pmor_online.mesh_force import mesh_force_of
+from pmor_online.model import ReducedPair
+
+# What a table may leave out, of its largest force, and of what makes a static transmission error under the torques of
+# the case off by so much of its peak-to-peak value; no less than this share of the load.
+TOLERANCE, STATIC_TOLERANCE, LEAST_TOLERANCE = 5e-5, 5e-5, 4e-6
+# How far a table goes: multiples of the displacement under the largest torque. At 2 % damping motion without relief
+# goes to six or seven times that.
+MULTIPLE = 10.0
+# Places where a table is held against its law: their number squared; angles of a static transmission error per mesh
+# cycle.
+CHECKED, STATIC_ANGLES, SEED = 60, 100, 18
+# Mesh cycles after which a law with pitch deviations repeats, at most.
+MOST_CYCLES = 1000
+
+
+@dataclass(frozen=True)
+class MeshLaw:
+    """The force law of a pair under a torque, and how well its table stands for it.
+
+    Parameters
+    ----------
+    table : ForceTable
+    error : TableError
+        Over the largest force.
+    largest_force : float
+        In the table, N.
+    assembly : Assembly
+        With the axes where the mean mesh force holds them.
+    static_error_um, static_peak_to_peak_um : float
+        Of the static transmission error of the table under the torque, and that of the line loads.
+    """
+
+    table: ForceTable
+    error: TableError
+    largest_force: float
+    assembly: Assembly
+    static_error_um: float
+    static_peak_to_peak_um: float
+
+
+def mesh_laws(
+    case: Case, reduced: ReducedPair, model: GearModel, executor: Executor | None = None,
+    announce: Callable[[str], None] = lambda text: None,
+) -> tuple[MeshLaw, ...]:  # fmt: skip
+    """Return the force laws of the pair of a case, one per torque: the same for all on rigid bearings.
+
+    Parameters
+    ----------
+    case : Case
+    reduced : ReducedPair
+    model : GearModel
+    executor : concurrent.futures.Executor, optional
+        Of threads.
+    announce : callable
+        Called with a line of text before each table: that of a helical pair takes minutes.
+
+    Raises
+    ------
+    CaseError, ConvergenceError
+        As `force_law` does.
+    """
+    torques, laws = case.dynamics.torques_Nm, []
+    if not model.supports:
+        announce("the force law is tabulated")
+    shared = None if model.supports else force_law(case, reduced, executor)
+    for torque in torques:
+        assembly = assembly_under(case, model, reduced.meshed.pair, torque)
+        if shared is None:
+            announce(f"the force law is tabulated, with the axes where {torque:g} N m hold them")
+        table, error, largest = shared or force_law(_under(case, torque), reduced, executor, assembly)
+        laws.append(MeshLaw(table, error, largest, assembly, *static_error_um(table, reduced, torque, assembly)))
+    return tuple(laws)
+
+
+def _under(case: Case, torque_Nm: float) -> Case:
+    return replace(case, dynamics=replace(case.dynamics, torques_Nm=(torque_Nm,)))
+
+
+def force_law(
+    case: Case, reduced: ReducedPair, executor: Executor | None = None, assembly: Assembly | None = None
+) -> tuple[ForceTable, TableError, float]:
+    """Tabulate the force law of the pair of a case, and hold the table against the law.
+
+    Parameters
+    ----------
+    case : Case
+    reduced : ReducedPair
+    executor : concurrent.futures.Executor, optional
+        Of threads.
+    assembly : Assembly, optional
+        By default that of the case.
+
+    Returns
+    -------
+    ForceTable
+    TableError
+    largest_force : float
+        In the table, N.
+
+    Raises
+    ------
+    CaseError
+        Where a torque is beyond what the contact holds.
+    ConvergenceError
+        Where the law has no force within the range that it needs.
+    """
+    torques, assembly = case.dynamics.torques_Nm, assembly or assembly_of(case)
+    refuse_loads(replace(case, online=replace(case.online, torques_Nm=torques)), reduced.meshed)
+    forces, alike = mesh_force_of(reduced, assembly), alike_cycles(reduced.meshed, assembly)
+    load = 1e3 * torques[-1] / reduced.meshed.pair.pinion.base_radius
+    low, high = range_under(forces, load, assembly.spread, MULTIPLE)
+    # That looked at the first mesh cycle alone.
+    limits = low, high if len(alike) == 1 else high + assembly.spread
+    backlash = backlash_of(case, reduced.meshed.pair)
+    table = tabulate(
+        forces, *limits, _watched(reduced, torques, assembly, alike), TOLERANCE,
+        np.inf if backlash is None else backlash, alike, executor,
+    )  # fmt: skip
+    error = table_error(table, forces, CHECKED, np.random.default_rng(SEED))
+    return table, error, float(table.values.max())
+
+
+def static_error_um(
+    table: ForceTable, reduced: ReducedPair, torque_Nm: float, assembly: Assembly
+) -> tuple[float, float]:
+    """Return by how much the table's static transmission error is off, um, and the peak-to-peak value of the exact one.
+
+    Parameters
+    ----------
+    table : ForceTable
+    reduced : ReducedPair
+    torque_Nm : float
+    assembly : Assembly
+        Of which the table is.
+
+    Raises
+    ------
+    ConvergenceError
+        Where the torque is borne by the table or by the line loads alone.
+    """
+    radius = reduced.meshed.pair.pinion.base_radius
+    phase = np.random.default_rng(SEED).uniform(0.0, 2.0 * np.pi * len(table.root), STATIC_ANGLES * len(table.root))
+    exact, _ = _static(reduced, phase, (torque_Nm,), assembly)
+    found = static_displacement(table, 1e3 * torque_Nm / radius, phase, (table.low, table.high))
+    return 1e3 * float(np.abs(found - exact[0]).max()), 1e3 * float(np.ptp(exact[0]))
+
+
+def backlash_of(case: Case, pair: GearPair) -> float | None:
+    """Return from where working flanks touch to where backs of teeth do, along the line of action, mm.
+
+    None, and motion goes on without backs of teeth, where the drawing has no backlash and the case gives none, or where
+    tilted axes and flanks whose halves differ make the backs no mirror images of the flanks.
+    """
+    if case.dynamics.backlash_um is not None:
+        return 1e-3 * case.dynamics.backlash_um
+    if pair.backlash <= ROUNDING * pair.pinion.module or not assembly_of(case).backs_mirror_flanks:
+        return None
+    if with_pitch(assembly_of(case)):
+        return None
+    return pair.backlash
+
+
+def with_pitch(assembly: Assembly) -> bool:
+    """Whether teeth are out of their places."""
+    return any(any(flank.pitch_deviations_um) for flank in (assembly.pinion, assembly.wheel))
+
+
+def cycles_of(case: Case, pair: GearPair) -> int:
+    """Return after how many mesh cycles the force law of a case repeats.
+
+    Raises
+    ------
+    CaseError
+        Where they are too many, or the backs of teeth are asked for, of which pitch deviations say nothing.
+    """
+    teeth = [
+        gear.teeth
+        for gear, flank in ((pair.pinion, case.pinion_modification), (pair.wheel, case.wheel_modification))
+        if any(flank.pitch_deviations_um)
+    ]
+    cycles = math.lcm(*teeth)
+    where = f"case {case.name}: pitch_deviations_um"
+    if cycles > MOST_CYCLES:
+        raise CaseError(
+            f"{where}: of both gears, the mesh repeats after {cycles} mesh cycles only, and motion takes {MOST_CYCLES} "
+            "at most: give those of one gear"
+        )
+    if teeth and case.dynamics.backlash_um is not None:
+        raise CaseError(
+            f"{where}: they say nothing of the backs of teeth, which [dynamics] backlash_um asks for: leave one out"
+        )
+    if teeth and case.dynamics.thin_slices:
+        raise CaseError(
+            f"{where}: [dynamics] thin_slices compares motion that repeats with the mesh, and there is none with teeth "
+            "out of their places: leave one out"
+        )
+    return cycles
+
+
+def alike_cycles(meshed: MeshedPair, assembly: Assembly) -> tuple[int, ...]:
+    """Return of each mesh cycle after which a force law repeats the number of its kind, as they first come.
+
+    Cycles are of a kind where the teeth that can touch are out of their places alike, and in the cycles beside them.
+    """
+    pinion, wheel = (flank.pitch_deviations_um for flank in (assembly.pinion, assembly.wheel))
+    if not with_pitch(assembly):
+        return (0,)
+    cycles = math.lcm(*(len(deviations) for deviations in (pinion, wheel) if any(deviations)))
+    pitch = meshed.pair.pitch
+    lines = place_sections(meshed, np.array([0.0, np.nextafter(pitch, 0.0)]), assembly.misalignment)
+    pair_count = lines.gap.shape[1] // len(meshed.sections.z)
+    pairs = range(int(lines.first_pair.min()), int(lines.first_pair.max()) + pair_count)
+
+    def apart(tooth_pair: int) -> float:
+        one = pinion[tooth_pair % len(pinion)] if pinion else 0.0
+        return one + (wheel[-tooth_pair % len(wheel)] if wheel else 0.0)
+
+    teeth = [tuple(apart(pair - cycle) for pair in pairs) for cycle in range(cycles)]
+    kinds: dict[object, int] = {}
+    return tuple(
+        kinds.setdefault((teeth[cycle - 1], teeth[cycle], teeth[(cycle + 1) % cycles]), len(kinds))
+        for cycle in range(cycles)
+    )
+
+
+def _watched(
+    reduced: ReducedPair, torques_Nm: tuple[float, ...], assembly: Assembly, alike: tuple[int, ...]
+) -> list[Watched]:
+    """Loads whose displacement at rest the table is to know to a share of its peak-to-peak value."""
+    radius, first = reduced.meshed.pair.pinion.base_radius, np.unique(alike, return_index=True)[1]
+    cycle = np.arange(STATIC_ANGLES) / STATIC_ANGLES
+    exact, stiffness = _static(reduced, 2.0 * np.pi * np.add.outer(first, cycle).ravel(), torques_Nm, assembly)
+    loads = 1e3 * np.array(torques_Nm) / radius
+    allowed = STATIC_TOLERANCE * np.ptp(exact, axis=1) * stiffness.min(axis=1)
+    return [Watched(*pair) for pair in zip(loads, np.maximum(allowed, LEAST_TOLERANCE * loads), strict=True)]
+
+
+def _static(
+    reduced: ReducedPair, phase: FloatArray, torques_Nm: tuple[float, ...], assembly: Assembly
+) -> tuple[FloatArray, FloatArray]:
+    """Displacements at rest under torques, mm, and stiffnesses, N/mm, both (torques, phases)."""
+    torques = at_torques(
+        (1e3 * torque for torque in torques_Nm), assembly.misalignment, assembly.pinion, assembly.wheel
+    )
+    sweep = sweep_line_loads(reduced, phase / (2.0 * np.pi) * reduced.meshed.pair.pitch, torques)
+    if not sweep.converged.all():
+        raise ConvergenceError("no equilibrium at rest under a torque at some angles: lower the torque")
+    assert sweep.stiffness_N_per_um is not None, "line loads have one"
+    return np.asarray(1e-3 * sweep.ste_um), np.asarray(1e3 * sweep.stiffness_N_per_um)

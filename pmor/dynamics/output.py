@@ -1,0 +1,204 @@
+"""What a pair in motion leaves in its folder, and the summary on the screen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+from pmor.dynamics.figures import contact_figure, motion_figure, response_figure, waterfall_figure
+from pmor.dynamics.force_law import cycles_of
+from pmor.dynamics.law_page import law_paragraph
+from pmor.dynamics.measure import Data
+from pmor.dynamics.rating import by_range, rated
+from pmor.dynamics.run import Dynamics
+from pmor.lab.slices.page import slices_blocks
+from pmor.pair.conditions import assembly_of
+from pmor.report.page import Block, Heading, Picture, Warning
+from pmor.report.provenance import provenance
+from pmor.report.table import Table
+from pmor.storage.results_folder import remove_working_folder
+from pmor.work.pieces import PARTS
+from pmor.work.results import write_results
+from pmor.work.table import Columns, table, text_lines
+
+#: what `write_dynamics` may leave
+FILES = (
+    "dynamics.json", "dynamics.md", "report.html", "response.png", "contact.png", "waterfall.png", "motion.png",
+    "slices.png",
+)  # fmt: skip
+KINDS = {"run_up": "running up", "run_down": "running down"}
+
+
+def write_dynamics(found: Dynamics, out: Path) -> None:
+    """Write `dynamics.json`, `dynamics.md`, `report.html` and the pictures; finished torques are given up.
+
+    Parameters
+    ----------
+    found : Dynamics
+    out : Path
+
+    Raises
+    ------
+    OutputError
+    """
+    write_results(out, "dynamics", dynamics_data(found), f"The pair in motion: {found.case.title}", _blocks(found))
+    if not found.failures:
+        remove_working_folder(out / PARTS)
+
+
+def dynamics_data(found: Dynamics) -> Data:
+    """Return the content of `dynamics.json`."""
+    model = found.model
+    return {
+        "case": found.case.name,
+        "degrees_of_freedom": found.case.dynamics.degrees_of_freedom,
+        "pinion": asdict(model.inertias[0]),
+        "wheel": asdict(model.inertias[1]),
+        "equivalent_mass_kg": 1e3 * model.mass,
+        "supports": [support.name for support in model.supports],
+        "backlash_um": None if found.backlash is None else 1e3 * found.backlash,
+        "force_table_error_max_N": max(law.error.largest * law.largest_force for law in found.laws),
+        "force_table_error_rms_N": max(law.error.rms * law.largest_force for law in found.laws),
+        "force_table_largest_N": max(law.largest_force for law in found.laws),
+        "force_table_ste_error_um": [law.static_error_um for law in found.laws],
+        "branch_law": found.case.dynamics.law,
+        "repeats_after_mesh_cycles": cycles_of(found.laws[0].table),
+        "axes_um": [asdict(law.assembly.misalignment) for law in found.laws],
+        "responses": [
+            response | {"iso_6336": rated(found.case, found.pair, model.mass, response)} for response in found.responses
+        ],
+        "thin_slices": list(found.slices) or None,
+    }
+
+
+def dynamics_text(found: Dynamics) -> str:
+    """Return the tables for the screen."""
+    lines = [f"The pair in motion: {found.case.title}"]
+    for shown in _tables(found):
+        if shown.rows:
+            lines += [f"  {shown.title}", *(f"    {line}" for line in text_lines(shown))]
+    lines += [f"  ! {sentence}" for sentence in _lost(found)]
+    return "\n".join(lines)
+
+
+def _blocks(found: Dynamics) -> list[Block]:
+    case, model, responses = found.case, found.model, found.responses
+    one, two = model.inertias
+    how = "on rigid bearings" if not model.supports else f"on bearings ({', '.join(s.name for s in model.supports)})"
+    blocks: list[Block] = [
+        f"Two gears of {one.mass_kg:.4g} and {two.mass_kg:.4g} kg, {one.polar_kg_m2:.4g} and {two.polar_kg_m2:.4g} "
+        f"kg m², {how}; {1e3 * model.mass:.4g} kg move along the line of action.",
+        law_paragraph(case, found.laws, responses),
+        "Displacements count along the transverse line of action from where flanks of the drawing touch, the dynamic "
+        f"transmission error about its mean. {_backs(found)}",
+        *(Warning(sentence) for sentence in _lost(found)),
+    ]
+    if responses:
+        factors = [rated(case, found.pair, model.mass, response) for response in responses]
+        blocks += [
+            Picture("response.png", "Response over the mesh frequency; dotted: natural frequency with the mean "
+                    "stiffness. Between folds motion is unstable; the marks are the runs, which jump there. "
+                    f"Dash-dotted below: K_v of ISO 6336-1, method B, tolerance class {case.dynamics.accuracy_grade}.",
+                    response_figure(responses, factors)),
+        ]  # fmt: skip
+    if any(response["branches"] for response in responses):
+        blocks.append(Picture("contact.png", "Loss of contact, and force on the bearings.", contact_figure(responses)))
+    for name, caption, figure in (
+        ("waterfall.png", "Orders of the transmission error along the run-up; broken orders are motion that does not "
+         "repeat with the mesh.", waterfall_figure(responses)),
+        ("motion.png", "The stable motion of the largest transmission error of each torque: left of the dashed line, "
+         "or below it, the flanks of the drawing have parted.", motion_figure(responses)),
+    ):  # fmt: skip
+        if figure is not None:
+            blocks.append(Picture(name, caption, figure))
+    blocks += _tables(found)
+    if found.slices:
+        blocks += slices_blocks(found.slices)
+    return [*blocks, Heading("Provenance"), Table("Machine and software", ("item", "value"), provenance(case))]
+
+
+def _tables(found: Dynamics) -> Sequence[Table]:
+    rows = [(response, fold) for response in found.responses for fold in response["folds"]]
+    folds: Columns = {
+        "torque, N m": lambda row: row[0]["torque_Nm"],
+        "jump when": lambda row: KINDS[row[1]["kind"]],
+        "mesh frequency, Hz": lambda row: row[1]["mesh_frequency_Hz"],
+        "over the natural one": lambda row: row[1]["mesh_frequency_Hz"] / row[0]["natural_frequency_Hz"],
+        "DTE rms there, µm": lambda row: row[1]["dte_rms_um"],
+    }
+    torques: Columns = {
+        "torque, N m": "torque_Nm",
+        "natural frequency, Hz": "natural_frequency_Hz",
+        "mean mesh stiffness, N/µm": "mesh_stiffness_mean_N_per_um",
+        "STE rms, µm": "ste_rms_um",
+        "largest DTE rms, µm": lambda row: _most(row, "dte_rms_um"),
+        "dynamic factor": lambda row: _most(row, "dynamic_factor"),
+        "contact lost, %": lambda row: _percent(_most(row, "contact_loss")),
+        "parted, µm": lambda row: _most(row, "separation_um"),
+    }
+    note = "Largest values are those of stable motion within the speeds; the dynamic factor is largest over mean force."
+    return [
+        table("Torques", torques, found.responses, note),
+        table("Folds, where motion jumps", folds, rows),
+        _ratings(found),
+    ]
+
+
+def _ratings(found: Dynamics) -> Table:
+    case = found.case
+    rows = [row for response in found.responses for row in by_range(case, found.pair, found.model.mass, response)]
+    grade = case.dynamics.accuracy_grade
+    columns: Columns = {
+        "torque, N m": "torque_Nm",
+        "range": "range",
+        "resonance ratio from": "from",
+        "to": "to",
+        "dynamic factor": "dynamic_factor",
+        f"K_v, class {grade}": "k_v",
+        "K_v without deviations": "k_v_without_deviations",
+    }
+    note = (
+        "Largest of each range: of stable motion (where it jumps, that which running down comes to), and K_v of "
+        "ISO 6336-1, method B. K_v takes the mean mesh stiffness of this pair and its masses on rigid bearings, a "
+        f"damping that is built into its formulas, and deviations within ISO 1328-1, class {grade} ([dynamics] "
+        "accuracy_grade), not run in. Motion is that of the flanks of the case: K_v without deviations is what to "
+        "hold it against."
+    )
+    return table("Dynamic factor beside K_v", columns, rows, note)
+
+
+def _most(response: Data, key: str) -> float | None:
+    values = [point[key] for branch in response["branches"] for point in branch if point["stable"]]
+    return max(values, default=None)
+
+
+def _percent(share: float | None) -> float | None:
+    return None if share is None else 100.0 * share
+
+
+def _lost(found: Dynamics) -> list[str]:
+    """Say what was not found."""
+    sentences = [f"{response['torque_Nm']:g} N m: {lost}" for response in found.responses for lost in response["lost"]]
+    return [*sentences, *found.failures]
+
+
+def _backs(found: Dynamics) -> str:
+    if found.backlash is not None:
+        whence = "of the drawing" if found.case.dynamics.backlash_um is None else "of the case"
+        struck = [f"{response['torque_Nm']:g}" for response in found.responses if _strikes(response)]
+        seen = f"Stable motion strikes them under {', '.join(struck)} N m." if struck else "No stable motion does."
+        return f"The backs of teeth touch {1e3 * found.backlash:.4g} µm beyond, the backlash {whence}. {seen}"
+    why = "the drawing has no backlash"
+    if not assembly_of(found.case).backs_mirror_flanks:
+        why = "they are no mirror images of the working flanks"
+    return (
+        f"The backs of teeth are left out: {why}. Where flanks part farther than the backlash, they would strike "
+        "([dynamics] backlash_um)."
+    )
+
+
+def _strikes(response: Data) -> bool:
+    """Whether the backs of teeth push in any stable motion."""
+    points = (point for branch in response["branches"] for point in branch if point["stable"])
+    return any(point["smallest_force_N"] < 0.0 for point in points)

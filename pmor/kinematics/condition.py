@@ -1,0 +1,199 @@
+"""The condition that a gear pair is in: what drives it, and where its parts are.
+
+A pair *is* its gears, their meshes and the way contact is evaluated (`pmor.kinematics.meshed_pair.MeshedPair`). The state it
+comes to depends on the pinion's angle and on a condition: the torque on the pinion, or its advance; and where the wheel's
+axis is. Shafts and housings give way and are not machined exactly: the wheel's axis is then off by some hundredths of a
+millimetre. The finite-element models of the gears know nothing of it, since each is made in its own frame, so that
+axes out of place are a parameter like the torque, and so are deviations of the flanks, which are as small.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from pmor.flank import UNMODIFIED, Modification
+
+
+@dataclass(frozen=True)
+class Misalignment:
+    """Offset and tilt of the wheel's axis as a rigid body; by default it is where it belongs.
+
+    Deviations in and across the plane of the axes are those of ISO/TR 10064-3.
+
+    Parameters
+    ----------
+    in_plane_um : float
+        Deviation from parallel in the plane of the axes, over the face width: at the face with the larger z the axes
+        are farther apart by half of it, um.
+    out_of_plane_um : float
+        Deviation across that plane, over the face width: at the face with the larger z the wheel's axis is off along
+        +x by half of it, um.
+    centre_distance_um : float
+        Increase of the centre distance at mid width, um.
+    """
+
+    in_plane_um: float = 0.0
+    out_of_plane_um: float = 0.0
+    centre_distance_um: float = 0.0
+
+    @property
+    def tilted(self) -> bool:
+        """Whether the axes are not parallel."""
+        return self.in_plane_um != 0.0 or self.out_of_plane_um != 0.0
+
+    @property
+    def spread(self) -> float:
+        """Most that the gap between aligned flanks can differ over the face width, mm."""
+        return 1e-3 * (abs(self.in_plane_um) + abs(self.out_of_plane_um))
+
+
+ALIGNED = Misalignment()
+
+
+@dataclass(frozen=True)
+class Assembly:
+    """How a pair is built, beside its drawing: by default as drawn, with axes where they belong and plain involutes.
+
+    Parameters
+    ----------
+    misalignment : Misalignment
+    pinion, wheel : Modification
+        Of their loaded flanks.
+    """
+
+    misalignment: Misalignment = ALIGNED
+    pinion: Modification = UNMODIFIED
+    wheel: Modification = UNMODIFIED
+
+    @property
+    def modified(self) -> bool:
+        """Whether any flank deviates from the involute helicoid."""
+        return self.pinion.present or self.wheel.present
+
+    @property
+    def backs_mirror_flanks(self) -> bool:
+        """Whether the backs of the teeth touch as mirror images of the working flanks, of the same modifications."""
+        return not self.misalignment.tilted and self.pinion.mirrored and self.wheel.mirrored
+
+    @property
+    def spread(self) -> float:
+        """Most that the gap can differ over the flanks from that of aligned involutes, mm."""
+        return self.misalignment.spread + self.flank_spread
+
+    @property
+    def flank_spread(self) -> float:
+        """Most that deviations of both flanks can differ from place to place and from tooth to tooth, mm."""
+        return 1e-3 * (self.pinion.largest_um + self.wheel.largest_um)
+
+
+PLAIN = Assembly()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Condition:
+    """Everything that a state of a pair depends on beside the pinion's angle.
+
+    Parameters
+    ----------
+    torque : float, optional
+        On the pinion, N mm, positive.
+    advance : float, optional
+        Rotation of the pinion ahead of where the unloaded flanks first touch, rad: instead of the torque, which then
+        follows from the contact forces.
+    misalignment : Misalignment
+    pinion, wheel : Modification
+        Of their loaded flanks.
+
+    Raises
+    ------
+    ValueError
+        Unless one of torque and advance is given.
+    """
+
+    torque: float | None = None
+    advance: float | None = None
+    misalignment: Misalignment = ALIGNED
+    pinion: Modification = UNMODIFIED
+    wheel: Modification = UNMODIFIED
+
+    def __post_init__(self) -> None:
+        """Refuse a pair that nothing drives, or two things at once."""
+        if (self.torque is None) == (self.advance is None):
+            raise ValueError(
+                f"give either the torque or the advance, not torque = {self.torque}, advance = {self.advance}"
+            )
+
+    @property
+    def assembly(self) -> Assembly:
+        """Where the axes are and what the flanks are like."""
+        return Assembly(self.misalignment, self.pinion, self.wheel)
+
+    @property
+    def given_torque(self) -> float:
+        """The torque, N mm; ValueError where the advance is given instead."""
+        if self.torque is None:
+            raise ValueError(f"needs a condition with a torque, not with the advance {self.advance} rad")
+        return self.torque
+
+    @property
+    def torque_Nm(self) -> float:
+        """The torque in N m as it was written: rid of what changing its unit to and fro leaves in the last digits."""
+        return float(f"{1e-3 * self.given_torque:.12g}")
+
+    @property
+    def load_text(self) -> str:
+        """The load of the pair, for messages."""
+        return f"advance = {self.advance:.6g} rad" if self.torque is None else f"torque = {self.torque * 1e-3:.6g} N m"
+
+
+def at_torques(
+    torques: Iterable[float],
+    misalignment: Misalignment = ALIGNED,
+    pinion: Modification = UNMODIFIED,
+    wheel: Modification = UNMODIFIED,
+) -> tuple[Condition, ...]:
+    """Return a condition for each torque (N mm), with the same axes and flanks."""
+    return tuple(
+        Condition(torque=float(torque), misalignment=misalignment, pinion=pinion, wheel=wheel) for torque in torques
+    )
+
+
+def at_advances(
+    advances: Iterable[float],
+    misalignment: Misalignment = ALIGNED,
+    pinion: Modification = UNMODIFIED,
+    wheel: Modification = UNMODIFIED,
+) -> tuple[Condition, ...]:
+    """Return a condition for each advance (rad), with the same axes and flanks."""
+    return tuple(
+        Condition(advance=float(advance), misalignment=misalignment, pinion=pinion, wheel=wheel) for advance in advances
+    )
+
+
+def common_misalignment(conditions: Iterable[Condition | Assembly]) -> Misalignment:
+    """Return the axes of conditions that are solved together, whose flanks may differ.
+
+    Raises
+    ------
+    ValueError
+        When they differ, or there is no condition.
+    """
+    found = {condition.misalignment for condition in conditions}
+    if len(found) != 1:
+        raise ValueError(f"conditions that are solved together need the same axes, not {len(found)} of them")
+    return found.pop()
+
+
+def common_build(conditions: Iterable[Condition]) -> Assembly:
+    """Return what conditions that are solved together share: where the axes are, and what the flanks are like.
+
+    Raises
+    ------
+    ValueError
+        When they differ, or there is no condition.
+    """
+    found = {condition.assembly for condition in conditions}
+    if len(found) != 1:
+        raise ValueError(f"conditions that are solved together need the same axes and flanks, not {len(found)} of them")
+    return found.pop()

@@ -1,0 +1,140 @@
+"""How much the deviation of the flanks changes at each section by each parameter of a modification."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection
+from typing import Any, Protocol
+
+import numpy as np
+
+from pmor.arrays import FloatArray, IntArray
+from pmor.kinematics.condition import Assembly
+from pmor.kinematics.kernels.deviation import Deviation, deviations_at
+from pmor.kinematics.meshed_pair import MeshedPair
+
+# Amounts of a case file, and what the kernels call them: the deviation is linear in each.
+AMOUNTS = {
+    "tip_relief_um": "tip_relief",
+    "root_relief_um": "root_relief",
+    "profile_crowning_um": "profile_crowning",
+    "profile_slope_um": "profile_slope",
+    "helix_crowning_um": "helix_crowning",
+    "helix_slope_um": "helix_slope",
+    "end_relief_um": "end_relief",
+    "twist_um": "twist",
+}
+OVER_WIDTH = ("helix_crowning_um", "helix_slope_um", "end_relief_um", "twist_um")
+# Whose halves over the face are each other's negative: half a mesh cannot be built so.
+UNEVEN = ("helix_slope_um", "twist_um")
+# Amounts that need to know how far they go.
+EXTENTS = {
+    "tip_relief_um": "tip_relief_start_roll_deg",
+    "root_relief_um": "root_relief_end_roll_deg",
+    "end_relief_um": "end_relief_length_mm",
+}
+
+
+class SectionStates(Protocol):
+    """What `deviation_rates` asks of states of line contact, such as `pmor.results.loads.LineStates`."""
+
+    @property
+    def pair(self) -> IntArray: ...  # noqa: D102
+
+    @property
+    def z_mm(self) -> FloatArray: ...  # noqa: D102
+
+    @property
+    def mirrored(self) -> bool: ...  # noqa: D102
+
+    @property
+    def roll_rad(self) -> FloatArray: ...  # noqa: D102
+
+    @property
+    def sensitivity(self) -> FloatArray: ...  # noqa: D102
+
+
+def deviation_rates(
+    meshed: MeshedPair, assembly: Assembly, lines: SectionStates, over_width: bool = True, wanted: Collection[str] = ()
+) -> dict[str, FloatArray]:
+    """Return d deviation / d parameter at all sections, (A, P, S), um per unit, by ``gear.key`` of the case file.
+
+    All amounts that the pair can be built with are among them, at 0 too: by their own derivative one sees what they
+    would do. Of tip, root and end relief only where the case says how far they go. Pitch deviations and topographies
+    have none of their own; `LineStates.sensitivity` serves for them.
+
+    Parameters
+    ----------
+    meshed : MeshedPair
+    assembly : Assembly
+        The modifications about which to differentiate.
+    lines : SectionStates
+        Where the sections are.
+    over_width : bool
+        Whether the mesh holds what differs over the width: not so in plane strain.
+    wanted : collection of str
+        Parameters to find, by name; empty: all.
+    """
+    absent = (UNEVEN if lines.mirrored else ()) if over_width else OVER_WIDTH
+    found = {}
+    loaded = (lines.sensitivity != 0.0).any(axis=0)
+    for gear, (name, deviation, modification) in enumerate(
+        zip(("pinion", "wheel"), meshed.deviations(assembly), (assembly.pinion, assembly.wheel), strict=True)
+    ):
+        points = _points(lines, loaded, gear)
+        for key in AMOUNTS:
+            extent = EXTENTS.get(key)
+            if key in absent or (extent is not None and getattr(modification, extent) is None):
+                continue
+            if not wanted or f"{name}.{key}" in wanted:
+                found[f"{name}.{key}"] = _spread(loaded, _unit(deviation, key, points))
+            if extent is None or (wanted and f"{name}.{extent}" not in wanted):
+                continue
+            if getattr(modification, key) != 0.0:
+                found[f"{name}.{extent}"] = _spread(loaded, _by_extent(deviation, extent, points))
+    return found
+
+
+_Points = tuple[FloatArray, FloatArray, np.ndarray]
+
+
+def _points(lines: SectionStates, loaded: np.ndarray, gear: int) -> _Points:
+    """Roll angles, places and teeth of those sections that ever carry."""
+    shape = lines.roll_rad.shape[:3]
+    z, pair = np.broadcast_to(lines.z_mm, shape), np.broadcast_to(lines.pair[:, :, None], shape)
+    # The wheel's teeth count against the pinion's.
+    return lines.roll_rad[..., gear][loaded], z[loaded], (pair if gear == 0 else -pair)[loaded]
+
+
+def _unit(deviation: Deviation, key: str, points: _Points) -> FloatArray:
+    """Deviation by one amount of 1 and nothing else: um/um."""
+    none, out = np.empty(0), np.empty(len(points[0]))
+    amounts: dict[str, Any] = dict.fromkeys(AMOUNTS.values(), 0.0) | {AMOUNTS[key]: 1.0}
+    nowhere = {"pitch": none, "grid_roll": none, "grid_z": none, "grid": np.empty((0, 0, 4))}
+    deviations_at(deviation._replace(**{"present": True, **nowhere, **amounts}), *points, out)
+    return out
+
+
+def _by_extent(deviation: Deviation, extent: str, points: _Points) -> FloatArray:
+    """Derivative by where a relief starts or ends, um/deg, or by its length, um/mm.
+
+    Of E x or E x^2, x = (u - s) / (t - s), it is that by x times dx/ds = -(1 - x) / (t - s).
+    """
+    d, (roll, z, _) = deviation, points
+    if extent == "end_relief_length_mm":
+        inwards = 0.5 * d.width - np.abs(z - d.middle_z)
+        return np.where(inwards < d.end_relief_length, 1e3 * d.end_relief * inwards / d.end_relief_length**2, 0.0)
+    if extent == "tip_relief_start_roll_deg":
+        way, amount, parabolic = (roll - d.tip_relief_start) / d.tip_relief_span, -d.tip_relief, d.tip_relief_parabolic
+        span = d.tip_relief_span
+    else:
+        way, amount, parabolic = (d.root_relief_end - roll) / d.root_relief_span, d.root_relief, d.root_relief_parabolic
+        span = d.root_relief_span
+    slope = 1e3 * amount * (2.0 * way if parabolic else 1.0) * (1.0 - way) / span
+    return np.asarray(np.where(way > 0.0, math.radians(1.0) * slope, 0.0))
+
+
+def _spread(loaded: np.ndarray, values: FloatArray) -> FloatArray:
+    whole = np.zeros(loaded.shape)
+    whole[loaded] = values
+    return whole

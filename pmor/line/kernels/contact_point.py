@@ -1,0 +1,278 @@
+"""Schemes "line" and "strip": where two involutes meet in a transverse section, and which nodes carry that.
+
+Both take the flanks for the involutes they are, displaced by the nodal displacements that a cubic along the profile
+interpolates, with slopes of the parabola through each node and its neighbours (C1 in the arc length). To first order
+in the displacements: normals, levers and closest points are those of the undeformed involutes, which are parallel
+curves about their base circles and therefore need no iteration. In a tooth's frame the involute at roll angle u is at
+r_b (e + u e'), with e the unit vector at the angle half - u from +y and e' the one at right angles, which is also the
+outward normal.
+
+In the section at z a helical pair is the spur pair whose pinion is turned further by the twist over z. Gaps are along
+the transverse line of action. A displacement along the axis opens them too: what the flank's screw motion along itself
+leaves as it is says by how much, and the direction (x, y, z) is the flank's normal over cos(base helix angle).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pmor.compiled.compiling import compiled
+from pmor.kinematics.kernels.motion import axial_opening, roll_angle, section_motion
+from pmor.kinematics.kernels.types import AT_ROOT, AT_TIP, ELEMENT_ROWS, FIRST, FIRST_ROW, NODE_ROWS, OFFSET
+
+# Leads are far below this, rad.
+CORNER = 0.01
+
+
+class ContactPoint(NamedTuple):
+    """Where two flanks meet in a section.
+
+    Attributes
+    ----------
+    gap : float
+        Without displacements, mm.
+    pinion_roll, wheel_roll : float
+        Roll angles on both flanks, rad.
+    pinion_x, pinion_y, pinion_z, wheel_x, wheel_y, wheel_z : float
+        How a displacement of the pinion's and of the wheel's point opens the gap, in its tooth's frame.
+    lever, mate_lever : float
+        Derivative of the gap by the pinion's rotation; lever arm of the force on the wheel, mm.
+    lever_slope, corner_advance : float
+        Derivative of the lever by the pinion's rotation, mm, from an advance (rad) on that brings its corner to the line of
+        action, and turns the lever; 0 where that is far.
+    slant : float
+        Angle between the flank of the gear whose corner meets the mate and the mate's, rad; 0 between the tips.
+    """
+
+    gap: float
+    pinion_roll: float
+    wheel_roll: float
+    pinion_x: float
+    pinion_y: float
+    pinion_z: float
+    wheel_x: float
+    wheel_y: float
+    wheel_z: float
+    lever: float
+    mate_lever: float
+    lever_slope: float
+    corner_advance: float
+    slant: float
+
+
+@compiled
+def roll_of(contact_point, gear):
+    """Roll angle on a gear's flank, rad."""
+    return contact_point.pinion_roll if gear == 0 else contact_point.wheel_roll
+
+
+@compiled
+def opening_of(contact_point, gear):
+    """How a displacement of a gear's point opens the gap."""
+    if gear == 0:
+        return contact_point.pinion_x, contact_point.pinion_y, contact_point.pinion_z
+    return contact_point.wheel_x, contact_point.wheel_y, contact_point.wheel_z
+
+
+@compiled
+def cubic_rows(roll, u, low, high, weights):
+    """Row of the first of four nodes, and weights of the cubic along the profile at roll angle u, for value at u.
+
+    Parameters
+    ----------
+    roll : ndarray
+        Roll angles of the node rows.
+    u : float
+        Held inside the element rows `low` to `high` - 1.
+    low, high : int
+    weights : ndarray, shape (4,)
+        Filled; a fourth row that the end of the flank cuts off has weight 0.
+    """
+    last = len(roll) - 1
+    i = min(max(np.searchsorted(roll, u, side="right") - 1, low), high - 1)
+    base, x = max(i - 1, 0), roll[i] ** 2  # the arc length is proportional to the square of the roll angle
+    h = roll[i + 1] ** 2 - x
+    s = min(max((u * u - x) / h, 0.0), 1.0)
+    weights[:] = 0.0
+    weights[i - base] = (1.0 + 2.0 * s) * (1.0 - s) ** 2
+    weights[i + 1 - base] = s * s * (3.0 - 2.0 * s)
+    for end in range(2):
+        slope = h * (s * (1.0 - s) ** 2 if end == 0 else s * s * (s - 1.0))
+        centre = min(max(i + end, 1), last - 1)
+        before = roll[centre] ** 2 - roll[centre - 1] ** 2
+        after = roll[centre + 1] ** 2 - roll[centre] ** 2
+        t = roll[i + end] ** 2 - roll[centre] ** 2
+        weights[centre - 1 - base] += slope * (2.0 * t - after) / (before * (before + after))
+        weights[centre - base] -= slope * (2.0 * t + before - after) / (before * after)
+        weights[centre + 1 - base] += slope * (2.0 * t + before) / (after * (before + after))
+    return base
+
+
+@compiled
+def involute_foot(gears, slave, u, radius, motion):
+    """ContactPoint of the point of the slave's involute at roll angle u with the master's involute.
+
+    With a radius (mm), of the arc that goes on from that point, tangentially: its centre keeps that distance, and the
+    normal through it carries the force. `motion` takes the slave's tooth to the master's.
+    """
+    own, mate = gears[slave], gears[1 - slave]
+    rotation, shift = motion.rotation, motion.shift
+    angle = own.half_angle - u
+    along = own.base_radius * u - radius
+    px = -own.base_radius * np.sin(angle) - along * np.cos(angle)
+    py = own.base_radius * np.cos(angle) - along * np.sin(angle)
+    x = rotation[0, 0] * px + rotation[0, 1] * py + shift[0]
+    y = rotation[1, 0] * px + rotation[1, 1] * py + shift[1]
+    roll = np.sqrt(max((x * x + y * y) / mate.base_radius**2 - 1.0, 0.0))
+    offset = np.arctan2(-x, y) - (mate.half_angle - roll + np.arctan(roll))
+    turn = mate.half_angle - roll + offset
+    nx, ny = -np.cos(turn), -np.sin(turn)
+    # Undeformed: the same normal carries the force on both, whether the point is inside a flank or its corner.
+    own_x, own_y = rotation[0, 0] * nx + rotation[1, 0] * ny, rotation[0, 1] * nx + rotation[1, 1] * ny
+    slave_arm = (x - shift[0]) * ny - (y - shift[1]) * nx
+    # The foot is on the mate's flank, not on the parallel involute through the point.
+    gap, mate_roll = mate.base_radius * offset - radius, roll - offset
+    # The flank that is met is smooth: its normal is that of the force on both.
+    axial = -mate.twist * mate.base_radius
+    slant = np.arcsin(np.sin(angle) * own_x - np.cos(angle) * own_y)
+    if slave == 1:
+        # The mate's normal is at its base radius wherever the corner is: nothing turns with the pinion.
+        return ContactPoint(
+            gap, mate_roll, u, -nx, -ny, -axial, own_x, own_y, axial, -mate.base_radius, -slave_arm, 0.0, 0.0, slant
+        )
+    arm_x, arm_y = x - shift[0], y - shift[1]
+    # By how much the normal turns as the corner moves over the mate, (-arm_y, arm_x) for each radian.
+    turning = (x * arm_x + y * arm_y) / (x * x + y * y) - (y * arm_x - x * arm_y) / ((x * x + y * y) * roll)
+    slope = (arm_x * nx + arm_y * ny) * (turning - 1.0)
+    return ContactPoint(
+        gap, u, mate_roll, own_x, own_y, axial, -nx, -ny, -axial, slave_arm, mate.base_radius, slope, 0.0, slant
+    )
+
+
+@compiled
+def _corner_foot(gears, slave, motion):
+    """ContactPoint of the edge at the slave's tip with the master's involute."""
+    return involute_foot(gears, slave, gears[slave].tip_roll, gears[slave].edge_radius, motion)
+
+
+@compiled
+def closest_approach(kinematics, gears, roll_position, advance, z, forward, back):
+    """ContactPoint at the closest approach of two undeformed flanks in the section at z (mm).
+
+    Between the tips it lies on the line of action, which each flank meets at its own roll angle; beyond, a tip corner
+    meets the mate. `forward` and `back` are filled as in `section_motion`.
+    """
+    section = roll_position + gears[0].twist * z
+    turn, opening = section_motion(kinematics, gears, section, advance, z, forward, back)
+    ahead = advance + kinematics.first_touch + turn
+    pinion_roll = roll_angle(kinematics, gears, 0, section) + ahead
+    wheel_roll = roll_angle(kinematics, gears, 1, section) + turn
+    aside = axial_opening(kinematics, gears, pinion_roll)
+    if pinion_roll > gears[0].tip_roll:
+        return _turned(_corner_foot(gears, 0, forward), gears, z, aside)
+    if wheel_roll > gears[1].tip_roll:
+        return _turned(_corner_foot(gears, 1, back), gears, z, aside)
+    slope = 0.0
+    if pinion_roll > gears[0].tip_roll - CORNER:
+        slope = _corner_foot(gears, 0, forward).lever_slope
+    pinion, wheel = gears[0].half_angle - pinion_roll, gears[1].half_angle - wheel_roll
+    axial = gears[0].twist * gears[0].base_radius
+    contact_point = ContactPoint(
+        opening - gears[0].base_radius * advance, pinion_roll, wheel_roll, np.cos(pinion), np.sin(pinion), axial,
+        np.cos(wheel), np.sin(wheel), -axial, -gears[0].base_radius, gears[1].base_radius, slope,
+        gears[0].tip_roll - pinion_roll, 0.0,
+    )  # fmt: skip
+    return _turned(contact_point, gears, z, aside)
+
+
+@compiled
+def _turned(contact_point, gears, z, aside):
+    """A contact_point in the section at z seen from the teeth's frames, which are those of the section z = 0."""
+    if gears[0].twist == 0.0:
+        return contact_point
+    c, s = np.cos(gears[0].twist * z), np.sin(gears[0].twist * z)
+    pinion_x, pinion_y = (
+        c * contact_point.pinion_x - s * contact_point.pinion_y,
+        s * contact_point.pinion_x + c * contact_point.pinion_y,
+    )
+    c, s = np.cos(gears[1].twist * z), np.sin(gears[1].twist * z)
+    wheel_x, wheel_y = (
+        c * contact_point.wheel_x - s * contact_point.wheel_y,
+        s * contact_point.wheel_x + c * contact_point.wheel_y,
+    )
+    return ContactPoint(
+        contact_point.gap + aside, contact_point.pinion_roll, contact_point.wheel_roll, pinion_x, pinion_y, contact_point.pinion_z, wheel_x,
+        wheel_y, contact_point.wheel_z, contact_point.lever, contact_point.mate_lever, contact_point.lever_slope, contact_point.corner_advance,
+        contact_point.slant,
+    )  # fmt: skip
+
+
+@compiled
+def carry(gears, windows, contact_point, carriers):
+    """Find the nodes that carry a contact point, on both flanks; return whether it is inside both windows.
+
+    Parameters
+    ----------
+    gears : two Gear
+    windows : ndarray of int, shape (2, 7)
+        Of the tooth pair.
+    contact_point : ContactPoint
+    carriers : Carriers
+        Filled.
+    """
+    inside = True
+    for gear in range(2):
+        roll, window, u = gears[gear].roll, windows[gear], roll_of(contact_point, gear)
+        low = window[FIRST_ROW]
+        high = low + window[ELEMENT_ROWS]
+        carriers.row[gear] = cubic_rows(roll, u, low, high, carriers.weight[gear])
+        beyond_low = window[AT_ROOT] == 0 and u < roll[low]
+        inside = inside and not beyond_low and not (window[AT_TIP] == 0 and u > roll[high])
+    return inside
+
+
+@compiled
+def gap_change(moved, gears, sections, windows, contact_point, carriers, section):
+    """Change of the gap (mm) by the displacements `moved`, shape (nodes, 3), in a section."""
+    change, shares = 0.0, sections.share
+    for gear in range(2):
+        window, (x, y, z) = windows[gear], opening_of(contact_point, gear)
+        first, columns = window[FIRST_ROW] - window[FIRST], gears[gear].nodes.shape[1]
+        for a in range(4):
+            row = window[OFFSET] + (carriers.row[gear] + a - first) * columns + sections.column[gear, section]
+            for b in range(shares.shape[2]):
+                weight = carriers.weight[gear, a] * shares[gear, section, b]
+                if weight != 0.0:
+                    node = moved[row + b]
+                    change += weight * (x * node[0] + y * node[1] + z * node[2])
+    return change
+
+
+@compiled
+def list_point(
+    gears, sections, windows, contact_point, carriers, section, slave, gap, stiffness, advance, count, points
+):
+    """Write a point of a section into the list; `advance` is how much further than in the contact point the pinion is, rad."""
+    points.gap[count], points.stiffness[count] = gap, stiffness
+    points.lever[count] = contact_point.lever + contact_point.lever_slope * max(
+        advance - contact_point.corner_advance, 0.0
+    )
+    points.mate_lever[count] = contact_point.mate_lever
+    place, shares, n = points.place, sections.share, 0
+    for side in range(2):
+        gear = slave ^ side
+        window, (x, y, z) = windows[gear], opening_of(contact_point, gear)
+        first, columns = window[FIRST_ROW] - window[FIRST], gears[gear].nodes.shape[1]
+        for a in range(4):
+            row = min(carriers.row[gear] + a - first, window[NODE_ROWS] - 1)
+            for b in range(shares.shape[2]):
+                # A cubic over few columns has shares of 0 behind the last one.
+                column = min(sections.column[gear, section] + b, columns - 1)
+                weight = carriers.weight[gear, a] * shares[gear, section, b]
+                points.node[count, n] = window[OFFSET] + row * columns + column
+                points.weight[count, n, 0], points.weight[count, n, 1] = weight * x, weight * y
+                points.weight[count, n, 2] = weight * z
+                n += 1
+        place[count, 2 * side], place[count, 2 * side + 1] = carriers.row[gear] - window[FIRST_ROW], section

@@ -1,0 +1,435 @@
+"""Line contact with the line loads themselves as unknowns: exact, nothing trained, nothing interpolated over the angle.
+
+To first order in the displacements all but the law of the line load is linear: with F the forces of the sections
+that carry load (along the transverse line of action, w = F / width), their gaps are
+
+    g = g_0 + e + l advance + D F + delta(w),    D = W C W^T,                                                        (1)
+
+g_0 between the undeformed flanks in their kinematic position, e what the flanks deviate by, l the levers, W the shares
+and directions by which nodes carry the sections, C the compliance between flank nodes, delta the approach of
+`pmor.line.hertz`. (Under a pinion's corner l turns with the advance, and so little that nothing below depends on
+it.) Sought are F > 0 with g = 0, and g >= 0 elsewhere, in balance with the torque, -l F = T, or
+under a given advance. delta rises with the load, and D with its slopes is symmetric and positive definite
+(`pmor.body.surface_layer`): it is the minimum of a strictly convex energy, so there is one solution, and Newton with an
+active set finds it (Johnson, Contact Mechanics 1985, ch. 4; Portugal, Judice & Vicente, Math. Comp. 63 (1994) 625).
+Neither D nor g_0 depends on torque or deviations.
+
+Derivatives follow from a factor of the same matrix: with M = D + delta'/width of the sections that carry, l_t the
+slopes of levers that turn, and y = M^-1 l,
+
+    d torque / d advance = l y - l_t F,    d advance / d e_n = -y_n / (d torque / d advance),                               (2)
+
+the second at the same torque: a deviation moves the advance as the torque moves the section that deviates (Maxwell). They
+are those of the present sections: both jump a little where one begins to carry, as soft as the law's delta' under the
+least load, and where a patch of contact comes to a sharp edge, with the law's slope there.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pmor.arrays import BoolArray, FloatArray, IntArray
+from pmor.compiled.compiling import allocating, compiled, inlined
+from pmor.compiled.linear import cholesky, solve_factored
+from pmor.line.kernels.law import approach_of
+from pmor.line.kernels.tip_corner import LineLaw, stored_law
+
+# Newton steps, and after how many of them sections change sides singly.
+MAX_STEPS, PATIENCE = 60, 20
+# The change of the forces by the last step, squared, over the force and the largest one: the law is quadratic in it.
+TOLERANCE = 1e-11
+# Sections are looked at that stand off by less than this share of the approach, were the flanks rigid.
+NEARBY = 0.2
+# Of that distance: gaps below it have no sign.
+ROUND_OFF = 1e-9
+# Where a stored law has its least load, and the share of it with which a section begins: on the law's linear part, from
+# where one step finds any load that is smaller still. The least load itself is, to rounding, beyond it.
+LEAST, BEGINNING = LineLaw._fields.index("least"), 0.5
+
+
+class LineResults(NamedTuple):
+    """What `solve_lines` fills, for D torques or advances.
+
+    Attributes
+    ----------
+    advance : ndarray, shape (D, A)
+        rad.
+    steps : ndarray of int, shape (D, A)
+    converged : ndarray of bool, shape (D, A)
+    force : ndarray, shape (D, A, N)
+        Along the transverse line of action, N.
+    stiffness : ndarray, shape (D, A)
+        Tangent d torque / d advance of the nonlinear solution, N mm / rad; 0 where nothing carries.
+    sensitivity : ndarray, shape (D, A, N) or (0, 0, 0)
+        d advance / d deviation of each section at the same torque, rad/mm; not filled where it is of size 0.
+    """
+
+    advance: FloatArray
+    steps: IntArray
+    converged: BoolArray
+    force: FloatArray
+    stiffness: FloatArray
+    sensitivity: FloatArray
+
+
+class _Workspace(NamedTuple):
+    """Workspace of one solution with N unknowns at most.
+
+    Attributes
+    ----------
+    free : ndarray, shape (N,)
+        Gaps under no load at advance 0, mm.
+    carries : ndarray of bool, shape (N,)
+    active : ndarray of int, shape (N,)
+        Those that carry, in order.
+    matrix, factor : ndarray, shape (N, N)
+    loaded, levered : ndarray, shape (N,)
+        Solutions with the gaps and with the levers on the right-hand side.
+    """
+
+    free: FloatArray
+    carries: BoolArray
+    active: IntArray
+    matrix: FloatArray
+    factor: FloatArray
+    loaded: FloatArray
+    levered: FloatArray
+
+
+@inlined
+def _product(block, to_row, to, by_row, by, parts):
+    """Product of two gradients with the compliance between the rows of two sections, shape (rows c, rows c)."""
+    # With a size that the compiler knows loops are unrolled: half the time of a sweep.
+    if parts == 2:
+        return _bilinear(8, block, parts * to_row, to, parts * by_row, by)
+    return _bilinear(12, block, parts * to_row, to, parts * by_row, by)
+
+
+@inlined
+def _bilinear(size, block, first, to, start, by):
+    """Sum of to[a] block[first + a, start + b] by[b], four columns at a time."""
+    total = 0.0
+    for b in range(0, size, 4):
+        one = two = three = four = 0.0
+        for a in range(size):
+            value, line = to[a], block[first + a]
+            one += value * line[start + b]
+            two += value * line[start + b + 1]
+            three += value * line[start + b + 2]
+            four += value * line[start + b + 3]
+        total += one * by[b] + two * by[b + 1] + three * by[b + 2] + four * by[b + 3]
+    return total
+
+
+@inlined
+def _between(lines, i, n, m, compliance, sections):
+    """Flexibility between two sections."""
+    low, high = min(n, m), max(n, m)
+    apart = high // sections - low // sections
+    if apart >= len(compliance[0]):
+        return 0.0
+    s, t, parts = low % sections, high % sections, lines.gradient.shape[3] // 4
+    row, gradient = lines.row[i], lines.gradient[i]
+    # Pinion teeth count as tooth pairs do, wheel teeth against them.
+    total = _product(compliance[0][apart, t, s], row[high, 0], gradient[high, 0], row[low, 0], gradient[low, 0], parts)
+    return total + _product(compliance[1][apart, s, t], row[low, 1], gradient[low, 1], row[high, 1], gradient[high, 1],
+                            parts)  # fmt: skip
+
+
+@compiled
+def _make_ready(lines, i, n, compliance, sections):
+    """Fill the flexibility between section `n` and all those that are ready."""
+    flexibility = lines.flexibility[i]
+    lines.ready[i, n] = True
+    for m in range(len(lines.gap[i])):
+        if lines.ready[i, m]:
+            flexibility[n, m] = flexibility[m, n] = _between(lines, i, n, m, compliance, sections)
+
+
+@compiled
+def _make_likely_ready(lines, deviation, load, held, rate, force, width, compliance, likely, workspace):
+    """Make those sections ready that a load lets begin to carry, at all angles.
+
+    The compliance between two sections is larger than the memory next to the processor: it is read once for all angles.
+    """
+    angles, size = lines.gap.shape
+    count = 0
+    for i in range(angles):
+        _set_free(lines, i, deviation, workspace)
+        _start(lines, i, load, held, rate, force, False, workspace)
+        for n in range(size):
+            likely[i, n] = workspace.carries[n] and not lines.ready[i, n]
+            count += likely[i, n]
+    if count == 0:
+        return
+    for n in range(size):
+        for i in range(angles):
+            lines.ready[i, n] |= likely[i, n]
+        for m in range(n + 1):
+            for i in range(angles):
+                if lines.ready[i, n] and lines.ready[i, m] and (likely[i, n] or likely[i, m]):
+                    value = _between(lines, i, n, m, compliance, len(width))
+                    lines.flexibility[i, n, m] = lines.flexibility[i, m, n] = value
+
+
+@inlined
+def _set_free(lines, i, deviation, workspace):
+    for n in range(len(workspace.free)):
+        workspace.free[n] = lines.gap[i, n] + (deviation[i, n] if len(deviation) > 0 else 0.0)
+
+
+@allocating
+def solve_lines(lines, deviation, loads, held, rate, width, compliance, corners, results):
+    """Solve all angles under all torques or advances.
+
+    Parameters
+    ----------
+    lines : Lines
+        Flexibilities are made ready as they are needed.
+    deviation : ndarray, shape (A, N) or (0, 0)
+        What both flanks deviate by, mm.
+    loads : ndarray, shape (D,)
+        Torques (N mm) or advances (rad).
+    held : bool
+        Whether they are advances.
+    rate : float
+        Approach of the flanks to expect per torque, mm / (N mm).
+    width : ndarray, shape (S,)
+        Of the sections, with their images, mm.
+    compliance : two ndarrays, shape (neighbours + 1, S, S, rows c, rows c)
+        Between sections of the flanks of teeth 0, 1, ... apart, of pinion and wheel, mm/N.
+    corners : two Corner
+        Of the flanks of pinion and wheel.
+    results : LineResults
+        Filled.
+    """
+    size = lines.gap.shape[1]
+    workspace = _Workspace(
+        np.empty(size), np.empty(size, dtype=np.bool_), np.empty(size, dtype=np.int64), np.empty((size, size)),
+        np.empty((size, size)), np.empty(size), np.empty(size),
+    )  # fmt: skip
+    likely = np.empty(lines.gap.shape, dtype=np.bool_)
+    _make_likely_ready(
+        lines, deviation, np.max(loads), held, rate, results.force[0, 0], width, compliance, likely, workspace
+    )
+    for i in range(len(lines.first_pair)):
+        _set_free(lines, i, deviation, workspace)
+        for d in range(len(loads)):
+            force = results.force[d, i]
+            advance, steps, count, stiffness = _solve(
+                lines, i, loads[d], held, rate, width, compliance, corners, force, False, workspace
+            )
+            results.advance[d, i], results.steps[d, i], results.converged[d, i] = advance, steps, count >= 0
+            results.stiffness[d, i] = stiffness
+            if results.sensitivity.size > 0 and count > 0:
+                results.stiffness[d, i] = _differentiate(
+                    lines, i, advance, force, width, compliance, corners, workspace, results.sensitivity[d, i]
+                )
+
+
+@allocating
+def solve_advances(lines, deviation, advances, rate, width, compliance, corners, force, torque, stiffness):
+    """Solve each angle under an advance of its own, from the forces found there before.
+
+    Parameters
+    ----------
+    lines, deviation, rate, width, compliance, corners
+        As in `solve_lines`.
+    advances : ndarray, shape (A,)
+        rad.
+    force : ndarray, shape (A, N)
+        Replaced: forces to begin with, N; an angle where all are 0 starts cold.
+    torque, stiffness : ndarray, shape (A,)
+        Filled: N mm, and its derivative by the advance, N mm / rad; NaN where it does not converge.
+    """
+    size = lines.gap.shape[1]
+    workspace = _Workspace(
+        np.empty(size), np.empty(size, dtype=np.bool_), np.empty(size, dtype=np.int64), np.empty((size, size)),
+        np.empty((size, size)), np.empty(size), np.empty(size),
+    )  # fmt: skip
+    for i in range(len(advances)):
+        _set_free(lines, i, deviation, workspace)
+        warm, count, slope = np.max(force[i]) > 0.0, -1, 0.0
+        if warm:
+            _, _, count, slope = _solve(
+                lines, i, advances[i], True, rate, width, compliance, corners, force[i], True, workspace
+            )
+        # Sections that all let go on the way may find no way back.
+        if count <= 0:
+            _, _, count, slope = _solve(
+                lines, i, advances[i], True, rate, width, compliance, corners, force[i], False, workspace
+            )
+        torque[i], stiffness[i] = 0.0, slope
+        for n in range(size):
+            further, turning = _turning(lines, i, n, advances[i])
+            torque[i] -= (lines.lever[i, n] + turning * further) * force[i, n]
+        if count < 0:
+            torque[i] = stiffness[i] = np.nan
+            force[i] = 0.0
+
+
+@compiled
+def _differentiate(lines, i, advance, force, width, compliance, corners, workspace, sensitivity):
+    """Fill the derivatives of the advance at a solution; return the stiffness there."""
+    # The factor of the last step is that of the state before it, and makes them up to 1e-5 wrong.
+    count = _linearise(lines, i, advance, force, width, compliance, corners, workspace)
+    for a in range(count):
+        sensitivity[workspace.active[a]] = workspace.levered[a]
+    solve_factored(workspace.factor, count, workspace.levered)
+    stiffness = 0.0
+    for a in range(count):
+        n = workspace.active[a]
+        _, turning = _turning(lines, i, n, advance)
+        stiffness += sensitivity[n] * workspace.levered[a] - turning * force[n]
+    for a in range(count):
+        sensitivity[workspace.active[a]] = -workspace.levered[a] / stiffness
+    return stiffness
+
+
+@compiled
+def _start(lines, i, load, held, rate, force, warm, workspace):
+    """Choose the sections to begin with and their forces; return the advance, and the gap up to which others count.
+
+    Where `warm`, those are what `force` holds.
+    """
+    free, lever, carries, size = workspace.free, lines.lever[i], workspace.carries, len(workspace.free)
+    advance = load
+    if not held:
+        touch = np.inf  # the least advance at which rigid flanks touch
+        for n in range(size):
+            touch = min(touch, free[n] / -lever[n])
+        advance = touch + load * rate / -lever[0]
+    depth, count = 0.0, 0
+    for n in range(size):
+        rigid = free[n] + lever[n] * advance
+        carries[n] = force[n] > 0.0 if warm else rigid < 0.0
+        depth, count = max(depth, -rigid), count + carries[n]
+    if warm:
+        return advance, NEARBY * depth
+    torque = depth / rate / -lever[0] if held else load
+    for n in range(size):
+        force[n] = torque / (-lever[n] * count) if carries[n] else 0.0
+    return advance, NEARBY * depth
+
+
+@compiled
+def _solve(lines, i, load, held, rate, width, compliance, corners, force, warm, workspace):
+    """Newton with an active set at one angle; return advance, steps, sections that carry, and the stiffness.
+
+    `force` is filled, and ``workspace.levered`` with M^-1 l of the sections that carry; there are -1 where it does not
+    converge.
+    """
+    advance, nearby = _start(lines, i, load, held, rate, force, warm, workspace)
+    for step in range(1, MAX_STEPS + 1):
+        count = _linearise(lines, i, advance, force, width, compliance, corners, workspace)
+        if count == 0:
+            return advance, step, 0 if held else -1, 0.0
+        advance, stiffness = _newton_step(lines, i, load, held, advance, force, count, workspace)
+        settled, error = _accept(lines, i, count, width, force, workspace)
+        single = step > PATIENCE
+        if not (single and error > TOLERANCE):
+            settled = _touch(lines, i, advance, nearby, count, width, compliance, force, single, workspace) and settled
+        if settled and error <= TOLERANCE:
+            return advance, step, count, stiffness
+    return advance, MAX_STEPS, -1, 0.0
+
+
+@compiled
+def _turning(lines, i, n, advance):
+    """How far the advance is beyond the one that brings the pinion's corner into contact, and the lever's slope there."""
+    further = advance - lines.corner_advance[i, n]
+    return (further, lines.lever_slope[i, n]) if further > 0.0 else (0.0, 0.0)
+
+
+@compiled
+def _linearise(lines, i, advance, force, width, compliance, corners, workspace):
+    """Gather the linearised equations of the sections that carry; return their number."""
+    sections, law, flexibility, active = len(width), lines.law[i], lines.flexibility[i], workspace.active
+    count = 0
+    for n in range(len(workspace.free)):
+        if workspace.carries[n]:
+            if not lines.ready[i, n]:
+                _make_ready(lines, i, n, compliance, sections)
+            active[count] = n
+            count += 1
+    for a in range(count):
+        n = active[a]
+        across = width[n % sections]
+        load = force[n] / across
+        approach, slope = approach_of(load, stored_law(law[n]), corners)
+        further, turning = _turning(lines, i, n, advance)
+        # The gap 1/2 turning further^2 linearised about the present advance.
+        workspace.loaded[a] = (
+            workspace.free[n] + turning * further * (0.5 * further - advance) + approach - slope * load
+        )
+        workspace.levered[a] = lines.lever[i, n] + turning * further
+        line = workspace.matrix[a]
+        for b in range(a, count):
+            line[b] = flexibility[n, active[b]]
+        line[a] += slope / across
+    cholesky(workspace.matrix, count, workspace.factor)
+    return count
+
+
+@compiled
+def _newton_step(lines, i, load, held, advance, force, count, workspace):
+    """Solve the linearised equations; return the advance and the stiffness. New forces are left in ``workspace.loaded``."""
+    solve_factored(workspace.factor, count, workspace.loaded)
+    solve_factored(workspace.factor, count, workspace.levered)
+    torque, stiffness = load, 0.0
+    for a in range(count):
+        n = workspace.active[a]
+        further, turning = _turning(lines, i, n, advance)
+        lever = lines.lever[i, n] + turning * further
+        torque -= lever * workspace.loaded[a] + turning * force[n] * advance
+        stiffness += lever * workspace.levered[a] - turning * force[n]
+    if not held:
+        advance = torque / stiffness
+    for a in range(count):
+        workspace.loaded[a] = -workspace.loaded[a] - advance * workspace.levered[a]
+    return advance, stiffness
+
+
+@compiled
+def _accept(lines, i, count, width, force, workspace):
+    """Take over the new forces; sections that would pull let go. Return whether none did, and the change."""
+    settled, error, largest = True, 0.0, 0.0
+    for a in range(count):
+        largest = max(largest, workspace.loaded[a])
+    for a in range(count):
+        n = workspace.active[a]
+        least = lines.law[i, n, LEAST] * width[n % len(width)]
+        new = workspace.loaded[a]
+        if new > 0.0:
+            error = max(error, (new - force[n]) ** 2 / (max(new, least) * largest))
+            force[n] = new
+            continue
+        settled = False
+        # The law is steeper the smaller the load: what pulls here may still push there.
+        workspace.carries[n] = force[n] > least
+        force[n] = BEGINNING * least if workspace.carries[n] else 0.0
+    return settled, error
+
+
+@compiled
+def _touch(lines, i, advance, nearby, count, width, compliance, force, single, workspace):
+    """Let sections carry whose gaps have closed, one at a time where `single`; return whether there was none."""
+    settled, size = True, len(workspace.free)
+    for n in range(size):
+        further, turning = _turning(lines, i, n, advance)
+        rigid = workspace.free[n] + lines.lever[i, n] * advance + 0.5 * turning * further**2
+        if workspace.carries[n] or rigid > nearby:
+            continue
+        if not lines.ready[i, n]:
+            _make_ready(lines, i, n, compliance, len(width))
+        gap, line = rigid, lines.flexibility[i, n]
+        for a in range(count):
+            gap += line[workspace.active[a]] * force[workspace.active[a]]
+        if gap < -ROUND_OFF * nearby:
+            workspace.carries[n], settled = True, False
+            force[n] = BEGINNING * lines.law[i, n, LEAST] * width[n % len(width)]
+            if single:
+                break
+    return settled

@@ -1,0 +1,92 @@
+"""Transmission error without load: where rigid flanks touch.
+
+Of all sections of all tooth pairs that can touch the one that closes first stops the pinion: its advance is the lower envelope
+of theirs. Under ever smaller torques the loaded transmission error comes down to it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from pmor.arrays import FloatArray
+from pmor.kinematics.condition import PLAIN, Assembly, Condition, common_misalignment
+from pmor.kinematics.meshed_pair import MeshedPair, SurfaceLayer
+from pmor.line.kernels.places import Lines, line_deviations
+from pmor.penalty.position import place_sections
+from pmor.results.sweep import SteSweep
+
+# Sections are placed for so many angles at a time: room is made for their flexibility, of which nothing is needed.
+ANGLES_PER_BLOCK = 25
+
+
+def with_unloaded(sweep: SteSweep, meshed: MeshedPair, conditions: Sequence[Condition]) -> SteSweep:
+    """Return a sweep with the transmission error without load beside the loaded one, where it is not zero.
+
+    Parameters
+    ----------
+    sweep : SteSweep
+    meshed : MeshedPair
+    conditions : sequence of Condition
+        Those of the sweep, with the same axes.
+    """
+    assemblies = [condition.assembly for condition in conditions]
+    if all(one == PLAIN for one in assemblies):
+        return sweep
+    different = list(dict.fromkeys(assemblies))
+    found = dict(zip(different, unloaded_ste_um(meshed, sweep.phi_rad, different), strict=True))
+    return replace(sweep, unloaded_um=np.stack([found[one] for one in assemblies]))
+
+
+def unloaded_ste_um(meshed: MeshedPair, phi: FloatArray, assemblies: Sequence[Assembly]) -> FloatArray:
+    """Return the transmission error of rigid flanks, of the sections in which line contact is evaluated.
+
+    Parameters
+    ----------
+    meshed : MeshedPair
+        Of any contact scheme: its flanks are taken for the involutes that they stand for.
+    phi : ndarray, shape (n,)
+        Pinion angles, rad.
+    assemblies : sequence of Assembly
+        How the pair is built, m times, with the same axes.
+
+    Returns
+    -------
+    ndarray, shape (m, n)
+        um along the line of action, from where the loaded one counts.
+    """
+    if not meshed.layers:  # sections are placed with the law of their load, which nothing rigid asks for
+        meshed = replace(meshed, layers=(_layer(meshed.pinion.element_rows), _layer(meshed.wheel.element_rows)))
+    misalignment = common_misalignment(assemblies)
+    deviations = [meshed.deviations(one) if one.modified else None for one in assemblies]
+    angles, advance = np.ascontiguousarray(phi, dtype=float), np.empty((len(assemblies), len(phi)))
+    for start in range(0, len(angles), ANGLES_PER_BLOCK):
+        block = slice(start, start + ANGLES_PER_BLOCK)
+        lines = place_sections(meshed, angles[block], misalignment)
+        for number, flanks in enumerate(deviations):
+            removed = np.zeros_like(lines.gap)
+            if flanks is not None:
+                line_deviations(lines, meshed.sections.z, *flanks, removed)
+            advance[number, block] = _touching_advance(lines, removed).min(axis=1)
+    return np.asarray(1e3 * meshed.pair.pinion.base_radius * advance)
+
+
+def _touching_advance(lines: Lines, removed: FloatArray) -> FloatArray:
+    """Lead at which each section closes, (A, N), rad; infinite where it never does.
+
+    Under the pinion's corner the lever turns with the advance, and the gap is a parabola.
+    """
+    advance, near = np.full(lines.gap.shape, np.inf), np.isfinite(lines.gap)
+    gap, lever = lines.gap[near] + removed[near], lines.lever[near]
+    slope, corner = lines.lever_slope[near], lines.corner_advance[near]
+    straight, at_corner = gap / -lever, gap + lever * corner
+    root = lever**2 - 2.0 * slope * at_corner
+    turned = corner + 2.0 * at_corner / (np.sqrt(np.maximum(root, 0.0)) - lever)
+    advance[near] = np.where(straight <= corner, straight, np.where(root >= 0.0, turned, np.inf))
+    return advance
+
+
+def _layer(rows: int) -> SurfaceLayer:
+    return SurfaceLayer(np.ones(rows + 1), 1.0, np.ones(rows + 1), 0, 0.0)

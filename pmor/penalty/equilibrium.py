@@ -1,0 +1,417 @@
+"""Static equilibrium of the pair under a torque on the pinion or with its advance given: Newton on the geometry, guarded.
+
+The wheel is held. With the advance given it is the same solution with one row less, and the torque that the contact forces
+make is the result: the force law by displacement. This solves full FE, and any other elastic model behind the same
+interface; of the reduced model it takes what the compiled sweep (`pmor_online.sweep`) leaves to it. A step solves the
+contact problem that is linearised about the present geometry, unilateral as it is: which points carry load is settled
+on the linearised gaps, of all points that penetrate or nearly do. What is left to iterate is the geometry alone, so
+that a stiff penalty costs no more steps than a soft one. Residual *forces* would be no guide there: they are the
+penalty times errors of the gap, and off by orders of magnitude in a state whose forces are right to a per mille. What
+counts instead is the correction that the next step would make, in the energy norm: the error itself, whatever the
+penalty.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from pmor.arrays import FloatArray
+from pmor.errors import ConvergenceError
+from pmor.kinematics.condition import Condition
+from pmor.kinematics.meshed_pair import MeshedPair
+from pmor.penalty.elasticity import Elasticity
+from pmor.penalty.kernels.search import search_workspace
+from pmor.penalty.position import Position
+from pmor.penalty.search import Contact, search_contact
+
+# Gaps are differences of coordinates, some hundred operations behind the nodes, and a hundredth of the approach.
+ROUND_OFF_FACTOR = 200.0
+# Points count as near when they penetrate with the pinion ahead by this share of the approach at a start, and by that
+# share of the last correction later: the geometry's error, which is second order in it, must not hide a point that
+# carries load; but at the edges of a flank the area of a point changes with it.
+NEARBY, NEARER = 0.1, 0.03
+# Below this correction the nearby points of a first look are searched again, as close as the correction says.
+CLOSE = 1e-3
+# Of the linear contact problem: rounds without progress before points change sides singly, and rounds in all.
+PIVOT_PATIENCE, MOST_PIVOTS = 3, 20
+# Shares of the penalty by which it is softened and hardened again where that does not end, and the smallest.
+SOFTER, HARDER, SOFTEST = 1e-2, 10.0, 1e-9
+HALVINGS = 8
+# Torque whose approach is the least that counts, N mm: a measure where the advance keeps the flanks apart.
+LEAST_TORQUE = 1.0
+# Penetration of a start, over the expected approach, above which it is turned back.
+DEEP = 3.0
+# Corrections that fall by less than this factor fall linearly; the last ones, so many, then say where they advance.
+SLOW, MEMORY = 0.03, 4
+# Under extreme loads corrections fall linearly, and end in round-off of the deformation: this is enough then.
+LINEAR = 1e-8
+# A step is good when its correction is below one of the last ones, so many: the area of a point at the edge of a flank
+# changes with its foot, which the linearised problem leaves out, and corrections need not fall at every step. They may
+# not grow by more than this factor, though.
+PATIENCE, MOST_GROWTH = 3, 10.0
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """A converged state.
+
+    Parameters
+    ----------
+    advance : float
+        Rotation of the pinion ahead of its kinematic position, rad.
+    coordinates : ndarray
+        Of the elastic model.
+    contact : Contact
+    steps : int
+        Newton steps taken.
+    history : tuple of (correction of the coordinates, correction of the advance)
+        Relative, before each step and at the end.
+    """
+
+    advance: float
+    coordinates: FloatArray
+    contact: Contact
+    steps: int
+    history: tuple[tuple[float, float], ...]
+
+    def scaled_start(self, factor: float) -> tuple[FloatArray, float]:
+        """Return coordinates and advance to start from at `factor` times the torque."""
+        return self.coordinates * factor, self.advance * factor
+
+    def pair_torque(self, n_pairs: int) -> FloatArray:
+        """Return the torque on the pinion that each tooth pair carries, shape (n_pairs,), N mm."""
+        contact = self.contact
+        torque = np.bincount(contact.pair, weights=-contact.force * contact.lever, minlength=n_pairs)
+        return np.asarray(torque, dtype=float)
+
+    @property
+    def wheel_torque(self) -> float:
+        """Torque of the contact forces on the wheel, N mm."""
+        return float(self.contact.force @ self.contact.mate_lever)
+
+
+@dataclass(frozen=True)
+class _State:
+    """A state, and how far the linearised contact problem about it says that it is from equilibrium.
+
+    Parameters
+    ----------
+    advance, coordinates
+        As in `Equilibrium`.
+    contact : Contact
+        Points that carry load in the linearised problem, with its gaps: their forces balance the torque.
+    correction : ndarray
+        Of the coordinates.
+    rotation : float
+        Correction of the advance, rad.
+    error : (float, float)
+        The two corrections: energy norm over that of the solution, and advance over approach; infinite without contact.
+    smallest_gap : float
+        mm; infinite where no flank faces its mate.
+    """
+
+    advance: float
+    coordinates: FloatArray
+    contact: Contact
+    correction: FloatArray
+    rotation: float
+    error: tuple[float, float]
+    smallest_gap: float
+
+
+Evaluate = Callable[[FloatArray, float, float], _State]
+# Coordinates, rotation and gaps of a linearised contact problem.
+_Linear = tuple[FloatArray, float, FloatArray]
+
+
+def solve_equilibrium(
+    meshed: MeshedPair,
+    position: Position,
+    elasticity: Elasticity,
+    condition: Condition,
+    start: tuple[FloatArray, float] | None = None,
+    max_steps: int = 40,
+    tolerance: float = 1e-9,
+    remember: bool = False,
+) -> Equilibrium:
+    """Solve for the elastic coordinates and, under a torque, for the pinion's advance.
+
+    Parameters
+    ----------
+    meshed : MeshedPair
+    position : Position
+    elasticity : Elasticity
+    condition : Condition
+        With the axes and flanks of the position.
+    start : (ndarray, float), optional
+        Elastic coordinates and advance (rad) to start from; by default the undeformed pair at the expected approach.
+        An advance that the condition gives stays as it is.
+    max_steps : int
+    tolerance : float
+        On the relative corrections of the coordinates (energy norm) and of the advance.
+    remember : bool
+        Look for each point on the patch where it was found in the step before. Normals jump a little from patch to
+        patch, so that a point at their border can go to and fro between them for ever; on either side of it there is
+        an equilibrium.
+
+    Returns
+    -------
+    Equilibrium
+        Where the advance is given and nothing touches, without any contact.
+
+    Raises
+    ------
+    ConvergenceError
+        With the history of corrections, when the tolerance is not reached or, under a torque, nothing touches.
+    """
+    base_radius, driven = meshed.pair.pinion.base_radius, condition.advance is None
+    approach = expected_approach(meshed, condition)
+    tolerance = max(tolerance, _round_off(meshed, approach))
+    if driven and meshed.scheme.kind != "line":
+        torque = condition.given_torque
+        approach = meshed.expected_closing(torque, position.assembly.misalignment) + expected_penetration(
+            meshed, torque
+        )
+
+    workspace = search_workspace(position.kernel_pair, position.patches) if remember else None
+    search = partial(search_contact, meshed, position, workspace=workspace)
+
+    def evaluate(coordinates: FloatArray, advance: float, depth: float) -> _State:
+        return _evaluate(search, meshed, elasticity, condition.torque, approach, coordinates, advance, depth)
+
+    coordinates, advance = start or (elasticity.zero(), approach / base_radius)
+    state = evaluate(coordinates, advance if condition.advance is None else condition.advance, NEARBY * approach)
+    if driven and state.smallest_gap < -DEEP * approach:
+        # So deep inside each other the flanks' nearest points say nothing: begin where they should be.
+        advance = state.advance + (state.smallest_gap + approach) / base_radius
+        state = evaluate(state.coordinates, advance, NEARBY * approach)
+    state = _closer(state, evaluate, approach)
+    history: list[tuple[float, float]] = []
+    passed: list[_State] = []
+    for step in range(max_steps + 1):
+        history.append(state.error)
+        linear = bool(passed) and max(state.error) > 0.1 * max(passed[-1].error)
+        if max(state.error) <= (max(tolerance, LINEAR) if linear else tolerance):
+            return Equilibrium(state.advance, state.coordinates, state.contact, step, tuple(history))
+        if math.isfinite(state.error[1]):
+            target = _extrapolated(passed, state)
+            passed = [*passed[1 - MEMORY :], state]
+            limit = min(max(max(s.error) for s in passed[-PATIENCE:]), MOST_GROWTH * max(state.error))
+            state = _guarded_step(state, target, limit, evaluate, approach)
+            continue
+        if not driven:
+            state = evaluate(elasticity.zero(), state.advance, NEARBY * approach)
+            continue
+        if not math.isfinite(state.smallest_gap):
+            raise ConvergenceError(f"no flank faces its mate at phi = {position.phi:.6g} rad", history)
+        advance = state.advance + (state.smallest_gap + approach) / base_radius
+        state = evaluate(state.coordinates, advance, NEARBY * approach)
+    raise ConvergenceError(
+        f"no equilibrium at phi = {position.phi:.6g} rad, {condition.load_text} after {max_steps} Newton steps "
+        f"(last corrections: deformation {history[-1][0]:.2g}, advance {history[-1][1]:.2g})",
+        history,
+    )
+
+
+def round_off_residual(meshed: MeshedPair, torque: float) -> float:
+    """Return the relative error below which a state under a pinion torque (N mm) is round-off of the coordinates."""
+    return _round_off(meshed, meshed.expected_approach(torque))
+
+
+def _round_off(meshed: MeshedPair, approach: float) -> float:
+    coordinate_error = np.finfo(float).eps * meshed.pair.centre_distance
+    # Gaps of exact flanks come from displacements alone; only where a tip corner is do coordinates enter, directly.
+    factor = 1.0 if meshed.scheme.exact else ROUND_OFF_FACTOR
+    return float(factor * coordinate_error / approach)
+
+
+def expected_approach(meshed: MeshedPair, condition: Condition) -> float:
+    """Return the approach of the flanks to expect in a condition, mm.
+
+    Of line contact it is where to start: an undeformed tooth would take all of an advance by its dent, which is steep, so
+    that too little is better than too much. An advance that keeps the flanks apart still has a small one, as a measure.
+    """
+    if condition.advance is None:
+        return meshed.expected_approach(condition.given_torque)
+    return max(condition.advance * meshed.pair.pinion.base_radius, meshed.expected_approach(LEAST_TORQUE))
+
+
+def expected_penetration(meshed: MeshedPair, torque: float) -> float:
+    """Return by how much flanks penetrate under the penalty where one tooth pair carries a torque (N mm), mm.
+
+    A bed of stiffness k takes up a load per width of ``4/3 k d sqrt(2 rho d)`` when a cylinder of relative radius rho
+    penetrates it by d; rho is that at the pitch point.
+    """
+    if meshed.scheme.kind == "line":
+        return 0.0  # no penalty
+    pair = meshed.pair
+    load = torque / pair.pinion.base_radius / pair.common_width
+    return float((0.75 * load / (meshed.scheme.penalty * math.sqrt(2.0 * pair.pitch_point_radius))) ** (2.0 / 3.0))
+
+
+def _evaluate(
+    search: Callable[..., Contact],
+    meshed: MeshedPair,
+    elasticity: Elasticity,
+    torque: float | None,
+    approach: float,
+    coordinates: FloatArray,
+    advance: float,
+    depth: float,
+) -> _State:
+    """Solve the contact problem linearised about a state, with all points that penetrate `depth` (mm) further ahead."""
+    base_radius = meshed.pair.pinion.base_radius
+    displacement = elasticity.displacement(coordinates)
+    if meshed.scheme.kind == "line":
+        # Its law is not linear: the tangent must be that of the state itself.
+        ahead = 0.0
+        contact = search(displacement, advance, depth)
+    else:
+        ahead = depth / base_radius
+        contact = search(displacement, advance + ahead)
+    smallest_gap = contact.smallest_gap + ahead * base_radius
+    present = contact.gap - contact.lever * ahead
+    free = present - contact.gap_change(displacement)
+    round_off = np.finfo(float).eps * meshed.pair.centre_distance
+    apart = torque is None and not (free < -round_off).any()
+    if apart or not len(contact.gap):
+        # With a given advance that is the answer, if the flanks are not merely deformed apart by what we started from.
+        error = 0.0 if apart and not coordinates.any() else math.inf
+        nothing = _select(contact, np.zeros(len(free), dtype=bool))
+        return _State(advance, coordinates, nothing, elasticity.zero(), 0.0, (error, error), smallest_gap)
+
+    def solve(active: np.ndarray, hardness: float) -> _Linear:
+        points = _select(contact, active)
+        points = replace(points, stiffness=hardness * points.stiffness)
+        try:
+            solution, rotation = elasticity.newton_step(points, free[active], torque)
+        except np.linalg.LinAlgError as error:
+            raise ConvergenceError(f"the equations of contact have no solution: {error}", []) from None
+        gap = free + contact.gap_change(elasticity.displacement(solution)) + contact.lever * rotation
+        return solution, rotation, gap
+
+    active, (solution, rotation, gap) = _unilateral(solve, present, round_off)
+    active = active & (gap < 0.0)
+    carrying = replace(_select(contact, active), gap=gap[active])
+    correction = solution - coordinates
+    norm = elasticity.energy_norm(solution)
+    error = elasticity.energy_norm(correction) / norm if norm > 0.0 else 0.0
+    return _State(advance, coordinates, carrying, correction, rotation, (error, abs(rotation) * base_radius / approach),
+                  smallest_gap)  # fmt: skip
+
+
+def _unilateral(
+    solve: Callable[[np.ndarray, float], _Linear], present: FloatArray, round_off: float
+) -> tuple[np.ndarray, _Linear]:
+    """Solve a linear contact problem: the points that carry load penetrate, the others do not.
+
+    Under a stiff penalty, and with more points than nodes, the points that carry are hard to tell from those that just
+    do not. Then the problem is first solved with a softer penalty, which is hardened step by step.
+
+    Parameters
+    ----------
+    solve : callable
+        Solution, rotation and gaps (mm) for given points that carry load, and a share of the penalty.
+    present : ndarray
+        Gaps that say which points to begin with, mm.
+    round_off : float
+        Gaps below it have no sign, mm.
+
+    Returns
+    -------
+    active : ndarray of bool
+    linear : tuple
+        As `solve` gives it for these.
+    """
+    start = present < 0.0 if (present < 0.0).any() else present <= present.min()
+    active, linear, done = _pivot(solve, start, 1.0, round_off)
+    hardness = 1.0
+    while not done and hardness > SOFTEST:
+        hardness *= SOFTER
+        active, linear, done = _pivot(solve, start, hardness, round_off)
+    while hardness < 1.0:
+        hardness = min(1.0, hardness * HARDER)
+        active, linear, _ = _pivot(solve, active, hardness, round_off)
+    return active, linear
+
+
+def _pivot(
+    solve: Callable[[np.ndarray, float], _Linear], active: np.ndarray, hardness: float, round_off: float
+) -> tuple[np.ndarray, _Linear, bool]:
+    """Let points on the wrong side change sides until there are none; return those that carry load, and if it ended.
+
+    All change at once while that lowers their number, else one does (Portugal, Judice & Vicente, Math. Comp. 63 (1994)
+    625).
+    """
+    fewest, patience = len(active) + 1, PIVOT_PATIENCE
+    for _ in range(MOST_PIVOTS):
+        linear = solve(active, hardness)
+        wrong = np.where(active, linear[2] > round_off, linear[2] < -round_off)
+        count = int(wrong.sum())
+        if count < fewest:
+            fewest, patience = count, PIVOT_PATIENCE
+        elif patience > 0:
+            patience -= 1
+        else:
+            wrong[: np.flatnonzero(wrong)[-1]] = False
+        # Without any point there would be nothing to solve.
+        if count == 0 or not (active ^ wrong).any():
+            return active, linear, count == 0
+        active = active ^ wrong
+    return active ^ wrong, linear, False  # the points that the last solution belongs to
+
+
+def _closer(state: _State, evaluate: Evaluate, approach: float) -> _State:
+    """Look again at a state that is better than was expected, at the points that are near by its own measure."""
+    while 0.0 < max(state.error) < CLOSE:
+        closer = evaluate(state.coordinates, state.advance, NEARBY * max(state.error) * approach)
+        if max(closer.error) > 0.5 * max(state.error):
+            break
+        state = closer
+    return state
+
+
+def _extrapolated(passed: list[_State], state: _State) -> tuple[FloatArray, float]:
+    """Return where to go from a state: where its correction says, or further along the last ones when these die slowly.
+
+    The linearised problem leaves out how forces turn with the flanks. Under ordinary loads that is little, and the
+    corrections fall by orders of magnitude; under extreme ones they fall by a constant factor, which is what Anderson's
+    mixing of the last few takes away (J. ACM 12 (1965) 547).
+    """
+    if not passed or max(state.error) < SLOW * max(passed[-1].error):
+        return state.coordinates + state.correction, state.advance + state.rotation
+    chain = [*passed, state]
+    corrections = np.array([np.append(s.correction, 0.0) for s in chain])
+    change = np.diff(corrections, axis=0)
+    share = np.linalg.lstsq(change.T, corrections[-1], rcond=1e-8)[0]
+    targets = np.array([np.append(s.coordinates + s.correction, s.advance + s.rotation) for s in chain])
+    target = targets[-1] - share @ np.diff(targets, axis=0)
+    return target[:-1], float(target[-1])
+
+
+def _guarded_step(
+    state: _State, target: tuple[FloatArray, float], limit: float, evaluate: Evaluate, approach: float
+) -> _State:
+    """Go to the target, or as far towards it as the next correction stays below a limit."""
+    worst = min(max(state.error), 1.0)
+    step, rotation = target[0] - state.coordinates, target[1] - state.advance
+    near = NEARER * worst * approach
+    # A whole step may fail because it lost points that carry load; then it is looked at again with all points as near
+    # as the correction was large. That is not done at once, because points at the edge of a flank change with it.
+    halves = [(0.5**i, near) for i in range(1, HALVINGS)]
+    for size, depth in ((1.0, near), (1.0, min(worst, NEARBY) * approach), *halves):
+        trial = evaluate(state.coordinates + size * step, state.advance + size * rotation, depth)
+        if max(trial.error) < limit:
+            break
+    return trial
+
+
+def _select(contact: Contact, chosen: np.ndarray) -> Contact:
+    """Return some of the points."""
+    fields = ("pair", "slave", "index", "weight", "gap", "stiffness", "lever", "mate_lever", "place")
+    return replace(contact, **{name: getattr(contact, name)[chosen] for name in fields})

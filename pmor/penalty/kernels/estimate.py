@@ -1,0 +1,120 @@
+"""What the active shapes of the reduced pair do not carry of the contact forces, and how that changes with the torque."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pmor.compiled.compiling import allocating, inlined
+from pmor.compiled.linear import solve_factored
+from pmor.kinematics.kernels.types import FIRST, FIRST_ROW, OFFSET
+
+
+class _Patch(NamedTuple):
+    """Where a window's unknowns are.
+
+    Attributes
+    ----------
+    first : int
+        Of the window, among the unknowns of all windows.
+    on_flank : int
+        Of the window, on its flank.
+    low, high : int
+        Unknowns of the window that carry load: first and last but one.
+    """
+
+    first: int
+    on_flank: int
+    low: int
+    high: int
+
+
+@inlined
+def _exchanged_work(block, force, change, to, by, work):
+    """Sum of f_to^T C f'_by and f'_to^T C f_by for the forces f and f' on two patches; `work` is workspace for two rows."""
+    width = by.high - by.low
+    if width <= 0 or to.high <= to.low:
+        return 0.0
+    # Rows of known beginning and end: the loops over them then run in vector registers, at twice the speed.
+    first, second = work[0, :width], work[1, :width]
+    first[:], second[:] = 0.0, 0.0
+    for i in range(to.low, to.high):
+        value, slope = force[to.first + i], change[to.first + i]
+        line = block[to.on_flank + i, by.on_flank + by.low : by.on_flank + by.high]
+        for j in range(width):
+            first[j] += value * line[j]
+            second[j] += slope * line[j]
+    total = 0.0
+    for j in range(width):
+        total += first[j] * change[by.first + by.low + j] + second[j] * force[by.first + by.low + j]
+    return total
+
+
+@allocating
+def discarded_energy_slope(count, pair, position, coordinates, compliance):
+    """Derivative by the torque of the energy of the contact forces that the active shapes do not carry, rad.
+
+    With r the nodal forces that are left over, it is r^T C dr/dT (`pmor.reduction.error_estimate`). How all changes
+    with the torque follows from the last Newton matrix, and what the active shapes carry from that step's solution, which
+    balances the forces on them.
+
+    Parameters
+    ----------
+    count : int
+        Points of the solved state.
+    pair, position, coordinates
+        As `solve_state` leaves them.
+    compliance : two ndarrays, shape (neighbours + 1, n, n)
+        Compliance between the loaded flanks of teeth 0, 1, ... apart, of pinion and wheel, mm/N; two or three unknowns
+        for each flank node.
+    """
+    patches, work, size, gears = position.patches, position.work, position.active_shapes.size, pair.gears
+    points, response = work.workspace.points, work.solution
+    response[:size], response[size] = 0.0, 1.0
+    solve_factored(work.factor, size + 1, response)
+    across = gears[0].nodes.shape[1]
+    parts = compliance[0].shape[1] // (gears[0].nodes.shape[0] * across)
+    unknowns = parts * len(work.nodes)
+    force, change, rows = np.zeros(unknowns), np.zeros(unknowns), np.empty((2, unknowns))
+    loaded = np.zeros((patches.pairs, 2, 2), dtype=np.int64)
+    loaded[:, :, 0] = unknowns
+    total, half = 0.0, points.node.shape[1] // 2
+    for n in range(count):
+        if points.gap[n] >= 0.0:
+            continue
+        moved, opening, row = 0.0, points.lever[n] * response[size], work.slope[n]
+        for j in range(size):
+            moved += row[j] * coordinates[j]
+            opening += row[j] * response[j]
+        load, slope = -points.stiffness[n] * points.gap[n], -points.stiffness[n] * opening
+        total -= moved * slope
+        p, node = points.pair[n], points.node[n]
+        for side in range(2):
+            gear = points.slave[n] ^ side
+            for a in range(half * side, half * side + half):
+                first = parts * node[a]
+                for d in range(parts):
+                    force[first + d] += load * points.weight[n, a, d]
+                    change[first + d] += slope * points.weight[n, a, d]
+            # The first and the last of its nodes are the first and the last in the window too.
+            start = patches.windows[p, gear, OFFSET]
+            loaded[p, gear, 0] = min(loaded[p, gear, 0], parts * (node[half * side] - start))
+            loaded[p, gear, 1] = max(loaded[p, gear, 1], parts * (node[half * side + half - 1] - start + 1))
+    for gear in range(2):
+        for p in range(patches.pairs):
+            for q in range(p + 1):
+                # Of the wheel, whose teeth count against the pairs, it is the transpose.
+                to = _patch(patches, p if gear == 0 else q, gear, parts, across, loaded)
+                by = _patch(patches, q if gear == 0 else p, gear, parts, across, loaded)
+                block = compliance[gear][patches.tooth_pair[p] - patches.tooth_pair[q]]
+                both = _exchanged_work(block, force, change, to, by, rows)
+                total += 0.5 * both if p == q else both
+    return total
+
+
+@inlined
+def _patch(patches, p, gear, parts, across, loaded):
+    window = patches.windows[p, gear]
+    on_flank = parts * across * (window[FIRST_ROW] - window[FIRST])
+    return _Patch(parts * window[OFFSET], on_flank, loaded[p, gear, 0], loaded[p, gear, 1])

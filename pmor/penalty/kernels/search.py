@@ -1,0 +1,226 @@
+"""Points of all tooth pairs that can touch that penetrate, or nearly do, whichever the scheme."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba.extending import overload
+
+from pmor.arrays import FloatArray
+from pmor.compiled.compiling import ALLOCATING, allocating, compiled
+from pmor.kinematics.kernels.motion import pinion_slave_share, relative_motion, section_roll_position
+from pmor.kinematics.kernels.types import (
+    ELEMENT_ROWS,
+    FIRST_ROW,
+    ActivePatches,
+    LineScheme,
+    Motion,
+    NodalScheme,
+    Pair,
+    StripScheme,
+)
+from pmor.line.kernels.law import search_line
+from pmor.penalty.kernels.nodal import Facing, search_pair
+from pmor.penalty.kernels.state import Carriers, Feet, Found, Points, SearchWorkspace
+from pmor.penalty.kernels.strip import search_strip
+from pmor.penalty.kernels.windows import element_row
+
+
+@allocating
+def _room(patches, carriers, size, profile_points, width_points):
+    """Workspace for `size` points with so many nodes each, and for feet on a grid (profile, width) on each flank."""
+    owners, values = np.empty((2, size), dtype=np.int64), np.empty((4, size))
+    points = Points(
+        owners[0], owners[1], np.empty((size, carriers), dtype=np.int64), np.empty((size, carriers, 3)), values[0],
+        values[1], values[2], values[3], np.empty((size, 4), dtype=np.int64),
+    )  # fmt: skip
+    grid = (patches.pairs, 2, profile_points, width_points, 2)
+    forward, back = Motion(np.empty((3, 3)), np.empty(3)), Motion(np.empty((3, 3)), np.empty(3))
+    carriers = Carriers(np.empty(2, dtype=np.int64), np.empty((2, 4)))
+    return SearchWorkspace(points, Feet(np.full(grid, -1), np.empty(grid)), forward, back, carriers)
+
+
+@compiled
+def _most_elements(patches):
+    elements = 0
+    for p in range(patches.pairs):
+        elements = max(elements, patches.windows[p, 0, ELEMENT_ROWS], patches.windows[p, 1, ELEMENT_ROWS])
+    return elements
+
+
+@compiled
+def _most_columns(gears):
+    return max(gears[0].nodes.shape[1], gears[1].nodes.shape[1])
+
+
+@allocating
+def _workspace_of_lines(pair, patches):
+    share = pair.sections.share
+    return _room(patches, 8 * share.shape[2], patches.pairs * share.shape[1], 0, 0)
+
+
+@allocating
+def _workspace_of_strips(pair, patches):
+    pieces = 2 * patches.pairs * (_most_elements(patches) + 3) * _most_columns(pair.gears)
+    return _room(patches, 8 * pair.sections.share.shape[2], pieces * len(pair.scheme.gauss_points), 0, 0)
+
+
+@allocating
+def _workspace_of_nodes(pair, patches):
+    profile_points = _most_elements(patches) * pair.scheme.lodm_profile + 1
+    width_points = (_most_columns(pair.gears) - 1) * pair.scheme.lodm_width + 1
+    return _room(patches, 8, 2 * patches.pairs * profile_points * width_points, profile_points, width_points)
+
+
+@allocating
+def facing_flanks(pair, patches, p, slave, workspace):
+    """How the flank of one gear of tooth pair `p` faces that of its mate: `Facing`, with the motion from `workspace`."""
+    kinematics, gears, scheme, master = pair.kinematics, pair.gears, pair.scheme, 1 - slave
+    own, mate = patches.windows[p, slave], patches.windows[p, master]
+    first, roll_position = own[FIRST_ROW] * scheme.lodm_profile, patches.phi + patches.tooth_pair[p] * kinematics.pitch
+    extents = gears[slave].extents[first : first + own[ELEMENT_ROWS] * scheme.lodm_profile + 1]
+    z, mate_z = gears[slave].nodes[0, :, 2], gears[master].nodes[0, :, 2]
+    columns = (len(z) - 1) * scheme.lodm_width + 1
+    penalty, across = np.empty(columns), np.empty(columns)
+    slave_centre, master_centre = np.empty(columns), np.empty(columns)
+    column_width = (mate_z[-1] - mate_z[0]) / (len(mate_z) - 1)
+    images = 2.0 if scheme.mirrored else 1.0
+    for column in range(columns):
+        k = min(column // scheme.lodm_width, len(z) - 2)
+        section = z[k] + (column / scheme.lodm_width - k) * (z[k + 1] - z[k])
+        own_position = section_roll_position(gears, roll_position, section)
+        share = pinion_slave_share(kinematics, scheme, own_position)
+        penalty[column] = images * (share if slave == 0 else 1.0 - share) * scheme.penalty
+        slave_centre[column] = element_row(kinematics, gears, slave, own_position) - own[FIRST_ROW]
+        master_centre[column] = element_row(kinematics, gears, master, own_position) - mate[FIRST_ROW]
+        across[column] = (section - mate_z[0]) / column_width
+    return Facing(
+        own, mate, len(z), len(mate_z), extents, workspace.forward if slave == 0 else workspace.back, slave == 0, penalty,
+        slave_centre, master_centre, across, column_width, patches.clear,
+    )  # fmt: skip
+
+
+@compiled
+def _search_lines(pair, patches, advance, nodes, largest_gap, workspace):
+    points, found = workspace.points, Found(0, np.inf, False)
+    for p in range(patches.pairs):
+        before = found
+        # Line contact knows no slave: its points are the pinion's.
+        found = search_line(pair, patches, p, advance, nodes, largest_gap, before.listed, workspace)
+        found = _with_earlier(found, before, p, 0, points)
+    return found
+
+
+@allocating
+def _search_strips(pair, patches, advance, nodes, largest_gap, workspace):
+    scheme, points, found = pair.scheme, workspace.points, Found(0, np.inf, False)
+    images = 2.0 if scheme.mirrored else 1.0
+    for p in range(patches.pairs):
+        roll_position = patches.phi + patches.tooth_pair[p] * pair.kinematics.pitch
+        share = pinion_slave_share(pair.kinematics, scheme, roll_position)
+        for slave in range(2):
+            before, portion = found, images * (share if slave == 0 else 1.0 - share)
+            if portion > 0.0:
+                found = search_strip(
+                    pair, patches, p, slave, advance, portion * scheme.penalty, nodes, before.listed, workspace
+                )
+                found = _with_earlier(found, before, p, slave, points)
+    return found
+
+
+@allocating
+def _search_nodes(pair, patches, advance, nodes, largest_gap, workspace):
+    points, found = workspace.points, Found(0, np.inf, False)
+    for p in range(patches.pairs):
+        roll_position = patches.phi + patches.tooth_pair[p] * pair.kinematics.pitch
+        relative_motion(pair.kinematics, pair.gears, roll_position, advance, workspace.forward, workspace.back)
+        for slave in range(2):
+            facing, before = facing_flanks(pair, patches, p, slave, workspace), found
+            if _any_slave(facing.penalty):
+                feet = Feet(workspace.feet.element[p, slave], workspace.feet.guess[p, slave])
+                found = search_pair(pair.scheme, facing, nodes, largest_gap, feet, before.listed, points)
+                found = _with_earlier(found, before, p, slave, points)
+    return found
+
+
+@compiled
+def _any_slave(penalty):
+    for value in penalty:
+        if value > 0.0:
+            return True
+    return False
+
+
+@compiled
+def _with_earlier(found, before, p, slave, points):
+    """Say whose the points are that were found last, and add up."""
+    points.pair[before.listed : found.listed], points.slave[before.listed : found.listed] = p, slave
+    return Found(found.listed, min(found.smallest, before.smallest), found.border or before.border)
+
+
+class _Kernels(NamedTuple):
+    """What a scheme has of its own."""
+
+    search: Any
+    workspace: Any
+
+
+_OF_SCHEME = {
+    LineScheme: _Kernels(_search_lines, _workspace_of_lines),
+    StripScheme: _Kernels(_search_strips, _workspace_of_strips),
+    NodalScheme: _Kernels(_search_nodes, _workspace_of_nodes),
+}
+
+
+def search_workspace(pair: Pair, patches: ActivePatches) -> SearchWorkspace:
+    """Return room for all points that `search_all` can list."""
+    workspace: SearchWorkspace = _OF_SCHEME[type(pair.scheme)].workspace(pair, patches)
+    return workspace
+
+
+def search_all(
+    pair: Pair,
+    patches: ActivePatches,
+    advance: float,
+    nodes: FloatArray,
+    largest_gap: float,
+    workspace: SearchWorkspace,
+) -> Found:
+    """List the points of all tooth pairs that can touch that penetrate, or nearly do.
+
+    Parameters
+    ----------
+    pair : Pair
+    patches : ActivePatches
+    advance : float
+        Rotation of the pinion ahead of its kinematic position, rad.
+    nodes : ndarray, shape (n, 3)
+        Deformed nodes of all windows, mm; for exact flanks their displacements alone (`Work`).
+    largest_gap : float
+        Points with a gap below it are listed, mm; strips list what penetrates.
+    workspace : SearchWorkspace
+        Its points are filled.
+
+    Returns
+    -------
+    Found
+    """
+    found: Found = _OF_SCHEME[type(pair.scheme)].search(pair, patches, advance, nodes, largest_gap, workspace)
+    return found
+
+
+def _kernels_of(pair: Any) -> _Kernels:
+    """Return the kernels of a pair's scheme from its compiled type."""
+    return _OF_SCHEME[pair[Pair._fields.index("scheme")].instance_class]
+
+
+# Where kernels call these two, the type of the scheme decides, and nothing of the other schemes is compiled.
+@overload(search_workspace, jit_options=ALLOCATING)  # type: ignore[arg-type]
+def _room_within(pair, patches):
+    return _kernels_of(pair).workspace.py_func
+
+
+@overload(search_all, jit_options=ALLOCATING)  # type: ignore[arg-type]
+def _search_within(pair, patches, advance, nodes, largest_gap, workspace):
+    return _kernels_of(pair).search.py_func

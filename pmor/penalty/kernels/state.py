@@ -1,0 +1,285 @@
+"""What the kernels pass to each other about a state: surfaces, feet, contact points, active_shapes, work space.
+
+Named tuples of arrays and scalars, as in `pmor.kinematics.kernels.types`, which has units and numbering.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from pmor.arrays import BoolArray, FloatArray, IntArray
+from pmor.kinematics.kernels.types import ActivePatches, Motion
+
+
+class Surface(NamedTuple):
+    """Surface over a grid of deformed nodes.
+
+    Attributes
+    ----------
+    nodes : ndarray, shape (rows, columns, 3)
+        mm.
+    along_rows, along_columns : ndarray, shape (rows, columns, 2, 3)
+        Tangents of the edges from node (i, k) to (i + 1, k) and to (i, k + 1), at both ends; of a smooth surface.
+    smooth : bool
+        Ferguson patches, else bilinear facets.
+    """
+
+    nodes: FloatArray
+    along_rows: FloatArray
+    along_columns: FloatArray
+    smooth: bool
+
+
+class Foot(NamedTuple):
+    """Workspace for the foot of the perpendicular from a point on a surface.
+
+    Attributes
+    ----------
+    element : ndarray of int, shape (2,)
+        The patch that holds it.
+    guess : ndarray, shape (2,)
+        Parameters in the patch.
+    point, tangent_s, tangent_t : ndarray, shape (3,)
+        The foot, and the tangents there.
+    """
+
+    element: IntArray
+    guess: FloatArray
+    point: FloatArray
+    tangent_s: FloatArray
+    tangent_t: FloatArray
+
+
+class Feet(NamedTuple):
+    """Where each slave point was projected the last time.
+
+    Attributes
+    ----------
+    element : ndarray of int, shape (..., rows, columns of slave points, 2)
+        -1: not yet.
+    guess : ndarray, shape (..., rows, columns of slave points, 2)
+    """
+
+    element: IntArray
+    guess: FloatArray
+
+
+class Carriers(NamedTuple):
+    """Nodes that carry a point of a section: four of a column, on both gears.
+
+    Attributes
+    ----------
+    row : ndarray of int, shape (2,)
+        Row of the first of the four on the flank.
+    weight : ndarray, shape (2, 4)
+    """
+
+    row: IntArray
+    weight: FloatArray
+
+
+class Points(NamedTuple):
+    """Contact points: those that penetrate, or nearly do.
+
+    Attributes
+    ----------
+    pair : ndarray of int, shape (n,)
+        Number of the tooth pair among those that can touch.
+    slave : ndarray of int, shape (n,)
+        Gear whose point it is.
+    node : ndarray of int, shape (n, K)
+        Window nodes that carry the point: half of them of the slave, half of the master; four each, or four in each of
+        the columns between which a section lies.
+    weight : ndarray, shape (n, K, 3)
+        Gradient of the gap by the displacements of these nodes.
+    gap : ndarray, shape (n,)
+        mm.
+    stiffness : ndarray, shape (n,)
+        N/mm.
+    lever, mate_lever : ndarray, shape (n,)
+        Derivative of the gap by the pinion's rotation; lever arm of the force on the wheel, mm.
+    place : ndarray of int, shape (n, 4)
+        Row and column of the slave point in its window, row and column of the master's element in its own.
+    """
+
+    pair: IntArray
+    slave: IntArray
+    node: IntArray
+    weight: FloatArray
+    gap: FloatArray
+    stiffness: FloatArray
+    lever: FloatArray
+    mate_lever: FloatArray
+    place: IntArray
+
+
+class SearchWorkspace(NamedTuple):
+    """Workspace for a search: the points that it lists, the feet that it remembers, and what it needs on the way."""
+
+    points: Points
+    feet: Feet
+    forward: Motion
+    back: Motion
+    carriers: Carriers
+
+
+class Found(NamedTuple):
+    """What a search says beside the points.
+
+    Attributes
+    ----------
+    listed : int
+        Points listed so far.
+    smallest : float
+        Smallest gap met, mm; infinite if nothing projects.
+    border : bool
+        Contact reaches the end of a window that is not the edge of its flank: the window is too small.
+    """
+
+    listed: int
+    smallest: float
+    border: bool
+
+
+class GearLines(NamedTuple):
+    """Shapes of a gear that belong to its flank lines (`pmor.reduction.flank_lines.GearLines`).
+
+    Attributes
+    ----------
+    start : ndarray of int, shape (lines + 1,)
+    displacement : ndarray, shape (2 neighbours + 1, m, f)
+    gram : ndarray, shape (2 neighbours + 1, m, m)
+    """
+
+    start: IntArray
+    displacement: FloatArray
+    gram: FloatArray
+
+
+class PositionShapes(NamedTuple):
+    """Shapes of a pair at roll positions (`pmor.reduction.contact_shapes.ContactShapes`).
+
+    Attributes
+    ----------
+    first, step : float
+        Grid of roll positions, rad.
+    loaded : ndarray of bool, shape (M, T)
+    displacement : ndarray, shape (M, T, 2, 2 patches + 1, f)
+    gram : ndarray, shape (neighbours + 1, M, S, S, T, T)
+    turn : ndarray, shape (M - 1, T, T)
+    angle : ndarray, shape (M - 1, T)
+        Of `pmor.reduction.grassmann.Geodesics`; both empty where each shape is interpolated by itself.
+    """
+
+    first: float
+    step: float
+    loaded: BoolArray
+    displacement: FloatArray
+    gram: FloatArray
+    turn: FloatArray
+    angle: FloatArray
+
+
+class Family(NamedTuple):
+    """The shapes of a reduced pair: of one family, the arrays of the other one are empty.
+
+    Attributes
+    ----------
+    by_line : bool
+        Which of the two. A shape of lines belongs to one gear, one of positions to both.
+    lines : two GearLines
+        Of pinion and wheel.
+    positions : PositionShapes
+    beside : int
+        How many lines beside the elements of a window have active shapes too: 0 or 1.
+    """
+
+    by_line: bool
+    lines: tuple[GearLines, GearLines]
+    positions: PositionShapes
+    beside: int
+
+
+class ActiveShapes(NamedTuple):
+    """The active shapes, whose amplitudes are the unknowns.
+
+    Attributes
+    ----------
+    size : int
+        How many there are.
+    slot : ndarray of int, shape (size or more,)
+        Tooth pair (its number among those that can touch) times the shapes that a pair can have at all, plus the shape.
+    ranges : ndarray of int, shape (2, 2)
+        For each gear the first and the last but one shape that moves it.
+    gram, factor : ndarray, shape (size or more, size or more)
+        Energy products, and their upper Cholesky factor.
+    fields : ndarray, shape (size or more, 3 nodes)
+        ``fields[j - ranges[gear, 0]]``: displacements of the window nodes.
+    """
+
+    size: int
+    slot: IntArray
+    ranges: IntArray
+    gram: FloatArray
+    factor: FloatArray
+    fields: FloatArray
+
+
+class Work(NamedTuple):
+    """Workspace for the solution of one position.
+
+    Attributes
+    ----------
+    undeformed, nodes : ndarray, shape (nodes, 3)
+        Window nodes, mm; for exact flanks zero and the displacements alone, which small loads would lose among the
+        digits of the coordinates.
+    slope : ndarray, shape (points, active_shapes)
+        Derivatives of the gaps by the active shapes' amplitudes.
+    free_gap : ndarray, shape (points,)
+        Gaps without elastic deformation, mm.
+    active : ndarray of bool, shape (points,)
+        Whether a point carries load in the linearised problem.
+    target, difference, solution, trial, rhs : ndarray, shape (active shapes + 1,)
+    matrix, factor : ndarray, shape (active shapes + 1, active shapes + 1)
+    workspace : SearchWorkspace
+    """
+
+    undeformed: FloatArray
+    nodes: FloatArray
+    slope: FloatArray
+    free_gap: FloatArray
+    active: BoolArray
+    target: FloatArray
+    difference: FloatArray
+    solution: FloatArray
+    trial: FloatArray
+    rhs: FloatArray
+    matrix: FloatArray
+    factor: FloatArray
+    workspace: SearchWorkspace
+
+
+class Position(NamedTuple):
+    """All that one pinion angle needs."""
+
+    patches: ActivePatches
+    active_shapes: ActiveShapes
+    work: Work
+
+
+class Load(NamedTuple):
+    """What holds the pinion.
+
+    Attributes
+    ----------
+    torque : float
+        N mm; 0 where its advance is given instead.
+    approach : float
+        Approach of the flanks to expect, mm.
+    held : bool
+        Whether the advance is given.
+    """
+
+    torque: float
+    approach: float
+    held: bool

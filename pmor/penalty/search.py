@@ -1,0 +1,106 @@
+"""Evaluate the contact of all tooth pairs that can touch for given displacements and pinion rotation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from pmor.arrays import FloatArray, IntArray
+from pmor.kinematics.meshed_pair import MeshedPair
+from pmor.penalty.kernels.search import search_all, search_workspace
+from pmor.penalty.kernels.state import Points, SearchWorkspace
+from pmor.penalty.position import Position
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Slave points that penetrate, or nearly do (n of them), over all tooth pairs.
+
+    Parameters
+    ----------
+    pair : ndarray of int, shape (n,)
+        Number of the tooth pair in the position's list.
+    slave : ndarray of int, shape (n,)
+        Gear that the point belongs to: 0 pinion, 1 wheel.
+    index : ndarray of int, shape (n, K)
+        Window nodes that carry the point: half of them the slave's, half the master's (`pmor.penalty.kernels.state`).
+    weight : ndarray, shape (n, K, 3)
+        Gradient of the gap by the displacements of these nodes.
+    gap : ndarray, shape (n,)
+        Negative: penetration, mm.
+    stiffness : ndarray, shape (n,)
+        Penalty times share of area, N/mm.
+    lever, mate_lever : ndarray, shape (n,)
+        Derivative of the gap by the pinion's rotation; lever arm of the force on the wheel, mm.
+    place : ndarray of int, shape (n, 4)
+        Slave point (row, column in the window) and master element (row, column in the window).
+    smallest_gap : float
+        Over all points, touching or not, mm; infinite when no point projects.
+    touches_border : bool
+        Whether contact reaches the end of a window that is not an edge of the flank.
+    """
+
+    pair: IntArray
+    slave: IntArray
+    index: IntArray
+    weight: FloatArray
+    gap: FloatArray
+    stiffness: FloatArray
+    lever: FloatArray
+    mate_lever: FloatArray
+    place: IntArray
+    smallest_gap: float
+    touches_border: bool
+
+    @property
+    def force(self) -> FloatArray:
+        """Normal force at each point by the penalty law, shape (n,), N."""
+        return -self.stiffness * self.gap
+
+    def nodal_forces(self, force: FloatArray, n_nodes: int) -> FloatArray:
+        """Return the window nodes' forces for given point forces, shape (n_nodes, 3), N."""
+        nodal = np.zeros((n_nodes, 3))
+        np.add.at(nodal, self.index, self.weight * force[:, None, None])
+        return nodal
+
+    def gap_change(self, displacement: FloatArray) -> FloatArray:
+        """Return the linearised change of the gaps, shape (n, ...), for displacements of shape (n_nodes, 3, ...)."""
+        return np.einsum("nad,nad...->n...", self.weight, displacement[self.index])
+
+
+def search_contact(
+    meshed: MeshedPair, position: Position, displacement: FloatArray, advance: float, largest_gap: float = 0.0,
+    workspace: SearchWorkspace | None = None,
+) -> Contact:  # fmt: skip
+    """Find all penetrating points, and those that stand off a little.
+
+    Parameters
+    ----------
+    meshed : MeshedPair
+    position : Position
+    displacement : ndarray, shape (n, 3)
+        Displacements of the position's nodes, in each tooth's frame, mm.
+    advance : float
+        Rotation of the pinion ahead of its kinematic position, rad.
+    largest_gap : float
+        Points with a gap below it are listed, mm.
+    workspace : SearchWorkspace, optional
+        Of this position, from earlier searches: a point begins on the patch where it was found the last time, so that
+        one at the border between two patches stays where it is.
+
+    Returns
+    -------
+    Contact
+    """
+    nodes = displacement if meshed.scheme.exact else position.nodes + displacement
+    pair, patches = position.kernel_pair, position.patches
+    workspace = workspace or search_workspace(pair, patches)
+    found = search_all(pair, patches, advance, nodes, largest_gap, workspace)
+    kept: Any = (np.array(values[: found.listed]) for values in workspace.points)
+    points = Points(*kept)
+    return Contact(
+        points.pair, points.slave, points.node, points.weight, points.gap, points.stiffness, points.lever,
+        points.mate_lever, points.place, found.smallest, found.border,
+    )  # fmt: skip

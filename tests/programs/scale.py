@@ -1,0 +1,294 @@
+"""What a campaign of a million designs on a thousand cores takes, from parts that are measured here.
+
+    python -m tests.programs.scale cases/results/campaign/scale.md
+
+Nothing is solved but a handful of designs: all else goes through the code of a campaign with answers made up. Times are
+of the processor, which other work on the machine does not change much.
+"""
+
+from __future__ import annotations
+
+import json
+import pickle
+import queue
+import resource
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, Future
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from pmor.campaigns.chunks import LEAST_S, MOST_CHUNKS, Chunk, ChunkFiles, chunks_of
+from pmor.campaigns.columns import columns_of
+from pmor.campaigns.loader import load_campaign
+from pmor.campaigns.output import write_csv, write_hdf5
+from pmor.campaigns.rows import Answer, Task, plain_row
+from pmor.campaigns.run import local_processes
+from pmor.campaigns.settings import Campaign
+from pmor.campaigns.store import GIB, Store, entries, open_store
+from pmor.campaigns.submit import IN_FLIGHT, submit_all
+from pmor.campaigns.supervise import Order, solve_order
+from pmor.campaigns.table import designs_of
+from pmor.memory import memory_text
+from pmor.progress import format_time
+from pmor.report.markdown import write_markdown
+from pmor.report.page import Block, Heading
+from pmor.report.table import Table
+from pmor.work.machine import machine
+
+DESIGNS, CORES = 1_000_000, 1_000
+# Of short tasks through the submission, and of files of chunks, that are tried.
+TASKS, FILES = 1_000_000, 400
+# Designs that are solved.
+SOLVED = 12
+
+
+class FakeExecutor(Executor):
+    """Answers at once, from another thread, as the futures of a cluster are answered.
+
+    Attributes
+    ----------
+    most : int
+        Pieces of work that it had at a time.
+    """
+
+    def __init__(self) -> None:
+        self.most = self._now = 0
+        self._given: queue.SimpleQueue[tuple[Future[Any], Any] | None] = queue.SimpleQueue()
+        self._thread = threading.Thread(target=self._answer)
+        self._thread.start()
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Take a piece of work; its answer is what it was given."""
+        future: Future[Any] = Future()
+        self._now += 1
+        self.most = max(self.most, self._now)
+        self._given.put((future, args[0]))
+        return future
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """End the thread."""
+        self._given.put(None)
+        self._thread.join()
+
+    def _answer(self) -> None:
+        while (taken := self._given.get()) is not None:
+            self._now -= 1
+            taken[0].set_result(taken[1])
+
+
+def simulate(tasks: int) -> dict[str, float]:
+    """Send short tasks through the submission: seconds each, how many at a time, growth of memory."""
+    before, kept = _peak_bytes(), 0
+
+    def keep(item: int, answer: int) -> None:
+        nonlocal kept
+        kept += answer == item
+
+    started = time.process_time()
+    with FakeExecutor() as executor:
+        submit_all(executor, _nothing, iter(range(1, tasks + 1)), keep, lambda item, reason: item)
+    seconds = time.process_time() - started
+    return {"kept": kept, "s_per_task": seconds / tasks, "in_flight": executor.most,
+            "growth_bytes": _peak_bytes() - before}  # fmt: skip
+
+
+def _nothing(item: int) -> int:
+    return item
+
+
+def measure(folder: Path) -> dict[str, float]:
+    """Measure the parts of a campaign in a folder that is given up afterwards."""
+    campaign = _campaign(folder)
+    found = {f"simulated_{key}": value for key, value in simulate(TASKS).items()}
+    found |= _solving(campaign, folder)
+    found |= _files(campaign, folder)
+    return found | _gathering(campaign, folder)
+
+
+def _campaign(folder: Path) -> Campaign:
+    (folder / "base.toml").write_text(
+        "[load]\ntorque_Nm = 100.0\n[pair]\nmodule_mm = 4.0\nface_width_mm = 20.0\n"
+        "[pinion]\nteeth = 21\nbore_radius_mm = 20.0\n", encoding="utf-8",
+    )  # fmt: skip
+    path = folder / "scale.toml"
+    path.write_text(
+        f'case = "base.toml"\n[designs]\nmethod = "sobol"\ncount = {DESIGNS}\n'
+        "pinion.teeth = { from = 19, to = 30 }\nwheel.teeth = { from = 30, to = 60 }\n"
+        "pair.module_mm = { from = 3.0, to = 4.0 }\npair.helix_angle_deg = { from = 0.0, to = 25.0 }\n"
+        "pair.face_width_mm = { from = 15.0, to = 40.0 }\n", encoding="utf-8",
+    )  # fmt: skip
+    return load_campaign(path)
+
+
+def _solving(campaign: Campaign, folder: Path) -> dict[str, float]:
+    """Solve a few designs as a campaign does: time and memory of a solving process, and what the store keeps."""
+    started = time.process_time()
+    table = designs_of(campaign)
+    table_s, store = time.process_time() - started, open_store(folder / "store", 1.0)
+    step = campaign.count // SOLVED
+    order = _order(campaign, store, [(i + 1, table(i)) for i in range(0, SOLVED * step, step)])
+    with local_processes(1) as executor:
+        answer = executor.submit(solve_order, order).result()
+    seconds = [s for row, s in zip(answer.rows, answer.seconds, strict=True) if row["status"] == "ok"]
+    sizes = [path.stat().st_size for path in entries(store.folder)]
+    again = solve_order(replace(order, designs=order.designs[:1]))
+    assert again.rows[0] == answer.rows[0]
+    return {
+        "table_s": table_s, "design_s": sum(seconds) / len(seconds), "n_solved": len(seconds),
+        "solver_peak_bytes": resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss * 1024,
+        "entry_bytes": sum(sizes) / len(sizes), "entries_per_design": len(sizes) / len(seconds),
+        "order_bytes": len(pickle.dumps(replace(order, designs=order.designs[:1]))),
+        "design_bytes": (len(pickle.dumps(order)) - len(pickle.dumps(replace(order, designs=()))))
+        / len(order.designs),
+    }  # fmt: skip
+
+
+def _order(campaign: Campaign, store: Store, designs: list[Any]) -> Order:
+    task = Task(campaign.base_text, campaign.relations, campaign.columns, campaign.results)
+    return Order(task, campaign.workers, str(store.folder), store.limit_bytes, tuple(designs), 0)
+
+
+def _made_up(campaign: Campaign, chunk: Chunk) -> Answer:
+    task = Task(campaign.base_text, campaign.relations, campaign.columns, campaign.results)
+    values = {name: 1.0 / 3.0 + i for i, name in enumerate(campaign.columns)}
+    figures = dict.fromkeys(campaign.results, 12.345678901234567)
+    rows = (plain_row(task, i + 1, values, "ok", "", figures) for i in chunk.designs)
+    return Answer(tuple(rows), (1.0,) * chunk.count)
+
+
+def _files(campaign: Campaign, folder: Path) -> dict[str, float]:
+    """Write and read files of chunks as large as a million designs make them."""
+    size = -(-DESIGNS // MOST_CHUNKS)
+    chunks = [Chunk(k, k * size, size) for k in range(FILES)]
+    files = ChunkFiles(folder / "parts", campaign)
+    started = time.process_time()
+    for chunk in chunks:
+        files.write(chunk, _made_up(campaign, chunk))
+    written = time.process_time()
+    found = sum(1 for _ in files.finished(chunks))
+    read = time.process_time()
+    assert found == FILES
+    size_bytes = sum(path.stat().st_size for path in (folder / "parts").rglob("chunk_*.json")) / FILES
+    return {"chunk_write_s": (written - started) / FILES, "chunk_read_s": (read - written) / FILES,
+            "chunk_bytes": size_bytes}  # fmt: skip
+
+
+def _gathering(campaign: Campaign, folder: Path) -> dict[str, float]:
+    """Gather a tenth of the designs into columns and files."""
+    part = replace(campaign, count=DESIGNS // 10)
+
+    def answers() -> Iterator[Answer]:
+        return (_made_up(part, chunk) for chunk in chunks_of(part.count, LEAST_S / 50))
+
+    started = time.process_time()
+    columns = columns_of(part, answers())
+    gathered = time.process_time()
+    write_csv(folder / "campaign.csv", part, columns)
+    write_hdf5(folder / "campaign.h5", part, columns)
+    h5_bytes, numbers = 10.0 * (folder / "campaign.h5").stat().st_size, len(part.columns) + len(part.results) + 3
+    return {
+        "gather_s": 10.0 * (gathered - started), "write_s": 10.0 * (time.process_time() - gathered),
+        "csv_bytes": 10.0 * (folder / "campaign.csv").stat().st_size,
+        "h5_bytes": h5_bytes,
+        # Columns, and the file that is made in memory, twice while it is closed.
+        "gather_bytes": 8.0 * numbers * DESIGNS + 2.0 * h5_bytes,
+    }  # fmt: skip
+
+
+def _peak_bytes() -> int:
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+
+
+def blocks_of(m: dict[str, float]) -> list[Block]:
+    """Return what the measurements mean for the whole."""
+    chunks = len(chunks_of(DESIGNS, m["design_s"]))
+    per_chunk = DESIGNS / chunks
+    computing = DESIGNS * m["design_s"]
+    wall = computing / CORES
+    handing = m["simulated_s_per_task"] + m["chunk_write_s"]
+    per_design = m["entries_per_design"] * m["entry_bytes"]
+    held = 5 * GIB / per_design
+    orders = IN_FLIGHT * (m["order_bytes"] + per_chunk * m["design_bytes"])
+    measured = Table("Measured parts", ("part", "measured"), [
+        (f"a design of 8 x 4 quadratic elements, mean of {m['n_solved']:.0f}", f"{m['design_s']:.2f} s"),
+        ("memory of a solving process, largest", memory_text(m["solver_peak_bytes"])),
+        (f"table of {DESIGNS:,} designs", f"{m['table_s']:.2f} s"),
+        ("order of a chunk, and what each design adds", f"{m['order_bytes']:.0f} and {m['design_bytes']:.0f} bytes"),
+        (f"submission, of {TASKS:,} short tasks through a fake executor", f"{1e6 * m['simulated_s_per_task']:.0f} us"),
+        ("pieces of work that the executor had at most", f"{m['simulated_in_flight']:.0f}"),
+        ("growth of memory over all of them", memory_text(m["simulated_growth_bytes"])),
+        (f"file of a chunk of {DESIGNS // MOST_CHUNKS} designs", f"{m['chunk_bytes'] / 1024:.0f} KiB, written in "
+         f"{1e3 * m['chunk_write_s']:.1f} ms, read in {1e3 * m['chunk_read_s']:.1f} ms"),
+        ("compliance of a gear in the store", f"{memory_text(m['entry_bytes'])}, {m['entries_per_design']:.1f} of a "
+         "design"),
+    ])  # fmt: skip
+    whole = Table(f"{DESIGNS:,} designs on {CORES:,} cores", ("what", "amount"), [
+        ("computing", f"{computing / 3600:.0f} core hours"),
+        ("wall time, if nothing waits", format_time(wall)),
+        ("chunks", f"{chunks:,} of {per_chunk:.0f} designs, {format_time(computing / chunks)} each"),
+        ("files while it runs", f"{chunks:,} in {-(-chunks // 500)} folders, "
+         f"{memory_text(chunks * m['chunk_bytes'] * per_chunk * MOST_CHUNKS / DESIGNS)}"),
+        ("main process: to hand out and keep all chunks", f"{format_time(chunks * handing)}, "
+         f"{100 * chunks * handing / wall:.2g} % of the wall time"),
+        ("main process: to read all chunks again, on resumption or at the end",
+         format_time(chunks * m["chunk_read_s"])),
+        ("main process: columns, campaign.csv, campaign.h5", f"{format_time(m['gather_s'] + m['write_s'])}, "
+         f"{memory_text(m['gather_bytes'])} more, files of {memory_text(m['csv_bytes'])} and "
+         f"{memory_text(m['h5_bytes'])}"),
+        ("memory of the cluster", memory_text(CORES * m["solver_peak_bytes"])),
+        ("store, if no two gears were alike", f"{DESIGNS * per_design / 2**40:.1f} TiB pass through it, "
+         f"{DESIGNS * per_design / wall / GIB:.1f} GiB/s"),
+    ])  # fmt: skip
+    return [
+        "Made by `python -m tests.programs.scale`. Nothing of this size was run: parts were measured on one core of "
+        "the machine below, and multiplied. The submission was run in full, with answers made up.",
+        measured, whole, Heading("What the store does there"),
+        f"It holds {memory_text(5 * GIB)} by default, the gears of {held:.0f} designs; from then on one entry goes for "
+        "each that comes, and in a campaign of random geometries hardly one is ever met again. Each process looks only "
+        f"at the sixteenth that it wrote to ({5 * GIB / 16 / m['entry_bytes']:.0f} entries); two that remove the same "
+        "entry do not mind. On a disk that is slow, full or read-only gears are solved as without a store.",
+        "It is the first thing to break: no shared disk takes in what the table says. What then: a folder on each "
+        "machine's own disk, or no store at all, `[store] limit_GiB = 0.0`. Where gears recur (a grid over "
+        "modifications, torque or the mating gear has few gears and many pairs), a shared store is worth its disk: "
+        "what is solved once is then only read.",
+        Heading("What the scheduler does there"),
+        f"It never holds more than {IN_FLIGHT:,} orders, {memory_text(orders)}, and sees {chunks / wall:.1f} chunks "
+        "per second; schedulers manage hundreds to thousands.",
+        Heading("Where it breaks, and what then"),
+        *_limits(m, chunks, wall),
+        Table("Machine and software", ("item", "value"), [(key, str(value)) for key, value in machine().items()]),
+    ]  # fmt: skip
+
+
+def _limits(m: dict[str, float], chunks: int, wall: float) -> list[Block]:
+    cores = CORES * wall / (chunks * (m["simulated_s_per_task"] + m["chunk_write_s"]))
+    return [
+        f"- The main process keeps up with about {cores:,.0f} cores at this size of designs; it is the one writer. "
+        f"Beyond: chunks of more work (fewer than {MOST_CHUNKS:,} files), or several campaigns, each with a part.",
+        f"- Beyond about {IN_FLIGHT // 2:,} cores fewer than two chunks wait for each, and some run dry between two.",
+        "- The last chunks: cores that are done wait for the slowest, one chunk's time at most.",
+        "- A worker that is lost costs its chunk, which is done again elsewhere; twice, and its designs say so in "
+        "their rows. A scheduler that is lost ends the command, which goes on from the finished chunks.",
+        "- Kernels are compiled once for each kind of processor, for minutes: run one design with a shared "
+        "NUMBA_CACHE_DIR before a thousand processes start. Results are the same to the last bit on one kind of "
+        "processor and one set of libraries; on another, linear algebra rounds otherwise.",
+        f"- A page shows {10_000:,} designs, one in {DESIGNS // 10_000}; case files are written on demand (--case N).",
+    ]  # fmt: skip
+
+
+def main(target: Path) -> None:
+    """Measure and write."""
+    with tempfile.TemporaryDirectory() as scratch:
+        found = measure(Path(scratch))
+    target.parent.mkdir(parents=True, exist_ok=True)
+    write_markdown(target, f"A campaign of {DESIGNS:,} designs on {CORES:,} cores", blocks_of(found))
+    sys.stdout.write(json.dumps(found, indent=2) + "\n")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))

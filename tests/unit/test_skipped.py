@@ -1,0 +1,327 @@
+"""What the plan says is left out is left out, and the sizes are those of the run."""
+
+from collections import Counter
+from dataclasses import replace
+
+import h5py
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import pmor.pair.model
+from pmor.app.cost import rows_in_contact
+from pmor.app.plan import plan_text
+from pmor.app.skipped import computed, scene, skipped, unknowns
+from pmor.case import change_case, load_case, parse_case
+from pmor.fe.assembly import degrees_of_freedom
+from pmor.fe.condensation import condense_sector
+from pmor.jobs.offline import run_offline
+from pmor.kinematics.condition import Condition, at_torques
+from pmor.pair.conditions import full_solves
+from pmor.pair.model import elastic_model, mesh_model, neighbouring_teeth
+from pmor.pair.sweep import sweep_ste
+from pmor.penalty.position import active_patches, tooth_pair_count
+from pmor.penalty.solve import window_depth
+from pmor.storage.basis_file import read_basis
+from pmor_online.errors import estimate_errors
+from pmor_online.model import reduced_pair
+from pmor_online.sweep import sweep_reduced_pair
+from tests.support.small_case import case_text
+
+CASES = ("paper_spur", "paper_64", "small_spur", "unequal_pair")
+UNEQUAL = {
+    "pinion": {"teeth": 17, "profile_shift": 0.3},
+    "wheel": {"teeth": 23, "bore_radius_mm": 20.0},
+    "mesh": {"profile_elements": 5, "width_elements": 3},
+    "offline": {"angles_per_pitch": 4, "torques_Nm": [100.0]},
+    "compare": {"torques_Nm": [100.0]},
+    "output": {"plots": False, "report": False},
+}
+
+
+def case(**changes):
+    return parse_case(case_text(**changes), "c", "c")
+
+
+def listed(some):
+    return {item.what: item for item in skipped(scene(some))}
+
+
+def test_four_cases_have_four_lists():
+    lists = {name: tuple(skipped(scene(load_case(f"cases/{name}.toml")))) for name in CASES}
+    assert len(set(lists.values())) == 4
+    what = {name: {item.what for item in items} for name, items in lists.items()}
+    common = {"the flanks that carry no load", "displacements inside the gears", "tooth pairs out of mesh",
+              "the compliance of distant teeth", "flank patches without contact"}  # fmt: skip
+    identical = common | {"the wheel's finite elements", "half the face width"}
+    trained = {"flank pressure, K_Hbeta, sensitivities", "the root stress"}
+    assert what["paper_64"] == identical | trained
+    assert what["paper_spur"] == identical | {
+        "contact points and penalty", "training of the case's own model", "finite elements of models",
+    }  # fmt: skip
+    assert what["small_spur"] == identical | trained | {"contact points over the width"}
+    assert what["unequal_pair"] == common | {
+        "contact points and penalty", "the training", "all pictures",
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("changes", "why"),
+    [({"results": {"root_stress": False}}, "[results] root_stress is off"),
+     ({"contact": {"scheme": "direct"}, "reduction": {"shapes": "flank_lines"}}, "exact line loads alone")],
+)  # fmt: skip
+def test_root_stress_is_left_out_where_it_is_off_or_has_no_line_loads(changes, why):
+    case = load_case("cases/paper_spur.toml")
+    assert "the root stress" not in listed(case)
+    assert "66 elements around a fillet, stress at 210 points of a tooth" in dict(computed(scene(case))).values()
+    left = listed(change_case(case, **changes))["the root stress"]
+    assert why in left.why
+    assert "210 points" in left.saving
+
+
+def test_the_plan_prints_what_because_and_savings():
+    lines = [" ".join(line.split()) for line in plan_text(load_case("cases/paper_spur.toml")).splitlines()]
+    assert "the wheel's finite elements the gears are identical" in lines
+    assert "saves 4132 unknowns, 207 right-hand sides" in lines
+    assert "half the face width spur teeth, nodes at mid width: symmetric" in lines
+    assert "saves 4 of 9 columns of nodes, 3722 unknowns, as many sections" in lines
+    assert not any(line.startswith("!") for line in lines)
+
+
+def test_maps_are_left_out_where_they_are_not_asked_for():
+    lines = {"contact": {"scheme": "line"}, "reduction": {"shapes": "line_loads"}}
+    assert not {"flank maps and contact pattern", "flank pressure, K_Hbeta, sensitivities"} & set(listed(case(**lines)))
+    assert "flank maps and contact pattern" in listed(case(**lines, results={"maps": False}))
+    assert "flank pressure, K_Hbeta, sensitivities" in listed(case())
+
+
+def test_the_plan_warns_of_a_load_beyond_linear_elasticity():
+    heavy = {"torques_Nm": [1e3]}
+    text = plan_text(case(load={"torque_Nm": 1e3}, offline=heavy, online=heavy, compare=heavy))
+    assert "! Hertz pressure" in text
+
+
+def test_the_plan_says_where_the_sweep_extrapolates():
+    online = {"torques_Nm": [100.0, 200.0], "extrapolate": True}
+    expected = "! the sweep extrapolates: torque to 200 N m, trained to 160 N m; read its error bar"
+    assert expected in plan_text(case(online=online)).splitlines()
+    assert "extrapolates" not in plan_text(case(online={"extrapolate": True}))
+
+
+@pytest.mark.parametrize(
+    ("changes", "models"), [({}, 1), ({"wheel": {"teeth": 21, "bore_radius_mm": 20.0, "poisson_ratio": 0.2}}, 2),
+                            (UNEQUAL, 2), ({"mesh": {"share_identical": False}}, 2)],
+    ids=["identical", "other material", "other teeth", "identical, solved twice"],
+)  # fmt: skip
+def test_as_many_models_are_solved_as_are_announced(changes, models, monkeypatch):
+    some, sectors = case(**changes), []
+
+    def counted(mesh, *rest):
+        sectors.append(mesh)
+        return condense_sector(mesh, *rest)
+
+    monkeypatch.setattr("pmor.body.elastic_gear.condense_sector", counted)
+    elastic = elastic_model(some, mesh_model(some))
+    assert len(sectors) == models
+    found = scene(some)
+    assert dict(computed(found))["finite-element models"].startswith(f"{models},")
+    assert ("the wheel's finite elements" in listed(some)) == (models == 1)
+    # All nodes of a sector that are not on the bore move.
+    announced = [unknowns(sector) for sector in found.bodies]
+    assert announced == [3 * len(np.setdiff1d(np.arange(len(s.nodes)), s.bore)) for s in sectors]
+    assert "half the face width" not in listed(some)  # there, nodes at mid width do not move along the axis
+    for gear, sector in zip((elastic.pinion, elastic.wheel), found.sectors, strict=True):
+        kept, size = gear.compliance.shape[:2]
+        assert size == found.flank_unknowns
+        assert kept == 2 * neighbouring_teeth(found.pair) + 1 < sector.teeth
+
+
+def test_identical_gears_solved_twice_have_the_ste_of_those_that_share_one_model(tmp_path):
+    full, reduced = [], []
+    for share in (True, False):
+        some = case(mesh={"width_elements": 2, "share_identical": share})
+        model = elastic_model(some, mesh_model(some))
+        assert (model.wheel is model.pinion) == (model.mesh.wheel is model.mesh.pinion) == share
+        meshed = model.mesh.meshed
+        phi = meshed.pair.pitch * np.arange(5) / 5
+        full.append(sweep_ste(meshed, model.elasticity_at, phi, at_torques([1e5])).ste_um)
+        run_offline(some, model, tmp_path / f"{share}.h5")
+        basis = reduced_pair(read_basis(tmp_path / f"{share}.h5"))
+        reduced.append(sweep_reduced_pair(basis, phi, at_torques([1e5])).ste_um)
+    for shared, solved_twice in (full, reduced):
+        assert np.isfinite(shared).all()
+        assert_allclose(solved_twice, shared, rtol=1e-9)
+
+
+def test_matrices_and_bytes_of_distant_teeth_are_those_not_held():
+    some = case()
+    saving = listed(some)["the compliance of distant teeth"].saving
+    elastic = elastic_model(some, mesh_model(some))
+    kept, size = elastic.pinion.compliance.shape[:2]
+    assert saving == f"{21 - kept} matrices, {(21 - kept) * size**2 * 8 / 2**20:.3g} MiB"
+
+
+def test_pairs_and_patches_out_of_reach_are_not_in_any_window():
+    some = case(mesh={"profile_elements": 20}, pinion={"teeth": 30})
+    meshed = mesh_model(some).meshed
+    found = scene(some)
+    most = tooth_pair_count(meshed)
+    assert listed(some)["tooth pairs out of mesh"].saving == f"{30 - most} of 30 pairs in every position"
+    rows = []
+    for phi in meshed.pair.pitch * np.arange(12) / 12:
+        position = active_patches(meshed, float(phi), window_depth(meshed, Condition(torque=1e5)))
+        assert len(position.pair_index) <= most
+        rows += position.windows[:, :, 3].ravel().tolist()
+    assert abs(rows_in_contact(found.case, found.pair) - np.mean(rows)) <= 1.5
+    assert max(rows) < 20
+
+
+WIDTHS = {
+    "half": (2, "half the face width", 2),
+    "whole": (2, None, 3),
+    "plane_strain": (2, "all but one layer over the width", 2),
+    "half, odd": (3, None, 4),
+}
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_what_is_meshed_of_the_width_is_what_the_plan_says(width, tmp_path):
+    across, what, held = WIDTHS[width]
+    mesh = {"profile_elements": 5, "width_elements": across}
+    some = case(mesh=mesh | {"width": width.partition(",")[0]}, offline={"angles_per_pitch": 4})
+    whole = case(mesh=mesh | {"width": "whole"})
+    run_offline(some, elastic_model(some, mesh_model(some)), tmp_path / "b.h5")
+    basis = read_basis(tmp_path / "b.h5")
+    assert basis.flank_nodes[0].shape[1] == held
+    names = {"half the face width", "all but one layer over the width"} & set(listed(some))
+    assert names == ({what} if what else set())
+    found, sector = scene(some), mesh_model(some).pinion
+    assert unknowns(found.sectors[0]) == len(
+        np.setdiff1d(np.arange(3 * len(sector.nodes)), np.union1d(degrees_of_freedom(sector.bore), sector.held_axially))
+    )
+    if what is not None:
+        saved = unknowns(scene(whole).sectors[0]) - unknowns(found.sectors[0])
+        expected = f"1 of 3 columns of nodes, {saved} unknowns, 11 contact points per flank"
+        assert listed(some)[what].saving == expected
+    # Flank nodes are all that the shapes hold: nothing of the volume.
+    assert basis.shapes.gears[0].displacement.shape[2] == 3 * 6 * held
+
+
+def test_one_trained_torque_is_one_solve_an_angle(tmp_path, monkeypatch):
+    some, solved = case(**UNEQUAL), Counter()
+    from pmor.penalty import solve
+
+    genuine = solve.solve_equilibrium
+
+    def counted(meshed, position, elasticity, condition, start=None):
+        solved[condition.torque] += 1
+        return genuine(meshed, position, elasticity, condition, start)
+
+    monkeypatch.setattr(solve, "solve_equilibrium", counted)
+    run_offline(some, elastic_model(some, mesh_model(some)), tmp_path / "b.h5")
+    assert set(solved) == {100e3}
+    assert "training at further torques" in listed(some)
+    assert "training at further torques" not in listed(case())
+
+
+TILT = {"in_plane_um": [-10.0, 0.0, 10.0], "out_of_plane_um": [0.0, 5.0]}
+TRAININGS = {
+    "grid": ({}, {}, "4 angles x 2 torques: 40, 160 N m)"),
+    "grid, tilted": (TILT, {}, "4 angles x 2 torques: 40, 160 N m x 6 misalignments)"),
+    "sobol": ({"sampling": "sobol", "solves": 7, **TILT}, {}, "states of a Sobol sequence, spread over"),
+    "greedy": ({"sampling": "greedy", "solves": 6, "tolerance_percent": 1e-9}, {}, "at most: 4 angles, then where"),
+    "static modes": (TILT, {"shapes": "static_modes"}, "static modes are unit forces: nothing is trained"),
+}
+
+
+@pytest.mark.jit  # a greedy sampling looks at hundreds of states
+@pytest.mark.parametrize("training", TRAININGS)
+def test_as_many_states_are_solved_as_are_announced(training, tmp_path):
+    offline, reduction, text = TRAININGS[training]
+    some = case(offline=offline, reduction=reduction)
+    run_offline(some, elastic_model(some, mesh_model(some)), tmp_path / "b.h5", estimate=estimate_errors)
+    solved = read_basis(tmp_path / "b.h5").training.converged.size
+    assert full_solves(some) == solved
+    line = next(line for line in plan_text(some).splitlines() if "offline, full contact solves" in line)
+    assert line.split()[4] == str(solved)
+    assert text in line
+
+
+def test_what_static_modes_save_is_the_training_that_the_case_describes():
+    assert listed(case(offline=TILT, reduction={"shapes": "static_modes"}))["the training"].saving.startswith("48 full")
+    assert "the training" not in listed(case())
+
+
+def test_ranges_are_printed_where_the_training_is_spread_over_them():
+    ranges = "ranges of the training torque 40 to 160 N m, in plane -10 to 10 um, out of plane 0 to 5 um"
+    spread = plan_text(case(offline={"sampling": "sobol", **TILT}))
+    assert ranges in " ".join(spread.split())
+    assert "ranges of the training" not in plan_text(case(offline=TILT))
+
+
+@pytest.mark.parametrize("changes", [{}, UNEQUAL, {"contact": {"scheme": "line"}}], ids=["points", "unequal", "lines"])
+def test_the_compliance_for_the_error_bar_is_as_large_as_announced(changes, tmp_path):
+    changes = {**changes, "reduction": {"shapes": "flank_lines"}}
+    some = case(**changes)
+    run_offline(some, elastic_model(some, mesh_model(some)), tmp_path / "b.h5")
+    with h5py.File(tmp_path / "b.h5") as file:
+        stored = [item[()] for item in file["error_estimate"].values()]
+    announced = dict(computed(scene(some)))["compliance for the error bar"]
+    size = stored[0].shape[1]
+    matrices, held = sum(map(len, stored)), sum(array.nbytes for array in stored)
+    assert announced == f"{matrices} matrices of {size} x {size} in the basis, {held / 2**20:.3g} MiB"
+    changes["reduction"]["error_estimate"] = False
+    without = case(**changes)
+    assert "compliance for the error bar" not in dict(computed(scene(without)))
+
+
+def test_the_whole_width_of_tilted_axes_is_explained():
+    """Only where half would do otherwise."""
+    even = {"width_elements": 2}
+    for some, explained in (
+        (case(mesh=even, offline=TILT), True),
+        (case(mesh=even), False),
+        (case(mesh=even, offline={"centre_distance_um": [0.0, 20.0]}), False),
+        (case(mesh={"width_elements": 3}, offline=TILT), False),
+        (case(mesh={"width_elements": 2, "width": "whole"}, offline=TILT), False),
+    ):
+        what = dict(computed(scene(some)))
+        assert ("  face width" in what) == explained
+        if explained:
+            assert "axes of the training tilt" in what["  face width"]
+            assert "half the face width" not in listed(some)
+
+
+@pytest.mark.parametrize(("plots", "report"), [(False, False), (True, False), (False, True), (True, True)])
+def test_pictures_and_page_are_made_as_announced(plots, report, tmp_path, monkeypatch):
+    from pmor.report import run_page
+    from pmor.report.page import Picture
+
+    done, pictures = [], [Picture("a.png", "a", None, drawn={"png": b""})]
+    monkeypatch.setattr(run_page, "run_pictures", lambda result, mesh: done.append("drawn") or pictures)
+    monkeypatch.setattr(run_page, "write_picture", lambda content, path: done.append("file"))
+    monkeypatch.setattr(run_page, "run_blocks", lambda result, pictures, live: [])
+    monkeypatch.setattr(run_page, "write_page", lambda path, title, blocks: done.append("page"))
+
+    class Result:
+        pass
+
+    result = Result()
+    result.reduced = Result()
+    result.reduced.basis = Result()
+    some = case()
+    result.reduced.basis.case = replace(some, output=replace(some.output, plots=plots, report=report))
+    run_page.write_pages(result, None, tmp_path)
+    what = set(listed(result.reduced.basis.case))
+    assert ("all pictures" in what) == ("drawn" not in done)
+    assert ("picture files" in what or "all pictures" in what) == ("file" not in done)
+    assert ("the report page" in what or "all pictures" in what) == ("page" not in done)
+
+
+def test_points_over_the_width_are_only_where_they_are_asked_for():
+    plain, asked = case(contact={"lodm_profile": 4}), case(contact={"lodm_profile": 4, "lodm_width": 4})
+    extents = [mesh_model(some).meshed.pinion.extents.shape for some in (plain, asked)]
+    saved = extents[1][0] * extents[1][1] - extents[0][0] * extents[0][1]
+    assert listed(plain)["contact points over the width"].saving == f"{saved} per flank"
+    assert "contact points over the width" not in listed(asked)
+    assert pmor.pair.model.contact_scheme(plain).lodm_width == 1
