@@ -115,8 +115,8 @@ def test_a_comparison_is_at_angles_that_no_training_has_seen(model, full):
     ("arguments", "message"),
     [
         ({"torques_Nm": [200.0]}, "beyond the training: torque to 200 N m, trained to 160 N m: train over it, or pass"),
-        ({"axes": pmor.Misalignment(in_plane_um=3.0)}, "tilted axes"),
-        ({"axes": pmor.Misalignment(in_plane_um=3.0), "extrapolate": True}, "tilted axes"),
+        ({"misalignment": pmor.Misalignment(in_plane_um=3.0)}, "tilted axes"),
+        ({"misalignment": pmor.Misalignment(in_plane_um=3.0), "extrapolate": True}, "tilted axes"),
         ({"torques_Nm": []}, "at least one"),
         ({"torques_Nm": [0.0]}, "must be positive"),
         ({"torques_Nm": [float("nan")]}, "must be positive"),

@@ -38,7 +38,7 @@ BASE = case_text(
     online={"angles_per_pitch": 12, "torques_Nm": [50.0, 100.0]},
 )  # fmt: skip
 DESIGNS = 24
-FAULTY = (sys.executable, "-P", str(Path(__file__).parents[1] / "faulty_solver.py"))
+FAULTY = (sys.executable, "-P", str(Path(__file__).parents[1] / "support" / "faulty_solver.py"))
 # Of the summary of a run.
 ALIKE = (
     "ste_mean_um", "ste_peak_to_peak_um", "mesh_stiffness_mean_N_per_mm_um", "mesh_stiffness_tangent_mean_N_per_mm_um",

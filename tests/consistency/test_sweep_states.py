@@ -46,7 +46,7 @@ def angles(reduced, count=5):
     return reduced.meshed.pair.pitch * (np.arange(count) + 0.3) / count
 
 
-@pytest.mark.parametrize("axes", [ALIGNED, TILTED], ids=["aligned", "tilted"])
+@pytest.mark.parametrize("misalignment", [ALIGNED, TILTED], ids=["aligned", "tilted"])
 @pytest.mark.parametrize("scheme", ["line", "strip", "direct"])
 def test_contact_forces_of_a_sweep_carry_the_torque_pair_by_pair(scheme, misalignment):
     reduced = reduced_with(scheme)
@@ -132,7 +132,7 @@ def test_what_is_left_to_the_slow_twin_is_recorded_too(scheme, monkeypatch):
         assert_allclose(other, mine, rtol=0.0, atol=1e-4 * np.abs(mine).max())
 
 
-@pytest.mark.parametrize("axes", [ALIGNED, TILTED], ids=["aligned", "tilted"])
+@pytest.mark.parametrize("misalignment", [ALIGNED, TILTED], ids=["aligned", "tilted"])
 @pytest.mark.parametrize("scheme", ["line", "direct"])
 def test_the_force_at_the_advance_of_an_equilibrium_is_its_torque(scheme, misalignment):
     reduced = reduced_with(scheme)

@@ -41,7 +41,7 @@ BROKEN = {
     "range of nothing": ({"variables": [RELIEF | {"range": [5.0, 5.0]}, START]}, ["[5.0, 5.0]", "lowest and the"]),
     "step beyond the range": ({"variables": [RELIEF | {"step": 50.0}, START]}, ["step = 50", "lower it"]),
     "variable twice": ({"variables": [RELIEF, START, RELIEF | {"gear": "wheel"}]}, ["of the wheel", "remove one"]),
-    "relief without a start": ({"variables": [RELIEF]}, ["how far it reaches on the pinion", "make it a variable"]),
+    "relief without a start": ({"variables": [RELIEF]}, ["how far it goes on the pinion", "make it a variable"]),
     "start in radians": ({"variables": [RELIEF, START | {"range": [0.45, 0.5]}]}, ["range", "looks like radians"]),
     "start beyond the tip": ({"variables": [RELIEF, START | {"range": [26.0, 60.0]}]}, ["below the tip circle"]),
     "weights for other torques": (

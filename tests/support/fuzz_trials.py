@@ -32,7 +32,7 @@ from pmor.storage.results_folder import working_folder
 from pmor.storage.snapshot_file import write_snapshots
 from pmor_offline.sampling import planned_positions
 from pmor_offline.snapshots import solve_snapshots
-from tests.robustness import broken_toml
+from tests.support import broken_toml
 from tests.support.broken_hdf5 import break_file
 from tests.support.small_case import case_text
 

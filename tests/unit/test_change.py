@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from small_case import case_text
 
 from pmor.case import Case, change_case, load_case, make_case, parse_case, text_of
 from pmor.errors import CaseError
 from pmor.pair.model import mesh_model
+from tests.support.small_case import case_text
 
 CASES = Path(__file__).parents[2] / "cases"
 FILES = sorted(path for path in CASES.glob("*.toml") if "[pair]" in path.read_text())  # the others start from a case

@@ -32,7 +32,7 @@ def model(scheme):
 
 
 @every_scheme
-@pytest.mark.parametrize("axes", [ALIGNED, TILTED], ids=["aligned", "tilted"])
+@pytest.mark.parametrize("misalignment", [ALIGNED, TILTED], ids=["aligned", "tilted"])
 def test_at_the_advance_of_a_torque_the_contact_forces_make_that_torque(scheme, misalignment):
     pair = model(scheme)
     meshed = pair.mesh.meshed

@@ -96,17 +96,17 @@ def line_law(gears, contact_point, carriers):
     cosine = 1.0 / np.sqrt(1.0 + (gears[0].twist * gears[0].base_radius) ** 2)
     near, nearest, inside = -1, 1.0, 0.0
     for gear in range(2):
-        distance, patches = _from_corner(gears[gear], roll_of(contact_point, gear), cosine)
-        if distance < nearest * patches:
-            near, nearest, inside = gear, distance / patches, distance
+        distance, influence_length = _from_corner(gears[gear], roll_of(contact_point, gear), cosine)
+        if distance < nearest * influence_length:
+            near, nearest, inside = gear, distance / influence_length, distance
     for gear in range(2):
         flank, value, roll = gears[gear], 0.0, roll_of(contact_point, gear)
         for a in range(4):
             row = min(carriers.row[gear] + a, len(flank.line_constant) - 1)
             value += carriers.weight[gear, a] * flank.line_constant[row]
         if gear != near:
-            distance, patches = _from_corner(flank, roll, cosine)
-            value += single_mean(flank.corner, (flank.corner.place + distance) / patches)
+            distance, influence_length = _from_corner(flank, roll, cosine)
+            value += single_mean(flank.corner, (flank.corner.place + distance) / influence_length)
         compliance += flank.line_compliance
         constant += flank.line_compliance * value
         curvature += 1.0 / (flank.base_radius * max(roll, 1e-3))
@@ -123,7 +123,7 @@ def line_law(gears, contact_point, carriers):
 def _from_corner(flank, roll, cosine):
     """Distance from where the flank ends to the roll angle `roll`, and that over which the layer's end is felt, mm."""
     distance = 0.5 * flank.base_radius * max(flank.tip_roll**2 - roll**2, 0.0)
-    return distance, flank.corner.patches * flank.corner.depth * cosine
+    return distance, flank.corner.influence_length * flank.corner.depth * cosine
 
 
 @compiled
@@ -131,17 +131,17 @@ def _law_near_corner(gears, contact_point, near, inside, cosine, law):
     """Complete a law with the corner of the gear `near`, the flanks contact_point `inside` (mm) of its edge or at it."""
     flank, mate = gears[near], gears[1 - near]
     share = flank.line_compliance / (gears[0].line_compliance + gears[1].line_compliance)
-    place, patches, edge = flank.corner.place, flank.corner.patches * flank.corner.depth * cosine, 0.0
+    place, influence_length, edge = flank.corner.place, flank.corner.influence_length * flank.corner.depth * cosine, 0.0
     if flank.edge_radius > 0.0:
         edge = 1.0 / flank.edge_radius + 1.0 / (mate.base_radius * max(roll_of(contact_point, 1 - near), 1e-3))
     if inside > 0.0:
         angle, short = -law.curvature * inside, min(SHORT * (place + inside), inside)
-        constant = law.constant + share * single_mean(flank.corner, (place + inside) / patches)
+        constant = law.constant + share * single_mean(flank.corner, (place + inside) / influence_length)
     else:
         angle, short, constant = contact_point.slant, 0.0, law.constant
     plain = 0.5 * law.curvature * short**2 / law.compliance
     return LineLaw(
-        law.compliance, constant, law.least, plain, float(near), law.opening, angle, law.curvature, edge, place, patches,
+        law.compliance, constant, law.least, plain, float(near), law.opening, angle, law.curvature, edge, place, influence_length,
         share,
     )  # fmt: skip
 
