@@ -28,7 +28,7 @@ Errors
     `PmorError` is the base of all that an engineer can mend: `CaseError`, `GeometryError`, `MeshError`,
     `FileFormatError`, `OutputError`; `ConvergenceError` where no equilibrium was found.
 
-Units in names are those of the values; what has none in its name is in mm, N, MPa or rad (`pmor.conventions`). What
+Units in names are those of the values; what has none in its name is in mm, N, MPa or rad (`pmor.core.conventions`). What
 runs long takes a `concurrent.futures.Executor` and a callback for progress. Nothing heavy is imported before its use.
 """
 
@@ -37,7 +37,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from pmor.version import __version__
+from pmor.core.version import __version__
 
 if TYPE_CHECKING:
     from pmor.app.campaign import CampaignResult, campaign
@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     from pmor.app.result import ConditionsResult, SweepResult
     from pmor.app.rexs import import_rexs
     from pmor.case import Case, change_case, load_case, make_case
-    from pmor.errors import (
+    from pmor.core.errors import (
         CaseError,
         ConvergenceError,
         FileFormatError,
@@ -57,8 +57,9 @@ if TYPE_CHECKING:
         OutputError,
         PmorError,
     )
-    from pmor.flank import Modification, Topography
-    from pmor.kinematics.condition import Assembly, Misalignment
+    from pmor.gear.condition import Assembly, Misalignment
+    from pmor.gear.modification import Modification
+    from pmor.gear.topography import Topography
     from pmor.results.root_stress import RootStress
     from pmor_online.compare import Comparison
 
@@ -71,11 +72,12 @@ _HOMES = {
     "pmor.app.motion": ("DynamicsResult",),
     "pmor.app.result": ("ConditionsResult", "SweepResult"),
     "pmor.case": ("Case", "change_case", "load_case", "make_case"),
-    "pmor.kinematics.condition": ("Misalignment", "Assembly"),
-    "pmor.errors": (
+    "pmor.gear.condition": ("Misalignment", "Assembly"),
+    "pmor.core.errors": (
         "CaseError", "ConvergenceError", "FileFormatError", "GeometryError", "MeshError", "OutputError", "PmorError",
     ),
-    "pmor.flank": ("Modification", "Topography"),
+    "pmor.gear.modification": ("Modification",),
+    "pmor.gear.topography": ("Topography",),
     "pmor.results.root_stress": ("RootStress",),
     "pmor_online.compare": ("Comparison",),
 }  # fmt: skip

@@ -7,7 +7,7 @@ import tempfile
 from contextlib import ExitStack
 from functools import cache
 
-from pmor.threads import use_one_thread
+from pmor.core.threads import use_one_thread
 
 # As the command does, and before numpy is loaded. On matrices this small, threads of the linear algebra library that
 # wait for each other on busy cores cost up to fifteen times what one thread takes.

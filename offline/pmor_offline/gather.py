@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pmor.arrays import FloatArray
 from pmor.body.root_stress import RootStressShapes, root_stress_shapes
 from pmor.case import Case
+from pmor.core.arrays import FloatArray
 from pmor.line.sections import loaded_components
 from pmor.pair.model import ElasticModel
 from pmor.reduction.basis import Basis, Training, untrained

@@ -14,11 +14,11 @@ from itertools import product
 
 import numpy as np
 
-from pmor.arrays import FloatArray
 from pmor.case import Case, OfflineCase
+from pmor.core.arrays import FloatArray
+from pmor.gear.condition import Condition
+from pmor.gear.meshed_pair import MeshedPair
 from pmor.gear.pair import GearPair
-from pmor.kinematics.condition import Condition
-from pmor.kinematics.meshed_pair import MeshedPair
 from pmor.pair.conditions import condition_at, on_trained_flanks, training_values
 from pmor.penalty.position import overshoot
 from pmor.penalty.solve import WINDOW_MARGIN

@@ -6,7 +6,7 @@ from itertools import groupby
 
 import numpy as np
 
-from pmor.arrays import FloatArray
+from pmor.core.arrays import FloatArray
 from pmor.pair.model import ElasticModel
 from pmor.penalty.solve import SolvedPosition, solve_position
 from pmor.reduction.snapshots import Snapshots

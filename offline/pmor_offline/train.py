@@ -8,14 +8,14 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import partial
 
-from pmor.arrays import FloatArray
 from pmor.case import Case
 from pmor.case.coarser import coarser
-from pmor.errors import ConvergenceError, MeshError
+from pmor.core.arrays import FloatArray
+from pmor.core.errors import ConvergenceError, MeshError
+from pmor.core.threads import in_order
 from pmor.pair.model import ElasticModel, elastic_model, mesh_model
 from pmor.reduction.basis import Basis
 from pmor.reduction.snapshots import Snapshots
-from pmor.threads import in_order
 from pmor_offline.adaptive import ErrorEstimate, greedy_snapshots
 from pmor_offline.gather import make_basis
 from pmor_offline.sampling import on_flanks_of, planned_positions

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.arrays import FloatArray
+from pmor.core.arrays import FloatArray
 from pmor.pair.conditions import conditions_of
 from pmor.pair.model import ElasticModel
 from pmor.pair.sweep import sweep_ste

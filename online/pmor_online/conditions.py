@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.arrays import FloatArray
-from pmor.kinematics.condition import Assembly, Misalignment
+from pmor.core.arrays import FloatArray
+from pmor.gear.condition import Assembly, Misalignment
 from pmor.line.unloaded import with_unloaded
 from pmor.pair.conditions import conditions_of_assembly, listed_conditions, torques_of
 from pmor.results.sweep import SteSweep

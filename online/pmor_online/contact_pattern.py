@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.arrays import BoolArray, FloatArray
+from pmor.core.arrays import BoolArray, FloatArray
+from pmor.gear.condition import Condition
+from pmor.gear.kernels.types import ELEMENT_ROWS, FIRST_ROW
+from pmor.gear.meshed_pair import MeshedPair
 from pmor.gear.tooth import Tooth
-from pmor.kinematics.condition import Condition
-from pmor.kinematics.kernels.types import ELEMENT_ROWS, FIRST_ROW
-from pmor.kinematics.meshed_pair import MeshedPair
 from pmor.line.hertz import line_contact
 from pmor.penalty.position import Position
 from pmor.penalty.search import Contact

@@ -7,10 +7,10 @@ from concurrent.futures import Executor
 
 import numpy as np
 
-from pmor.arrays import FloatArray
-from pmor.kinematics.condition import Condition
+from pmor.core.arrays import FloatArray
+from pmor.core.threads import in_order
+from pmor.gear.condition import Condition
 from pmor.reduction.basis import Basis
-from pmor.threads import in_order
 from pmor_online.model import reduced_pair
 from pmor_online.sweep import TOLERANCE, sweep_reduced_pair
 

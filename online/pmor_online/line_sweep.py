@@ -14,10 +14,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.arrays import FloatArray, IntArray
-from pmor.kinematics.condition import PLAIN, Assembly, Condition, at_advances, common_misalignment
-from pmor.kinematics.kernels.deviation import Deviation
-from pmor.kinematics.meshed_pair import MeshedPair
+from pmor.core.arrays import FloatArray, IntArray
+from pmor.core.threads import in_order
+from pmor.gear.condition import PLAIN, Assembly, Condition, at_advances, common_misalignment
+from pmor.gear.kernels.deviation import Deviation
+from pmor.gear.meshed_pair import MeshedPair
 from pmor.line.kernels.loads import LineResults, solve_lines
 from pmor.line.kernels.places import Lines, line_deviations
 from pmor.line.kernels.pressure import PATCH_FIELDS, line_patches
@@ -25,7 +26,6 @@ from pmor.penalty.position import place_sections
 from pmor.results.force_law import ForceLaw
 from pmor.results.loads import ContactLoads, LineStates, SweepStates
 from pmor.results.sweep import SteSweep
-from pmor.threads import in_order
 from pmor_online.model import ReducedPair
 
 # Sections are placed for so many angles at a time: enough to share out, few enough for the flexibilities of helical

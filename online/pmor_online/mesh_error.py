@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from pmor.kinematics.condition import Condition
+from pmor.gear.condition import Condition
 from pmor.results.sweep import SteSweep, ste_mean_um
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.model import ReducedPair

@@ -7,11 +7,11 @@ from functools import cached_property
 
 import numpy as np
 
-from pmor.arrays import FloatArray
+from pmor.core.arrays import FloatArray
 from pmor.dynamics.force_table import Forces
-from pmor.kinematics.condition import PLAIN, Assembly
-from pmor.kinematics.kernels.deviation import Deviation
-from pmor.kinematics.kernels.types import Gear, Kinematics
+from pmor.gear.condition import PLAIN, Assembly
+from pmor.gear.kernels.deviation import Deviation
+from pmor.gear.kernels.types import Gear, Kinematics
 from pmor.line.kernels.loads import solve_advances, solve_lines
 from pmor.line.kernels.places import Lines, line_deviations, place_lines
 from pmor.line.kernels.tip_corner import Corner

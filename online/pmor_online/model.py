@@ -9,11 +9,11 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from pmor.arrays import FloatArray
 from pmor.body.section_compliance import flank_elasticity, section_compliance
 from pmor.case import Case
 from pmor.case.width import mirrors_at_mid_width
-from pmor.kinematics.meshed_pair import MeshedPair
+from pmor.core.arrays import FloatArray
+from pmor.gear.meshed_pair import MeshedPair
 from pmor.pair.model import assemble_pair, gear_pair
 from pmor.penalty.elasticity import ReducedElasticity
 from pmor.penalty.kernels.state import Family, GearLines, PositionShapes

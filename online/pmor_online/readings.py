@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.arrays import FloatArray
 from pmor.case import Case
 from pmor.case.width import meshed_width
-from pmor.kinematics.condition import Assembly
-from pmor.kinematics.deviation_rates import deviation_rates
-from pmor.kinematics.meshed_pair import MeshedPair
+from pmor.core.arrays import FloatArray
+from pmor.gear.condition import Assembly
+from pmor.gear.deviation_rates import deviation_rates
+from pmor.gear.meshed_pair import MeshedPair
 from pmor.line.unloaded import with_unloaded
 from pmor.pair.conditions import assembly_of, conditions_of
 from pmor.penalty.position import tooth_pair_count

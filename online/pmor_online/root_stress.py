@@ -7,9 +7,9 @@ from concurrent.futures import Executor
 
 import numpy as np
 
-from pmor.arrays import BoolArray, FloatArray, IntArray
 from pmor.body.root_stress import RootStressShapes
-from pmor.kinematics.condition import Condition, Misalignment, common_misalignment
+from pmor.core.arrays import BoolArray, FloatArray, IntArray
+from pmor.gear.condition import Condition, Misalignment, common_misalignment
 from pmor.penalty.position import place_sections
 from pmor.results.loads import ContactLoads
 from pmor.results.root_stress import FilletEnvelope, RootStress, arc_lengths

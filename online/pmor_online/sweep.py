@@ -16,10 +16,11 @@ from concurrent.futures import Executor
 
 import numpy as np
 
-from pmor.arrays import FloatArray
-from pmor.kinematics.condition import ALIGNED, Assembly, Condition, Misalignment, at_advances, common_build
-from pmor.kinematics.kernels.types import NodalScheme, Pair
-from pmor.kinematics.meshed_pair import MeshedPair
+from pmor.core.arrays import FloatArray
+from pmor.core.threads import in_order
+from pmor.gear.condition import ALIGNED, Assembly, Condition, Misalignment, at_advances, common_build
+from pmor.gear.kernels.types import NodalScheme, Pair
+from pmor.gear.meshed_pair import MeshedPair
 from pmor.pair.conditions import nominal_condition
 from pmor.penalty.equilibrium import expected_approach, round_off_residual
 from pmor.penalty.kernels.loads import Loads, empty_loads, list_loads, trimmed
@@ -33,7 +34,6 @@ from pmor.reduction.error_estimate import discarded_energy_slope
 from pmor.results.force_law import ForceLaw
 from pmor.results.loads import ContactLoads, SweepStates
 from pmor.results.sweep import SteSweep
-from pmor.threads import in_order
 from pmor_online.line_sweep import line_force_law, sections_near, sweep_line_loads
 from pmor_online.model import ReducedPair, online_angles
 

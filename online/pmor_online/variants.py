@@ -14,10 +14,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.arrays import BoolArray, FloatArray, IntArray
-from pmor.kinematics.condition import Assembly, Misalignment
-from pmor.kinematics.flank_deviation import kernel_deviation
-from pmor.kinematics.kernels.deviation import Deviation
+from pmor.core.arrays import BoolArray, FloatArray, IntArray
+from pmor.gear.condition import Assembly, Misalignment
+from pmor.gear.flank_deviation import kernel_deviation
+from pmor.gear.kernels.deviation import Deviation
 from pmor.line.kernels.loads import LineResults, solve_lines
 from pmor.line.kernels.places import Lines, line_deviations
 from pmor.line.kernels.pressure import PATCH_FIELDS, line_patches

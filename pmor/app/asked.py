@@ -7,13 +7,13 @@ from dataclasses import asdict, replace
 
 import numpy as np
 
-from pmor.arrays import FloatArray
 from pmor.case import Case, ConditionCase, MisalignmentCase, check_flanks, refuse_uneven_load
 from pmor.case.width import meshed_width
-from pmor.errors import CaseError
-from pmor.flank import Modification
-from pmor.kinematics.condition import Assembly, Misalignment
-from pmor.kinematics.meshed_pair import MeshedPair
+from pmor.core.arrays import FloatArray
+from pmor.core.errors import CaseError
+from pmor.gear.condition import Assembly, Misalignment
+from pmor.gear.meshed_pair import MeshedPair
+from pmor.gear.modification import Modification
 from pmor.pair.model import gear_pair
 from pmor.pair.modifications import refuse_modifications_off_the_flank
 from pmor_online.model import online_angles

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 
-from pmor.arrays import FloatArray
 from pmor.campaigns.columns import Columns
 from pmor.campaigns.loader import load_campaign
 from pmor.campaigns.output import FILES, WORKING, campaign_text, gathered, write_campaign, write_case
@@ -19,8 +18,9 @@ from pmor.campaigns.run import Done, local_processes, run_campaign
 from pmor.campaigns.settings import Campaign
 from pmor.campaigns.store import refuse_foreign_store
 from pmor.campaigns.table import designs_of
-from pmor.errors import CaseError
-from pmor.progress import Progress
+from pmor.core.arrays import FloatArray
+from pmor.core.errors import CaseError
+from pmor.core.progress import Progress
 from pmor.storage.atomic import ensure_folder, refuse_existing
 from pmor.storage.results_folder import results_folder, start_results
 

@@ -14,10 +14,10 @@ from typing import Any
 
 from pmor.app import commands
 from pmor.app.streams import usable_streams
-from pmor.errors import OutputError, PmorError, printable
-from pmor.memory import memory_limits, memory_text
-from pmor.threads import use_one_thread
-from pmor.version import __version__
+from pmor.core.errors import OutputError, PmorError, printable
+from pmor.core.memory import memory_limits, memory_text
+from pmor.core.threads import use_one_thread
+from pmor.core.version import __version__
 
 INTERRUPTED = 130
 # Results have messages of their own (pmor.storage.atomic); this is for the files that libraries write.

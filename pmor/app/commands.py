@@ -54,7 +54,7 @@ def plan(case_path: Path) -> None:
 
 def offline(case_path: Path, basis_path: Path, resume: bool = False, jobs: int = 1, overwrite: bool = False) -> None:
     """Generate the reduced basis of a case and write it to `basis_path`."""
-    from pmor.errors import ConvergenceError
+    from pmor.core.errors import ConvergenceError
     from pmor.jobs.offline import parts_of
     from pmor.storage.atomic import ensure_writable, refuse_existing
     from pmor.storage.results_folder import refuse_foreign_folder, refuse_in_the_way
@@ -134,10 +134,10 @@ def study(
     study_path: Path, out: Path | None = None, jobs: int = 1, quick: bool = False, overwrite: bool = False
 ) -> None:
     """Run a study: a grid of meshes and refinements, three models, error against run time, one report."""
-    from pmor.threads import use_one_thread
+    from pmor.core.threads import use_one_thread
 
     use_one_thread()  # before anything loads numpy
-    from pmor.errors import ConvergenceError
+    from pmor.core.errors import ConvergenceError
     from pmor.lab.study.loader import load_study
     from pmor.lab.study.settings import quick_study
 
@@ -162,7 +162,7 @@ def study(
 
 def convergence(case_path: Path, out: Path | None = None, overwrite: bool = False) -> None:
     """Solve a case on finer and finer meshes of each element: what does the mesh cost?"""
-    from pmor.threads import use_one_thread
+    from pmor.core.threads import use_one_thread
 
     use_one_thread()  # before anything loads numpy
     from pmor.case import load_case
@@ -184,16 +184,16 @@ def convergence(case_path: Path, out: Path | None = None, overwrite: bool = Fals
 
 def stability(case_path: Path, out: Path | None = None, jobs: int = 1, only: str = "", overwrite: bool = False) -> None:
     """Run stiff and extreme variants of a case: does the program hold, and how well?"""
-    from pmor.threads import use_one_thread
+    from pmor.core.threads import use_one_thread
 
     use_one_thread()  # before anything loads numpy
     from pmor.case import load_case
-    from pmor.errors import CaseError, ConvergenceError
+    from pmor.core.errors import CaseError, ConvergenceError
 
     case = load_case(case_path)
+    from pmor.core.progress import Progress
     from pmor.lab.stability.output import FILES, stability_text, write_stability
     from pmor.lab.stability.run import number_of_variants, run_matrix
-    from pmor.progress import Progress
     from pmor.storage.results_folder import default_folder, results_folder
     from pmor.work.pieces import PARTS
 
@@ -215,12 +215,12 @@ def stability(case_path: Path, out: Path | None = None, jobs: int = 1, only: str
 
 def reductions(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False) -> None:
     """Compare the reductions and the samplings of their training over the ranges of a case."""
-    from pmor.threads import use_one_thread
+    from pmor.core.threads import use_one_thread
 
     use_one_thread()  # before anything loads numpy
     started = time.perf_counter()
     case, mesh = _meshed_case(case_path)
-    from pmor.errors import ConvergenceError
+    from pmor.core.errors import ConvergenceError
     from pmor.lab.comparison.output import FILES, comparison_text, write_comparison
     from pmor.lab.comparison.run import compare_reductions
     from pmor.storage.results_folder import default_folder, results_folder
@@ -239,13 +239,13 @@ def reductions(case_path: Path, out: Path | None = None, jobs: int = 1, overwrit
 
 def dynamics(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False) -> None:
     """Find the motion of a pair over its speed: frequency response, run-up and run-down under each torque."""
-    from pmor.threads import use_one_thread
+    from pmor.core.threads import use_one_thread
 
     use_one_thread()  # before anything loads numpy
     from pmor.case import load_case
+    from pmor.core.errors import ConvergenceError
     from pmor.dynamics.output import FILES, dynamics_text, write_dynamics
     from pmor.dynamics.run import reduced_of, run_dynamics
-    from pmor.errors import ConvergenceError
     from pmor.storage.results_folder import default_folder, results_folder
     from pmor.work.pieces import PARTS
 
@@ -266,15 +266,15 @@ def design(
     design_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False, variant: int | None = None
 ) -> None:
     """Search the flank modifications that a design file asks for, or write one variant as a case file."""
-    from pmor.threads import use_one_thread
+    from pmor.core.threads import use_one_thread
 
     use_one_thread()  # before anything loads numpy
+    from pmor.core.errors import ConvergenceError
     from pmor.design.loader import load_design
     from pmor.design.output import FILES, design_text, write_design
     from pmor.design.readings import read_off
     from pmor.design.run import run_design, trained_pair
     from pmor.design.variant_case import case_name, variant_text, write_variant
-    from pmor.errors import ConvergenceError
     from pmor.storage.results_folder import default_folder, results_folder
     from pmor.work.pieces import PARTS
 
@@ -303,7 +303,7 @@ def campaign(
     case_number: int | None = None, overwrite: bool = False,
 ) -> None:  # fmt: skip
     """Solve a table of designs, each with gears of its own, on processes of this machine or on a cluster."""
-    from pmor.threads import use_one_thread
+    from pmor.core.threads import use_one_thread
 
     use_one_thread()  # before anything loads numpy
     from pmor.app.campaign import solve_campaign, write_design
@@ -311,7 +311,7 @@ def campaign(
     from pmor.campaigns.loader import load_campaign
     from pmor.campaigns.output import campaign_text
     from pmor.campaigns.run import local_processes
-    from pmor.errors import ConvergenceError
+    from pmor.core.errors import ConvergenceError
     from pmor.storage.results_folder import default_folder
 
     settings = load_campaign(campaign_path)
@@ -333,11 +333,11 @@ def campaign(
 
 def bench(case_path: Path, json_path: Path, jobs: int = 2, overwrite: bool = False) -> None:
     """Measure run times by phase and by size, as ratios to an earlier measurement where there is one."""
-    from pmor.threads import use_one_thread
+    from pmor.core.threads import use_one_thread
 
     use_one_thread()  # before anything loads numpy
     from pmor.case import load_case
-    from pmor.errors import OutputError
+    from pmor.core.errors import OutputError
     from pmor.lab.bench import bench_text, read_bench, run_bench, write_bench
     from pmor.storage.results_folder import results_folder
 
@@ -377,10 +377,10 @@ def info(path: Path, verify: bool = False) -> None:
 
 def _verify(path: Path) -> None:
     """Hold a basis against full FE of the case in its file."""
-    from pmor.errors import FileFormatError
+    from pmor.core.errors import FileFormatError
+    from pmor.core.progress import Progress
     from pmor.jobs.verify import UNSEEN_STATES, checks_text, verify_basis
     from pmor.pair.model import mesh_model
-    from pmor.progress import Progress
     from pmor.storage.basis_file import BASIS_SCHEMA, read_basis
 
     basis = read_basis(path)
@@ -422,7 +422,7 @@ def _elastic_model(case: Case, mesh: MeshModel) -> ElasticModel:
 
 
 def _require_convergence(result: OnlineResult) -> None:
-    from pmor.errors import ConvergenceError
+    from pmor.core.errors import ConvergenceError
 
     if failures := result.all_failures:
         raise ConvergenceError(f"{len(failures)} positions did not converge, first: {failures[0]}", [])

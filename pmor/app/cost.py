@@ -17,15 +17,15 @@ from pmor.case import Case, other_models
 from pmor.case.coarser import coarser
 from pmor.case.live_page import takes_whole_width
 from pmor.case.width import intervals_across, meshed_width, whole_width
-from pmor.compiled.keeping import is_kept
-from pmor.errors import CaseError
+from pmor.core.errors import CaseError
+from pmor.core.keeping import is_kept
+from pmor.core.memory import MemoryLimit, memory_limits, memory_text
 from pmor.fe.nested_dissection import UNDIVIDED
+from pmor.gear.meshed_pair import LOCAL_SHARE
 from pmor.gear.pair import GearPair
 from pmor.gear.tooth import Tooth
-from pmor.kinematics.meshed_pair import LOCAL_SHARE
 from pmor.line.kernels.loads import solve_lines
 from pmor.line.sections import loaded_components
-from pmor.memory import MemoryLimit, memory_limits, memory_text
 from pmor.mesh.fillet import MOST_COLUMNS
 from pmor.mesh.sector import build_sector
 from pmor.pair.conditions import assembly_of, full_solves, misalignments, torques_of, training_values

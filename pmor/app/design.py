@@ -10,15 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from pmor.arrays import FloatArray, IntArray
 from pmor.case import Case
 from pmor.case.width import meshed_width
+from pmor.core.arrays import FloatArray, IntArray
+from pmor.core.errors import CaseError, ConvergenceError
 from pmor.design.loader import DesignFile, case_of, read_design
 from pmor.design.output import design_data, design_text
 from pmor.design.readings import Readings, read_off
 from pmor.design.run import Found, run_design
-from pmor.errors import CaseError, ConvergenceError
-from pmor.kinematics.condition import Assembly
+from pmor.gear.condition import Assembly
 from pmor.pair.model import refuse_loads
 from pmor_online.model import ReducedPair
 

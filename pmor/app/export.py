@@ -7,7 +7,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pmor.errors import CaseError, OutputError
+from pmor.core.errors import CaseError, OutputError
 from pmor.storage.atomic import atomic_path, ensure_folder, refuse_existing
 from pmor.storage.results_folder import refuse_in_the_way, results_folder
 

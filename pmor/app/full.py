@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 from pmor.app.asked import asked_case, positions
 from pmor.app.result import SweepResult
-from pmor.arrays import FloatArray
 from pmor.case import Case
-from pmor.flank import Modification
-from pmor.kinematics.condition import Misalignment
+from pmor.core.arrays import FloatArray
+from pmor.gear.condition import Misalignment
+from pmor.gear.modification import Modification
 from pmor.line.unloaded import with_unloaded
 from pmor.pair.conditions import conditions_of
 from pmor.pair.model import ElasticModel, elastic_model, mesh_model, refuse_loads

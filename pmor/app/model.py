@@ -15,15 +15,15 @@ from pmor.app.export import export_model, export_sweep
 from pmor.app.full import FullModel, Progress, full_model, quietly
 from pmor.app.report import write_report
 from pmor.app.result import ConditionsResult, SweepResult
-from pmor.arrays import FloatArray
 from pmor.case import (
     Case,
     beyond_training,
     trained_flanks,
 )
-from pmor.errors import CaseError, OutputError
-from pmor.flank import Modification
-from pmor.kinematics.condition import Assembly, Misalignment
+from pmor.core.arrays import FloatArray
+from pmor.core.errors import CaseError, OutputError
+from pmor.gear.condition import Assembly, Misalignment
+from pmor.gear.modification import Modification
 from pmor.line.unloaded import with_unloaded
 from pmor.pair.conditions import conditions_of
 from pmor.pair.model import refuse_loads

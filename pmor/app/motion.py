@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pmor.arrays import FloatArray
 from pmor.case import Case, change_case
+from pmor.core.arrays import FloatArray
+from pmor.core.errors import ConvergenceError
 from pmor.dynamics.figures import motion_figure, response_figure, waterfall_figure
 from pmor.dynamics.measure import Data
 from pmor.dynamics.output import dynamics_data, dynamics_text
 from pmor.dynamics.rating import rated
 from pmor.dynamics.run import Dynamics, refuse_other_models, run_dynamics
-from pmor.errors import ConvergenceError
 from pmor.report.data_files import write_summary_json
 from pmor_online.model import ReducedPair
 

@@ -11,10 +11,10 @@ from pmor.case import Case, condition_words, describe, model_names, other_models
 from pmor.case.document import GEARS
 from pmor.case.live_page import asks_for_live_page, takes_whole_width, why_not_live
 from pmor.case.width import intervals_across, meshed_width
-from pmor.memory import memory_text
+from pmor.core.memory import memory_text
+from pmor.core.progress import format_time
 from pmor.pair.conditions import full_solves, misalignments, torques_of
 from pmor.pair.model import gear_pair
-from pmor.progress import format_time
 
 NOT_WRITTEN = {
     "compare.models": "the case's own alone",

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pmor.arrays import BoolArray, FloatArray, IntArray
+from pmor.core.arrays import BoolArray, FloatArray, IntArray
+from pmor.gear.condition import PLAIN, Assembly
 from pmor.gear.pair import GearPair
-from pmor.kinematics.condition import PLAIN, Assembly
 from pmor.report.data_files import write_ste_csv
 from pmor.report.flank_figures import flank_maps_figure
 from pmor.report.sweep_figures import load_sharing_figure, spectrum_figure, ste_figure

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 
-from pmor.arrays import FloatArray
 from pmor.body.fillet_stress import NEIGHBOURS, FilletPoints, FilletStress, sector_stress
 from pmor.body.surface_layer import flank_compliance
-from pmor.conventions import rotation_z
+from pmor.core.arrays import FloatArray
+from pmor.core.conventions import rotation_z
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.completion import completion, nodes_of_elements
 from pmor.fe.condensation import CondensedSector, back_substitute, condense_sector

@@ -24,9 +24,9 @@ import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
 
-from pmor.arrays import FloatArray, IntArray
-from pmor.conventions import rotation_z
-from pmor.errors import MeshError
+from pmor.core.arrays import FloatArray, IntArray
+from pmor.core.conventions import rotation_z
+from pmor.core.errors import MeshError
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.carried_functions import CarriedFunctions
 from pmor.fe.condensation import uncouple

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.arrays import FloatArray
 from pmor.body.fillet_stress import FilletStress
+from pmor.core.arrays import FloatArray
 
 # Singular values below this fraction of the largest one are dropped.
 SMALLEST_PATTERN = 1e-4

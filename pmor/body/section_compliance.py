@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from pmor.arrays import FloatArray, IntArray
-from pmor.kinematics.kernels.types import Sections
+from pmor.core.arrays import FloatArray, IntArray
+from pmor.gear.kernels.types import Sections
 from pmor.penalty.elasticity import FullElasticity
 from pmor.penalty.position import Position
 from pmor.reduction.error_estimate import FlankCompliance

@@ -17,7 +17,7 @@ from __future__ import annotations
 import numpy as np
 import scipy.linalg as la
 
-from pmor.arrays import FloatArray
+from pmor.core.arrays import FloatArray
 from pmor.fe.assembly import added_up, degrees_of_freedom
 from pmor.fe.completion import completion, nodes_of_elements
 from pmor.fe.elimination import condense, inverse

@@ -6,9 +6,9 @@ from itertools import product
 
 import numpy as np
 
-from pmor.arrays import FloatArray, IntArray
 from pmor.body.elastic_gear import ElasticGear
-from pmor.conventions import rotation_z
+from pmor.core.arrays import FloatArray, IntArray
+from pmor.core.conventions import rotation_z
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.completion import completion, nodes_of_elements
 from pmor.fe.condensation import back_substitute

@@ -18,7 +18,7 @@ from pmor.campaigns.settings import Campaign
 from pmor.campaigns.store import key_of
 from pmor.campaigns.table import Design
 from pmor.case.coarser import coarser
-from pmor.errors import PmorError
+from pmor.core.errors import PmorError
 from pmor.pair.model import gear_pair
 from pmor.report.data_files import write_summary_json
 from pmor.storage.manifest import Contents, listed, origin_in

@@ -8,7 +8,7 @@ from concurrent.futures import Executor
 from contextlib import contextmanager
 from pathlib import Path
 
-from pmor.errors import ExternalProgramError
+from pmor.core.errors import ExternalProgramError
 
 # For a scheduler to answer.
 PATIENCE_S = 20

@@ -8,12 +8,12 @@ from typing import Annotated, get_args, get_origin
 
 import numpy as np
 
-from pmor.arrays import FloatArray, IntArray
 from pmor.campaigns.relations import split
 from pmor.campaigns.rows import STATUSES, Answer, Status
 from pmor.campaigns.settings import Campaign
 from pmor.case.loader import SECTIONS, keys_of
-from pmor.ranges import Range
+from pmor.core.arrays import FloatArray, IntArray
+from pmor.core.ranges import Range
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from pmor.campaigns.chunks import PARTS, PLAN, ChunkFiles
 from pmor.campaigns.store import entries, is_store
-from pmor.errors import FileFormatError, printable
-from pmor.memory import memory_text
+from pmor.core.errors import FileFormatError, printable
+from pmor.core.memory import memory_text
 from pmor.storage.describe import file_text
 from pmor.storage.manifest import is_ours
 

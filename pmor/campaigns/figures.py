@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.arrays import FloatArray
+from pmor.core.arrays import FloatArray
 from pmor.results.load_distribution import effective_contact_ratio, face_load_factor, line_states
 from pmor.results.root_stress import RootStress
 from pmor.results.sweep import SteSweep, mesh_orders, mesh_stiffness, peak_to_peak_um, ste_mean_um

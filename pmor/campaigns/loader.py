@@ -30,7 +30,7 @@ from pmor.case import change_case, load_case, parse_case, text_of
 from pmor.case.document import parse_toml
 from pmor.case.loader import SECTIONS, keys_of
 from pmor.case.values import Refused, convert, did_you_mean, toml_text
-from pmor.errors import CaseError
+from pmor.core.errors import CaseError
 
 DESIGNS, RESULTS = "designs", "results"
 PLAIN = {"relations": Relations, "workers": Workers, "store": StoreSection}

@@ -20,7 +20,7 @@ from pmor.campaigns.relations import text_of_design
 from pmor.campaigns.rows import STATUSES
 from pmor.campaigns.run import Done
 from pmor.campaigns.settings import Campaign
-from pmor.progress import format_time
+from pmor.core.progress import format_time
 from pmor.report.data_files import write_summary_json
 from pmor.report.page import write_page
 from pmor.storage.atomic import atomic_path

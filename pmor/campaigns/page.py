@@ -7,12 +7,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pmor.arrays import FloatArray
 from pmor.campaigns.columns import Columns, unit_of
 from pmor.campaigns.figures import BY_KEY, Figure
 from pmor.campaigns.relations import split
 from pmor.campaigns.rows import STATUSES
 from pmor.campaigns.settings import Campaign
+from pmor.core.arrays import FloatArray
 from pmor.report.explorer import Column, Designs
 from pmor.report.page import Block, Heading, Warning
 from pmor.report.table import Cell, Table

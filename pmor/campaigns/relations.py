@@ -13,7 +13,7 @@ from pmor.campaigns.settings import Number, Relations
 from pmor.case import Case, changed_text, parse_case
 from pmor.case.document import GEARS, flattened
 from pmor.case.loader import SECTIONS
-from pmor.errors import GeometryError
+from pmor.core.errors import GeometryError
 from pmor.gear.tooth import involute_function
 
 PINION, WHEEL = GEARS

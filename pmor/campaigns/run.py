@@ -16,7 +16,7 @@ from pmor.campaigns.store import open_store
 from pmor.campaigns.submit import submit_all
 from pmor.campaigns.supervise import Order, closing_solvers, lost_answer, solve_order
 from pmor.campaigns.table import designs_of
-from pmor.progress import format_time
+from pmor.core.progress import format_time
 
 # Seconds between lines on progress, where there is no bar.
 SAY_EVERY_S = 60.0

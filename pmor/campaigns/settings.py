@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pmor.ranges import Range
+from pmor.core.ranges import Range
 
 Method = Literal["grid", "list", "csv", "sobol"]
 Solved = Literal["both", "pinion", "wheel"]

@@ -13,7 +13,7 @@ from pmor.campaigns.settings import Number
 from pmor.campaigns.store import Store, key_of
 from pmor.case import Case, GearCase
 from pmor.case.coarser import coarser
-from pmor.errors import CaseError, ConvergenceError, GeometryError, MeshError
+from pmor.core.errors import CaseError, ConvergenceError, GeometryError, MeshError
 from pmor.line.sections import loaded_components
 from pmor.mesh.sector import SectorMesh
 from pmor.pair.model import mesh_model, neighbouring_teeth, per_gear, solved_gear

@@ -58,7 +58,7 @@ def _ready() -> Callable[[dict[str, Any]], Iterator[dict[str, Any]]]:
     from pmor.campaigns.settings import Relations
     from pmor.campaigns.solve import row_of
     from pmor.campaigns.store import GIB, Store, open_store
-    from pmor.errors import OutputError
+    from pmor.core.errors import OutputError
 
     def store_of(folder: Path, limit_bytes: float) -> Store:
         """The store on this machine, whose folder may be its own; none where that holds something else."""

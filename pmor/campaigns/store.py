@@ -20,10 +20,10 @@ from typing import Any
 
 import numpy as np
 
-from pmor.errors import FileFormatError, OutputError
+from pmor.core.errors import FileFormatError, OutputError
+from pmor.core.version import __version__
 from pmor.storage.atomic import ensure_folder, output_errors
 from pmor.storage.compliance_file import SolvedGear, read_compliance, write_compliance
-from pmor.version import __version__
 
 # One of it means the folder is a store, and its entries may go.
 MARKER = "pmor-compliances.txt"

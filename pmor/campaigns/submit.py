@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
 from typing import TypeVar
 
-from pmor.errors import ExternalProgramError, PmorError
+from pmor.core.errors import ExternalProgramError, PmorError
 
 Item = TypeVar("Item")
 Answer = TypeVar("Answer")

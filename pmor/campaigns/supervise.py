@@ -22,9 +22,9 @@ from typing import Any
 from pmor.campaigns.rows import Answer, Row, Task, plain_row
 from pmor.campaigns.settings import Number, Workers
 from pmor.campaigns.solver import FAILED
-from pmor.errors import ExternalProgramError
-from pmor.threads import VARIABLES
-from pmor.version import __version__
+from pmor.core.errors import ExternalProgramError
+from pmor.core.threads import VARIABLES
+from pmor.core.version import __version__
 
 GIB = 2**30
 TRIES = 2

@@ -9,8 +9,9 @@ from typing import Any
 from pmor.case.document import CONDITION, GEARS, MODIFICATION, flattened
 from pmor.case.loader import SECTIONS, keys_of, parse_case
 from pmor.case.schema import Case
-from pmor.errors import CaseError
-from pmor.flank import UNMODIFIED, Topography
+from pmor.core.errors import CaseError
+from pmor.gear.modification import UNMODIFIED
+from pmor.gear.topography import Topography
 
 
 def make_case(name: str = "case", **settings: Any) -> Case:

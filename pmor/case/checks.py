@@ -10,7 +10,7 @@ from pmor.case.models import other_models
 from pmor.case.schema import Case, ConditionCase, GearCase, MisalignmentCase, PairCase
 from pmor.case.values import toml_text, wrong_unit_text
 from pmor.case.width import meshed_width
-from pmor.errors import CaseError
+from pmor.core.errors import CaseError
 
 # A length below this many modules is a slip: a gear so thin, or a hole so small, cannot be meshed sensibly.
 SMALLEST_LENGTH = 0.05

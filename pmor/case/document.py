@@ -8,9 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from pmor.case.values import toml_text
-from pmor.errors import CaseError
-from pmor.flank import Topography
-from pmor.flank.topography import read_topography
+from pmor.core.errors import CaseError
+from pmor.gear.topography import Topography, read_topography
 
 GEARS = ("pinion", "wheel")
 MODIFICATION = "modification"

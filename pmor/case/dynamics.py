@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pmor.case.schema import Case, DynamicsCase
 from pmor.case.values import toml_text
-from pmor.errors import CaseError
+from pmor.core.errors import CaseError
 
 DEGREES_OF_FREEDOM = (1, 6, 12)
 # Values that lists by direction hold, by the degrees of freedom.

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pmor.case.schema import Case, GearCase
 from pmor.case.values import toml_text
 from pmor.case.width import meshed_width
-from pmor.errors import CaseError
-from pmor.flank import UNMODIFIED, Modification
+from pmor.core.errors import CaseError
+from pmor.gear.modification import UNMODIFIED, Modification
 
 # Amounts, what says where they end, and what that is.
 EXTENTS = (

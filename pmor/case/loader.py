@@ -24,8 +24,8 @@ from pmor.case.schema import (
     ResultsCase,
 )
 from pmor.case.values import Refused, convert, did_you_mean, toml_text
-from pmor.errors import CaseError
-from pmor.flank import Modification
+from pmor.core.errors import CaseError
+from pmor.gear.modification import Modification
 
 Section = TypeVar("Section")
 

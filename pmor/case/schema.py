@@ -7,8 +7,8 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from pmor.flank import UNMODIFIED, Modification
-from pmor.ranges import GRAMS_PER_CM3, METRES, PASCALS, RADIANS, Range
+from pmor.core.ranges import GRAMS_PER_CM3, METRES, PASCALS, RADIANS, Range
+from pmor.gear.modification import UNMODIFIED, Modification
 
 Length = Annotated[float, Range(1e-3, 1e5, "mm", mistaken_for=(METRES,))]
 Torque = Annotated[float, Range(0.0, 1e12, "N m", low_excluded=True)]
@@ -268,7 +268,7 @@ class OfflineCase:
 
 @dataclass(frozen=True, kw_only=True)
 class MisalignmentCase:
-    """Where the wheel's axis is in sweep and comparison (section `[misalignment]`; `pmor.kinematics.condition`).
+    """Where the wheel's axis is in sweep and comparison (section `[misalignment]`; `pmor.gear.condition`).
 
     Parameters
     ----------

@@ -11,9 +11,9 @@ from dataclasses import fields
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
-from pmor.errors import CaseError
-from pmor.flank import Topography
-from pmor.ranges import Range
+from pmor.core.errors import CaseError
+from pmor.core.ranges import Range
+from pmor.gear.topography import Topography
 
 LONGEST_SHOWN_VALUE = 60
 TORQUE_UNIT = "N m"

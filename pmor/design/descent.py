@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pmor.arrays import FloatArray
+from pmor.core.arrays import FloatArray
 from pmor.design.judge import Judge, Verdict
 from pmor.design.settings import Constraint
 from pmor.design.variables import limits, steps_around

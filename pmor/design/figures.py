@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pmor.arrays import FloatArray
+from pmor.core.arrays import FloatArray
 from pmor.design.harris import HarrisRule
 from pmor.design.judge import Judge, nominal
 from pmor.design.run import Found

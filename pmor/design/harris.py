@@ -17,11 +17,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.arrays import FloatArray
+from pmor.core.arrays import FloatArray
 from pmor.design.measures import peak_to_peak
-from pmor.flank import Modification
+from pmor.gear.condition import Assembly
+from pmor.gear.modification import Modification
 from pmor.gear.pair import GearPair
-from pmor.kinematics.condition import Assembly
 from pmor.pair.conditions import assembly_of
 from pmor_online.model import ReducedPair, online_angles
 from pmor_online.variants import VariantSolver

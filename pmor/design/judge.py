@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pmor.arrays import FloatArray
 from pmor.case.width import meshed_width
+from pmor.core.arrays import FloatArray
 from pmor.design.measures import draw_weights, order_amplitude, order_of, peak_to_peak, smooth_peak_to_peak
 from pmor.design.settings import Design
 from pmor.design.variables import AS_DRAWN, Draw, assembly_at, drawn
-from pmor.kinematics.condition import Assembly
-from pmor.kinematics.deviation_rates import deviation_rates
+from pmor.gear.condition import Assembly
+from pmor.gear.deviation_rates import deviation_rates
 from pmor.pair.conditions import conditions_of_assembly
 from pmor.results.load_distribution import face_load_factor
 from pmor_online.model import ReducedPair, online_angles

@@ -10,6 +10,7 @@ from typing import Any, TypeVar, get_type_hints
 from pmor.case import Case, change_case, check_flanks, load_case, without_models
 from pmor.case.document import parse_toml
 from pmor.case.values import Refused, convert, did_you_mean, toml_text
+from pmor.core.errors import CaseError
 from pmor.design.settings import (
     AMOUNT_KEYS,
     MISALIGNMENT_KEYS,
@@ -23,9 +24,8 @@ from pmor.design.settings import (
     Variable,
 )
 from pmor.design.variables import assembly_at, corners
-from pmor.errors import CaseError
+from pmor.gear.condition import Assembly
 from pmor.gear.pair import GearPair
-from pmor.kinematics.condition import Assembly
 from pmor.pair.conditions import assembly_of
 from pmor.pair.model import gear_pair
 from pmor.pair.modifications import refuse_modifications_off_the_flank

@@ -6,7 +6,7 @@ lies. In its place stands, with the sharpness s,
     top(x) = (1 / s) ln( (1 / n) sum_i exp(s x_i) ),    d top / d x_i = exp(s x_i) / sum_j exp(s x_j),
 
 at most ln(n) / s below it, and peak-to-peak is top(x) + top(-x). Its derivatives are weights of the positions: with
-those of the STE (`pmor.kinematics.deviation_rates`) they give the derivative by each parameter of the modifications.
+those of the STE (`pmor.gear.deviation_rates`) they give the derivative by each parameter of the modifications.
 
 *Percentile.* Of m draws, by Harrell and Davis (Biometrika 69 (1982) 635): the mean of all sorted values under the
 weights of a beta distribution, steadier than one of them, and with a derivative.
@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pmor.arrays import FloatArray
+from pmor.core.arrays import FloatArray
 
 PERCENTILE = 0.95
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.arrays import FloatArray
+from pmor.core.arrays import FloatArray
 from pmor.design.harris import HarrisRule, harris_rule, obeys
 from pmor.design.judge import Judge, nominal
 from pmor.design.run import Found

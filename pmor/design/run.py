@@ -14,7 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from pmor.arrays import BoolArray, FloatArray, IntArray
+from pmor.core.arrays import BoolArray, FloatArray, IntArray
+from pmor.core.progress import Progress, format_time
+from pmor.core.threads import threads
 from pmor.design.descent import Descent, kept
 from pmor.design.front import pareto_front
 from pmor.design.judge import Judge, at_torque, nominal
@@ -24,8 +26,6 @@ from pmor.design.store import Store, all_kept
 from pmor.design.variables import spread_evenly
 from pmor.design.variants import Variants, as_data, best_first, from_data, together
 from pmor.pair.model import elastic_model, mesh_model, refuse_loads
-from pmor.progress import Progress, format_time
-from pmor.threads import threads
 from pmor.work.pieces import PARTS, Piece, Result, run_pieces
 from pmor_offline.train import train
 from pmor_online.model import ReducedPair, reduced_pair

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import Annotated, Literal, get_args
 
-from pmor.ranges import Range
+from pmor.core.ranges import Range
 
 AmountKey = Literal[
     "tip_relief_um", "root_relief_um", "profile_crowning_um", "profile_slope_um", "helix_crowning_um",

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pmor.arrays import BoolArray
+from pmor.core.arrays import BoolArray
 from pmor.design.descent import kept
 from pmor.design.loader import DesignFile
 from pmor.design.settings import Design

@@ -8,10 +8,10 @@ from itertools import product
 
 import numpy as np
 
-from pmor.arrays import FloatArray
+from pmor.core.arrays import FloatArray
 from pmor.design.settings import Scatter, Variable
-from pmor.flank import Modification
-from pmor.kinematics.condition import Assembly, Misalignment
+from pmor.gear.condition import Assembly, Misalignment
+from pmor.gear.modification import Modification
 
 # Decimals to which values are rounded: what a step leaves in the last digits is noise.
 DECIMALS = 9

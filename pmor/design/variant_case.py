@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from pmor.case import change_case, load_case, text_of
+from pmor.core.errors import CaseError, OutputError
 from pmor.design.loader import DesignFile
 from pmor.design.variables import assembly_at
-from pmor.errors import CaseError, OutputError
 from pmor.storage.atomic import atomic_path
 from pmor.storage.design_file import read_design_file
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.arrays import FloatArray, IntArray
+from pmor.core.arrays import FloatArray, IntArray
 from pmor.design.descent import kept
 from pmor.design.judge import Verdict
 from pmor.design.settings import Constraint, Design

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.arrays import FloatArray
+from pmor.core.arrays import FloatArray
+from pmor.core.errors import ConvergenceError
 from pmor.dynamics.harmonic_balance import Balance
-from pmor.errors import ConvergenceError
 
 # Lengths of steps, in the scaled space.
 FIRST_STEP, LARGEST_STEP, LEAST_STEP = 0.01, 0.06, 1e-7

@@ -6,7 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
-from pmor.arrays import FloatArray
+from pmor.core.arrays import FloatArray
 from pmor.dynamics.kernels.laws import ForceTable, VaryingStiffness, mesh_forces
 
 #: laws that compiled code evaluates, as integration over time does

@@ -14,12 +14,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.arrays import FloatArray, IntArray
+from pmor.core.arrays import FloatArray, IntArray
+from pmor.core.errors import ConvergenceError
+from pmor.core.threads import in_order
 from pmor.dynamics.force_law import forces_at
 from pmor.dynamics.kernels.laws import CELL, DISPLACEMENT, PHASE, ForceTable
 from pmor.dynamics.table_cells import COLUMNS, CYCLE, RANGE, ROWS, Cells, cubics, join, roots, together
-from pmor.errors import ConvergenceError
-from pmor.threads import in_order
 
 #: forces at a phase (rad) and at displacements along the line of action: (displacements,) to (displacements,)
 Forces = Callable[[float, FloatArray], FloatArray]

@@ -20,8 +20,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import eigh
 
-from pmor.arrays import FloatArray
 from pmor.case import Case, DynamicsCase, GearCase
+from pmor.core.arrays import FloatArray
 from pmor.dynamics.inertia import Inertia, disc, equivalent_mass
 from pmor.dynamics.oscillator import Oscillator
 from pmor.gear.pair import GearPair

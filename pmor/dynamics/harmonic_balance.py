@@ -16,10 +16,10 @@ from functools import cached_property
 
 import numpy as np
 
-from pmor.arrays import FloatArray
+from pmor.core.arrays import FloatArray
+from pmor.core.errors import ConvergenceError
 from pmor.dynamics.force_law import ForceLaw, forces_at
 from pmor.dynamics.oscillator import Oscillator, mesh_stiffness_of, static_stiffness_of
-from pmor.errors import ConvergenceError
 
 # Samples per mesh cycle. Where flanks part between two of them the force has a kink: at 320 samples that alone made
 # folds of 2e-4 of the frequency at the sharp tip of a resonance of 2 % damping.

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.arrays import FloatArray
+from pmor.core.arrays import FloatArray
+from pmor.core.errors import ConvergenceError
 from pmor.dynamics.force_law import CompiledLaw, cycles_of, forces_at
 from pmor.dynamics.harmonic_balance import Balance, harmonics_of
 from pmor.dynamics.kernels.motion import DONE, EquationOfMotion, move
 from pmor.dynamics.oscillator import Oscillator, motion_of, position_under
-from pmor.errors import ConvergenceError
 
 # Samples per mesh cycle, and cycles that are integrated at a time.
 SAMPLES, CYCLES_PER_PIECE = 64, 100

@@ -9,17 +9,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pmor.arrays import FloatArray
 from pmor.case import Case
+from pmor.core.arrays import FloatArray
+from pmor.core.errors import CaseError, ConvergenceError
 from pmor.dynamics.force_table import TableError, Watched, range_under, table_error, tabulate
 from pmor.dynamics.gear_model import GearModel
 from pmor.dynamics.kernels.laws import ForceTable
 from pmor.dynamics.moved_axes import assembly_under
 from pmor.dynamics.operating import static_displacement
-from pmor.errors import CaseError, ConvergenceError
+from pmor.gear.condition import Assembly, at_torques
+from pmor.gear.meshed_pair import MeshedPair
 from pmor.gear.pair import ROUNDING, GearPair
-from pmor.kinematics.condition import Assembly, at_torques
-from pmor.kinematics.meshed_pair import MeshedPair
 from pmor.pair.conditions import assembly_of
 from pmor.pair.model import refuse_loads
 from pmor.penalty.position import place_sections

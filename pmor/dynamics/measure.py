@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from pmor.arrays import FloatArray
+from pmor.core.arrays import FloatArray
+from pmor.core.errors import ConvergenceError
 from pmor.dynamics.continuation import Branch
 from pmor.dynamics.force_law import SolvedLaw, cycles_of
 from pmor.dynamics.gear_model import GearModel, natural_modes
@@ -23,7 +24,6 @@ from pmor.dynamics.operating import mean_stiffness, static_displacement
 from pmor.dynamics.oscillator import Oscillator, position_under
 from pmor.dynamics.quantities import UM, cycle_of, quantities
 from pmor.dynamics.response import HARMONICS, Response, response
-from pmor.errors import ConvergenceError
 
 HZ = 1.0 / (2.0 * np.pi)
 # Cycles at the first speed of a run, in which what its start disturbs dies out.

@@ -14,14 +14,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from pmor.arrays import FloatArray
 from pmor.case import Case
+from pmor.core.arrays import FloatArray
 from pmor.dynamics.force_law import forces_at
 from pmor.dynamics.gear_model import GearModel
 from pmor.dynamics.kernels.laws import ForceTable
 from pmor.dynamics.measure import Data
+from pmor.gear.condition import Assembly, Misalignment
 from pmor.gear.pair import GearPair
-from pmor.kinematics.condition import Assembly, Misalignment
 from pmor.pair.conditions import assembly_of
 from pmor_online.mesh_force import mesh_force_of
 from pmor_online.model import ReducedPair

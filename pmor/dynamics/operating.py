@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from pmor.arrays import FloatArray
+from pmor.core.arrays import FloatArray
+from pmor.core.errors import ConvergenceError
 from pmor.dynamics.force_law import CompiledLaw, cycles_of, forces_at
 from pmor.dynamics.oscillator import Oscillator
-from pmor.errors import ConvergenceError
 
 # Phases of the mesh cycle that the stiffness is averaged over.
 PHASES = 512

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pmor.arrays import FloatArray
+from pmor.core.arrays import FloatArray
 
 #: of the equations of statics, relative to the load: more is a load that nothing holds
 UNBALANCED = 1e-9

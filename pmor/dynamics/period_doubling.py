@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pmor.arrays import FloatArray
+from pmor.core.arrays import FloatArray
 from pmor.dynamics.continuation import Branch, Follower, Point, trace
 from pmor.dynamics.harmonic_balance import Balance, fourier_rows, rms
 from pmor.dynamics.stability import alternating, monodromy

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.arrays import FloatArray
+from pmor.core.arrays import FloatArray
 from pmor.dynamics.gear_model import GearModel
 from pmor.dynamics.harmonic_balance import Balance, harmonics_of, rms
 from pmor.dynamics.oscillator import motion_of, position_under

@@ -6,14 +6,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pmor.arrays import BoolArray, FloatArray
+from pmor.core.arrays import BoolArray, FloatArray
+from pmor.core.errors import ConvergenceError
 from pmor.dynamics.continuation import Branch, Fold, Follower, Point, first_point, follower, trace
 from pmor.dynamics.force_law import ForceLaw
 from pmor.dynamics.harmonic_balance import Balance, rest, rms, solve_at
 from pmor.dynamics.oscillator import Oscillator
 from pmor.dynamics.period_doubling import Doubling, doubled_branch, doublings
 from pmor.dynamics.stability import monodromy, stability_of
-from pmor.errors import ConvergenceError
 
 # Harmonics of the mesh frequency: on the benchmark the last quarter of them makes 4e-5 of the motion where it is
 # largest, 3.6 times the displacement under the mean load.

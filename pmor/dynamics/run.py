@@ -11,16 +11,16 @@ from functools import partial
 from pathlib import Path
 
 from pmor.case import Case, change_case, without_models
+from pmor.core.errors import CaseError
+from pmor.core.threads import threads
 from pmor.dynamics.gear_model import GearModel, gear_model
 from pmor.dynamics.kernels.laws import ForceTable
 from pmor.dynamics.law import MeshLaw, backlash_of, cycles_of, force_law, mesh_laws
 from pmor.dynamics.measure import BRANCHES, RUNS, Data, Task, joined, solve
 from pmor.dynamics.moved_axes import model_error
-from pmor.errors import CaseError
 from pmor.gear.pair import GearPair
 from pmor.lab.slices.run import SLICES, compared, sliced
 from pmor.pair.model import elastic_model, gear_pair, mesh_model
-from pmor.threads import threads
 from pmor.work.pieces import PARTS, Announcer, Piece, run_pieces
 from pmor_offline.train import train
 from pmor_online.mesh_force import LineLoadLaw

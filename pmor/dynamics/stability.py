@@ -13,11 +13,11 @@ from functools import lru_cache
 import numpy as np
 from scipy.linalg import expm
 
-from pmor.arrays import BoolArray, FloatArray
+from pmor.core.arrays import BoolArray, FloatArray
+from pmor.core.errors import ConvergenceError
 from pmor.dynamics.force_law import forces_at
 from pmor.dynamics.harmonic_balance import Balance, fourier_rows
 from pmor.dynamics.kernels.growth import grow
-from pmor.errors import ConvergenceError
 
 # Steps per mesh cycle, in two runs that are extrapolated, and samples of the slope per step.
 STEPS, SAMPLES = 512, 16

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.arrays import BoolArray, FloatArray, IntArray
+from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.dynamics.kernels.laws import CELL, PHASE, ForceTable
 
 # Cells to begin with, over the phase of a mesh cycle and over the displacement.

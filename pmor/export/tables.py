@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.version import __version__
+from pmor.core.version import __version__
 
 #: places along axes that groups share
 COMMON = {"torque": "ste/torque", "angle": "ste/phi"}

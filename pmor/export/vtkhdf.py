@@ -16,12 +16,13 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from pmor.arrays import FloatArray, IntArray
 from pmor.body.elastic_gear import ElasticGear, elastic_gear
 from pmor.body.volume import nodal_stress, principal_and_von_mises, sector_displacement
 from pmor.case import Case, GearCase, text_of
-from pmor.conventions import rotation_z
-from pmor.errors import ConvergenceError
+from pmor.core.arrays import FloatArray, IntArray
+from pmor.core.conventions import rotation_z
+from pmor.core.errors import ConvergenceError
+from pmor.core.version import __version__
 from pmor.mesh.element import QUADRATIC_NODES, tributary_widths
 from pmor.mesh.sector import SectorMesh
 from pmor.pair.conditions import nominal_condition
@@ -29,7 +30,6 @@ from pmor.pair.model import mesh_model, neighbouring_teeth, per_gear
 from pmor.penalty.solve import solve_position
 from pmor.storage.atomic import atomic_path
 from pmor.storage.basis_file import read_basis
-from pmor.version import __version__
 from pmor_online.model import ReducedPair, reduced_pair
 
 STEPS_PER_PITCH = 20

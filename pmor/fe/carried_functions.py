@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 import scipy.linalg as la
 
-from pmor.arrays import FloatArray, IntArray
+from pmor.core.arrays import FloatArray, IntArray
 from pmor.fe.elimination import EliminatedPart
 
 

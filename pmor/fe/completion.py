@@ -11,7 +11,7 @@ from functools import cache
 import numpy as np
 import scipy.sparse as sp
 
-from pmor.arrays import FloatArray, IntArray
+from pmor.core.arrays import FloatArray, IntArray
 from pmor.fe.hexahedron import shape_functions
 from pmor.mesh.element import QUADRATIC_NODES, node_places
 from pmor.mesh.sector import SectorMesh

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg as la
 
-from pmor.arrays import BoolArray, FloatArray, IntArray
 from pmor.body.surface_layer import layer_compliance
+from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.carried_functions import CarriedFunctions
 from pmor.fe.completion import nodes_of_elements

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import blas, lapack
 
-from pmor.arrays import FloatArray, IntArray
+from pmor.core.arrays import FloatArray, IntArray
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.nested_dissection import UNDIVIDED, nested_dissection
 

@@ -20,8 +20,8 @@ from itertools import product
 
 import numpy as np
 
-from pmor.arrays import FloatArray, IntArray
-from pmor.errors import MeshError
+from pmor.core.arrays import FloatArray, IntArray
+from pmor.core.errors import MeshError
 from pmor.mesh.element import node_places
 
 # Elements whose matrices are integrated at a time: they stay in the cache.

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmor.arrays import IntArray
+from pmor.core.arrays import IntArray
 from pmor.mesh.element import QUADRATIC_NODES
 from pmor.mesh.sector import SectorMesh
 

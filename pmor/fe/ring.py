@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 import scipy.sparse as sp
 
-from pmor.arrays import FloatArray, IntArray
+from pmor.core.arrays import FloatArray, IntArray
 from pmor.fe.elimination import inverse
 from pmor.mesh.sector import SectorMesh
 

@@ -6,7 +6,7 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
-from pmor.conventions import rotation_z
+from pmor.core.conventions import rotation_z
 from pmor.fe.assembly import assemble, degrees_of_freedom
 from pmor.fe.completion import completion, nodes_of_elements
 from pmor.fe.nested_dissection import elimination_order

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import scipy.sparse.linalg as spla
 
-from pmor.arrays import FloatArray, IntArray
-from pmor.conventions import rotation_z
-from pmor.errors import MeshError
+from pmor.core.arrays import FloatArray, IntArray
+from pmor.core.conventions import rotation_z
+from pmor.core.errors import MeshError
 from pmor.fe.assembly import assemble, degrees_of_freedom
 from pmor.fe.completion import completion, nodes_of_elements
 from pmor.mesh.sector import SectorMesh

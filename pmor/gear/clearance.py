@@ -12,8 +12,8 @@ import math
 
 import numpy as np
 
-from pmor.arrays import FloatArray
-from pmor.errors import GeometryError
+from pmor.core.arrays import FloatArray
+from pmor.core.errors import GeometryError
 from pmor.gear.pair import GearPair
 from pmor.gear.tooth import Tooth
 

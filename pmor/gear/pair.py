@@ -1,6 +1,6 @@
 """Kinematics of a pair of involute gears: working geometry, contact ratio, where each tooth pair touches.
 
-Source: ISO 21771:2007; derivation of the frames in `pmor.conventions`. What is transverse holds in the section z = 0.
+Source: ISO 21771:2007; derivation of the frames in `pmor.core.conventions`. What is transverse holds in the section z = 0.
 The section at z of a helical pair is the same spur pair at another roll position (`GearPair.section_roll_position`), so
 that over the face width a tooth pair comes into mesh earlier at one end and leaves it later at the other.
 """
@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.arrays import FloatArray, IntArray
-from pmor.errors import GeometryError
+from pmor.core.arrays import FloatArray, IntArray
+from pmor.core.errors import GeometryError
 from pmor.gear.tip_edge import TipEdge, tip_edge
 from pmor.gear.tooth import Tooth, inverse_involute, involute_function
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from pmor.errors import GeometryError
+from pmor.core.errors import GeometryError
 from pmor.gear.tooth import Tooth
 
 

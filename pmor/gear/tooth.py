@@ -13,8 +13,8 @@ from functools import cached_property
 
 import numpy as np
 
-from pmor.arrays import FloatArray
-from pmor.errors import GeometryError
+from pmor.core.arrays import FloatArray
+from pmor.core.errors import GeometryError
 
 
 def involute_function(alpha: float) -> float:

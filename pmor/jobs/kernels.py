@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from pmor.case import Case, make_case, other_models
-from pmor.compiled.keeping import can_keep, is_kept
+from pmor.core.keeping import can_keep, is_kept
 from pmor.jobs.offline import run_offline
 from pmor.jobs.online import run_online
 from pmor.pair.conditions import nominal_condition

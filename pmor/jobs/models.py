@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pmor.case import Case, other_models
-from pmor.errors import CaseError, ConvergenceError, FileFormatError, GeometryError, MeshError, OutputError
+from pmor.core.errors import CaseError, ConvergenceError, FileFormatError, GeometryError, MeshError, OutputError
 from pmor.jobs import offline
 from pmor.jobs.kernels import kernels_beside
 from pmor.jobs.online import run_online

@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pmor.case import Case, basis_key
+from pmor.core.progress import Progress
+from pmor.core.threads import threads
 from pmor.pair.conditions import on_trained_flanks
 from pmor.pair.model import ElasticModel
-from pmor.progress import Progress
 from pmor.reduction.snapshots import Snapshots
 from pmor.storage.atomic import ensure_folder, refuse_existing, remove_abandoned
 from pmor.storage.basis_file import write_basis
@@ -18,7 +19,6 @@ from pmor.storage.lock import only_writer_of_file
 from pmor.storage.manifest import listed, origin_in
 from pmor.storage.results_folder import remove_working_folder, working_folder
 from pmor.storage.snapshot_file import read_snapshots, write_snapshots
-from pmor.threads import threads
 from pmor_offline.adaptive import ErrorEstimate
 from pmor_offline.sampling import TrainingPosition, most_positions, planned_positions
 from pmor_offline.train import train

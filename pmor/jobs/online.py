@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from pmor.core.progress import Progress
+from pmor.core.threads import threads
 from pmor.pair.model import ElasticModel
-from pmor.progress import Progress
-from pmor.threads import threads
 from pmor_online.compare import compare_models
 from pmor_online.conditions import ConditionSweep, sweep_listed
 from pmor_online.model import ReducedPair, sweep_angles

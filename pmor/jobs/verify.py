@@ -14,9 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.arrays import FloatArray
 from pmor.body.elastic_gear import ElasticGear
-from pmor.kinematics.condition import Condition
+from pmor.core.arrays import FloatArray
+from pmor.gear.condition import Condition
 from pmor.lab.core.measures import SMALLEST_ERROR_UM
 from pmor.lab.core.states import States, solve_states, sweep_states
 from pmor.pair.conditions import axes_of, condition_at, training_values

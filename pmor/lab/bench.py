@@ -20,10 +20,12 @@ import numpy as np
 from pmor.app.cost import stages
 from pmor.body.elastic_gear import elastic_gear
 from pmor.case import Case, change_case, without_models
+from pmor.core.progress import Progress
+from pmor.core.threads import threads
 from pmor.fe.condensation import condense_sector, sector_stiffness
-from pmor.flank import Modification
+from pmor.gear.condition import ALIGNED, Assembly
+from pmor.gear.modification import Modification
 from pmor.jobs.offline import run_offline
-from pmor.kinematics.condition import ALIGNED, Assembly
 from pmor.lab.core.stages import measure_stages
 from pmor.lab.core.timing import ms_per_position, times_in_turn
 from pmor.lab.phases import PHASES, repeat_phase
@@ -34,14 +36,12 @@ from pmor.penalty.kernels.state import Load
 from pmor.penalty.kernels.sweep import place_position
 from pmor.penalty.position import tooth_pair_count
 from pmor.penalty.solve import window_depth
-from pmor.progress import Progress
 from pmor.report.data_files import write_summary_json
 from pmor.report.markdown import write_markdown
 from pmor.report.table import Table
 from pmor.results.load_distribution import effective_contact_ratio, face_load_factor, line_states
 from pmor.results.sweep import SteSweep
 from pmor.storage.basis_file import read_basis
-from pmor.threads import threads
 from pmor.work.machine import machine
 from pmor.work.table import Columns, table, text_lines
 from pmor_online.conditions import sweep_assemblies

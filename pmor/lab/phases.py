@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pmor.compiled.compiling import allocating
+from pmor.core.compiling import allocating
 from pmor.penalty.kernels.newton import NEARBY, deform, evaluate, newton_step, project_points, residuals
 from pmor.penalty.kernels.nodal import window_surface
 from pmor.penalty.kernels.search import search_all

@@ -53,9 +53,9 @@ from functools import cache
 
 import numpy as np
 
-from pmor.arrays import FloatArray
-from pmor.errors import GeometryError
-from pmor.kinematics.meshed_pair import MeshedPair
+from pmor.core.arrays import FloatArray
+from pmor.core.errors import GeometryError
+from pmor.gear.meshed_pair import MeshedPair
 from pmor.line.kernels.law import laws_of_lines
 from pmor.line.kernels.pressure import PATCH_FIELDS, line_patches
 from pmor.line.kernels.tip_corner import LineLaw

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pmor.arrays import FloatArray
+from pmor.core.arrays import FloatArray
 
 # Distance from the corner, in depths of the layer there, beyond which the layer's end is not felt.
 INFLUENCE_LENGTH = 1.25

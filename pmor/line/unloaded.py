@@ -11,9 +11,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from pmor.arrays import FloatArray
-from pmor.kinematics.condition import PLAIN, Assembly, Condition, common_misalignment
-from pmor.kinematics.meshed_pair import MeshedPair, SurfaceLayer
+from pmor.core.arrays import FloatArray
+from pmor.gear.condition import PLAIN, Assembly, Condition, common_misalignment
+from pmor.gear.meshed_pair import MeshedPair, SurfaceLayer
 from pmor.line.kernels.places import Lines, line_deviations
 from pmor.penalty.position import place_sections
 from pmor.results.sweep import SteSweep

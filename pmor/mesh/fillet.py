@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.arrays import FloatArray, IntArray
+from pmor.core.arrays import FloatArray, IntArray
 from pmor.gear.tooth import Tooth, twist_sections
 from pmor.mesh.element import QUADRATIC_NODES, node_places
 from pmor.mesh.sector import SectorMesh

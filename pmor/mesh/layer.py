@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pmor.arrays import FloatArray
+from pmor.core.arrays import FloatArray
 from pmor.gear.tooth import Tooth
 from pmor.mesh.outline import tooth_outline
 from pmor.mesh.sector import tooth_block

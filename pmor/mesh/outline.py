@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.arrays import FloatArray
-from pmor.errors import MeshError
+from pmor.core.arrays import FloatArray
+from pmor.core.errors import MeshError
 from pmor.gear.tooth import Tooth
 
 # Share of a full turn that the fillet's tangent has made, from radial to circumferential, where the mesh of the

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.arrays import FloatArray, IntArray
-from pmor.errors import MeshError
+from pmor.core.arrays import FloatArray, IntArray
+from pmor.core.errors import MeshError
 
 # For each corner of a hexahedron its three neighbours, ordered so that a brick has a positive triple product.
 CORNER_NEIGHBOURS = np.array([[1, 3, 4], [2, 0, 5], [3, 1, 6], [0, 2, 7], [7, 5, 0], [4, 6, 1], [5, 7, 2], [6, 4, 3]])

@@ -20,8 +20,8 @@ from functools import cached_property
 
 import numpy as np
 
-from pmor.arrays import FloatArray, IntArray
-from pmor.errors import MeshError
+from pmor.core.arrays import FloatArray, IntArray
+from pmor.core.errors import MeshError
 from pmor.gear.tooth import Tooth, twist_sections
 from pmor.mesh.element import QUADRATIC_NODES, node_places
 from pmor.mesh.outline import Outline, tooth_outline

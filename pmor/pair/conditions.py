@@ -6,9 +6,9 @@ import math
 from collections.abc import Iterable
 from dataclasses import asdict, fields, replace
 
-from pmor.arrays import FloatArray
 from pmor.case import Case, ConditionCase, OfflineCase, trained_flanks
-from pmor.kinematics.condition import Assembly, Condition, Misalignment, at_torques
+from pmor.core.arrays import FloatArray
+from pmor.gear.condition import Assembly, Condition, Misalignment, at_torques
 
 DEVIATIONS = tuple(field.name for field in fields(Misalignment))
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 
 from pmor.case import Case
-from pmor.errors import CaseError
+from pmor.core.errors import CaseError
 from pmor.gear.clearance import clearance_warnings
 from pmor.gear.pair import GearPair
 

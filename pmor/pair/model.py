@@ -10,16 +10,16 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from pmor.arrays import FloatArray
 from pmor.case import Case, GearCase
 from pmor.case.checks import refuse_uneven_sections
 from pmor.case.width import meshed_width
-from pmor.errors import GeometryError, MeshError
+from pmor.core.arrays import FloatArray
+from pmor.core.errors import GeometryError, MeshError
 from pmor.gear.clearance import refuse_interference
+from pmor.gear.meshed_pair import ContactScheme, MeshedPair, SurfaceLayer, make_flank
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance
 from pmor.gear.tip_edge import TipEdge, tip_edge
 from pmor.gear.tooth import Tooth
-from pmor.kinematics.meshed_pair import ContactScheme, MeshedPair, SurfaceLayer, make_flank
 from pmor.line.hertz import approach_constants, check_half_width, line_compliance
 from pmor.mesh.fillet import build_fillet
 from pmor.mesh.layer import surface_layer

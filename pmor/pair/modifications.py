@@ -6,9 +6,9 @@ import math
 
 from pmor.case import Case
 from pmor.case.flanks import ModifiedFlank, modified_flanks
-from pmor.errors import CaseError
+from pmor.core.errors import CaseError
+from pmor.core.ranges import RADIANS
 from pmor.gear.pair import GearPair
-from pmor.ranges import RADIANS
 
 # A grid may end this much before the active profile, for the last digits of its file, deg.
 GRID_SLACK = 1e-3

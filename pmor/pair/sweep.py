@@ -9,13 +9,13 @@ from functools import partial
 
 import numpy as np
 
-from pmor.arrays import FloatArray, IntArray
-from pmor.kinematics.condition import ALIGNED, Condition, Misalignment, at_advances
-from pmor.kinematics.meshed_pair import MeshedPair
+from pmor.core.arrays import FloatArray, IntArray
+from pmor.core.threads import in_order
+from pmor.gear.condition import ALIGNED, Condition, Misalignment, at_advances
+from pmor.gear.meshed_pair import MeshedPair
 from pmor.penalty.solve import ElasticityAt, SolvedPosition, solve_position
 from pmor.results.force_law import ForceLaw
 from pmor.results.sweep import SteSweep
-from pmor.threads import in_order
 
 
 def sweep_ste(

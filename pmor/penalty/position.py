@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.arrays import FloatArray, IntArray
-from pmor.kinematics.condition import ALIGNED, PLAIN, Assembly, Misalignment
-from pmor.kinematics.kernels import motion
-from pmor.kinematics.kernels.types import (
+from pmor.core.arrays import FloatArray, IntArray
+from pmor.gear.condition import ALIGNED, PLAIN, Assembly, Misalignment
+from pmor.gear.kernels import motion
+from pmor.gear.kernels.types import (
     AT_ROOT,
     AT_TIP,
     FIRST,
@@ -26,7 +26,7 @@ from pmor.kinematics.kernels.types import (
     Motion,
     Pair,
 )
-from pmor.kinematics.meshed_pair import MeshedPair
+from pmor.gear.meshed_pair import MeshedPair
 from pmor.line.kernels.places import Lines, place_lines
 from pmor.penalty.kernels import windows
 

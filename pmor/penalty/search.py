@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from pmor.arrays import FloatArray, IntArray
-from pmor.kinematics.meshed_pair import MeshedPair
+from pmor.core.arrays import FloatArray, IntArray
+from pmor.gear.meshed_pair import MeshedPair
 from pmor.penalty.kernels.search import search_all, search_workspace
 from pmor.penalty.kernels.state import Points, SearchWorkspace
 from pmor.penalty.position import Position

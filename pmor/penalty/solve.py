@@ -10,10 +10,10 @@ from functools import partial
 
 import numpy as np
 
-from pmor.arrays import FloatArray
-from pmor.errors import ConvergenceError
-from pmor.kinematics.condition import Condition, common_build
-from pmor.kinematics.meshed_pair import MeshedPair
+from pmor.core.arrays import FloatArray
+from pmor.core.errors import ConvergenceError
+from pmor.gear.condition import Condition, common_build
+from pmor.gear.meshed_pair import MeshedPair
 from pmor.penalty.elasticity import Elasticity
 from pmor.penalty.equilibrium import Equilibrium, expected_approach, expected_penetration, solve_equilibrium
 from pmor.penalty.position import Position, active_patches

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pmor.arrays import FloatArray, IntArray
+from pmor.core.arrays import FloatArray, IntArray
 
 
 def procrustes(products: FloatArray) -> FloatArray:

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.arrays import BoolArray, FloatArray
 from pmor.body.root_stress import RootStressShapes
 from pmor.case import Case
-from pmor.kinematics.condition import Condition
-from pmor.kinematics.meshed_pair import SurfaceLayer
+from pmor.core.arrays import BoolArray, FloatArray
+from pmor.gear.condition import Condition
+from pmor.gear.meshed_pair import SurfaceLayer
 from pmor.reduction.contact_shapes import ContactShapes
 from pmor.reduction.error_estimate import FlankCompliance
 from pmor.reduction.flank_lines import FlankLineShapes

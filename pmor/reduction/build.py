@@ -14,9 +14,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from pmor.arrays import FloatArray
 from pmor.body.elastic_gear import ElasticGear
 from pmor.case import Case
+from pmor.core.arrays import FloatArray
 from pmor.reduction.contact_shapes import ContactShapes, contact_shapes, shapes_of
 from pmor.reduction.flank_lines import FlankLineShapes, flank_line_shapes
 from pmor.reduction.pod import global_modes, local_modes

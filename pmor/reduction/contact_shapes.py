@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pmor.arrays import FloatArray
+from pmor.core.arrays import FloatArray
 from pmor.penalty.elasticity import ReducedElasticity
 from pmor.penalty.position import Position
 from pmor.reduction.energy import orthonormal_combinations

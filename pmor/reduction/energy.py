@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pmor.arrays import FloatArray
+from pmor.core.arrays import FloatArray
 
 if TYPE_CHECKING:
     from pmor.body.elastic_gear import ElasticGear

@@ -43,7 +43,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pmor.arrays import FloatArray
+from pmor.core.arrays import FloatArray
 from pmor.penalty.elasticity import ReducedElasticity
 from pmor.penalty.position import Position
 from pmor.penalty.search import Contact

@@ -19,9 +19,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pmor.arrays import FloatArray, IntArray
-from pmor.errors import ConvergenceError
-from pmor.kinematics.kernels.types import ELEMENT_ROWS, FIRST_ROW
+from pmor.core.arrays import FloatArray, IntArray
+from pmor.core.errors import ConvergenceError
+from pmor.gear.kernels.types import ELEMENT_ROWS, FIRST_ROW
 from pmor.penalty.elasticity import ReducedElasticity
 from pmor.penalty.position import Position
 from pmor.reduction.energy import DEPENDENCE_TOLERANCE

@@ -30,7 +30,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.arrays import FloatArray
+from pmor.core.arrays import FloatArray
 
 # Sine of an angle below which arc and chord are one to working precision.
 SMALLEST_SINE = 1e-6

@@ -29,9 +29,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from pmor.arrays import FloatArray, IntArray
 from pmor.body.elastic_gear import ElasticGear
-from pmor.errors import ConvergenceError
+from pmor.core.arrays import FloatArray, IntArray
+from pmor.core.errors import ConvergenceError
 from pmor.reduction.alignment import align_along_grid
 from pmor.reduction.energy import own_displacement, principal_energies
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pmor.arrays import BoolArray, FloatArray, IntArray
-from pmor.kinematics.condition import Condition
+from pmor.core.arrays import BoolArray, FloatArray, IntArray
+from pmor.gear.condition import Condition
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from pmor.arrays import FloatArray, IntArray
 from pmor.body.elastic_gear import ElasticGear
+from pmor.core.arrays import FloatArray, IntArray
 from pmor.reduction.flank_lines import FlankLineShapes, gear_lines
 
 

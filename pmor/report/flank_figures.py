@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from pmor.arrays import FloatArray
+from pmor.core.arrays import FloatArray
 from pmor.report.style import COLOURS, new_figure, plot_style
 from pmor.results.flank_maps import FlankMap, cell_edges
 

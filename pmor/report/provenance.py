@@ -11,7 +11,7 @@ from datetime import UTC, datetime
 import numpy as np
 
 from pmor.case import Case
-from pmor.version import __version__
+from pmor.core.version import __version__
 
 
 def provenance(case: Case) -> list[tuple[str, str]]:

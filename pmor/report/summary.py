@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from pmor.arrays import FloatArray
 from pmor.case import Case, beyond_training
 from pmor.case.coarser import LEAST_ELEMENTS
+from pmor.core.arrays import FloatArray
 from pmor.gear.classical.iso6336_root import nominal_root_stress
-from pmor.kinematics.condition import ALIGNED
+from pmor.gear.condition import ALIGNED
 from pmor.pair.conditions import axes_of
 from pmor.pair.limits import range_warnings
 from pmor.pair.model import approach_estimate

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pmor.arrays import FloatArray, IntArray
+from pmor.core.arrays import FloatArray, IntArray
 from pmor.report.style import COLOURS, new_figure, plot_style
 from pmor.results.sweep import SteSweep, mesh_orders
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pmor.arrays import FloatArray
+from pmor.core.arrays import FloatArray
 from pmor.report.flank_figures import fill_in_space
 from pmor.report.style import COLOURS, new_figure, plot_style
 from pmor.report.sweep_figures import UNLOADED, angle_axes

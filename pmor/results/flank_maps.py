@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.arrays import BoolArray, FloatArray
+from pmor.core.arrays import BoolArray, FloatArray
 from pmor.results.load_distribution import line_states, over_the_whole_face
 from pmor.results.sweep import SteSweep
 

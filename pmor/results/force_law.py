@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pmor.arrays import BoolArray, FloatArray, IntArray
+from pmor.core.arrays import BoolArray, FloatArray, IntArray
 
 
 @dataclass(frozen=True)

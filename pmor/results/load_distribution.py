@@ -17,7 +17,7 @@ from typing import Protocol
 
 import numpy as np
 
-from pmor.arrays import FloatArray
+from pmor.core.arrays import FloatArray
 from pmor.results.loads import LineStates
 from pmor.results.sweep import SteSweep
 

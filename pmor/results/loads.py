@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.arrays import FloatArray, IntArray
+from pmor.core.arrays import FloatArray, IntArray
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.arrays import FloatArray
+from pmor.core.arrays import FloatArray
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmor.arrays import FloatArray, IntArray
+from pmor.core.arrays import FloatArray, IntArray
 
 GEARS = ("pinion", "wheel")
 SIDES = ("tension", "compression")

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.arrays import FloatArray
+from pmor.core.arrays import FloatArray
 from pmor.results.load_distribution import line_states
 from pmor.results.sweep import SteSweep
 
@@ -48,7 +48,7 @@ def sensitivities(sweep: SteSweep, rates: Mapping[str, FloatArray]) -> Sensitivi
     ----------
     sweep : SteSweep
     rates : mapping of str to ndarray, shape (A, P, S)
-        d e_n / d parameter in um per unit (`pmor.kinematics.deviation_rates`).
+        d e_n / d parameter in um per unit (`pmor.gear.deviation_rates`).
 
     Returns
     -------

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pmor.arrays import BoolArray, FloatArray, IntArray
+from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.results.loads import SweepStates
 from pmor.results.orders import Orders, orders
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from pmor.errors import OutputError
+from pmor.core.errors import OutputError
 from pmor.storage.manifest import record, refuse_foreign
 
 # Of temporary files: the name of the target, the process, and eight digits that nobody else would think of.

@@ -10,13 +10,13 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from pmor.arrays import FloatArray
 from pmor.body.root_stress import RootStressShapes
 from pmor.case import Case, basis_key, describe, parse_case, text_of
 from pmor.case.coarser import coarser
-from pmor.errors import FileFormatError
+from pmor.core.arrays import FloatArray
+from pmor.core.errors import FileFormatError
+from pmor.gear.meshed_pair import SurfaceLayer
 from pmor.gear.pair import GearPair
-from pmor.kinematics.meshed_pair import SurfaceLayer
 from pmor.pair.conditions import on_trained_flanks
 from pmor.pair.model import gear_pair
 from pmor.reduction.basis import Basis, Training, untrained

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import h5py
 import numpy as np
 
-from pmor.kinematics.condition import Condition, Misalignment
+from pmor.gear.condition import Condition, Misalignment
 from pmor.storage.hdf5 import attribute, read, set_attributes, write
 from pmor.storage.layout import Field
 

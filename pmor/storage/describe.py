@@ -6,7 +6,7 @@ from pathlib import Path
 
 import h5py
 
-from pmor.errors import printable
+from pmor.core.errors import printable
 from pmor.storage.basis_file import BASIS_SCHEMA
 from pmor.storage.campaign_file import CAMPAIGN_SCHEMA
 from pmor.storage.compliance_file import COMPLIANCE_SCHEMA

@@ -22,12 +22,12 @@ from typing import Any
 import h5py
 import numpy as np
 
-from pmor.errors import CaseError, FileFormatError, GeometryError
+from pmor.core.errors import CaseError, FileFormatError, GeometryError
+from pmor.core.version import __version__
 from pmor.storage.atomic import atomic_path, refuse_existing
 from pmor.storage.layout import Field, check_values
 from pmor.storage.seal import CONTENTS, DESCRIPTIONS, checksums, contents_checksum, descriptions_checksum
 from pmor.storage.structure import Damaged, check_plain, items_of
-from pmor.version import __version__
 
 # What the library makes of attributes.
 ATTRIBUTES = {str: str, float: np.floating, int: np.integer, bool: np.bool_}

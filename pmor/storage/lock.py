@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from pmor.errors import OutputError
+from pmor.core.errors import OutputError
 from pmor.storage.atomic import output_errors
 
 # What a file system answers that knows no locks. There, two runs may do the same work twice; atomic writes still keep

@@ -16,8 +16,8 @@ import os
 from pathlib import Path
 from typing import Any
 
-from pmor.errors import OutputError
-from pmor.version import __version__
+from pmor.core.errors import OutputError
+from pmor.core.version import __version__
 
 MANIFEST = ".pmor-manifest.jsonl"
 # Digests of the contents that a file had, and what each was made from, the latest of equal ones.

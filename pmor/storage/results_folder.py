@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from pmor.errors import OutputError
+from pmor.core.errors import OutputError
 from pmor.storage.atomic import ensure_folder, ensure_writable, output_errors, remove_abandoned
 from pmor.storage.lock import only_writer_in_folder
 from pmor.storage.manifest import (

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pmor.errors import FileFormatError
+from pmor.core.errors import FileFormatError
 from pmor.reduction.snapshots import Snapshots
 from pmor.storage.condition_table import CONDITIONS, NAME, read_conditions, write_conditions
 from pmor.storage.hdf5 import Schema, attribute, create, open_checked, read, write

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from pmor.threads import linear_algebra_threads
-from pmor.version import __version__
+from pmor.core.threads import linear_algebra_threads
+from pmor.core.version import __version__
 
 
 def machine() -> dict[str, Any]:

@@ -12,13 +12,13 @@ from pathlib import Path
 from typing import Any
 
 from pmor.case import Case
-from pmor.errors import ConvergenceError
-from pmor.progress import format_time
+from pmor.core.errors import ConvergenceError
+from pmor.core.progress import format_time
+from pmor.core.threads import in_order
+from pmor.core.version import __version__
 from pmor.report.data_files import write_summary_json
 from pmor.storage.manifest import is_ours
 from pmor.storage.results_folder import working_folder
-from pmor.threads import in_order
-from pmor.version import __version__
 
 # Name of the folder of finished pieces, beside the results.
 PARTS = "parts"

@@ -7,7 +7,7 @@ from pmor.case import change_case, parse_case
 from pmor.dynamics.gear_model import gear_model
 from pmor.dynamics.law import force_law
 from pmor.dynamics.moved_axes import assembly_under, displaced, model_error
-from pmor.kinematics.condition import ALIGNED, Misalignment
+from pmor.gear.condition import ALIGNED, Misalignment
 from pmor.pair.model import gear_pair
 from tests.consistency.test_force_table import small_pair
 from tests.support.small_case import case_text

@@ -23,7 +23,7 @@ from pmor.campaigns.output import RESULTS
 from pmor.campaigns.relations import case_of
 from pmor.campaigns.solve import basis_of, results_of
 from pmor.campaigns.store import entries, open_store
-from pmor.errors import OutputError
+from pmor.core.errors import OutputError
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.report.summary import figures
 from pmor.storage.campaign_file import read_campaign_file

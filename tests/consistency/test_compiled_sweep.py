@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-import pmor.kinematics.meshed_pair
+import pmor.gear.meshed_pair
 import pmor.penalty.equilibrium
 import pmor.penalty.solve
-from pmor.kinematics.condition import PLAIN, at_torques
+from pmor.gear.condition import PLAIN, at_torques
 from pmor.pair.sweep import sweep_ste
 from pmor.penalty.kernels.shapes import gather_active_shapes, shape_slots
 from pmor.penalty.kernels.sweep import Neighbour, carry_along, place_position
@@ -49,7 +49,7 @@ def tight_advances_um(reduced, phi, torques):
 @pytest.mark.parametrize("slave", ["tip", "both"])
 def test_compiled_sweep_is_its_slow_twin_to_the_last_places(slave, reduced, monkeypatch):
     # The twin looks for each foot anew: its normals are as good as its last step, which the sweep repeats instead.
-    monkeypatch.setattr(pmor.kinematics.meshed_pair, "FOOT_STEP", 1e-10)
+    monkeypatch.setattr(pmor.gear.meshed_pair, "FOOT_STEP", 1e-10)
     monkeypatch.setattr(pmor.penalty.equilibrium, "ROUND_OFF_FACTOR", 20.0)
     monkeypatch.setattr(pmor.penalty.equilibrium, "LINEAR", 0.0)
     solve = partial(pmor.penalty.solve.solve_equilibrium, tolerance=1e-10)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.kinematics.condition import at_torques
+from pmor.gear.condition import at_torques
 from pmor.pair.sweep import sweep_ste
 from pmor.penalty.elasticity import full_elasticity
 from pmor.penalty.position import active_patches

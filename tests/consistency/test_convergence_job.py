@@ -6,7 +6,7 @@ import pytest
 
 from pmor.app.cli import main
 from pmor.case import parse_case
-from pmor.errors import CaseError
+from pmor.core.errors import CaseError
 from pmor.lab.convergence import run
 from pmor.lab.convergence.output import FILES, convergence_text, write_convergence
 from pmor.lab.convergence.run import ELEMENTS, run_convergence

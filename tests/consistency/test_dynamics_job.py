@@ -9,12 +9,12 @@ import pytest
 import pmor
 from pmor.app.cli import main
 from pmor.case import parse_case
+from pmor.core.errors import ConvergenceError
 from pmor.dynamics import law, run
 from pmor.dynamics.force_table import table_error, tabulate
 from pmor.dynamics.measure import BRANCHES, RUNS, at_rest, joined, solve, speeds_of
 from pmor.dynamics.operating import static_displacement
 from pmor.dynamics.output import FILES, write_dynamics
-from pmor.errors import ConvergenceError
 from pmor.lab.slices import run as slices
 from pmor.pair.model import gear_pair
 from pmor_online.mesh_force import mesh_force_of

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 
 from pmor.case import parse_case
 from pmor.case.width import whole_width
-from pmor.kinematics.condition import ALIGNED, Condition, Misalignment, at_torques
+from pmor.gear.condition import ALIGNED, Condition, Misalignment, at_torques
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.pair.sweep import sweep_ste
 from pmor.penalty.solve import solve_position

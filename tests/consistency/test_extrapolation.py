@@ -8,9 +8,9 @@ import pytest
 
 from pmor.app.cli import main
 from pmor.case import basis_key, beyond_training, parse_case
-from pmor.errors import CaseError
+from pmor.core.errors import CaseError
+from pmor.gear.condition import Condition, Misalignment
 from pmor.jobs.offline import run_offline
-from pmor.kinematics.condition import Condition, Misalignment
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.pair.sweep import sweep_ste
 from pmor.storage.basis_file import read_basis

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from pmor.case import change_case, load_case, parse_case
-from pmor.errors import CaseError
+from pmor.core.errors import CaseError
 from pmor.export.fmu.law import mesh_law
 from pmor.export.fmu.write import write_fmu
-from pmor.kinematics.condition import Assembly, Misalignment
+from pmor.gear.condition import Assembly, Misalignment
 from pmor.pair.conditions import assembly_of
 from pmor.pair.model import elastic_model, gear_pair, mesh_model
 from pmor_offline.train import train

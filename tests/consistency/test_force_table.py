@@ -15,8 +15,8 @@ from pmor.dynamics.integration import integrate, state_of
 from pmor.dynamics.operating import mean_stiffness, static_displacement
 from pmor.dynamics.oscillator import along_line_of_action
 from pmor.dynamics.response import response
-from pmor.flank.modification import Modification
-from pmor.kinematics.condition import PLAIN, at_torques
+from pmor.gear.condition import PLAIN, at_torques
+from pmor.gear.modification import Modification
 from pmor.pair.conditions import assembly_of
 from pmor.pair.model import elastic_model, mesh_model
 from pmor_offline.train import train

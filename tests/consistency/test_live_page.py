@@ -20,10 +20,11 @@ from numpy.testing import assert_allclose
 
 from pmor.case import load_case, parse_case
 from pmor.case.width import whole_width
-from pmor.flank import Modification, Topography
+from pmor.gear.condition import Condition, Misalignment
+from pmor.gear.modification import Modification
+from pmor.gear.topography import Topography
 from pmor.jobs.live import live_pair
 from pmor.jobs.online import run_online
-from pmor.kinematics.condition import Condition, Misalignment
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.report.live.compliance import packed_compliance
 from pmor.report.live.section import live_section

@@ -13,7 +13,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import pmor
-from pmor.kinematics.condition import Misalignment, at_torques
+from pmor.gear.condition import Misalignment, at_torques
 from pmor.pair.model import ElasticModel, elastic_model, mesh_model
 from pmor.penalty.solve import solve_position
 

@@ -11,9 +11,9 @@ import pmor_offline.adaptive
 import pmor_offline.train
 from pmor.app.cli import main
 from pmor.case import basis_key, parse_case
-from pmor.errors import ConvergenceError, OutputError
+from pmor.core.errors import ConvergenceError, OutputError
+from pmor.gear.condition import Condition
 from pmor.jobs.offline import run_offline
-from pmor.kinematics.condition import Condition
 from pmor.storage.basis_file import read_basis
 from pmor.storage.results_folder import working_folder
 from pmor.storage.snapshot_file import read_snapshots, write_snapshots

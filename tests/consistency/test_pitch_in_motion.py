@@ -8,12 +8,12 @@ import pytest
 import pmor
 from pmor.app.cli import main
 from pmor.case import parse_case
+from pmor.core.errors import CaseError
 from pmor.dynamics import law
 from pmor.dynamics.force_table import table_error, tabulate
 from pmor.dynamics.law import alike_cycles
-from pmor.errors import CaseError
-from pmor.flank.modification import Modification
-from pmor.kinematics.condition import Assembly
+from pmor.gear.condition import Assembly
+from pmor.gear.modification import Modification
 from pmor_online.mesh_force import mesh_force_of
 from tests.support.small_case import case_text
 

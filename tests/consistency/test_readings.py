@@ -10,8 +10,8 @@ from numpy.testing import assert_allclose
 
 from pmor.app.model import ReducedModel
 from pmor.case import change_case
-from pmor.errors import FileFormatError, GeometryError
-from pmor.flank import Modification
+from pmor.core.errors import FileFormatError, GeometryError
+from pmor.gear.modification import Modification
 from pmor.jobs.online import run_online
 from pmor.pair.model import refuse_loads
 from pmor.report.readings_blocks import readings_picture_names, readings_pictures, readings_tables

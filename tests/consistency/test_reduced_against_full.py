@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from pmor.case import load_case, parse_case
+from pmor.gear.condition import at_torques
 from pmor.jobs.offline import run_offline
-from pmor.kinematics.condition import at_torques
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.pair.sweep import sweep_ste
 from pmor.storage.basis_file import read_basis

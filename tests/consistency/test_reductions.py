@@ -9,8 +9,8 @@ from numpy.testing import assert_allclose
 
 import pmor_offline.train
 from pmor.case import parse_case
+from pmor.gear.condition import at_torques
 from pmor.jobs.offline import run_offline
-from pmor.kinematics.condition import at_torques
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.pair.sweep import sweep_ste
 from pmor.reduction.build import same_everywhere

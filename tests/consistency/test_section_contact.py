@@ -4,8 +4,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.case import parse_case
+from pmor.gear.condition import Condition, at_torques
 from pmor.jobs.offline import run_offline
-from pmor.kinematics.condition import Condition, at_torques
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.pair.sweep import sweep_ste
 from pmor.storage.basis_file import read_basis

@@ -13,7 +13,7 @@ import pmor.lab.study.rivals
 import pmor.lab.study.run
 from pmor.app.cli import main
 from pmor.case import parse_case
-from pmor.errors import ConvergenceError
+from pmor.core.errors import ConvergenceError
 from pmor.lab.core.models import ModelStore
 from pmor.lab.study.loader import load_study
 from pmor.lab.study.output import FILES

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 
 import pmor_online.sweep
 from pmor.case import parse_case
-from pmor.kinematics.condition import ALIGNED, Condition, Misalignment, at_torques
+from pmor.gear.condition import ALIGNED, Condition, Misalignment, at_torques
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.penalty.solve import solve_position
 from pmor_offline.gather import make_basis

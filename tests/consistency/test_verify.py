@@ -10,9 +10,9 @@ import pmor.jobs.verify
 import pmor_online.model
 from pmor.app.cli import main
 from pmor.case import parse_case
+from pmor.gear.condition import Condition
 from pmor.jobs.offline import run_offline
 from pmor.jobs.verify import Check, checks_text, verify_basis
-from pmor.kinematics.condition import Condition
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.penalty.elasticity import ReducedElasticity
 from pmor.reduction.flank_lines import FlankLineShapes

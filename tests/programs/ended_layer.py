@@ -41,7 +41,7 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 from scipy.interpolate import CubicSpline, RectBivariateSpline
 
-from pmor.arrays import FloatArray
+from pmor.core.arrays import FloatArray
 from pmor.fe.assembly import added_up
 from pmor.line.hertz import bonded_layer_constant
 from pmor.line.tip_corner import ANGLES_DEG, INFLUENCE_LENGTH, POWERS, RATIOS, SPREADS, TABLE, wedge_softness

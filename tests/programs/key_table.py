@@ -29,8 +29,8 @@ from pmor.case.loader import (
     keys_of,
 )
 from pmor.case.values import range_text, toml_text
-from pmor.flank import Topography
-from pmor.ranges import Range
+from pmor.core.ranges import Range
+from pmor.gear.topography import Topography
 from pmor.storage.atomic import atomic_path
 
 BEGIN, END = "<!-- keys: made by `python -m tests.programs.key_table cases/README.md` -->", "<!-- end of keys -->"

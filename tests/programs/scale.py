@@ -33,8 +33,8 @@ from pmor.campaigns.store import GIB, Store, entries, open_store
 from pmor.campaigns.submit import IN_FLIGHT, submit_all
 from pmor.campaigns.supervise import Order, solve_order
 from pmor.campaigns.table import designs_of
-from pmor.memory import memory_text
-from pmor.progress import format_time
+from pmor.core.memory import memory_text
+from pmor.core.progress import format_time
 from pmor.report.markdown import write_markdown
 from pmor.report.page import Block, Heading
 from pmor.report.table import Table

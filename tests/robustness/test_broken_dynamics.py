@@ -4,7 +4,7 @@ import pytest
 
 from pmor.app.cli import main
 from pmor.case import change_case, parse_case, text_of
-from pmor.errors import CaseError
+from pmor.core.errors import CaseError
 from tests.support.small_case import case_text
 
 LINES = {"contact": {"scheme": "line"}, "reduction": None}

@@ -5,7 +5,7 @@ import re
 from collections import Counter
 from pathlib import Path
 
-from pmor.errors import PmorError
+from pmor.core.errors import PmorError
 from pmor.export.rexs.read import import_rexs
 
 GEARBOX = Path(__file__).parents[2] / "cases" / "gearbox.rexs"

@@ -6,7 +6,7 @@ import pytest
 
 from pmor.app.cli import main
 from pmor.case import load_case, parse_case
-from pmor.errors import PmorError
+from pmor.core.errors import PmorError
 from pmor.pair.model import gear_pair
 
 GOOD = """

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.errors import GeometryError
+from pmor.core.errors import GeometryError
 from pmor.gear.clearance import (
     below_form_circle,
     clearance_warnings,

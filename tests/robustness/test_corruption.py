@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from pmor.app.cli import main
-from pmor.errors import FileFormatError
-from pmor.kinematics.condition import at_torques
+from pmor.core.errors import FileFormatError
+from pmor.gear.condition import at_torques
 from pmor.reduction.snapshots import Snapshots
 from pmor.storage.basis_file import read_basis
 from pmor.storage.snapshot_file import read_snapshots, write_snapshots

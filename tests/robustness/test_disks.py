@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from pmor.app.cli import main
-from pmor.errors import OutputError
+from pmor.core.errors import OutputError
 from pmor.storage.basis_file import read_basis, write_basis
 from tests.support.small_case import case_text
 
@@ -105,7 +105,7 @@ def test_a_limit_on_the_size_of_files_is_named(tmp_path, small_basis_path):
     code = """
 import resource, sys
 from pathlib import Path
-from pmor.errors import OutputError
+from pmor.core.errors import OutputError
 from pmor.storage.basis_file import read_basis, write_basis
 import numpy as np
 basis = read_basis(Path(sys.argv[1]))

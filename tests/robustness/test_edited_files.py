@@ -6,7 +6,7 @@ import h5py
 import numpy as np
 import pytest
 
-from pmor.errors import FileFormatError
+from pmor.core.errors import FileFormatError
 from pmor.storage.basis_file import read_basis
 from pmor.storage.describe import file_text
 from pmor.storage.hdf5 import Field, attribute, set_attributes, write

@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 
 from pmor.case import parse_case
+from pmor.core.errors import ConvergenceError
 from pmor.dynamics import law, run
 from pmor.dynamics.gear_model import gear_model
 from pmor.dynamics.harmonic_balance import Balance, rest, solve_at
 from pmor.dynamics.integration import integrate, state_of
 from pmor.dynamics.measure import at_rest, needed_harmonics, speeds_of
 from pmor.dynamics.response import response
-from pmor.errors import ConvergenceError
 from tests.support.small_case import case_text
 
 BEARINGS = "pinion_bearing_stiffness_N_um", "wheel_bearing_stiffness_N_um"

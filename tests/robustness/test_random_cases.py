@@ -21,7 +21,7 @@ from hypothesis import strategies as st
 
 from pmor.app.cli import main
 from pmor.case import load_case
-from pmor.errors import PmorError
+from pmor.core.errors import PmorError
 from pmor.pair.model import mesh_model
 from tests.support.random_cases import case_bytes, sound_documents, text_of
 

@@ -8,7 +8,7 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from pmor.errors import GeometryError, MeshError
+from pmor.core.errors import GeometryError, MeshError
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance
 from pmor.gear.tooth import Tooth, involute_function
 from pmor.mesh.outline import tooth_outline

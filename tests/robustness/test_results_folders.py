@@ -12,7 +12,7 @@ import pmor.lab.study.run
 import pmor.pair.model
 from pmor.app.cli import main
 from pmor.case import load_case
-from pmor.errors import OutputError
+from pmor.core.errors import OutputError
 from pmor.report.run_page import page_files
 from pmor.report.summary import result_files
 from pmor.storage.atomic import atomic_path

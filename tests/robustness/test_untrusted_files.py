@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from pmor.app.cli import main
-from pmor.errors import FileFormatError
+from pmor.core.errors import FileFormatError
 from pmor.storage.basis_file import read_basis
 from pmor.storage.describe import file_text
 from pmor.storage.hdf5 import set_attributes

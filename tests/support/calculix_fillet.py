@@ -13,7 +13,7 @@ from unittest.mock import patch
 
 import numpy as np
 
-from pmor.conventions import rotation_z
+from pmor.core.conventions import rotation_z
 from pmor.lab.rivals.calculix import PROGRAM
 from pmor.mesh import sector
 from pmor.mesh.element import tributary_widths

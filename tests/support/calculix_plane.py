@@ -16,7 +16,7 @@ from unittest.mock import patch
 
 import numpy as np
 
-from pmor.conventions import rotation_z
+from pmor.core.conventions import rotation_z
 from pmor.lab.rivals.calculix import BRICK_FACES, PROGRAM
 from pmor.mesh import sector
 from pmor.mesh.outline import tooth_outline

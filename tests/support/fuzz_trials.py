@@ -23,7 +23,7 @@ import numpy as np
 
 from pmor.app.cli import main
 from pmor.case import basis_key, load_case, parse_case
-from pmor.errors import CaseError, PmorError
+from pmor.core.errors import CaseError, PmorError
 from pmor.jobs.offline import parts_of, run_offline
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.storage.basis_file import read_basis

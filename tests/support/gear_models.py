@@ -4,9 +4,9 @@ import math
 from functools import cache
 
 from pmor.body.elastic_gear import elastic_gear
+from pmor.gear.meshed_pair import ContactScheme, MeshedPair, make_flank
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance
 from pmor.gear.tooth import Tooth
-from pmor.kinematics.meshed_pair import ContactScheme, MeshedPair, make_flank
 from pmor.mesh.sector import build_sector
 
 MODULE, ALPHA, WIDTH = 4.0, math.radians(20.0), 20.0

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pmor.case import parse_case
-from pmor.kinematics.condition import Condition
+from pmor.gear.condition import Condition
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.penalty.elasticity import full_elasticity
 from pmor.penalty.equilibrium import solve_equilibrium

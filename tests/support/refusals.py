@@ -7,7 +7,7 @@ from contextlib import contextmanager
 import h5py
 import pytest
 
-from pmor.errors import FileFormatError
+from pmor.core.errors import FileFormatError
 from pmor.storage.basis_file import read_basis
 from pmor.storage.describe import file_text
 

@@ -2,7 +2,7 @@
 
 import pmor.penalty.solve
 from pmor.case import parse_case
-from pmor.errors import ConvergenceError
+from pmor.core.errors import ConvergenceError
 
 SECTIONS = {
     "load": {"torque_Nm": 100.0},

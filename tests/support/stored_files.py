@@ -2,7 +2,7 @@
 
 import h5py
 
-from pmor.kinematics.condition import Condition, Misalignment
+from pmor.gear.condition import Condition, Misalignment
 from pmor.storage.manifest import MANIFEST
 
 

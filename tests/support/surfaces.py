@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pmor.kinematics.meshed_pair import FOOT_STEP
+from pmor.gear.meshed_pair import FOOT_STEP
 from pmor.penalty.kernels import projection, state, surface
 
 ROUND_OFF = 1e-13  # mm or 1, for surfaces of size 1

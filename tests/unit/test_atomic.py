@@ -4,7 +4,7 @@ import stat
 
 import pytest
 
-from pmor.errors import OutputError
+from pmor.core.errors import OutputError
 from pmor.storage.atomic import atomic_path, ensure_folder
 
 

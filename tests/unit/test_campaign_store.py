@@ -8,7 +8,7 @@ import pytest
 import pmor.campaigns.store as store_module
 from pmor.campaigns.describe import folder_text
 from pmor.campaigns.store import GIB, PARTS, entries, key_of, open_store
-from pmor.errors import OutputError
+from pmor.core.errors import OutputError
 from pmor.storage.compliance_file import SolvedGear
 from pmor.storage.describe import file_text
 

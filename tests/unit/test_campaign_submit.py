@@ -6,7 +6,7 @@ from concurrent.futures.process import BrokenProcessPool
 import pytest
 
 from pmor.campaigns.submit import submit_all
-from pmor.errors import CaseError, ExternalProgramError
+from pmor.core.errors import CaseError, ExternalProgramError
 from tests.programs.scale import simulate
 
 

@@ -10,7 +10,7 @@ from pmor.campaigns.relations import case_of, text_of_design, with_relations
 from pmor.campaigns.settings import Relations
 from pmor.campaigns.table import designs_of
 from pmor.case import parse_case
-from pmor.errors import CaseError, GeometryError
+from pmor.core.errors import CaseError, GeometryError
 from pmor.gear.pair import zero_backlash_centre_distance
 from pmor.pair.model import gear_pair
 from tests.support.small_case import case_text

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pmor.case import GearCase, basis_key, describe, load_case, parse_case
-from pmor.errors import CaseError
+from pmor.core.errors import CaseError
 from pmor.pair.conditions import conditions_of
 
 CASES = Path(__file__).parents[2] / "cases"

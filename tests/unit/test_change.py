@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from pmor.case import Case, change_case, load_case, make_case, parse_case, text_of
-from pmor.errors import CaseError
+from pmor.core.errors import CaseError
 from pmor.pair.model import mesh_model
 from tests.support.small_case import case_text
 

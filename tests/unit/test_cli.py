@@ -9,7 +9,7 @@ import pytest
 from pmor import __version__
 from pmor.app import cli, commands
 from pmor.app.cli import build_parser, main
-from pmor.errors import ConvergenceError, OutputError
+from pmor.core.errors import ConvergenceError, OutputError
 from tests.support.small_case import case_text
 
 ROOT = Path(__file__).parents[2]

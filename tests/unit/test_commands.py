@@ -13,7 +13,7 @@ import pytest
 import pmor.jobs.offline
 import pmor.pair.model
 from pmor.app.cli import main
-from pmor.errors import MeshError
+from pmor.core.errors import MeshError
 from pmor.storage.basis_file import read_basis
 from pmor.storage.hdf5 import attribute, set_attributes
 from pmor.storage.seal import checksums

@@ -13,9 +13,9 @@ from numba.core import event
 
 import pmor
 import pmor.penalty.kernels
-from pmor.compiled import keeping
-from pmor.compiled.compiling import compiled, sources_stamp
-from pmor.kinematics.kernels.motion import roll_angle
+from pmor.core import keeping
+from pmor.core.compiling import compiled, sources_stamp
+from pmor.gear.kernels.motion import roll_angle
 from pmor.penalty.kernels.windows import relative_radius
 
 CHECKOUT = Path(pmor.__file__).parents[1]
@@ -23,7 +23,7 @@ CHECKOUT = Path(pmor.__file__).parents[1]
 CALL = """
 import numpy as np
 from pmor.penalty.kernels.windows import relative_radius
-from pmor.kinematics.kernels.types import Gear, Kinematics
+from pmor.gear.kernels.types import Gear, Kinematics
 def filled(kind, **known):
     return kind(*[known.get(name, kind._field_defaults.get(name, 0.0)) for name in kind._fields])
 gear = filled(
@@ -100,7 +100,7 @@ def homeless(tmp_path, kernels):
     """Runs a small kernel in a process that can write neither beside it nor to a home; gives its temporary folder."""
     (kernels / "__pycache__").touch()  # not even root can make a folder of it
     (kernels / "small.py").write_text(
-        "from pmor.compiled.compiling import compiled\n\n\n@compiled\ndef twice(x):\n    return 2.0 * x\n"
+        "from pmor.core.compiling import compiled\n\n\n@compiled\ndef twice(x):\n    return 2.0 * x\n"
     )
     temporary = tmp_path / "temporary"
     temporary.mkdir()
@@ -154,7 +154,7 @@ def test_compilation_is_announced_once_with_how_long_it_takes(caplog, monkeypatc
 def test_an_edit_two_files_down_is_noticed(tmp_path, kernels):
     # A file below the one below that of the function that is called.
     (kernels / "lowest.py").write_text(
-        "from pmor.compiled.compiling import compiled\n\n\n@compiled\ndef base(x):\n    return x + 0.0\n"
+        "from pmor.core.compiling import compiled\n\n\n@compiled\ndef base(x):\n    return x + 0.0\n"
     )
     motion = kernels / "motion.py"
     text = motion.read_text()

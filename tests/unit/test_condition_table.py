@@ -4,7 +4,7 @@ import h5py
 import numpy as np
 import pytest
 
-from pmor.kinematics.condition import Condition, Misalignment, at_advances, at_torques
+from pmor.gear.condition import Condition, Misalignment, at_advances, at_torques
 from pmor.storage.condition_table import read_conditions, write_conditions
 from pmor.storage.hdf5 import Field, set_attributes, write
 

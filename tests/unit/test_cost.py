@@ -12,12 +12,12 @@ import pmor.app.plan
 from pmor.app.cli import main
 from pmor.app.cost import RESERVED_BYTES, gear_size, refuse_beyond_memory, stages
 from pmor.case import change_case, load_case, without_models
-from pmor.errors import CaseError
+from pmor.core.errors import CaseError
+from pmor.core.memory import MemoryLimit
 from pmor.lab.core.stages import measure_stages
 from pmor.lab.study.loader import load_study
 from pmor.lab.study.run import run_parts
 from pmor.line.kernels.loads import solve_lines
-from pmor.memory import MemoryLimit
 from pmor.pair.model import gear_pair, mesh_model, sector_meshes
 from tests.support.processes import ROOT
 

@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pmor.errors import CaseError
-from pmor.flank import UNMODIFIED, Modification, Topography
-from pmor.flank.topography import read_topography
+from pmor.core.errors import CaseError
+from pmor.gear.flank_deviation import kernel_deviation
+from pmor.gear.kernels.deviation import NO_DEVIATION, deviations_at, flank_deviation
+from pmor.gear.modification import UNMODIFIED, Modification
 from pmor.gear.pair import GearPair
 from pmor.gear.tooth import Tooth
-from pmor.kinematics.flank_deviation import kernel_deviation
-from pmor.kinematics.kernels.deviation import NO_DEVIATION, deviations_at, flank_deviation
+from pmor.gear.topography import Topography, read_topography
 
 WIDTH, MIDDLE = 20.0, 1.5
 FACE = MIDDLE - 0.5 * WIDTH, MIDDLE + 0.5 * WIDTH

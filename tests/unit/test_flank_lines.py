@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.conventions import rotation_z
-from pmor.errors import ConvergenceError
-from pmor.kinematics.kernels.types import ELEMENT_ROWS, FIRST_ROW
+from pmor.core.conventions import rotation_z
+from pmor.core.errors import ConvergenceError
+from pmor.gear.kernels.types import ELEMENT_ROWS, FIRST_ROW
 from pmor.penalty.elasticity import full_elasticity
 from pmor.penalty.position import active_patches
 from pmor.reduction.flank_lines import LEAST_LOAD, flank_line_shapes, line_elasticity

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.kinematics.condition import at_torques
-from pmor.kinematics.meshed_pair import ContactScheme, make_flank
+from pmor.gear.condition import at_torques
+from pmor.gear.meshed_pair import ContactScheme, make_flank
 from pmor.penalty.kernels.surface import node_normals, prepare_surface
 from pmor.storage.basis_file import read_basis
 from pmor_online.model import reduced_pair

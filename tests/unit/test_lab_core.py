@@ -9,8 +9,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.case import change_case, parse_case
-from pmor.errors import ConvergenceError
-from pmor.kinematics.condition import at_torques
+from pmor.core.errors import ConvergenceError
+from pmor.gear.condition import at_torques
 from pmor.lab.core.models import ModelStore
 from pmor.lab.core.timing import times_in_turn
 from pmor.lab.core.variants import merged

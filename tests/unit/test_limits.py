@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.case import parse_case
-from pmor.errors import CaseError
+from pmor.core.errors import CaseError
 from pmor.pair.limits import LARGEST_APPROACH, hertz_pressure, range_warnings, refuse_impossible_load
 from pmor.pair.model import approach_estimate, gear_pair, mesh_model
 from tests.support.small_case import case_text

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from pmor.errors import OutputError
+from pmor.core.errors import OutputError
 from pmor.storage.lock import only_writer_in_folder, only_writer_of_file
 
 ROOT = Path(__file__).parents[2]
@@ -25,7 +25,7 @@ with only_writer_of_file(Path(sys.argv[1])):
 COUNT = """
 import sys, time
 from pathlib import Path
-from pmor.errors import OutputError
+from pmor.core.errors import OutputError
 from pmor.storage.lock import only_writer_of_file
 counter = Path(sys.argv[1])
 done = 0

@@ -4,7 +4,7 @@ import resource
 
 import pytest
 
-from pmor.memory import memory_limits, memory_text
+from pmor.core.memory import memory_limits, memory_text
 
 GIB = 2**30
 

@@ -16,7 +16,7 @@ from pmor.app.cost import stages
 from pmor.app.plan import plan_text
 from pmor.body.elastic_gear import with_layer
 from pmor.case import basis_key, change_case, model_names, other_models, parse_case, without_models
-from pmor.errors import CaseError
+from pmor.core.errors import CaseError
 from pmor.pair.model import elastic_model, gear_pair, mesh_model, model_of_solved
 from pmor.penalty.solve import solve_position as solve
 from pmor.report.run_page import page_files

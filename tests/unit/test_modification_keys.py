@@ -8,10 +8,11 @@ import pytest
 
 from pmor.app.plan import plan_text
 from pmor.case import basis_key, change_case, describe, load_case, make_case, parse_case, text_of, without_models
-from pmor.errors import CaseError, GeometryError
-from pmor.flank import UNMODIFIED, Modification, Topography
+from pmor.core.errors import CaseError, GeometryError
+from pmor.gear.condition import Assembly, Misalignment
+from pmor.gear.modification import UNMODIFIED, Modification
 from pmor.gear.tip_edge import tip_edge
-from pmor.kinematics.condition import Assembly, Misalignment
+from pmor.gear.topography import Topography
 from pmor.pair.conditions import assembly_of, conditions_of, listed_conditions, nominal_condition
 from pmor.pair.model import gear_pair
 from tests.support.gear_models import tooth

@@ -10,9 +10,9 @@ from numpy.testing import assert_allclose
 
 import pmor.penalty.solve
 import pmor.report.run_page
-from pmor.errors import ConvergenceError
+from pmor.core.errors import ConvergenceError
+from pmor.gear.condition import Condition
 from pmor.jobs.online import run_online
-from pmor.kinematics.condition import Condition
 from pmor.report.page import Picture
 from pmor.report.provenance import provenance
 from pmor.report.run_page import page_files, run_blocks, run_pictures, write_pages

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.conventions import rotation_z
-from pmor.errors import GeometryError
+from pmor.core.conventions import rotation_z
+from pmor.core.errors import GeometryError
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance
 from pmor.gear.tooth import Tooth, involute_function
 from pmor.penalty.position import relative_motion

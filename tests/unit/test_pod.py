@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.errors import ConvergenceError
+from pmor.core.errors import ConvergenceError
 from pmor.reduction.alignment import procrustes
 from pmor.reduction.energy import own_displacement
 from pmor.reduction.pod import global_modes, local_modes, modes_needed, principal_combinations

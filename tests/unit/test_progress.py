@@ -12,7 +12,7 @@ import time
 import numpy as np
 import pytest
 
-from pmor.progress import Progress, SteadyRate, format_time
+from pmor.core.progress import Progress, SteadyRate, format_time
 
 
 class Terminal:

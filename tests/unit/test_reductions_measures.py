@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.case import parse_case
-from pmor.errors import CaseError
+from pmor.core.errors import CaseError
 from pmor.lab.comparison.measures import SMALLEST_ERROR_UM, Effectivity, effectivity, rank_correlation, solves_to_reach
 from pmor.lab.comparison.training import TrainingSet
 from pmor.lab.comparison.variants import Grid, counts_up_to, grid_families, nested_grids, table_grids, variants

@@ -11,10 +11,11 @@ import numpy as np
 import pytest
 
 from pmor.case import make_case
-from pmor.errors import CaseError, FileFormatError
+from pmor.core.errors import CaseError, FileFormatError
 from pmor.export.rexs.read import import_rexs
 from pmor.export.rexs.write import rexs_text
-from pmor.flank import Modification, Topography
+from pmor.gear.modification import Modification
+from pmor.gear.topography import Topography
 from pmor.pair.model import gear_pair
 
 GEARBOX = Path(__file__).parents[2] / "cases" / "gearbox.rexs"

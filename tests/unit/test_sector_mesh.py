@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.conventions import rotation_z
-from pmor.errors import MeshError
+from pmor.core.conventions import rotation_z
+from pmor.core.errors import MeshError
 from pmor.fe.hexahedron import shape_gradient
 from pmor.mesh.element import node_places
 from pmor.mesh.outline import tooth_outline

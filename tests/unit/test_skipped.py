@@ -15,8 +15,8 @@ from pmor.app.skipped import computed, scene, skipped, unknowns
 from pmor.case import change_case, load_case, parse_case
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.condensation import condense_sector
+from pmor.gear.condition import Condition, at_torques
 from pmor.jobs.offline import run_offline
-from pmor.kinematics.condition import Condition, at_torques
 from pmor.pair.conditions import full_solves
 from pmor.pair.model import elastic_model, mesh_model, neighbouring_teeth
 from pmor.pair.sweep import sweep_ste

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pmor.errors import FileFormatError
+from pmor.core.errors import FileFormatError
 from pmor.reduction.snapshots import Snapshots
 from pmor.storage.basis_file import read_basis
 from pmor.storage.describe import file_text

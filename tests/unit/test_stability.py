@@ -5,8 +5,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.case import change_case, changed_text, load_case, parse_case
-from pmor.errors import PmorError
-from pmor.kinematics.condition import at_torques
+from pmor.core.errors import PmorError
+from pmor.gear.condition import at_torques
 from pmor.lab.core.models import ModelStore
 from pmor.lab.stability.balances import energy_imbalance, newton_condition, torque_imbalance
 from pmor.lab.stability.flank_variants import flank_variants

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from pmor.case import basis_key, change_case, parse_case
-from pmor.errors import FileFormatError, OutputError, PmorError
+from pmor.core.errors import FileFormatError, OutputError, PmorError
 from pmor.reduction.contact_shapes import ContactShapes
 from pmor.reduction.error_estimate import FlankCompliance
 from pmor.storage.basis_file import read_basis, write_basis

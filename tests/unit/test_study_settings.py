@@ -6,7 +6,7 @@ import pytest
 
 from pmor.app.cli import main
 from pmor.case import changed_text, parse_case
-from pmor.errors import CaseError
+from pmor.core.errors import CaseError
 from pmor.lab.study.cells import study_cases
 from pmor.lab.study.loader import load_study, parse_study
 from pmor.lab.study.settings import Cell, Member, quick_study

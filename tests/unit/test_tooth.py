@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.errors import GeometryError
+from pmor.core.errors import GeometryError
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance
 from pmor.gear.tooth import Tooth, inverse_involute, involute_function
 

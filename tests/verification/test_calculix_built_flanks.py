@@ -22,7 +22,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.case import parse_case
-from pmor.flank import Topography
+from pmor.gear.topography import Topography
 from pmor.lab.rivals.calculix import PROGRAM, calculix_available, calculix_ste
 from pmor.line.hertz import line_contact
 from pmor.mesh import sector

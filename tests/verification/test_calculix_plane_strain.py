@@ -19,7 +19,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.case import parse_case
-from pmor.kinematics.condition import Condition
+from pmor.gear.condition import Condition
 from pmor.lab.rivals.calculix import PROGRAM, calculix_available
 from pmor.line.hertz import line_contact
 from pmor.pair.model import elastic_model, mesh_model

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.body.elastic_gear import elastic_gear, volume_displacement
-from pmor.conventions import rotation_z
+from pmor.core.conventions import rotation_z
 from pmor.fe.assembly import assemble, degrees_of_freedom
 from pmor.fe.whole_gear import whole_gear_displacement, whole_gear_mesh
 from tests.support.gear_models import POISSON, YOUNG, sector, tooth

@@ -8,8 +8,8 @@ from numpy.testing import assert_allclose
 
 import pmor.penalty.solve
 from pmor.case import change_case, load_case
-from pmor.errors import ConvergenceError
-from pmor.kinematics.condition import Condition, at_torques
+from pmor.core.errors import ConvergenceError
+from pmor.gear.condition import Condition, at_torques
 from pmor.pair.conditions import nominal_condition
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.penalty.elasticity import ReducedElasticity

@@ -6,15 +6,15 @@ import scipy.sparse as sp
 from numpy.testing import assert_allclose
 
 from pmor.case import parse_case
-from pmor.conventions import rotation_z
-from pmor.errors import CaseError, ConvergenceError
+from pmor.core.conventions import rotation_z
+from pmor.core.errors import CaseError, ConvergenceError
 from pmor.fe.assembly import assemble, degrees_of_freedom
 from pmor.fe.completion import completion, nodes_of_elements
 from pmor.fe.nested_dissection import element_places, elimination_order, nested_dissection
 from pmor.fe.sparse_direct import assemble_arc, factorise
 from pmor.fe.whole_gear import whole_gear_mesh
-from pmor.kinematics.condition import Condition, at_torques
-from pmor.kinematics.meshed_pair import MeshedPair
+from pmor.gear.condition import Condition, at_torques
+from pmor.gear.meshed_pair import MeshedPair
 from pmor.lab.rivals.conventional import conventional_pair, solve_conventional
 from pmor.lab.rivals.conventional_cost import GearCost, StepEstimate, newton_step_seconds
 from pmor.pair.model import elastic_model, mesh_model

@@ -12,7 +12,7 @@ import pytest
 
 from pmor.design.judge import Judge
 from pmor.design.settings import AMOUNT_KEYS, EXTENT_KEYS, Design, Goal, Load, Scatter, Search, Trade, Variable
-from pmor.kinematics.condition import PLAIN, Assembly
+from pmor.gear.condition import PLAIN, Assembly
 from tests.verification.test_exact_derivatives import ABOUT_TO, NOTHING, STEP, random_modification
 from tests.verification.test_line_loads import TORQUE, models
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from pmor.core.errors import ConvergenceError
 from pmor.dynamics.continuation import first_point, follower, trace
 from pmor.dynamics.harmonic_balance import Balance, rest, rms, solve_at
 from pmor.dynamics.integration import integrate, run_through, state_of
@@ -11,7 +12,6 @@ from pmor.dynamics.oscillator import along_line_of_action
 from pmor.dynamics.period_doubling import between_orders, doublings
 from pmor.dynamics.response import HARMONICS, largest, monodromies, response
 from pmor.dynamics.stability import multipliers, stability_of
-from pmor.errors import ConvergenceError
 
 BENCHMARK = VaryingStiffness(stiffness=1.0, variation=0.2, pulls=False)
 # Given to four digits; found from two sides, this code being the third.

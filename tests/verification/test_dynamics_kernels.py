@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from pmor.core.errors import ConvergenceError
 from pmor.dynamics.force_law import forces_at
 from pmor.dynamics.force_table import table_error, tabulate
 from pmor.dynamics.harmonic_balance import Balance, rest, rms, solve_at
@@ -13,7 +14,6 @@ from pmor.dynamics.operating import mean_stiffness, natural_frequencies, static_
 from pmor.dynamics.oscillator import Oscillator, along_line_of_action, static_stiffness_of
 from pmor.dynamics.response import response
 from pmor.dynamics.stability import monodromy
-from pmor.errors import ConvergenceError
 
 LAW = VaryingStiffness(stiffness=1.0, variation=0.2, pulls=False)
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.conventions import rotation_z
-from pmor.kinematics.condition import Condition, at_torques
+from pmor.core.conventions import rotation_z
+from pmor.gear.condition import Condition, at_torques
 from pmor.penalty.elasticity import ReducedElasticity
 from pmor.penalty.equilibrium import solve_equilibrium
 from pmor.penalty.position import active_patches

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.flank import Modification
-from pmor.kinematics.condition import Assembly, at_torques
-from pmor.kinematics.deviation_rates import AMOUNTS, deviation_rates
+from pmor.gear.condition import Assembly, at_torques
+from pmor.gear.deviation_rates import AMOUNTS, deviation_rates
+from pmor.gear.modification import Modification
 from pmor.pair.conditions import conditions_of_assembly
 from pmor.results.sensitivity import sensitivities
 from pmor.results.sweep import mesh_stiffness

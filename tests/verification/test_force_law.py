@@ -8,8 +8,8 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from pmor.case import parse_case
-from pmor.errors import ConvergenceError
-from pmor.kinematics.condition import ALIGNED, Condition, Misalignment, at_advances, at_torques
+from pmor.core.errors import ConvergenceError
+from pmor.gear.condition import ALIGNED, Condition, Misalignment, at_advances, at_torques
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.pair.sweep import force_law, sweep_ste
 from pmor.penalty.elasticity import ReducedElasticity

@@ -11,7 +11,7 @@ import pmor
 from pmor.body.elastic_gear import elastic_gear
 from pmor.case import parse_case
 from pmor.fe.assembly import assemble
-from pmor.kinematics.condition import at_torques
+from pmor.gear.condition import at_torques
 from pmor.mesh.sector import build_sector
 from pmor.pair.limits import range_warnings
 from pmor.pair.model import approach_estimate, elastic_model, gear_pair, mesh_model

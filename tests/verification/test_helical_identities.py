@@ -8,10 +8,10 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.case import parse_case
-from pmor.conventions import rotation_z
-from pmor.flank import UNMODIFIED, Modification
-from pmor.kinematics.condition import PLAIN, at_torques
-from pmor.kinematics.kernels.types import Motion
+from pmor.core.conventions import rotation_z
+from pmor.gear.condition import PLAIN, at_torques
+from pmor.gear.kernels.types import Motion
+from pmor.gear.modification import UNMODIFIED, Modification
 from pmor.lab.stability.balances import stored_energy
 from pmor.line.hertz import line_contact
 from pmor.line.kernels.contact_point import closest_approach

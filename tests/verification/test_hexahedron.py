@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.errors import MeshError
+from pmor.core.errors import MeshError
 from pmor.fe.assembly import assemble, degrees_of_freedom
 from pmor.fe.hexahedron import element_stiffness
 from pmor.mesh.element import QUADRATIC_NODES, node_places

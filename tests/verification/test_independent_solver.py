@@ -7,9 +7,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.case import parse_case
-from pmor.errors import ConvergenceError, ExternalProgramError
+from pmor.core.errors import ConvergenceError, ExternalProgramError
 from pmor.fe.whole_gear import whole_gear_mesh
-from pmor.kinematics.condition import at_torques
+from pmor.gear.condition import at_torques
 from pmor.lab.rivals.calculix import (
     ELEMENTS,
     PROGRAM,

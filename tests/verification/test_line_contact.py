@@ -9,9 +9,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.case import changed_text, load_case, parse_case
-from pmor.conventions import rotation_z
-from pmor.kinematics.condition import ALIGNED, at_torques
-from pmor.kinematics.kernels.types import Motion
+from pmor.core.conventions import rotation_z
+from pmor.gear.condition import ALIGNED, at_torques
+from pmor.gear.kernels.types import Motion
 from pmor.lab.stability.balances import stored_energy
 from pmor.line.hertz import line_contact
 from pmor.line.kernels.contact_point import closest_approach, cubic_rows, involute_foot, roll_of

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 
 from pmor.body.surface_layer import layer_compliance
 from pmor.case import parse_case
-from pmor.errors import GeometryError
+from pmor.core.errors import GeometryError
 from pmor.fe.assembly import assemble, degrees_of_freedom
 from pmor.fe.completion import completion
 from pmor.fe.condensation import sector_stiffness

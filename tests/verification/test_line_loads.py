@@ -8,10 +8,10 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.case import parse_case
-from pmor.flank.modification import Modification
-from pmor.flank.topography import Topography
-from pmor.kinematics.condition import PLAIN, Assembly, Condition, Misalignment, at_torques
-from pmor.kinematics.kernels.types import Motion
+from pmor.gear.condition import PLAIN, Assembly, Condition, Misalignment, at_torques
+from pmor.gear.kernels.types import Motion
+from pmor.gear.modification import Modification
+from pmor.gear.topography import Topography
 from pmor.line.hertz import line_contact
 from pmor.line.kernels.contact_point import closest_approach
 from pmor.line.kernels.law import approach_of, line_load

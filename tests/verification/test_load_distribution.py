@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.flank import UNMODIFIED, Modification
-from pmor.kinematics.condition import ALIGNED, Assembly
-from pmor.kinematics.kernels.types import Sections
+from pmor.gear.condition import ALIGNED, Assembly
+from pmor.gear.kernels.types import Sections
+from pmor.gear.modification import UNMODIFIED, Modification
 from pmor.pair.conditions import conditions_of_assembly
 from pmor.results.flank_maps import flank_map
 from pmor.results.load_distribution import (

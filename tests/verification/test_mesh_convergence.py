@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pmor.case import parse_case
-from pmor.kinematics.condition import Condition
+from pmor.gear.condition import Condition
 from pmor.pair.model import elastic_model, mesh_model
 from pmor_offline.train import train
 from pmor_online.line_sweep import sweep_line_loads

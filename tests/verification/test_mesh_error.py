@@ -6,7 +6,7 @@ import pytest
 
 from pmor.case import change_case, parse_case
 from pmor.case.coarser import coarser
-from pmor.errors import FileFormatError, PmorError
+from pmor.core.errors import FileFormatError, PmorError
 from pmor.pair.conditions import conditions_of
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.storage.basis_file import read_basis, write_basis

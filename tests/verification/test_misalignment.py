@@ -7,9 +7,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.case import parse_case
-from pmor.kinematics.condition import ALIGNED, Assembly, Condition, Misalignment
-from pmor.kinematics.kernels.motion import section_offset
-from pmor.kinematics.kernels.types import Motion
+from pmor.gear.condition import ALIGNED, Assembly, Condition, Misalignment
+from pmor.gear.kernels.motion import section_offset
+from pmor.gear.kernels.types import Motion
 from pmor.line.kernels.contact_point import closest_approach
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.penalty.position import active_patches, relative_motion

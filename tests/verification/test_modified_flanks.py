@@ -10,11 +10,12 @@ from numpy.testing import assert_allclose
 from pmor.app.full import full_model
 from pmor.app.model import load_model, train
 from pmor.case import change_case, parse_case
-from pmor.conventions import rotation_z
-from pmor.errors import CaseError
-from pmor.flank import UNMODIFIED, Modification, Topography
-from pmor.kinematics.condition import PLAIN, Assembly, Condition, at_torques
-from pmor.kinematics.kernels.deviation import flank_deviation
+from pmor.core.conventions import rotation_z
+from pmor.core.errors import CaseError
+from pmor.gear.condition import PLAIN, Assembly, Condition, at_torques
+from pmor.gear.kernels.deviation import flank_deviation
+from pmor.gear.modification import UNMODIFIED, Modification
+from pmor.gear.topography import Topography
 from pmor.lab.rivals.deviated_mesh import flank_shift
 from pmor.pair.model import mesh_model
 from pmor.penalty.position import active_patches

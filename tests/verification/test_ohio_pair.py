@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from pmor.case import load_case
-from pmor.flank import UNMODIFIED
-from pmor.kinematics.condition import at_torques
+from pmor.gear.condition import at_torques
+from pmor.gear.modification import UNMODIFIED
 from pmor.pair.model import elastic_model, mesh_model
 from pmor_offline.train import train
 from pmor_online.line_sweep import sweep_line_loads

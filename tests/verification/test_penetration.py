@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.kinematics.condition import ALIGNED
-from pmor.kinematics.kernels.types import Motion
+from pmor.gear.condition import ALIGNED
+from pmor.gear.kernels.types import Motion
 from pmor.penalty.kernels.nodal import search_pair
 from pmor.penalty.kernels.search import facing_flanks, search_workspace
 from pmor.penalty.kernels.state import Feet

@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 
 from pmor.case import make_case, parse_case
-from pmor.errors import CaseError
+from pmor.core.errors import CaseError
 from pmor.export.rexs.read import import_rexs
 from pmor.export.rexs.results import stage_results
 from pmor.export.rexs.write import rexs_text
-from pmor.flank import Modification
+from pmor.gear.modification import Modification
 from pmor.pair.model import elastic_model, gear_pair, mesh_model
 from pmor_offline.train import train
 from pmor_online.model import reduced_pair

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.optimize import nnls
 
-from pmor.kinematics.condition import at_torques
+from pmor.gear.condition import at_torques
 from pmor.penalty import equilibrium
 from pmor.penalty.equilibrium import _unilateral, expected_penetration
 from pmor.penalty.solve import solve_position
@@ -140,7 +140,7 @@ def test_mixing_the_last_corrections_saves_steps_under_an_extreme_load(monkeypat
 
 def test_a_solution_that_fails_in_a_small_window_is_sought_in_a_larger_one(monkeypatch):
     """Points on the mate but off its window come and go: no equilibrium there, however good the solver."""
-    from pmor.errors import ConvergenceError
+    from pmor.core.errors import ConvergenceError
     from pmor.penalty import solve
 
     expected, genuine, depths = Model().solve(0.9), solve.solve_equilibrium, []
@@ -157,7 +157,7 @@ def test_a_solution_that_fails_in_a_small_window_is_sought_in_a_larger_one(monke
 
 
 def test_a_solution_that_fails_in_whole_windows_is_given_up(monkeypatch):
-    from pmor.errors import ConvergenceError
+    from pmor.core.errors import ConvergenceError
     from pmor.penalty import solve
 
     def fails(*arguments, **more):

@@ -21,8 +21,8 @@ import numpy as np
 import pytest
 
 from pmor.case import change_case, load_case
-from pmor.flank import Modification
-from pmor.kinematics.condition import at_torques
+from pmor.gear.condition import at_torques
+from pmor.gear.modification import Modification
 from pmor.lab.slices.run import SlicedPair, without_neighbours
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.reduction.error_estimate import FlankCompliance

@@ -13,7 +13,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.case import parse_case
-from pmor.kinematics.condition import PLAIN
+from pmor.gear.condition import PLAIN
 from pmor.line.hertz import bonded_layer_constant
 from pmor.line.kernels.law import approach_of, laws_of_lines, line_load, widest_load
 from pmor.line.kernels.places import place_lines

@@ -11,8 +11,8 @@ import pmor.penalty.solve
 from pmor.body.elastic_gear import elastic_gear, volume_displacement
 from pmor.case import parse_case
 from pmor.case.width import elements_across, meshed_width, mirrors_at_mid_width, whole_width
-from pmor.errors import MeshError
-from pmor.kinematics.condition import at_torques
+from pmor.core.errors import MeshError
+from pmor.gear.condition import at_torques
 from pmor.lab.rivals.conventional import conventional_pair
 from pmor.mesh.sector import build_sector
 from pmor.pair.model import elastic_model, mesh_model

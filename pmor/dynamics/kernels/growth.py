@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pmor.compiled.compiling import compiled
+from pmor.core.compiling import compiled
 
 
 @compiled

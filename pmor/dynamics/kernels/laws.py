@@ -12,8 +12,8 @@ import numpy as np
 from numba import types
 from numba.extending import overload
 
-from pmor.arrays import FloatArray, IntArray
-from pmor.compiled.compiling import compiled
+from pmor.core.arrays import FloatArray, IntArray
+from pmor.core.compiling import compiled
 
 # Of a node of a table's tree: halved over the phase, over the displacement, or a cell with values.
 PHASE, DISPLACEMENT, CELL = 0, 1, 2

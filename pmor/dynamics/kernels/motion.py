@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmor.arrays import FloatArray
-from pmor.compiled.compiling import allocating, compiled
+from pmor.core.arrays import FloatArray
+from pmor.core.compiling import allocating, compiled
 from pmor.dynamics.kernels.laws import mesh_force
 
 STAGES = 7

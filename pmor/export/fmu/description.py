@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Literal
 from xml.etree import ElementTree
 
+from pmor.core.version import __version__
 from pmor.export.fmu.law import MeshLaw
-from pmor.version import __version__
 
 Causality = Literal["input", "output", "parameter"]
 #: units of the variables, in those of SI

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from pmor.case import Case
+from pmor.core.errors import CaseError, ConvergenceError
 from pmor.dynamics.force_table import TOLERANCE, tabulate
 from pmor.dynamics.kernels.laws import ForceTable
-from pmor.errors import CaseError, ConvergenceError
+from pmor.gear.condition import Assembly, at_torques
 from pmor.gear.pair import GearPair
-from pmor.kinematics.condition import Assembly, at_torques
 from pmor.line.unloaded import unloaded_ste_um
 from pmor.pair.conditions import assembly_of
 from pmor_online.line_sweep import sweep_line_loads

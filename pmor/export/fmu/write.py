@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pmor.arrays import IntArray
+from pmor.core.arrays import IntArray
 from pmor.dynamics.table_cells import COLUMNS, ROWS
 from pmor.export.fmu.description import description
 from pmor.export.fmu.law import MeshLaw

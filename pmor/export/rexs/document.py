@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from pmor.version import __version__
+from pmor.core.version import __version__
 
 VERSION = "2.0.0"
 #: units of the attributes that are written; the others have none, and a custom attribute says its own

@@ -18,7 +18,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from pmor.errors import FileFormatError
+from pmor.core.errors import FileFormatError
 
 #: in 1.x: in 2.0
 COMPONENT_NAMES = {"flank_geometry": "cylindrical_gear_flank", "stage_gear_data": "cylindrical_stage_gear_data"}

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from pmor.case import Case, make_case, parse_case
-from pmor.errors import CaseError, GeometryError, printable
+from pmor.core.errors import CaseError, GeometryError, printable
 from pmor.export.rexs.flanks import READERS, Profile, read_flank
 from pmor.export.rexs.model import Component, Gearbox, read_rexs
 from pmor.export.rexs.stage import Stage, axis_of, face_middle, find_stage

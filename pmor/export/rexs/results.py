@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.arrays import FloatArray
+from pmor.core.arrays import FloatArray
 from pmor.pair.conditions import conditions_of
 from pmor.results.load_distribution import face_load_factor, line_states, over_the_whole_face
 from pmor.results.sweep import mesh_stiffness

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from pmor.errors import CaseError
+from pmor.core.errors import CaseError
 from pmor.export.rexs.model import Component, Gearbox
 
 

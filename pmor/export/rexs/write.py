@@ -15,7 +15,7 @@ import numpy as np
 from pmor.case import Case, GearCase
 from pmor.export.rexs.document import Document, Value
 from pmor.export.rexs.results import StageResults
-from pmor.flank import Modification
+from pmor.gear.modification import Modification
 from pmor.gear.pair import GearPair
 from pmor.gear.tooth import Tooth
 from pmor.storage.atomic import atomic_path

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.arrays import FloatArray
+from pmor.core.arrays import FloatArray
 
 #: ranges of the resonance ratio, by rising speed
 RANGES = ("subcritical", "main resonance", "intermediate", "supercritical")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pmor.arrays import FloatArray
+from pmor.core.arrays import FloatArray
 from pmor.lab.comparison.decay import SAMPLINGS, Decay
 from pmor.lab.comparison.measure import Row
 from pmor.lab.comparison.measures import WANTED_EFFECTIVITY

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from pmor.arrays import FloatArray
+from pmor.core.arrays import FloatArray
 from pmor.lab.comparison.measures import effectivity
 from pmor.lab.comparison.training import TrainingSet
 from pmor.lab.comparison.variants import Variant

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from pmor.case import Case, OfflineCase, change_case, without_models
-from pmor.errors import CaseError
+from pmor.core.errors import CaseError
 
 # Parameters of a training beside the angle, in the order in which a grid takes their middles in: tilts change the load
 # distribution, out of plane more than in plane, while torque mostly scales it.

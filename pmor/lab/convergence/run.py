@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 
 from pmor.app.cost import FINITE_ELEMENTS, refuse_beyond_memory, stages
-from pmor.arrays import FloatArray
 from pmor.case import Case, change_case
 from pmor.case.width import elements_across, meshed_width
-from pmor.errors import CaseError
+from pmor.core.arrays import FloatArray
+from pmor.core.errors import CaseError
 from pmor.gear.pair import GearPair
 from pmor.pair.conditions import conditions_of
 from pmor.pair.model import elastic_model, gear_pair, mesh_model

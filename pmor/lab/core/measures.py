@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from pmor.arrays import FloatArray
+from pmor.core.arrays import FloatArray
 
 # True errors below this, um, are not held against an estimate: no measurement of a gear resolves them.
 SMALLEST_ERROR_UM = 0.002

@@ -9,15 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from pmor.arrays import FloatArray
 from pmor.case import OfflineCase
+from pmor.core.arrays import FloatArray
+from pmor.core.threads import in_order
+from pmor.gear.condition import Condition
+from pmor.gear.meshed_pair import MeshedPair
 from pmor.gear.pair import GearPair
-from pmor.kinematics.condition import Condition
-from pmor.kinematics.meshed_pair import MeshedPair
 from pmor.line.hertz import line_contact
 from pmor.penalty.solve import ElasticityAt, solve_position
 from pmor.results.sweep import SteSweep
-from pmor.threads import in_order
 from pmor_offline.sampling import SEED, sobol_positions
 from pmor_online.model import ReducedPair
 from pmor_online.sweep import sweep_reduced_pair

@@ -34,14 +34,14 @@ from typing import Literal
 
 import numpy as np
 
-from pmor.arrays import FloatArray, IntArray
 from pmor.case import Case, GearCase
-from pmor.conventions import rotation_z
-from pmor.errors import ConvergenceError, ExternalProgramError
+from pmor.core.arrays import FloatArray, IntArray
+from pmor.core.conventions import rotation_z
+from pmor.core.errors import ConvergenceError, ExternalProgramError
 from pmor.fe.completion import nodes_of_elements
 from pmor.fe.whole_gear import whole_gear_mesh
+from pmor.gear.kernels.deviation import Deviation
 from pmor.gear.tooth import Tooth
-from pmor.kinematics.kernels.deviation import Deviation
 from pmor.lab.rivals.deviated_mesh import flank_shift
 from pmor.mesh.element import QUADRATIC_NODES
 from pmor.mesh.sector import SectorMesh

@@ -22,13 +22,13 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from pmor.arrays import FloatArray
 from pmor.case import Case, GearCase
-from pmor.errors import CaseError, ConvergenceError
+from pmor.core.arrays import FloatArray
+from pmor.core.errors import CaseError, ConvergenceError
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.sparse_direct import assemble_arc, factorise
-from pmor.kinematics.condition import Condition
-from pmor.kinematics.meshed_pair import MeshedPair
+from pmor.gear.condition import Condition
+from pmor.gear.meshed_pair import MeshedPair
 from pmor.mesh.sector import SectorMesh
 from pmor.pair.model import MeshModel, per_gear
 from pmor.penalty.equilibrium import round_off_residual

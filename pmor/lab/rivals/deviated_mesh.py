@@ -10,10 +10,10 @@ import math
 
 import numpy as np
 
-from pmor.arrays import FloatArray
-from pmor.conventions import rotation_z
+from pmor.core.arrays import FloatArray
+from pmor.core.conventions import rotation_z
+from pmor.gear.kernels.deviation import Deviation, deviations_at
 from pmor.gear.tooth import Tooth
-from pmor.kinematics.kernels.deviation import Deviation, deviations_at
 from pmor.mesh.sector import SectorMesh
 
 

@@ -13,14 +13,14 @@ from functools import cached_property
 
 import numpy as np
 
-from pmor.arrays import FloatArray
+from pmor.core.arrays import FloatArray
+from pmor.core.errors import ConvergenceError
 from pmor.dynamics.force_law import forces_at
 from pmor.dynamics.harmonic_balance import rms
 from pmor.dynamics.measure import HZ, Data, Task, at_rest, needed_harmonics, speeds_of
 from pmor.dynamics.operating import PHASES, static_displacement
 from pmor.dynamics.quantities import UM
 from pmor.dynamics.response import response
-from pmor.errors import ConvergenceError
 from pmor.reduction.error_estimate import FlankCompliance
 from pmor_online.model import ReducedPair
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import scipy.linalg as la
 
-from pmor.arrays import FloatArray
-from pmor.kinematics.meshed_pair import MeshedPair
+from pmor.core.arrays import FloatArray
+from pmor.gear.meshed_pair import MeshedPair
 from pmor.line.hertz import contact_laws
 from pmor.line.kernels.law import approach_of
 from pmor.line.kernels.tip_corner import Corner, LineLaw

@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import Any
 
 from pmor.case import Case, change_case
-from pmor.flank import Topography
 from pmor.gear.pair import GearPair
+from pmor.gear.topography import Topography
 from pmor.lab.core.variants import Sections, merged
 from pmor.lab.stability.contact_variants import load
 from pmor.lab.stability.variants import SAME_STATE, Variant

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from pmor.arrays import FloatArray
 from pmor.case import Case, change_case
-from pmor.errors import CaseError, GeometryError, MeshError
+from pmor.core.arrays import FloatArray
+from pmor.core.errors import CaseError, GeometryError, MeshError
 from pmor.lab.core.models import ModelStore
 from pmor.lab.stability.places import NEIGHBOUR, mirrored_angles, pinion_angles
 from pmor.lab.stability.reduced import train

@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 
+from pmor.core.progress import format_time
 from pmor.lab.stability.figures import penalty_figure, steps_figure
 from pmor.lab.stability.matrix import matrix
 from pmor.lab.stability.measure import MOST_STEPS, Entry
 from pmor.lab.stability.run import Stability
 from pmor.lab.stability.variants import REFERENCES
-from pmor.progress import format_time
 from pmor.report.page import Block, Heading, Picture, Warning
 from pmor.report.provenance import provenance
 from pmor.report.table import Table

@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from pmor.arrays import FloatArray
+from pmor.core.arrays import FloatArray
+from pmor.gear.meshed_pair import MeshedPair
 from pmor.gear.pair import GearPair
-from pmor.kinematics.meshed_pair import MeshedPair
 
 # Distance of the neighbours that a special position is held against, in pitches.
 NEIGHBOUR = 1e-4

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from pmor.case import Case
-from pmor.kinematics.condition import at_torques
+from pmor.gear.condition import at_torques
 from pmor.pair.model import ElasticModel
 from pmor_offline.gather import make_basis
 from pmor_offline.sampling import TrainingPosition, training_angles

@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pmor.arrays import FloatArray
-from pmor.errors import ConvergenceError
-from pmor.kinematics.condition import Condition
-from pmor.kinematics.meshed_pair import MeshedPair
+from pmor.core.arrays import FloatArray
+from pmor.core.errors import ConvergenceError
+from pmor.gear.condition import Condition
+from pmor.gear.meshed_pair import MeshedPair
 from pmor.lab.stability.balances import energy_imbalance, newton_condition, torque_imbalance
 from pmor.penalty.equilibrium import Equilibrium, round_off_residual, solve_equilibrium
 from pmor.penalty.solve import ElasticityAt, SolvedPosition, solve_position

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.arrays import FloatArray
 from pmor.case import Case, changed_text, load_case, parse_case, text_of, without_models
-from pmor.kinematics.condition import Condition
+from pmor.core.arrays import FloatArray
+from pmor.gear.condition import Condition
 from pmor.lab.core.variants import Sections, merged
 from pmor.lab.study.settings import Cell, Member, Study, TrainingSettings
 from pmor.pair.model import ElasticModel

@@ -15,10 +15,10 @@ from typing import Any, get_args, get_origin, get_type_hints
 
 from pmor.case.document import parse_toml
 from pmor.case.values import Refused, convert, did_you_mean, toml_text
-from pmor.errors import CaseError
+from pmor.core.errors import CaseError
+from pmor.core.ranges import Range
 from pmor.lab.core.variants import Sections
 from pmor.lab.study.settings import Cell, Member, Study
-from pmor.ranges import Range
 
 CELL = re.compile(r"([1-9]\d{0,2})@([1-9]\d?)")
 WHOLE = Range(1, 10_000)

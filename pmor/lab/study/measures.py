@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.arrays import FloatArray, IntArray
+from pmor.core.arrays import FloatArray, IntArray
 from pmor.lab.core.measures import statistic
 
 # What refinement can show: below, the error falls too slowly to extrapolate; above, the differences are mere chance.

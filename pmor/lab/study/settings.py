@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pmor.case.schema import Positions
-from pmor.errors import CaseError
+from pmor.core.errors import CaseError
+from pmor.core.ranges import Range
 from pmor.lab.core.variants import Sections, merged
-from pmor.ranges import Range
 
 Count = Annotated[int, Range(1, 10_000)]
 

@@ -119,7 +119,7 @@ def sweep_data(sweep: SteSweep) -> dict[str, Any]:
 
 def basis_is_valid(path: Path, case: Case) -> bool:
     """Whether the basis file of a cell is there, whole, and made from this very case."""
-    from pmor.errors import FileFormatError
+    from pmor.core.errors import FileFormatError
 
     try:
         return path.exists() and basis_key(read_basis(path).case) == basis_key(case)

@@ -11,6 +11,7 @@ from statistics import median
 from typing import Any
 
 from pmor.case import Case
+from pmor.core.threads import threads
 from pmor.lab.core.models import ModelStore
 from pmor.lab.core.timing import ms_per_position, times_in_turn
 from pmor.lab.study.settings import Cell, TimingSettings
@@ -18,7 +19,6 @@ from pmor.pair.conditions import nominal_condition
 from pmor.pair.sweep import sweep_ste
 from pmor.results.sweep import SteSweep
 from pmor.storage.basis_file import read_basis
-from pmor.threads import threads
 from pmor_online.model import online_angles, reduced_pair
 from pmor_online.sweep import sweep_reduced_pair
 

@@ -18,9 +18,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmor.compiled.compiling import compiled
-from pmor.kinematics.kernels.motion import axial_opening, roll_angle, section_motion
-from pmor.kinematics.kernels.types import AT_ROOT, AT_TIP, ELEMENT_ROWS, FIRST, FIRST_ROW, NODE_ROWS, OFFSET
+from pmor.core.compiling import compiled
+from pmor.gear.kernels.motion import axial_opening, roll_angle, section_motion
+from pmor.gear.kernels.types import AT_ROOT, AT_TIP, ELEMENT_ROWS, FIRST, FIRST_ROW, NODE_ROWS, OFFSET
 
 # Leads are far below this, rad.
 CORNER = 0.01

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from pmor.compiled.compiling import allocating, compiled
-from pmor.kinematics.kernels.deviation import flank_deviation
-from pmor.kinematics.kernels.types import Motion
+from pmor.core.compiling import allocating, compiled
+from pmor.gear.kernels.deviation import flank_deviation
+from pmor.gear.kernels.types import Motion
 from pmor.line.kernels.contact_point import carry, closest_approach, cubic_rows, gap_change, list_point, roll_of
 from pmor.line.kernels.tip_corner import LAW_FIELDS, SHORT, LineLaw, corner_approach, single_mean, store_law
 from pmor.penalty.kernels.state import Carriers, Found

@@ -30,9 +30,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmor.arrays import BoolArray, FloatArray, IntArray
-from pmor.compiled.compiling import allocating, compiled, inlined
-from pmor.compiled.linear import cholesky, solve_factored
+from pmor.core.arrays import BoolArray, FloatArray, IntArray
+from pmor.core.compiling import allocating, compiled, inlined
+from pmor.core.linear import cholesky, solve_factored
 from pmor.line.kernels.law import approach_of
 from pmor.line.kernels.tip_corner import LineLaw, stored_law
 

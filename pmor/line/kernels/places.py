@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmor.arrays import BoolArray, FloatArray, IntArray
-from pmor.compiled.compiling import allocating, compiled
-from pmor.kinematics.kernels.deviation import flank_deviation
-from pmor.kinematics.kernels.types import Motion
+from pmor.core.arrays import BoolArray, FloatArray, IntArray
+from pmor.core.compiling import allocating, compiled
+from pmor.gear.kernels.deviation import flank_deviation
+from pmor.gear.kernels.types import Motion
 from pmor.line.kernels.contact_point import closest_approach, cubic_rows, opening_of, roll_of
 from pmor.line.kernels.law import line_law, sections_alike
 from pmor.line.kernels.tip_corner import LAW_FIELDS, store_law

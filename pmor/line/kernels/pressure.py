@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pmor.compiled.compiling import compiled
+from pmor.core.compiling import compiled
 from pmor.line.kernels.tip_corner import contact_patch, stored_law
 
 # Places at which the largest pressure across a rounded edge is looked for.

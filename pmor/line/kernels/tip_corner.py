@@ -50,8 +50,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmor.arrays import FloatArray
-from pmor.compiled.compiling import compiled
+from pmor.core.arrays import FloatArray
+from pmor.core.compiling import compiled
 
 # Half-length of the patch over its distance from the corner, below which its length does not matter for the layer's
 # end, and above twice of which it matters fully; between them it does smoothly. That moves the approach by 2e-4.

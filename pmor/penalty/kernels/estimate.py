@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmor.compiled.compiling import allocating, inlined
-from pmor.compiled.linear import solve_factored
-from pmor.kinematics.kernels.types import FIRST, FIRST_ROW, OFFSET
+from pmor.core.compiling import allocating, inlined
+from pmor.core.linear import solve_factored
+from pmor.gear.kernels.types import FIRST, FIRST_ROW, OFFSET
 
 
 class _Patch(NamedTuple):

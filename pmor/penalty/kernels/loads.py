@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmor.arrays import FloatArray, IntArray
-from pmor.compiled.compiling import allocating, compiled
-from pmor.kinematics.kernels.types import FIRST, FIRST_ROW, OFFSET
+from pmor.core.arrays import FloatArray, IntArray
+from pmor.core.compiling import allocating, compiled
+from pmor.gear.kernels.types import FIRST, FIRST_ROW, OFFSET
 
 
 class Loads(NamedTuple):

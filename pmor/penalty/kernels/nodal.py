@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmor.arrays import BoolArray, FloatArray, IntArray
-from pmor.compiled.compiling import allocating, compiled, inlined
-from pmor.kinematics.kernels.types import (
+from pmor.core.arrays import BoolArray, FloatArray, IntArray
+from pmor.core.compiling import allocating, compiled, inlined
+from pmor.gear.kernels.types import (
     AT_ROOT,
     AT_TIP,
     ELEMENT_ROWS,

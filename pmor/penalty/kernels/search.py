@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba.extending import overload
 
-from pmor.arrays import FloatArray
-from pmor.compiled.compiling import ALLOCATING, allocating, compiled
-from pmor.kinematics.kernels.motion import pinion_slave_share, relative_motion, section_roll_position
-from pmor.kinematics.kernels.types import (
+from pmor.core.arrays import FloatArray
+from pmor.core.compiling import ALLOCATING, allocating, compiled
+from pmor.gear.kernels.motion import pinion_slave_share, relative_motion, section_roll_position
+from pmor.gear.kernels.types import (
     ELEMENT_ROWS,
     FIRST_ROW,
     ActivePatches,

@@ -1,14 +1,14 @@
 """What the kernels pass to each other about a state: surfaces, feet, contact points, active_shapes, work space.
 
-Named tuples of arrays and scalars, as in `pmor.kinematics.kernels.types`, which has units and numbering.
+Named tuples of arrays and scalars, as in `pmor.gear.kernels.types`, which has units and numbering.
 """
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
-from pmor.arrays import BoolArray, FloatArray, IntArray
-from pmor.kinematics.kernels.types import ActivePatches, Motion
+from pmor.core.arrays import BoolArray, FloatArray, IntArray
+from pmor.gear.kernels.types import ActivePatches, Motion
 
 
 class Surface(NamedTuple):

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from pmor.compiled.compiling import allocating, compiled
-from pmor.kinematics.kernels.motion import roll_angle, section_motion
-from pmor.kinematics.kernels.types import AT_ROOT, AT_TIP, ELEMENT_ROWS, FIRST_ROW
+from pmor.core.compiling import allocating, compiled
+from pmor.gear.kernels.motion import roll_angle, section_motion
+from pmor.gear.kernels.types import AT_ROOT, AT_TIP, ELEMENT_ROWS, FIRST_ROW
 from pmor.line.kernels.contact_point import carry, gap_change, involute_foot, list_point, roll_of
 from pmor.penalty.kernels.state import Found
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pmor.compiled.compiling import allocating, compiled, inlined
+from pmor.core.compiling import allocating, compiled, inlined
 from pmor.penalty.kernels.state import Surface
 
 

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmor.arrays import BoolArray, FloatArray, IntArray
-from pmor.compiled.compiling import allocating, compiled, merged
+from pmor.core.arrays import BoolArray, FloatArray, IntArray
+from pmor.core.compiling import allocating, compiled, merged
 from pmor.penalty.kernels.estimate import discarded_energy_slope
 from pmor.penalty.kernels.loads import empty_loads, list_loads, trimmed, with_space
 from pmor.penalty.kernels.newton import Solution, solve_state

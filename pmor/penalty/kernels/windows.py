@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from pmor.compiled.compiling import allocating, compiled
-from pmor.kinematics.kernels.deviation import flank_deviation
-from pmor.kinematics.kernels.motion import roll_angle, section_roll_position
-from pmor.kinematics.kernels.types import (
+from pmor.core.compiling import allocating, compiled
+from pmor.gear.kernels.deviation import flank_deviation
+from pmor.gear.kernels.motion import roll_angle, section_roll_position
+from pmor.gear.kernels.types import (
     AT_ROOT,
     AT_TIP,
     ELEMENT_ROWS,

@@ -17,8 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from pmor.arrays import FloatArray
-from pmor.kinematics.kernels.types import Gear
+from pmor.core.arrays import FloatArray
+from pmor.gear.kernels.types import Gear
 
 # Steps to the largest entry.
 STEPS = 2**20

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from pmor.gear.condition import ALIGNED, Assembly
+from pmor.gear.meshed_pair import MeshedPair
 from pmor.gear.tooth import Tooth
-from pmor.kinematics.condition import ALIGNED, Assembly
-from pmor.kinematics.meshed_pair import MeshedPair
 from pmor.penalty.position import tooth_pair_count
 from pmor.report.live.compliance import packed_compliance
 from pmor_online.model import ReducedPair

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from pmor.case import Case
-from pmor.flank import UNMODIFIED, Modification
-from pmor.kinematics.condition import ALIGNED
-from pmor.kinematics.meshed_pair import MeshedPair
+from pmor.gear.condition import ALIGNED
+from pmor.gear.meshed_pair import MeshedPair
+from pmor.gear.modification import UNMODIFIED, Modification
 from pmor.pair.conditions import assembly_of, axes_of
 from pmor.pair.limits import LARGE_APPROACH, PRESSURE_OVER_MODULUS, hertz_pressure
 from pmor.report.live.model import live_model

@@ -8,10 +8,10 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from pmor.arrays import FloatArray, IntArray
-from pmor.kinematics.condition import Assembly
-from pmor.kinematics.kernels.deviation import Deviation, deviations_at
-from pmor.kinematics.meshed_pair import MeshedPair
+from pmor.core.arrays import FloatArray, IntArray
+from pmor.gear.condition import Assembly
+from pmor.gear.kernels.deviation import Deviation, deviations_at
+from pmor.gear.meshed_pair import MeshedPair
 
 # Amounts of a case file, and what the kernels call them: the deviation is linear in each.
 AMOUNTS = {

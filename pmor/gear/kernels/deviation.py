@@ -3,7 +3,7 @@
 Amounts are lengths in mm along the transverse line of action, positive where material is removed, zero at the
 reference: they add to the gap of the flanks. A normal amount, as measuring machines print it, is cos(beta_b) times
 that, with beta_b the base helix angle. Roll angles are the gear's own, in rad; z is counted from mid width of the pair,
-in mm. What each term means stands in `pmor.flank.modification`.
+in mm. What each term means stands in `pmor.gear.modification`.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmor.arrays import FloatArray
-from pmor.compiled.compiling import compiled, inlined
+from pmor.core.arrays import FloatArray
+from pmor.core.compiling import compiled, inlined
 
 
 class Deviation(NamedTuple):

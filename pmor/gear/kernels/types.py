@@ -12,8 +12,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from pmor.arrays import FloatArray, IntArray
-from pmor.kinematics.kernels.deviation import Deviation
+from pmor.core.arrays import FloatArray, IntArray
+from pmor.gear.kernels.deviation import Deviation
 from pmor.line.kernels.tip_corner import Corner
 
 # A window: number of its first node among the nodes of all windows; rows of nodes; number of its first element row,

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from pmor.flank.topography import Topography
-from pmor.ranges import METRES, RADIANS, Range
+from pmor.core.ranges import METRES, RADIANS, Range
+from pmor.gear.topography import Topography
 
 Amount = Annotated[float, Range(-1000.0, 1000.0, "um")]
 Amounts = Annotated[tuple[float, ...], Range(-1000.0, 1000.0, "um", in_order=True)]

@@ -6,7 +6,7 @@ import csv
 import math
 from dataclasses import dataclass
 
-from pmor.errors import CaseError
+from pmor.core.errors import CaseError
 
 # Points beyond which a grid is a slip: no machine measures so many, and they are kept with every result.
 MOST_POINTS = 250_000

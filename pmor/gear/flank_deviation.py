@@ -6,10 +6,11 @@ import math
 
 import numpy as np
 
-from pmor.arrays import FloatArray
-from pmor.flank import Modification, Topography
+from pmor.core.arrays import FloatArray
+from pmor.gear.kernels.deviation import Deviation
+from pmor.gear.modification import Modification
 from pmor.gear.tooth import Tooth
-from pmor.kinematics.kernels.deviation import Deviation
+from pmor.gear.topography import Topography
 
 MICROMETRE = 1e-3
 

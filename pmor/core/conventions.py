@@ -31,7 +31,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pmor.arrays import FloatArray
+from pmor.core.arrays import FloatArray
 
 
 def rotation_z(angle: float) -> FloatArray:

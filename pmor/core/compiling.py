@@ -2,8 +2,8 @@
 
 numba keeps compiled code beside the sources and compares the time stamp of the file that holds the function: an edit in
 another file, of a function that is called from there, would go unnoticed and the old code would run. So each
-dispatcher's stamp is a hash over all sources of this package instead, and of its own folder where that is another one.
-Whatever kernels read, types and constants included, therefore stands in these packages.
+dispatcher's stamp is a hash over the sources of all kernels instead, and of its own folder where that is another one.
+Whatever kernels read, types and constants included, therefore stands in the packages `kernels`.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import Any
 
 from numba import njit, types
 
-from pmor.compiled.keeping import can_keep
+from pmor.core.keeping import can_keep
 
 # Divisions follow IEEE 754 instead of raising, which spares a branch at each; results are checked where they are used.
 # fastmath stays off: sums keep their order, and NaN stays what it is.
@@ -28,14 +28,15 @@ _BORROWING: dict[str, Any] = {**_OPTIONS, "_nrt": False}
 # Said aloud: a function that says nothing inherits this from its caller.
 ALLOCATING: dict[str, Any] = {**_OPTIONS, "_nrt": True}
 
-_FOLDER = Path(__file__).parent
+_PACKAGE = Path(__file__).parents[1]
+_SOURCES = (Path(__file__), _PACKAGE / "core" / "linear.py", *sorted(_PACKAGE.glob("*/kernels/*.py")))
 
 
 def sources_stamp(*more: Path) -> str:
-    """Return a hash over the sources of this package, and of files elsewhere."""
+    """Return a hash over the sources of all kernels, and of files elsewhere."""
     digest = hashlib.sha256()
-    for path in (*sorted(_FOLDER.glob("*.py")), *more):
-        digest.update(path.name.encode())
+    for path in (*_SOURCES, *more):
+        digest.update(path.relative_to(_PACKAGE).as_posix().encode() if path in _SOURCES else path.name.encode())
         digest.update(path.read_bytes())
     return digest.hexdigest()
 
@@ -58,8 +59,8 @@ def _keep_stamped(dispatcher: Any, function: Callable[..., Any]) -> Any:
     file: Any = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
     if hasattr(file, "_source_stamp"):
         own = Path(function.__code__.co_filename)
-        # Kernels elsewhere call each other across the files of their own folder, and kernels here.
-        file._source_stamp = _STAMP if own.parent == _FOLDER else sources_stamp(*sorted(own.parent.glob("*.py")))
+        # Kernels elsewhere call each other across the files of their own folder, and the kernels of the package.
+        file._source_stamp = _STAMP if own in _SOURCES else sources_stamp(*sorted(own.parent.glob("*.py")))
         # Looked at before anything is unpickled: an index of other sources may name types that are no more.
         file._version = f"{file._version} {file._source_stamp}"
     return dispatcher

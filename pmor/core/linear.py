@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pmor.compiled.compiling import compiled
+from pmor.core.compiling import compiled
 
 
 @compiled

@@ -1,6 +1,6 @@
 """The condition that a gear pair is in: what drives it, and where its parts are.
 
-A pair *is* its gears, their meshes and the way contact is evaluated (`pmor.kinematics.meshed_pair.MeshedPair`). The state it
+A pair *is* its gears, their meshes and the way contact is evaluated (`pmor.gear.meshed_pair.MeshedPair`). The state it
 comes to depends on the pinion's angle and on a condition: the torque on the pinion, or its advance; and where the wheel's
 axis is. Shafts and housings give way and are not machined exactly: the wheel's axis is then off by some hundredths of a
 millimetre. The finite-element models of the gears know nothing of it, since each is made in its own frame, so that
@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from pmor.flank import UNMODIFIED, Modification
+from pmor.gear.modification import UNMODIFIED, Modification
 
 
 @dataclass(frozen=True)

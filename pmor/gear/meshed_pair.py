@@ -8,15 +8,15 @@ from functools import cached_property
 
 import numpy as np
 
-from pmor.arrays import FloatArray
+from pmor.core.arrays import FloatArray
+from pmor.gear.condition import Assembly, Misalignment
+from pmor.gear.flank_deviation import kernel_deviation
+from pmor.gear.kernels.deviation import NO_DEVIATION, Deviation
+from pmor.gear.kernels.motion import axial_opening, section_offset
+from pmor.gear.kernels.types import Gear, Kinematics, LineScheme, NodalScheme, Pair, Sections, StripScheme
 from pmor.gear.pair import GearPair
 from pmor.gear.tip_edge import TipEdge
 from pmor.gear.tooth import Tooth
-from pmor.kinematics.condition import Assembly, Misalignment
-from pmor.kinematics.flank_deviation import kernel_deviation
-from pmor.kinematics.kernels.deviation import NO_DEVIATION, Deviation
-from pmor.kinematics.kernels.motion import axial_opening, section_offset
-from pmor.kinematics.kernels.types import Gear, Kinematics, LineScheme, NodalScheme, Pair, Sections, StripScheme
 from pmor.line.kernels.tip_corner import Corner
 from pmor.line.sections import flank_sections
 from pmor.line.tip_corner import INFLUENCE_LENGTH, corner_coefficients, wedge_softness
