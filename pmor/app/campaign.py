@@ -116,8 +116,7 @@ def solve_campaign(
         with Progress(settings.count, "designs") as progress:
             done = run_campaign(settings, folder, executor, progress.step, announce)
         columns = gathered(done)
-        for note in start_results(folder, settings.text):
-            announce(note)
+        start_results(folder, settings.text)
         write_campaign(done, columns, workers, folder)
     return done, columns
 

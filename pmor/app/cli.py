@@ -244,12 +244,10 @@ def _ask_for_few_addresses() -> None:
 
 @contextmanager
 def _spoken_log() -> Iterator[None]:
-    """Say on the error stream what the library notes beside its work."""
+    """Show on the error stream what the library notes beside its work, from INFO upwards."""
     log, handler = logging.getLogger("pmor"), logging.StreamHandler()
-    # On a terminal a bar may stand half written in the line.
-    start = "\r\x1b[K" if sys.stderr.isatty() else ""
-    handler.setFormatter(logging.Formatter(f"{start}pmor: %(message)s"))
-    # Where a user has no folder for its settings it says so in three lines; nothing here depends on them.
+    handler.setFormatter(_Line())
+    # matplotlib complains in three lines where a user has no folder for its settings; nothing here depends on them.
     logging.getLogger("matplotlib").setLevel(logging.ERROR)
     level = log.level
     log.addHandler(handler)
@@ -259,6 +257,16 @@ def _spoken_log() -> Iterator[None]:
     finally:
         log.removeHandler(handler)
         log.setLevel(level)
+
+
+class _Line(logging.Formatter):
+    """One line, ``pmor: ...`` or ``pmor: warning: ...``."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        # On a terminal a bar may stand half written in the line.
+        start = "\r\x1b[K" if sys.stderr.isatty() else ""
+        level = "warning: " if record.levelno >= logging.WARNING else ""
+        return f"{start}pmor: {level}{_one_line(record.getMessage())}"
 
 
 def _one_line(text: str) -> str:

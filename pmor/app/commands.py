@@ -5,7 +5,7 @@ Imports of what is heavy or belongs to a stage stand inside the functions, so th
 
 from __future__ import annotations
 
-import sys
+import logging
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -26,13 +26,13 @@ def run(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool
     from pmor.report.run_page import page_files, write_pages
     from pmor.report.screen import result_text
     from pmor.report.summary import result_files, write_results
-    from pmor.storage.results_folder import default_folder, results_folder
+    from pmor.storage.results_folder import default_folder, results_folder, start_results
 
     folder, others = out or default_folder(case.name), meshed_models(case)
     names = (*result_files(case), *page_files(case), *(basis_names(case) if overwrite else ()))
     with results_folder(folder, names, unfinished(case), overwrite, (case_path,)):
         result = run_models(case, _elastic_model(case, mesh), others, folder, jobs, overwrite, started)
-        _start_results(folder, case.text)
+        start_results(folder, case.text)
         write_results(result, folder)
         write_pages(result, mesh.pinion, folder, live_pair(result.reduced))
     print(result_text(result))
@@ -89,7 +89,7 @@ def online(
     from pmor.report.screen import result_text
     from pmor.report.summary import result_files, write_results
     from pmor.storage.basis_file import read_basis, require_made_from
-    from pmor.storage.results_folder import default_folder, results_folder
+    from pmor.storage.results_folder import default_folder, results_folder, start_results
     from pmor_online.model import reduced_pair
 
     refuse_large_basis(basis_path)
@@ -104,7 +104,7 @@ def online(
     inputs = (basis_path, *([case_path] if case_path else []))
     with results_folder(folder, names, (), overwrite, inputs):
         result = run_online(reduced, basis_path, jobs=jobs)
-        _start_results(folder, text_of(basis.case))
+        start_results(folder, text_of(basis.case))
         write_results(result, folder)
         write_pages(result, None, folder, live_pair(result.reduced))
     print(result_text(result))
@@ -119,12 +119,12 @@ def compare(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite: 
     from pmor.jobs.models import meshed_models, run_models, unfinished
     from pmor.report.screen import result_text
     from pmor.report.summary import result_files, write_results
-    from pmor.storage.results_folder import default_folder, results_folder
+    from pmor.storage.results_folder import default_folder, results_folder, start_results
 
     folder, others = out or default_folder(case.name), meshed_models(case)
     with results_folder(folder, result_files(case), unfinished(case), overwrite, (case_path,)):
         result = run_models(case, _elastic_model(case, mesh), others, folder, jobs, False, started)
-        _start_results(folder, case.text)
+        start_results(folder, case.text)
         write_results(result, folder)
     print(result_text(result))
     _require_convergence(result)
@@ -146,13 +146,13 @@ def study(
     from pmor.lab.study.output import FILES, study_text, write_study
     from pmor.lab.study.run import WORKING, run_parts
     from pmor.lab.study.table import study_table
-    from pmor.storage.results_folder import default_folder, results_folder
+    from pmor.storage.results_folder import default_folder, results_folder, start_results
 
     folder = out or default_folder(settings.name, "_quick" * quick)
     with results_folder(folder, FILES, WORKING, overwrite, (study_path, settings.base)):
         parts = run_parts(settings, folder, jobs, overwrite, announce=lambda text: print(text, flush=True))
         table = study_table(parts)
-        _start_results(folder, f"{settings!r}\n{settings.base.read_text(encoding='utf-8')}")
+        start_results(folder, f"{settings!r}\n{settings.base.read_text(encoding='utf-8')}")
         write_study(parts, table, folder)
     print(study_text(parts, table))
     print(f"  results in {folder}")
@@ -170,13 +170,13 @@ def convergence(case_path: Path, out: Path | None = None, overwrite: bool = Fals
     case = load_case(case_path)
     from pmor.lab.convergence.output import FILES, convergence_text, write_convergence
     from pmor.lab.convergence.run import run_convergence
-    from pmor.storage.results_folder import default_folder, results_folder
+    from pmor.storage.results_folder import default_folder, results_folder, start_results
     from pmor.work.pieces import PARTS
 
     folder = out or default_folder(case.name, "_convergence")
     with results_folder(folder, FILES, (PARTS,), overwrite, (case_path,)):
         found = run_convergence(case, folder, announce=lambda text: print(text, flush=True))
-        _start_results(folder, case.text)
+        start_results(folder, case.text)
         write_convergence(found, folder)
     print(convergence_text(found))
     print(f"  results in {folder}")
@@ -194,7 +194,7 @@ def stability(case_path: Path, out: Path | None = None, jobs: int = 1, only: str
     from pmor.core.progress import Progress
     from pmor.lab.stability.output import FILES, stability_text, write_stability
     from pmor.lab.stability.run import number_of_variants, run_matrix
-    from pmor.storage.results_folder import default_folder, results_folder
+    from pmor.storage.results_folder import default_folder, results_folder, start_results
     from pmor.work.pieces import PARTS
 
     total = number_of_variants(case, only)
@@ -205,7 +205,7 @@ def stability(case_path: Path, out: Path | None = None, jobs: int = 1, only: str
     with results_folder(folder, FILES, (PARTS,), overwrite, (case_path,)):
         with Progress(total, "variants") as progress:
             result = run_matrix(case, folder, jobs, only, progress.step)
-        _start_results(folder, case.text)
+        start_results(folder, case.text)
         write_stability(result, time.perf_counter() - started, folder)
     print(stability_text(result))
     print(f"  results in {folder}")
@@ -223,13 +223,13 @@ def reductions(case_path: Path, out: Path | None = None, jobs: int = 1, overwrit
     from pmor.core.errors import ConvergenceError
     from pmor.lab.comparison.output import FILES, comparison_text, write_comparison
     from pmor.lab.comparison.run import compare_reductions
-    from pmor.storage.results_folder import default_folder, results_folder
+    from pmor.storage.results_folder import default_folder, results_folder, start_results
     from pmor.work.pieces import PARTS
 
     folder = out or default_folder(case.name, "_reductions")
     with results_folder(folder, FILES, (PARTS,), overwrite, (case_path,)):
         result = compare_reductions(case, _elastic_model(case, mesh), folder, jobs)
-        _start_results(folder, case.text)
+        start_results(folder, case.text)
         write_comparison(result, time.perf_counter() - started, folder)
     print(comparison_text(result))
     print(f"  results in {folder}")
@@ -246,7 +246,7 @@ def dynamics(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite:
     from pmor.core.errors import ConvergenceError
     from pmor.dynamics.output import FILES, dynamics_text, write_dynamics
     from pmor.dynamics.run import reduced_of, run_dynamics
-    from pmor.storage.results_folder import default_folder, results_folder
+    from pmor.storage.results_folder import default_folder, results_folder, start_results
     from pmor.work.pieces import PARTS
 
     case = load_case(case_path)
@@ -254,7 +254,7 @@ def dynamics(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite:
     folder = out or default_folder(case.name, "_dynamics")
     with results_folder(folder, FILES, (PARTS,), overwrite, (case_path,)):
         found = run_dynamics(case, reduced, folder, jobs, announce=lambda text: print(text, flush=True))
-        _start_results(folder, case.text)
+        start_results(folder, case.text)
         write_dynamics(found, folder)
     print(dynamics_text(found))
     print(f"  results in {folder}")
@@ -275,7 +275,7 @@ def design(
     from pmor.design.readings import read_off
     from pmor.design.run import run_design, trained_pair
     from pmor.design.variant_case import case_name, variant_text, write_variant
-    from pmor.storage.results_folder import default_folder, results_folder
+    from pmor.storage.results_folder import default_folder, results_folder, start_results
     from pmor.work.pieces import PARTS
 
     file = load_design(design_path)
@@ -290,7 +290,7 @@ def design(
     with results_folder(folder, FILES, (PARTS,), overwrite, file.inputs):
         found = run_design(file, reduced, folder, jobs, announce=lambda text: print(text, flush=True))
         read = read_off(found)
-        _start_results(folder, file.text)
+        start_results(folder, file.text)
         write_design(found, read, folder)
     print(design_text(found, read))
     print(f"  results in {folder}")
@@ -361,7 +361,7 @@ def export(
 
     done = export_file(source, to, target, overwrite, stage, torque_Nm)
     for note in done.notes:
-        print(f"pmor: {note}", file=sys.stderr)
+        logging.getLogger("pmor").info("%s", note)
     print(f"{done.path}: written")
 
 
@@ -403,21 +403,13 @@ def _meshed_case(case_path: Path) -> tuple[Case, MeshModel]:
     return case, mesh_model(case)
 
 
-def _start_results(folder: Path, text: str) -> None:
-    """Make room in a folder for results that are made from a text, and say what went."""
-    from pmor.storage.results_folder import start_results
-
-    for sentence in start_results(folder, text):
-        print(f"pmor: {sentence}", file=sys.stderr)
-
-
 def _elastic_model(case: Case, mesh: MeshModel) -> ElasticModel:
     from pmor.pair.limits import range_warnings
     from pmor.pair.model import approach_estimate, elastic_model
 
     pair = mesh.meshed.pair
     for warning in range_warnings(case, pair, approach_estimate(case, pair)):
-        print(f"pmor: warning: {warning}", file=sys.stderr)
+        logging.getLogger("pmor").warning("%s", warning)
     return elastic_model(case, mesh)
 
 

@@ -6,6 +6,7 @@ said before the work.
 
 from __future__ import annotations
 
+import logging
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -28,6 +29,7 @@ from pmor.storage.manifest import (
 )
 
 LONGEST_NAME = 100
+_LOG = logging.getLogger("pmor.storage")
 
 
 def default_folder(name: str, ending: str = "") -> Path:
@@ -89,8 +91,10 @@ def refuse_in_the_way(paths: Sequence[Path], overwrite: bool, inputs: Sequence[P
             raise OutputError(f"{path}: {foreign_words(path)}; {remedy}")
 
 
-def start_results(folder: Path, text: str) -> list[str]:
+def start_results(folder: Path, text: str) -> None:
     """Remove what is in a folder of results and was made from another text; to be called when new ones are there.
+
+    The log ``pmor`` names what was removed, and each file that was changed by hand and therefore stays.
 
     Parameters
     ----------
@@ -99,16 +103,11 @@ def start_results(folder: Path, text: str) -> list[str]:
     text : str
         What the results that are written from here on are made from.
 
-    Returns
-    -------
-    list of str
-        A sentence for what was removed, and for each file that was changed by hand and therefore stays.
-
     Raises
     ------
     OutputError
     """
-    origin, removed, said = origin_of(text), list[str](), list[str]()
+    origin, removed, changed = origin_of(text), list[str](), list[Path]()
     with output_errors(f"write to the folder {folder}", folder / MANIFEST):
         for name, contents in sorted(listed(folder).items()):
             path = folder / name
@@ -116,14 +115,15 @@ def start_results(folder: Path, text: str) -> list[str]:
                 continue
             found = origin_in(contents, path)
             if found is None:
-                said.append(f"{path}: was made from another text, and changed since: it stays, and is none of these")
+                changed.append(path)
             elif found not in ("", origin):
                 path.unlink()
                 removed.append(name)
         record_origin(folder, origin)
     if removed:
-        said.insert(0, f"{folder}: removed results of another text or version: {', '.join(removed)}")
-    return said
+        _LOG.info("%s: removed results of another text or version: %s", folder, ", ".join(removed))
+    for path in changed:
+        _LOG.info("%s: was made from another text and changed since: it stays, and is none of these results", path)
 
 
 def working_folder(folder: Path, anew: bool = False) -> Path:

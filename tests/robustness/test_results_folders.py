@@ -190,7 +190,8 @@ def test_after_an_edit_nothing_of_the_old_text_lies_beside_new_results(finished,
     said = capsys.readouterr().err.splitlines()
     assert said[0].startswith(f"pmor: {out}: removed results of another text or version: contact_pattern.png, ")
     assert said[1:] == [
-        f"pmor: {out / 'report.html'}: was made from another text, and changed since: it stays, and is none of these"
+        f"pmor: {out / 'report.html'}: was made from another text and changed since: it stays, and is none of these "
+        "results"
     ]
     assert json.loads((out / "summary.json").read_text())["n_angles"] == 5
 
