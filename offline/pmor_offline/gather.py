@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from pmor.body.flank_compliance import FlankCompliance, flank_compliance
 from pmor.body.root_stress import RootStressShapes, root_stress_shapes
 from pmor.case import Case
 from pmor.core.arrays import FloatArray
@@ -13,7 +14,6 @@ from pmor.line.sections import loaded_components
 from pmor.pair.model import ElasticModel
 from pmor.reduction.basis import Basis, Training, untrained
 from pmor.reduction.build import build_shapes
-from pmor.reduction.error_estimate import FlankCompliance, flank_compliance
 from pmor.reduction.snapshots import Snapshots
 from pmor_offline.sampling import roll_position_grid
 

@@ -9,19 +9,19 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from pmor.body.section_compliance import flank_elasticity, section_compliance
+from pmor.body.flank_compliance import FlankCompliance
+from pmor.body.section_compliance import section_compliance
 from pmor.case import Case
 from pmor.case.width import mirrors_at_mid_width
 from pmor.core.arrays import FloatArray
 from pmor.gear.meshed_pair import MeshedPair
 from pmor.pair.model import assemble_pair, gear_pair
-from pmor.penalty.elasticity import ReducedElasticity
+from pmor.penalty.elasticity import ReducedElasticity, flank_elasticity
 from pmor.penalty.kernels.state import Family, GearLines, PositionShapes
 from pmor.penalty.position import Position
 from pmor.penalty.solve import ElasticityAt
 from pmor.reduction.basis import Basis
 from pmor.reduction.contact_shapes import ContactShapes, reduced_elasticity
-from pmor.reduction.error_estimate import FlankCompliance
 from pmor.reduction.flank_lines import FlankLineShapes, line_elasticity
 
 

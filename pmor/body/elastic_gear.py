@@ -8,13 +8,13 @@ import numpy as np
 import scipy.sparse as sp
 
 from pmor.body.fillet_stress import NEIGHBOURS, FilletPoints, FilletStress, sector_stress
-from pmor.body.surface_layer import flank_compliance
 from pmor.core.arrays import FloatArray
 from pmor.core.conventions import rotation_z
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.completion import completion, nodes_of_elements
 from pmor.fe.condensation import CondensedSector, back_substitute, condense_sector
 from pmor.fe.ring import ring_compliance, symmetric_coordinates
+from pmor.fe.surface_layer import inverse_flank_stiffness
 from pmor.mesh.fillet import FilletMesh
 from pmor.mesh.sector import SectorMesh
 
@@ -98,7 +98,7 @@ def elastic_gear(
     points, carried = sector_stress(fillet, mesh, youngs_modulus, poisson_ratio) if fillet else (None, ())
     sector = condense_sector(mesh, youngs_modulus, poisson_ratio, element, keep_rows, layer_columns, carried)
     n_flank, n_side = len(sector.flank), len(sector.left)
-    own = flank_compliance(mesh, sector.stiffness[:n_flank, :n_flank].copy())
+    own = inverse_flank_stiffness(mesh, sector.stiffness[:n_flank, :n_flank].copy())
     load = -sector.stiffness[n_flank:, :n_flank] @ own
     side = sector.stiffness[n_flank:, n_flank:] + load @ sector.stiffness[:n_flank, n_flank:]
 

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from pmor.core.arrays import FloatArray, IntArray
+from pmor.body.flank_compliance import FlankCompliance
+from pmor.core.arrays import FloatArray
 from pmor.gear.kernels.types import Sections
-from pmor.penalty.elasticity import FullElasticity
-from pmor.penalty.position import Position
-from pmor.reduction.error_estimate import FlankCompliance
 
 # Rows of nodes that carry a section.
 ROWS = 4
@@ -37,27 +35,6 @@ def section_compliance(
     if compliance.gears[1] is compliance.gears[0] and alike:
         return pinion, pinion
     return pinion, _of_gear(compliance.gears[1], compliance.components, rows[1], sections, 1)
-
-
-def flank_elasticity(compliance: FlankCompliance, position: Position) -> FullElasticity:
-    """Return the full compliance of a position's windows: of line contact nothing is left out of it."""
-    parts = compliance.components
-    whole = np.zeros((3 * len(position.nodes), 3 * len(position.nodes)))
-    for a, index_a in enumerate(position.pair_index):
-        for b, index_b in enumerate(position.pair_index):
-            for gear, blocks in enumerate(compliance.gears):
-                ahead = int(index_a - index_b) * (1 if gear == 0 else -1)
-                block = blocks[ahead] if ahead >= 0 else blocks[-ahead].T
-                on_flank = [_unknowns(position.flank_nodes[p][gear], parts, parts) for p in (a, b)]
-                slices = [position.window_slice(p, gear) for p in (a, b)]
-                rows, columns = (_unknowns(np.arange(s.start, s.stop), 3, parts) for s in slices)
-                whole[np.ix_(rows, columns)] = block[np.ix_(*on_flank)]
-    return FullElasticity(whole)
-
-
-def _unknowns(nodes: IntArray, of_node: int, used: int) -> IntArray:
-    """Numbers of the first `used` unknowns of each node, of which it has `of_node`."""
-    return np.asarray((of_node * nodes[:, None] + np.arange(used)).ravel())
 
 
 def _of_gear(blocks: FloatArray, components: int, rows: int, sections: Sections, gear: int) -> FloatArray:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from pmor.body.flank_compliance import FlankCompliance, flank_compliance
 from pmor.body.root_stress import root_stress_shapes
 from pmor.campaigns.figures import OF_RELIEF, figures_of, known
 from pmor.campaigns.relations import case_of, with_relations
@@ -18,7 +19,6 @@ from pmor.line.sections import loaded_components
 from pmor.mesh.sector import SectorMesh
 from pmor.pair.model import mesh_model, neighbouring_teeth, per_gear, solved_gear
 from pmor.reduction.basis import Basis, untrained
-from pmor.reduction.error_estimate import FlankCompliance, flank_compliance
 from pmor.storage.compliance_file import SolvedGear
 from pmor_online.compare import failed_positions
 from pmor_online.model import reduced_pair

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg as la
 
-from pmor.body.surface_layer import layer_compliance
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.carried_functions import CarriedFunctions
@@ -22,6 +21,7 @@ from pmor.fe.completion import nodes_of_elements
 from pmor.fe.elimination import EliminatedPart, condense
 from pmor.fe.hexahedron import element_stiffness
 from pmor.fe.nested_dissection import element_places
+from pmor.fe.surface_layer import layer_compliance
 from pmor.mesh.element import QUADRATIC_NODES
 from pmor.mesh.sector import SectorMesh
 
@@ -40,7 +40,7 @@ class CondensedSector:
     parts : tuple of EliminatedPart
         In the order of elimination; empty unless they were asked for.
     layer : ndarray or None
-        Compliance of all of the flank's nodes by a surface layer alone (`pmor.body.surface_layer`), mm/N.
+        Compliance of all of the flank's nodes by a surface layer alone (`pmor.fe.surface_layer`), mm/N.
     """
 
     flank: IntArray

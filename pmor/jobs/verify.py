@@ -15,10 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmor.body.elastic_gear import ElasticGear
+from pmor.body.flank_compliance import flank_compliance
 from pmor.core.arrays import FloatArray
 from pmor.gear.condition import Condition
-from pmor.lab.core.measures import SMALLEST_ERROR_UM
-from pmor.lab.core.states import States, solve_states, sweep_states
+from pmor.jobs.states import SMALLEST_ERROR_UM, States, solve_states, sweep_states
 from pmor.pair.conditions import axes_of, condition_at, training_values
 from pmor.pair.model import ElasticModel
 from pmor.penalty.elasticity import full_elasticity
@@ -26,7 +26,6 @@ from pmor.penalty.position import active_patches
 from pmor.penalty.solve import window_depth
 from pmor.reduction.basis import Basis
 from pmor.reduction.contact_shapes import ContactShapes, shapes_of
-from pmor.reduction.error_estimate import flank_compliance
 from pmor.reduction.flank_lines import FlankLineShapes, gear_lines
 from pmor_online.errors import estimate_errors
 from pmor_online.model import reduced_pair

@@ -11,7 +11,7 @@ compliance of all is C, and, exactly, by static condensation,
 T the forces that the held inner face receives from loads on the flank, C_inner the compliance of the inner face. That
 difference is the part without the local dent: the displacement below the layer, averaged as the layer spreads the load.
 It takes the place of C. Of spur gears C_layer is that of the layer in plane strain, so that what it does beyond that,
-where loads change or end along the width, is not taken out (`pmor.body.surface_layer`). The layer itself is put back in
+where loads change or end along the width, is not taken out (`pmor.fe.surface_layer`). The layer itself is put back in
 closed form: an elastic layer bonded to a rigid base, in plane strain, under the line load w with Hertz's
 pressure over the half-width b << d. At the middle of the load it gives
 

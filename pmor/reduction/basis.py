@@ -6,13 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pmor.body.flank_compliance import FlankCompliance
 from pmor.body.root_stress import RootStressShapes
 from pmor.case import Case
 from pmor.core.arrays import BoolArray, FloatArray
 from pmor.gear.condition import Condition
 from pmor.gear.meshed_pair import SurfaceLayer
 from pmor.reduction.contact_shapes import ContactShapes
-from pmor.reduction.error_estimate import FlankCompliance
 from pmor.reduction.flank_lines import FlankLineShapes
 
 

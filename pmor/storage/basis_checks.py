@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 
+from pmor.body.flank_compliance import FlankCompliance
 from pmor.case import Case, GearCase
 from pmor.case.width import meshed_width
 from pmor.core.arrays import FloatArray
@@ -22,7 +23,6 @@ from pmor.line.sections import loaded_components
 from pmor.pair.conditions import DEVIATIONS, training_values
 from pmor.reduction.basis import Basis, Training
 from pmor.reduction.contact_shapes import ContactShapes, energy_products
-from pmor.reduction.error_estimate import FlankCompliance
 from pmor.reduction.flank_lines import FlankLineShapes, GearLines
 from pmor.storage.basis_layout import GEARS
 from pmor.storage.layout import require

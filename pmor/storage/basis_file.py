@@ -10,6 +10,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from pmor.body.flank_compliance import FlankCompliance
 from pmor.body.root_stress import RootStressShapes
 from pmor.case import Case, basis_key, describe, parse_case, text_of
 from pmor.case.coarser import coarser
@@ -21,7 +22,6 @@ from pmor.pair.conditions import on_trained_flanks
 from pmor.pair.model import gear_pair
 from pmor.reduction.basis import Basis, Training, untrained
 from pmor.reduction.contact_shapes import ContactShapes
-from pmor.reduction.error_estimate import FlankCompliance
 from pmor.reduction.flank_lines import FlankLineShapes, GearLines
 from pmor.storage.basis_checks import check_basis
 from pmor.storage.basis_layout import (

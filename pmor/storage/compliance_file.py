@@ -28,7 +28,7 @@ class SolvedGear:
     Parameters
     ----------
     compliance : ndarray, shape (neighbours + 1, n, n)
-        As in `pmor.reduction.error_estimate.FlankCompliance`.
+        As in `pmor.body.flank_compliance.FlankCompliance`.
     root_stress : RootStressShapes or None
         Where it was asked for.
     """

@@ -13,6 +13,7 @@ import pmor.lab.comparison.run
 from pmor.app.cli import main
 from pmor.case import load_case, parse_case
 from pmor.jobs.offline import run_offline
+from pmor.jobs.states import load_errors_percent, solve_states, sweep_states, unseen_states
 from pmor.lab.comparison.measure import build
 from pmor.lab.comparison.output import FILES, content
 from pmor.lab.comparison.run import compare_reductions
@@ -24,7 +25,6 @@ from pmor.lab.comparison.training import (
     sobol_training,
 )
 from pmor.lab.comparison.variants import flank_line_case, grid_keys, nested_grids, variants
-from pmor.lab.core.states import load_errors_percent, solve_states, sweep_states, unseen_states
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.report.data_files import write_summary_json
 from pmor.storage.basis_file import read_basis

@@ -8,10 +8,10 @@ from numpy.testing import assert_allclose
 
 from pmor.case import parse_case
 from pmor.core.errors import CaseError
+from pmor.jobs.states import Solved, load_errors_percent
 from pmor.lab.comparison.measures import SMALLEST_ERROR_UM, Effectivity, effectivity, rank_correlation, solves_to_reach
 from pmor.lab.comparison.training import TrainingSet
 from pmor.lab.comparison.variants import Grid, counts_up_to, grid_families, nested_grids, table_grids, variants
-from pmor.lab.core.states import Solved, load_errors_percent
 from tests.support.small_case import case_text
 
 

@@ -6,10 +6,10 @@ import h5py
 import numpy as np
 import pytest
 
+from pmor.body.flank_compliance import FlankCompliance
 from pmor.case import basis_key, change_case, parse_case
 from pmor.core.errors import FileFormatError, OutputError, PmorError
 from pmor.reduction.contact_shapes import ContactShapes
-from pmor.reduction.error_estimate import FlankCompliance
 from pmor.storage.basis_file import read_basis, write_basis
 from pmor.storage.describe import file_text
 from pmor.storage.hdf5 import Field, Schema, attribute, create, write

@@ -7,12 +7,12 @@ import pytest
 import scipy.sparse.linalg as spla
 from numpy.testing import assert_allclose
 
-from pmor.body.surface_layer import layer_compliance
 from pmor.case import parse_case
 from pmor.core.errors import GeometryError
 from pmor.fe.assembly import assemble, degrees_of_freedom
 from pmor.fe.completion import completion
 from pmor.fe.condensation import sector_stiffness
+from pmor.fe.surface_layer import layer_compliance
 from pmor.line.hertz import approach_constants, line_compliance
 from pmor.line.kernels.law import line_load, widest_load
 from pmor.mesh.element import tributary_widths

@@ -20,12 +20,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pmor.body.flank_compliance import FlankCompliance
 from pmor.case import change_case, load_case
 from pmor.gear.condition import at_torques
 from pmor.gear.modification import Modification
 from pmor.lab.slices.run import SlicedPair, without_neighbours
 from pmor.pair.model import elastic_model, mesh_model
-from pmor.reduction.error_estimate import FlankCompliance
 from pmor_offline.train import train
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.model import online_angles, reduced_pair

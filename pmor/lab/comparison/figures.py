@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pmor.core.arrays import FloatArray
+from pmor.jobs.states import SMALLEST_ERROR_UM
 from pmor.lab.comparison.decay import SAMPLINGS, Decay
 from pmor.lab.comparison.measure import Row
 from pmor.lab.comparison.measures import WANTED_EFFECTIVITY
-from pmor.lab.core.measures import SMALLEST_ERROR_UM
 from pmor.report.panels import log_log, name_points, panels
 from pmor.report.style import COLOURS
 

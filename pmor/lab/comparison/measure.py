@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 
 from pmor.core.arrays import FloatArray
+from pmor.jobs.states import Solved, States, load_errors_percent, not_converged, sweep_states
 from pmor.lab.comparison.measures import effectivity
 from pmor.lab.comparison.training import TrainingSet
 from pmor.lab.comparison.variants import Variant
 from pmor.lab.core.measures import max_and_rms
-from pmor.lab.core.states import Solved, States, load_errors_percent, not_converged, sweep_states
 from pmor.pair.model import ElasticModel
 from pmor.reduction.basis import Basis
 from pmor.storage.basis_file import write_basis

@@ -6,13 +6,12 @@ from pathlib import Path
 from typing import Any
 
 from pmor.core.progress import format_time
+from pmor.jobs.states import SMALLEST_ERROR_UM, state_text
 from pmor.lab.comparison.decay import SAMPLINGS
 from pmor.lab.comparison.figures import SAMPLING_NAMES, decay_figure, estimate_figure, run_time_figure
 from pmor.lab.comparison.measures import WANTED_EFFECTIVITY
 from pmor.lab.comparison.run import Comparison
 from pmor.lab.comparison.table import EFFORT, NAMES, WORTH, comparison_table, effort_note, free_parameters, worth_note
-from pmor.lab.core.measures import SMALLEST_ERROR_UM
-from pmor.lab.core.states import state_text
 from pmor.report.page import Block, Heading, Picture, Warning
 from pmor.report.provenance import provenance
 from pmor.report.table import Table

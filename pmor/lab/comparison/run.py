@@ -11,12 +11,12 @@ from pathlib import Path
 from pmor.case import Case
 from pmor.core.errors import ConvergenceError
 from pmor.core.progress import Progress
+from pmor.jobs.states import not_converged, solve_states, unseen_states
 from pmor.lab.comparison.decay import Decay, Point, decay_of, decay_points, measure_point
 from pmor.lab.comparison.measure import Reduction, Row, Truth, build, effort, worth
 from pmor.lab.comparison.timing import online_times_ms
 from pmor.lab.comparison.training import TrainingSet, greedy_training, grid_training, sobol_training, solves_until
 from pmor.lab.comparison.variants import Variant, flank_line_case, grid_keys, table_grids, variants
-from pmor.lab.core.states import not_converged, solve_states, unseen_states
 from pmor.pair.model import ElasticModel
 from pmor.work.pieces import PARTS, Piece, run_pieces
 from pmor_offline.sampling import first_positions

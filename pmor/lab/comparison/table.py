@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from pmor.case import Case
+from pmor.jobs.states import SMALLEST_ERROR_UM
 from pmor.lab.comparison.measure import Row
 from pmor.lab.comparison.measures import WANTED_EFFECTIVITY
 from pmor.lab.comparison.run import Comparison
 from pmor.lab.comparison.variants import PARAMETERS
-from pmor.lab.core.measures import SMALLEST_ERROR_UM
 from pmor.report.table import Table
 from pmor.work.table import Columns, table
 

@@ -9,9 +9,6 @@ import numpy as np
 
 from pmor.core.arrays import FloatArray
 
-# True errors below this, um, are not held against an estimate: no measurement of a gear resolves them.
-SMALLEST_ERROR_UM = 0.002
-
 
 def statistic(values: FloatArray, of: Callable[[FloatArray], float]) -> float:
     """Statistic of the finite entries; NaN without any."""

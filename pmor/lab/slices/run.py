@@ -13,6 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
+from pmor.body.flank_compliance import FlankCompliance
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import ConvergenceError
 from pmor.dynamics.force_law import forces_at
@@ -21,7 +22,6 @@ from pmor.dynamics.measure import HZ, Data, Task, at_rest, needed_harmonics, spe
 from pmor.dynamics.operating import PHASES, static_displacement
 from pmor.dynamics.quantities import UM
 from pmor.dynamics.response import response
-from pmor.reduction.error_estimate import FlankCompliance
 from pmor_online.model import ReducedPair
 
 #: part of the work on a torque, beside those of `measure`

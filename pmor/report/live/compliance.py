@@ -36,7 +36,7 @@ def packed_compliance(blocks: FloatArray, gear: Gear) -> dict[str, Any]:
     Parameters
     ----------
     blocks : ndarray, shape (neighbours + 1, n, n)
-        Of teeth 0, 1, ... apart (`pmor.reduction.error_estimate.FlankCompliance`), mm/N.
+        Of teeth 0, 1, ... apart (`pmor.body.flank_compliance.FlankCompliance`), mm/N.
     gear : Gear
 
     Returns

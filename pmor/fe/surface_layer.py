@@ -58,7 +58,7 @@ def layer_compliance(mesh: SectorMesh, columns: int, stiffness: FloatArray) -> F
     return compliance.reshape(3 * rows * across, -1)
 
 
-def flank_compliance(mesh: SectorMesh, stiffness: FloatArray) -> FloatArray:
+def inverse_flank_stiffness(mesh: SectorMesh, stiffness: FloatArray) -> FloatArray:
     """Return the inverse of a flank's stiffness, of the nodes that elements have, which it takes the place of.
 
     What is held axially has a stiffness of its own that means nothing: it does not move.
@@ -81,7 +81,7 @@ def _of_the_whole_layer(mesh: SectorMesh, columns: int, stiffness: FloatArray) -
         np.flatnonzero(~free),
     )  # fmt: skip
     full = completion(mesh, mesh.flank)
-    return np.asarray(full @ (full @ flank_compliance(mesh, schur).T).T)
+    return np.asarray(full @ (full @ inverse_flank_stiffness(mesh, schur).T).T)
 
 
 def _even_loads(z: FloatArray, width: FloatArray, length: float) -> FloatArray:

@@ -1,0 +1,55 @@
+"""Compliance between the flanks of a pair: the part of two elastic gears that line loads and error estimates keep."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pmor.core.arrays import FloatArray
+
+if TYPE_CHECKING:
+    from pmor.body.elastic_gear import ElasticGear
+
+
+@dataclass(frozen=True)
+class FlankCompliance:
+    """Compliance between loaded flanks, where contact forces act.
+
+    Parameters
+    ----------
+    gears : two ndarrays, shape (neighbours + 1, n, n)
+        Of pinion and wheel: displacement of the tooth 0, 1, ... teeth counter-clockwise from the loaded one, mm/N; two
+        or three components at each flank node. The same object for identical gears.
+    components : int
+    """
+
+    gears: tuple[FloatArray, FloatArray]
+    components: int
+
+
+def flank_compliance(bodies: tuple[ElasticGear, ElasticGear], components: int) -> FlankCompliance:
+    """Take the compliance of the flanks from two elastic gears.
+
+    Parameters
+    ----------
+    bodies : two ElasticGear
+        Pinion and wheel; the same object when they are identical.
+    components : int
+        Of the displacement at a node: 2 or 3.
+
+    Returns
+    -------
+    FlankCompliance
+    """
+    pinion, wheel = bodies
+    first = _loaded_part(pinion, components)
+    second = first if wheel is pinion else _loaded_part(wheel, components)
+    return FlankCompliance((first, second), components)
+
+
+def _loaded_part(body: ElasticGear, components: int) -> FloatArray:
+    blocks = body.compliance[body.neighbours :]
+    used = (3 * np.arange(blocks.shape[1] // 3)[:, None] + np.arange(components)).ravel()
+    return np.ascontiguousarray(blocks[:, used[:, None], used])
