@@ -150,7 +150,7 @@ def study(
 
     folder = out or default_folder(settings.name, "_quick" * quick)
     with results_folder(folder, FILES, WORKING, overwrite, (study_path, settings.base)):
-        parts = run_parts(settings, folder, jobs, overwrite, announce=lambda text: print(text, flush=True))
+        parts = run_parts(settings, folder, jobs, overwrite)
         table = study_table(parts)
         start_results(folder, f"{settings!r}\n{settings.base.read_text(encoding='utf-8')}")
         write_study(parts, table, folder)
@@ -175,7 +175,7 @@ def convergence(case_path: Path, out: Path | None = None, overwrite: bool = Fals
 
     folder = out or default_folder(case.name, "_convergence")
     with results_folder(folder, FILES, (PARTS,), overwrite, (case_path,)):
-        found = run_convergence(case, folder, announce=lambda text: print(text, flush=True))
+        found = run_convergence(case, folder)
         start_results(folder, case.text)
         write_convergence(found, folder)
     print(convergence_text(found))

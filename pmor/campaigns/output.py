@@ -23,10 +23,10 @@ from pmor.campaigns.settings import Campaign
 from pmor.core.progress import format_time
 from pmor.report.data_files import write_summary_json
 from pmor.report.page import write_page
+from pmor.report.provenance import machine
 from pmor.storage.atomic import atomic_path
 from pmor.storage.campaign_file import NUMBER, STATUS, CampaignFile, write_campaign_file
 from pmor.storage.results_folder import remove_working_folder, working_folder
-from pmor.work.machine import machine
 
 #: results, which are made from the campaign file alone
 RESULTS = ("campaign.json", "campaign.csv", "campaign.h5")

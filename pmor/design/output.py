@@ -212,7 +212,7 @@ def _blocks(found: Found, read: Readings) -> list[Block]:
 
 
 def _provenance(found: Found) -> list[Block]:
-    return [Heading("Provenance"), Table("Machine and software", ("item", "value"), provenance(found.file.case))]
+    return provenance(found.file.case)
 
 
 def _count_words(found: Found) -> str:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import threading
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
-from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -15,7 +13,6 @@ from typing import Any
 import numpy as np
 
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
-from pmor.core.progress import Progress, format_time
 from pmor.core.threads import threads
 from pmor.design.descent import Descent, kept
 from pmor.design.front import pareto_front
@@ -252,49 +249,11 @@ class _Search:
         return Piece(name, {"case": self.file.case}, [self.settings, start], work, is_whole)
 
     def _run(self, stage: str, pieces: Sequence[Piece], size: int = 1, total: int | None = None) -> list[Result]:
-        with _told(stage, len(pieces), size, total or len(pieces), self.announce) as finished:
-            found, failures = run_pieces(pieces, self.folder, self.executor, finished.started, finished)
+        found, failures = run_pieces(pieces, self.folder, executor=self.executor, what=f"{stage}, pieces")
         self.failures += failures
         parts = [found[piece.name] for piece in pieces if piece.name in found]
         self.evaluations[stage] = sum(part["evaluations"] for part in parts)
         return parts
-
-
-class _Told:
-    """Tells of finished pieces with rate and time left; those that were taken over count for neither."""
-
-    def __init__(
-        self, stage: str, pieces: int, size: int, total: int, bar: Progress, say: Callable[[str], None]
-    ) -> None:
-        self.stage, self.size, self.total, self.bar, self.say = stage, size, total, bar, say
-        self.pieces, self.done, self.taken, self.begin = pieces, 0, 0, time.perf_counter()
-        self.begun, self.lock = False, threading.Lock()
-
-    def started(self, piece: Piece) -> None:
-        """Note that work begins: what is there by now was taken over."""
-        with self.lock:
-            if not self.begun:
-                self.begun, self.taken, self.begin = True, self.done, time.perf_counter()
-                if self.taken:
-                    self.say(f"{self.stage}: {min(self.taken * self.size, self.total)} of {self.total} are finished")
-
-    def __call__(self, piece: Piece) -> None:
-        """Count a piece that is there."""
-        self.done += 1
-        self.bar.step(1)
-        fresh = self.done - self.taken
-        if not self.begun or fresh < 1:
-            return
-        rate = fresh / (time.perf_counter() - self.begin)
-        left = format_time((self.pieces - self.done) / rate)
-        count = min(self.done * self.size, self.total)
-        self.say(f"{self.stage}: {count} of {self.total}, {rate * self.size:.3g} a second, {left} left")
-
-
-@contextmanager
-def _told(stage: str, pieces: int, size: int, total: int, say: Callable[[str], None]) -> Iterator[_Told]:
-    with Progress(pieces, stage) as bar:
-        yield _Told(stage, pieces, size, total, bar, say)
 
 
 def _judged(judge: Judge, x: FloatArray, origin: str) -> Result:

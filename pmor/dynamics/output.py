@@ -14,12 +14,11 @@ from pmor.dynamics.rating import by_range, rated
 from pmor.dynamics.run import Dynamics
 from pmor.lab.slices.page import slices_blocks
 from pmor.pair.conditions import assembly_of
-from pmor.report.page import Block, Heading, Picture, Warning
-from pmor.report.provenance import provenance
+from pmor.report.page import Block, Picture, Warning
 from pmor.report.table import Table
 from pmor.storage.results_folder import remove_working_folder
 from pmor.work.pieces import PARTS
-from pmor.work.results import write_results
+from pmor.work.results import Report
 from pmor.work.table import Columns, table, text_lines
 
 #: what `write_dynamics` may leave
@@ -42,7 +41,8 @@ def write_dynamics(found: Dynamics, out: Path) -> None:
     ------
     OutputError
     """
-    write_results(out, "dynamics", dynamics_data(found), f"The pair in motion: {found.case.title}", _blocks(found))
+    title = f"The pair in motion: {found.case.title}"
+    Report("dynamics", dynamics_data(found), title, _blocks(found), found.case).write(out)
     if not found.failures:
         remove_working_folder(out / PARTS)
 
@@ -115,7 +115,7 @@ def _blocks(found: Dynamics) -> list[Block]:
     blocks += _tables(found)
     if found.slices:
         blocks += slices_blocks(found.slices)
-    return [*blocks, Heading("Provenance"), Table("Machine and software", ("item", "value"), provenance(case))]
+    return blocks
 
 
 def _tables(found: Dynamics) -> Sequence[Table]:

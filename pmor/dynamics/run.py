@@ -21,7 +21,7 @@ from pmor.dynamics.moved_axes import model_error
 from pmor.gear.pair import GearPair
 from pmor.lab.slices.run import SLICES, compared, sliced
 from pmor.pair.model import elastic_model, gear_pair, mesh_model
-from pmor.work.pieces import PARTS, Announcer, Piece, run_pieces
+from pmor.work.pieces import PARTS, Piece, run_pieces
 from pmor_offline.train import train
 from pmor_online.mesh_force import LineLoadLaw
 from pmor_online.model import ReducedPair, reduced_pair
@@ -129,8 +129,7 @@ def run_dynamics(
         pieces = [
             Piece(name, {"case": case}, [asdict(law.error) for law in laws], work) for name, work in wanted.items()
         ]
-        announcer = Announcer(len(pieces), announce)
-        found, failures = run_pieces(pieces, folder / PARTS, executor, announcer.started, announcer.finished)
+        found, failures = run_pieces(pieces, folder / PARTS, executor=executor)
     there = [[dict(found[name]) for name in (_name(task, part) for part in parts) if name in found]
              for task in tasks if _name(task, BRANCHES) in found]  # fmt: skip
     slices = tuple(dict(found[name]) for name in (_name(task, SLICES) for task in tasks) if name in found)

@@ -38,11 +38,11 @@ from pmor.penalty.position import tooth_pair_count
 from pmor.penalty.solve import window_depth
 from pmor.report.data_files import write_summary_json
 from pmor.report.markdown import write_markdown
+from pmor.report.provenance import machine
 from pmor.report.table import Table
 from pmor.results.load_distribution import effective_contact_ratio, face_load_factor, line_states
 from pmor.results.sweep import SteSweep
 from pmor.storage.basis_file import read_basis
-from pmor.work.machine import machine
 from pmor.work.table import Columns, table, text_lines
 from pmor_online.conditions import sweep_assemblies
 from pmor_online.errors import estimate_errors

@@ -190,9 +190,8 @@ def run_blocks(
         _classical_table(result),
         *_live(result, live),
         *shown,
-        Heading("Provenance"),
+        *provenance(case),
         Table("Case settings", ("setting", "value", "source"), settings),
-        Table("Software and machine", ("item", "value"), provenance(case)),
     ]
 
 

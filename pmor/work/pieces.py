@@ -1,10 +1,9 @@
-"""Independent pieces of work, each kept in a file when it is finished: interrupted, a run goes on where it stopped."""
+"""Independent pieces of work, each kept in a file when it is finished: an interrupted run goes on where it stopped."""
 
 from __future__ import annotations
 
 import hashlib
 import json
-import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import asdict, dataclass
@@ -13,12 +12,12 @@ from typing import Any
 
 from pmor.case import Case
 from pmor.core.errors import ConvergenceError
-from pmor.core.progress import format_time
 from pmor.core.threads import in_order
 from pmor.core.version import __version__
 from pmor.report.data_files import write_summary_json
 from pmor.storage.manifest import is_ours
 from pmor.storage.results_folder import working_folder
+from pmor.work.pace import Pace
 
 # Name of the folder of finished pieces, beside the results.
 PARTS = "parts"
@@ -35,15 +34,15 @@ class Piece:
     Parameters
     ----------
     name : str
-        Unique; the part file is called after it.
+        Unique; names the part file.
     cases : mapping of str to Case
-        That it solves; comments and the like do not count.
+        Cases that it solves; comments and titles do not count.
     settings : JSON data
-        What else it depends on.
+        Everything else that the result depends on.
     run : callable
         Gives the result as plain data.
     is_whole : callable
-        Whether a result that was found is all that there should be, with what it leaves beside the part file.
+        Takes a result of an earlier run; whether it is complete, files beside the part file included.
     """
 
     name: str
@@ -55,59 +54,36 @@ class Piece:
     @property
     def key(self) -> str:
         """SHA-256, in hex, of everything that the result depends on."""
-        said = {
+        contents = {
             label: {name: value for name, value in asdict(case).items() if name not in ("text", "title")}
             for label, case in self.cases.items()
         }
-        content = [PART_VERSION, __version__, self.name, said, self.settings]
-        # What a piece is to refuse may be no number.
+        content = [PART_VERSION, __version__, self.name, contents, self.settings]
+        # Settings that a piece is to refuse may hold NaN.
         return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
-class Announcer:
-    """Says which piece is started, and how long the work has been going on.
-
-    Parameters
-    ----------
-    total : int
-        Pieces in all.
-    say : callable
-        Called with a line of text for each piece.
-    """
-
-    def __init__(self, total: int, say: Callable[[str], None]) -> None:
-        self._total, self._say, self._done = total, say, 0
-        self._begin: float | None = None
-
-    def started(self, piece: Piece) -> None:
-        """Announce a piece."""
-        if self._begin is None:
-            self._begin = time.perf_counter()
-            if self._done:
-                self._say(f"{self._done} of {self._total} pieces are finished and taken over")
-        elapsed = format_time(time.perf_counter() - self._begin)
-        self._say(f"[{self._done + 1}/{self._total}] {piece.name} ({elapsed} so far)")
-
-    def finished(self, piece: Piece) -> None:
-        """Count a piece that is there."""
-        self._done += 1
-
-
 def run_pieces(
-    pieces: Sequence[Piece], folder: Path, executor: Executor | None = None,
-    started: Callable[[Piece], None] = lambda piece: None, finished: Callable[[Piece], None] = lambda piece: None,
-) -> tuple[dict[str, Result], tuple[str, ...]]:  # fmt: skip
-    """Do all pieces of work that are not finished yet.
+    pieces: Sequence[Piece],
+    folder: Path,
+    *,
+    executor: Executor | None = None,
+    progress: Callable[[int], None] | None = None,
+    what: str = "pieces",
+) -> tuple[dict[str, Result], tuple[str, ...]]:
+    """Do all pieces of work that are not finished yet; the log "pmor" tells how far they have come.
 
     Parameters
     ----------
     pieces : sequence of Piece
     folder : Path
-        Where finished pieces are kept.
-    executor : Executor, optional
+        Of finished pieces.
+    executor : concurrent.futures.Executor, optional
         Of threads; None: one piece after the other.
-    started, finished : callable
-        Called with each piece that is started; with each one that is there, also those taken over.
+    progress : callable, optional
+        Called with how many more pieces are there, first with those of an earlier run.
+    what : str
+        The pieces in the plural, for the log.
 
     Returns
     -------
@@ -123,22 +99,26 @@ def run_pieces(
     working_folder(folder)
     results: dict[str, Result] = {}
     failures: dict[str, str] = {}
+    step = progress or (lambda count: None)
     for piece in pieces:
         found = read_part(_file(folder, piece), piece.key)
         if found is not None and piece.is_whole(found):
             results[piece.name] = found
-            finished(piece)
+    if results:
+        step(len(results))
+    pace = Pace(what, len(pieces), len(results))
 
     def work(piece: Piece) -> None:
-        started(piece)
+        pace.tell(piece.name)
         try:
             results[piece.name] = write_part(_file(folder, piece), piece.key, piece.run())
         except ConvergenceError as error:
             failures[piece.name] = f"{piece.name}: {error}"
+        pace.step()
 
     missing = [piece for piece in pieces if piece.name not in results]
-    for piece, _ in zip(missing, in_order(work, missing, executor), strict=True):
-        finished(piece)
+    for _ in in_order(work, missing, executor):
+        step(1)
     return results, tuple(failures[piece.name] for piece in pieces if piece.name in failures)
 
 

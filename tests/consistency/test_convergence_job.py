@@ -21,11 +21,10 @@ def case():
 
 
 def test_errors_fall_with_the_elements_and_everything_is_written(case, tmp_path, monkeypatch):
-    said = []
-    found = run_convergence(case, tmp_path, said.append, LADDER)
-    assert len(said) == 2 * len(ELEMENTS) * len(LADDER)
+    found = run_convergence(case, tmp_path, LADDER)
+    assert len(found.levels) == 2 * len(ELEMENTS) * len(LADDER)
     monkeypatch.setattr(run, "_solve", lambda case: pytest.fail("solved again"))
-    assert run_convergence(case, tmp_path, said.append, LADDER) == found, "finished meshes are taken over"
+    assert run_convergence(case, tmp_path, LADDER) == found, "finished meshes are taken over"
     for width in ("plane_strain", "half"):
         for element in ELEMENTS:
             levels = [level for level in found.levels if (level.width, level.element) == (width, element)]

@@ -37,8 +37,8 @@ from pmor.core.memory import memory_text
 from pmor.core.progress import format_time
 from pmor.report.markdown import write_markdown
 from pmor.report.page import Block, Heading
+from pmor.report.provenance import machine
 from pmor.report.table import Table
-from pmor.work.machine import machine
 
 DESIGNS, CORES = 1_000_000, 1_000
 # Of short tasks through the submission, and of files of chunks, that are tried.

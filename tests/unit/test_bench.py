@@ -22,7 +22,7 @@ from pmor.lab.bench import (
     write_bench,
 )
 from pmor.pair.model import mesh_model
-from pmor.work.machine import machine
+from pmor.report.provenance import machine
 from pmor_online.model import reduced_pair
 from pmor_online.sweep import largest_size
 from tests.support.small_case import case_text

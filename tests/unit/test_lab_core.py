@@ -2,8 +2,10 @@
 
 import json
 import math
+import re
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from functools import partial
 
 import pytest
 from numpy.testing import assert_allclose
@@ -16,7 +18,8 @@ from pmor.lab.core.timing import times_in_turn
 from pmor.lab.core.variants import merged
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.penalty.solve import solve_position
-from pmor.work.pieces import Announcer, Piece, run_pieces
+from pmor.work.pace import Pace
+from pmor.work.pieces import Piece, run_pieces
 from pmor.work.table import percent, table, text_lines
 from tests.support.small_case import case_text, small_case
 
@@ -91,20 +94,25 @@ def test_a_piece_of_other_settings_a_damaged_one_and_half_a_one_are_done_again(t
 
 
 def test_what_stops_one_piece_stops_the_rest_and_keeps_what_is_finished(tmp_path):
-    started = []
+    started, steps = [], []
 
-    def stop():
-        raise KeyboardInterrupt
+    def work(name, stop=False):
+        started.append(name)
+        if stop:
+            raise KeyboardInterrupt
+        return {}
 
-    pieces = [piece("a", dict), piece("b", stop), piece("c", dict)]
+    def pieces(stop):
+        return [piece(name, partial(work, name, stop and name == "b")) for name in "abc"]
+
     with pytest.raises(KeyboardInterrupt):
-        run_pieces(pieces, tmp_path, started=lambda p: started.append(p.name))
+        run_pieces(pieces(True), tmp_path)
     assert started == ["a", "b"]
     started.clear()
-    pieces[1] = piece("b", dict)
     with ThreadPoolExecutor(max_workers=2) as pool:
-        run_pieces(pieces, tmp_path, pool, started=lambda p: started.append(p.name))
+        run_pieces(pieces(False), tmp_path, executor=pool, progress=steps.append)
     assert sorted(started) == ["b", "c"]
+    assert steps == [1, 1, 1]
 
 
 def test_a_key_is_of_what_a_case_says_and_not_of_how_it_is_written():
@@ -118,16 +126,22 @@ def test_a_key_is_of_what_a_case_says_and_not_of_how_it_is_written():
     assert plain.key not in [other.key for other in others]
 
 
-def test_announced_pieces_are_counted_with_those_taken_over():
-    said = []
-    pieces = [piece(name, dict) for name in "abc"]
-    announcer = Announcer(len(pieces), said.append)
-    announcer.finished(pieces[0])
-    for later in pieces[1:]:
-        announcer.started(later)
-        announcer.finished(later)
-    assert said[0] == "1 of 3 pieces are finished and taken over"
-    assert [line.partition(" (")[0] for line in said[1:]] == ["[2/3] b", "[3/3] c"]
+def test_the_log_tells_pieces_taken_over_and_the_rate_of_the_others(caplog):
+    caplog.set_level("INFO", "pmor")
+    pace = Pace("pieces", 3, 1, every_s=0.0)
+    pace.tell("b")
+    pace.step()
+    pace.tell("c")
+    assert caplog.messages[:2] == ["pieces: 1 of 3 are finished and taken over", "pieces: 1 of 3 done; now b"]
+    assert re.fullmatch(r"pieces: 2 of 3 done, \S+ a second, .+ left; now c", caplog.messages[2])
+
+
+def test_the_log_is_not_told_more_often_than_asked_for(caplog):
+    caplog.set_level("INFO", "pmor")
+    pace = Pace("pieces", 3, every_s=60.0)
+    pace.tell("a")
+    pace.tell("b")
+    assert caplog.messages == ["pieces: 0 of 3 done; now a"]
 
 
 def test_work_is_timed_in_turn_after_a_warm_up_and_what_takes_long_less_often():

@@ -13,12 +13,10 @@ from pmor.lab.comparison.measures import WANTED_EFFECTIVITY
 from pmor.lab.comparison.run import Comparison
 from pmor.lab.comparison.table import EFFORT, NAMES, WORTH, comparison_table, effort_note, free_parameters, worth_note
 from pmor.report.page import Block, Heading, Picture, Warning
-from pmor.report.provenance import provenance
-from pmor.report.table import Table
+from pmor.report.provenance import machine
 from pmor.storage.results_folder import remove_working_folder
-from pmor.work.machine import machine
 from pmor.work.pieces import PARTS
-from pmor.work.results import write_results
+from pmor.work.results import Report
 from pmor.work.table import Columns, table, text_lines
 
 # What the page says where line contact is compared.
@@ -52,7 +50,8 @@ def write_comparison(comparison: Comparison, seconds: float, out: Path) -> None:
     """
     title = f"Reductions and error bars: {comparison.case.title}"
     blocks = _blocks(comparison, seconds)
-    write_results(out, "reductions", content(comparison, seconds), title, blocks, "reductions.html")
+    data = content(comparison, seconds)
+    Report("reductions", data, title, blocks, comparison.case, data["machine"], "reductions.html").write(out)
     remove_working_folder(out / PARTS)
 
 
@@ -150,6 +149,4 @@ def _blocks(comparison: Comparison, seconds: float) -> list[Block]:
         Heading("Error estimate"),
         *pictures[2:],
         table("Where the largest errors sit", places, comparison.entries),
-        Heading("Provenance"),
-        Table("Machine and software", ("item", "value"), provenance(case)),
     ]

@@ -89,7 +89,7 @@ def compare_reductions(
         *(piece(p.name, p, partial(measure_point, p, truth)) for p in points),
     ]
     with ThreadPoolExecutor(max_workers=jobs) as pool, Progress(len(pieces), "reductions") as progress:
-        found, broken = run_pieces(pieces, out / PARTS, pool, finished=lambda piece: progress.step())
+        found, broken = run_pieces(pieces, out / PARTS, executor=pool, progress=progress.step, what="reductions")
     if broken:
         raise ConvergenceError(f"{len(broken)} reductions did not converge at all, first: {broken[0]}", [])
     with Progress(repeats, "run times") as progress:

@@ -9,12 +9,11 @@ from typing import Any
 
 from pmor.lab.convergence.figures import convergence_figure
 from pmor.lab.convergence.run import PLANE, QUANTITIES, Convergence, Level
-from pmor.report.page import Block, Heading, Picture
-from pmor.report.provenance import provenance
+from pmor.report.page import Block, Picture
 from pmor.report.table import Table
 from pmor.storage.results_folder import remove_working_folder
 from pmor.work.pieces import PARTS
-from pmor.work.results import write_results
+from pmor.work.results import Report
 from pmor.work.table import Columns, table, text_lines
 
 #: what `write_convergence` may leave
@@ -42,7 +41,7 @@ def write_convergence(found: Convergence, out: Path) -> None:
             for (width, quantity), limit in found.limits.items()
         ],
     }
-    write_results(out, "convergence", content, f"Mesh convergence: {found.case.title}", _blocks(found))
+    Report("convergence", content, f"Mesh convergence: {found.case.title}", _blocks(found), found.case).write(out)
     remove_working_folder(out / PARTS)
 
 
@@ -72,8 +71,6 @@ def _blocks(found: Convergence) -> list[Block]:
         "Over the width there are half as many elements as along the profile; a row counts those that are meshed.",
         Picture("convergence.png", caption, convergence_figure(found)),
         *_tables(found),
-        Heading("Provenance"),
-        Table("Machine and software", ("item", "value"), provenance(case)),
     ]
 
 

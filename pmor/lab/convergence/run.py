@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
@@ -19,7 +19,7 @@ from pmor.core.errors import CaseError
 from pmor.gear.pair import GearPair
 from pmor.pair.conditions import conditions_of
 from pmor.pair.model import elastic_model, gear_pair, mesh_model
-from pmor.work.pieces import PARTS, Announcer, Piece, Result, run_pieces
+from pmor.work.pieces import PARTS, Piece, Result, run_pieces
 from pmor_offline.train import train
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.model import online_angles, reduced_pair
@@ -95,10 +95,7 @@ class Convergence:
         return None if value is None or limit is None else 100.0 * (value / limit - 1.0)
 
 
-def run_convergence(
-    case: Case, out: Path, announce: Callable[[str], None] = lambda text: None,
-    profile_elements: Sequence[int] = PROFILE_ELEMENTS,
-) -> Convergence:  # fmt: skip
+def run_convergence(case: Case, out: Path, profile_elements: Sequence[int] = PROFILE_ELEMENTS) -> Convergence:
     """Solve a case on a ladder of meshes, in plane strain and over its width.
 
     Parameters
@@ -107,8 +104,6 @@ def run_convergence(
         Of line contact.
     out : Path
         Folder of the results, where finished meshes are kept until these are written.
-    announce : callable
-        Called with a line of progress for each mesh.
     profile_elements : sequence of int
 
     Raises
@@ -121,8 +116,7 @@ def run_convergence(
             f'case {case.name}: [contact] scheme = "{case.contact.scheme}": has no limit on finer meshes: write "line"'
         )
     pieces = list(_pieces(case, profile_elements))
-    announcer = Announcer(len(pieces), announce)
-    results, _ = run_pieces(pieces, out / PARTS, None, announcer.started, announcer.finished)
+    results, _ = run_pieces(pieces, out / PARTS, what="meshes")
     levels = tuple(Level(**results[piece.name]) for piece in pieces)
     widths = dict.fromkeys(level.width for level in levels)
     limits = {(w, q): _limit([v for v in levels if v.width == w], q) for w in widths for q in QUANTITIES}

@@ -13,11 +13,10 @@ from pmor.lab.stability.measure import MOST_STEPS, Entry
 from pmor.lab.stability.run import Stability
 from pmor.lab.stability.variants import REFERENCES
 from pmor.report.page import Block, Heading, Picture, Warning
-from pmor.report.provenance import provenance
 from pmor.report.table import Table
 from pmor.storage.results_folder import remove_working_folder
 from pmor.work.pieces import PARTS
-from pmor.work.results import write_results
+from pmor.work.results import Report
 from pmor.work.table import Columns, table
 
 #: what `write_stability` may leave
@@ -49,7 +48,7 @@ def write_stability(stability: Stability, seconds: float, out: Path) -> None:
         "seconds": seconds,
     }
     title = f"Stability: {stability.case.title}"
-    write_results(out, "stability", content, title, _blocks(stability, seconds))
+    Report("stability", content, title, _blocks(stability, seconds), stability.case).write(out)
     remove_working_folder(out / PARTS)
 
 
@@ -102,8 +101,7 @@ def _blocks(stability: Stability, seconds: float) -> list[Block]:
     for group in dict.fromkeys(entry.group for entry in entries):
         own = [entry for entry in entries if entry.group == group]
         blocks += [table(group, columns, own), *(f"{entry.name}: {entry.note}." for entry in own if entry.note)]
-    provenance_table = Table("Machine and software", ("item", "value"), provenance(stability.case))
-    return [*blocks, Heading("Provenance"), provenance_table]
+    return blocks
 
 
 def _columns(against: Mapping[str, str]) -> Columns:

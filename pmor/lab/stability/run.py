@@ -77,7 +77,7 @@ class Stability:
 
 
 def run_matrix(
-    case: Case, out: Path, jobs: int = 1, only: str = "", progress: Callable[[], None] = lambda: None
+    case: Case, out: Path, jobs: int = 1, only: str = "", progress: Callable[[int], None] | None = None
 ) -> Stability:
     """Run the variants of a case.
 
@@ -91,7 +91,7 @@ def run_matrix(
     only : str
         Run the variants whose name or group has this text in it.
     progress : callable
-        Called after each variant, for progress.
+        Called with how many more variants are there.
     """
     base, store = base_case(case), ModelStore()
 
@@ -100,7 +100,7 @@ def run_matrix(
 
     pieces = [Piece(v.name, {"base": base}, asdict(v), partial(work, v)) for v in wanted_variants(base, only)]
     with ThreadPoolExecutor(max_workers=jobs) as pool:
-        results, _ = run_pieces(pieces, out / PARTS, pool, finished=lambda piece: progress())
+        results, _ = run_pieces(pieces, out / PARTS, executor=pool, progress=progress, what="variants")
     found = {name: entry_of(result) for name, result in results.items()}
     law = _penalty_law(found)
     entries = [found[piece.name] for piece in pieces]

@@ -9,7 +9,7 @@ from pmor.lab.study.figures import study_pictures
 from pmor.lab.study.page import study_blocks
 from pmor.lab.study.run import StudyParts
 from pmor.lab.study.table import StudyTable
-from pmor.work.results import write_results
+from pmor.work.results import Report
 from pmor.work.table import Columns, percent, table, text_lines
 
 #: what `write_study` may leave
@@ -28,7 +28,8 @@ def write_study(parts: StudyParts, found: StudyTable, out: Path) -> None:
     """
     study = parts.study
     data = {"study": study.name, "title": study.title} | asdict(found)
-    write_results(out, "study", data, study.title, study_blocks(study, found, study_pictures(parts, found)))
+    blocks = study_blocks(study, found, study_pictures(parts, found))
+    Report("study", data, study.title, blocks, measured_on=found.machine).write(out)
 
 
 def study_text(parts: StudyParts, found: StudyTable) -> str:

@@ -71,8 +71,6 @@ def study_blocks(study: Study, found: StudyTable, pictures: Sequence[Picture]) -
         *_run_times(study, found),
         *picture("cost"),
         *(_peer(study, found.peer) if study.peer else []),
-        Heading("Provenance"),
-        Table("Machine and software", ("item", "value"), tuple(found.machine.items())),
     ]
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
@@ -15,9 +15,9 @@ from pmor.lab.study.cells import StudyCases, study_cases
 from pmor.lab.study.settings import Cell, Study
 from pmor.lab.study.timing import time_cells
 from pmor.pair.model import gear_pair
+from pmor.report.provenance import machine
 from pmor.storage.results_folder import working_folder
-from pmor.work.machine import machine
-from pmor.work.pieces import PARTS, Announcer, Piece, Result, file_name, run_pieces
+from pmor.work.pieces import PARTS, Piece, Result, file_name, run_pieces
 
 # Folders of a study: finished pieces, and the bases of its cells.
 WORKING = (PARTS, "cells")
@@ -43,9 +43,7 @@ class StudyParts:
     failures: tuple[str, ...]
 
 
-def run_parts(
-    study: Study, out: Path, jobs: int, overwrite: bool, announce: Callable[[str], None] = lambda text: None
-) -> StudyParts:
+def run_parts(study: Study, out: Path, jobs: int, overwrite: bool) -> StudyParts:
     """Do all pieces of work that are not finished yet.
 
     Parameters
@@ -57,16 +55,13 @@ def run_parts(
         Angles solved at a time, where run times are not measured.
     overwrite : bool
         Start anew.
-    announce : callable
-        Called with a line of progress for each piece.
     """
     cases = study_cases(study)
     for case in (*cases.members.values(), *cases.cells.values()):
         refuse_beyond_memory(case, stages(case, gear_pair(case)))
     parts, bases = (working_folder(out / name, overwrite) for name in WORKING)
     pieces = list(_pieces(study, cases, bases, jobs))
-    announcer = Announcer(len(pieces), announce)
-    results, failures = run_pieces(pieces, parts, None, announcer.started, announcer.finished)
+    results, failures = run_pieces(pieces, parts)
     return StudyParts(study, cases, results, failures)
 
 

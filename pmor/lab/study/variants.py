@@ -10,11 +10,9 @@ import numpy as np
 from pmor.lab.study.run import StudyParts
 from pmor.lab.study.settings import Study
 from pmor.lab.study.table import Row, StudyTable
-from pmor.report.page import Block, Heading, Picture
+from pmor.report.page import Block, Picture
 from pmor.report.panels import panels
 from pmor.report.style import COLOURS
-from pmor.report.table import Table
-from pmor.work.machine import machine
 from pmor.work.table import Columns, table
 
 if TYPE_CHECKING:
@@ -43,8 +41,6 @@ def variant_blocks(study: Study, found: StudyTable, pictures: Sequence[Picture])
         text,
         table("Variants", columns, found.rows),
         *pictures,
-        Heading("Provenance"),
-        Table("Machine and software", ("item", "value"), tuple(machine().items())),
     ]
 
 
