@@ -2,11 +2,8 @@
 
 from pathlib import Path
 
-from numpy.testing import assert_allclose
-
 from pmor.lab.study.loader import parse_study
-from pmor.lab.study.paper import checked_claims, checked_time_claims, paper_ratios
-from pmor.lab.study.settings import Cell, PaperRatio
+from pmor.lab.study.paper import checked_claims, checked_time_claims
 
 STUDY = """
 base = "base.toml"
@@ -19,7 +16,6 @@ contact = { edge_normals = "average" }
 [reference]
 members = [[48, 6, 4], [96, 12, 4]]
 """
-ROUND_OFF = 1e-12
 
 
 def row(cell, model="condensed", ms=1.0, error=0.1):
@@ -63,13 +59,3 @@ def test_refinement_must_be_cheaper_at_every_level_of_detail():
     assert not claim["confirmed"]
     assert checked_time_claims([row("8@8"), row("8@4")]) == []  # nothing of equal detail
     assert checked_time_claims([row("8@8", ms=None), row("16@4")]) == []
-
-
-def test_ratios_of_the_paper_stand_beside_ours():
-    ratio = PaperRatio(cell=Cell(64, 1), to=Cell(8, 8), value=5.5, kind="above")
-    rows = [row("64@1", ms=9.0), row("8@8", ms=3.0), row("64@1", "reduced", ms=None), row("8@8", "reduced")]
-    (found,) = paper_ratios(rows, [ratio])
-    assert (found["cell"], found["to"], found["paper"]) == ("64@1", "8@8", 5.5)
-    assert_allclose(found["time_ratio_condensed"], 3.0, rtol=ROUND_OFF)
-    assert found["time_ratio_reduced"] is None
-    assert found["time_ratio_conventional"] is None

@@ -24,24 +24,9 @@ cell = "6@2"
 contact = { scheme = "facet" }
 [reference]
 members = [[6, 1, 2], [8, 1, 2]]
-[[training]]
-label = "lines"
-cell = "4@2"
-shapes = "flank_lines"
-angles = [4, 8]
-torques_Nm = [[180.0], [180.0, 40.0]]
-[paper]
-seconds = { "6@1" = 29.0 }
-[[paper.ratio]]
-cell = "6@1"
-to = "4@2"
-value = 3.7
 [quick]
 cells = ["4@2"]
 members = [[5, 1, 1], [6, 1, 1]]
-offline_angles = 5
-compare_angles = 1
-training_angles = [4]
 """
 
 
@@ -66,10 +51,6 @@ def test_a_study_says_what_its_file_says():
     assert study.grid.cells == (Cell(4, 2), Cell(6, 1))
     assert study.cells == (*study.grid.cells, Cell(6, 2, "facets"))
     assert study.reference.members == (Member(6, 1, 2), Member(8, 1, 2))
-    assert study.trainings[0].torques_Nm == ((180.0,), (40.0, 180.0))
-    assert study.paper.seconds == ((Cell(6, 1), 29.0),)
-    assert (study.paper.ratios[0].value, study.paper.ratios[0].kind) == (3.7, "about")
-    assert study.timing.repeats == 5
     assert study.peer is None
     assert study.title == "small"
 
@@ -81,9 +62,6 @@ def test_cells_become_cases(base):
     assert (facets.mesh.profile_elements, facets.contact.lodm_profile, facets.contact.scheme) == (6, 2, "facet")
     assert plain.compare.torques_Nm == (60.0, 100.0)  # of the base case
     assert cases.members[Member(8, 1, 2)].mesh.profile_elements == 8
-    trained = cases.trainings[0][8, (40.0, 180.0)]
-    assert (trained.offline.angles_per_pitch, trained.offline.torques_Nm) == (8, (40.0, 180.0))
-    assert trained.reduction.shapes == "flank_lines"
     # Keys that make no difference to a cell leave its case as the base case has it.
     assert plain.pair == facets.pair
 
@@ -98,9 +76,8 @@ def test_the_text_of_a_changed_case_reads_back(base):
 def test_quick_shortens(base):
     study = quick_study(parse(TEXT, base))
     assert study.cells == (Cell(4, 2),)
-    assert study.trainings[0].angles == (4,)
     case = study_cases(study).cells[Cell(4, 2)]
-    assert (case.offline.angles_per_pitch, case.compare.angles) == (5, 1)
+    assert (case.offline.angles_per_pitch, case.compare.angles) == (20, 8)
     with pytest.raises(CaseError, match=r"\[quick\]: is missing"):
         quick_study(parse(TEXT[: TEXT.index("[quick]")]))
 
@@ -132,15 +109,10 @@ def test_the_shipped_study_is_the_papers_table():
         ("[[6, 1, 2], [8, 1, 2]]", "[[8, 1, 2], [6, 1, 2]]", r"\[reference\] members: .*coarse to fine"),
         ("[[6, 1, 2], [8, 1, 2]]", "[[6, 1], [8, 1]]", r"\[reference\] members = .*each member must be"),
         ("[[6, 1, 2], [8, 1, 2]]", "[[6, 1, 2.5], [8, 1, 2]]", "whole number between"),
-        ("angles = [4, 8]", "angles = [3, 8]", r"\[training\] angles: each must divide the largest"),
-        ("[[180.0], [180.0, 40.0]]", "[180.0]", r"\[training\] torques_Nm = .*each set must be a list"),
         ('name = "facets"\n', "", r"\[variant\] name: is missing"),
         ('contact = { scheme = "facet" }', 'scheme = "facet"', r"\[variant\] scheme = .*unknown key"),
-        ('"6@1" = 29.0', '"6@1" = -29.0', r"\[paper\] seconds = .*above 0"),
-        ("value = 3.7", 'value = "3.7"', r"\[paper.ratio\] value = .*must be a number"),
         ("[grid]", "[conventional]\nsolved = [\"9@9\"]\n[grid]", r"solved: 9@9: is not among the \[grid\] cells"),
         ("[grid]", "[conventional]\nstepped = [48]\n[grid]", r"stepped: 48: no cell has as many elements: .* \[4, 6\]"),
-        ("[grid]", "[peer]\nangles = 0\ncell = \"4@2\"\n[grid]", r"\[peer\] angles = 0: must be between"),
         ("[grid]", "[[grid]]", "grid: must be a section"),
         ("[[variant]]", "[variant]", "variant: must be a list of sections"),
     ],

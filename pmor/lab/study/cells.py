@@ -13,7 +13,7 @@ from pmor.case import Case, changed_text, load_case, parse_case, text_of, withou
 from pmor.core.arrays import FloatArray
 from pmor.gear.condition import Condition
 from pmor.lab.core.variants import Sections, merged
-from pmor.lab.study.settings import Cell, Member, Study, TrainingSettings
+from pmor.lab.study.settings import Cell, Member, Study
 from pmor.pair.model import ElasticModel
 from pmor.pair.sweep import collect_sweep, solve_positions
 from pmor.results.sweep import SteSweep
@@ -31,15 +31,12 @@ class StudyCases:
     cells : mapping of Cell to Case
     members : mapping of Member to Case
         The reference's family.
-    trainings : tuple of mapping
-        For each training section the case of each (angles per pitch, torques).
     peer : Case or None
         What the independent solver is given.
     """
 
     cells: Mapping[Cell, Case]
     members: Mapping[Member, Case]
-    trainings: tuple[Mapping[tuple[int, tuple[float, ...]], Case], ...]
     peer: Case | None
 
 
@@ -57,23 +54,9 @@ def study_cases(study: Study) -> StudyCases:
         text = changed_text(base, merged(study.changes_of(cell), changes))
         return parse_case(text, cell.label, f"{study.where}: cell {cell.label}")
 
-    def training(settings: TrainingSettings) -> dict[tuple[int, tuple[float, ...]], Case]:
-        reduction = {"shapes": settings.shapes, "interpolation": settings.interpolation}
-        given = {key: value for key, value in reduction.items() if value is not None}
-        return {
-            (angles, torques): case(
-                settings.cell,
-                {"offline": {"angles_per_pitch": angles, "torques_Nm": list(torques)}}
-                | ({"reduction": given} if given else {}),
-            )
-            for angles in settings.angles
-            for torques in settings.torques_Nm
-        }
-
     return StudyCases(
         cells={cell: case(cell, {}) for cell in study.cells},
         members={m: case(Cell(m.n_profile, m.lodm), {"mesh": {"width_elements": m.n_width}}) for m in study.members},
-        trainings=tuple(map(training, study.trainings)),
         peer=case(study.peer.cell, study.peer.changes) if study.peer is not None else None,
     )
 

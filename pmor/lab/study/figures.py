@@ -31,7 +31,6 @@ MODEL_COLOURS = dict(zip(MODELS, (COLOURS[1], COLOURS[0], COLOURS[2]), strict=Tr
 MODEL_MARKERS = dict(zip(MODELS, ("^", "o", "s"), strict=True))
 # One colour per number of elements, the same in every panel and picture.
 MESH_COLOURS = ("#D55E00", "#009E73", "#0072B2", "#CC79A7", "#E69F00", "#56B4E9")
-LINES = ("-", "--", ":", "-.")
 TORQUE_MARKERS = "osv^D"
 # Share of the reference's own estimated error below which an error says nothing: the reference among the cells, say.
 LEAST_SHOWN = 0.1
@@ -46,7 +45,9 @@ def study_pictures(parts: StudyParts, found: StudyTable) -> list[Picture]:
     def add(name: str, caption: str, figure: Figure) -> None:
         pictures.append(Picture(f"{name}.png", caption, figure))
 
-    details = [e for e in study.figures.details if any(c.detail == e for c in _solved(parts, study.grid.cells))]
+    solved = _solved(parts, study.grid.cells)
+    levels = [cell.detail for cell in solved]
+    details = [e for e in sorted(set(levels)) if levels.count(e) > 1]
     if details:
         add("figure5", "Static transmission error over one pitch at equal level of detail E = elements x LoDM (the "
             "paper's Figure 5): reduced models, elements over the profile with the LoDM in parentheses, and the "
@@ -62,14 +63,11 @@ def study_pictures(parts: StudyParts, found: StudyTable) -> list[Picture]:
         if shown:
             add("cost", "Run time per position over LoDM and over mesh, with the exponents of fitted power laws.",
                 _cost(shown))  # fmt: skip
-    if found.trainings:
-        add("training", f"Reduced against full FE on the same mesh ({found.trainings[0]['cell']}) at unseen positions, "
-            "over the number of training angles.", _training(found.trainings))  # fmt: skip
     if study.rungs:
         add("ladder", "The ladder of contact schemes on coarse meshes: error against the reference, noise where one "
             "pair carries the load, and run time per position. Filled: condensed full FE; open: reduced model.",
             _ladder(parts, found))  # fmt: skip
-    cells = _solved(parts, study.figures.along_angle)
+    cells = [cell for cell in solved if cell.detail == max(levels)]
     if cells:
         add("error_over_angle", "Where the errors sit. Above: reduced against full FE on the same mesh, at unseen "
             "angles and the torques of the comparison. Below: condensed full FE against the reference at nominal "
@@ -195,29 +193,6 @@ def _cost_panel(axes: Axes, rows: Sequence[Row], key: str) -> None:
         axes.plot(x, y, MODEL_MARKERS[model] + "-", color=MODEL_COLOURS[model], label=MODEL_NAMES[model] + fit)
     log_log(axes, sorted({row[key] for row in rows}))
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16))
-
-
-def _training(rows: Sequence[Row]) -> Figure:
-    labels = list(dict.fromkeys(row["label"] for row in rows))
-    torques = sorted({row["n_torques_trained"] for row in rows})
-    angles = sorted({row["n_angles_trained"] for row in rows})
-    titles = {"rom_vs_full_ste_max_rel": "largest", "rom_vs_full_ste_rms_rel": "root mean square"}
-    with panels(2, 9.6, 4.9, legend=len(labels), sharey=True) as (figure, shown):
-        for axes, (key, title) in zip(shown, titles.items(), strict=True):
-            for line, label in zip(LINES, labels, strict=False):
-                for colour, count in zip(COLOURS, torques, strict=False):
-                    own = sorted(
-                        (row["n_angles_trained"], 100.0 * row[key])
-                        for row in rows
-                        if (row["label"], row["n_torques_trained"]) == (label, count)
-                    )
-                    plural = "s" if count > 1 else ""
-                    axes.plot(*zip(*own, strict=True), line, marker="o", ms=4, color=colour,
-                              label=f"{label}, {count} torque{plural}")  # fmt: skip
-            log_log(axes, angles)
-            axes.set(title=f"STE error, {title}", xlabel="Training angles per pitch [-]")
-        shown[0].set_ylabel("|STE reduced / full - 1| [%]")
-    return figure
 
 
 def _error_over_angle(parts: StudyParts, cells: Sequence[Cell]) -> Figure:

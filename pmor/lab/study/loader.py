@@ -163,33 +163,12 @@ def _member(value: Any) -> Member:
     return Member(*map(_whole, value))
 
 
-def _torques(value: Any) -> tuple[float, ...]:
-    good = isinstance(value, list) and value and all(
-        isinstance(t, int | float) and not isinstance(t, bool) and 0.0 < t < 1e12 for t in value
-    )  # fmt: skip
-    if not good:
-        raise Refused("each set must be a list of torques in N m above 0, as in [[100.0], [20.0, 180.0]]")
-    return tuple(sorted(float(t) for t in value))
-
-
-def _seconds(value: Any) -> tuple[tuple[Cell, float], ...]:
-    if not isinstance(value, dict):
-        raise Refused('must be a table of seconds by cell, as in { "16@4" = 29.0 }')
-    positive = Range(0.0, 1e9, "s", low_excluded=True)
-    for number in value.values():
-        if isinstance(number, bool) or not isinstance(number, int | float) or not positive.contains(number):
-            raise Refused("each number must be seconds above 0")
-    return tuple((_cell(key), float(number)) for key, number in value.items())
-
-
 # How values that a case file does not know are read.
 FORMS: dict[Any, Callable[[Any], Any]] = {
     Path: lambda value: Path(convert(value, str)),
     Cell: _cell,
     tuple[Cell, ...]: _list_of(_cell),
     tuple[int, ...]: _list_of(_whole),
-    tuple[tuple[float, ...], ...]: _list_of(_torques),
-    tuple[tuple[Cell, float], ...]: _seconds,
     tuple[Member, ...]: _list_of(_member),
 }
 
@@ -214,17 +193,11 @@ def _check_together(study: Study) -> None:
     varied = study.cells[len(study.grid.cells) :]
     if len(set(varied)) < len(varied):
         refuse("[variant], [rung] name", "two variants of a cell have the same name: rename one")
-    for training in study.trainings:
-        if any(max(training.angles) % n for n in training.angles):
-            refuse("[training] angles", "each must divide the largest, so that one set of angles is unseen by all")
     grid = set(study.grid.cells)
-    for place, cells in (
-        ("[conventional] solved", study.conventional.solved),
-        ("[figures] along_angle", study.figures.along_angle),
-    ):
-        for cell in cells:
-            if cell not in grid:
-                refuse(f"{place}: {cell.label}", "is not among the [grid] cells: add it there or remove it here")
+    for cell in study.conventional.solved:
+        if cell not in grid:
+            rule = "is not among the [grid] cells: add it there or remove it here"
+            refuse(f"[conventional] solved: {cell.label}", rule)
     meshes = sorted({cell.n_profile for cell in study.cells})
     for n in study.conventional.stepped:
         if n not in meshes:

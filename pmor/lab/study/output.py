@@ -14,8 +14,8 @@ from pmor.work.table import Columns, percent, table, text_lines
 
 #: what `write_study` may leave
 FILES = (
-    "study.json", "study.md", "report.html", "figure5.png", "error_run_time.png", "cost.png", "training.png",
-    "ladder.png", "error_over_angle.png", "curves.png", "overlap.png",
+    "study.json", "study.md", "report.html", "figure5.png", "error_run_time.png", "cost.png", "ladder.png",
+    "error_over_angle.png", "curves.png", "overlap.png",
 )  # fmt: skip
 
 

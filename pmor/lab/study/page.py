@@ -6,9 +6,10 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from pmor.lab.study.cells import ENTRY_EXIT_MARGIN
-from pmor.lab.study.paper import MODELS, claim_blocks, ratio_table, seconds_table
+from pmor.lab.study.paper import MODELS, claim_blocks, seconds_table
 from pmor.lab.study.settings import Study
 from pmor.lab.study.table import Row, StudyTable
+from pmor.lab.study.timing import CONDENSED_ANGLES, REDUCED_ANGLES, REPEATS
 from pmor.lab.study.variants import variant_blocks
 from pmor.report.page import Block, Heading, Picture, Warning
 from pmor.report.table import Table
@@ -65,8 +66,6 @@ def study_blocks(study: Study, found: StudyTable, pictures: Sequence[Picture]) -
         Heading("Reduced against full FE on the same mesh"),
         _reduced_errors(found),
         *picture("error_over_angle"),
-        *picture("training"),
-        _trainings(found),
         Heading("Run times"),
         *_run_times(study, found),
         *picture("cost"),
@@ -155,25 +154,10 @@ def _reduced_errors(found: StudyTable) -> Table:
     return table(title, columns, found.rows_of("reduced"), note)
 
 
-def _trainings(found: StudyTable) -> Table:
-    columns: Columns = {
-        "shapes": "label",
-        "cell": "cell",
-        "angles": "n_angles_trained",
-        "torques, N m": lambda row: _list(row["torques_Nm"]),
-        **ERRORS,
-        "unknowns at most": "rom_size",
-        "basis, MiB": "basis_mib",
-    }
-    note = "All compared with full FE at the same positions, which none of them has seen."
-    return table("Trainings", columns, found.trainings, note)
-
-
 def _run_times(study: Study, found: StudyTable) -> list[Block]:
-    timing, known = study.timing, {cell.label: seconds for cell, seconds in study.paper.seconds}
     text = (
         "One position is one angle at nominal torque. (b) and (c) were timed in one phase of one process after a "
-        f"warm-up, cells in turn, {timing.repeats} rounds of {timing.condensed_angles} and {timing.reduced_angles} "
+        f"warm-up, cells in turn, {REPEATS} rounds of {CONDENSED_ANGLES} and {REDUCED_ANGLES} "
         "positions; the median counts. Linear algebra ran on as many threads as stated below; (c) also on all cores. "
         "(a) was timed in the same process, once. Where it was not solved to the end, its time is that of a Newton "
         "step, extrapolated from arcs of the gears, times the Newton steps counted in (b), which starts alike."
@@ -196,18 +180,13 @@ def _run_times(study: Study, found: StudyTable) -> list[Block]:
         "offline, s": "offline_s",
         "break-even a": lambda row: row.get("time_break_even_positions_conventional"),
         "break-even b": lambda row: row.get("time_break_even_positions_condensed"),
-        "paper, s": lambda row: known.get(row["cell"]),
     }
-    note = (
-        "Break-even: positions from which the offline stage has paid. The paper's seconds are for its own, unstated "
-        "number of positions; those of the other cells are not available to us."
-    )
+    note = "Break-even: positions from which the offline stage has paid."
     title = "Run times per position, ratios, and what the offline stage costs"
     return [
         text,
         *(seconds_table(found.rows, study.grid.cells, model) for model in MODELS),
         table(title, columns, found.rows_of("reduced"), note),
-        ratio_table(found.paper_ratios),
     ]
 
 

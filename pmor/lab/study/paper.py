@@ -1,11 +1,11 @@
-"""What Cosco et al. (ISMA 2016) say, held against a study: claims, seconds and ratios of run times (its Table 3)."""
+"""What Cosco et al. (ISMA 2016) say, held against a study: claims, and run times as in its Table 3."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
-from pmor.lab.study.settings import Cell, PaperRatio, Study
+from pmor.lab.study.settings import Cell, Study
 from pmor.report.page import Block, Heading
 from pmor.report.table import Table
 from pmor.work.table import Columns, table
@@ -98,22 +98,6 @@ def _refinement_is_cheaper(rows: Sequence[Row], model: str) -> Row | None:
     }
 
 
-def paper_ratios(rows: Sequence[Row], ratios: Sequence[PaperRatio]) -> list[Row]:
-    """Set the ratios of run times that the paper states beside ours, for each model.
-
-    No verdict: the paper does not say what its seconds cover.
-    """
-    found = []
-    for ratio in ratios:
-        row: Row = {"cell": ratio.cell.label, "to": ratio.to.label, "paper": ratio.value, "kind": ratio.kind}
-        for model in MODELS:
-            times: Mapping[str, Any] = {row["cell"]: row["ms_per_position"] for row in rows if row["model"] == model}
-            slow, fast = times.get(ratio.cell.label), times.get(ratio.to.label)
-            row[f"time_ratio_{model}"] = slow / fast if slow is not None and fast is not None else None
-        found.append(row)
-    return found
-
-
 def claim_blocks(claims: Sequence[Row]) -> list[Block]:
     """Return the table of verdicts; nothing without claims."""
     columns: Columns = {
@@ -123,17 +107,6 @@ def claim_blocks(claims: Sequence[Row]) -> list[Block]:
         "measured": _measured,
     }
     return [Heading("The paper's claims, checked"), table("Claims", columns, claims)] if claims else []
-
-
-def ratio_table(ratios: Sequence[Row]) -> Table:
-    """Return the ratios that the paper states beside ours."""
-    columns: Columns = {
-        "cells": lambda r: f"{r['cell']} / {r['to']}",
-        "paper": lambda r: f"{'more than' if r['kind'] == 'above' else 'about'} {r['paper']:g}",
-        **{f"({letter})": f"time_ratio_{model}" for letter, model in zip("abc", MODELS, strict=True)},
-    }
-    note = "The paper does not say what its seconds cover, so there is no verdict."
-    return table("Ratios of run times that the paper states, and ours", columns, ratios, note)
 
 
 def seconds_table(rows: Sequence[Row], cells: Sequence[Cell], model: str) -> Table:

@@ -17,9 +17,12 @@ from pmor.pair.conditions import nominal_condition
 from pmor.pair.model import mesh_model
 from pmor_online.model import online_angles
 
+# Positions over a pitch that are solved. The conventional one takes minutes for each.
+CONVENTIONAL_ANGLES, PEER_ANGLES = 1, 3
 
-def conventional_cell(case: Case, angles: int, store: ModelStore) -> dict[str, Any]:
-    """Solve a cell with the conventional full FE at a few angles over one pitch, nominal torque.
+
+def conventional_cell(case: Case, store: ModelStore) -> dict[str, Any]:
+    """Solve a cell with the conventional full FE, at nominal torque.
 
     Returns
     -------
@@ -30,7 +33,7 @@ def conventional_cell(case: Case, angles: int, store: ModelStore) -> dict[str, A
     case = whole_width(case)
     model, _ = store.model(case)
     pair = conventional_pair(case, model.mesh)
-    phi = online_angles(model.mesh.meshed.pair.pitch, angles)
+    phi = online_angles(model.mesh.meshed.pair.pitch, CONVENTIONAL_ANGLES)
     solutions = [solve_conventional(pair, float(angle), nominal_condition(case)) for angle in phi]
     seconds = [solution.seconds for solution in solutions]
     factored = sum(solution.factorisations for solution in solutions)
@@ -64,7 +67,7 @@ def peer_installed() -> bool:
     return calculix_available()
 
 
-def peer_cell(case: Case, angles: int, store: ModelStore) -> dict[str, Any]:
+def peer_cell(case: Case, store: ModelStore) -> dict[str, Any]:
     """Solve positions over one pitch with CalculiX on the case's mesh, and with our condensed full FE.
 
     CalculiX knows facets alone, so the case should ask for them: then both solve the same discrete problem. The
@@ -74,7 +77,7 @@ def peer_cell(case: Case, angles: int, store: ModelStore) -> dict[str, Any]:
     case = whole_width(case)
     model, _ = store.model(case)
     pair = model.mesh.meshed.pair
-    phi = pair.roll_position_range[0] + pair.pitch * (np.arange(angles) + 0.5) / angles
+    phi = pair.roll_position_range[0] + pair.pitch * (np.arange(PEER_ANGLES) + 0.5) / PEER_ANGLES
     solutions = [calculix_ste(case, model.mesh, float(angle), 1e3 * case.torque_Nm) for angle in phi]
     return {
         "program": "CalculiX",
@@ -84,5 +87,5 @@ def peer_cell(case: Case, angles: int, store: ModelStore) -> dict[str, Any]:
         "unknowns": solutions[0].unknowns,
         "iterations": [solution.iterations for solution in solutions],
         "solve_s": [solution.seconds for solution in solutions],
-        "ms_per_position": 1e3 * sum(solution.seconds for solution in solutions) / angles,
+        "ms_per_position": 1e3 * sum(solution.seconds for solution in solutions) / PEER_ANGLES,
     }

@@ -78,14 +78,11 @@ def _pieces(study: Study, cases: StudyCases, bases: Path, jobs: int) -> Iterator
         else:
             work = partial(solve.variant_cell, case, study, store, jobs)
             yield Piece(f"cell {cell.label}", {"case": case}, grid, work)
-    for settings, family in zip(study.trainings, cases.trainings, strict=True):
-        labelled = {f"{angles} {torques}": case for (angles, torques), case in family.items()}
-        yield Piece(f"training {settings.label}", labelled, None, partial(solve.trainings, family, store, bases, jobs))
     yield from _rival_pieces(study, cases, store)
     timed = {cell: (case, paths[cell]) for cell, case in cases.cells.items() if cell in study.reduced_cells}
     labelled = {cell.label: case for cell, (case, _) in timed.items()}
     if timed:
-        yield Piece("run times", labelled, asdict(study.timing), partial(_run_times, timed, study, store),
+        yield Piece("run times", labelled, None, partial(_run_times, timed, store),
                     lambda found: set(found["cells"]) == set(labelled))  # fmt: skip
 
 
@@ -93,20 +90,20 @@ def _rival_pieces(study: Study, cases: StudyCases, store: ModelStore) -> Iterato
     settings, peer = study.conventional, study.peer
     for cell in settings.solved:
         case = cases.cells[cell]
-        work = partial(rivals.conventional_cell, case, settings.angles, store)
-        yield Piece(f"conventional {cell.label}", {"case": case}, settings.angles, work)
+        work = partial(rivals.conventional_cell, case, store)
+        yield Piece(f"conventional {cell.label}", {"case": case}, None, work)
     for n in settings.stepped:
         case = next(case for cell, case in cases.cells.items() if cell.n_profile == n)
         yield Piece(f"conventional step {n}", {"case": case}, None, partial(rivals.conventional_step, case))
     if peer is not None and cases.peer is not None and rivals.peer_installed():
-        work = partial(rivals.peer_cell, cases.peer, peer.angles, store)
-        yield Piece(f"peer {peer.cell.label}", {"case": cases.peer}, peer.angles, work)
+        work = partial(rivals.peer_cell, cases.peer, store)
+        yield Piece(f"peer {peer.cell.label}", {"case": cases.peer}, None, work)
 
 
 def _has_basis(path: Path, case: Case, found: Result) -> bool:
     return solve.basis_is_valid(path, case)
 
 
-def _run_times(timed: Mapping[Cell, tuple[Case, Path]], study: Study, store: ModelStore) -> Result:
+def _run_times(timed: Mapping[Cell, tuple[Case, Path]], store: ModelStore) -> Result:
     there = {cell: entry for cell, entry in timed.items() if entry[1].exists()}  # a cell may have failed
-    return {"cells": time_cells(there, study.timing, store), "machine": machine()}
+    return {"cells": time_cells(there, store), "machine": machine()}

@@ -7,14 +7,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
-from pmor.case.schema import Positions
 from pmor.core.errors import CaseError
 from pmor.core.ranges import Range
 from pmor.lab.core.variants import Sections, merged
 
-Count = Annotated[int, Range(1, 10_000)]
+# Angles per pitch of the short variant, and how it trains and compares.
+QUICK_ANGLES = 24
+QUICK_CHANGES: Sections = {"offline": {"angles_per_pitch": 20}, "compare": {"angles": 8}}
 
 
 @dataclass(frozen=True, order=True)
@@ -100,13 +101,10 @@ class GridSettings:
         None in a study of variants alone, which are then compared with each other and not with a reference.
     angles_per_pitch : int
         Regular grid of pinion angles on which every mesh is compared with the reference.
-    curve_angles : int
-        Angles of the reduced model's curves, per pitch.
     """
 
     cells: tuple[Cell, ...] = ()
     angles_per_pitch: Annotated[int, Range(8, 1000)] = 96
-    curve_angles: Positions = 200
 
 
 @dataclass(frozen=True)
@@ -154,87 +152,10 @@ class ConventionalSettings:
         Solved to convergence.
     stepped : tuple of int
         Meshes (elements over the profile) of which only a Newton step is timed.
-    angles : int
-        Positions solved per cell.
     """
 
     solved: tuple[Cell, ...] = ()
     stepped: tuple[int, ...] = ()
-    angles: Count = 1
-
-
-@dataclass(frozen=True, kw_only=True)
-class TimingSettings:
-    """The timing phase (section ``[timing]``).
-
-    Parameters
-    ----------
-    repeats : int
-        Rounds over all cells; the median counts.
-    condensed_angles, reduced_angles : int
-        Positions of one measurement, over one pitch.
-    """
-
-    repeats: Annotated[int, Range(1, 100)] = 5
-    condensed_angles: Count = 8
-    reduced_angles: Count = 200
-
-
-@dataclass(frozen=True, kw_only=True)
-class TrainingSettings:
-    """A family of trainings on one cell (section ``[[training]]``).
-
-    Parameters
-    ----------
-    label : str
-    cell : Cell
-    angles : tuple of int
-        Training angles per pitch; each divides the largest.
-    torques_Nm : tuple of tuple of float
-        Sets of training torques.
-    shapes, interpolation : str or None
-        Of the case file's section ``[reduction]``; None is its default.
-    """
-
-    label: str
-    cell: Cell
-    angles: tuple[int, ...]
-    torques_Nm: tuple[tuple[float, ...], ...]
-    shapes: str | None = None
-    interpolation: str | None = None
-
-
-@dataclass(frozen=True, kw_only=True)
-class PaperRatio:
-    """A ratio of run times that the paper states (section ``[[paper.ratio]]``).
-
-    Parameters
-    ----------
-    cell, to : Cell
-        Seconds of `cell` over seconds of `to`.
-    value : float
-    kind : {"about", "above"}
-    """
-
-    cell: Cell
-    to: Cell
-    value: Annotated[float, Range(0.0, 1e9, low_excluded=True)]
-    kind: Literal["about", "above"] = "about"
-
-
-@dataclass(frozen=True, kw_only=True)
-class PaperSettings:
-    """What the paper says about run times (section ``[paper]``).
-
-    Parameters
-    ----------
-    seconds : tuple of (Cell, float)
-        Of the cells whose time is known.
-    ratios : tuple of PaperRatio
-    """
-
-    seconds: tuple[tuple[Cell, float], ...] = ()
-    ratios: tuple[PaperRatio, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -244,54 +165,27 @@ class PeerSettings:
     Parameters
     ----------
     cell : Cell
-    angles : int
-        Positions over one pitch.
     changes : mapping
         Sections of the case file with the keys that differ: the independent solver has its own surface.
     """
 
     cell: Cell
-    angles: Annotated[int, Range(1, 100)] = 3
     changes: Sections
 
 
 @dataclass(frozen=True, kw_only=True)
-class FigureSettings:
-    """What the pictures show (section ``[figures]``).
-
-    Parameters
-    ----------
-    details : tuple of int
-        Levels of detail E, one panel each.
-    along_angle : tuple of Cell
-        Cells whose errors are drawn over the roll angle.
-    """
-
-    details: tuple[int, ...] = ()
-    along_angle: tuple[Cell, ...] = ()
-
-
-@dataclass(frozen=True, kw_only=True)
 class QuickSettings:
-    """What ``--quick`` runs instead (section ``[quick]``).
+    """What ``--quick`` runs instead (section ``[quick]``), on a coarser grid of angles.
 
     Parameters
     ----------
     cells : tuple of Cell
-    angles_per_pitch, offline_angles, compare_angles, curve_angles, repeats : int
     members : tuple of Member
         Of the reference.
-    training_angles : tuple of int
     """
 
     cells: tuple[Cell, ...]
     members: tuple[Member, ...]
-    angles_per_pitch: Annotated[int, Range(8, 1000)] = 16
-    offline_angles: Positions = 20
-    compare_angles: Count = 6
-    curve_angles: Positions = 50
-    repeats: Annotated[int, Range(1, 100)] = 2
-    training_angles: tuple[int, ...] = (5, 10)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -305,11 +199,11 @@ class Study:
     where : str
         What error messages call the file.
     changes : mapping
-        Keys of the base case that differ in every cell: what ``--quick`` shortens.
+        Keys of the base case that differ in every cell: those that ``--quick`` shortens.
     title : str
     base : Path
         Case file that the cells vary.
-    grid, variants, rungs, reference, conventional, timing, trainings, paper, peer, figures, quick
+    grid, variants, rungs, reference, conventional, peer, quick
         One per section; `reference`, `peer` and `quick` are None where the file has none.
     """
 
@@ -323,11 +217,7 @@ class Study:
     rungs: tuple[Rung, ...] = ()
     reference: ReferenceSettings | None = None
     conventional: ConventionalSettings = ConventionalSettings()
-    timing: TimingSettings = TimingSettings()
-    trainings: tuple[TrainingSettings, ...] = ()
-    paper: PaperSettings = PaperSettings()
     peer: PeerSettings | None = None
-    figures: FigureSettings = FigureSettings()
     quick: QuickSettings | None = None
 
     @property
@@ -369,22 +259,14 @@ def quick_study(study: Study) -> Study:
     quick = study.quick
     if quick is None:
         raise CaseError(f"{study.where}: [quick]: is missing: add it to say what --quick runs")
-    trainings = tuple(replace(t, cell=quick.cells[0], angles=quick.training_angles) for t in study.trainings)
     return replace(
         study,
         title=f"{study.title} (quick)",
-        grid=replace(study.grid, cells=quick.cells, angles_per_pitch=quick.angles_per_pitch,
-                     curve_angles=quick.curve_angles),
+        grid=replace(study.grid, cells=quick.cells, angles_per_pitch=QUICK_ANGLES),
         variants=(),
         rungs=tuple(replace(rung, cells=rung.cells[:1]) for rung in study.rungs),
         reference=ReferenceSettings(members=quick.members),
         conventional=ConventionalSettings(),
-        timing=TimingSettings(repeats=quick.repeats, condensed_angles=2, reduced_angles=quick.curve_angles),
-        trainings=trainings,
         peer=None,
-        figures=FigureSettings(details=tuple(sorted({c.detail for c in quick.cells})), along_angle=quick.cells),
-        changes={
-            "offline": {"angles_per_pitch": quick.offline_angles},
-            "compare": {"angles": quick.compare_angles},
-        },
-    )  # fmt: skip
+        changes=QUICK_CHANGES,
+    )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +23,9 @@ from pmor_online.compare import training_failures
 from pmor_online.errors import estimate_errors
 from pmor_online.model import ReducedPair, online_angles, reduced_pair, unseen_angles
 from pmor_online.sweep import largest_size, sweep_reduced_pair
+
+# Angles of the reduced model's curves, per pitch.
+CURVE_ANGLES = 200
 
 
 def reference_member(case: Case, study: Study, jobs: int) -> dict[str, Any]:
@@ -51,7 +53,7 @@ def grid_cell(case: Case, study: Study, store: ModelStore, basis_path: Path, job
     reduced = reduced_pair(read_basis(basis_path))
     training = reduced.basis.training
     on_grid = sweep_reduced_pair(reduced, grid, conditions)
-    curve = sweep_reduced_pair(reduced, online_angles(pair.pitch, study.grid.curve_angles), conditions)
+    curve = sweep_reduced_pair(reduced, online_angles(pair.pitch, CURVE_ANGLES), conditions)
     unseen = unseen_angles(pair.meshing_range[0], pair.pitch, case.compare.angles, case.offline.angles_per_pitch)
     comparison = compare_at(reduced, solve_full(model, unseen, conditions_of(case, case.compare.torques_Nm), jobs))
     return full | {
@@ -68,39 +70,6 @@ def grid_cell(case: Case, study: Study, store: ModelStore, basis_path: Path, job
         "elastic_s": elastic_s,
         "offline_s": elastic_s + offline.seconds,
     }
-
-
-def trainings(
-    cases: Mapping[tuple[int, tuple[float, ...]], Case], store: ModelStore, folder: Path, jobs: int
-) -> dict[str, Any]:
-    """Compare the reduced models of several trainings with full FE at the same positions, unseen by all of them."""
-    most = max(angles for angles, _ in cases)
-    some = next(iter(cases.values()))
-    model, _ = store.model(some)
-    pair = model.mesh.meshed.pair
-    unseen = unseen_angles(pair.meshing_range[0], pair.pitch, some.compare.angles, most)
-    full = solve_full(model, unseen, conditions_of(some, some.compare.torques_Nm), jobs)
-    entries = []
-    path = folder / "training.h5"
-    for (angles, torques), case in cases.items():
-        offline = run_offline(case, store.model(case)[0], path, jobs, overwrite=True, estimate=estimate_errors)
-        reduced = reduced_pair(read_basis(path))
-        comparison = compare_at(reduced, full)
-        entries.append(
-            {
-                "n_angles_trained": angles,
-                "torques_Nm": list(torques),
-                "n_torques_trained": len(torques),
-                "rom_vs_full_ste_max_rel": comparison["max_rel"],
-                "rom_vs_full_ste_rms_rel": comparison["rms_rel"],
-                "rom_size": largest_size(reduced),
-                "basis_mib": path.stat().st_size / 2**20,
-                "training_failures": training_failures(reduced.basis.training),
-                "training_s": offline.seconds,
-            }
-        )
-        path.unlink()
-    return {"entries": entries}
 
 
 def compare_at(reduced: ReducedPair, full: FullSweep) -> dict[str, Any]:

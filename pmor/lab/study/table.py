@@ -12,14 +12,14 @@ import numpy as np
 from pmor.lab.core.measures import max_and_rms
 from pmor.lab.study import measures
 from pmor.lab.study.measures import Curve
-from pmor.lab.study.paper import checked_claims, checked_time_claims, paper_ratios
+from pmor.lab.study.paper import checked_claims, checked_time_claims
 from pmor.lab.study.run import StudyParts
 from pmor.lab.study.settings import Cell
 from pmor.pair.model import gear_pair
 
 Row = dict[str, Any]
 
-SURFACES = {"facet": "facet", "paper": "hermite", "direct": "hermite", "strip": "exact", "line": "exact"}
+SURFACES = {"facet": "facet", "paper": "hermite", "direct": "hermite", "line": "exact"}
 # Keys that every row has, and that say something about the reduced model alone.
 REDUCED_ONLY = ("n_angles_trained", "n_torques_trained", "rom_vs_full_ste_max_rel", "rom_vs_full_ste_rms_rel")
 
@@ -37,7 +37,7 @@ class StudyTable:
         One per cell and model.
     reference : dict
         Empty in a study of variants alone.
-    trainings, claims, time_claims, paper_ratios : list of dict
+    claims, time_claims : list of dict
     peer : dict or None
     machine : dict
         Of the run times; empty when there are none.
@@ -46,10 +46,8 @@ class StudyTable:
 
     rows: list[Row]
     reference: Row
-    trainings: list[Row]
     claims: list[Row]
     time_claims: list[Row]
-    paper_ratios: list[Row]
     peer: Row | None
     machine: Row
     failures: tuple[str, ...]
@@ -70,10 +68,8 @@ def study_table(parts: StudyParts) -> StudyTable:
     return StudyTable(
         rows=rows,
         reference=reference,
-        trainings=training_rows(parts),
         claims=checked_claims(rows, parts.study),
         time_claims=checked_time_claims(rows),
-        paper_ratios=paper_ratios(rows, parts.study.paper.ratios),
         peer=peer_row(parts),
         machine=dict(parts.results.get("run times", {}).get("machine", {})),
         failures=failed_positions(parts),
@@ -188,15 +184,6 @@ def grid_rows(parts: StudyParts) -> list[Row]:
     return rows
 
 
-def training_rows(parts: StudyParts) -> list[Row]:
-    """Return one row per training: how the reduced model's error falls with angles and torques."""
-    return [
-        {"label": t.label, "cell": t.cell.label, "shapes": t.shapes, "interpolation": t.interpolation} | entry
-        for t in parts.study.trainings
-        for entry in parts.results.get(f"training {t.label}", {}).get("entries", [])
-    ]
-
-
 def peer_row(parts: StudyParts) -> Row | None:
     """Return what the independent solver found, or None when it is not asked for or not installed."""
     peer = parts.study.peer
@@ -209,8 +196,6 @@ def failed_positions(parts: StudyParts) -> tuple[str, ...]:
     failures = list(parts.failures)
     for name, part in parts.results.items():
         failures += [f"{name}: {text}" for text in part.get("training_failures", [])]
-        for entry in part.get("entries", []):
-            failures += [f"{name}: {text}" for text in entry["training_failures"]]
         for label, data in _sweeps(part):
             for torque, ste in zip(data["torque_Nm"], data["ste_um"], strict=True):
                 failures += [

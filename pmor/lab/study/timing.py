@@ -14,7 +14,7 @@ from pmor.case import Case
 from pmor.core.threads import threads
 from pmor.lab.core.models import ModelStore
 from pmor.lab.core.timing import ms_per_position, times_in_turn
-from pmor.lab.study.settings import Cell, TimingSettings
+from pmor.lab.study.settings import Cell
 from pmor.pair.conditions import nominal_condition
 from pmor.pair.sweep import sweep_ste
 from pmor.results.sweep import SteSweep
@@ -23,9 +23,11 @@ from pmor_online.model import online_angles, reduced_pair
 from pmor_online.sweep import sweep_reduced_pair
 
 
-def time_cells(
-    cells: Mapping[Cell, tuple[Case, Path]], settings: TimingSettings, store: ModelStore
-) -> dict[str, dict[str, Any]]:
+# Rounds over all cells, and positions of one measurement.
+REPEATS, CONDENSED_ANGLES, REDUCED_ANGLES = 5, 8, 200
+
+
+def time_cells(cells: Mapping[Cell, tuple[Case, Path]], store: ModelStore) -> dict[str, dict[str, Any]]:
     """Time condensed and reduced model of all cells, in rounds over the cells.
 
     One position is one angle at the nominal torque. The condensed model solves each from the undeformed pair, the
@@ -35,7 +37,6 @@ def time_cells(
     ----------
     cells : mapping of Cell to (Case, Path)
         Case and basis file.
-    settings : TimingSettings
     store : ModelStore
 
     Returns
@@ -44,8 +45,8 @@ def time_cells(
         By label of the cell: milliseconds per position of each model.
     """
     with threads(os.cpu_count() or 1) as executor:
-        work = _sweeps(cells, settings, store, executor)
-        times = times_in_turn(work, settings.repeats)
+        work = _sweeps(cells, store, executor)
+        times = times_in_turn(work, REPEATS)
     result: dict[str, dict[str, Any]] = {}
     for (label, name), found in times.items():
         result.setdefault(label, {})[name] = median(found)
@@ -53,7 +54,7 @@ def time_cells(
 
 
 def _sweeps(
-    cells: Mapping[Cell, tuple[Case, Path]], settings: TimingSettings, store: ModelStore, executor: Executor | None
+    cells: Mapping[Cell, tuple[Case, Path]], store: ModelStore, executor: Executor | None
 ) -> dict[tuple[str, str], Callable[[], float]]:
     """What is timed, in milliseconds per position, by the label of the cell and the name of the model."""
     work: dict[tuple[str, str], Callable[[], float]] = {}
@@ -61,7 +62,7 @@ def _sweeps(
         model, _ = store.model(case)
         reduced, conditions = reduced_pair(read_basis(basis_path)), [nominal_condition(case)]
         pitch = model.mesh.meshed.pair.pitch
-        few, many = (online_angles(pitch, n) for n in (settings.condensed_angles, settings.reduced_angles))
+        few, many = (online_angles(pitch, n) for n in (CONDENSED_ANGLES, REDUCED_ANGLES))
         sweeps: dict[str, Callable[[], SteSweep]] = {
             "ms_condensed": partial(sweep_ste, model.mesh.meshed, model.elasticity_at, few, conditions),
             "ms_reduced": partial(sweep_reduced_pair, reduced, many, conditions),
