@@ -22,7 +22,6 @@ from pmor.storage.basis_file import read_basis
 from pmor_online.model import online_angles, reduced_pair
 from pmor_online.sweep import sweep_reduced_pair
 
-
 # Rounds over all cells, and positions of one measurement.
 REPEATS, CONDENSED_ANGLES, REDUCED_ANGLES = 5, 8, 200
 
