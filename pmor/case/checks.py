@@ -68,11 +68,6 @@ def _check_reduction(case: Case, where: str) -> None:
             f'{where}: [reduction] shapes = "line_loads": are the unknowns of line contact, and [contact] scheme = '
             f'"{scheme}" has none: write shapes = "flank_lines", or scheme = "line"'
         )
-    if reduction.interpolation == "grassmann" and reduction.shapes != "pod":
-        raise CaseError(
-            f'{where}: [reduction] interpolation = "grassmann": goes from subspace to subspace, which only shapes = '
-            f'"pod" has at each roll position, not "{reduction.shapes}": write shapes = "pod", or another interpolation'
-        )
 
 
 def _check_sizes(case: Case, where: str) -> None:

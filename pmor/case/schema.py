@@ -203,9 +203,8 @@ class ReductionCase:
         over the roll position (the paper). `pod`: the same, compressed to orthonormal modes at each position; for many
         torques. `global_pod`: one set of modes for all positions; to see why not. `static_modes`: the unit forces on
         all flank nodes, without training; exact, with the most unknowns.
-    interpolation : {"linear", "cubic", "grassmann"}
-        Of shapes at positions and of modes (`pod`), over the roll position; the last, between the subspaces that modes
-        span, for modes alone. The others are not interpolated.
+    interpolation : {"linear", "cubic"}
+        Of shapes at positions and of modes (`pod`), over the roll position. The others are not interpolated.
     pod_tolerance : float
         Share of the energy of the snapshots that POD may discard.
     distribution_tolerance : float
@@ -217,7 +216,7 @@ class ReductionCase:
     """
 
     shapes: Shapes
-    interpolation: Literal["linear", "cubic", "grassmann"] = "linear"
+    interpolation: Literal["linear", "cubic"] = "linear"
     pod_tolerance: Annotated[float, Range(0.0, 1.0, low_excluded=True, high_excluded=True)] = 1e-6
     distribution_tolerance: Annotated[float, Range(0.0, 1.0, low_excluded=True, high_excluded=True)] = 0.05
     error_estimate: bool = True

@@ -24,6 +24,13 @@ OTHER_FLANKS = (
 )
 
 
+# Words of earlier versions, and what to write instead.
+REMOVED = {
+    "grassmann": 'interpolation between subspaces was removed, no better than linear with aligned modes: write "linear"',
+    "strip": 'pressure integrated over strips was removed: write "line", or "direct" for penalty contact',
+}
+
+
 class Refused(Exception):
     """A value that breaks a rule; the message is the rule and the remedy."""
 
@@ -114,6 +121,8 @@ def _choice(value: object, valid: list[str]) -> str:
     if not isinstance(value, str):
         raise Refused(f"must be text: write one of {', '.join(quoted)}")
     if value not in valid:
+        if value in REMOVED:
+            raise Refused(REMOVED[value])
         raise Refused(f"unknown choice: {did_you_mean(value, valid)}")
     return value
 

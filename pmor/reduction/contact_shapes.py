@@ -10,7 +10,6 @@ therefore stay consistent (Blockmans, Tamarozzi, Naets & Desmet, IJNME 102 (2015
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,13 +18,12 @@ from pmor.core.arrays import FloatArray
 from pmor.penalty.elasticity import ReducedElasticity
 from pmor.penalty.position import Position
 from pmor.reduction.energy import orthonormal_combinations
-from pmor.reduction.grassmann import Geodesics, geodesic_weights, geodesics
 
 if TYPE_CHECKING:
     from pmor.body.elastic_gear import ElasticGear
 
 # Grid positions that an interpolation combines.
-STENCIL = {"linear": 2, "cubic": 4, "grassmann": 2}
+STENCIL = {"linear": 2, "cubic": 4}
 
 
 @dataclass(frozen=True)
@@ -47,8 +45,6 @@ class ContactShapes:
         ``gram[d, k, a, b]`` holds the products of the force fields at grid position k + a - before with the
         displacements that the shapes at k + b - before, acting on the pair d pitches ahead, cause there. S grid
         positions are combined: 2 for linear interpolation (before = 0), 4 for cubic (before = 1).
-    geodesic : bool
-        Interpolate the subspaces of all shapes of a position (Grassmann), not the shapes one by one; S is 2.
     """
 
     roll_position: FloatArray
@@ -56,7 +52,6 @@ class ContactShapes:
     loaded: np.ndarray
     displacement: FloatArray
     gram: FloatArray
-    geodesic: bool = False
 
     @property
     def neighbours(self) -> int:
@@ -67,29 +62,6 @@ class ContactShapes:
     def stencil(self) -> int:
         """Grid positions that are combined: S."""
         return int(self.gram.shape[2])
-
-    @cached_property
-    def geodesics(self) -> Geodesics:
-        """Geodesics between neighbouring positions; none where shapes are interpolated one by one."""
-        if self.geodesic:
-            return geodesics(self.gram[0, :-1, 0, 1], self.loaded)
-        size = self.loaded.shape[1]
-        return Geodesics(np.empty((0, size, size)), np.empty((0, size)))
-
-    def combination(self, roll_position: float) -> tuple[int, FloatArray]:
-        """Return the first grid position of the stencil and the weights of its shapes in each active shape, (S, T, T).
-
-        Diagonal, with `weights`, where shapes are interpolated one by one. On a geodesic, active shapes are mixed of the
-        shapes that exist at both ends; the others stand alone.
-        """
-        first, weights = self.weights(roll_position)
-        combination = weights[:, :, None] * np.eye(weights.shape[1])
-        k, fraction = self._interval(roll_position)
-        if self.geodesic and 0.0 < fraction < 1.0:
-            mixed = geodesic_weights(self.geodesics.turn[k], self.geodesics.angle[k], fraction)
-            both = self.loaded[k] & self.loaded[k + 1]
-            combination = np.where(np.outer(both, both), mixed, combination)
-        return first, combination
 
     def weights(self, roll_position: float) -> tuple[int, FloatArray]:
         """Return the first grid position of the stencil (beyond the grid it has no weight) and the weights, (S, T).
@@ -183,8 +155,7 @@ def shapes_of(
         As in `contact_shapes`.
     force : ndarray, shape (M, T, 2, f)
         Of each shape, as it is; zero where there is none.
-    interpolation : {"linear", "cubic", "grassmann"}
-        The last for shapes that are orthonormal in energy and aligned.
+    interpolation : {"linear", "cubic"}
 
     Returns
     -------
@@ -200,7 +171,7 @@ def shapes_of(
             displacement[:, :, gear, neighbours + k] = moved.reshape(positions, shapes, size)
     gram = energy_products(force, displacement, angles_per_pitch, neighbours, STENCIL[interpolation])
     loaded = np.asarray(force.any(axis=(2, 3)))
-    return ContactShapes(roll_position, angles_per_pitch, loaded, displacement, gram, interpolation == "grassmann")
+    return ContactShapes(roll_position, angles_per_pitch, loaded, displacement, gram)
 
 
 def reduced_elasticity(shapes: ContactShapes, position: Position, pitch: float) -> ReducedElasticity:
@@ -218,9 +189,9 @@ def reduced_elasticity(shapes: ContactShapes, position: Position, pitch: float) 
     ReducedElasticity
     """
     before = shapes.stencil // 2 - 1
-    active_shapes = [shapes.combination(position.phi + index * pitch) for index in position.pair_index]
+    active_shapes = [shapes.weights(position.phi + index * pitch) for index in position.pair_index]
     torques = shapes.loaded.shape[1]
-    present = [np.flatnonzero(weights.any(axis=(0, 1))) for _, weights in active_shapes]
+    present = [np.flatnonzero(weights.any(axis=0)) for _, weights in active_shapes]
     columns = np.concatenate([p * torques + which for p, which in enumerate(present)]).astype(int)
     raw = np.zeros((len(position.nodes), 3, len(active_shapes) * torques))
     gram = np.zeros((len(active_shapes) * torques,) * 2)
@@ -231,15 +202,15 @@ def reduced_elasticity(shapes: ContactShapes, position: Position, pitch: float) 
             for gear, tooth in ((0, offset), (1, -offset)):
                 nodes = position.flank_nodes[p][gear]
                 dofs = (3 * nodes[:, None] + np.arange(3)).ravel()
-                used = np.flatnonzero(weights.any(axis=(1, 2)))
+                used = np.flatnonzero(weights.any(axis=1))
                 fields = shapes.displacement[k + used, :, gear, shapes.neighbours + tooth][:, :, dofs]
-                moved = np.einsum("ast,asf->ft", weights[used], fields)
+                moved = np.einsum("at,atf->ft", weights[used], fields)
                 raw[position.window_slice(p, gear), :, block_q] = moved.reshape(len(nodes), 3, torques)
             if offset <= 0:
                 block_p = slice(p * torques, (p + 1) * torques)
                 k_p, weights_p = active_shapes[p]
                 products = shapes.gram[-offset, k_p + before]
-                block = np.einsum("ast,bvu,absv->tu", weights_p, weights, products, optimize=True)
+                block = np.einsum("at,bu,abtu->tu", weights_p, weights, products, optimize=True)
                 gram[block_p, block_q], gram[block_q, block_p] = block, block.T
     return ReducedElasticity(raw[:, :, columns] @ orthonormal_combinations(gram[np.ix_(columns, columns)]))
 

@@ -85,8 +85,7 @@ def _write_attributes(folder: h5py.Group, basis: Basis) -> None:
     for gear, layer in zip(GEARS, basis.layers, strict=False):
         set_attributes(folder[f"layer/{gear}"], compliance=layer.compliance, columns=layer.columns)
     if isinstance(basis.shapes, ContactShapes):
-        given = {"angles_per_pitch": basis.shapes.angles_per_pitch, "geodesic": basis.shapes.geodesic}
-        set_attributes(folder["shapes"], **given)
+        set_attributes(folder["shapes"], angles_per_pitch=basis.shapes.angles_per_pitch)
     elif basis.shapes is not None:
         set_attributes(folder["shapes"], beside=basis.shapes.beside)
     if basis.compliance is not None:
@@ -180,11 +179,7 @@ def _shapes(
     if case.reduction.by_line:
         lines = GearLines(**of("shapes/pinion")), GearLines(**of("shapes/wheel"))
         return FlankLineShapes(lines, attribute(group, "beside", bool))
-    return ContactShapes(
-        **of("shapes"),
-        angles_per_pitch=attribute(group, "angles_per_pitch", int),
-        geodesic=attribute(group, "geodesic", bool),
-    )
+    return ContactShapes(**of("shapes"), angles_per_pitch=attribute(group, "angles_per_pitch", int))
 
 
 def _training(file: h5py.File, case: Case, arrays: dict[str, np.ndarray]) -> Training:

@@ -15,7 +15,6 @@ REDUCTIONS = {
     "positions": {"shapes": "positions"},
     "positions, whole width": {"shapes": "positions", "width": "whole"},
     "cubic positions": {"shapes": "positions", "interpolation": "cubic"},
-    "modes along geodesics": {"shapes": "pod", "interpolation": "grassmann", "pod_tolerance": 1e-9},
     "global modes": {"shapes": "global_pod", "pod_tolerance": 1e-4},
     "static modes": {"shapes": "static_modes"},
 }

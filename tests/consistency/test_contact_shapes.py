@@ -10,6 +10,8 @@ from numpy.testing import assert_allclose
 from pmor.gear.condition import at_torques
 from pmor.pair.sweep import sweep_ste
 from pmor.penalty.elasticity import full_elasticity
+from pmor.penalty.kernels.shapes import shape_weights
+from pmor.penalty.kernels.state import PositionShapes
 from pmor.penalty.position import active_patches
 from pmor.reduction.contact_shapes import ContactShapes, contact_shapes, reduced_elasticity
 from pmor.storage.basis_file import read_basis
@@ -139,6 +141,21 @@ def on_the_grid(shapes, roll_position):
         else:
             assert not weight.any(), "beyond the grid"
     return found
+
+
+@pytest.mark.parametrize("place", [-0.5, 0.0, 0.5, 1.0, 1.3, 2.0, 2.5, 2.999, 3.25, 4.6, 5.0, 5.5])
+@pytest.mark.parametrize("stencil", [2, 4])
+def test_the_compiled_weights_are_those_of_the_slow_twin(stencil, place):
+    shapes = shapes_for_weights(stencil, [(0, 0), (0, 1), (1, 1), (1, 1), (1, 1), (1, 0), (0, 0)])
+    found = np.zeros((stencil, 2))
+    below = shape_weights(PositionShapes(0.1, 0.05, *arrays_of(shapes)), 0.1 + 0.05 * place, found)
+    expected_below, expected = shapes.weights(0.1 + 0.05 * place)
+    assert below == expected_below
+    assert_allclose(found, expected, rtol=0.0, atol=1e-12)
+
+
+def arrays_of(shapes):
+    return shapes.loaded, shapes.displacement, shapes.gram
 
 
 @pytest.mark.parametrize("place", [2.0, 2.25, 2.9, 3.5])

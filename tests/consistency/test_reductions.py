@@ -15,7 +15,6 @@ from pmor.pair.model import elastic_model, mesh_model
 from pmor.pair.sweep import sweep_ste
 from pmor.reduction.build import same_everywhere
 from pmor.reduction.contact_shapes import contact_shapes, reduced_elasticity, shapes_of
-from pmor.reduction.energy import own_displacement
 from pmor.reduction.pod import global_modes, local_modes
 from pmor.storage.basis_file import read_basis
 from pmor_online.compare import compare_models
@@ -90,7 +89,6 @@ def test_static_modes_are_full_fe(scheme, width, tmp_path):
         {"shapes": "positions"},
         {"shapes": "pod"},
         {"shapes": "pod", "interpolation": "cubic"},
-        {"shapes": "pod", "interpolation": "grassmann"},
         {"shapes": "global_pod"},
     ],
     ids=lambda r: " ".join(map(str, r.values())) or "flank_lines",
@@ -147,7 +145,7 @@ def elasticity(shapes, meshed):
     return lambda position: reduced_elasticity(shapes, position, meshed.pair.pitch)
 
 
-@pytest.mark.parametrize("interpolation", ["linear", "cubic", "grassmann"])
+@pytest.mark.parametrize("interpolation", ["linear", "cubic"])
 def test_pod_that_discards_nothing_spans_the_raw_snapshots(interpolation, training):
     reduced, _, bodies, grid, force = training
     meshed, phi = reduced.meshed, reduced.basis.training.phi
@@ -161,35 +159,6 @@ def test_pod_that_discards_nothing_spans_the_raw_snapshots(interpolation, traini
     trained = reduced.basis.training
     found = ste_of(meshed, elasticity(shapes, meshed), phi, trained.torque[:, 0])
     assert_allclose(found, trained.ste_um, rtol=1e-6)
-
-
-def test_with_one_mode_a_geodesic_and_a_chord_span_the_same(training):
-    """Nearly: the arc is run through at another speed. At the middle of an interval there is no difference."""
-    reduced, _, bodies, grid, force = training
-    meshed = reduced.meshed
-    modes = local_modes(bodies, force, 0.5)
-    assert modes.shape[1] == 1
-    middle = reduced.basis.training.phi + 0.5 * (grid[1] - grid[0])
-    chord, arc = (shapes_of(bodies, grid, 6, modes, name) for name in ("linear", "grassmann"))
-    found = [ste_of(meshed, elasticity(shapes, meshed), middle) for shapes in (chord, arc)]
-    assert_allclose(found[1], found[0], rtol=SAME_SPAN)
-    beside = middle + 0.25 * (grid[1] - grid[0])
-    found = [ste_of(meshed, elasticity(shapes, meshed), beside) for shapes in (chord, arc)]
-    assert np.abs(found[1] / found[0] - 1.0).max() > 1e-5
-
-
-def test_on_a_geodesic_the_modes_stay_orthonormal_in_energy(training):
-    _, _, bodies, grid, force = training
-    modes = local_modes(bodies, force, 1e-15)
-    shapes = shapes_of(bodies, grid, 6, modes, "grassmann")
-    complete = np.flatnonzero(shapes.loaded.all(axis=1))
-    assert np.diff(complete).max() == 1
-    for k in complete[:-1]:
-        for fraction in (0.2, 0.5, 0.9):
-            first, weights = shapes.combination(float(grid[k] + fraction * (grid[1] - grid[0])))
-            active_shapes = np.einsum("ast,asgf->tgf", weights, modes[first : first + 2])
-            energy = np.einsum("tgf,ugf->tu", active_shapes, own_displacement(bodies, active_shapes))
-            assert_allclose(energy, np.eye(len(energy)), rtol=0.0, atol=1e-9)
 
 
 def test_one_basis_for_all_positions_is_worse_than_one_for_each_at_equal_size(training):
@@ -220,7 +189,6 @@ def test_a_global_basis_needs_many_more_modes(training):
     "reduction",
     [
         {"shapes": "pod", "interpolation": "cubic"},
-        {"shapes": "pod", "interpolation": "grassmann"},
         {"shapes": "global_pod"},
         {"shapes": "static_modes"},
     ],

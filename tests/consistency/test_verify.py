@@ -28,7 +28,6 @@ FAMILIES = [
     {},
     {"shapes": "positions", "interpolation": "cubic"},
     {"shapes": "pod"},
-    {"shapes": "pod", "interpolation": "grassmann"},
     {"shapes": "global_pod"},
     {"shapes": "static_modes"},
 ]

@@ -30,7 +30,6 @@ REDUCTIONS = {
     "positions": {"shapes": "positions"},
     "positions_cubic": {"shapes": "positions", "interpolation": "cubic"},
     "pod": {"shapes": "pod"},
-    "pod_grassmann": {"shapes": "pod", "interpolation": "grassmann"},
     "global_pod": {"shapes": "global_pod"},
     "static_modes": {"shapes": "static_modes"},
 }

@@ -161,13 +161,9 @@ BROKEN = {
         ['[reduction] shapes = "flank_line"', "did you mean flank_lines?"],
     ),
     "number for the family of shapes": (GOOD + "\n[reduction]\nshapes = 1\n", ["shapes = 1", '"flank_lines"']),
-    "geodesics between shapes that span no subspaces": (
-        GOOD + '\n[reduction]\nshapes = "positions"\ninterpolation = "grassmann"\n',
-        ['[reduction] interpolation = "grassmann"', 'not "positions"', 'write shapes = "pod"'],
-    ),
-    "geodesics between the default shapes": (
-        GOOD + '\n[reduction]\ninterpolation = "grassmann"\n',
-        ['[reduction] interpolation = "grassmann"', 'not "flank_lines"'],
+    "interpolation of an earlier version": (
+        GOOD + '\n[reduction]\nshapes = "pod"\ninterpolation = "grassmann"\n',
+        ['[reduction] interpolation = "grassmann"', "was removed", 'write "linear"'],
     ),
     "POD that discards everything": (
         GOOD + '\n[reduction]\nshapes = "pod"\npod_tolerance = 1.0\n',

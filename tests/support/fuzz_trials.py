@@ -46,7 +46,7 @@ FAMILIES = {
     "flank_lines": {},
     "line": {"contact": {"scheme": "line"}},
     "positions": {"reduction": {"shapes": "positions", "interpolation": "cubic"}},
-    "pod": {"reduction": {"shapes": "pod", "interpolation": "grassmann"}},
+    "pod": {"reduction": {"shapes": "pod", "interpolation": "linear"}},
     "static_modes": {"contact": {"scheme": "line"}, "reduction": {"shapes": "static_modes"}},
     "without_estimate": {"reduction": {"error_estimate": False}},
 }

@@ -30,7 +30,7 @@ FAMILIES = {
     "flank_lines": {},
     "static_modes": {"shapes": "static_modes"},
     "positions": {"shapes": "positions"},
-    "pod": {"shapes": "pod", "interpolation": "grassmann"},
+    "pod": {"shapes": "pod", "interpolation": "cubic"},
 }
 DATASETS = {"flank_lines": 18, "static_modes": 18, "positions": 14, "pod": 14}
 
@@ -121,7 +121,6 @@ def test_basis_comes_back_bit_for_bit(path, basis, force):
         for name in ("roll_position", "loaded", "displacement", "gram"):
             assert_same(getattr(found.shapes, name), getattr(basis.shapes, name))
         assert found.shapes.angles_per_pitch == basis.shapes.angles_per_pitch
-        assert found.shapes.geodesic is basis.shapes.geodesic
     else:
         for lines, expected in zip(found.shapes.gears, basis.shapes.gears, strict=True):
             for name in ("start", "force", "displacement", "gram"):

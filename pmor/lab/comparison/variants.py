@@ -121,7 +121,6 @@ def variants(case: Case, greedy_solves: int) -> list[Variant]:
         on_grid("pod", dense),
         on_grid("pod", broad),
         on_grid("pod", dense, "cubic"),
-        on_grid("pod", dense, "grassmann"),
         spread("global_pod", "sobol", case.offline.solves),
         on_grid("global_pod", dense),
         on_grid("global_pod", broad),

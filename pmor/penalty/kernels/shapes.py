@@ -179,32 +179,9 @@ def cubic_weights(x):
     )  # fmt: skip
 
 
-@allocating
-def _geodesic_weights(turn, angle, fraction, low, high, weights):
-    """Mix the shapes loaded on both sides into active shapes along a geodesic; see `pmor.reduction.grassmann`."""
-    count = len(angle)
-    shares = np.empty((2, count))
-    for j in range(count):
-        sine = np.sin(angle[j])
-        shares[0, j], shares[1, j] = 1.0 - fraction, fraction
-        if sine > 1e-6:
-            shares[0, j] = np.sin((1.0 - fraction) * angle[j]) / sine
-            shares[1, j] = np.sin(fraction * angle[j]) / sine
-    for s in range(count):
-        for t in range(count):
-            if low[s] and high[s] and low[t] and high[t]:
-                for a in range(2):
-                    weights[a, s, t] = 0.0
-                    for j in range(count):
-                        weights[a, s, t] += turn[s, j] * shares[a, j] * turn[t, j]
-
-
 @compiled
 def shape_weights(positions, roll_position, weights):
-    """First grid position of the stencil and weights (S, T, T) of shapes in active shapes; see `ContactShapes.combination`.
-
-    Unless active shapes lie on a geodesic, each belongs to one shape: only the weights [:, t, t] are written.
-    """
+    """Fill the weights (S, T) of the shapes; return the first grid position of the stencil: `ContactShapes.weights`."""
     loaded, before = positions.loaded, positions.gram.shape[2] // 2 - 1
     place = (roll_position - positions.first) / positions.step
     nearest = np.rint(place)
@@ -215,16 +192,14 @@ def shape_weights(positions, roll_position, weights):
     for t in range(loaded.shape[1]):
         low = 1.0 - fraction if loaded[k, t] else 0.0
         high = fraction if loaded[k + 1, t] else 0.0
-        weights[:, t, t] = 0.0
+        weights[:, t] = 0.0
         if fraction < 0.0 or fraction > 1.0 or low + high <= 0.0:
             continue
-        weights[before, t, t], weights[before + 1, t, t] = low / (low + high), high / (low + high)
+        weights[before, t], weights[before + 1, t] = low / (low + high), high / (low + high)
         if before == 1 and 0 < k < loaded.shape[0] - 2 and loaded[k - 1, t] and low * high != 0.0 and loaded[k + 2, t]:
             cubic = cubic_weights(fraction)
             for a in range(4):
-                weights[a, t, t] = cubic[a]
-    if len(positions.angle) and 0.0 < fraction < 1.0:
-        _geodesic_weights(positions.turn[k], positions.angle[k], fraction, loaded[k], loaded[k + 1], weights)
+                weights[a, t] = cubic[a]
     return k - before
 
 
@@ -232,7 +207,7 @@ def shape_weights(positions, roll_position, weights):
 def _interpolate_positions(pair, patches, positions, active_shapes):
     """Interpolate the shapes of all pairs that can touch over their roll positions; fill `active_shapes`, return their number."""
     shapes, stencil = positions.displacement.shape[1], positions.gram.shape[2]
-    weights, places = np.zeros((patches.pairs, stencil, shapes, shapes)), np.empty(patches.pairs, dtype=np.int64)
+    weights, places = np.zeros((patches.pairs, stencil, shapes)), np.empty(patches.pairs, dtype=np.int64)
     for p in range(patches.pairs):
         roll_position = patches.phi + patches.tooth_pair[p] * pair.kinematics.pitch
         places[p] = shape_weights(positions, roll_position, weights[p])
@@ -251,21 +226,15 @@ def _position_energy(patches, positions, weights, places, gram):
     """Fill the Gram matrix of the active shapes of all pairs."""
     products, stencil, shapes = positions.gram, weights.shape[1], weights.shape[2]
     before = stencil // 2 - 1
-    # On a geodesic a shape is made of all shapes, else of its own.
-    mixed = len(positions.angle) > 0
     for p in range(patches.pairs):
         for q in range(p, patches.pairs):
             for t in range(shapes):
-                from_t, to_t = (0, shapes) if mixed else (t, t + 1)
                 for u in range(shapes):
-                    from_u, to_u = (0, shapes) if mixed else (u, u + 1)
                     value = 0.0
                     for a in range(stencil):
                         for b in range(stencil):
                             product = products[patches.tooth_pair[q] - patches.tooth_pair[p], places[p] + before, a, b]
-                            for s in range(from_t, to_t):
-                                for v in range(from_u, to_u):
-                                    value += weights[p, a, s, t] * weights[q, b, v, u] * product[s, v]
+                            value += weights[p, a, t] * weights[q, b, u] * product[t, u]
                     gram[p * shapes + t, q * shapes + u] = gram[q * shapes + u, p * shapes + t] = value
 
 
@@ -273,21 +242,19 @@ def _position_energy(patches, positions, weights, places, gram):
 def _position_fields(gear, columns, patches, positions, weights, places, active_shapes):
     """Fill the displacements of one gear."""
     displacement, stencil, shapes = positions.displacement, weights.shape[1], weights.shape[2]
-    centre, mixed = (displacement.shape[3] - 1) // 2, len(positions.angle) > 0
+    centre = (displacement.shape[3] - 1) // 2
     for p in range(patches.pairs):
         window = patches.windows[p, gear]
         start = 3 * (window[FIRST_ROW] - window[FIRST]) * columns
         count, offset = 3 * window[NODE_ROWS] * columns, 3 * window[OFFSET]
         for j in range(active_shapes.ranges[gear, 1]):
             q, t = active_shapes.slot[j] // shapes, active_shapes.slot[j] % shapes
-            from_t, to_t = (0, shapes) if mixed else (t, t + 1)
             tooth, target = centre + _teeth_ahead(gear, patches, p, q), active_shapes.fields[j]
             target[offset : offset + count] = 0.0
             for a in range(stencil):
-                for s in range(from_t, to_t):
-                    weight = weights[q, a, s, t]
-                    if weight == 0.0:
-                        continue
-                    source = displacement[places[q] + a, s, gear, tooth]
-                    for dof in range(count):
-                        target[offset + dof] += weight * source[start + dof]
+                weight = weights[q, a, t]
+                if weight == 0.0:
+                    continue
+                source = displacement[places[q] + a, t, gear, tooth]
+                for dof in range(count):
+                    target[offset + dof] += weight * source[start + dof]

@@ -166,9 +166,6 @@ class PositionShapes(NamedTuple):
     loaded : ndarray of bool, shape (M, T)
     displacement : ndarray, shape (M, T, 2, 2 patches + 1, f)
     gram : ndarray, shape (neighbours + 1, M, S, S, T, T)
-    turn : ndarray, shape (M - 1, T, T)
-    angle : ndarray, shape (M - 1, T)
-        Of `pmor.reduction.grassmann.Geodesics`; both empty where each shape is interpolated by itself.
     """
 
     first: float
@@ -176,8 +173,6 @@ class PositionShapes(NamedTuple):
     loaded: BoolArray
     displacement: FloatArray
     gram: FloatArray
-    turn: FloatArray
-    angle: FloatArray
 
 
 class Family(NamedTuple):
