@@ -118,7 +118,7 @@ def test_energy_products_that_are_not_those_of_the_forces(basis, model):
 
 
 @pytest.mark.parametrize("name", ["displacement", "gram"])
-@pytest.mark.parametrize("reduction", FAMILIES[1:5], ids=lambda r: " ".join(r.values()))
+@pytest.mark.parametrize("reduction", FAMILIES[1:4], ids=lambda r: " ".join(r.values()))
 def test_shapes_at_positions_whose_displacements_and_products_do_not_belong_together(
     reduction, name, basis_file, model
 ):
