@@ -1,1 +1,1 @@
-"""What every room stands on: array types, errors, limits, threads, progress, compiled kernels; no mechanics."""
+"""Foundation of all packages: array types, errors, limits, threads, progress, compiled kernels; no mechanics."""

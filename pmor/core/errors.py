@@ -8,12 +8,12 @@ from collections.abc import Iterable
 
 
 def printable(text: str) -> str:
-    """Escape what terminals do not show, or obey: files can quote anything."""
+    """Escape control characters: files can quote anything."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 class PmorError(Exception):
-    """Base of all errors with a message for the engineer: what, where, remedy, on one line."""
+    """Base of all errors with a message for the engineer: place, value, remedy, on one line."""
 
     exit_code = 2
 
@@ -48,7 +48,7 @@ class ConvergenceError(PmorError):
     Parameters
     ----------
     message : str
-        What did not converge, and where.
+        The quantity that did not converge, and the place.
     history : iterable of tuple of float
         Residuals of each iteration, oldest first.
     """

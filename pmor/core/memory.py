@@ -1,4 +1,4 @@
-"""How much memory a process may have: what the computer has, what a control group or `ulimit` leaves of it."""
+"""Memory available to a process: that of the computer, of its control group, of `ulimit`."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
-# What Linux writes where a control group of the first version has no limit: about 2^63, in whole pages.
+# Linux writes about 2^63, in whole pages, where a control group of the first version has no limit.
 NO_LIMIT = 2**60
 
 
@@ -22,7 +22,7 @@ class MemoryLimit:
     source : str
         Who sets it, for messages.
     remedy : str
-        What lifts it.
+        Remedy that lifts it.
     of_addresses : bool
         It counts addresses that are reserved, not memory that is used.
     """

@@ -22,7 +22,7 @@ class Progress:
     total : int
         Number of steps.
     label : str
-        What the steps are, such as "full FE".
+        Name of the steps, such as "full FE".
     done : int
         Steps that an earlier run has done; they do not count for the rate.
 

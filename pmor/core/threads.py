@@ -24,7 +24,7 @@ def use_one_thread() -> None:
 
 
 def linear_algebra_threads() -> str:
-    """What the environment asks for, for the report."""
+    """Thread settings of the environment, for the report."""
     return next((os.environ[name] for name in VARIABLES if name in os.environ), "the library's choice")
 
 
@@ -41,7 +41,7 @@ def in_order(
     Parameters
     ----------
     work : callable
-        Independent of what was done before it.
+        Independent of earlier calls.
     items : iterable
     executor : concurrent.futures.Executor, optional
         By default the work is done in the calling thread.

@@ -1,4 +1,4 @@
-"""What a results file holds, as arrays for tables: its datasets say their units, axes and meanings themselves."""
+"""Arrays of a results file for tables; datasets carry their units, axes and descriptions."""
 
 from __future__ import annotations
 

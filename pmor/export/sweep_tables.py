@@ -1,4 +1,4 @@
-"""What a sweep says, as arrays for tables."""
+"""Arrays of a sweep for tables."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def sweep_entries(sweep: SteSweep, pair: GearPair) -> dict[str, Entry]:
         found["ste/unloaded"] = Entry(sweep.unloaded_um, "um", STATE, "transmission error of rigid flanks")
     bar = sweep.error_bar_um
     if bar is not None:
-        found["ste/error_bar"] = Entry(bar, "um", STATE, "estimate of what reduction and mesh cost")
+        found["ste/error_bar"] = Entry(bar, "um", STATE, "estimated error of reduction and mesh")
     if sweep.converged.all():
         orders = [orders_of(sweep, row) for row in range(len(sweep.torque_Nm))]
         found |= {

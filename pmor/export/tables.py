@@ -1,4 +1,4 @@
-"""Arrays that say what they are, as CSV tables whose header documents each column.
+"""Self-describing arrays as CSV tables; the header documents each column.
 
 Each array names its axes ("torque, angle"). Arrays of a group with the same axes share a table, a row for each place;
 an axis that an array of its own gives places to, ascending (the angle's are `phi`), brings that column along, another
@@ -22,7 +22,7 @@ MOST_ROWS = 1_048_576
 
 @dataclass(frozen=True)
 class Entry:
-    """An array with what it means.
+    """An array with its unit, axes and description.
 
     Parameters
     ----------
@@ -40,20 +40,20 @@ class Entry:
 
 
 def csv_tables(entries: Mapping[str, Entry], source: str) -> tuple[dict[str, str], list[str]]:
-    """Return tables as text by the names of their files, and what is too long for one.
+    """Return tables as text by file name, and the names of arrays too long for a table.
 
     Parameters
     ----------
     entries : mapping
         By names with their group, such as ``ste/phi``.
     source : str
-        What they are of, for the first line.
+        Subject of the tables, for the first line.
     """
     tables, too_long = dict[str, str](), list[str]()
     together = _together(entries)
     for (group, axes), names in together.items():
         if len(axes) == len(names) == 1 and any(g == group and axes[0] in a and a != axes for g, a in together):
-            continue  # places alone, which stand in the tables of what is there
+            continue  # coordinates alone: they stand in the tables of their values
         shape = entries[names[0]].values.shape
         if int(np.prod(shape)) > MOST_ROWS:
             too_long += names
@@ -75,7 +75,7 @@ def _together(entries: Mapping[str, Entry]) -> dict[tuple[str, tuple[str, ...]],
 
 
 def _place_of(axis: str, group: str, entries: Mapping[str, Entry], length: int) -> tuple[str, Entry]:
-    """Column of an axis: what ascends along it alone in the group, or the sweep's torques and angles; else an index."""
+    """Column of an axis: an ascending array along it alone, or the torques and angles of the sweep; else an index."""
     found = {
         name: entry
         for name, entry in entries.items()

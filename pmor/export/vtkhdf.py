@@ -138,7 +138,7 @@ def flank_forces(reduced: ReducedPair, phi: FloatArray) -> tuple[FloatArray, Int
 
 
 def _volumes(case: Case, whole: bool) -> tuple[ElasticGear, ElasticGear]:
-    """Solve the finite elements of both gears, surface layer and all, with what back-substitution needs."""
+    """Solve the finite elements of both gears with their surface layers; keep the factors for back-substitution."""
     mesh = mesh_model(case)
 
     def build(sector: SectorMesh, gear: GearCase) -> ElasticGear:

@@ -45,7 +45,7 @@ def refuse_interference(pair: GearPair) -> None:
 
 
 def clearance_warnings(pair: GearPair) -> tuple[str, ...]:
-    """Say what is unusual about the teeth of a pair that runs: each with the number and what is usual."""
+    """Warn of unusual teeth of a valid pair: each warning with the number and the usual range."""
     warnings = []
     module = pair.pinion.module
     for gear, (name, mate) in enumerate((NAMES, NAMES[::-1])):
@@ -131,7 +131,7 @@ def _in_mate(pair: GearPair, gear: int, corner: complex, angle: FloatArray) -> F
     """
     own, mate = _own_and_mate(pair, gear)
     turned = angle - own.half_thickness_angle(own.tip_roll_angle)
-    # Each gear is to its mate what the mate is to it: turn the drawing by 180 degrees.
+    # The relation is mutual: turn the drawing by 180 degrees.
     foot = turned + own.base_half_angle + pair.working_pressure_angle
     mate_roll = (pair.action_length - foot * own.base_radius) / mate.base_radius
     mate_turned = mate_roll - mate.base_half_angle - pair.working_pressure_angle

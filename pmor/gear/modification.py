@@ -16,11 +16,12 @@ ReliefShape = Literal["linear", "parabolic"]
 
 @dataclass(frozen=True, kw_only=True)
 class Modification:
-    """What the loaded flanks of one gear deviate by (sections `[pinion.modification]` and `[wheel.modification]`).
+    """Deviations of the loaded flanks of one gear (sections `[pinion.modification]` and `[wheel.modification]`).
 
     Amounts are in um along the transverse line of action, positive removes material, zero at the reference; normal to
     the flank they are cos(beta_b) times that, beta_b the base helix angle. Roll angles are the gear's own. The active
-    profile is what its mate can touch on parallel axes at the centre distance of the case. All laws go on beyond it.
+    profile is the part that its mate can touch on parallel axes at the centre distance of the case; all laws continue
+    beyond it.
 
     Parameters
     ----------
@@ -89,7 +90,7 @@ class Modification:
 
     @property
     def over_width(self) -> Modification:
-        """What of it differs over the width."""
+        """Terms that vary over the width."""
         return Modification(
             helix_crowning_um=self.helix_crowning_um,
             helix_slope_um=self.helix_slope_um,

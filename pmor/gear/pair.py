@@ -1,6 +1,7 @@
 """Kinematics of a pair of involute gears: working geometry, contact ratio, where each tooth pair touches.
 
-Source: ISO 21771:2007; derivation of the frames in `pmor.core.conventions`. What is transverse holds in the section z = 0.
+Source: ISO 21771:2007; derivation of the frames in `pmor.core.conventions`. Transverse quantities
+hold in the section z = 0.
 The section at z of a helical pair is the same spur pair at another roll position (`GearPair.section_roll_position`), so
 that over the face width a tooth pair comes into mesh earlier at one end and leaves it later at the other.
 """
@@ -34,7 +35,7 @@ class GearPair:
         Of one module and pressure angle (taken on trust) and opposite helix angles: a right-handed pinion, with a
         positive helix angle, meshes with a left-handed wheel.
     face_width : float
-        Face width of both gears unless they have a face of their own, and what deviations of the axes count over, mm.
+        Face width of both gears unless given separately; reference length of misalignments, mm.
     centre_distance : float
         Distance of the axes, mm.
     pinion_face, wheel_face : (float, float), optional

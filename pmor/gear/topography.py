@@ -94,7 +94,7 @@ def read_topography(text: str) -> Topography:
     Raises
     ------
     CaseError
-        One line: which cell, what is allowed, the remedy.
+        One line: cell, allowed values, remedy.
     """
     lines = [line for line in text.splitlines() if line.strip(" \t,;")]
     if not lines:

@@ -1,1 +1,1 @@
-"""What a sweep gives, and what an engineer reads off it."""
+"""Results of a sweep and the figures derived from them."""

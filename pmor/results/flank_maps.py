@@ -1,4 +1,4 @@
-"""What each point of a flank sees while it rolls through the mesh: the largest over the cycle.
+"""Largest values at each point of a flank over the mesh cycle.
 
 As a tooth pair rolls on, each of its sections moves over the flanks: up the pinion's and down the wheel's, but for tip
 corners, which meet the mate's flank twice. So the way of a section is followed in steps shorter than a cell of the map,
@@ -64,7 +64,7 @@ def cell_edges(points: FloatArray) -> FloatArray:
 def flank_map(
     sweep: SteSweep, torque_index: int, gear: int, active_rad: tuple[float, float], points: int = PROFILE_POINTS
 ) -> FlankMap:
-    """Return what a gear's flank sees at one of the torques of a recorded sweep.
+    """Return the largest values over a gear's flank at one torque of a recorded sweep.
 
     Parameters
     ----------

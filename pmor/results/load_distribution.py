@@ -36,7 +36,7 @@ def line_states(sweep: SteSweep) -> LineStates:
 
 
 class SectionLoads(Protocol):
-    """What a face load factor asks of states of line contact, such as `pmor.results.loads.LineStates`."""
+    """Fields of line contact states that a face load factor needs, such as `pmor.results.loads.LineStates`."""
 
     @property
     def load_N_per_mm(self) -> FloatArray: ...  # noqa: D102

@@ -1,4 +1,4 @@
-"""What a sweep of the reduced model knows beside STE and load sharing: amplitudes and contact forces."""
+"""States of a reduced sweep beside STE and load sharing: amplitudes and contact forces."""
 
 from __future__ import annotations
 

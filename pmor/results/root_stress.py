@@ -42,7 +42,7 @@ class Largest(NamedTuple):
 
 @dataclass(frozen=True)
 class FilletEnvelope:
-    """What the points along the fillets of one gear see at most over the mesh cycle: D torques, p points, c columns.
+    """Largest stresses along the fillets of one gear over the mesh cycle: D torques, p points, c columns.
 
     Attributes
     ----------

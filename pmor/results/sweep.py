@@ -1,4 +1,4 @@
-"""What a sweep over roll angles and torques gives, and the figures an engineer reads off it.
+"""Results of a sweep over roll angles and torques, and the figures derived from them.
 
 Full and reduced model return the same `SteSweep`. A position that did not converge is NaN in ``ste_um`` and stays
 visible as such: means and peaks over the pitch use the converged positions, the mesh orders need them all.
@@ -42,13 +42,13 @@ class SteSweep:
     pitch_rad : float
         2 pi / z1.
     ste_error_um : (n_torques, n_angles) or None
-        Estimate of what a reduced model's STE lacks (`pmor.reduction.error_estimate`), um; None where there is none.
+        Estimated error of the reduced model's STE (`pmor.reduction.error_estimate`), um; None where there is none.
     states : SweepStates or None
         Leads, amplitudes and contact forces of a reduced sweep that was asked to keep them.
     unloaded_um : (n_torques, n_angles) or None
         Transmission error of the same flanks without load, um; None where it is zero.
     mesh_error_percent : (n_torques,) or None
-        Estimate of what the mesh costs, of the mean STE (`pmor_online.mesh_error`), %; None where there is none.
+        Estimated error of the mesh over the mean STE (`pmor_online.mesh_error`), %; None where there is none.
     stiffness_N_per_um : (n_torques, n_angles) or None
         Tangent of the force along the line of action, T / r_b1, over the STE, from the factor of the solution; NaN
         where not converged. None of models that do not know it.
@@ -101,14 +101,14 @@ class SteSweep:
 
     @property
     def mesh_error_um(self) -> FloatArray | None:
-        """What the mesh costs (n_torques,), um; None where it is not estimated."""
+        """Error of the mesh (n_torques,), um; None where not estimated."""
         if self.mesh_error_percent is None:
             return None
         return np.asarray(0.01 * self.mesh_error_percent * np.abs(ste_mean_um(self)))
 
     @property
     def error_bar_um(self) -> FloatArray | None:
-        """What reduction and mesh cost together (n_torques, n_angles), um; None where neither is estimated."""
+        """Error of reduction and mesh together (n_torques, n_angles), um; None where neither is estimated."""
         of_mesh = self.mesh_error_um
         if self.ste_error_um is None and of_mesh is None:
             return None
@@ -231,7 +231,7 @@ def single_pair_zone(sweep: SteSweep, torque_index: int) -> IntArray:
 def ripple_um(sweep: SteSweep, torque_index: int) -> float:
     """Standard deviation (um) of the STE about a quartic over the single-pair zone; NaN below eight positions.
 
-    One pair in contact has a smooth STE, so what a quartic leaves over is the discretisation of the flank surfaces.
+    One pair in contact has a smooth STE, so the remainder of a quartic fit is the discretisation of the flank surfaces.
     """
     zone = single_pair_zone(sweep, torque_index)
     if len(zone) < MIN_RIPPLE_POINTS:

@@ -1,4 +1,4 @@
-"""What a mesh unit says of itself: `modelDescription.xml`, FMI 2.0."""
+"""Description of a mesh unit: `modelDescription.xml`, FMI 2.0."""
 
 from __future__ import annotations
 

@@ -52,7 +52,7 @@ class Document:
         Their ids are 1, 2, ...
     relations : list of (kind, roles)
     loads : dict
-        What the load case says of components, by their ids.
+        Attributes of components in the load case, by their ids.
     """
 
     components: list[tuple[str, str, Mapping[str, Value]]] = field(default_factory=list)

@@ -58,7 +58,7 @@ class Profile:
 
 @dataclass
 class Found:
-    """What was understood of a flank.
+    """Modification of a flank as read from a file.
 
     Parameters
     ----------

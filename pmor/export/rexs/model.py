@@ -1,4 +1,4 @@
-"""What a REXS file holds, of whatever version: components, relations, loads; in the units and with the names of 2.0.
+"""Content of a REXS file of any version: components, relations, loads; units and names of version 2.0.
 
 Forms of a file: XML (`.rexs`), the same in a ZIP archive (`.rexsz`), JSON (`.rexsj`). Names of attributes changed from
 version to version, their numbers did not: those that matter here are renamed below, as the schemas say by number.
@@ -37,7 +37,7 @@ UNITS = {
 }  # fmt: skip
 #: numbers of arrays in Base64
 CODES = {"int32": "<i4", "float32": "<f4", "float64": "<f8"}
-# What a file takes at most once unpacked: an archive may hold anything.
+# Largest unpacked size: an archive may hold anything.
 LARGEST_BYTES = 200 * 2**20
 REMEDY = "give a REXS file (.rexs, .rexsz or .rexsj) as a gearbox program writes it"
 
@@ -66,7 +66,7 @@ class Component:
 
     @property
     def label(self) -> str:
-        """What messages call it."""
+        """Name in messages."""
         return f"{self.kind} {self.number}" + (f" ({self.name})" if self.name else "")
 
     def number_of(self, *attributes: str) -> float | None:
@@ -113,7 +113,7 @@ class Gearbox:
     components : dict of int to Component
     relations : tuple of Relation
     load_cases : tuple of dict
-        What each load case says of components, by their numbers.
+        Attributes of components in each load case, by their numbers.
     """
 
     version: str

@@ -1,4 +1,4 @@
-"""A stage of a REXS gearbox as a case: geometry, tools, material, blanks, flanks, torques; and what is left out."""
+"""A stage of a REXS gearbox as a case: geometry, tools, material, blanks, flanks, torques; notes on the rest."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from pmor.pair.model import gear_pair
 BORE_SHARE, LINE_LOAD = 0.2, 100.0
 # Modules between root circle and bore below which a blank cannot be meshed: the gear is cut into its shaft.
 LEAST_RIM = 1.5
-# Relative; what is nearer to the distance without backlash is that one.
+# Relative; a distance nearer to that without backlash counts as equal.
 SAME_DISTANCE = 1e-10
 SIDES = ("left", "right")
 UNDERSTOOD = (*READERS, "end_relief_datum_face", "end_relief_non_datum_face")
-# Where a part is drawn, and what it is called.
+# Attributes of a part: drawing data and name.
 WITHOUT_MEANING = {
     "display_color", "modification_date", "part_number", "reference_component_for_position", "referenced_component_id",
     "revision_number", "sequence_number", "support_vector", "u_axis_vector", "u_coordinate_on_shaft", "version",
@@ -41,7 +41,7 @@ class Imported:
     case : Case
         Its text begins with the notes, as comments.
     notes : tuple of str
-        What was assumed, taken otherwise, or not understood.
+        Assumptions, changed values, parts not understood.
     """
 
     case: Case
@@ -62,7 +62,7 @@ def import_rexs(path: Path | str, stage: int | None = None) -> Imported:
     FileFormatError
         When it is no REXS file.
     CaseError, GeometryError
-        When there is no such stage, it lacks what a case needs, or its teeth cannot mesh.
+        When the stage is missing or incomplete, or its teeth cannot mesh.
     """
     path = Path(path)
     gearbox = read_rexs(path)
@@ -90,7 +90,7 @@ def import_rexs(path: Path | str, stage: int | None = None) -> Imported:
 
 
 class _Draft:
-    """The sections of a case, as they are found, and notes on what was not."""
+    """Sections of a case as found, and notes on missing data."""
 
     def __init__(self, gearbox: Gearbox, stage: Stage, where: str) -> None:
         self.gearbox, self.stage, self.where = gearbox, stage, where
@@ -204,7 +204,7 @@ class _Draft:
         return {}
 
     def _tool(self, gear: Component, flank: Component, module: float, shift: float, radius: float) -> dict[str, float]:
-        """Dedendum and tip radius of the rack: of its tool, else what the root circle says."""
+        """Dedendum and tip radius of the rack: from its tool, else from the root circle."""
         keys = dict[str, float]()
         if tools := self._tools(gear, flank):
             tool = tools[-1]  # the last step makes the flank
@@ -352,7 +352,7 @@ class _Draft:
 
 
 def _rounded(value: float) -> float:
-    """Rid of what a change of units leaves in the last digits."""
+    """Round off the last digits after a change of units."""
     return float(f"{value:.12g}")
 
 

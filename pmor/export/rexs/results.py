@@ -1,4 +1,4 @@
-"""What a REXS file says of a sweep: transmission error, stiffness, and the load on the flanks."""
+"""Results of a sweep in a REXS file: transmission error, stiffness, load on the flanks."""
 
 from __future__ import annotations
 

@@ -99,7 +99,7 @@ def _teeth(gear: Component) -> str:
 
 
 def _gear_data(gearbox: Gearbox, stage: int, gear: Component) -> list[Component]:
-    """What the file says of a gear in a stage: for all load cases, and for each."""
+    """Data of a gear in a stage: for all load cases, and for each."""
     for relation in gearbox.relations:
         parts = relation.role("stage"), relation.role("gear"), relation.role("stage_gear_data")
         if relation.kind == "stage_gear_data" and parts[:2] == (stage, gear.number) and parts[2] is not None:
@@ -113,7 +113,7 @@ def _torques(
 ) -> tuple[dict[int, set[float]], dict[int, int]]:
     """Torques of the load cases by gear, N m, and the driving gear of each stage that the power comes to.
 
-    What the file says of gears in stages is taken; else the torque that enters at a shaft goes on from stage to stage,
+    Torques given for gears in stages are taken; else the torque that enters at a shaft goes on from stage to stage,
     each gear of a shaft passing on what came, without losses.
     """
     torques, drivers = dict[int, set[float]](), dict[int, int]()
@@ -135,7 +135,7 @@ def _torques(
 
 
 def _entering(gearbox: Gearbox, loads: dict[int, Component]) -> dict[int, float]:
-    """Torques that loads bring to shafts, N m; what takes it off again has none that the file says."""
+    """Torques of the loads on shafts, N m; the output torque is not in the file."""
     entering = dict[int, float]()
     for load in gearbox.of_kind("external_load"):
         said = loads.get(load.number, load).number_of("torque_around_u_axis")

@@ -1,4 +1,4 @@
-"""A case and its results as a REXS 2.0 file: two shafts with a gear each, one stage, what was found under its torque.
+"""A case and its results as a REXS 2.0 file: two shafts with a gear each, one stage, results under its torque.
 
 For the transmission error REXS has no attribute: it stands under names of our own, as the standard provides.
 """
@@ -29,7 +29,7 @@ DIGITS = 12
 def write_rexs(
     case: Case, pair: GearPair, path: Path, results: StageResults | None = None, overwrite: bool = False
 ) -> None:
-    """Write a case, and what was found, as a REXS file.
+    """Write a case and its results as a REXS file.
 
     Parameters
     ----------

@@ -268,7 +268,7 @@ def classical_results(
 
 @dataclass(frozen=True)
 class _Rack:
-    """What defines the two gears' basic geometry; pinion first, lengths in normal modules."""
+    """Basic geometry of the two gears; pinion first, lengths in normal modules."""
 
     teeth: tuple[int, int]
     module_n_mm: float

@@ -94,7 +94,7 @@ def single_from_mesh_stiffness(mesh_stiffness: float, transverse_contact_ratio: 
 
 
 def _weights(contact_ratio: float) -> tuple[float, ...]:
-    """C_v1 to C_v7: shares of pitch deviation, form, stiffness cycle; the last is what is left beyond resonance."""
+    """C_v1 to C_v7: shares of pitch deviation, form, stiffness cycle; the last is the remainder beyond resonance."""
     e = contact_ratio
     rest = 0.75 if e <= 1.5 else 0.125 * math.sin(math.pi * (e - 2.0)) + 0.875 if e <= 2.5 else 1.0
     if e <= 2.0:

@@ -1,4 +1,4 @@
-"""A spur gear tooth seen as a cantilever of varying section: what the classical deflection formulas integrate over.
+"""A spur gear tooth as a cantilever of varying section, the domain of the classical deflection formulas.
 
 The tooth stands on the +y axis of its own frame, the gear's axis at the origin. ``y`` is measured along the tooth's
 centre line from the gear's axis, ``s(y)`` is the tooth's half thickness there: the involute above, below it the
