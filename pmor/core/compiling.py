@@ -1,69 +1,39 @@
-"""How kernels are compiled, and how numba's cache notices an edit in any of them.
+"""How kernels are compiled.
 
-numba keeps compiled code beside the sources and compares the time stamp of the file that holds the function: an edit in
-another file, of a function that is called from there, would go unnoticed and the old code would run. So each
-dispatcher's stamp is a hash over the sources of all kernels instead, and of its own folder where that is another one.
-Whatever kernels read, types and constants included, therefore stands in the packages `kernels`.
+Whatever kernels read, types and constants included, stands in the files of `pmor.core.keeping.kernel_sources`: kept code
+is found by the hash of these.
 """
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable
-from pathlib import Path
 from types import FunctionType
 from typing import Any
 
 from numba import njit, types
 
-from pmor.core.keeping import can_keep
+from pmor.core.keeping import keeping_kernels, kernels_folder
 
 # Divisions follow IEEE 754 instead of raising, which spares a branch at each; results are checked where they are used.
 # fastmath stays off: sums keep their order, and NaN stays what it is.
-_OPTIONS: dict[str, Any] = {"cache": can_keep(), "nogil": True, "error_model": "numpy", "fastmath": False,
-                            "no_cfunc_wrapper": True}  # fmt: skip
-# What neither makes, copies nor returns arrays goes without numba's runtime: it borrows its arguments from its caller
+_OPTIONS: dict[str, Any] = {"cache": kernels_folder() is not None, "nogil": True, "error_model": "numpy",
+                            "fastmath": False, "no_cfunc_wrapper": True}  # fmt: skip
+# Kernels that neither make, copy nor return arrays go without numba's runtime: arguments are borrowed from the caller
 # instead of counting references to each of their arrays at every call, which took a third of a sweep's time.
 _BORROWING: dict[str, Any] = {**_OPTIONS, "_nrt": False}
-# Said aloud: a function that says nothing inherits this from its caller.
+# Set explicitly, otherwise inherited from the caller.
 ALLOCATING: dict[str, Any] = {**_OPTIONS, "_nrt": True}
 
-_PACKAGE = Path(__file__).parents[1]
-_SOURCES = (Path(__file__), _PACKAGE / "core" / "linear.py", *sorted(_PACKAGE.glob("*/kernels/*.py")))
 
-
-def sources_stamp(*more: Path) -> str:
-    """Return a hash over the sources of all kernels, and of files elsewhere."""
-    digest = hashlib.sha256()
-    for path in (*_SOURCES, *more):
-        digest.update(path.relative_to(_PACKAGE).as_posix().encode() if path in _SOURCES else path.name.encode())
-        digest.update(path.read_bytes())
-    return digest.hexdigest()
-
-
-_STAMP = sources_stamp()
-
-
-def _stamped(**options: Any) -> Callable[[Callable[..., Any]], Any]:
-    def compile_stamped(function: Callable[..., Any]) -> Any:
-        dispatcher = _keep_stamped(njit(**options)(function), function)
-        if hasattr(dispatcher, "get_call_template") and "inline" not in options:
-            _serve_kernels(dispatcher, function, options)
+def _compiling(**options: Any) -> Callable[[Callable[..., Any]], Any]:
+    def compile_kernel(function: Callable[..., Any]) -> Any:
+        with keeping_kernels():
+            dispatcher = njit(**options)(function)
+            if hasattr(dispatcher, "get_call_template") and "inline" not in options:
+                _serve_kernels(dispatcher, function, options)
         return dispatcher
 
-    return compile_stamped
-
-
-def _keep_stamped(dispatcher: Any, function: Callable[..., Any]) -> Any:
-    # Not there when numba is switched off or keeps no cache.
-    file: Any = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
-    if hasattr(file, "_source_stamp"):
-        own = Path(function.__code__.co_filename)
-        # Kernels elsewhere call each other across the files of their own folder, and the kernels of the package.
-        file._source_stamp = _STAMP if own in _SOURCES else sources_stamp(*sorted(own.parent.glob("*.py")))
-        # Looked at before anything is unpickled: an index of other sources may name types that are no more.
-        file._version = f"{file._version} {file._source_stamp}"
-    return dispatcher
+    return compile_kernel
 
 
 def _serve_kernels(dispatcher: Any, function: Callable[..., Any], options: dict[str, Any]) -> None:
@@ -75,7 +45,7 @@ def _serve_kernels(dispatcher: Any, function: Callable[..., Any], options: dict[
     within = FunctionType(function.__code__, function.__globals__, function.__name__, function.__defaults__)
     within.__qualname__ = f"{function.__qualname__}_within"  # its code is kept apart
     within.__module__ = function.__module__
-    twin = _keep_stamped(njit(**{**options, "no_cpython_wrapper": True})(within), function)
+    twin = njit(**{**options, "no_cpython_wrapper": True})(within)
 
     def call_template(arguments: Any, keywords: Any) -> Any:
         return twin.get_call_template(
@@ -87,10 +57,10 @@ def _serve_kernels(dispatcher: Any, function: Callable[..., Any], options: dict[
     dispatcher.get_overload = twin.get_overload
 
 
-compiled = _stamped(**_BORROWING)
+compiled = _compiling(**_BORROWING)
 # Called once per contact point: dozens of shapes and strides to pass on each time.
-inlined = _stamped(**_BORROWING, forceinline=True)
-allocating = _stamped(**ALLOCATING)
+inlined = _compiling(**_BORROWING, forceinline=True)
+allocating = _compiling(**ALLOCATING)
 # A part of its only caller, set apart to be read. Each function below another one is optimised once more with its
 # caller: near the top of the call tree that takes ten seconds.
-merged = _stamped(**_OPTIONS, inline="always")
+merged = _compiling(**_OPTIONS, inline="always")

@@ -1,15 +1,23 @@
 """Where compiled kernels are kept, and a word when they are compiled.
 
-numba keeps them beside the sources or, where these may not be written to, below the user's home. A container often has
-neither; without a place numba refuses to compile at all.
+numba compares the file of a function with its kept code: an edit in another file, of a function that it calls, would go
+unnoticed and the old code would run. So each state of the sources has a folder of its own, named by their hash, in the
+first place that can be written to: NUMBA_CACHE_DIR, beside the sources, below the user's home, among temporary files.
+A container often has none; kernels are then compiled at each start.
 """
 
 from __future__ import annotations
 
+import hashlib
 import logging
 import os
+import re
+import shutil
+import sys
 import tempfile
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -20,37 +28,81 @@ from numba.core import event
 _LOG = logging.getLogger("pmor.kernels")
 # Seconds of compilation between two words about it: a run compiles a dozen kernels one after the other.
 _PAUSE_S = 15.0
+_PACKAGE = Path(__file__).parents[1]
+_NAME, _MARKER = "pmor_kernels_{}", "compiled by pmor"
+# Folders of earlier sources that stay beside the present one: who compares two versions needs both.
+_EARLIER_KEPT = 3
+
+
+def kernel_sources() -> list[Path]:
+    """Return all files whose text kernels depend on: functions, types and constants."""
+    single = (_PACKAGE / "core" / "compiling.py", _PACKAGE / "core" / "linear.py", _PACKAGE / "lab" / "phases.py")
+    return [*single, *sorted(_PACKAGE.glob("*/kernels/*.py"))]
 
 
 @cache
-def can_keep() -> bool:
-    """Return whether compiled kernels can be kept: where numba wants them, or else among temporary files."""
-    if _numba_finds_one():
-        return True
-    folder = _private_folder()
-    if folder is not None:
-        numba.config.CACHE_DIR = str(folder)  # type: ignore[attr-defined]
-    return folder is not None and _numba_finds_one()
+def kernels_folder() -> Path | None:
+    """Return the folder of kernels compiled from these very sources; None where nothing can be kept."""
+    digest = hashlib.sha256(f"{numba.__version__} {sys.implementation.cache_tag}".encode())
+    for path in kernel_sources():
+        digest.update(path.relative_to(_PACKAGE).as_posix().encode())
+        digest.update(path.read_bytes())
+    name = _NAME.format(digest.hexdigest()[:32])
+    return next((folder for place in _places() if (folder := _usable(place / name)) is not None), None)
+
+
+@contextmanager
+def keeping_kernels() -> Iterator[None]:
+    """Let numba keep what is decorated inside in the folder of the kernels, and all else where it does anyway."""
+    before, folder = numba.config.CACHE_DIR, kernels_folder()  # type: ignore[attr-defined]
+    numba.config.CACHE_DIR = before if folder is None else str(folder)  # type: ignore[attr-defined]
+    try:
+        yield
+    finally:
+        numba.config.CACHE_DIR = before  # type: ignore[attr-defined]
 
 
 def is_kept(kernel: Any) -> bool:
-    """Return whether a kernel was compiled before, from these very sources, and is kept."""
-    file = getattr(getattr(kernel, "_cache", None), "_cache_file", None)
+    """Return whether a kernel was compiled before, from these very sources, and is kept; True if kernels never are."""
+    # A plain function where numba is switched off.
+    folder = kernel.stats.cache_path if hasattr(kernel, "stats") else None
+    return folder is None or any(Path(folder).glob(f"*.{kernel.py_func.__qualname__}-*.nbi"))
+
+
+def _places() -> Iterator[Path]:
+    """Where to look for a folder that can be written to, best first."""
+    if named := numba.config.CACHE_DIR:  # type: ignore[attr-defined]
+        yield Path(named)
+    yield _PACKAGE / "__pycache__"
+    with suppress(RuntimeError):  # no home
+        yield Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "pmor"
+    if (private := _private_folder()) is not None:
+        yield private
+
+
+def _usable(folder: Path) -> Path | None:
+    """Return a folder, made if need be, that files can be written to; None if it cannot be."""
     try:
-        return file is None or bool(file._load_index())
+        is_new = not folder.is_dir()
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / _MARKER).touch()  # its time tells when the folder was used last
+        tempfile.TemporaryFile(dir=folder).close()
     except OSError:
-        return False
+        return None
+    if is_new:
+        _remove_earlier(folder)
+    return folder
 
 
-def _numba_finds_one() -> bool:
-    def trial() -> None:
-        """Never called."""
-
-    try:
-        numba.njit(cache=True)(trial)
-    except RuntimeError:
-        return False
-    return True
+def _remove_earlier(folder: Path) -> None:
+    """Remove folders of earlier sources beside a new one, but for those used last."""
+    used = {}
+    for other in folder.parent.glob(_NAME.format("*")):
+        with suppress(OSError):
+            if other != folder and re.fullmatch(_NAME.format("[0-9a-f]{32}"), other.name) and not other.is_symlink():
+                used[other] = (other / _MARKER).stat().st_mtime
+    for other in sorted(used, key=lambda each: used[each])[:-_EARLIER_KEPT]:
+        shutil.rmtree(other, ignore_errors=True)
 
 
 def _private_folder() -> Path | None:
@@ -58,7 +110,7 @@ def _private_folder() -> Path | None:
     if not hasattr(os, "getuid"):
         return None
     try:
-        folder = Path(tempfile.gettempdir()) / f"pmor_kernels_{os.getuid()}"
+        folder = Path(tempfile.gettempdir()) / f"pmor_{os.getuid()}"
         folder.mkdir(mode=0o700, exist_ok=True)
         found = folder.lstat()
     except OSError:
@@ -95,7 +147,7 @@ class _Announcement(event.Listener):
     def _words(self) -> str:
         if self._seconds:
             return f"compiling more kernels ({self._seconds:.0f} s so far)"
-        if can_keep():
+        if kernels_folder() is not None:
             return "compiling the kernels of contact, once after each installation: up to two minutes in all"
         return (
             "compiling the kernels of contact, at each start: up to two minutes; they are kept where NUMBA_CACHE_DIR "

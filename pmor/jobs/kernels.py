@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from pmor.case import Case, make_case, other_models
-from pmor.core.keeping import can_keep, is_kept
+from pmor.core.keeping import is_kept, kernels_folder
 from pmor.jobs.offline import run_offline
 from pmor.jobs.online import run_online
 from pmor.pair.conditions import nominal_condition
@@ -44,7 +44,7 @@ def kernels_beside(case: Case) -> Iterator[Callable[[], object]]:
     full = "" if is_kept(_OF_FULL) else case.contact.scheme
     # The nodal schemes share their kernels.
     trained = next((scheme for scheme, _ in other_models(case) if not is_kept(_OF_SHAPES)), "")
-    if not can_keep() or not (full or trained):
+    if kernels_folder() is None or not (full or trained):
         yield lambda: None
         return
     with subprocess.Popen(

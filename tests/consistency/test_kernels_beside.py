@@ -17,7 +17,7 @@ def test_nothing_is_started_where_all_is_compiled(monkeypatch):
 
 def test_a_second_process_that_fails_is_waited_for_and_no_matter(monkeypatch):
     monkeypatch.setattr(kernels, "is_kept", lambda _kernel: False)
-    monkeypatch.setattr(kernels, "can_keep", lambda: True)
+    monkeypatch.setattr(kernels, "kernels_folder", lambda: kernels.Path())
     monkeypatch.setattr(kernels, "_COMMAND", "raise SystemExit(3)")
     with kernels.kernels_beside(small_case()) as wait:
         wait()

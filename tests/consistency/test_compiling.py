@@ -1,20 +1,19 @@
-"""numba's cache must notice an edit in any file of the kernels, not only in the one of the function itself."""
+"""Kept kernels are those of the present sources: an edit in any file of theirs is noticed."""
 
-import importlib
 import os
-import pkgutil
+import re
 import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from numba import njit
 from numba.core import event
 
 import pmor
-import pmor.penalty.kernels
 from pmor.core import keeping
-from pmor.core.compiling import compiled, sources_stamp
+from pmor.core.compiling import compiled
 from pmor.gear.kernels.motion import roll_angle
 from pmor.penalty.kernels.windows import relative_radius
 
@@ -35,31 +34,44 @@ print(relative_radius(pair, (gear, gear), 0.0))
 """
 
 
-def dispatchers():
-    """All compiled functions of the package, by name."""
-    found = {}
-    for module in pkgutil.iter_modules(pmor.penalty.kernels.__path__):
-        path = f"pmor.penalty.kernels.{module.name}"
-        for name, value in vars(importlib.import_module(path)).items():
-            if hasattr(value, "py_func") and value.py_func.__module__ == path:
-                found[f"{module.name}.{name}"] = value
-    return found
+@pytest.mark.jit
+def test_every_file_of_kernels_names_the_folder_that_keeps_them():
+    """A kernel elsewhere could be edited unnoticed."""
+    with_kernels = [
+        path for path in (CHECKOUT / "pmor").rglob("*.py")
+        if re.search(r"^(from pmor\.core\.compiling import|from numba import|import numba)", path.read_text(), re.MULTILINE)
+    ]  # fmt: skip
+    asked = {CHECKOUT / "pmor" / "core" / "keeping.py"}  # where kernels lie is not what they compute
+    assert len(with_kernels) > 20
+    assert set(with_kernels) - asked <= set(keeping.kernel_sources())
+    assert relative_radius.stats.cache_path.startswith(str(keeping.kernels_folder()))
 
 
 @pytest.mark.jit
-def test_every_dispatcher_is_stamped_with_all_sources_of_the_package():
-    stamps = {name: d._cache._cache_file._source_stamp for name, d in dispatchers().items()}
-    assert len(stamps) > 50
-    assert set(stamps.values()) == {sources_stamp()}, [n for n, stamp in stamps.items() if stamp != sources_stamp()]
+def test_what_a_user_compiles_is_kept_where_numba_keeps_it_anyway(tmp_path, monkeypatch):
+    monkeypatch.setattr("numba.config.CACHE_DIR", str(tmp_path))
 
-
-@pytest.mark.jit
-def test_a_kernel_outside_the_package_is_stamped_with_the_files_of_its_own_folder_too():
-    def outside(x):
+    def own(x):
         return x
 
-    beside = sorted(Path(__file__).parent.glob("*.py"))
-    assert compiled(outside)._cache._cache_file._source_stamp == sources_stamp(*beside)
+    assert str(keeping.kernels_folder()) != str(tmp_path)
+    assert not compiled(own).stats.cache_path.startswith(str(tmp_path))
+    assert njit(cache=True)(own).stats.cache_path.startswith(str(tmp_path))
+
+
+def test_folders_of_earlier_sources_go_but_for_the_last_used_and_nothing_else_does(tmp_path):
+    names = [f"pmor_kernels_{number:032x}" for number in range(6)]
+    for age, name in enumerate(names):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "compiled by pmor").touch()
+        os.utime(tmp_path / name / "compiled by pmor", (1e9 - age, 1e9 - age))
+    others = ["pmor_kernels_mine", f"pmor_kernels_{9:032x}", "notes"]  # not by us: no number, no marker, neither
+    for name in others:
+        (tmp_path / name).mkdir()
+    new = tmp_path / f"pmor_kernels_{7:032x}"
+    assert keeping._usable(new) == new
+    assert {path.name for path in tmp_path.iterdir()} == {new.name, *names[:3], *others}
+    assert keeping._usable(tmp_path / "notes" / "deep" / new.name) is not None
 
 
 def relative_radius_of(copy):
@@ -73,13 +85,9 @@ def relative_radius_of(copy):
 
 @pytest.fixture
 def kernels(tmp_path):
-    """A copy of the package that can be edited."""
-    folder = tmp_path / "pmor" / "contact" / "kernels"
-    shutil.copytree(CHECKOUT / "pmor" / "contact" / "kernels", folder, ignore=shutil.ignore_patterns("__pycache__"))
-    shutil.copy(CHECKOUT / "pmor" / "arrays.py", tmp_path / "pmor" / "arrays.py")
-    for package in (folder.parent, folder.parents[1]):
-        (package / "__init__.py").touch()
-    return folder
+    """The folder of the gears' kernels in a copy of the package that can be edited."""
+    shutil.copytree(CHECKOUT / "pmor", tmp_path / "pmor", ignore=shutil.ignore_patterns("__pycache__"))
+    return tmp_path / "pmor" / "gear" / "kernels"
 
 
 @pytest.mark.jit
@@ -88,17 +96,17 @@ def test_a_cache_of_types_that_are_no_more_is_passed_over(tmp_path, kernels):
     before = relative_radius_of(tmp_path)
     types = kernels / "types.py"
     (kernels / "places.py").write_text(types.read_text())
-    types.write_text("from pmor.penalty.kernels.places import *\n")
+    types.write_text("from pmor.gear.kernels.places import *\n")
     assert relative_radius_of(tmp_path) == before
     (kernels / "places.py").rename(kernels / "rooms.py")
-    types.write_text("from pmor.penalty.kernels.rooms import *\n")
+    types.write_text("from pmor.gear.kernels.rooms import *\n")
     assert relative_radius_of(tmp_path) == before
 
 
 @pytest.fixture
 def homeless(tmp_path, kernels):
     """Runs a small kernel in a process that can write neither beside it nor to a home; gives its temporary folder."""
-    (kernels / "__pycache__").touch()  # not even root can make a folder of it
+    (tmp_path / "pmor" / "__pycache__").touch()  # not even root can make a folder of it
     (kernels / "small.py").write_text(
         "from pmor.core.compiling import compiled\n\n\n@compiled\ndef twice(x):\n    return 2.0 * x\n"
     )
@@ -107,7 +115,7 @@ def homeless(tmp_path, kernels):
 
     def run():
         nowhere = {"NUMBA_CACHE_DIR": "", "HOME": os.devnull, "XDG_CACHE_HOME": os.devnull, "TMPDIR": str(temporary)}
-        code = "from pmor.penalty.kernels.small import twice; print(twice(2.0))"
+        code = "from pmor.gear.kernels.small import twice; print(twice(2.0))"
         done = subprocess.run(
             [sys.executable, "-c", code], env=os.environ | nowhere | {"PYTHONPATH": str(tmp_path)}, cwd=tmp_path,
             capture_output=True, text=True,
@@ -120,14 +128,14 @@ def homeless(tmp_path, kernels):
 
 @pytest.mark.jit
 def test_without_a_home_kernels_are_kept_among_temporary_files_of_this_user_alone(homeless):
-    (folder,) = homeless().glob("pmor_kernels_*")
+    (folder,) = homeless().glob("pmor_*")
     assert folder.stat().st_mode & 0o777 == 0o700
     assert len(list(folder.rglob("*.nbc"))) == 1
 
 
 @pytest.mark.jit
 def test_what_others_can_write_to_is_not_trusted_with_kernels(tmp_path, homeless):
-    folder = tmp_path / "temporary" / f"pmor_kernels_{os.getuid()}"
+    folder = tmp_path / "temporary" / f"pmor_{os.getuid()}"
     folder.mkdir()
     folder.chmod(0o777)
     homeless()
@@ -160,7 +168,7 @@ def test_an_edit_two_files_down_is_noticed(tmp_path, kernels):
     text = motion.read_text()
     assert "pinion = roll_position + " in text
     text = text.replace("pinion = roll_position + ", "pinion = base(roll_position) + ")
-    text = text.replace("import compiled\n", "import compiled\nfrom pmor.penalty.kernels.lowest import base\n", 1)
+    text = text.replace("import compiled\n", "import compiled\nfrom pmor.gear.kernels.lowest import base\n", 1)
     motion.write_text(text)
     before, again = relative_radius_of(tmp_path), relative_radius_of(tmp_path)
     assert again == before
