@@ -37,10 +37,8 @@ print(relative_radius(pair, (gear, gear), 0.0))
 @pytest.mark.jit
 def test_every_file_of_kernels_names_the_folder_that_keeps_them():
     """A kernel elsewhere could be edited unnoticed."""
-    with_kernels = [
-        path for path in (CHECKOUT / "pmor").rglob("*.py")
-        if re.search(r"^(from pmor\.core\.compiling import|from numba import|import numba)", path.read_text(), re.MULTILINE)
-    ]  # fmt: skip
+    imports = re.compile(r"^(from pmor\.core\.compiling import|from numba import|import numba)", re.MULTILINE)
+    with_kernels = [path for path in (CHECKOUT / "pmor").rglob("*.py") if imports.search(path.read_text())]
     asked = {CHECKOUT / "pmor" / "core" / "keeping.py"}  # where kernels lie is not what they compute
     assert len(with_kernels) > 20
     assert set(with_kernels) - asked <= set(keeping.kernel_sources())
