@@ -80,8 +80,9 @@ def online(
     basis_path: Path, out: Path | None = None, case_path: Path | None = None, jobs: int = 1, overwrite: bool = False
 ) -> None:
     """Sweep the static transmission error with the reduced model of a basis file."""
-    from pmor.app.cost import refuse_large_basis
     from pmor.case import load_case, text_of
+    from pmor.case.live_page import takes_whole_width
+    from pmor.case.width import whole_width
     from pmor.jobs.live import live_pair
     from pmor.jobs.online import run_online
     from pmor.pair.model import refuse_loads
@@ -90,6 +91,7 @@ def online(
     from pmor.report.summary import result_files, write_results
     from pmor.storage.basis_file import read_basis, require_made_from
     from pmor.storage.results_folder import default_folder, results_folder, start_results
+    from pmor.work.cost import refuse_beyond_memory, refuse_large_basis
     from pmor_online.model import reduced_pair
 
     refuse_large_basis(basis_path)
@@ -100,6 +102,8 @@ def online(
         basis = replace(basis, case=case)
     reduced = reduced_pair(basis)
     refuse_loads(basis.case, reduced.meshed)  # a sweep may go beyond those that the training has been through
+    if takes_whole_width(basis.case):
+        refuse_beyond_memory(whole_width(basis.case))
     folder, names = out or default_folder(basis.case.name), (*result_files(basis.case), *page_files(basis.case))
     inputs = (basis_path, *([case_path] if case_path else []))
     with results_folder(folder, names, (), overwrite, inputs):
@@ -380,11 +384,11 @@ def _verify(path: Path) -> None:
     from pmor.core.errors import FileFormatError
     from pmor.core.progress import Progress
     from pmor.jobs.verify import UNSEEN_STATES, checks_text, verify_basis
-    from pmor.pair.model import mesh_model
     from pmor.storage.basis_file import BASIS_SCHEMA, read_basis
+    from pmor.work.cost import meshed_within_memory
 
     basis = read_basis(path)
-    model = _elastic_model(basis.case, mesh_model(basis.case))
+    model = _elastic_model(basis.case, meshed_within_memory(basis.case))
     with Progress(UNSEEN_STATES, "full FE, unseen states") as progress:
         checks = verify_basis(basis, model, progress.step)
     print(checks_text(checks))
@@ -398,9 +402,9 @@ def _meshed_case(case_path: Path) -> tuple[Case, MeshModel]:
     from pmor.case import load_case
 
     case = load_case(case_path)
-    from pmor.pair.model import mesh_model
+    from pmor.work.cost import meshed_within_memory
 
-    return case, mesh_model(case)
+    return case, meshed_within_memory(case)
 
 
 def _elastic_model(case: Case, mesh: MeshModel) -> ElasticModel:

@@ -129,8 +129,8 @@ def _model(source: Path, to: str, path: Path, overwrite: bool, torque_Nm: float 
 
 
 def _reduced(source: Path) -> ReducedPair:
-    from pmor.app.cost import refuse_large_basis
     from pmor.storage.basis_file import read_basis
+    from pmor.work.cost import refuse_large_basis
     from pmor_online.model import reduced_pair
 
     refuse_large_basis(source)
@@ -168,5 +168,9 @@ def _write_tables(
 
 
 def _vtkhdf(source: Path, path: Path, overwrite: bool) -> Exported:
-    import_module("pmor.export.vtkhdf").export(source, path, False, overwrite)
+    from pmor.work.cost import refuse_beyond_memory
+
+    reduced = _reduced(source)
+    refuse_beyond_memory(reduced.basis.case)
+    import_module("pmor.export.vtkhdf").export(reduced, path, False, overwrite)
     return Exported(path)

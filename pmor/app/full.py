@@ -14,8 +14,9 @@ from pmor.gear.condition import Misalignment
 from pmor.gear.modification import Modification
 from pmor.line.unloaded import with_unloaded
 from pmor.pair.conditions import conditions_of
-from pmor.pair.model import ElasticModel, elastic_model, mesh_model, refuse_loads
+from pmor.pair.model import ElasticModel, elastic_model, refuse_loads
 from pmor.pair.sweep import sweep_ste
+from pmor.work.cost import meshed_within_memory
 
 #: called with a number of finished steps
 Progress = Callable[[int], None]
@@ -69,4 +70,4 @@ def full_model(case: Case) -> FullModel:
     CaseError, GeometryError, MeshError
         When there is no such gear, pair or mesh, or the load is beyond it.
     """
-    return FullModel(case, elastic_model(case, mesh_model(case)))
+    return FullModel(case, elastic_model(case, meshed_within_memory(case)))

@@ -5,7 +5,6 @@ A new part of the plan is one more function in `PARTS`: from the case to the lin
 
 from collections.abc import Callable, Iterator
 
-from pmor.app.cost import refuse_beyond_memory, stages
 from pmor.app.skipped import computed, remarks, scene, skipped
 from pmor.case import Case, condition_words, describe, model_names, other_models, short_list
 from pmor.case.document import GEARS
@@ -14,7 +13,7 @@ from pmor.case.width import intervals_across, meshed_width
 from pmor.core.memory import memory_text
 from pmor.core.progress import format_time
 from pmor.pair.conditions import full_solves, misalignments, torques_of
-from pmor.pair.model import gear_pair
+from pmor.work.cost import refuse_beyond_memory, stages
 
 NOT_WRITTEN = {
     "compare.models": "the case's own alone",
@@ -43,7 +42,7 @@ def plan_parts(case: Case) -> Iterator[str]:
     """
     for part in PARTS:
         if part is _computed_and_skipped:
-            refuse_beyond_memory(case, stages(case, gear_pair(case)))
+            refuse_beyond_memory(case)
         if lines := part(case):
             yield "\n".join(lines)
 
@@ -144,7 +143,7 @@ def _training_text(case: Case) -> str:
 
 
 def _cost(case: Case) -> list[str]:
-    found = stages(case, gear_pair(case))
+    found = stages(case)
     rows = [(stage.name, memory_text(stage.memory), format_time(stage.seconds)) for stage in found]
     rows.append(("in all", memory_text(max(s.memory for s in found)), format_time(sum(s.seconds for s in found))))
     lines = ["Stages: peak memory and time of one core, within a factor of two"]

@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pmor.app.cost import rows_in_contact, sharing_bodies
 from pmor.case import Case, beyond_training, other_models
 from pmor.case.coarser import coarser
 from pmor.case.width import meshed_width, mirrors_without_tilt
@@ -24,6 +23,8 @@ from pmor.mesh.sector import SectorMesh
 from pmor.pair.conditions import full_solves
 from pmor.pair.limits import range_warnings
 from pmor.pair.model import approach_estimate, contact_scheme, gear_pair, neighbouring_teeth, same_body, sector_meshes
+from pmor.work.cost import sharing_bodies
+from pmor.work.sizes import rows_in_contact
 
 DOUBLE = 8  # bytes
 PICTURES = "curves, load sharing, spectrum, error, contact pattern, mesh"

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from pmor.app.cost import FINITE_ELEMENTS, stages
 from pmor.campaigns.relations import case_of, with_relations
 from pmor.campaigns.rows import Answer, Row
 from pmor.campaigns.settings import Campaign
@@ -19,10 +18,10 @@ from pmor.campaigns.store import key_of
 from pmor.campaigns.table import Design
 from pmor.case.coarser import coarser
 from pmor.core.errors import PmorError
-from pmor.pair.model import gear_pair
 from pmor.report.data_files import write_summary_json
 from pmor.storage.manifest import Contents, listed, origin_in
 from pmor.storage.results_folder import working_folder
+from pmor.work.cost import FINITE_ELEMENTS, stages
 
 # Name of the folder of finished chunks, beside the results.
 PARTS = "parts"
@@ -72,11 +71,11 @@ def expected_seconds(campaign: Campaign, table: Callable[[int], Design]) -> floa
 def _seconds(campaign: Campaign, design: Design) -> float:
     try:
         case = case_of(campaign.base_text, with_relations(campaign.base_text, design, campaign.relations), "design")
-        pair, coarse = gear_pair(case), coarser(case)
-        own = {stage.name: stage.seconds for stage in stages(case, pair)}
+        coarse = coarser(case)
+        own = {stage.name: stage.seconds for stage in stages(case)}
         elements = own[FINITE_ELEMENTS]
         if coarse is not None:
-            elements += sum(stage.seconds for stage in stages(coarse, pair) if stage.name == FINITE_ELEMENTS)
+            elements += sum(stage.seconds for stage in stages(coarse) if stage.name == FINITE_ELEMENTS)
         return elements + own[SWEEP]
     except PmorError:
         return INFEASIBLE_S

@@ -17,9 +17,10 @@ from pmor.case.coarser import coarser
 from pmor.core.errors import CaseError, ConvergenceError, GeometryError, MeshError
 from pmor.line.sections import loaded_components
 from pmor.mesh.sector import SectorMesh
-from pmor.pair.model import mesh_model, neighbouring_teeth, per_gear, solved_gear
+from pmor.pair.model import neighbouring_teeth, per_gear, solved_gear
 from pmor.reduction.basis import Basis, untrained
 from pmor.storage.compliance_file import SolvedGear
+from pmor.work.cost import meshed_within_memory
 from pmor_online.compare import failed_positions
 from pmor_online.model import reduced_pair
 from pmor_online.run import root_stress_of_case, sweep_case
@@ -86,7 +87,7 @@ def results_of(case: Case, store: Store, relief: bool = False) -> tuple[dict[str
 
 def basis_of(case: Case, store: Store) -> Basis:
     """Return the basis of line loads of a case, its gears from the store where they are there."""
-    mesh = mesh_model(case)
+    mesh = meshed_within_memory(case)
     components = loaded_components(mesh.meshed.scheme.exact, mesh.meshed.pair.pinion.helix_angle != 0.0)
 
     def solved(sector: SectorMesh, gear: GearCase) -> SolvedGear:

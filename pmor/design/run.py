@@ -22,7 +22,8 @@ from pmor.design.settings import Constraint, Design
 from pmor.design.store import Store, all_kept
 from pmor.design.variables import spread_evenly
 from pmor.design.variants import Variants, as_data, best_first, from_data, together
-from pmor.pair.model import elastic_model, mesh_model, refuse_loads
+from pmor.pair.model import elastic_model, refuse_loads
+from pmor.work.cost import meshed_within_memory
 from pmor.work.pieces import PARTS, Piece, Result, run_pieces
 from pmor_offline.train import train
 from pmor_online.model import ReducedPair, reduced_pair
@@ -104,7 +105,7 @@ def trained_pair(file: DesignFile) -> ReducedPair:
     CaseError
         Where a torque is beyond what the contact holds.
     """
-    case, mesh = file.case, mesh_model(file.case)
+    case, mesh = file.case, meshed_within_memory(file.case)
     under_load = replace(case, online=replace(case.online, torques_Nm=file.design.load.torques_Nm))
     refuse_loads(under_load, mesh.meshed)
     return reduced_pair(train(case, elastic_model(case, mesh)).basis)

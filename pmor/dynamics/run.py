@@ -20,7 +20,8 @@ from pmor.dynamics.measure import BRANCHES, RUNS, Data, Task, joined, solve
 from pmor.dynamics.moved_axes import model_error
 from pmor.gear.pair import GearPair
 from pmor.lab.slices.run import SLICES, compared, sliced
-from pmor.pair.model import elastic_model, gear_pair, mesh_model
+from pmor.pair.model import elastic_model, gear_pair
+from pmor.work.cost import meshed_within_memory
 from pmor.work.pieces import PARTS, Piece, run_pieces
 from pmor_offline.train import train
 from pmor_online.mesh_force import LineLoadLaw
@@ -63,7 +64,7 @@ def reduced_of(case: Case) -> ReducedPair:
     refuse_other_models(case)
     # Motion asks for none of what else a basis holds.
     bare = change_case(without_models(case), mesh={"error_bar": False})
-    return reduced_pair(train(bare, elastic_model(bare, mesh_model(bare))).basis)
+    return reduced_pair(train(bare, elastic_model(bare, meshed_within_memory(bare))).basis)
 
 
 def refuse_other_models(case: Case) -> None:

@@ -29,8 +29,7 @@ from pmor.pair.conditions import nominal_condition
 from pmor.pair.model import mesh_model, neighbouring_teeth, per_gear
 from pmor.penalty.solve import solve_position
 from pmor.storage.atomic import atomic_path
-from pmor.storage.basis_file import read_basis
-from pmor_online.model import ReducedPair, reduced_pair
+from pmor_online.model import ReducedPair
 
 STEPS_PER_PITCH = 20
 # How far beyond the path of contact the passage of a tooth pair is followed, in pitches.
@@ -65,13 +64,13 @@ class PlacedSector:
     shift: FloatArray
 
 
-def export(path_in: Path, path_out: Path, whole: bool = False, overwrite: bool = False) -> None:
-    """Write both gears of a basis file, at the nominal torque of its case.
+def export(reduced: ReducedPair, path_out: Path, whole: bool = False, overwrite: bool = False) -> None:
+    """Write both gears of a reduced pair, at the nominal torque of its case.
 
     Parameters
     ----------
-    path_in : Path
-        Basis file: its case says all, and the finite elements are solved again for the volume.
+    reduced : ReducedPair
+        The finite elements of its case are solved again for the volume.
     path_out : Path
     whole : bool
         Both gears over one pitch; else the sectors of one tooth pair from its entry into the mesh to its exit.
@@ -80,13 +79,10 @@ def export(path_in: Path, path_out: Path, whole: bool = False, overwrite: bool =
 
     Raises
     ------
-    FileFormatError
-        When there is no valid basis.
     ConvergenceError
         When a position has no equilibrium.
     OutputError
     """
-    reduced = reduced_pair(read_basis(Path(path_in)))
     phi = step_angles(reduced, whole)
     forces, pairs = flank_forces(reduced, phi)
     case = reduced.basis.case

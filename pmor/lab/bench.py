@@ -17,7 +17,6 @@ from typing import Any
 
 import numpy as np
 
-from pmor.app.cost import stages
 from pmor.body.elastic_gear import elastic_gear
 from pmor.case import Case, change_case, without_models
 from pmor.core.progress import Progress
@@ -30,7 +29,7 @@ from pmor.lab.core.stages import measure_stages
 from pmor.lab.core.timing import ms_per_position, times_in_turn
 from pmor.lab.phases import PHASES, repeat_phase
 from pmor.pair.conditions import conditions_of, nominal_condition
-from pmor.pair.model import elastic_model, gear_pair, mesh_model, neighbouring_teeth
+from pmor.pair.model import elastic_model, neighbouring_teeth
 from pmor.penalty.kernels.newton import solve_state
 from pmor.penalty.kernels.state import Load
 from pmor.penalty.kernels.sweep import place_position
@@ -43,6 +42,7 @@ from pmor.report.table import Table
 from pmor.results.load_distribution import effective_contact_ratio, face_load_factor, line_states
 from pmor.results.sweep import SteSweep
 from pmor.storage.basis_file import read_basis
+from pmor.work.cost import meshed_within_memory, stages
 from pmor.work.table import Columns, table, text_lines
 from pmor_online.conditions import sweep_assemblies
 from pmor_online.errors import estimate_errors
@@ -156,7 +156,7 @@ def offline_rows(case: Case) -> list[Row]:
         seconds[name] = time.perf_counter() - start
         return result
 
-    mesh = timed("mesh", lambda: mesh_model(case))
+    mesh = timed("mesh", lambda: meshed_within_memory(case))
     gear = case.pair.pinion
     elastic = gear.youngs_modulus_GPa * 1e3, gear.poisson_ratio, case.mesh.element
     neighbours, layers = neighbouring_teeth(mesh.meshed.pair), mesh.meshed.layers
@@ -329,7 +329,7 @@ def start_rows(case: Case) -> list[Row]:
 
 def stage_rows(case: Case) -> list[Row]:
     """Time the stages of a run, with their peak memory, beside what was told of them beforehand."""
-    told = {stage.name: stage for stage in stages(case, gear_pair(case))}
+    told = {stage.name: stage for stage in stages(case)}
     return [
         {**_row(f"run: {name}", case, [1e3 * found["seconds"]]), "peak_mib": found["peak_mib"],
          "told_ms": 1e3 * told[name].seconds, "told_mib": told[name].memory / 2**20}
@@ -412,5 +412,5 @@ def _changed(case: Case, **changes: dict[str, Any]) -> Case:
 
 
 def _basis(case: Case, path: Path) -> ReducedPair:
-    run_offline(case, elastic_model(case, mesh_model(case)), path, estimate=estimate_errors)
+    run_offline(case, elastic_model(case, meshed_within_memory(case)), path, estimate=estimate_errors)
     return reduced_pair(read_basis(path))

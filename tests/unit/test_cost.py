@@ -7,18 +7,24 @@ from pathlib import Path
 
 import pytest
 
-import pmor.app.cost
+import pmor
 import pmor.app.plan
+import pmor.dynamics.run
+import pmor.pair.model
+import pmor.work.cost
 from pmor.app.cli import main
-from pmor.app.cost import RESERVED_BYTES, gear_size, refuse_beyond_memory, stages
+from pmor.campaigns.solve import basis_of
 from pmor.case import change_case, load_case, without_models
 from pmor.core.errors import CaseError
 from pmor.core.memory import MemoryLimit
+from pmor.lab.core.models import ModelStore
 from pmor.lab.core.stages import measure_stages
 from pmor.lab.study.loader import load_study
 from pmor.lab.study.run import run_parts
 from pmor.line.kernels.loads import solve_lines
-from pmor.pair.model import gear_pair, mesh_model, sector_meshes
+from pmor.pair.model import gear_pair, sector_meshes
+from pmor.work.cost import RESERVED_BYTES, refuse_beyond_memory, stages
+from pmor.work.sizes import gear_size
 from tests.support.processes import ROOT
 
 CASES = ROOT / "cases"
@@ -31,7 +37,7 @@ def paper(**changes):
 
 
 def by_name(case):
-    return {stage.name: stage for stage in stages(case, gear_pair(case))}
+    return {stage.name: stage for stage in stages(case)}
 
 
 def limit(size, **more):
@@ -70,46 +76,70 @@ def test_finer_wider_and_more_cost_more():
 
 
 def test_compilation_is_told_of_while_the_kernels_of_the_case_are_not_kept(monkeypatch):
-    monkeypatch.setattr(pmor.app.cost, "is_kept", lambda kernel: kernel is solve_lines)
+    monkeypatch.setattr(pmor.work.cost, "is_kept", lambda kernel: kernel is solve_lines)
     assert "compiling kernels, once" not in by_name(paper(reduction={"shapes": "line_loads"}))
     assert "compiling kernels, once" in by_name(paper(reduction={"shapes": "flank_lines"}))
 
 
 def test_what_does_not_fit_is_refused_with_number_limit_and_remedy():
     case = paper(mesh={"profile_elements": 64, "width_elements": 32, "width": "whole", "element": "hex8i"})
-    found = stages(case, gear_pair(case))
+    found = stages(case)
     largest = max(stage.memory for stage in found)
-    refuse_beyond_memory(case, found, [limit(1.01 * largest)])
+    refuse_beyond_memory(case, [limit(1.01 * largest)])
     with pytest.raises(CaseError) as caught:
-        refuse_beyond_memory(case, found, [limit(2 * largest), limit(0.5 * largest)])
+        refuse_beyond_memory(case, [limit(2 * largest), limit(0.5 * largest)])
     message = str(caught.value)
     assert "\n" not in message
     for words in ("finite elements: takes about", "GiB of memory", "somebody allows", "ask for more", "elements = 64"):
         assert words in message
-    refuse_beyond_memory(case, found, [limit(1.01 * (largest + RESERVED_BYTES), of_addresses=True)])
+    refuse_beyond_memory(case, [limit(1.01 * (largest + RESERVED_BYTES), of_addresses=True)])
     with pytest.raises(CaseError, match="of addresses"):
-        refuse_beyond_memory(case, found, [limit(1.01 * largest, of_addresses=True)])
+        refuse_beyond_memory(case, [limit(1.01 * largest, of_addresses=True)])
 
 
-def test_nothing_is_meshed_that_does_not_fit(monkeypatch):
-    monkeypatch.setattr(pmor.app.cost, "memory_limits", lambda: (limit(100 * MIB),))
+@pytest.fixture
+def little_memory(monkeypatch):
+    monkeypatch.setattr(pmor.work.cost, "memory_limits", lambda: (limit(100 * MIB),))
     monkeypatch.setattr(pmor.pair.model, "sector_meshes", lambda *_: pytest.fail("meshed"))
+
+
+COMMANDS = {
+    "run": "paper_spur.toml", "offline": "paper_spur.toml", "compare": "paper_spur.toml",
+    "reductions": "paper_spur.toml", "dynamics": "osu_dynamics.toml", "design": "osu_design.toml",
+    "study": "paper_study.toml", "bench": "paper_spur.toml",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_no_command_meshes_what_does_not_fit(command, little_memory, monkeypatch, capsys, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    output = {"offline": ["-o", "basis.h5"], "bench": ["--json", "bench.json"]}.get(command, ["--out", "out"])
+    assert main([command, str(CASES / COMMANDS[command]), *output]) == 2
+    assert "somebody allows 100 MiB" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "call",
+    [pmor.train, pmor.full_model, pmor.dynamics.run.reduced_of, ModelStore().model, lambda case: basis_of(case, None)],
+    ids=["train", "full_model", "dynamics", "laboratory", "campaign"],
+)
+def test_no_call_meshes_what_does_not_fit(call, little_memory):
     with pytest.raises(CaseError, match="somebody allows 100 MiB"):
-        mesh_model(paper())
+        call(paper())
 
 
 def test_a_basis_that_does_not_fit_is_refused_before_it_is_read(monkeypatch, capsys, tmp_path):
     basis = tmp_path / "basis.h5"
     with basis.open("wb") as file:
         file.truncate(1000 * MIB)  # a hole, it takes no room
-    monkeypatch.setattr(pmor.app.cost, "memory_limits", lambda: (limit(1500 * MIB),))
+    monkeypatch.setattr(pmor.work.cost, "memory_limits", lambda: (limit(1500 * MIB),))
     assert main(["online", str(basis)]) == 2
     errors = capsys.readouterr().err
     assert f"{basis}: takes about 4.1 GiB of memory, and somebody allows 1.46 GiB: ask for more, or train" in errors
 
 
 def test_a_study_is_refused_before_its_first_cell(monkeypatch, tmp_path):
-    monkeypatch.setattr(pmor.app.cost, "memory_limits", lambda: (limit(150 * MIB),))
+    monkeypatch.setattr(pmor.work.cost, "memory_limits", lambda: (limit(150 * MIB),))
     with pytest.raises(CaseError, match="takes about"):
         run_parts(load_study(CASES / "paper_study.toml"), tmp_path / "out", 1, False)
     assert not list(tmp_path.iterdir())
@@ -118,7 +148,7 @@ def test_a_study_is_refused_before_its_first_cell(monkeypatch, tmp_path):
 def test_the_plan_shows_stages_and_ends_where_they_do_not_fit(monkeypatch, capsys, tmp_path):
     case = tmp_path / "large.toml"
     case.write_text((CASES / "paper_spur.toml").read_text().replace("profile_elements = 8", "profile_elements = 64"))
-    monkeypatch.setattr(pmor.app.cost, "memory_limits", lambda: (limit(200 * MIB),))
+    monkeypatch.setattr(pmor.work.cost, "memory_limits", lambda: (limit(200 * MIB),))
     assert main(["plan", str(case)]) == 2
     text, errors = capsys.readouterr()
     lines = [line.split() for line in text.splitlines()]
@@ -135,7 +165,7 @@ def test_the_plan_shows_stages_and_ends_where_they_do_not_fit(monkeypatch, capsy
 def test_half_the_addresses_end_in_one_line(command, profile_elements, tmp_path):
     """Of a case that the libraries alone would not leave any to, and of one that is refused for its size."""
     case = paper(mesh={"profile_elements": profile_elements, "width_elements": 16, "width": "whole"})
-    needed = max(stage.memory for stage in stages(case, gear_pair(case))) + RESERVED_BYTES
+    needed = max(stage.memory for stage in stages(case)) + RESERVED_BYTES
     path = tmp_path / "case.toml"
     path.write_text(pmor.case.text_of(case))
     line = f'ulimit -v {needed // 2048}; exec "{sys.executable}" -m pmor {command} {path}'
@@ -171,7 +201,7 @@ def test_half_the_memory_in_a_control_group_ends_in_one_line(tmp_path):
     group = parent / f"pmor_test_{os.getpid()}"
     group.mkdir()
     try:
-        half = max(stage.memory for stage in stages(case, gear_pair(case))) // 2
+        half = max(stage.memory for stage in stages(case)) // 2
         (group / "memory.limit_in_bytes").write_text(str(half))
         line = f'echo $$ > {group}/cgroup.procs; exec "{sys.executable}" -m pmor run {path}'
         done = subprocess.run(["bash", "-c", line], cwd=tmp_path, env=_environment(), capture_output=True, text=True)

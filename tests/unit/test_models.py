@@ -12,15 +12,15 @@ from numpy.testing import assert_allclose
 import pmor.jobs.offline
 import pmor.pair.model
 from pmor.app.cli import main
-from pmor.app.cost import stages
 from pmor.app.plan import plan_text
 from pmor.body.elastic_gear import with_layer
 from pmor.case import basis_key, change_case, model_names, other_models, parse_case, without_models
 from pmor.core.errors import CaseError
-from pmor.pair.model import elastic_model, gear_pair, mesh_model, model_of_solved
+from pmor.pair.model import elastic_model, mesh_model, model_of_solved
 from pmor.penalty.solve import solve_position as solve
 from pmor.report.run_page import page_files
 from pmor.storage.basis_file import read_basis
+from pmor.work.cost import stages
 from tests.support.small_case import case_text
 from tests.support.stored_files import results_in
 
@@ -234,8 +234,8 @@ def test_the_plan_tells_models_stages_and_what_is_shared():
     assert "finite elements, paper" not in text
     patches = case_with("line", contact={"scheme": "direct"}, reduction={"shapes": "flank_lines"})
     assert "finite elements, line" in plan_text(patches), "the layer below the flank is not known there"
-    names = [stage.name for stage in stages(case, gear_pair(case))]
-    alone = [stage.name for stage in stages(without_models(case), gear_pair(case))]
+    names = [stage.name for stage in stages(case)]
+    alone = [stage.name for stage in stages(without_models(case))]
     assert [name for name in names if not name.endswith((", paper", ", direct"))] == alone
 
 

@@ -9,7 +9,6 @@ import pytest
 from numpy.testing import assert_allclose
 
 import pmor.pair.model
-from pmor.app.cost import rows_in_contact
 from pmor.app.plan import plan_text
 from pmor.app.skipped import computed, scene, skipped, unknowns
 from pmor.case import change_case, load_case, parse_case
@@ -23,6 +22,7 @@ from pmor.pair.sweep import sweep_ste
 from pmor.penalty.position import active_patches, tooth_pair_count
 from pmor.penalty.solve import window_depth
 from pmor.storage.basis_file import read_basis
+from pmor.work.sizes import rows_in_contact
 from pmor_online.errors import estimate_errors
 from pmor_online.model import reduced_pair
 from pmor_online.sweep import sweep_reduced_pair

@@ -14,6 +14,8 @@ from pmor.export.vtkhdf import FIELDS, export, flank_forces, step_angles
 from pmor.fe.hexahedron import shape_functions
 from pmor.mesh.element import QUADRATIC_NODES
 from pmor.mesh.sector import build_sector
+from pmor.storage.basis_file import read_basis
+from pmor_online.model import reduced_pair
 from tests.support.gear_models import POISSON, YOUNG, tooth
 from tests.support.small_case import case_text
 
@@ -41,7 +43,7 @@ def written(request, basis, tmp_path_factory):
     target = tmp_path_factory.mktemp("vtk") / "pair.vtkhdf"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(vtkhdf, "STEPS_PER_PITCH", STEPS)
-        export(basis, target, request.param)
+        export(reduced_pair(read_basis(basis)), target, request.param)
     return target
 
 

@@ -11,14 +11,14 @@ from pathlib import Path
 
 import numpy as np
 
-from pmor.app.cost import FINITE_ELEMENTS, refuse_beyond_memory, stages
 from pmor.case import Case, change_case
 from pmor.case.width import elements_across, meshed_width
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError
 from pmor.gear.pair import GearPair
 from pmor.pair.conditions import conditions_of
-from pmor.pair.model import elastic_model, gear_pair, mesh_model
+from pmor.pair.model import elastic_model, mesh_model
+from pmor.work.cost import FINITE_ELEMENTS, refuse_beyond_memory, stages
 from pmor.work.pieces import PARTS, Piece, Result, run_pieces
 from pmor_offline.train import train
 from pmor_online.line_sweep import sweep_line_loads
@@ -137,12 +137,12 @@ def _pieces(case: Case, profile_elements: Sequence[int]) -> Iterator[Piece]:
 
 def _solve(case: Case) -> Result:
     level = Level(meshed_width(case), case.mesh.element, case.mesh.profile_elements, elements_across(case))
-    needed = stages(case, gear_pair(case))
+    needed = stages(case)
     seconds = next(stage.seconds for stage in needed if stage.name == FINITE_ELEMENTS)
     if seconds > LONGEST_S:
         return asdict(level) | {"reason": f"about {seconds / 60.0:.0f} min of finite elements"}
     try:
-        refuse_beyond_memory(case, needed)
+        refuse_beyond_memory(case)
     except CaseError:
         return asdict(level) | {"reason": "more memory than there is"}
     start = time.perf_counter()

@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass, field
 from pmor.case import Case
 from pmor.case.width import meshed_width
 from pmor.pair.model import ElasticModel, elastic_model, mesh_model
+from pmor.work.cost import meshed_within_memory
 
 
 @dataclass
@@ -30,7 +31,7 @@ class ModelStore:
         key = _body_key(case)
         if key not in self.models:
             started = time.perf_counter()
-            model = elastic_model(case, mesh_model(case))
+            model = elastic_model(case, meshed_within_memory(case))
             self.models[key] = model, time.perf_counter() - started
         model, seconds = self.models[key]
         return ElasticModel(mesh_model(case), model.pinion, model.wheel), seconds

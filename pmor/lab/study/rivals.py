@@ -14,7 +14,7 @@ from pmor.lab.rivals.conventional import conventional_pair, solve_conventional
 from pmor.lab.rivals.conventional_cost import newton_step_seconds
 from pmor.lab.study.cells import solve_full
 from pmor.pair.conditions import nominal_condition
-from pmor.pair.model import mesh_model
+from pmor.work.cost import meshed_within_memory
 from pmor_online.model import online_angles
 
 # Positions over a pitch that are solved. The conventional one takes minutes for each.
@@ -53,7 +53,7 @@ def conventional_cell(case: Case, store: ModelStore) -> dict[str, Any]:
 
 def conventional_step(case: Case) -> dict[str, Any]:
     """Time one Newton step of the conventional full FE on a mesh, extrapolated from arcs of the gears."""
-    estimate = newton_step_seconds(case, mesh_model(whole_width(case)))
+    estimate = newton_step_seconds(case, meshed_within_memory(whole_width(case)))
     return {
         "unknowns": estimate.unknowns,
         "factor_entries": estimate.factor_entries,

@@ -7,16 +7,15 @@ from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
 
-from pmor.app.cost import refuse_beyond_memory, stages
 from pmor.case import Case
 from pmor.lab.core.models import ModelStore
 from pmor.lab.study import rivals, solve
 from pmor.lab.study.cells import StudyCases, study_cases
 from pmor.lab.study.settings import Cell, Study
 from pmor.lab.study.timing import time_cells
-from pmor.pair.model import gear_pair
 from pmor.report.provenance import machine
 from pmor.storage.results_folder import working_folder
+from pmor.work.cost import refuse_beyond_memory
 from pmor.work.pieces import PARTS, Piece, Result, file_name, run_pieces
 
 # Folders of a study: finished pieces, and the bases of its cells.
@@ -58,7 +57,7 @@ def run_parts(study: Study, out: Path, jobs: int, overwrite: bool) -> StudyParts
     """
     cases = study_cases(study)
     for case in (*cases.members.values(), *cases.cells.values()):
-        refuse_beyond_memory(case, stages(case, gear_pair(case)))
+        refuse_beyond_memory(case)
     parts, bases = (working_folder(out / name, overwrite) for name in WORKING)
     pieces = list(_pieces(study, cases, bases, jobs))
     results, failures = run_pieces(pieces, parts)

@@ -1,0 +1,197 @@
+"""What a case takes of the computer: peak memory and time of each stage, from sizes alone, before anything is solved.
+
+Front doors refuse with it (`refuse_beyond_memory`, `meshed_within_memory`) before anything is meshed. Both are counted
+from sizes (`pmor.work.sizes`, `pmor.work.finite_element_cost`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from pmor.case import Case, other_models
+from pmor.case.coarser import coarser
+from pmor.case.live_page import takes_whole_width
+from pmor.case.width import meshed_width, whole_width
+from pmor.core.errors import CaseError
+from pmor.core.keeping import is_kept
+from pmor.core.memory import MemoryLimit, memory_limits, memory_text
+from pmor.gear.pair import GearPair
+from pmor.line.kernels.loads import solve_lines
+from pmor.pair.conditions import torques_of
+from pmor.pair.model import MeshModel, gear_pair, mesh_model
+from pmor.penalty.kernels.sweep import sweep_reduced
+from pmor.work.finite_element_cost import DOUBLE, ELEMENT_BYTES, held_bytes, solving_bytes, solving_seconds
+from pmor.work.sizes import PairSize, pair_size
+
+MIB = 2**20
+# Measured on Linux with Python 3.11: interpreter and libraries; with those of the solver; with compiled kernels; what a
+# page takes on top of that; and all of it while kernels are compiled.
+START_BYTES, SOLVER_BYTES, KERNEL_BYTES, PAGE_BYTES, COMPILING_BYTES = (n * MIB for n in (130, 175, 195, 65, 800))
+# Patterns of forces that the stress along the fillets takes, over the flank's unknowns.
+PATTERNS = 0.25
+# A sweep takes so many times the size of the basis file: read, unpacked, and made ready for the kernels.
+UNPACKED = 4
+# Addresses that libraries reserve beyond the memory they use, with one thread.
+RESERVED_BYTES = 400 * MIB
+# Stages that take the same whatever the case.
+COMPILING, START = CASELESS = ("compiling kernels, once", "start")
+FINITE_ELEMENTS = "finite elements"
+# Seconds on the reference computer (`pmor.work.finite_element_cost.FLOPS`).
+SOLVER_S = 0.15
+FULL_S, FULL_ENTRY_S, POSITION_S = 5e-3, 30e-9, 8e-3
+REDUCED_S, REDUCED_MEMBER_S, SWEEP_S = 30e-6, 1.5e-8, 0.2
+START_S, BASIS_S, RESULTS_S, PAGE_S = 1.2, 0.6, 0.05, 2.8
+# Of line loads with the full FE of line contact, and of trained shapes with that of their scheme.
+LINES_COMPILING_S, SHAPES_COMPILING_S = 30.0, 60.0
+# States at which a greedy sampling estimates errors, per solve.
+GREEDY_STATES = 200
+
+
+@dataclass(frozen=True)
+class Stage:
+    """What a stage of a run takes.
+
+    Parameters
+    ----------
+    name : str
+    memory : int
+        Bytes at most, of the whole process.
+    seconds : float
+        With kernels that are compiled.
+    """
+
+    name: str
+    memory: int
+    seconds: float
+
+
+def _compiling_seconds(cases: Iterable[Case]) -> float:
+    by_lines = {case.reduction.shapes == "line_loads" for case in cases}
+    lines = LINES_COMPILING_S if True in by_lines and not is_kept(solve_lines) else 0.0
+    return lines + (SHAPES_COMPILING_S if False in by_lines and not is_kept(sweep_reduced) else 0.0)
+
+
+def stages(case: Case) -> tuple[Stage, ...]:
+    """Return the stages of `pmor run` in their order; where kernels are not compiled yet, that comes first.
+
+    Those of other models that the case compares have their names.
+
+    Raises
+    ------
+    GeometryError, MeshError
+    """
+    pair, others, sharing = gear_pair(case), dict(other_models(case)), sharing_bodies(case)
+    seconds = _compiling_seconds((case, *others.values()))
+    compiling = (Stage(COMPILING, COMPILING_BYTES, seconds),) if seconds else ()
+    *own, report = _stages_of(case, pair)
+    held = held_bytes(pair_size(case, pair)) if others else 0
+    further = [
+        replace(stage, name=f"{stage.name}, {scheme}", memory=stage.memory + held)
+        for scheme, other in others.items()
+        for stage in _stages_of(other, pair)[:-1]
+        if stage.name != FINITE_ELEMENTS or scheme not in sharing
+    ]
+    return (*compiling, Stage(START, START_BYTES, START_S), *own, *further, report)
+
+
+def sharing_bodies(case: Case) -> tuple[str, ...]:
+    """Return the models that a case compares whose finite elements are solved for the one before them already."""
+    found, before = list[str](), case
+    for scheme, other in other_models(case):
+        without_layer, width = other.contact.kind != "line", meshed_width(before) == meshed_width(other)
+        if without_layer and width and other.mesh == before.mesh:
+            found.append(scheme)
+        before = other
+    return tuple(found)
+
+
+def _stages_of(case: Case, pair: GearPair) -> tuple[Stage, ...]:
+    """Stages of one model, from its finite elements on."""
+    size = pair_size(case, pair)
+    torques = len(case.online.torques_Nm) + sum(len(torques_of(case, condition)) for condition in case.conditions)
+    sweep = case.pitches * case.online.angles_per_pitch * torques
+    compared = case.compare.angles * len(case.compare.torques_Nm)
+    # Not all that the finite elements took in small pieces goes back to the system.
+    kept = held_bytes(size) + max(ELEMENT_BYTES[gear.order] // 3 * gear.elements for gear in size.gears)
+    basis = _basis(size)
+    training = kept + 2 * basis + size.solves * size.pairs * 3 * size.flank * 2 * DOUBLE
+    reduced = 1.0 + size.active_shapes
+    full_s, reduced_s = FULL_S + FULL_ENTRY_S * size.window**2, REDUCED_S + REDUCED_MEMBER_S * reduced**2.2
+    online = kept + 2 * basis
+    searched = GREEDY_STATES * size.solves if case.offline.sampling == "greedy" else 0
+    coarse = coarser(case)
+    coarse_size = pair_size(coarse, pair) if coarse else None
+    if coarse_size:
+        training = max(training, kept + SOLVER_BYTES + solving_bytes(coarse_size))
+    coarse_s = solving_seconds(coarse_size) if coarse_size else 0.0
+    trained_s = coarse_s + size.solves * full_s + size.positions * POSITION_S + searched * reduced_s + BASIS_S
+    drawn = set(case.output.format if case.output.plots else ())
+    drawn |= {case.output.shown_as} if case.output.report else set()
+    whole_size = pair_size(whole_width(case), pair) if takes_whole_width(case) else None
+    page = max(PAGE_BYTES * bool(drawn), SOLVER_BYTES - KERNEL_BYTES + solving_bytes(whole_size) if whole_size else 0)
+    whole_s = solving_seconds(whole_size) if whole_size else 0.0
+    return (
+        Stage(FINITE_ELEMENTS, SOLVER_BYTES + solving_bytes(size), solving_seconds(size) + SOLVER_S),
+        Stage("training", KERNEL_BYTES + training, trained_s),
+        Stage("sweep", KERNEL_BYTES + online, sweep * reduced_s + SWEEP_S),
+        Stage("comparison", KERNEL_BYTES + online + 3 * DOUBLE * size.window**2, compared * (full_s + reduced_s)),
+        Stage("report", KERNEL_BYTES + online + page, RESULTS_S + whole_s + PAGE_S * len(drawn)),
+    )
+
+
+def refuse_beyond_memory(case: Case, limits: Sequence[MemoryLimit] | None = None) -> None:
+    """Refuse a case when a stage of its run takes more memory than there is.
+
+    Parameters
+    ----------
+    case : Case
+    limits : sequence of MemoryLimit, optional
+        Those on this process by default.
+
+    Raises
+    ------
+    CaseError
+        With the stage, the memory it takes, the limit, and what to do.
+    GeometryError, MeshError
+    """
+    largest, mesh = max(stages(case), key=lambda stage: stage.memory), case.mesh
+    smaller = f", or lower [mesh] profile_elements = {mesh.profile_elements} or width_elements = {mesh.width_elements}"
+    _refuse(f"{case.name}: {largest.name}", largest.memory, smaller * (largest.name not in CASELESS), limits)
+
+
+def meshed_within_memory(case: Case) -> MeshModel:
+    """Mesh both gears of a case that fits into memory: front doors mesh by this alone.
+
+    Raises
+    ------
+    CaseError, GeometryError, MeshError
+        As `refuse_beyond_memory` and `pmor.pair.model.mesh_model`.
+    """
+    refuse_beyond_memory(case)
+    return mesh_model(case)
+
+
+def refuse_large_basis(path: Path, limits: Sequence[MemoryLimit] | None = None) -> None:
+    """Raise CaseError when a sweep with a basis file takes more memory than there is; a missing file is no matter."""
+    if path.is_file():
+        _refuse(str(path), KERNEL_BYTES + UNPACKED * path.stat().st_size, ", or train with fewer elements", limits)
+
+
+def _refuse(what: str, memory: int, smaller: str, limits: Sequence[MemoryLimit] | None) -> None:
+    for limit in memory_limits() if limits is None else limits:
+        needed = memory + RESERVED_BYTES * limit.of_addresses
+        if needed > limit.size:
+            raise CaseError(
+                f"{what}: takes about {memory_text(needed)} of {'addresses' if limit.of_addresses else 'memory'}, and "
+                f"{limit.source} {memory_text(limit.size)}: {limit.remedy}{smaller}"
+            )
+
+
+def _basis(size: PairSize) -> int:
+    """Bytes of a basis: displacements of the shapes, their products, compliance for the error estimate."""
+    teeth, loaded = 2 * size.neighbours + 1, size.flank * size.components // 3
+    shapes = 2 * teeth * size.shapes * (size.flank + size.shapes)
+    stresses = int(PATTERNS * loaded) * sum(3 * gear.stresses + loaded for gear in size.gears if gear.stresses)
+    return DOUBLE * (shapes + len(size.gears) * (size.neighbours + 1) * loaded**2 + stresses)
