@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import asdict, replace
+from dataclasses import replace
 
 import numpy as np
 
-from pmor.case import Case, ConditionCase, MisalignmentCase, check_flanks, refuse_uneven_load
+from pmor.case import Case, ConditionCase, check_flanks, refuse_uneven_load
 from pmor.case.width import meshed_width
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError
@@ -40,7 +40,7 @@ def asked_case(
             raise CaseError(f"angles = {angles}: must be a whole number of at least 1, or angles in rad")
         online = replace(online, angles_per_pitch=int(angles))
     if misalignment is not None:
-        off = MisalignmentCase(**asdict(misalignment))
+        off = misalignment
     pinion, wheel = flanks
     asked = replace(
         case, online=online, misalignment=off, pinion_modification=pinion or case.pinion_modification,
@@ -64,9 +64,8 @@ def check_assembly(asked: Case, case: Case) -> None:
 
 def with_assembly(case: Case, assembly: Assembly) -> Case:
     """Return the case with other axes and flanks."""
-    misalignment = MisalignmentCase(**asdict(assembly.misalignment))
     return replace(
-        case, misalignment=misalignment, pinion_modification=assembly.pinion, wheel_modification=assembly.wheel
+        case, misalignment=assembly.misalignment, pinion_modification=assembly.pinion, wheel_modification=assembly.wheel
     )
 
 
@@ -75,7 +74,7 @@ def listed(case: Case, number: int, assembly: Assembly) -> ConditionCase:
     return ConditionCase(
         name=f"assemblies[{number}]",
         torque_Nm=case.torque_Nm,
-        **asdict(assembly.misalignment),
+        misalignment=assembly.misalignment,
         pinion=assembly.pinion,
         wheel=assembly.wheel,
     )

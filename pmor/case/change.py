@@ -7,7 +7,8 @@ from dataclasses import asdict, fields, is_dataclass, replace
 from typing import Any
 
 from pmor.case.document import CONDITION, GEARS, MODIFICATION, flattened
-from pmor.case.loader import SECTIONS, keys_of, parse_case
+from pmor.case.loader import SECTIONS, parse_case
+from pmor.case.reader import keys_of
 from pmor.case.schema import Case
 from pmor.core.errors import CaseError
 from pmor.gear.modification import UNMODIFIED
@@ -91,7 +92,8 @@ def text_of(case: Case) -> str:
         pass
     document: dict[str, Any] = {"title": case.title, **sections_of(case)}
     if case.conditions:
-        document[CONDITION] = [_shallow(condition) for condition in case.conditions]
+        listed = map(_shallow, case.conditions)
+        document[CONDITION] = [condition | vars(condition.pop("misalignment")) for condition in listed]
     return _text(document)
 
 

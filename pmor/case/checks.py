@@ -7,10 +7,11 @@ from pmor.case.dynamics import check_dynamics
 from pmor.case.extrapolation import MISALIGNMENTS
 from pmor.case.flanks import check_flanks, untrained_conditions
 from pmor.case.models import other_models
-from pmor.case.schema import Case, ConditionCase, GearCase, MisalignmentCase, PairCase
+from pmor.case.schema import Case, GearCase, PairCase
 from pmor.case.values import toml_text, wrong_unit_text
 from pmor.case.width import meshed_width
 from pmor.core.errors import CaseError
+from pmor.gear.condition import Misalignment
 
 # A length below this many modules is a slip: a gear so thin, or a hole so small, cannot be meshed sensibly.
 SMALLEST_LENGTH = 0.05
@@ -247,9 +248,9 @@ def _check_misalignment(case: Case, where: str) -> None:
                 )
 
 
-def _misaligned(case: Case) -> list[tuple[str, MisalignmentCase | ConditionCase]]:
-    """Where a case says where the wheel's axis is, and what messages call that."""
-    listed = [(f"[condition] {toml_text(condition.name)}:", condition) for condition in case.conditions]
+def _misaligned(case: Case) -> list[tuple[str, Misalignment]]:
+    """Misalignments of a case and of its conditions, each with what messages call its section."""
+    listed = [(f"[condition] {toml_text(condition.name)}:", condition.misalignment) for condition in case.conditions]
     return [("[misalignment]", case.misalignment), *listed]
 
 

@@ -9,7 +9,6 @@ from typing import Any
 
 from pmor.case.change import sections_of
 from pmor.case.document import flattened
-from pmor.case.extrapolation import MISALIGNMENTS
 from pmor.case.flanks import trained_flanks
 from pmor.case.schema import Case, ConditionCase
 from pmor.case.width import meshed_width
@@ -35,8 +34,8 @@ def describe(case: Case) -> list[tuple[str, Any, bool]]:
 
 
 def condition_words(case: Case, condition: ConditionCase) -> list[str]:
-    """Say where a listed condition's axes are, and in which keys its modifications differ from those of the case."""
-    off = ", ".join(f"{name} {getattr(condition, name):g}" for name in MISALIGNMENTS if getattr(condition, name))
+    """Return the misalignment of a listed condition, and the keys in which its modifications differ from the case's."""
+    off = ", ".join(f"{name} {value:g}" for name, value in vars(condition.misalignment).items() if value)
     flanks = [
         f"{gear} {item.name} = {_value_words(getattr(modification, item.name))}"
         for gear, modification, own in (

@@ -1,11 +1,12 @@
 """Read a case file: TOML -> sections -> checked values -> `Case`."""
 
-from dataclasses import MISSING, fields, is_dataclass
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypeVar, get_type_hints
+from typing import Any
 
 from pmor.case.checks import check_together
-from pmor.case.document import CONDITION, GEARS, MODIFICATION, flattened, parse_toml, with_topography
+from pmor.case.document import CONDITION, GEARS, MODIFICATION, flattened
+from pmor.case.reader import NOTHING, Reader, parse_toml, read_text
 from pmor.case.schema import (
     Case,
     CompareCase,
@@ -15,7 +16,6 @@ from pmor.case.schema import (
     GearCase,
     LoadCase,
     MeshCase,
-    MisalignmentCase,
     OfflineCase,
     OnlineCase,
     OutputCase,
@@ -23,11 +23,9 @@ from pmor.case.schema import (
     ReductionCase,
     ResultsCase,
 )
-from pmor.case.values import Refused, convert, did_you_mean, toml_text
-from pmor.core.errors import CaseError
+from pmor.case.values import toml_text
+from pmor.gear.condition import Misalignment
 from pmor.gear.modification import Modification
-
-Section = TypeVar("Section")
 
 SECTIONS: dict[str, type] = {
     "load": LoadCase,
@@ -38,7 +36,7 @@ SECTIONS: dict[str, type] = {
     "wheel.modification": Modification,
     "mesh": MeshCase,
     "contact": ContactCase,
-    "misalignment": MisalignmentCase,
+    "misalignment": Misalignment,
     "reduction": ReductionCase,
     "offline": OfflineCase,
     "online": OnlineCase,
@@ -73,19 +71,7 @@ def load_case(path: Path | str) -> Case:
         One line with file, section, key, rule and remedy.
     """
     path = Path(path)
-    try:
-        text = path.read_text(encoding="utf-8-sig")  # some editors put a byte order mark in front
-    except FileNotFoundError:
-        raise CaseError(f"{path}: there is no such case file: check the path{_neighbours(path)}") from None
-    except IsADirectoryError:
-        raise CaseError(f"{path}: is a folder: name a case file in it{_files_in(path)}") from None
-    except PermissionError:
-        raise CaseError(f"{path}: may not be read: check the permissions of the file") from None
-    except UnicodeDecodeError:
-        raise CaseError(f"{path}: is not UTF-8 text: save the case file as plain text in UTF-8") from None
-    except (OSError, ValueError) as error:
-        raise CaseError(f"{path}: cannot be read ({error}): name a readable case file") from None
-    return parse_case(text, name=path.stem, where=str(path), folder=path.parent)
+    return parse_case(read_text(path, "case file"), name=path.stem, where=str(path), folder=path.parent)
 
 
 def parse_case(text: str, name: str, where: str, folder: Path | None = None) -> Case:
@@ -108,30 +94,31 @@ def parse_case(text: str, name: str, where: str, folder: Path | None = None) -> 
         Complete: every default is filled in.
     """
     document = flattened(parse_toml(text, where))
-    _check_sections(document, where)
-    for gear in GEARS:
-        key = f"{gear}.{MODIFICATION}"
-        document[key] = with_topography(document.get(key, {}), key, folder, where)
+    reader = Reader(where, SECTIONS, folder)
+    names = ["title", *SECTIONS, CONDITION]
+    for key in SECTIONS:
+        reader.refuse_value(key, document.get(key, {}))
+    reader.refuse_unknown({key: value for key, value in document.items() if key not in names}, names, "")
 
-    def section(key: str, **filled: Any) -> Any:
-        return _read_section(document.get(key, {}), SECTIONS[key], key, where, filled)
+    def section(key: str, given: Mapping[str, Any] = NOTHING, **filled: Any) -> Any:
+        also = [MODIFICATION] if key in GEARS else []
+        return reader.section(document.get(key, {}), SECTIONS[key], key, filled, given, also)
 
-    title = _read_title(document, name, where)
+    title = reader.value(document.get("title", name), str, "title")
     torque_Nm = section("load").torque_Nm
     pinion = section("pinion")
     wheel = section("wheel") if "wheel" in document else pinion
     misalignment, modifications = section("misalignment"), [section(f"{gear}.{MODIFICATION}") for gear in GEARS]
     contact = section("contact")
+    usual = {"torque_Nm": torque_Nm, **vars(misalignment)}
     case = Case(
         name=name,
         title=title,
         torque_Nm=torque_Nm,
-        pair=section("pair", pinion=pinion, wheel=wheel),
+        pair=section("pair", {"pinion": pinion, "wheel": wheel}),
         pinion_modification=modifications[0],
         wheel_modification=modifications[1],
-        conditions=_read_conditions(
-            document, {"torque_Nm": torque_Nm, **vars(misalignment)}, modifications, folder, where
-        ),
+        conditions=_read_conditions(reader, document.get(CONDITION, []), usual, modifications),
         mesh=section("mesh"),
         contact=contact,
         misalignment=misalignment,
@@ -148,91 +135,25 @@ def parse_case(text: str, name: str, where: str, folder: Path | None = None) -> 
     return case
 
 
-def _check_sections(document: dict[str, Any], where: str) -> None:
-    for name, content in document.items():
-        if name == CONDITION:
-            if not isinstance(content, list) or not all(isinstance(table, dict) for table in content):
-                raise CaseError(f"{where}: [{name}]: there may be several: write [[{name}]], brackets doubled")
-        elif name in SECTIONS:
-            if not isinstance(content, dict):
-                raise CaseError(f"{where}: {name}: must be a section: write [{name}] on a line of its own")
-        elif isinstance(content, dict):
-            raise CaseError(f"{where}: [{name}]: unknown section: {did_you_mean(name, [*SECTIONS, CONDITION])}")
-        elif name != "title":
-            raise CaseError(f"{where}: {name}: unknown key outside of the sections: {_elsewhere(name, ['title'])}")
-
-
-def _read_title(document: dict[str, Any], name: str, where: str) -> str:
-    title = document.get("title", name)
-    try:
-        return str(convert(title, str))
-    except Refused as refused:
-        raise CaseError(f"{where}: title = {toml_text(title)}: {refused}") from None
-
-
 def _read_conditions(
-    document: dict[str, Any], filled: dict[str, Any], modifications: list[Modification], folder: Path | None, where: str
+    reader: Reader, tables: Any, usual: Mapping[str, Any], modifications: Sequence[Modification]
 ) -> tuple[ConditionCase, ...]:
-    """Read the list of conditions; `filled` holds what the case says for keys that they leave out."""
+    """Read the list of conditions; `usual` and `modifications` are the case's own, for keys that they leave out."""
     found: list[ConditionCase] = []
-    for number, table in enumerate(document.get(CONDITION, ()), start=1):
-        own, flanks = dict(table), dict[str, Any]()
-        for gear, modification in zip(GEARS, modifications, strict=True):
-            section, keys = f"{CONDITION}.{gear}", own.pop(gear, {})
-            if not isinstance(keys, dict):
-                raise CaseError(f"{where}: [{CONDITION}] {gear}: must be a section: write [{section}]")
-            keys = with_topography(keys, section, folder, where)
-            flanks[gear] = _read_section(keys, Modification, section, where, vars(modification))
-        values = filled | flanks | {"name": f"condition {number}"}
-        condition = _read_section(own, ConditionCase, CONDITION, where, values)
+    for number, table in enumerate(reader.list_of(tables, CONDITION), start=1):
+        flanks = {
+            gear: reader.section(table.get(gear, {}), Modification, f"{CONDITION}.{gear}", vars(modification))
+            for gear, modification in zip(GEARS, modifications, strict=True)
+        }
+        own = {key: value for key, value in table.items() if key not in GEARS}
+        values = {**usual, "name": f"condition {number}"}
+        condition = reader.section(own, ConditionCase, CONDITION, values, flanks, GEARS)
         if condition.name in [other.name for other in found]:
-            raise CaseError(f"{where}: [{CONDITION}] name = {toml_text(condition.name)}: is there twice: rename one")
+            reader.refuse(f"[{CONDITION}] name = {toml_text(condition.name)}", "is there twice: rename one")
         found.append(condition)
     return tuple(found)
-
-
-def _read_section(
-    table: dict[str, Any], kind: type[Section], section: str, where: str, filled: dict[str, Any]
-) -> Section:
-    """Build the dataclass `kind` from a TOML table; `filled` holds values for keys that the table leaves out."""
-    keys = keys_of(kind)
-    for key in table:
-        if key not in keys:
-            inside = [MODIFICATION] if section in GEARS else []
-            raise CaseError(f"{where}: [{section}] {key}: unknown key: {_elsewhere(key, [*keys, *inside])}")
-    values = dict(filled)
-    for key, annotation in keys.items():
-        if key in table:
-            try:
-                values[key] = convert(table[key], annotation)
-            except Refused as refused:
-                raise CaseError(f"{where}: [{section}] {key} = {toml_text(table[key])}: {refused}") from None
-    for item in fields(kind):  # type: ignore[arg-type]
-        if item.name not in values and item.default is MISSING:
-            raise CaseError(f"{where}: [{section}] {item.name}: is missing: add '{item.name} = ...' below [{section}]")
-    return kind(**values)
-
-
-def keys_of(kind: type) -> dict[str, Any]:
-    """Keys of a section and their annotations; nested dataclasses are sections of their own."""
-    return {key: hint for key, hint in get_type_hints(kind, include_extras=True).items() if not is_dataclass(hint)}
-
-
-def _elsewhere(key: str, valid: list[str]) -> str:
-    """Remedy for an unknown key: the section where it belongs, or the closest valid key here."""
-    homes = [f"[{name}]" for name, kind in SECTIONS.items() if key in keys_of(kind)]
-    return f"it belongs in {' or '.join(homes)}" if homes else did_you_mean(key, valid)
 
 
 def _multiples(torque_Nm: float, factors: tuple[float, ...]) -> tuple[float, ...]:
     """Multiples of the nominal torque, rid of the last digits' rounding; once itself it stays to the last digit."""
     return tuple(torque_Nm if factor == 1.0 else float(f"{factor * torque_Nm:.12g}") for factor in factors)
-
-
-def _neighbours(path: Path) -> str:
-    return _files_in(path.parent) if path.parent.is_dir() else ""
-
-
-def _files_in(folder: Path) -> str:
-    names = sorted(item.name for item in folder.glob("*.toml"))
-    return f" (there is {', '.join(names[:5])})" if names else ""

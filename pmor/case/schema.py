@@ -7,13 +7,14 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
+from pmor.case.reader import INLINE
 from pmor.core.ranges import GRAMS_PER_CM3, METRES, PASCALS, RADIANS, Range
+from pmor.gear.condition import Misalignment
 from pmor.gear.modification import UNMODIFIED, Modification
 
 Length = Annotated[float, Range(1e-3, 1e5, "mm", mistaken_for=(METRES,))]
 Torque = Annotated[float, Range(0.0, 1e12, "N m", low_excluded=True)]
 Torques = Annotated[tuple[float, ...], Range(0.0, 1e12, "N m", low_excluded=True)]
-Deviation = Annotated[float, Range(-1000.0, 1000.0, "um")]
 Deviations = Annotated[tuple[float, ...], Range(-1000.0, 1000.0, "um")]
 Inertia = Annotated[float, Range(0.0, 1e9, "kg m2", low_excluded=True)]
 Positions = Annotated[int, Range(4, 10_000)]
@@ -266,25 +267,6 @@ class OfflineCase:
 
 
 @dataclass(frozen=True, kw_only=True)
-class MisalignmentCase:
-    """Where the wheel's axis is in sweep and comparison (section `[misalignment]`; `pmor.gear.condition`).
-
-    Parameters
-    ----------
-    in_plane_um : float
-        Deviation from parallel in the plane of the axes, over the face width, in um.
-    out_of_plane_um : float
-        Deviation from parallel across the plane of the axes, over the face width, in um.
-    centre_distance_um : float
-        Increase of the centre distance at mid width in um.
-    """
-
-    in_plane_um: Deviation = 0.0
-    out_of_plane_um: Deviation = 0.0
-    centre_distance_um: Deviation = 0.0
-
-
-@dataclass(frozen=True, kw_only=True)
 class ConditionCase:
     """One of a list of conditions that are swept beside the case's own (section `[[condition]]`).
 
@@ -296,21 +278,15 @@ class ConditionCase:
         Names the condition in results; no two have the same.
     torque_Nm : float
         Torque on the pinion in N m.
-    in_plane_um : float
-        Deviation from parallel in the plane of the axes, over the face width, in um.
-    out_of_plane_um : float
-        Deviation from parallel across the plane of the axes, over the face width, in um.
-    centre_distance_um : float
-        Increase of the centre distance at mid width in um.
+    misalignment : Misalignment
+        Its keys stand among those of the condition.
     pinion, wheel : Modification
         Of their flanks, complete.
     """
 
     name: str
     torque_Nm: Torque
-    in_plane_um: Deviation
-    out_of_plane_um: Deviation
-    centre_distance_um: Deviation
+    misalignment: Annotated[Misalignment, INLINE]
     pinion: Modification
     wheel: Modification
 
@@ -532,7 +508,7 @@ class Case:
     conditions: tuple[ConditionCase, ...] = ()
     mesh: MeshCase
     contact: ContactCase
-    misalignment: MisalignmentCase
+    misalignment: Misalignment
     reduction: ReductionCase
     offline: OfflineCase
     online: OnlineCase

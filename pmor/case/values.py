@@ -1,13 +1,14 @@
-"""Check one value of a case file against the type and the range that the schema gives its key.
+"""Check one value of a TOML file against the type and the range that the schema gives its key.
 
-All functions return the converted value or raise `Refused`, whose message says rule and remedy; the loader adds file,
-section and key.
+All functions return the converted value or raise `Refused`, whose message says rule and remedy; `pmor.case.reader` adds
+file, section and key.
 """
 
 import difflib
 import json
 import math
 from dataclasses import fields
+from pathlib import Path
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
@@ -64,9 +65,12 @@ def convert(value: object, annotation: Any) -> Any:
     value : object
         As the TOML reader gives it.
     annotation : type
-        One of the forms that the schema uses: bool, str, Literal, tuple of Literal, `Annotated` int, float or tuple of
-        float with a `Range`, a `Topography`, or one of these or None; or a number or words.
+        One of the forms that schemas use: bool, str, Path, Literal, tuple of Literal; `Annotated` int, float or tuple of
+        float with a `Range`; a `Topography`; a class with a static method `from_toml`; a tuple of these;
+        one of these or None; or a number or words.
     """
+    if isinstance(value, tuple):
+        value = list(value)
     if get_origin(annotation) in (UnionType, Union):
         choices = [choice for choice in get_args(annotation) if choice is not NoneType]
         words = [choice for choice in choices if get_origin(choice) is Literal]
@@ -80,11 +84,14 @@ def convert(value: object, annotation: Any) -> Any:
         if kind is int:
             return _whole_number(value, allowed)
         return _number(value, allowed) if kind is float else _numbers(value, allowed)
+    if hasattr(annotation, "from_toml"):
+        return annotation.from_toml(value)
     if get_origin(annotation) is tuple:
-        return _choices(value, list(get_args(get_args(annotation)[0])))
+        item = get_args(annotation)[0]
+        return _choices(value, list(get_args(item))) if get_origin(item) is Literal else _items(value, item)
     if annotation is bool:
         return _switch(value)
-    return _line(value)
+    return Path(_line(value)) if annotation is Path else _line(value)
 
 
 def _topography(value: object) -> Topography:
@@ -100,6 +107,18 @@ def _topography(value: object) -> Topography:
         raise Refused("must hold lists of numbers: correct it") from None
     except CaseError as error:
         raise Refused(str(error)) from None
+
+
+def _items(value: object, item: Any) -> tuple[Any, ...]:
+    if not isinstance(value, list) or not value:
+        raise Refused("must be a list with at least one entry: put the values in brackets")
+    try:
+        found = tuple(convert(entry, item) for entry in value)
+    except Refused as refused:
+        raise Refused(f"each value {refused}") from None
+    if len(set(found)) < len(found):
+        raise Refused("has an entry twice: remove one")
+    return found
 
 
 def _switch(value: object) -> bool:

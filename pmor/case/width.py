@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from pmor.case.schema import Case, ConditionCase, MisalignmentCase, Width
+from pmor.case.schema import Case, Width
 
 
 def mirrors_at_mid_width(case: Case) -> bool:
@@ -54,11 +54,10 @@ def _uneven(case: Case) -> bool:
         return True
     if case.reduction.trained:
         return False
-    places: list[MisalignmentCase | ConditionCase] = [case.misalignment, *case.conditions]
+    misalignments = [case.misalignment, *(condition.misalignment for condition in case.conditions)]
     flanks = [case.pinion_modification, case.wheel_modification]
     flanks += [flank for condition in case.conditions for flank in (condition.pinion, condition.wheel)]
-    tilted = any(place.in_plane_um != 0.0 or place.out_of_plane_um != 0.0 for place in places)
-    return tilted or not all(flank.mirrored for flank in flanks)
+    return any(misalignment.tilted for misalignment in misalignments) or not all(flank.mirrored for flank in flanks)
 
 
 def whole_width(case: Case) -> Case:

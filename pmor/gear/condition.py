@@ -11,8 +11,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Annotated
 
+from pmor.core.ranges import Range
 from pmor.gear.modification import UNMODIFIED, Modification
+
+Deviation = Annotated[float, Range(-1000.0, 1000.0, "um")]
 
 
 @dataclass(frozen=True)
@@ -33,9 +37,9 @@ class Misalignment:
         Increase of the centre distance at mid width, um.
     """
 
-    in_plane_um: float = 0.0
-    out_of_plane_um: float = 0.0
-    centre_distance_um: float = 0.0
+    in_plane_um: Deviation = 0.0
+    out_of_plane_um: Deviation = 0.0
+    centre_distance_um: Deviation = 0.0
 
     @property
     def tilted(self) -> bool:

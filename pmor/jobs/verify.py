@@ -19,7 +19,7 @@ from pmor.body.flank_compliance import flank_compliance
 from pmor.core.arrays import FloatArray
 from pmor.gear.condition import Condition
 from pmor.jobs.states import SMALLEST_ERROR_UM, States, solve_states, sweep_states
-from pmor.pair.conditions import axes_of, condition_at, training_values
+from pmor.pair.conditions import condition_at, training_values
 from pmor.pair.model import ElasticModel
 from pmor.penalty.elasticity import full_elasticity
 from pmor.penalty.position import active_patches
@@ -155,7 +155,7 @@ def _orthonormality(basis: Basis, model: ElasticModel) -> Check:
     """Unit coordinates of the reduced elasticity store the energy 1/2 each, and none together: U^T C^-1 U = I."""
     reduced, rng = reduced_pair(basis), np.random.default_rng(SEED)
     meshed = reduced.meshed
-    largest = Condition(torque=1e3 * basis.case.offline.torques_Nm[-1], misalignment=axes_of(basis.case))
+    largest = Condition(torque=1e3 * basis.case.offline.torques_Nm[-1], misalignment=basis.case.misalignment)
     depth = window_depth(meshed, largest)
     if isinstance(basis.shapes, ContactShapes):
         # Their forces may go beyond the windows, but not beyond the flanks.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import asdict, fields, replace
+from dataclasses import fields, replace
 
 from pmor.case import Case, ConditionCase, OfflineCase, trained_flanks
 from pmor.core.arrays import FloatArray
@@ -13,14 +13,9 @@ from pmor.gear.condition import Assembly, Condition, Misalignment, at_torques
 DEVIATIONS = tuple(field.name for field in fields(Misalignment))
 
 
-def axes_of(case: Case) -> Misalignment:
-    """Return where the wheel's axis is in sweep and comparison of a case."""
-    return Misalignment(**asdict(case.misalignment))
-
-
 def assembly_of(case: Case) -> Assembly:
     """Return where the wheel's axis is, and what the flanks are like, in sweep and comparison of a case."""
-    return Assembly(axes_of(case), case.pinion_modification, case.wheel_modification)
+    return Assembly(case.misalignment, case.pinion_modification, case.wheel_modification)
 
 
 def conditions_of(case: Case, torques_Nm: Iterable[float]) -> tuple[Condition, ...]:
@@ -38,7 +33,7 @@ def listed_conditions(case: Case) -> tuple[Condition, ...]:
     return tuple(
         Condition(
             torque=1e3 * condition.torque_Nm,
-            misalignment=Misalignment(**{name: getattr(condition, name) for name in DEVIATIONS}),
+            misalignment=condition.misalignment,
             pinion=condition.pinion,
             wheel=condition.wheel,
         )

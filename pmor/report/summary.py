@@ -14,7 +14,6 @@ from pmor.case.coarser import LEAST_ELEMENTS
 from pmor.core.arrays import FloatArray
 from pmor.gear.classical.iso6336_root import nominal_root_stress
 from pmor.gear.condition import ALIGNED
-from pmor.pair.conditions import axes_of
 from pmor.pair.limits import range_warnings
 from pmor.pair.model import approach_estimate
 from pmor.report.condition_table import condition_rows
@@ -230,7 +229,7 @@ def _unloaded_rows(s: dict[str, Any], result: OnlineResult) -> list[tuple[str, f
 
 def counts_from(result: OnlineResult) -> str:
     """Say from where transmission errors count."""
-    if axes_of(result.reduced.basis.case) == ALIGNED:
+    if result.reduced.basis.case.misalignment == ALIGNED:
         return "STE counts from the unmodified pair's kinematic position"
     return "STE counts from where the unmodified flanks first touch"
 

@@ -65,7 +65,7 @@ def test_conditions_are_the_case_but_for_what_they_say(crowned):
     first, low = crowned.conditions
     assert (first.name, low.name) == ("condition 1", "low")
     assert (first.torque_Nm, low.torque_Nm) == (100.0, 40.0)
-    assert (first.centre_distance_um, low.centre_distance_um) == (3.0, -2.0)
+    assert [c.misalignment.centre_distance_um for c in (first, low)] == [3.0, -2.0]
     assert (first.pinion, first.wheel) == (crowned.pinion_modification, crowned.wheel_modification)
     assert low.wheel == replace(crowned.wheel_modification, tip_relief_um=4.0)
     assert low.pinion == replace(crowned.pinion_modification, profile_crowning_um=2.0)

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
-Sections = Mapping[str, Mapping[str, Any]]
+from pmor.case.reader import Sections
 
 
 def merged(*changes: Sections) -> dict[str, dict[str, Any]]:

@@ -5,14 +5,19 @@ A study names a base case and varies it; what a case may say is checked by `pmor
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
+from pmor.case.reader import Sections
+from pmor.case.values import Refused, convert
 from pmor.core.errors import CaseError
 from pmor.core.ranges import Range
-from pmor.lab.core.variants import Sections, merged
+from pmor.lab.core.variants import merged
 
+Count = Annotated[int, Range(1, 10_000)]
+CELL = re.compile(r"([1-9]\d{0,2})@([1-9]\d?)")
 # Angles per pitch of the short variant, and how it trains and compares.
 QUICK_ANGLES = 24
 QUICK_CHANGES: Sections = {"offline": {"angles_per_pitch": 20}, "compare": {"angles": 8}}
@@ -36,6 +41,14 @@ class Cell:
     lodm: int
     variant: str = ""
 
+    @staticmethod
+    def from_toml(value: object) -> Cell:
+        """Return the cell of a text such as ``"16@4"``."""
+        match = CELL.fullmatch(value) if isinstance(value, str) else None
+        if match is None:
+            raise Refused('must be elements@LoDM over the profile: write text such as "16@4"')
+        return Cell(int(match[1]), int(match[2]))
+
     @property
     def detail(self) -> int:
         """Level of detail E: contact points over the profile, elements times LoDM."""
@@ -54,7 +67,9 @@ class Variant:
     Parameters
     ----------
     name : str
+        Names the cell in results; no two variants of a cell have the same.
     cell : Cell
+        Elements over the profile and level-of-detail magnification: `"16@4"`.
     changes : mapping
         Sections of the case file with the keys that differ.
     """
@@ -76,7 +91,9 @@ class Rung:
     Parameters
     ----------
     name : str
+        Names the cells in results.
     cells : tuple of Cell
+        Such as `["16@4", "32@2"]`.
     changes : mapping
         Sections of the case file with the keys that differ.
     """
@@ -123,6 +140,13 @@ class Member:
     n_width: int
     lodm: int
 
+    @staticmethod
+    def from_toml(value: object) -> Member:
+        """Return the mesh of a list such as ``[96, 12, 4]``."""
+        if not isinstance(value, list) or len(value) != 3:
+            raise Refused("must be [elements over the profile, over the width, LoDM], such as [96, 12, 4]")
+        return Member(*(convert(number, Count) for number in value))
+
     @property
     def label(self) -> str:
         """Such as ``96 x 12 @ 4``."""
@@ -136,7 +160,7 @@ class ReferenceSettings:
     Parameters
     ----------
     members : tuple of Member
-        Two or three.
+        Two or three meshes: `[elements over the profile, over the width, LoDM]` each.
     """
 
     members: tuple[Member, ...]
@@ -155,7 +179,7 @@ class ConventionalSettings:
     """
 
     solved: tuple[Cell, ...] = ()
-    stepped: tuple[int, ...] = ()
+    stepped: tuple[Count, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -165,6 +189,7 @@ class PeerSettings:
     Parameters
     ----------
     cell : Cell
+        The cell that it solves too.
     changes : mapping
         Sections of the case file with the keys that differ: the independent solver has its own surface.
     """
@@ -180,8 +205,9 @@ class QuickSettings:
     Parameters
     ----------
     cells : tuple of Cell
+        In the place of those of the grid.
     members : tuple of Member
-        Of the reference.
+        Of the reference, coarsest first.
     """
 
     cells: tuple[Cell, ...]
@@ -201,6 +227,7 @@ class Study:
     changes : mapping
         Keys of the base case that differ in every cell: those that ``--quick`` shortens.
     title : str
+        One line for the report; by default the name of the file.
     base : Path
         Case file that the cells vary.
     grid, variants, rungs, reference, conventional, peer, quick
@@ -213,8 +240,8 @@ class Study:
     title: str = ""
     base: Path
     grid: GridSettings
-    variants: tuple[Variant, ...] = ()
-    rungs: tuple[Rung, ...] = ()
+    variants: Annotated[tuple[Variant, ...], "variant"] = ()
+    rungs: Annotated[tuple[Rung, ...], "rung"] = ()
     reference: ReferenceSettings | None = None
     conventional: ConventionalSettings = ConventionalSettings()
     peer: PeerSettings | None = None

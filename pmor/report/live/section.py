@@ -13,7 +13,7 @@ from pmor.case import Case
 from pmor.gear.condition import ALIGNED
 from pmor.gear.meshed_pair import MeshedPair
 from pmor.gear.modification import UNMODIFIED, Modification
-from pmor.pair.conditions import assembly_of, axes_of
+from pmor.pair.conditions import assembly_of
 from pmor.pair.limits import LARGE_APPROACH, PRESSURE_OVER_MODULUS, hertz_pressure
 from pmor.report.live.model import live_model
 from pmor.results.sweep import ste_mean_um
@@ -95,7 +95,7 @@ def live_section(result: OnlineResult, pair: ReducedPair) -> LiveSection:
     data = live_model(pair, assembly_of(case), HELICAL_ANGLES if helical else SPUR_ANGLES) | {
         "case": {
             "torque_Nm": case.torque_Nm,
-            "axes": asdict(axes_of(case)),
+            "axes": asdict(case.misalignment),
             "modifications": [_amounts(modification) for modification in own],
             "kept": [_kept(modification) for modification in own],
             "curve": _curve(result),
@@ -145,7 +145,7 @@ def _controls(result: OnlineResult, meshed: MeshedPair) -> Iterable[Control]:
     yield Control("load", "torque_Nm", "torque on the pinion, N m", _written(nominal), step, highest, step)
     flanks = [case.pinion_modification, case.wheel_modification]
     present = [abs(getattr(flank, key)) for flank in flanks for key in _SLID]
-    deviations = asdict(axes_of(case))
+    deviations = asdict(case.misalignment)
     amount = _rounded(max(AMOUNT_RANGE * ste if math.isfinite(ste) else 0.0, BEYOND_CASE * max(present), 10.0))
     even = case.mesh.width == "plane_strain"
     for number, group in enumerate(("pinion", "wheel")):

@@ -1,0 +1,286 @@
+"""Read TOML files into dataclasses: cases, studies, designs and campaigns alike.
+
+The fields of a dataclass are the keys of a section; their annotations give type, range and unit (`pmor.case.values`). A
+field that is a dataclass is a section inside, a tuple of dataclasses a list of sections. A word in the annotation of such a
+field is its key in the file, if that is not the name of the field; `INLINE` puts the keys of a dataclass among those of
+the section that holds it. A field of type `Sections` takes all other keys: sections of another case.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Annotated, Any, NoReturn, TypeVar, get_args, get_origin, get_type_hints
+
+from pmor.case.values import Refused, convert, did_you_mean, toml_text
+from pmor.core.errors import CaseError
+from pmor.gear.topography import Topography, read_topography
+
+Section = TypeVar("Section")
+Sections = Mapping[str, Mapping[str, Any]]
+INLINE = "inline"
+NOTHING: Mapping[str, Any] = MappingProxyType({})
+# Sections inside of sections, and values in them: files have five.
+DEEPEST = 20
+
+
+def read_text(path: Path, what: str, place: str = "") -> str:
+    """Return the text of a file that a user names.
+
+    Parameters
+    ----------
+    path : Path
+    what : str
+        What it should be, such as "case file".
+    place : str
+        Key that names it, for messages; by default the path itself.
+
+    Raises
+    ------
+    CaseError
+    """
+    place = place or str(path)
+    try:
+        return path.read_text(encoding="utf-8-sig")  # some editors put a byte order mark in front
+    except FileNotFoundError:
+        near = _files_in(path.parent, path.suffix) if path.parent.is_dir() else ""
+        raise CaseError(f"{place}: there is no such {what}: check the path{near}") from None
+    except IsADirectoryError:
+        raise CaseError(f"{place}: is a folder: name a {what} in it{_files_in(path, '.toml')}") from None
+    except PermissionError:
+        raise CaseError(f"{place}: may not be read: check the permissions of the file") from None
+    except UnicodeDecodeError:
+        raise CaseError(f"{place}: cannot be read, is not UTF-8 text: save it as plain text in UTF-8") from None
+    except (OSError, ValueError) as error:
+        raise CaseError(f"{place}: cannot be read ({error}): name a readable {what}") from None
+
+
+def parse_toml(text: str, where: str) -> dict[str, Any]:
+    """Return the content of a TOML text.
+
+    Raises
+    ------
+    CaseError
+        One line with the file and the place in it.
+    """
+    try:
+        document = tomllib.loads(text)
+    except RecursionError:
+        raise _too_deep(where) from None
+    except tomllib.TOMLDecodeError as error:
+        raise CaseError(f"{where}: not valid TOML: {error}: correct that place in the file") from None
+    except ValueError:  # Python's own limit, 4300 digits
+        raise CaseError(f"{where}: not valid TOML: a number has too many digits: correct the file") from None
+    level: list[Any] = [document]
+    for _ in range(DEEPEST):
+        level = [inner for outer in level for inner in (outer.values() if isinstance(outer, dict) else outer)
+                 if isinstance(inner, dict | list)]  # fmt: skip
+    if level:
+        raise _too_deep(where)
+    return document
+
+
+def _too_deep(where: str) -> CaseError:
+    return CaseError(f"{where}: not valid TOML: brackets or names nested too deeply: correct the file")
+
+
+def _files_in(folder: Path, suffix: str) -> str:
+    names = sorted(item.name for item in folder.glob(f"*{suffix}"))
+    return f" (there is {', '.join(names[:5])})" if names else ""
+
+
+def keys_of(kind: type) -> dict[str, Any]:
+    """Return the keys of a section and their annotations; not the sections inside."""
+    found: dict[str, Any] = {}
+    for item, hint in _annotated(kind):
+        if INLINE in _words(hint):
+            found |= keys_of(_dataclass_in(hint))
+        elif _dataclass_in(hint) is None and hint != Sections:
+            found[item.name] = hint
+    return found
+
+
+def sections_in(kind: type, name: str = "") -> dict[str, type]:
+    """Return all sections inside a section by their names in the file: `grid`, `paper.ratio`."""
+    found: dict[str, type] = {}
+    for item, hint in _annotated(kind):
+        inner = _dataclass_in(hint)
+        if inner is not None and INLINE not in _words(hint):
+            key = f"{name}.{_key(item, hint)}".removeprefix(".")
+            found |= {key: inner, **sections_in(inner, key)}
+    return found
+
+
+def lists_in(kind: type) -> set[str]:
+    """Return which of the sections directly inside a section are lists of them."""
+    return {_key(item, hint) for item, hint in _annotated(kind) if _dataclass_in(hint) and _is_list(hint)}
+
+
+@dataclass(frozen=True)
+class Reader:
+    """Makes dataclasses of TOML tables, with file, section and key in every refusal.
+
+    Parameters
+    ----------
+    where : str
+        What messages call the file.
+    sections : mapping of str to type
+        All sections of the format: an unknown key may belong in another one.
+    folder : Path, optional
+        What names of files are relative to; without it the file may not name any.
+    """
+
+    where: str
+    sections: Mapping[str, type] = field(default_factory=dict)
+    folder: Path | None = None
+
+    def refuse(self, place: str, rule: str) -> NoReturn:
+        """Raise `CaseError`."""
+        raise CaseError(f"{self.where}: {place}: {rule}")
+
+    def value(self, value: Any, hint: Any, place: str) -> Any:
+        """Check one value against the annotation of its key."""
+        if isinstance(value, str) and Topography in get_args(hint):
+            return self._topography(value, place)
+        try:
+            return convert(value, hint)
+        except Refused as refused:
+            self.refuse(f"{place} = {toml_text(value)}", str(refused))
+
+    def section(
+        self, table: Any, kind: type[Section], name: str = "", filled: Mapping[str, Any] = NOTHING,
+        given: Mapping[str, Any] = NOTHING, also: Sequence[str] = (),
+    ) -> Section:  # fmt: skip
+        """Read a section.
+
+        Parameters
+        ----------
+        table : mapping
+            As TOML gives it.
+        kind : type
+            Dataclass to make.
+        name : str
+            Of the section; empty for the file as a whole.
+        filled : mapping
+            Values of keys that the table leaves out.
+        given : mapping
+            Values of fields that are no keys.
+        also : sequence of str
+            Further keys that suggestions may name.
+
+        Raises
+        ------
+        CaseError
+        """
+        self.refuse_value(name, table)
+        items = [(item, hint) for item, hint in _annotated(kind) if item.name not in given]
+        known = {key for item, hint in items for key in _keys(item, hint)}
+        others = {key: value for key, value in table.items() if key not in known}
+        rest = next((item.name for item, hint in items if hint == Sections), None)
+        if rest is None:
+            self.refuse_unknown(others, [*(key for i, hint in items for key in _keys(i, hint)), *also], name)
+        values = dict(given)
+        for item, hint in items:
+            if item.name == rest:
+                values[rest] = self._changes(others, name)
+            elif INLINE in _words(hint):
+                kind_in, keys = _dataclass_in(hint), _keys(item, hint)
+                own, usual = ({k: v for k, v in source.items() if k in keys} for source in (table, filled))
+                values[item.name] = self.section(own, kind_in, name, usual)
+            else:
+                values |= self._field(table, item, hint, name, filled)
+        return kind(**values)
+
+    def refuse_value(self, name: str, table: Any) -> None:
+        """Raise `CaseError` for a value in the place of a section."""
+        if not isinstance(table, Mapping):
+            self.refuse(name, f"must be a section: write [{name}] on a line of its own")
+
+    def refuse_unknown(self, table: Mapping[str, Any], valid: Sequence[str], name: str) -> None:
+        """Raise `CaseError` for keys that a section does not have, with the closest one or the section that has it."""
+        for key, value in table.items():
+            if not name and isinstance(value, dict | list):
+                self.refuse(f"[{key}]", f"unknown section: {did_you_mean(key, list(valid))}")
+            homes = [f"[{section}]" for section, kind in self.sections.items() if key in keys_of(kind)]
+            remedy = f"it belongs in {' or '.join(homes)}" if homes else did_you_mean(key, list(valid))
+            place = f"[{name}] {key}: unknown key" if name else f"{key}: unknown key outside of the sections"
+            raise CaseError(f"{self.where}: {place}: {remedy}")
+
+    def list_of(self, tables: Any, name: str) -> list[Any]:
+        """Return a list of sections as TOML gives it, checked to be one."""
+        if not isinstance(tables, list | tuple) or not all(isinstance(table, Mapping) for table in tables):
+            self.refuse(name, f"must be a list of sections: write [[{name}]], brackets doubled")
+        return list(tables)
+
+    def _field(
+        self, table: Mapping[str, Any], item: Field[Any], hint: Any, section: str, filled: Mapping[str, Any]
+    ) -> dict[str, Any]:
+        """Read what stands under a key: a section, a list of sections, or a value; nothing where there is a default."""
+        key, inner = _key(item, hint), _dataclass_in(hint)
+        place, name = f"[{section}] {key}" if section else key, f"{section}.{key}" if section else key
+        if key not in table:
+            if key in filled:
+                return {item.name: filled[key]}
+            if item.default is not MISSING:
+                return {}
+            if inner is None:
+                where = f"below [{section}]" if section else "at the top"
+                self.refuse(place, f"is missing: add '{key} = ...' {where}")
+            return {item.name: self.section({}, inner, name)}
+        if inner is None:
+            return {item.name: self.value(table[key], hint, place)}
+        if _is_list(hint):
+            return {item.name: tuple(self.section(one, inner, name) for one in self.list_of(table[key], name))}
+        return {item.name: self.section(table[key], inner, name)}
+
+    def _changes(self, tables: dict[str, Any], section: str) -> dict[str, Any]:
+        for key, value in tables.items():
+            if not isinstance(value, Mapping):
+                place = f"[{section}] {key}" if section else key
+                remedy = 'give sections of the case file, as in contact = { scheme = "facet" }'
+                self.refuse(f"{place} = {toml_text(value)}", f"unknown key: {remedy}")
+        return tables
+
+    def _topography(self, name: str, place: str) -> Topography:
+        place = f"{place} = {toml_text(name)}"
+        if self.folder is None:
+            self.refuse(place, "there is no folder to look for it in: read the case from its file with load_case")
+        text = read_text(self.folder / name, "file beside the case", f"{self.where}: {place}")
+        try:
+            return read_topography(text)
+        except CaseError as error:
+            self.refuse(place, str(error))
+
+
+def _annotated(kind: type) -> Iterator[tuple[Field[Any], Any]]:
+    hints = get_type_hints(kind, include_extras=True)
+    return ((item, hints[item.name]) for item in fields(kind))  # type: ignore[arg-type]
+
+
+def _words(hint: Any) -> list[str]:
+    return [word for word in get_args(hint)[1:] if isinstance(word, str)] if get_origin(hint) is Annotated else []
+
+
+def _key(item: Field[Any], hint: Any) -> str:
+    return next(iter(_words(hint)), item.name)
+
+
+def _keys(item: Field[Any], hint: Any) -> list[str]:
+    if INLINE in _words(hint):
+        return list(keys_of(_dataclass_in(hint)))
+    return [] if hint == Sections else [_key(item, hint)]
+
+
+def _is_list(hint: Any) -> bool:
+    return get_origin(get_args(hint)[0] if get_origin(hint) is Annotated else hint) is tuple
+
+
+def _dataclass_in(hint: Any) -> Any:
+    """The dataclass that a field holds one or several of, if it is a section; None of values with a form of their own."""
+    if get_origin(hint) is Annotated:
+        return _dataclass_in(get_args(hint)[0]) if _words(hint) else None
+    kinds = [kind for kind in (hint, *get_args(hint)) if isinstance(kind, type) and is_dataclass(kind)]
+    return next((kind for kind in kinds if kind is not Topography and not hasattr(kind, "from_toml")), None)
