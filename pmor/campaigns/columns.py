@@ -11,7 +11,8 @@ import numpy as np
 from pmor.campaigns.relations import split
 from pmor.campaigns.rows import STATUSES, Answer, Status
 from pmor.campaigns.settings import Campaign
-from pmor.case.loader import SECTIONS, keys_of
+from pmor.case.loader import SECTIONS
+from pmor.case.reader import keys_of
 from pmor.core.arrays import FloatArray, IntArray
 from pmor.core.ranges import Range
 

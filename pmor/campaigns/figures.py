@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pmor.campaigns.settings import ResultKey
 from pmor.core.arrays import FloatArray
 from pmor.results.load_distribution import effective_contact_ratio, face_load_factor, line_states
 from pmor.results.root_stress import RootStress
@@ -19,14 +20,14 @@ class Figure:
 
     Parameters
     ----------
-    key : str
+    key : ResultKey
         In tables, with its unit.
     label : str
         For readers.
     unit : str
     """
 
-    key: str
+    key: ResultKey
     label: str
     unit: str
 
@@ -54,16 +55,13 @@ FIGURES = (
     Figure("overlap_ratio", "overlap ratio", "1"),
     Figure("effective_contact_ratio", "contact ratio under load", "1"),
     Figure("centre_distance_mm", "centre distance", "mm"),
-)
-#: of the tip relief that suits a design (`pmor.campaigns.relief`): found where they are asked for
-RELIEF_FIGURES = (
+    # Of the tip relief that suits a design (`pmor.campaigns.relief`), found where they are asked for.
     Figure("best_tip_relief_um", "best tip relief, of both gears", "um"),
     Figure("best_tip_relief_start_pinion_roll_deg", "best tip relief, start on the pinion", "deg"),
     Figure("best_tip_relief_start_wheel_roll_deg", "best tip relief, start on the wheel", "deg"),
     Figure("best_ste_peak_to_peak_um", "STE, peak-to-peak, best tip relief", "um"),
 )
-USUAL, OF_RELIEF = (tuple(figure.key for figure in figures) for figures in (FIGURES, RELIEF_FIGURES))
-BY_KEY = {figure.key: figure for figure in (*FIGURES, *RELIEF_FIGURES)}
+BY_KEY: dict[str, Figure] = {figure.key: figure for figure in FIGURES}
 ORDERS = 3
 
 

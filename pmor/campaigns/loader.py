@@ -1,4 +1,4 @@
-"""Read a campaign file: TOML -> sections -> checked values -> `Campaign`."""
+"""Read a campaign file: TOML -> `CampaignSections` -> `Campaign`, its base case and its table of designs read."""
 
 from __future__ import annotations
 
@@ -6,44 +6,39 @@ import csv
 import io
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
 from types import NoneType, UnionType
-from typing import Annotated, Any, NoReturn, Union, get_args, get_origin
+from typing import Annotated, Any, Union, get_args, get_origin
 
-from pmor.campaigns.figures import BY_KEY, USUAL
+from pmor.campaigns.figures import BY_KEY
 from pmor.campaigns.relations import split, text_of_design
 from pmor.campaigns.settings import (
     MOST_DESIGNS,
     Campaign,
+    CampaignSections,
     DesignsSection,
     Method,
     Number,
     Relations,
     Span,
-    StoreSection,
     Variable,
-    Workers,
 )
 from pmor.campaigns.table import evenly
 from pmor.case import change_case, load_case, parse_case, text_of
-from pmor.case.document import parse_toml
-from pmor.case.loader import SECTIONS, keys_of
-from pmor.case.values import Refused, convert, did_you_mean, toml_text
-from pmor.core.errors import CaseError
+from pmor.case.loader import SECTIONS
+from pmor.case.reader import Reader, keys_of, parse_toml, read_text, sections_in
+from pmor.case.values import did_you_mean, toml_text
 
-DESIGNS, RESULTS = "designs", "results"
-PLAIN = {"relations": Relations, "workers": Workers, "store": StoreSection}
-OWN = tuple(item.name for item in fields(DesignsSection))
+DESIGNS = "designs"
 RANGE_KEYS = ("from", "to", "steps")
 
 
-def load_campaign(path: Path) -> Campaign:
+def load_campaign(path: Path | str) -> Campaign:
     """Read and check a campaign file.
 
     Parameters
     ----------
-    path : Path
+    path : Path or str
         TOML file; base case and table of designs are looked for beside it.
 
     Raises
@@ -52,91 +47,39 @@ def load_campaign(path: Path) -> Campaign:
         One line with file, section, key, rule and remedy.
     """
     path = Path(path)
-    text = _text(path, f"{path}: cannot be read", "name a readable campaign file")
-    return _Reader(str(path), path, text).campaign(parse_toml(text, str(path)))
+    text = read_text(path, "campaign file")
+    reader = _Reader(str(path), sections_in(CampaignSections))
+    said = reader.section(parse_toml(text, str(path)), CampaignSections, filled={"title": path.stem})
+    return reader.campaign(said, path, text)
 
 
-@dataclass(frozen=True)
-class _Reader:
-    """Turns TOML tables into settings, with the file in every refusal."""
+class _Reader(Reader):
+    """Reads the designs of a campaign file, and its table of designs."""
 
-    where: str
-    path: Path
-    text: str
-
-    def campaign(self, document: dict[str, Any]) -> Campaign:
-        """Read the whole file."""
-        for name, value in document.items():
-            if name in (DESIGNS, RESULTS, *PLAIN):
-                if not isinstance(value, dict):
-                    self.refuse(name, f"must be a section: write [{name}] on a line of its own")
-            elif name not in ("title", "case"):
-                self.refuse(name, f"unknown: {did_you_mean(name, ['title', 'case', DESIGNS, RESULTS, *PLAIN])}")
-        title = self.value(document.get("title", self.path.stem), str, "title")
-        if "case" not in document:
-            self.refuse("case", 'is missing: name the base case, as in case = "osu_spur.toml"')
-        base = self.path.parent / self.value(document["case"], str, "case")
-        sections = {name: self.section(document.get(name, {}), kind, name) for name, kind in PLAIN.items()}
-        designs = document.get(DESIGNS, {})
-        own = {key: value for key, value in designs.items() if key in OWN}
-        settings = self.section(own, DesignsSection, DESIGNS)
-        self.check_method(settings)
-        fixed, varied = self.keys(designs, settings)
-        inputs: tuple[Path, ...] = (self.path, base)
-        text = self.text
-        if settings.file is not None:
-            table = self.path.parent / settings.file
-            csv_text = _text(table, f"{self.where}: [{DESIGNS}] file = {toml_text(settings.file)}: cannot be read",
-                             "name a CSV file beside the campaign file")  # fmt: skip
-            varied += self.csv_columns(csv_text, str(table), {*fixed, *(variable.name for variable in varied)})
-            inputs, text = (*inputs, table), f"{text}\n{csv_text}"
-        count = self.count(settings, varied)
-        relations = sections["relations"]
+    def campaign(self, said: CampaignSections, path: Path, text: str) -> Campaign:
+        """Return a campaign, its base case and its table of designs read."""
+        designs, relations, base = said.designs, said.relations, path.parent / said.case
+        self.check_method(designs)
+        fixed, varied = self.keys(designs)
+        inputs: tuple[Path, ...] = (path, base)
+        made_from = text
+        if designs.file is not None:
+            table = path.parent / designs.file
+            place = f"{self.where}: [{DESIGNS}] file = {toml_text(designs.file)}"
+            csv_text = read_text(table, "CSV file beside the campaign file", place)
+            varied += _Reader(str(table)).csv_columns(csv_text, {*fixed, *(variable.name for variable in varied)})
+            inputs, made_from = (*inputs, table), f"{text}\n{csv_text}"
+        count = self.count(designs, varied)
         self.check_relations(relations, {*fixed, *(variable.name for variable in varied)})
         if relations.centre_distance_mm is not None:
             fixed["pair.centre_distance_mm"] = None  # that of the base case
         base_text = self.base_text(base, fixed)
         return Campaign(
-            name=self.path.stem, title=title, source=self.path, source_text=self.text, text=f"{text}\n{base_text}",
-            base=base, base_text=base_text, method=settings.method, variables=tuple(varied), count=count,
-            relations=relations, results=self.results(document.get(RESULTS, {})), workers=sections["workers"],
-            store=sections["store"], inputs=inputs,
+            name=path.stem, title=said.title, source=path, source_text=text, text=f"{made_from}\n{base_text}",
+            base=base, base_text=base_text, method=designs.method, variables=tuple(varied), count=count,
+            relations=relations, results=tuple(key for key in BY_KEY if key in said.results.keys),
+            workers=said.workers, store=said.store, inputs=inputs,
         )  # fmt: skip
-
-    def refuse(self, place: str, rule: str) -> NoReturn:
-        """Raise CaseError."""
-        raise CaseError(f"{self.where}: {place}: {rule}")
-
-    def value(self, value: Any, hint: Any, place: str) -> Any:
-        """Check one value against the type of its field."""
-        try:
-            return convert(value, hint)
-        except Refused as refused:
-            raise CaseError(f"{self.where}: {place} = {toml_text(value)}: {refused}") from None
-
-    def section(self, table: Mapping[str, Any], kind: Any, name: str) -> Any:
-        """Read a section whose keys are the fields of a dataclass."""
-        keys = keys_of(kind)
-        for key in table:
-            if key not in keys:
-                self.refuse(f"[{name}] {key}", f"unknown key: {did_you_mean(key, list(keys))}")
-        for item in fields(kind):
-            if item.name not in table and item.default is MISSING:
-                self.refuse(f"[{name}] {item.name}", f"is missing: add '{item.name} = ...' below [{name}]")
-        return kind(**{key: self.value(value, keys[key], f"[{name}] {key}") for key, value in table.items()})
-
-    def results(self, table: Mapping[str, Any]) -> tuple[str, ...]:
-        """Read which results are written."""
-        for key in table:
-            if key != "keys":
-                self.refuse(f"[{RESULTS}] {key}", "unknown key: did you mean keys?")
-        asked = table.get("keys", list(USUAL))
-        if not isinstance(asked, list) or not asked:
-            self.refuse(f"[{RESULTS}] keys = {toml_text(asked)}", 'must be a list, as in ["ste_peak_to_peak_um"]')
-        for key in asked:
-            if key not in BY_KEY:
-                self.refuse(f"[{RESULTS}] keys: {toml_text(key)}", f"unknown: {did_you_mean(str(key), list(BY_KEY))}")
-        return tuple(key for key in BY_KEY if key in asked)
 
     def check_method(self, settings: DesignsSection) -> None:
         """Refuse what a method does without, and the lack of what it needs."""
@@ -147,21 +90,21 @@ class _Reader:
             if not given and settings.method == method:
                 self.refuse(f"[{DESIGNS}] {key}", f"is missing: add '{key} = {example}' below [{DESIGNS}]")
 
-    def keys(self, designs: Mapping[str, Any], settings: DesignsSection) -> tuple[dict[str, Any], list[Variable]]:
+    def keys(self, designs: DesignsSection) -> tuple[dict[str, Any], list[Variable]]:
         """Part the keys of the case into those that all designs have in common and those that differ."""
         fixed, varied = dict[str, Any](), list[Variable]()
-        for name, value in _leaves({key: v for key, v in designs.items() if key not in OWN}):
-            hint, place = self.hint(name), f"[{DESIGNS}] {name} = {toml_text(value)}"
+        for name, value in _leaves(designs.keys):
+            hint, place = self.hint(name), f"[{DESIGNS}] {name}"
+            if not isinstance(value, Mapping | list) or (isinstance(value, list) and _is_list(hint)):
+                fixed[name] = self.value(value, hint, place)
+                continue
+            if designs.method == "csv":
+                rule = "differs from design to design: give it in the CSV file, or one value here"
+                self.refuse(f"{place} = {toml_text(value)}", rule)
             if isinstance(value, Mapping):
-                varied.append(Variable(name, self.span(name, value, hint, settings.method)))
-            elif not isinstance(value, list) or _is_list(hint):
-                fixed[name] = self.value(value, hint, f"[{DESIGNS}] {name}")
-            elif not value:
-                self.refuse(place, "must not be empty: give at least one value, or leave the key out")
+                varied.append(Variable(name, self.span(name, value, hint, designs.method)))
             else:
-                varied.append(Variable(name, self.listed(name, value, hint, settings.method)))
-            if varied and varied[-1].name == name and settings.method == "csv":
-                self.refuse(place, "differs from design to design: give it in the CSV file, or one value here")
+                varied.append(Variable(name, self.listed(name, value, hint, designs.method)))
         return fixed, varied
 
     def hint(self, name: str, place: str = f"[{DESIGNS}]") -> Any:
@@ -176,6 +119,8 @@ class _Reader:
 
     def listed(self, name: str, values: list[Any], hint: Any, method: Method) -> tuple[Number, ...]:
         """Check the values of a key that differs from design to design."""
+        if not values:
+            self.refuse(f"[{DESIGNS}] {name} = []", "must not be empty: give at least one value, or leave the key out")
         found = tuple(self.number(value, hint, f"[{DESIGNS}] {name}") for value in values)
         if method != "list" and len(set(found)) < len(found):
             self.refuse(f"[{DESIGNS}] {name} = {toml_text(values)}", "has a value twice: remove one")
@@ -207,23 +152,22 @@ class _Reader:
             self.refuse(f"{place}: steps = {toml_text(steps)}", "must be a whole number of at least 2")
         return evenly(low, high, steps, whole)
 
-    def csv_columns(self, text: str, where: str, known: set[str]) -> list[Variable]:
+    def csv_columns(self, text: str, known: set[str]) -> list[Variable]:
         """Read a table of designs: keys of the case in its first line, a design in each further one."""
-        reader = _Reader(where, self.path, text)
         rows = [row for row in csv.reader(io.StringIO(text)) if row]
         if len(rows) < 2:
-            reader.refuse("line 1", "must name keys of the case, and each further line be a design: add them")
+            self.refuse("line 1", "must name keys of the case, and each further line be a design: add them")
         names = [name.strip() for name in rows[0]]
-        hints = [reader.hint(name, "line 1:") for name in names]
+        hints = [self.hint(name, "line 1:") for name in names]
         for name in names:
             if names.count(name) > 1 or name in known:
-                reader.refuse(f"line 1: {name}", "is given twice: remove one")
+                self.refuse(f"line 1: {name}", "is given twice: remove one")
         columns: list[list[Number]] = [[] for _ in names]
         for number, row in enumerate(rows[1:], start=2):
             if len(row) != len(names):
-                reader.refuse(f"line {number}", f"has {len(row)} values, the first line {len(names)}: correct it")
+                self.refuse(f"line {number}", f"has {len(row)} values, the first line {len(names)}: correct it")
             for name, hint, cell, column in zip(names, hints, row, columns, strict=True):
-                column.append(reader.number(_cell(cell), hint, f"line {number}: {name}"))
+                column.append(self.number(_cell(cell), hint, f"line {number}: {name}"))
         return [Variable(name, tuple(column)) for name, column in zip(names, columns, strict=True)]
 
     def count(self, settings: DesignsSection, varied: list[Variable]) -> int:
@@ -269,15 +213,6 @@ class _Reader:
                         f'"{found.reduction.shapes}", and a campaign solves line loads alone: add '
                         f'contact.scheme = "line" and reduction.shapes = "line_loads" below [{DESIGNS}]')  # fmt: skip
         return text
-
-
-def _text(path: Path, what: str, remedy: str) -> str:
-    try:
-        return path.read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        raise CaseError(f"{what}: there is no such file: {remedy}") from None
-    except (OSError, ValueError) as error:
-        raise CaseError(f"{what} ({error}): {remedy}") from None
 
 
 def _leaves(table: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:

@@ -36,7 +36,7 @@ def best_relief(reduced: ReducedPair, sweep: SteSweep) -> dict[str, float]:
     Returns
     -------
     dict
-        By the keys of `pmor.campaigns.figures.RELIEF_FIGURES`; NaN where a position did not converge.
+        By the keys of `pmor.campaigns.settings.ReliefKey`; NaN where a position did not converge.
     """
     case, rolls = reduced.basis.case, reduced.meshed.pair.active_rolls
     most = MOST_AMOUNT * float(np.nanmax(sweep.ste_um))

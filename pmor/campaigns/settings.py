@@ -8,13 +8,28 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
+from pmor.case.reader import Sections
 from pmor.core.ranges import Range
 
 Method = Literal["grid", "list", "csv", "sobol"]
 Solved = Literal["both", "pinion", "wheel"]
 Number = int | float
+ReliefKey = Literal[
+    "best_tip_relief_um", "best_tip_relief_start_pinion_roll_deg", "best_tip_relief_start_wheel_roll_deg",
+    "best_ste_peak_to_peak_um",
+]  # fmt: skip
+UsualKey = Literal[
+    "ste_mean_um", "ste_peak_to_peak_um", "ste_peak_to_peak_worst_um", "ste_order_1_um", "ste_order_2_um",
+    "ste_order_3_um", "ste_mesh_error_percent", "mesh_stiffness_mean_N_per_mm_um",
+    "mesh_stiffness_tangent_mean_N_per_mm_um", "flank_pressure_max_MPa", "k_h_beta", "root_stress_pinion_MPa",
+    "root_stress_wheel_MPa", "contact_ratio", "overlap_ratio", "effective_contact_ratio", "centre_distance_mm",
+]  # fmt: skip
+ResultKey = Literal[UsualKey, ReliefKey]
+#: results without those of the best relief
+USUAL: tuple[UsualKey, ...] = get_args(UsualKey)
+OF_RELIEF: tuple[ReliefKey, ...] = get_args(ReliefKey)
 # Of designs in all: ten times what a thousand cores do in a day at a minute each.
 MOST_DESIGNS = 10_000_000
 
@@ -59,16 +74,19 @@ class DesignsSection:
     ----------
     method : {"grid", "list", "csv", "sobol"}
         `grid`: every value with every other. `list`: the first values of all keys, the second ones, and so on. `csv`:
-        one design per line of a file. `sobol`: spread evenly over the ranges.
+        one design per line of a file. `sobol`: spread evenly over lists and ranges.
     count : int or None
-        Of designs, of Sobol's sequence.
+        Number of designs of Sobol's sequence.
     file : str or None
-        CSV file, beside the campaign file: keys of the case in the first line.
+        CSV file beside the campaign file: keys of the case in the first line, a design in each further one.
+    keys : mapping
+        Sections of the case. One value is the same for all designs; a list or a range `{ from, to, steps }` differs.
     """
 
     method: Method
     count: Annotated[int, Range(1, MOST_DESIGNS)] | None = None
     file: str | None = None
+    keys: Sections
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -108,15 +126,29 @@ class Relations:
 
 
 @dataclass(frozen=True, kw_only=True)
+class ResultsSection:
+    """Which results are written (section `[results]`), those of a run without this section.
+
+    Parameters
+    ----------
+    keys : tuple of str
+        Keys that begin with `best_` are of the tip relief that suits each design under all torques of the sweep, the
+        same amount on both gears: they take a search for each design.
+    """
+
+    keys: tuple[ResultKey, ...] = USUAL
+
+
+@dataclass(frozen=True, kw_only=True)
 class Workers:
-    """What a process that solves designs may take (section `[workers]`).
+    """Limits of a process that solves designs (section `[workers]`).
 
     Parameters
     ----------
     time_limit_s : float
-        For one design; a process that has not answered by then is ended.
+        For one design: a process without an answer by then is ended.
     memory_GiB : float or None
-        For one process; None is as much as there is.
+        For one process; None is all that there is.
     """
 
     time_limit_s: Annotated[float, Range(0.1, 1e6, "s")] = 900.0
@@ -130,13 +162,36 @@ class StoreSection:
     Parameters
     ----------
     folder : str
-        From the folder in which the command runs.
+        Relative to the folder in which the command runs.
     limit_GiB : float
-        What it may hold; what was not used for longest goes first. 0 is no store.
+        Its largest size: entries unused for longest go first. 0 is no store.
     """
 
     folder: str = "out/compliances"
     limit_GiB: Annotated[float, Range(0.0, 1e5, "GiB")] = 5.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class CampaignSections:
+    """A campaign file as it stands.
+
+    Parameters
+    ----------
+    title : str
+        One line for the report; by default the name of the file.
+    case : str
+        File of the base case, relative to this one.
+    designs, relations, results, workers, store
+        One dataclass per section.
+    """
+
+    title: str
+    case: str
+    designs: DesignsSection
+    relations: Relations = Relations()
+    results: ResultsSection = ResultsSection()
+    workers: Workers = Workers()
+    store: StoreSection = StoreSection()
 
 
 @dataclass(frozen=True)

@@ -6,11 +6,11 @@ from collections.abc import Mapping
 
 from pmor.body.flank_compliance import FlankCompliance, flank_compliance
 from pmor.body.root_stress import root_stress_shapes
-from pmor.campaigns.figures import OF_RELIEF, figures_of, known
+from pmor.campaigns.figures import figures_of, known
 from pmor.campaigns.relations import case_of, with_relations
 from pmor.campaigns.relief import best_relief
 from pmor.campaigns.rows import NAME, Row, Task, plain_row
-from pmor.campaigns.settings import Number
+from pmor.campaigns.settings import OF_RELIEF, Number
 from pmor.campaigns.store import Store, key_of
 from pmor.case import Case, GearCase
 from pmor.case.coarser import coarser

@@ -1,28 +1,17 @@
-"""Read a design file: TOML -> sections -> checked values -> `Design`, with the case that it starts from."""
+"""Read a design file: TOML -> `Design`, with the case that it starts from."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import MISSING, dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, TypeVar, get_type_hints
+from typing import Any
 
 from pmor.case import Case, change_case, check_flanks, load_case, without_models
-from pmor.case.document import parse_toml
-from pmor.case.values import Refused, convert, did_you_mean, toml_text
+from pmor.case.reader import Reader, parse_toml, read_text, sections_in
+from pmor.case.values import toml_text
 from pmor.core.errors import CaseError
-from pmor.design.settings import (
-    AMOUNT_KEYS,
-    MISALIGNMENT_KEYS,
-    Constraint,
-    Design,
-    Goal,
-    Load,
-    Scatter,
-    Search,
-    Trade,
-    Variable,
-)
+from pmor.design.settings import AMOUNT_KEYS, MISALIGNMENT_KEYS, Design, Load
 from pmor.design.variables import assembly_at, corners
 from pmor.gear.condition import Assembly
 from pmor.gear.pair import GearPair
@@ -30,11 +19,6 @@ from pmor.pair.conditions import assembly_of
 from pmor.pair.model import gear_pair
 from pmor.pair.modifications import refuse_modifications_off_the_flank
 
-Section = TypeVar("Section")
-SECTIONS: dict[str, type] = {
-    "load": Load, "objective": Goal, "scatter": Scatter, "search": Search, "pareto": Trade
-}  # fmt: skip
-LISTS: dict[str, type] = {"variables": Variable, "constraints": Constraint}
 # What loads the halves of the face differently.
 UNEVEN = ("helix_slope_um", "twist_um", "in_plane_um", "out_of_plane_um")
 EXTENTS = {
@@ -84,20 +68,11 @@ def load_design(path: Path | str) -> DesignFile:
         One line with file, section, key, rule and remedy.
     """
     path = Path(path)
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        raise CaseError(f"{path}: there is no such design file: check the path") from None
-    except (OSError, ValueError) as error:
-        raise CaseError(f"{path}: cannot be read ({error}): name a design file, as text in UTF-8") from None
-    where = str(path)
-    document = parse_toml(text, where)
-    _check_sections(document, where)
-    if not isinstance(document.get("case"), str):
-        raise CaseError(f'{where}: case: is missing, or no text: add case = "..." with the file of the base case')
-    base = path.parent / document["case"]
+    text, where = read_text(path, "design file"), str(path)
+    said = _read(parse_toml(text, where), where, title=path.stem)
+    base = path.parent / said.case
     case = load_case(base)
-    design = read_design(document, case, path.stem, where)
+    design = _complete(said, case, where)
     return DesignFile(path.stem, f"{text}\n{case.text}", design, case_of(design, case, where), (path, base))
 
 
@@ -118,21 +93,18 @@ def read_design(document: Mapping[str, Any], case: Case, name: str, where: str) 
     ------
     CaseError
     """
-    _check_sections(document, where)
-    torques = case.online.torques_Nm
-    asked = document.get("load", {})
-    given = asked.get("torques_Nm", torques) if isinstance(asked, Mapping) else torques
-    count = len(given) if isinstance(given, list | tuple) else len(torques)
-    filled: dict[str, dict[str, Any]] = {"load": {"torques_Nm": torques, "weights": (1.0,) * count}}
-    sections: dict[str, Any] = {
-        key: _read_section(document.get(key, {}), kind, key, where, filled.get(key, {}))
-        for key, kind in SECTIONS.items()
-    }
-    lists: dict[str, Any] = {key: _read_list(document.get(key, []), kind, key, where) for key, kind in LISTS.items()}
-    title = document.get("title", name)
-    if not isinstance(title, str):
-        raise CaseError(f"{where}: title = {toml_text(title)}: must be text: put it in quotes")
-    design = Design(title=title, case=str(document.get("case", case.name)), **sections, **lists)
+    return _complete(_read(document, where, title=name, case=case.name), case, where)
+
+
+def _read(document: Mapping[str, Any], where: str, **filled: str) -> Design:
+    return Reader(where, sections_in(Design)).section(document, Design, filled=filled)
+
+
+def _complete(design: Design, case: Case, where: str) -> Design:
+    """Return a design with the loads of its case where it has none, checked with it."""
+    torques_Nm = design.load.torques_Nm or case.online.torques_Nm
+    weights = design.load.weights or (1.0,) * len(torques_Nm)
+    design = replace(design, load=Load(torques_Nm=torques_Nm, weights=weights))
     _check_together(design, where)
     check_ranges(design, case, where)
     return design
@@ -202,36 +174,6 @@ def _check_corner(assembly: Assembly, case: Case, pair: GearPair, where: str) ->
         refuse_modifications_off_the_flank(asked, pair)
     except CaseError as error:
         raise CaseError(f"{where}: [[variables]] range: {error}") from None
-
-
-def _check_sections(document: Mapping[str, Any], where: str) -> None:
-    known = ["title", "case", *SECTIONS, *LISTS]
-    for name in document:
-        if name not in known:
-            raise CaseError(f"{where}: {name}: unknown key or section: {did_you_mean(name, known)}")
-
-
-def _read_list(tables: Any, kind: type, name: str, where: str) -> tuple[Any, ...]:
-    if not isinstance(tables, list) or not all(isinstance(table, dict) for table in tables):
-        raise CaseError(f"{where}: {name}: must be a list of sections: write [[{name}]], brackets doubled")
-    return tuple(_read_section(table, kind, name, where, {}) for table in tables)
-
-
-def _read_section(table: Any, kind: type[Section], section: str, where: str, filled: Mapping[str, Any]) -> Section:
-    if not isinstance(table, Mapping):
-        raise CaseError(f"{where}: {section}: must be a section: write [{section}] on a line of its own")
-    hints, values = get_type_hints(kind, include_extras=True), dict(filled)
-    for key, value in table.items():
-        if key not in hints:
-            raise CaseError(f"{where}: [{section}] {key}: unknown key: {did_you_mean(key, list(hints))}")
-        try:
-            values[key] = convert(list(value) if isinstance(value, tuple) else value, hints[key])
-        except Refused as refused:
-            raise CaseError(f"{where}: [{section}] {key} = {toml_text(value)}: {refused}") from None
-    for item in fields(kind):  # type: ignore[arg-type]
-        if item.name not in values and item.default is MISSING:
-            raise CaseError(f"{where}: [{section}] {item.name}: is missing: add '{item.name} = ...' there")
-    return kind(**values)
 
 
 def _check_together(design: Design, where: str) -> None:

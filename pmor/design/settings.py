@@ -39,13 +39,13 @@ class Variable:
     Parameters
     ----------
     key : str
-        Of a modification.
+        Key of a modification.
     gear : {"both", "pinion", "wheel"}
-        Whose; `both`: the same on both gears.
+        Gear that it is of; `both`: the same value on both.
     range : tuple of float
         From the lowest to the highest value, in the unit of the key.
     step : float or None
-        Of manufacture: values are the lowest one and whole steps more; None is any value.
+        Of manufacture: values are the lowest one plus whole steps; None is any value.
     """
 
     key: VariableKey
@@ -71,26 +71,25 @@ class Load:
     Parameters
     ----------
     torques_Nm : tuple of float
-        On the pinion; those of the sweep of the case by default.
+        On the pinion; by default those of the sweep of the case.
     weights : tuple of float
-        How much each counts, such as its share of the time; all the same by default.
+        How much each counts, such as its share of the time; by default all the same.
     """
 
-    torques_Nm: Torques
-    weights: Weights
+    torques_Nm: Torques = ()
+    weights: Weights = ()
 
 
 @dataclass(frozen=True, kw_only=True)
 class Goal:
-    """What is made small (section `[objective]`): the weighted mean of a result over the torques.
+    """The objective (section `[objective]`): the weighted mean of a result over the torques.
 
     Parameters
     ----------
     minimise : {"peak_to_peak_um", "order_1_um", "order_2_um", "order_3_um"}
         Peak-to-peak STE, or the amplitude of an order of the mesh.
     value : {"nominal", "expected", "percentile_95"}
-        Of the design as drawn; or its mean, or the value that 95 % stay below, over the scatter. Constraints are on the
-        same.
+        As drawn; or the mean over the scatter, or its 95 % quantile. Constraints are on the same value.
     """
 
     minimise: Objective = "peak_to_peak_um"
@@ -99,7 +98,7 @@ class Goal:
 
 @dataclass(frozen=True, kw_only=True)
 class Constraint:
-    """What a design has to keep (section `[[constraints]]`), under each torque.
+    """An upper bound (section `[[constraints]]`), under each torque.
 
     Parameters
     ----------
@@ -117,13 +116,14 @@ class Constraint:
 
 @dataclass(frozen=True, kw_only=True)
 class Scatter:
-    """Standard deviations of what is made and mounted (section `[scatter]`), normal and independent of each other.
+    """Standard deviations of manufacture and mounting (section `[scatter]`), normal and independent of each other.
 
-    Those of modifications are of each gear by itself. Under a nominal objective they only show how the best stands it.
+    Both gears scatter independently. Under a nominal objective the scatter is only shown for the best variant.
 
     Parameters
     ----------
     tip_relief_um, root_relief_um, profile_crowning_um, profile_slope_um : float
+        Of amounts, um.
     helix_crowning_um, helix_slope_um, end_relief_um, twist_um : float
         Of amounts, um.
     tip_relief_start_roll_deg, root_relief_end_roll_deg : float
@@ -163,14 +163,14 @@ class Scatter:
 
 @dataclass(frozen=True, kw_only=True)
 class Search:
-    """How far to look (section `[search]`).
+    """The effort of the search (section `[search]`).
 
     Parameters
     ----------
     samples : int
         Variants spread evenly over the ranges by a Sobol sequence.
     descents : int
-        Of the best of them, from which the objective is followed downhill.
+        Number of the best samples from which a descent starts.
     angles : int
         Pinion angles per pitch.
     """
@@ -182,14 +182,14 @@ class Search:
 
 @dataclass(frozen=True, kw_only=True)
 class Trade:
-    """What is weighed against the objective (section `[pareto]`).
+    """The trade against a second result (section `[pareto]`).
 
     Parameters
     ----------
     against : str
-        The other result, of which the largest over the torques counts.
+        The second result: its largest value over the torques.
     points : int
-        Bounds on it under each of which the objective is minimised.
+        Number of bounds on it; the objective is minimised under each.
     """
 
     against: ResultKey = "pressure_MPa"
@@ -203,8 +203,9 @@ class Design:
     Parameters
     ----------
     title : str
+        One line for the report; by default the name of the file.
     case : str
-        Base case, relative to the file.
+        Case file, relative to this one.
     variables : tuple of Variable
     load, objective, constraints, scatter, search, pareto
         One dataclass per section of the file.
@@ -212,10 +213,10 @@ class Design:
 
     title: str
     case: str
-    variables: tuple[Variable, ...]
+    variables: tuple[Variable, ...] = ()
     load: Load
     objective: Goal
-    constraints: tuple[Constraint, ...]
+    constraints: tuple[Constraint, ...] = ()
     scatter: Scatter
     search: Search
     pareto: Trade

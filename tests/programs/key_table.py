@@ -1,8 +1,8 @@
-"""The table of all keys of a case file, as Markdown, straight from the schema.
+"""Tables of all keys of case, study, design and campaign files, as Markdown, straight from the dataclasses.
 
     python -m tests.programs.key_table cases/README.md
 
-puts it between the markers of that file.
+puts them between the markers of that file.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from pathlib import Path
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
+from pmor.campaigns.settings import CampaignSections
 from pmor.case import ConditionCase
 from pmor.case.document import CONDITION
 from pmor.case.loader import (
@@ -26,11 +27,14 @@ from pmor.case.loader import (
     ONLINE_TORQUES,
     OTHER_SHAPES,
     SECTIONS,
-    keys_of,
 )
+from pmor.case.reader import keys_of, lists_in, sections_in
 from pmor.case.values import range_text, toml_text
 from pmor.core.ranges import Range
+from pmor.design.settings import Design
+from pmor.gear.condition import Misalignment
 from pmor.gear.topography import Topography
+from pmor.lab.study.settings import Study
 from pmor.storage.atomic import atomic_path
 
 BEGIN, END = "<!-- keys: made by `python -m tests.programs.key_table cases/README.md` -->", "<!-- end of keys -->"
@@ -41,10 +45,22 @@ MULTIPLES = {
 }  # fmt: skip
 
 
+def formats() -> dict[str, dict[str, type]]:
+    """Return the sections of each format by their headings; empty is what stands above the sections."""
+    case = {f"[{name}]": kind for name, kind in SECTIONS.items() if not name.startswith("wheel")}
+    others = {"study": Study, "design": Design, "campaign": CampaignSections}
+    return {"case": {**case, f"[[{CONDITION}]]": ConditionCase}} | {
+        name: {"": root} | {_brackets(section, root): kind for section, kind in sections_in(root).items()}
+        for name, root in others.items()
+    }
+
+
 def key_tables() -> str:
-    """Return a heading and a table for each section: key, what is allowed, default, meaning."""
-    sections = [_section(f"[{name}]", kind) for name, kind in SECTIONS.items() if not name.startswith("wheel")]
-    return "\n\n".join([*sections, _section(f"[[{CONDITION}]]", ConditionCase)])
+    """Return headings and a table for each section: key, what is allowed, default, meaning."""
+    return "\n\n".join(
+        "\n\n".join([f"### Keys of a {name} file", *(_section(heading, kind) for heading, kind in sections.items())])
+        for name, sections in formats().items()
+    )
 
 
 def with_key_tables(text: str) -> str:
@@ -61,27 +77,40 @@ def with_key_tables(text: str) -> str:
     return f"{before}{BEGIN}\n\n{key_tables()}\n\n{END}{after}"
 
 
+def keys_in_file(kind: type) -> dict[str, Any]:
+    """Return the keys of a section; a study's own name and place are none."""
+    return {key: hint for key, hint in keys_of(kind).items() if kind is not Study or key not in ("name", "where")}
+
+
+def _brackets(section: str, root: type) -> str:
+    return f"[[{section}]]" if section in lists_in(root) else f"[{section}]"
+
+
 def _section(heading: str, kind: type) -> str:
     summary, meanings = _documented(kind)
-    lines = [f"### `{heading}`", "", summary, "", "| key | allowed | default | meaning |", "| --- | --- | --- | --- |"]
+    head = [f"#### `{heading}`", "", summary] if heading else []
+    lines = [*head, "", "| key | allowed | default | meaning |", "| --- | --- | --- | --- |"]
     defaults = {item.name: item.default for item in fields(kind)}
-    for key, annotation in keys_of(kind).items():
-        cells = f"`{key}`", _allowed(annotation), _default(heading.strip("[]"), key, defaults[key]), meanings[key]
+    for key, annotation in keys_in_file(kind).items():
+        default = _default(heading.strip("[]"), key, defaults.get(key, MISSING))
+        cells = f"`{key}`", _allowed(annotation), default, meanings[key]
         lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
-    return "\n".join(lines)
+    return "\n".join(lines[0 if heading else 1 :])
 
 
 def _documented(kind: type) -> tuple[str, dict[str, str]]:
     """Summary of a dataclass and the meaning of each field, from its docstring."""
     text = getdoc(kind) or ""
     summary, _, parameters = text.partition("\n\nParameters\n----------\n")
-    summary = re.sub(r" \(section[^)]*\)", "", summary)  # that is the heading
+    summary = " ".join(summary.split())
+    summary = re.sub(r",? \(section[^)]*\)", "", summary)  # that is the heading
     meanings: dict[str, str] = {}
     for entry in re.split(r"\n(?=\S)", parameters.split("\n\n")[0]):
         names, _, meaning = entry.partition(" : ")
         described = " ".join(line.strip() for line in meaning.split("\n")[1:]).replace("None is", "left out:")
         meanings |= dict.fromkeys(names.split(", "), described)
-    return summary, meanings
+    inside = Misalignment if kind is ConditionCase else None
+    return summary, meanings if inside is None else meanings | _documented(inside)[1]
 
 
 def _allowed(annotation: Any) -> str:
@@ -91,8 +120,11 @@ def _allowed(annotation: Any) -> str:
         return "name of a CSV file"
     if get_origin(annotation) is Literal:
         return ", ".join(f"`{toml_text(choice)}`" for choice in get_args(annotation))
+    if hasattr(annotation, "from_toml"):
+        return "such as `" + re.search("``(.*)``", annotation.from_toml.__doc__)[1] + "`"  # type: ignore[index]
     if get_origin(annotation) is tuple:
-        return f"{_allowed(get_args(annotation)[0])}, or a list of them"
+        item = get_args(annotation)[0]
+        return f"{_allowed(item)}, or a list of them" if get_origin(item) is Literal else f"list of: {_allowed(item)}"
     if get_origin(annotation) is Annotated:
         kind, allowed = get_args(annotation)
         assert isinstance(allowed, Range)
@@ -102,7 +134,9 @@ def _allowed(annotation: Any) -> str:
 
 
 def _default(section: str, key: str, default: Any) -> str:
-    if default is MISSING and section in MULTIPLES:
+    if key == "title":
+        return "name of the file"
+    if default is MISSING and section in MULTIPLES and key.endswith("torques_Nm"):
         return "load × " + ", ".join(f"{factor:g}" for factor in MULTIPLES[section])
     if default is MISSING and section == CONDITION:
         return "its number" if key == "name" else "that of the case"
@@ -110,7 +144,7 @@ def _default(section: str, key: str, default: Any) -> str:
         return " or ".join(f"`{toml_text(shapes)}`" for shapes in (DEFAULT_SHAPES["line"], OTHER_SHAPES))
     if default is MISSING:
         return "**required**"
-    return "left out" if default is None else f"`{toml_text(default)}`"
+    return "left out" if default in (None, ()) else f"`{toml_text(default)}`"
 
 
 def main(path: Path) -> None:

@@ -15,6 +15,7 @@ BASE = 'case = "base.toml"\n'
 BROKEN = {
     "no TOML": ("case = ", ["not valid TOML"]),
     "nested too deeply": ("case = " + "[" * 100_000, ["not valid TOML", "correct"]),
+    "names nested too deeply": ("[" + ".".join("a" * 3000) + "]\n", ["not valid TOML", "nested too deeply"]),
     "no base case": (GRID + TEETH, ["case: is missing"]),
     "base case that is not there": ('case = "bse.toml"\n' + GRID + TEETH, ["bse.toml", "base.toml"]),
     "base case as a number": ("case = 3\n" + GRID + TEETH, ["case = 3", "in quotes"]),
@@ -52,7 +53,7 @@ BROKEN = {
         "pair.face_width_mm = { from = 10.0, to = 40.0, steps = 9000 }\n",
         ["81000000 designs", "10000000 at most"],
     ),
-    "table that is not there": (BASE + '[designs]\nmethod = "csv"\nfile = "no.csv"\n', ["no.csv", "no such file"]),
+    "table that is not there": (BASE + '[designs]\nmethod = "csv"\nfile = "no.csv"\n', ["no.csv", "no such CSV file"]),
     "table with an unknown key": (BASE + '[designs]\nmethod = "csv"\nfile = "key.csv"\n', ["key.csv", "pinion.teth"]),
     "table with a short line": (BASE + '[designs]\nmethod = "csv"\nfile = "short.csv"\n', ["line 3", "has 1 values"]),
     "table with a word": (BASE + '[designs]\nmethod = "csv"\nfile = "word.csv"\n', ["line 2", "pinion.teeth", "many"]),
@@ -106,7 +107,7 @@ def test_broken_campaigns_are_refused_in_one_line_and_leave_nothing(name, tmp_pa
 
 def test_a_campaign_that_is_not_there_is_refused(tmp_path, capsys):
     assert main(["campaign", str(tmp_path / "no.toml")]) == 2
-    assert "no such file" in capsys.readouterr().err
+    assert "no such campaign file" in capsys.readouterr().err
 
 
 def test_a_case_beyond_the_designs_is_refused(tmp_path, capsys):

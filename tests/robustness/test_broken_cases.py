@@ -45,6 +45,7 @@ BROKEN = {
     "duplicate section": (GOOD + "\n[pair]\n", ["not valid TOML", "line", "correct"]),
     "not TOML": ("<xml>gear</xml>", ["not valid TOML", "line 1", "correct"]),
     "nested too deeply": ("a = " + "[" * 100_000, ["not valid TOML", "correct"]),
+    "names nested too deeply": ("[" + ".".join("a" * 3000) + "]\n", ["not valid TOML", "nested too deeply"]),
     "comma for a decimal point": (replaced(PAIR, "module_mm = 4,0"), ["not valid TOML", "line", "correct"]),
     "empty file": ("", ["[load] torque_Nm", "missing", "add"]),
     "radians for degrees": (

@@ -28,7 +28,7 @@ def _value(value):
 
 # name: (what differs from the good design, what the message must hold)
 BROKEN = {
-    "no case": ({"case": None}, ["case: is missing", "add case ="]),
+    "no case": ({"case": None}, ["case: is missing", "add 'case = ...'"]),
     "case of another name": ({"case": '"smal.toml"'}, ["smal.toml", "there is no such case file", "small.toml"]),
     "case without line loads": ({"case": '"shapes.toml"'}, ["flank_lines", "write [contact] scheme"]),
     "misspelt section": ({"serch": {"samples": 8}}, ["serch", "did you mean search?"]),
@@ -58,6 +58,7 @@ BROKEN = {
     "constraint without bound": ({"constraints": [{"result": "k_h_beta"}]}, ["at_most: is missing"]),
     "against itself": ({"pareto": {"against": "peak_to_peak_um"}}, ["is the objective itself"]),
     "no samples": ({"search": {"samples": 0}}, ["samples = 0", "raise it"]),
+    "nested too deeply": ({"case": "[" * 100_000}, ["not valid TOML", "nested too deeply"]),
     "no TOML": ({"case": '"small.toml'}, ["not valid TOML", "correct that place"]),
 }  # fmt: skip
 

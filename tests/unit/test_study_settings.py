@@ -114,6 +114,8 @@ def test_the_shipped_study_is_the_papers_table():
         ("[grid]", "[conventional]\nsolved = [\"9@9\"]\n[grid]", r"solved: 9@9: is not among the \[grid\] cells"),
         ("[grid]", "[conventional]\nstepped = [48]\n[grid]", r"stepped: 48: no cell has as many elements: .* \[4, 6\]"),
         ("[grid]", "[[grid]]", "grid: must be a section"),
+        ("[grid]", "a = " + "[" * 100_000 + "\n[grid]", "not valid TOML: .* nested too deeply"),
+        ("[grid]", "[" + ".".join("a" * 3000) + "]\n[grid]", "not valid TOML: .* nested too deeply"),
         ("[[variant]]", "[variant]", "variant: must be a list of sections"),
     ],
 )  # fmt: skip
