@@ -192,27 +192,17 @@ def stability(case_path: Path, out: Path | None = None, jobs: int = 1, only: str
 
     use_one_thread()  # before anything loads numpy
     from pmor.case import load_case
-    from pmor.core.errors import CaseError, ConvergenceError
+    from pmor.core.errors import ConvergenceError
+    from pmor.core.threads import threads
+    from pmor.lab.stability.run import run
+    from pmor.storage.results_folder import default_folder
 
     case = load_case(case_path)
-    from pmor.core.progress import Progress
-    from pmor.lab.stability.output import FILES, stability_text, write_stability
-    from pmor.lab.stability.run import number_of_variants, run_matrix
-    from pmor.storage.results_folder import default_folder, results_folder, start_results
-    from pmor.work.pieces import PARTS
-
-    total = number_of_variants(case, only)
-    if not total:
-        raise CaseError(f"--only {only!r}: no variant has this in its name or group; leave it out to run them all")
     folder = out or default_folder(case.name, "_stability")
-    started = time.perf_counter()
-    with results_folder(folder, FILES, (PARTS,), overwrite, (case_path,)):
-        with Progress(total, "variants") as progress:
-            result = run_matrix(case, folder, jobs, only, progress.step)
-        start_results(folder, case.text)
-        write_stability(result, time.perf_counter() - started, folder)
-    print(stability_text(result))
-    print(f"  results in {folder}")
+    with threads(jobs) as executor:
+        result = run(case, only=only, folder=folder, overwrite=overwrite, executor=executor)
+    result.write(folder, overwrite=overwrite)
+    print(f"{result}\n  results in {folder}")
     if result.failed:
         raise ConvergenceError(f"{len(result.failed)} variants failed, first: {result.failed[0].name}", [])
 

@@ -34,6 +34,11 @@ def percent(key: str) -> Callable[[Row], float | None]:
     return lambda row: None if row.get(key) is None else 100.0 * row[key]
 
 
+def two_digits(value: float | None) -> float | None:
+    """Round for a column in which only the order of magnitude counts."""
+    return None if value is None else float(f"{value:.2g}")
+
+
 def text_lines(shown: Table) -> list[str]:
     """Return heading and rows of a table as lines for the screen; all but the first column stand right."""
     rows = [list(shown.columns), *([format_cell(cell) for cell in row] for row in shown.rows)]

@@ -7,7 +7,7 @@ import pytest
 import pmor.lab.stability.measure
 import pmor.lab.stability.run
 from pmor.app.cli import main
-from pmor.lab.stability.output import FILES
+from pmor.lab.stability.result import FILES
 from tests.support.small_case import case_text
 from tests.support.stored_files import results_in
 
@@ -71,7 +71,7 @@ def test_a_variant_that_crashes_is_named_and_stops_nothing(case_path, capsys, mo
     assert code == 3
     captured = capsys.readouterr()
     assert "! torque 1 N m: RuntimeError: made to crash" in captured.out
-    assert captured.err == "pmor: error: 1 variants failed, first: torque 1 N m\n"
+    assert captured.err.splitlines()[-1] == "pmor: error: 1 variants failed, first: torque 1 N m"
     failed = [e["name"] for e in json.loads((out / "stability.json").read_text())["entries"] if not e["ok"]]
     assert failed == ["torque 1 N m", "torque 100000 N m"]
     assert '<p class="warning">' in (out / "report.html").read_text()

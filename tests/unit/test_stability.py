@@ -13,7 +13,7 @@ from pmor.lab.stability.flank_variants import flank_variants
 from pmor.lab.stability.matrix import base_case, matrix
 from pmor.lab.stability.measure import measure
 from pmor.lab.stability.places import mirrored_angles, pinion_angles
-from pmor.lab.stability.run import _penalty_law
+from pmor.lab.stability.run import penalty_law
 from pmor.lab.stability.variants import REFERENCES, Variant
 from pmor.penalty.elasticity import FullElasticity, ReducedElasticity
 from pmor.penalty.solve import solve_position
@@ -156,9 +156,9 @@ def test_the_law_of_the_penalty_is_fitted_where_it_is_stiff(base, store):
         ste = {penalty_name(10.0**e): 5.0 + 10.0 ** (exponent * e + 4) for e in PENALTY_EXPONENTS}
         return {name: replace(some, ste_um=(value,) * 3) for name, value in (ste | {PENALTY_LIMIT: 5.0}).items()}
 
-    assert_allclose(_penalty_law(entries(-1.0)).exponent, -1.0, atol=1e-6)
-    assert_allclose(_penalty_law(entries(-0.5)).exponent, -0.5, atol=1e-6)
-    assert _penalty_law({"base case": some}) is None
+    assert_allclose(penalty_law(entries(-1.0)).exponent, -1.0, atol=1e-6)
+    assert_allclose(penalty_law(entries(-0.5)).exponent, -0.5, atol=1e-6)
+    assert penalty_law({"base case": some}) is None
 
 
 # Of each group one, and both that the mesh refuses: cheap enough for every run; all of them are slow.

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pmor.lab.stability.measure import MOST_STEPS, Entry
-from pmor.lab.stability.run import PenaltyLaw
 from pmor.report.style import COLOURS, new_figure, plot_style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def penalty_figure(law: PenaltyLaw) -> Figure:
+def penalty_figure(penalties: Sequence[float], above_limit_um: Sequence[float]) -> Figure:
     """STE above its penalty-free limit over the penalty, with the line of slope -1 through the stiffest ones."""
-    penalty, above = np.array(law.penalty), np.array(law.above_limit_um)
+    penalty, above = np.array(penalties), np.array(above_limit_um)
     with plot_style():
         figure = new_figure(7.2, 4.0)
         axes = figure.add_subplot()

@@ -63,18 +63,18 @@ class Entry:
     name: str
     group: str
     about: str
-    converged: bool | None
-    newton_steps: int | None
-    condition: float | None
-    difference_rel: float | None
-    energy_balance_rel: float | None
-    torque_balance_rel: float | None
-    ste_mean_um: float | None
-    ste_um: tuple[float, ...] | None
-    seconds: float
-    ok: bool
-    explained: bool
-    note: str
+    converged: bool | None = None
+    newton_steps: int | None = None
+    condition: float | None = None
+    difference_rel: float | None = None
+    energy_balance_rel: float | None = None
+    torque_balance_rel: float | None = None
+    ste_mean_um: float | None = None
+    ste_um: tuple[float, ...] | None = None
+    seconds: float = 0.0
+    ok: bool = False
+    explained: bool = False
+    note: str = ""
 
 
 def entry_of(data: Mapping[str, Any]) -> Entry:
@@ -94,7 +94,7 @@ def measure(variant: Variant, base: Case, store: ModelStore) -> Entry:
     store : ModelStore
     """
     started = time.perf_counter()
-    entry = Entry(variant.name, variant.group, variant.about, *(None,) * 8, 0.0, False, False, "")
+    entry = Entry(variant.name, variant.group, variant.about)
     try:
         entry = _solved_entry(entry, variant, change_case(base, **variant.changes), base, store)
     except (CaseError, GeometryError, MeshError) as error:

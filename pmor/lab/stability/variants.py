@@ -1,25 +1,29 @@
-"""The matrix of variants as data: what each changes in the case, and what its answer is held against."""
+"""One line of the matrix: a change of the case, and how the answer is judged."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
-from pmor.lab.core.variants import Sections
+from pmor.case import Case
+from pmor.gear.pair import GearPair
+from pmor.lab.core.variants import Sections, merged
 
 Against = Literal["start", "base", "finer", "mirror", "neighbours", "full", "nothing"]
 
-# How an answer is held against what it should be, for the report.
+#: how a reference solution is found, for the report
 REFERENCES = {
     "start": "the same positions, reached from another load",
     "base": "the base case at the same positions, by the scale that mechanics asks for",
-    "finer": "the same gears on half again as many elements over the profile, less what that changes in the base case",
+    "finer": "the same gears on half again as many elements over the profile, less the change of the base case",
     "mirror": "the same pair with the gears exchanged, at the mirrored positions",
     "neighbours": "the mean of the two positions a ten-thousandth of a pitch away",
     "full": "full FE on the same mesh",
     "nothing": "nothing: the variant is expected to be refused",
 }
-# Two ways to one state agree to what either is solved to, with room for flat directions.
+# Two ways to one state agree to the tolerance of the solver, with a margin for flat directions.
 SAME_STATE = 1e-6
 # Forces go from the smooth patches to the nodes by bilinear shares (the paper's transfer), which is not quite the
 # derivative of the gap: on meshes of this size 1-2 % of the work, and nothing with facets.
@@ -34,26 +38,24 @@ class Variant:
     ----------
     name : str
         Unique.
-    group : str
-        Heading of the report under which it stands.
-    about : str
-        What it shows, for the report.
+    group, about : str
+        Heading of the report and what the group shows.
     changes : mapping
         New values by section and key of the case.
     against : str
         Key of `REFERENCES`.
     factor : float
-        What the STE of the reference is multiplied by.
+        The STE of the reference is multiplied by it.
     tolerance : float
         On the largest difference to the reference over its mean STE.
     places : {"usual", "borders", "ends", "hunting"}
-        Where over the pitch: `pmor.lab.stability.places`.
+        Positions over the pitch: `pmor.lab.stability.places`.
     start_mm : float or None
-        How far off the advance of the start is, mm along the line of action; None: the solver's own start.
+        Offset of the first guess, mm along the line of action; None: the solver's own start.
     rising : tuple of float
-        Loads over the nominal one that are solved before it, each from the one before, as a sweep does.
+        Loads over the nominal one that are solved before it, one after the other, as a sweep does.
     basis : str or None
-        How the reduced basis is made (`pmor.lab.stability.reduced`); None: full FE.
+        Training of the reduced basis (`pmor.lab.stability.reduced`); None: full FE.
     limit : str
         Part of the warning that the program gives beforehand where this variant is known not to hold.
     energy : float
@@ -73,3 +75,61 @@ class Variant:
     basis: str | None = None
     limit: str = ""
     energy: float = MESH_ENERGY
+
+
+def rows(
+    group: str, about: str, table: Mapping[str, Sections | tuple[Sections, Mapping[str, Any]]], **judged: Any
+) -> list[Variant]:
+    """Return the variants of a group.
+
+    Parameters
+    ----------
+    group, about : str
+    table : mapping
+        By name: the changes, alone or with fields of `Variant` that differ from `judged`.
+    **judged
+        Fields of `Variant` for the whole group; ``common`` holds changes that all of them share.
+    """
+    common = judged.pop("common", {})
+    found = []
+    for name, entry in table.items():
+        changes, own = entry if isinstance(entry, tuple) else (entry, {})
+        found.append(Variant(name, group, about, merged(common, changes), **(judged | dict(own))))
+    return found
+
+
+def load(torque_Nm: float) -> Sections:
+    """Changes that set the nominal torque and that of every stage."""
+    stages = {name: {"torques_Nm": [torque_Nm]} for name in ("offline", "online", "compare")}
+    return {"load": {"torque_Nm": torque_Nm}, **stages}
+
+
+def wheel(case: Case, **keys: Any) -> Sections:
+    """Changes of the wheel, with all its keys: a case may leave it to be like the pinion."""
+    return {"wheel": {**vars(case.pair.wheel), **keys}}
+
+
+def both_gears(case: Case, **keys: Any) -> Sections:
+    """Changes of both gears."""
+    return {"pinion": keys, **wheel(case, **keys)}
+
+
+def modified(pinion: Mapping[str, Any], wheel: Mapping[str, Any] | None = None) -> Sections:
+    """Changes of the flank modifications; of the pinion alone, or of both gears."""
+    return {"pinion.modification": dict(pinion), "wheel.modification": dict(wheel or {})}
+
+
+def both_flanks(**keys: Any) -> Sections:
+    """The same modification on both gears."""
+    return modified(keys, keys)
+
+
+def roll_deg(pair: GearPair, gear: int, share: float) -> float:
+    """Roll angle at a share of the way from the start of a gear's active profile to its tip, deg."""
+    start, tip = pair.active_rolls[gear][0], (pair.pinion, pair.wheel)[gear].tip_roll_angle
+    return math.degrees(start + share * (tip - start))
+
+
+def short(power: float) -> str:
+    """Write a power of ten the short way, such as 1e6."""
+    return f"{power:.0e}".replace("e+0", "e").replace("e+", "e")
