@@ -106,7 +106,7 @@ def _pattern(meshed: MeshedPair, position: Position, contact: Contact, p: int, s
     of_pair = contact.pair == p
     gear = int(2 * np.count_nonzero(contact.slave[of_pair]) > np.count_nonzero(of_pair))
     mine = of_pair & (contact.slave == gear)
-    cells = {"nodal": _nodal_forces, "strip": _strip_forces, "line": _line_forces}[meshed.scheme.kind]
+    cells = {"nodal": _nodal_forces, "line": _line_forces}[meshed.scheme.kind]
     roll, width, force = cells(meshed, position, contact, gear, mine)
     # Where points of both gears carry load (two-pass), each side has a part of it.
     force *= contact.force[of_pair].sum() / force.sum()
@@ -180,24 +180,6 @@ def _inclined(z: FloatArray, roll: FloatArray, places: FloatArray, tooth: Tooth)
     beyond = np.minimum(places - z[first], 0.0) + np.maximum(places - z[last], 0.0)
     rolls = np.interp(places, z[order], roll[order]) + tooth.twist_per_length * beyond
     return np.clip(rolls, tooth.form_roll_angle, tooth.tip_roll_angle)
-
-
-def _strip_forces(
-    meshed: MeshedPair, position: Position, contact: Contact, gear: int, mine: BoolArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """As `_nodal_forces`, each Gauss point's force spread evenly about it, halfway to its neighbours."""
-    z, radius = meshed.pinion.nodes[0, :, 2], (meshed.pair.pinion, meshed.pair.wheel)[gear].base_radius
-    arc = 0.5 * radius * section_roll_angle(meshed, position, contact, gear)[mine] ** 2
-    column, load = contact.place[mine, 1], contact.force[mine]
-    middle, half_length = 0.5 * (arc.max() + arc.min()), 0.5 * MARGIN * (arc.max() - arc.min())
-    edges = np.linspace(middle - half_length, middle + half_length, PROFILE_CELLS + 1)
-    force = np.zeros((PROFILE_CELLS, len(z)))
-    for k in np.unique(column):
-        order = np.flatnonzero(column == k)[np.argsort(arc[column == k])]
-        inner = 0.5 * (arc[order][1:] + arc[order][:-1])
-        ends = np.concatenate([arc[order][:1], inner, arc[order][-1:]])
-        force[:, k] = np.diff(np.interp(edges, ends, np.append(0.0, np.cumsum(load[order]))))
-    return np.sqrt(2.0 * edges / radius), _edges(z), force
 
 
 def _tooth(meshed: MeshedPair, gear: int) -> Tooth:

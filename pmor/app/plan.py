@@ -81,9 +81,8 @@ def _sizes(case: Case) -> list[str]:
         f"  contact points per flank       {points:>8}  "
         f"(LoDM {contact.lodm_profile} over the profile, {contact.lodm_width} over the width)"
     )
-    if contact.kind != "nodal":
-        what = "a line load each" if contact.kind == "line" else "Gauss points on the strip of contact"
-        contact_points = f"  {f'sections over {width}':<30} {across + 1:>8}  ({what}, on exact flanks)"
+    if contact.kind == "line":
+        contact_points = f"  {f'sections over {width}':<30} {across + 1:>8}  (a line load each, on exact flanks)"
     return [
         "Sizes",
         f"  flank nodes per tooth          {flank_nodes:>8}  ({grid})",

@@ -21,8 +21,6 @@ MOST_CONTACT_POINTS = 1_000_000
 MOST_ANGLES = 1_000_000
 # Rim that must stay between bore and root circle, in modules.
 THINNEST_RIM = 0.5
-# Schemes in which each section of the face width may be at another place of the path of contact.
-UNEVEN_SECTIONS = ("line", "direct", "paper", "facet")
 # What lifts the rule that sweeps stay within the training.
 EXTRAPOLATE = "[online] extrapolate = true and read the error bar"
 
@@ -117,8 +115,8 @@ def _check_faces(pair: PairCase, where: str) -> None:
 
 
 def refuse_uneven_sections(case: Case, where: str) -> None:
-    """Raise CaseError for a helix or faces of their own where mesh or contact takes all sections for alike."""
-    pair, scheme = case.pair, case.contact.scheme
+    """Raise CaseError for a helix or faces of their own on a mesh that takes all sections for alike."""
+    pair = case.pair
     if pair.helix_angle_deg != 0.0:
         place, what = f"[pair] helix_angle_deg = {pair.helix_angle_deg:g}", "is a helical pair"
     elif pair.pinion.face(pair.face_width_mm) != pair.wheel.face(pair.face_width_mm):
@@ -128,11 +126,6 @@ def refuse_uneven_sections(case: Case, where: str) -> None:
     if case.mesh.width == "plane_strain":
         raise CaseError(
             f'{where}: {place}: {what}, and [mesh] width = "plane_strain" has one section for all of it: write "whole"'
-        )
-    if scheme not in UNEVEN_SECTIONS:
-        raise CaseError(
-            f'{where}: {place}: {what}, and [contact] scheme = "{scheme}" takes all sections for alike: '
-            'write scheme = "direct"'
         )
 
 

@@ -90,10 +90,6 @@ def check_flanks(case: Case, where: str) -> None:
                 )
         _check_pitch(flank, place)
         _check_over_width(flank, case.pair.face_width_mm, place)
-        if case.contact.kind == "strip":
-            raise CaseError(
-                f'{place}: strips of pressure know no deviations of flanks: write [contact] scheme = "line" or "direct"'
-            )
         _refuse_uneven_flank(case, flank.modification, place)
 
 

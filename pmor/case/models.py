@@ -12,7 +12,6 @@ SHAPES_OF_MODEL: dict[Scheme, Shapes] = {
     "paper": "positions",
     "direct": "flank_lines",
     "facet": "flank_lines",
-    "strip": "flank_lines",
     "line": "line_loads",
 }
 

@@ -20,7 +20,7 @@ Inertia = Annotated[float, Range(0.0, 1e9, "kg m2", low_excluded=True)]
 Positions = Annotated[int, Range(4, 10_000)]
 Subdivisions = Annotated[int, Range(1, 64)]
 Width = Literal["half", "whole", "plane_strain"]
-Scheme = Literal["line", "strip", "direct", "paper", "facet"]
+Scheme = Literal["line", "direct", "paper", "facet"]
 Shapes = Literal["line_loads", "flank_lines", "positions", "pod", "global_pod", "static_modes"]
 PictureFormat = Literal["png", "svg", "pdf"]
 # Of each direction in its place.
@@ -156,12 +156,11 @@ class ContactCase:
 
     Parameters
     ----------
-    scheme : {"line", "strip", "direct", "paper", "facet"}
+    scheme : {"line", "direct", "paper", "facet"}
         `line`: exact flanks, one line load per section, closed-form local compliance, no penalty; for transmission
-        error on any mesh. `strip`: exact flanks, penalty pressure integrated over the strips of contact; for pressure
-        on meshes with ten elements in the contact. `direct`: points of Hermite patches through the deformed
-        nodes, projected on the mate's patches. `paper`: the same points projected on bilinear facets through the
-        mate's (Cosco et al. 2016). `facet`: bilinear facets all through, the conventional scheme.
+        error on any mesh. `direct`: points of Hermite patches through the deformed nodes, projected on the mate's
+        patches. `paper`: the same points projected on bilinear facets through the mate's (Cosco et al. 2016). `facet`:
+        bilinear facets all through, the conventional scheme.
     slave : {"tip", "pinion", "wheel", "both"}
         Gear whose points are projected on its mate: the one whose tip is nearer, a fixed one, or both with half the
         penalty each. Lines have no slave.
@@ -169,7 +168,7 @@ class ContactCase:
         Node normals at the edges of Hermite patches: one-sided parabolic fit, or the paper's plain average; None is
         `average` for the scheme `paper`, else `parabolic`.
     lodm_profile, lodm_width : int
-        Level-of-detail magnification: subdivisions per element and direction of the last three schemes.
+        Level-of-detail magnification: subdivisions per element and direction, of the penalty schemes.
     penalty_N_mm3 : float
         Contact penalty in N/mm3: pressure per penetration. Lines have none.
     layer_depth : float
@@ -185,9 +184,9 @@ class ContactCase:
     layer_depth: Annotated[float, Range(0.05, 1.0, "modules")] = 0.4
 
     @property
-    def kind(self) -> Literal["line", "strip", "nodal"]:
-        """What is evaluated: lines or strips on exact flanks, or points of surfaces through nodes."""
-        return self.scheme if self.scheme in ("line", "strip") else "nodal"
+    def kind(self) -> Literal["line", "nodal"]:
+        """What is evaluated: lines on exact flanks, or points of surfaces through nodes."""
+        return "line" if self.scheme == "line" else "nodal"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -405,7 +404,7 @@ class CompareCase:
         Number of angles that were not trained, spread over one pitch by a seeded draw.
     torques_Nm : tuple of float
         Torques in N m, increasing.
-    models : tuple of {"line", "strip", "direct", "paper", "facet"} or None
+    models : tuple of {"line", "direct", "paper", "facet"} or None
         Reduced models that `pmor run` and `pmor compare` train and hold against each other, by their contact schemes:
         `paper` is the paper's way, with the shapes `positions`; `line` has `line_loads`, the others `flank_lines`. The
         case's own model is always among them, with the shapes of the case; None is the case's own alone.

@@ -88,7 +88,6 @@ def variants(case: Case) -> list[Variant]:
         listed.append(Variant("LoDM over the profile", changed))
     both = {"scheme": "direct", "lodm_profile": 4, "lodm_width": 4}
     listed.append(Variant("LoDM over both", _changed(case, contact=both)))
-    listed.append(Variant("strip", _changed(case, contact={"scheme": "strip"})))
     for width in (2, 4, 8):
         listed.append(Variant("elements over the width", _changed(case, mesh={"width_elements": width})))
     listed.append(Variant("whole width", _changed(case, mesh={"width": "whole"})))

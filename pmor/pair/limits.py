@@ -27,28 +27,6 @@ LARGEST_BULGE = 0.05
 RIM_DEFLECTION, LARGEST_DEFLECTION = 0.18, 0.5
 # Columns of elements to an axial pitch below which lines of contact end between sections.
 FEWEST_COLUMNS = 4.0
-# Penalty of strips of pressure, times the length of an element over the modulus, above which the pressure has more
-# places than the mesh has displacements to follow it: the strip locks, and Newton takes dozens of steps.
-STIFFEST_STRIP = 50.0
-
-
-def refuse_locking_penalty(case: Case, element_mm: float) -> None:
-    """Raise CaseError when strips of pressure are to be much stiffer than the elements that carry them.
-
-    Parameters
-    ----------
-    case : Case
-    element_mm : float
-        Length of the flank's elements along the profile, mm.
-    """
-    softest = 1e3 * min(case.pair.pinion.youngs_modulus_GPa, case.pair.wheel.youngs_modulus_GPa)
-    allowed = STIFFEST_STRIP * softest / element_mm
-    if case.contact.penalty_N_mm3 > allowed:
-        raise CaseError(
-            f"[contact] penalty_N_mm3 = {case.contact.penalty_N_mm3:g}: strips of pressure on elements of "
-            f"{element_mm:.3g} mm lock above {allowed:.2g} N/mm3: lower it, refine the mesh, or choose the scheme "
-            '"line", which has none'
-        )
 
 
 def refuse_impossible_load(case: Case, approach_mm: float) -> None:

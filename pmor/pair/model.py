@@ -25,7 +25,7 @@ from pmor.mesh.fillet import build_fillet
 from pmor.mesh.layer import surface_layer
 from pmor.mesh.quality import MeshQuality, mesh_quality
 from pmor.mesh.sector import SectorMesh, build_sector
-from pmor.pair.limits import refuse_bent_blank, refuse_impossible_load, refuse_locking_penalty, refuse_lost_load
+from pmor.pair.limits import refuse_bent_blank, refuse_impossible_load, refuse_lost_load
 from pmor.pair.modifications import refuse_modifications_off_the_flank
 from pmor.penalty.elasticity import full_elasticity
 from pmor.penalty.equilibrium import round_off_residual
@@ -183,9 +183,6 @@ def mesh_model(case: Case) -> MeshModel:
                            (pinion.flank_roll_angle, wheel.flank_roll_angle), surface_layers(case, pair),
                            pinion.mirrored)  # fmt: skip
     refuse_loads(case, meshed)
-    if meshed.scheme.kind == "strip":
-        flank = meshed.pinion.nodes[:, 0]
-        refuse_locking_penalty(case, float(np.linalg.norm(flank[-1] - flank[0])) / meshed.pinion.element_rows)
     return MeshModel(pinion, wheel, min(qualities, key=lambda q: q.min_scaled_jacobian), meshed)
 
 

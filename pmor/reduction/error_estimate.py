@@ -47,10 +47,10 @@ from pmor.penalty.position import Position
 from pmor.penalty.search import Contact
 
 
-def discarded_energy(
+def discarded_energy_slope(
     compliance: FlankCompliance, position: Position, elasticity: ReducedElasticity, contact: Contact
 ) -> float:
-    """Return r^T C r at a reduced solution (module docstring, eq. 1), N mm.
+    """Return r^T C dr/dT at a reduced solution (eq. 2 without r_b), rad; the slow twin of the kernel's.
 
     Parameters
     ----------
@@ -59,19 +59,6 @@ def discarded_energy(
     elasticity : ReducedElasticity
     contact : Contact
         Of the solution.
-    """
-    return _discarded_product(compliance, position, elasticity, contact, contact.force, contact.force)
-
-
-def discarded_energy_slope(
-    compliance: FlankCompliance, position: Position, elasticity: ReducedElasticity, contact: Contact
-) -> float:
-    """Return r^T C dr/dT at a reduced solution (eq. 2 without r_b), rad; the slow twin of the kernel's.
-
-    Parameters
-    ----------
-    compliance, position, elasticity, contact
-        As in `discarded_energy`.
     """
     # The linearised problem under a unit torque, with no gaps: how the solution changes with the torque.
     coordinates, rotation = elasticity.newton_step(contact, np.zeros(len(contact.gap)), 1.0)

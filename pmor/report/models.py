@@ -12,7 +12,6 @@ TAKE_FOR = {
     "paper": "to repeat the paper: shapes of full solves at trained angles, interpolated between them",
     "direct": "for Hermite patches through the mesh: shapes of flank lines, without interpolation",
     "facet": "to see what conventional contact elements make of this mesh",
-    "strip": "for the pressure over the strip of contact, on meshes with ten elements in it",
     "line": "for all else: exact at any torque, axes and modification, untrained, the fastest",
 }
 COLUMNS = (

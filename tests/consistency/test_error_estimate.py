@@ -13,7 +13,7 @@ from pmor.gear.condition import ALIGNED, Condition, Misalignment, at_torques
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.pair.sweep import sweep_ste
 from pmor.penalty.solve import solve_position
-from pmor.reduction.error_estimate import discarded_energy, discarded_energy_slope
+from pmor.reduction.error_estimate import discarded_energy_slope
 from pmor_offline.gather import make_basis
 from pmor_offline.sampling import TrainingPosition, sobol_positions
 from pmor_offline.snapshots import solve_snapshots
@@ -56,7 +56,7 @@ def states(reduced, phi, misalignment=ALIGNED):
     return solved.position, reduced.elasticity_at(solved.position), solved.equilibria
 
 
-@pytest.mark.parametrize("scheme", ["line", "strip", "direct"])
+@pytest.mark.parametrize("scheme", ["line", "direct"])
 @pytest.mark.parametrize("shapes", ["flank_lines", "positions", "pod", "global_pod", "static_modes"])
 def test_the_kernel_estimates_what_its_slow_twin_does(scheme, shapes):
     reduced = reduced_pair(poor_basis(scheme, shapes=shapes))
@@ -82,32 +82,6 @@ def test_tilted_axes_on_the_whole_width_too():
         slopes = [discarded_energy_slope(reduced.basis.compliance, position, elasticity, e.contact) for e in equilibria]
         expected = 1e3 * reduced.meshed.pair.pinion.base_radius * np.array(slopes)
         assert_allclose(sweep.ste_error_um[:, i], expected, rtol=1e-5)
-
-
-def potential(meshed, elasticity, state, torque):
-    """Elastic and penalty energy less the work of the torque, N mm."""
-    penalty = 0.5 * float(state.contact.stiffness @ state.contact.gap**2)
-    return 0.5 * elasticity.energy_norm(state.coordinates) ** 2 + penalty - torque * state.advance
-
-
-def test_discarded_energy_bounds_the_difference_of_the_potentials_from_above():
-    """With a penalty pressure on exact flanks, where the law is convex and the geometry linear; never below zero."""
-    _, model = setting("strip")
-    reduced = reduced_pair(poor_basis("strip"))
-    meshed, full = reduced.meshed, model.mesh.meshed
-    low, high = meshed.pair.roll_position_range
-    # One pair alone, on the line of action.
-    for phi in np.linspace(high - meshed.pair.pitch + 0.03, low + meshed.pair.pitch - 0.03, 5):
-        position, elasticity, equilibria = states(reduced, float(phi))
-        exact = solve_position(full, float(phi), at_torques(TORQUES), model.elasticity_at)
-        for torque, state, true in zip(TORQUES, equilibria, exact.equilibria, strict=True):
-            excess = potential(meshed, elasticity, state, torque) - potential(
-                full, model.elasticity_at(exact.position), true, torque
-            )
-            bound = 0.5 * discarded_energy(reduced.basis.compliance, position, elasticity, state.contact)
-            assert excess > 0.0
-            # Forces turn with the flanks, which the bound leaves out: some per cent of what is very little.
-            assert excess < 1.05 * bound
 
 
 @pytest.mark.parametrize(("tilted", "least_um"), [(False, 1e-4), (True, 2e-3)])
@@ -136,7 +110,7 @@ def test_estimate_is_near_the_error_at_states_that_no_training_saw(tilted, least
     assert spearmanr(np.abs(estimate), np.abs(true)).statistic > 0.9
 
 
-@pytest.mark.parametrize(("scheme", "longest"), [("line", 1.1), ("strip", 3.0), ("direct", 40.0)])
+@pytest.mark.parametrize(("scheme", "longest"), [("line", 1.1), ("direct", 40.0)])
 def test_the_longest_bar_covers_the_largest_error_and_is_so_much_longer_at_most(scheme, longest):
     """Here 1.02, 1.7 and 3.8: a bar of points follows the row that comes to carry under a little more torque."""
     case, model = setting(scheme)

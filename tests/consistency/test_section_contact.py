@@ -31,7 +31,7 @@ def section_case(scheme, width):
     return parse_case(text, scheme, f"{scheme} case")
 
 
-@pytest.fixture(scope="module", params=["line", pytest.param("strip", marks=pytest.mark.jit)])
+@pytest.fixture(scope="module", params=["line"])
 def pair(request, tmp_path_factory):
     """Full model, and reduced models, of half and of the whole width, and in plane strain."""
     models, reduced = [], []

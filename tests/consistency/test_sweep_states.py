@@ -47,7 +47,7 @@ def angles(reduced, count=5):
 
 
 @pytest.mark.parametrize("misalignment", [ALIGNED, TILTED], ids=["aligned", "tilted"])
-@pytest.mark.parametrize("scheme", ["line", "strip", "direct"])
+@pytest.mark.parametrize("scheme", ["line", "direct"])
 def test_contact_forces_of_a_sweep_carry_the_torque_pair_by_pair(scheme, misalignment):
     reduced = reduced_with(scheme)
     sweep = sweep_reduced_pair(reduced, angles(reduced), at_torques(TORQUES, misalignment), recorded=True, **TIGHT)
@@ -65,7 +65,7 @@ def test_contact_forces_of_a_sweep_carry_the_torque_pair_by_pair(scheme, misalig
             assert_allclose(parts.sum(), torque, rtol=SAME_STATE)
 
 
-@pytest.mark.parametrize("scheme", ["line", "strip", "direct"])
+@pytest.mark.parametrize("scheme", ["line", "direct"])
 def test_contact_forces_act_where_the_slow_twin_has_them(scheme):
     """Each at its place on both flanks: on the line of action of the pair, to the width of the contact."""
     reduced = reduced_with(scheme)
@@ -144,7 +144,7 @@ def test_the_force_at_the_advance_of_an_equilibrium_is_its_torque(scheme, misali
         assert_allclose(1e3 * law.torque_Nm[:, 0], TORQUES, rtol=SAME_STATE)
 
 
-@pytest.mark.parametrize("scheme", ["line", "strip", "direct"])
+@pytest.mark.parametrize("scheme", ["line", "direct"])
 def test_the_force_is_zero_out_of_contact_and_grows_with_the_advance(scheme):
     reduced = reduced_with(scheme)
     advances = np.linspace(-1e-3, 3e-4, 14)

@@ -25,7 +25,7 @@ CASES = Path(__file__).parent.parent / "cases"
 STE_TOLERANCE = 1e-10  # relative; sums in another order are allowed, other mechanics are not
 ESTIMATE_TOLERANCE = 1e-7  # of the largest estimate of a sweep: derivatives of energies that all but cancel
 SHIPPED = ("small_spur", "unequal_pair", "paper_spur", "paper_hermite", "paper_64", "paper_misaligned")
-SCHEMES = ("line", "strip", "direct", "paper", "facet")
+SCHEMES = ("line", "direct", "paper", "facet")
 REDUCTIONS = {
     "positions": {"shapes": "positions"},
     "positions_cubic": {"shapes": "positions", "interpolation": "cubic"},
@@ -47,7 +47,7 @@ def variants() -> dict[str, dict[str, dict[str, Any]]]:
     for name, reduction in REDUCTIONS.items():
         for scheme in ("line", "direct"):
             found[f"{name}_{scheme}"] = {"contact": {"scheme": scheme}, "reduction": reduction}
-    for scheme in ("line", "strip", "direct"):
+    for scheme in ("line", "direct"):
         tilt = {"in_plane_um": 5.0, "out_of_plane_um": 4.0}
         found[f"tilted_{scheme}"] = {"contact": {"scheme": scheme}, "offline": TILTED, "misalignment": tilt}
     found["plane_strain"] = {"contact": {"scheme": "line"}, "mesh": {"width": "plane_strain"}}

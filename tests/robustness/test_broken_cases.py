@@ -100,9 +100,9 @@ BROKEN = {
         replaced(PINION, "teeth = 6\nprofile_shift = -1.5"),
         ["[pinion] teeth = 6", "no room", "raise teeth"],
     ),
-    "helical": (
-        replaced(PAIR, PAIR + "\nhelix_angle_deg = 15.0").replace('scheme = "direct"', 'scheme = "strip"'),
-        ["helix_angle_deg = 15", "helical pair", "takes all sections for alike", 'scheme = "direct"'],
+    "scheme of an earlier version": (
+        GOOD.replace('scheme = "direct"', 'scheme = "strip"'),
+        ['[contact] scheme = "strip"', "was removed", 'write "line", or "direct"'],
     ),
     "helical, one section": (
         replaced(PAIR, PAIR + "\nhelix_angle_deg = 15.0").replace("[mesh]", '[mesh]\nwidth = "plane_strain"'),

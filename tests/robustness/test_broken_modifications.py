@@ -77,7 +77,6 @@ BROKEN = {
         GOOD.replace("width_elements = 2", 'width = "plane_strain"') + "[pinion.modification]\nhelix_crowning_um = 4",
         ["differs over the width", 'write "whole"'],
     ),
-    "strips": ('[contact]\nscheme = "strip"\n[pinion.modification]\nhelix_crowning_um = 4', ["strips", '"line"']),
     "no such topography": (TOPOGRAPHY.replace("flank.csv", "none.csv"), ["none.csv", "no such file"]),
     "topography as a number": ("[pinion.modification]\ntopography = 3", ["name of a CSV file"]),
     "topography too small": (TOPOGRAPHY, ["at least 2 x 2"], grid(rolls=(5,))),

@@ -8,8 +8,6 @@ import pytest
 
 from pmor.case import Case, change_case, load_case, make_case, parse_case, text_of
 from pmor.core.errors import CaseError
-from pmor.pair.model import mesh_model
-from tests.support.small_case import case_text
 
 CASES = Path(__file__).parents[2] / "cases"
 FILES = sorted(path for path in CASES.glob("*.toml") if "[pair]" in path.read_text())  # the others start from a case
@@ -56,13 +54,6 @@ def test_a_key_of_the_gears_changes_both_and_a_section_one():
 def test_what_cannot_be_changed_is_named(settings, message):
     with pytest.raises(CaseError, match=message):
         change_case(make_case(**SMALL), **settings)
-
-
-def test_helical_gears_on_strips_are_refused_wherever_the_case_comes_from():
-    case = parse_case(case_text(contact={"scheme": "strip"}), "small", "small")
-    helical = replace(case, pair=replace(case.pair, helix_angle_deg=10.0))
-    with pytest.raises(CaseError, match="helix_angle_deg = 10: is a helical pair"):
-        mesh_model(helical)
 
 
 def test_a_case_shows_itself_in_one_line():

@@ -170,7 +170,7 @@ def conventional_pair(case: Case, mesh: MeshModel) -> ConventionalPair:
     if mesh.meshed.scheme.kind == "line":
         raise CaseError(
             f'case {case.name}: [contact] scheme = "line": conventional full FE has no surface layer to take out: '
-            'choose "strip", "direct", "paper" or "facet"'
+            'choose "direct", "paper" or "facet"'
         )
     start = time.perf_counter()
     (pinion, on_pinion), (wheel, on_wheel) = per_gear(

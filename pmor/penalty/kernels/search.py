@@ -18,12 +18,10 @@ from pmor.gear.kernels.types import (
     Motion,
     NodalScheme,
     Pair,
-    StripScheme,
 )
 from pmor.line.kernels.law import search_line
 from pmor.penalty.kernels.nodal import Facing, search_pair
 from pmor.penalty.kernels.state import Carriers, Feet, Found, Points, SearchWorkspace
-from pmor.penalty.kernels.strip import search_strip
 from pmor.penalty.kernels.windows import element_row
 
 
@@ -58,12 +56,6 @@ def _most_columns(gears):
 def _workspace_of_lines(pair, patches):
     share = pair.sections.share
     return _room(patches, 8 * share.shape[2], patches.pairs * share.shape[1], 0, 0)
-
-
-@allocating
-def _workspace_of_strips(pair, patches):
-    pieces = 2 * patches.pairs * (_most_elements(patches) + 3) * _most_columns(pair.gears)
-    return _room(patches, 8 * pair.sections.share.shape[2], pieces * len(pair.scheme.gauss_points), 0, 0)
 
 
 @allocating
@@ -113,23 +105,6 @@ def _search_lines(pair, patches, advance, nodes, largest_gap, workspace):
 
 
 @allocating
-def _search_strips(pair, patches, advance, nodes, largest_gap, workspace):
-    scheme, points, found = pair.scheme, workspace.points, Found(0, np.inf, False)
-    images = 2.0 if scheme.mirrored else 1.0
-    for p in range(patches.pairs):
-        roll_position = patches.phi + patches.tooth_pair[p] * pair.kinematics.pitch
-        share = pinion_slave_share(pair.kinematics, scheme, roll_position)
-        for slave in range(2):
-            before, portion = found, images * (share if slave == 0 else 1.0 - share)
-            if portion > 0.0:
-                found = search_strip(
-                    pair, patches, p, slave, advance, portion * scheme.penalty, nodes, before.listed, workspace
-                )
-                found = _with_earlier(found, before, p, slave, points)
-    return found
-
-
-@allocating
 def _search_nodes(pair, patches, advance, nodes, largest_gap, workspace):
     points, found = workspace.points, Found(0, np.inf, False)
     for p in range(patches.pairs):
@@ -168,7 +143,6 @@ class _Kernels(NamedTuple):
 
 _OF_SCHEME = {
     LineScheme: _Kernels(_search_lines, _workspace_of_lines),
-    StripScheme: _Kernels(_search_strips, _workspace_of_strips),
     NodalScheme: _Kernels(_search_nodes, _workspace_of_nodes),
 }
 
@@ -198,7 +172,7 @@ def search_all(
     nodes : ndarray, shape (n, 3)
         Deformed nodes of all windows, mm; for exact flanks their displacements alone (`Work`).
     largest_gap : float
-        Points with a gap below it are listed, mm; strips list what penetrates.
+        Points with a gap below it are listed, mm.
     workspace : SearchWorkspace
         Its points are filled.
 
