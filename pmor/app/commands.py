@@ -170,20 +170,14 @@ def convergence(case_path: Path, out: Path | None = None, overwrite: bool = Fals
 
     use_one_thread()  # before anything loads numpy
     from pmor.case import load_case
+    from pmor.lab.convergence.run import run
+    from pmor.storage.results_folder import default_folder
 
     case = load_case(case_path)
-    from pmor.lab.convergence.output import FILES, convergence_text, write_convergence
-    from pmor.lab.convergence.run import run_convergence
-    from pmor.storage.results_folder import default_folder, results_folder, start_results
-    from pmor.work.pieces import PARTS
-
     folder = out or default_folder(case.name, "_convergence")
-    with results_folder(folder, FILES, (PARTS,), overwrite, (case_path,)):
-        found = run_convergence(case, folder)
-        start_results(folder, case.text)
-        write_convergence(found, folder)
-    print(convergence_text(found))
-    print(f"  results in {folder}")
+    found = run(case, folder=folder, overwrite=overwrite)
+    found.write(folder, overwrite=overwrite)
+    print(f"{found}\n  results in {folder}")
 
 
 def stability(case_path: Path, out: Path | None = None, jobs: int = 1, only: str = "", overwrite: bool = False) -> None:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 
@@ -16,107 +17,58 @@ from pmor.case.width import elements_across, meshed_width
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError
 from pmor.gear.pair import GearPair
+from pmor.lab.convergence.result import ELEMENTS, FILES, PLANE, PROFILE_ELEMENTS, QUANTITIES, Convergence, Level
 from pmor.pair.conditions import conditions_of
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.work.cost import FINITE_ELEMENTS, refuse_beyond_memory, stages
-from pmor.work.pieces import PARTS, Piece, Result, run_pieces
+from pmor.work.pieces import Piece, Result, run_pieces
+from pmor.work.results import pieces_folder
 from pmor_offline.train import train
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.model import online_angles, reduced_pair
 
-ELEMENTS = ("hex20", "hex8i", "hex8")
-PROFILE_ELEMENTS = (4, 8, 16, 32, 64)
-PLANE = "plane_strain"
-# Finite elements that take longer, as `pmor plan` tells it, are left out.
+# Meshes whose finite elements take longer, by the estimate of `pmor plan`, are skipped.
 LONGEST_S = 90.0
-# Ratio of the differences between meshes one after the other, at most: that of first order.
+# Ratio of the differences between successive meshes, at most: that of first order.
 SLOWEST = 0.5
 # Pinion angles over the pitch.
 ANGLES = 48
-#: transmission errors that are held against their limits, and what to call them
-QUANTITIES = {
-    "ste_pitch_point_um": "pitch point",
-    "ste_mid_double_contact_um": "double contact",
-    "ste_mean_um": "mean",
-    "ste_peak_to_peak_um": "peak-to-peak",
-}
 
 
-@dataclass(frozen=True)
-class Level:
-    """A mesh of the ladder, and what it gave.
-
-    Parameters
-    ----------
-    width : str
-        How much of the face width is meshed (`pmor.case.width`).
-    element : str
-    n_profile, n_width : int
-        Elements over the profile, and over what is meshed of the width.
-    ste_pitch_point_um, ste_mid_double_contact_um, ste_mean_um, ste_peak_to_peak_um : float or None
-        At the pitch point, in the middle of double contact, over the pitch; None where it was left out.
-    offline_s : float or None
-        Wall time of meshing and finite elements.
-    reason : str
-        Why it was left out, if it was.
-    """
-
-    width: str
-    element: str
-    n_profile: int
-    n_width: int
-    ste_pitch_point_um: float | None = None
-    ste_mid_double_contact_um: float | None = None
-    ste_mean_um: float | None = None
-    ste_peak_to_peak_um: float | None = None
-    offline_s: float | None = None
-    reason: str = ""
-
-
-@dataclass(frozen=True)
-class Convergence:
-    """What a ladder of meshes gave.
-
-    Parameters
-    ----------
-    case : Case
-    levels : tuple of Level
-    limits : dict of (str, str) to float
-        Extrapolated, um, by width and quantity.
-    """
-
-    case: Case
-    levels: tuple[Level, ...]
-    limits: dict[tuple[str, str], float]
-
-    def error_percent(self, level: Level, quantity: str) -> float | None:
-        """Return how far a mesh is off the limit of a quantity, % of it."""
-        value, limit = getattr(level, quantity), self.limits.get((level.width, quantity))
-        return None if value is None or limit is None else 100.0 * (value / limit - 1.0)
-
-
-def run_convergence(case: Case, out: Path, profile_elements: Sequence[int] = PROFILE_ELEMENTS) -> Convergence:
+def run(
+    case: Case, *, profile_elements: Sequence[int] = PROFILE_ELEMENTS, folder: Path | str | None = None,
+    overwrite: bool = False, executor: Executor | None = None, progress: Callable[[int], None] | None = None,
+) -> Convergence:  # fmt: skip
     """Solve a case on a ladder of meshes, in plane strain and over its width.
 
     Parameters
     ----------
     case : Case
         Of line contact.
-    out : Path
-        Folder of the results, where finished meshes are kept until these are written.
     profile_elements : sequence of int
+        Elements over the profile of each rung.
+    folder : Path or str, optional
+        Of the results: finished meshes are kept there until these are written.
+    overwrite : bool
+        Replace files in the way of the results.
+    executor : concurrent.futures.Executor, optional
+        Of threads. The seconds of a mesh count only without: one mesh after the other.
+    progress : callable, optional
+        Called with how many more meshes are there.
 
     Raises
     ------
     CaseError
         When the case has another contact scheme.
+    OutputError
     """
     if case.contact.kind != "line":
         raise CaseError(
             f'case {case.name}: [contact] scheme = "{case.contact.scheme}": has no limit on finer meshes: write "line"'
         )
     pieces = list(_pieces(case, profile_elements))
-    results, _ = run_pieces(pieces, out / PARTS, what="meshes")
+    with pieces_folder(folder, FILES, overwrite=overwrite) as parts:
+        results, _ = run_pieces(pieces, parts, executor=executor, progress=progress, what="meshes")
     levels = tuple(Level(**results[piece.name]) for piece in pieces)
     widths = dict.fromkeys(level.width for level in levels)
     limits = {(w, q): _limit([v for v in levels if v.width == w], q) for w in widths for q in QUANTITIES}
@@ -137,8 +89,7 @@ def _pieces(case: Case, profile_elements: Sequence[int]) -> Iterator[Piece]:
 
 def _solve(case: Case) -> Result:
     level = Level(meshed_width(case), case.mesh.element, case.mesh.profile_elements, elements_across(case))
-    needed = stages(case)
-    seconds = next(stage.seconds for stage in needed if stage.name == FINITE_ELEMENTS)
+    seconds = next(stage.seconds for stage in stages(case) if stage.name == FINITE_ELEMENTS)
     if seconds > LONGEST_S:
         return asdict(level) | {"reason": f"about {seconds / 60.0:.0f} min of finite elements"}
     try:
@@ -165,7 +116,7 @@ def compared_angles(pair: GearPair) -> FloatArray:
 def _limit(levels: Sequence[Level], quantity: str) -> float | None:
     """Limit of a quantity by the three finest meshes of the first element that has them (Aitken's extrapolation).
 
-    Differences that fall by less than half from mesh to mesh are not followed further than that.
+    Differences that fall by less than half from mesh to mesh are extrapolated as if they fell by half.
     """
     for element in ELEMENTS:
         known = [v for level in levels if level.element == element and (v := getattr(level, quantity)) is not None]

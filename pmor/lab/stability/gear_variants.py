@@ -15,8 +15,10 @@ USUAL_RIM = 4.0
 def gear_variants(case: Case) -> list[Variant]:
     """Return the variants of a base case that change its gears."""
     width, torque = case.pair.face_width_mm, case.torque_Nm
-    widths: dict[str, Any] = {f"face width {mm:g} mm": merged({"pair": {"face_width_mm": mm}}, load(torque * mm / width))
-              for mm in (0.5, 5.0, 500.0)}  # fmt: skip
+    widths: dict[str, Any] = {
+        f"face width {mm:g} mm": merged({"pair": {"face_width_mm": mm}}, load(torque * mm / width))
+        for mm in (0.5, 5.0, 500.0)
+    }
     rims: dict[str, Any] = {f"rim of {rim:g} modules": _rim(case, rim) for rim in (3.0, 1.0, 0.51)}
     rims["rim of 0.5 modules"] = _rim(case, 0.5), {"against": "nothing"}
     # A rack of a large pressure angle has no room for the usual rounding of its tips.
