@@ -9,7 +9,7 @@ from pmor.dynamics.law import force_law
 from pmor.dynamics.moved_axes import assembly_under, displaced, model_error
 from pmor.gear.condition import ALIGNED, Misalignment
 from pmor.pair.model import gear_pair
-from tests.consistency.test_force_table import small_pair
+from tests.support.line_pairs import small_pair
 from tests.support.small_case import case_text
 
 STIFF = {"pinion_bearing_stiffness_N_um": [200.0, 100.0, 400.0], "wheel_bearing_stiffness_N_um": [200.0, 50.0, 400.0],

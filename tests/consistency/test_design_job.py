@@ -21,31 +21,8 @@ from pmor.design.store import STORE
 from pmor.storage.describe import file_text
 from pmor.storage.design_file import read_design_file
 from pmor.work.pieces import PARTS
-from tests.support.small_case import case_text
+from tests.support.small_design import DESIGN, written
 
-CASE = case_text(mesh={"profile_elements": 5, "width_elements": 2}, contact={"scheme": "line"}, reduction=None)
-DESIGN = """
-case = "small.toml"
-[[variables]]
-key = "tip_relief_um"
-range = [0.0, 30.0]
-step = 0.5
-[[variables]]
-key = "tip_relief_start_roll_deg"
-range = [22.0, 30.0]
-[load]
-torques_Nm = [60.0, 100.0]
-weights = [1.0, 3.0]
-[[constraints]]
-result = "tip_edge_load_N_per_mm"
-at_most = 200.0
-[search]
-samples = 32
-descents = 2
-angles = 12
-[pareto]
-points = 2
-"""
 SCATTER = """
 [objective]
 value = "percentile_95"
@@ -54,13 +31,6 @@ tip_relief_um = 2.0
 tip_relief_start_roll_deg = 0.3
 draws = 8
 """
-
-
-def written(folder, text=DESIGN):
-    (folder / "small.toml").write_text(CASE)
-    path = folder / "relief.toml"
-    path.write_text(text)
-    return path
 
 
 @pytest.fixture(scope="module")

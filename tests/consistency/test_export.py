@@ -113,7 +113,6 @@ def test_what_cannot_be_made_is_refused_in_one_line(arguments, message, tmp_path
 
 
 def test_a_results_file_becomes_tables(tmp_path, model):
-    pytest.importorskip("pmor.storage.results_file", reason="runs leave no file of results")
     model.report(tmp_path / "out")
     assert export(tmp_path / "out" / "results.h5", "--to", "csv", "-o", tmp_path / "tables") == 0
     lines = (tmp_path / "tables" / "ste_per_torque_per_angle.csv").read_text().splitlines()

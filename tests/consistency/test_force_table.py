@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pmor.case import load_case, parse_case
+from pmor.case import load_case
 from pmor.dynamics.force_law import forces_at
 from pmor.dynamics.force_table import Watched, table_error, tabulate
 from pmor.dynamics.harmonic_balance import Balance, rest, rms, solve_at
@@ -23,15 +23,7 @@ from pmor_offline.train import train
 from pmor_online.line_sweep import line_force_law, sweep_line_loads
 from pmor_online.mesh_force import LineLoadLaw, mesh_force_of
 from pmor_online.model import reduced_pair
-from tests.support.small_case import case_text
-
-
-@cache
-def small_pair():
-    mesh = {"profile_elements": 5, "width_elements": 2}
-    text = case_text(mesh=mesh, contact={"scheme": "line"}, reduction={"shapes": "line_loads"})
-    case = parse_case(text, "small", "small case")
-    return reduced_pair(train(case, elastic_model(case, mesh_model(case))).basis)
+from tests.support.line_pairs import small_pair
 
 
 @cache

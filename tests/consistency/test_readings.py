@@ -22,7 +22,7 @@ from pmor.results.sweep import orders_of
 from pmor.storage.describe import file_text
 from pmor.storage.results_file import RESULTS_LAYOUT, RESULTS_SCHEMA, read_results_file
 from pmor_online.model import reduced_pair
-from tests.verification.test_line_loads import models
+from tests.support.line_pairs import models
 
 RELIEF = {"tip_relief_um": 8.0, "tip_relief_start_roll_deg": 26.0, "helix_crowning_um": 6.0}
 TORQUES = [40.0, 100.0]

@@ -12,8 +12,8 @@ import pytest
 from pmor.design.store import STORE
 from pmor.storage.describe import file_text
 from pmor.work.pieces import PARTS
-from tests.consistency.test_design_job import DESIGN, written
 from tests.support.processes import finish, start
+from tests.support.small_design import DESIGN, written
 
 KILLS = 6
 

@@ -1,7 +1,5 @@
 import errno
 import pickle
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -205,17 +203,3 @@ def test_plan_of_a_reduction_without_training_has_no_full_solves(capsys, tmp_pat
     lines = [" ".join(line.split()) for line in capsys.readouterr().out.splitlines()]
     assert "offline, full contact solves 0 (static modes are unit forces: nothing is trained)" in lines
     assert "compare, full and reduced 144 (48 angles x 3 torques: 30, 100, 160 N m)" in lines
-
-
-def test_help_imports_nothing_heavy():
-    code = (
-        "import sys, pmor.app.cli\n"
-        "try: pmor.app.cli.main(['--help'])\n"
-        "except SystemExit: pass\n"
-        "print(sorted({'numpy', 'scipy', 'numba', 'h5py', 'matplotlib', 'offline', 'online'} & set(sys.modules)))"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, timeout=60, check=True
-    )
-    assert "usage: pmor" in done.stdout
-    assert done.stdout.endswith("[]\n")

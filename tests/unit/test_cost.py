@@ -1,10 +1,5 @@
 """What a case takes of the computer is known beforehand, and what does not fit is refused."""
 
-import os
-import subprocess
-import sys
-from pathlib import Path
-
 import pytest
 
 import pmor
@@ -18,7 +13,6 @@ from pmor.case import change_case, load_case, without_models
 from pmor.core.errors import CaseError
 from pmor.core.memory import MemoryLimit
 from pmor.lab.core.models import ModelStore
-from pmor.lab.core.stages import measure_stages
 from pmor.lab.study.loader import load_study
 from pmor.lab.study.run import run_parts
 from pmor.line.kernels.loads import solve_lines
@@ -28,7 +22,6 @@ from pmor.work.sizes import gear_size
 from tests.support.processes import ROOT
 
 CASES = ROOT / "cases"
-FACTOR = 2.0
 MIB = 2**20
 
 
@@ -158,89 +151,3 @@ def test_the_plan_shows_stages_and_ends_where_they_do_not_fit(monkeypatch, capsy
     assert "Left out" not in text
     assert errors.startswith("pmor: error: large: finite elements, paper: takes about")
     assert len(errors.splitlines()) == 1
-
-
-@pytest.mark.parametrize("command", ["plan", "run"])
-@pytest.mark.parametrize("profile_elements", [16, 64])
-def test_half_the_addresses_end_in_one_line(command, profile_elements, tmp_path):
-    """Of a case that the libraries alone would not leave any to, and of one that is refused for its size."""
-    case = paper(mesh={"profile_elements": profile_elements, "width_elements": 16, "width": "whole"})
-    needed = max(stage.memory for stage in stages(case)) + RESERVED_BYTES
-    path = tmp_path / "case.toml"
-    path.write_text(pmor.case.text_of(case))
-    line = f'ulimit -v {needed // 2048}; exec "{sys.executable}" -m pmor {command} {path}'
-    done = subprocess.run(["bash", "-c", line], cwd=tmp_path, env=_environment(), capture_output=True, text=True)
-    assert done.returncode == 2
-    assert done.stderr.startswith("pmor: error: ")
-    assert len(done.stderr.splitlines()) == 1
-    assert [item.name for item in tmp_path.iterdir()] == ["case.toml"]
-
-
-def _environment():
-    return os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
-
-
-def _own_memory_group():
-    """Folder of this process's control group for memory, of the first version; None where there is none to write to."""
-    for line in Path("/proc/self/cgroup").read_text().splitlines():
-        _, controllers, path = line.split(":", 2)
-        folder = Path("/sys/fs/cgroup/memory") / path.lstrip("/")
-        if controllers == "memory" and os.access(folder, os.W_OK):
-            return folder
-    return None
-
-
-@pytest.mark.slow
-def test_half_the_memory_in_a_control_group_ends_in_one_line(tmp_path):
-    parent = _own_memory_group()
-    if parent is None:
-        pytest.skip("needs the right to make control groups (version 1) for memory")
-    case = paper(mesh={"profile_elements": 48, "width": "whole"})
-    path = tmp_path / "case.toml"
-    path.write_text(pmor.case.text_of(case))
-    group = parent / f"pmor_test_{os.getpid()}"
-    group.mkdir()
-    try:
-        half = max(stage.memory for stage in stages(case)) // 2
-        (group / "memory.limit_in_bytes").write_text(str(half))
-        line = f'echo $$ > {group}/cgroup.procs; exec "{sys.executable}" -m pmor run {path}'
-        done = subprocess.run(["bash", "-c", line], cwd=tmp_path, env=_environment(), capture_output=True, text=True)
-    finally:
-        group.rmdir()
-    assert done.returncode == 2, done.stderr
-    assert "the control group (container, batch job) allows" in done.stderr
-    assert len(done.stderr.splitlines()) == 1
-
-
-SIZES = {
-    "small": {"mesh": {"profile_elements": 6, "width_elements": 2}},
-    "paper": {},
-    "whole width": {"mesh": {"width": "whole"}},
-    "fine": {
-        "mesh": {"profile_elements": 32, "width_elements": 12, "width": "whole", "element": "hex8i"},
-        "compare": {"angles": 10},
-    },
-    "unequal": {
-        "pinion": {"teeth": 30, "bore_radius_mm": 30.0}, "wheel": {"teeth": 80, "bore_radius_mm": 40.0},
-        "mesh": {"width": "whole"},
-    },
-}  # fmt: skip
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", SIZES)
-def test_memory_and_time_are_within_a_factor_of_two(name, capsys):
-    """With compiled kernels and one thread: `OPENBLAS_NUM_THREADS=1 pytest -n 0 -m slow tests/unit/test_cost.py`."""
-    case = paper(**SIZES[name])
-    measured, estimated = measure_stages(case), by_name(case)
-    with capsys.disabled():
-        for stage, found in measured.items():
-            told = estimated[stage]
-            print(
-                f"\n{name:12} {stage:16} {told.memory / MIB:6.0f} MiB told {found['peak_mib']:6.0f} found  "
-                f"{told.seconds:7.2f} s told {found['seconds']:7.2f} found",
-                end="",
-            )
-    for stage, found in measured.items():
-        assert 1 / FACTOR < estimated[stage].memory / MIB / found["peak_mib"] < FACTOR, stage
-        assert 1 / FACTOR < estimated[stage].seconds / found["cpu_seconds"] < FACTOR, stage

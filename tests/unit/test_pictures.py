@@ -1,9 +1,6 @@
 """What an engineer must find in each picture."""
 
-import os
 import re
-import subprocess
-import sys
 from dataclasses import replace
 
 import matplotlib
@@ -260,29 +257,6 @@ def test_pictures_look_the_same_whatever_the_users_settings():
         matplotlib.style.use("dark_background")
         matplotlib.rcParams.update({"text.usetex": True, "font.size": 30, "savefig.dpi": 20, "savefig.bbox": "tight"})
         assert picture() == expected
-
-
-def test_pictures_need_no_backend_and_no_settings_of_the_user(tmp_path):
-    """As in a process that Jupyter started, with a matplotlibrc for talks."""
-    (tmp_path / "matplotlibrc").write_text("text.usetex: True\naxes.facecolor: black\nbackend: TkAgg\n")
-    code = (
-        "from pmor.report.style import data_uri, new_figure, picture_bytes, plot_style\n"
-        "with plot_style():\n"
-        "    figure = new_figure()\n"
-        "    figure.add_subplot().plot([0.0, 1.0], label='words')\n"
-        "    figure.legend()\n"
-        "picture = data_uri(picture_bytes(figure, 'png'), 'png')\n"
-    )
-    here: dict[str, str] = {}
-    exec(code, here)
-    environment = os.environ | {
-        "MPLBACKEND": "module://matplotlib_inline.backend_inline", "MATPLOTLIBRC": str(tmp_path),
-        "PYTHONPATH": os.pathsep.join(sys.path),
-    }  # fmt: skip
-    command = [sys.executable, "-c", code + "print(picture)"]
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.strip() == here["picture"]
 
 
 @pytest.mark.parametrize(("kind", "start"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")])

@@ -13,8 +13,7 @@ import pytest
 from pmor.design.judge import Judge
 from pmor.design.settings import AMOUNT_KEYS, EXTENT_KEYS, Design, Goal, Load, Scatter, Search, Trade, Variable
 from pmor.gear.condition import PLAIN, Assembly
-from tests.verification.test_exact_derivatives import ABOUT_TO, NOTHING, STEP, random_modification
-from tests.verification.test_line_loads import TORQUE, models
+from tests.support.line_pairs import ABOUT_TO, NOTHING, STEP, TORQUE, models, random_modification
 
 ANGLES = 12
 # So sharp that the bend of the figure itself, (sharpness step)^2 / 6, stays below what is looked for.

@@ -8,32 +8,11 @@ from numpy.testing import assert_allclose
 
 from pmor.gear.condition import Assembly, at_torques
 from pmor.gear.deviation_rates import AMOUNTS, deviation_rates
-from pmor.gear.modification import Modification
 from pmor.pair.conditions import conditions_of_assembly
 from pmor.results.sensitivity import sensitivities
 from pmor.results.sweep import mesh_stiffness
 from pmor_online.line_sweep import sweep_line_loads
-from tests.verification.test_line_loads import TORQUE, models
-
-# Of the parameters: so small that the second derivative does not count, so large that 1e-12 of the STE does not.
-ABOUT_TO = 0.005  # of its load
-NOTHING = 1e-3  # um per unit
-STEP = {"um": 6e-4, "deg": 6e-5, "mm": 6e-5}
-
-
-def random_modification(rng, active):
-    """All parameters at once; reliefs that begin on the active flank, given by its roll angles in rad."""
-    start, end = np.degrees(active)
-    return Modification(
-        tip_relief_um=rng.uniform(2.0, 25.0), tip_relief_start_roll_deg=end - rng.uniform(0.2, 0.6) * (end - start),
-        tip_relief_shape=rng.choice(["linear", "parabolic"]), root_relief_um=rng.uniform(2.0, 15.0),
-        root_relief_end_roll_deg=start + rng.uniform(0.1, 0.5) * (end - start),
-        root_relief_shape=rng.choice(["linear", "parabolic"]),
-        profile_crowning_um=rng.uniform(-5.0, 10.0), profile_slope_um=rng.uniform(-10.0, 10.0),
-        helix_crowning_um=rng.uniform(0.0, 15.0), helix_slope_um=rng.uniform(-15.0, 15.0),
-        end_relief_um=rng.uniform(1.0, 8.0), end_relief_length_mm=rng.uniform(1.0, 6.0),
-        twist_um=rng.uniform(-10.0, 10.0),
-    )  # fmt: skip
+from tests.support.line_pairs import ABOUT_TO, NOTHING, STEP, TORQUE, models, random_modification
 
 
 def moved(assembly, parameter, by):

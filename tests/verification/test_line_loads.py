@@ -1,7 +1,6 @@
 """Line contact solved for its line loads: exact to full FE, on spur and helical, modified and tilted pairs."""
 
 import math
-from functools import cache
 
 import numpy as np
 import pytest
@@ -16,47 +15,17 @@ from pmor.line.hertz import line_contact
 from pmor.line.kernels.contact_point import closest_approach
 from pmor.line.kernels.law import approach_of, line_load
 from pmor.line.unloaded import unloaded_ste_um, with_unloaded
-from pmor.pair.model import elastic_model, mesh_model
+from pmor.pair.model import mesh_model
 from pmor.penalty.solve import solve_position
-from pmor_offline.train import train
 from pmor_online.contact_pattern import contact_patterns
 from pmor_online.line_sweep import sweep_line_loads
-from pmor_online.model import reduced_pair
 from tests.support.line_laws import NO_CORNERS, plain_law
+from tests.support.line_pairs import PAIRS, TORQUE, models
 from tests.support.small_case import case_text
 
 STRAIGHT = plain_law(compliance=1.1e-5, opening=0.2, curvature=0.25, least=1e-9)
-TORQUE = 1e5  # N mm
 # Full FE is solved to 1e-9 in its energy norm.
 STE, LOADS = 1e-8, 1e-6
-
-PAIRS = {
-    "spur": {},
-    "unequal": {"wheel": {"teeth": 31, "bore_radius_mm": 25.0, "face_width_mm": 16.0, "face_offset_mm": 1.0}},
-    "edges": {
-        "pinion": {"tip_rounding_mm": 0.3},
-        "wheel": {"teeth": 25, "bore_radius_mm": 25.0, "tip_chamfer_mm": 0.2},
-    },
-    "helical": {"pair": {"helix_angle_deg": 20.0}, "wheel": {"teeth": 31, "bore_radius_mm": 25.0}},
-    "quadratic": {
-        "pair": {"helix_angle_deg": 20.0},
-        "wheel": {"teeth": 25, "bore_radius_mm": 25.0},
-        "mesh": {"element": "hex20", "profile_elements": 3, "width_elements": 2},
-    },
-}
-
-
-@cache
-def models(name, hand=1.0, width="whole"):
-    """Full FE and the reduced pair of its line loads."""
-    changes = {section: dict(keys) for section, keys in PAIRS[name].items()}
-    if "pair" in changes:
-        changes["pair"]["helix_angle_deg"] *= hand
-    mesh = {"profile_elements": 5, "width_elements": 4, "width": width} | changes.pop("mesh", {})
-    text = case_text(**changes, mesh=mesh, contact={"scheme": "line"}, reduction={"shapes": "line_loads"})
-    case = parse_case(text, "small", "small case")
-    full = elastic_model(case, mesh_model(case))
-    return full, reduced_pair(train(case, full).basis)
 
 
 def random_modification(rng):

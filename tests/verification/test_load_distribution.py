@@ -21,7 +21,7 @@ from pmor.results.load_distribution import (
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.model import ReducedPair, online_angles
 from pmor_online.readings import forces_on_gears
-from tests.verification.test_line_loads import models
+from tests.support.line_pairs import models
 
 # --- K_Hbeta of independent slices -----------------------------------------------------------------------------------
 

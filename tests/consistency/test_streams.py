@@ -118,3 +118,40 @@ def test_streams_that_are_no_files_are_left_alone(monkeypatch):
         print("words")
     assert notebook.getvalue() == "words\n"
     assert sys.stdout is notebook
+
+
+def test_help_imports_nothing_heavy():
+    code = (
+        "import sys, pmor.app.cli\n"
+        "try: pmor.app.cli.main(['--help'])\n"
+        "except SystemExit: pass\n"
+        "print(sorted({'numpy', 'scipy', 'numba', 'h5py', 'matplotlib', 'offline', 'online'} & set(sys.modules)))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, timeout=60, check=True
+    )
+    assert "usage: pmor" in done.stdout
+    assert done.stdout.endswith("[]\n")
+
+
+def test_pictures_need_no_backend_and_no_settings_of_the_user(tmp_path):
+    """As in a process that Jupyter started, with a matplotlibrc for talks."""
+    (tmp_path / "matplotlibrc").write_text("text.usetex: True\naxes.facecolor: black\nbackend: TkAgg\n")
+    code = (
+        "from pmor.report.style import data_uri, new_figure, picture_bytes, plot_style\n"
+        "with plot_style():\n"
+        "    figure = new_figure()\n"
+        "    figure.add_subplot().plot([0.0, 1.0], label='words')\n"
+        "    figure.legend()\n"
+        "picture = data_uri(picture_bytes(figure, 'png'), 'png')\n"
+    )
+    here: dict[str, str] = {}
+    exec(code, here)
+    environment = os.environ | {
+        "MPLBACKEND": "module://matplotlib_inline.backend_inline", "MATPLOTLIBRC": str(tmp_path),
+        "PYTHONPATH": os.pathsep.join(sys.path),
+    }  # fmt: skip
+    command = [sys.executable, "-c", code + "print(picture)"]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip() == here["picture"]
