@@ -175,7 +175,7 @@ def test_a_start_from_the_neighbour_saves_steps(reduced):
 
 
 def kernel_compliance(reduced, position):
-    """The compliance that the compiled sweep gives to the windows: displacements of the active shapes and their energy."""
+    """The compliance of the windows in the compiled sweep: displacements of the active shapes and their energy."""
     pairs, nodes = len(position.pair_index), len(position.nodes)
     active_shapes = gather_active_shapes(position.kernel_pair, position.patches, nodes, reduced.family)
     size, ranges, gram, fields = active_shapes.size, active_shapes.ranges, active_shapes.gram, active_shapes.fields
@@ -191,7 +191,7 @@ def kernel_compliance(reduced, position):
 
 @pytest.mark.parametrize("phi", [0.02, 0.11, 0.25])
 def test_compiled_members_are_those_of_the_slow_twin(phi, reduced):
-    """The same displacements with the same energy: U G^-1 U^T of the active shapes is U U^T of the orthonormal basis."""
+    """Displacements and energy agree: U G^-1 U^T of the active shapes is U U^T of the orthonormal basis."""
     for depth in (0.01, WHOLE_FLANK):
         position = active_patches(reduced.meshed, phi, depth)
         basis = reduced.elasticity_at(position).basis.reshape(3 * len(position.nodes), -1)

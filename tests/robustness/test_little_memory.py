@@ -96,7 +96,7 @@ def by_name(case):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SIZES)
 def test_memory_is_within_a_factor_of_two_of_what_was_told(name, capsys):
-    """Times are told, not judged; with compiled kernels: `pytest -n 0 -m slow tests/robustness/test_little_memory.py`."""
+    """Times are told, not judged: `pytest -n 0 -m slow tests/robustness/test_little_memory.py`."""
     case = paper(**SIZES[name])
     measured, estimated = measure_stages(case), by_name(case)
     with capsys.disabled():

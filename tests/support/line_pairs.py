@@ -41,7 +41,7 @@ def models(name, hand=1.0, width="whole"):
     return full, reduced_pair(train(case, full).basis)
 
 
-# Of the steps of parameters: so small that the second derivative does not count, so large that 1e-12 of the STE does not.
+# Of the steps of parameters: the second derivative does not count yet, and 1e-12 of the STE no more.
 ABOUT_TO = 0.005  # of its load
 NOTHING = 1e-3  # um per unit
 STEP = {"um": 6e-4, "deg": 6e-5, "mm": 6e-5}

@@ -70,7 +70,7 @@ def test_the_torque_grows_with_the_advance():
 
 
 def test_the_primal_form_of_a_reduced_model_gives_the_same_force():
-    """All displacements of the window as active shapes: the stiffness of amplitudes against the flexibility of points."""
+    """All displacements of the window as active shapes: stiffness of amplitudes against flexibility of points."""
     pair = model("direct")
     position = active_patches(pair.mesh.meshed, 0.1, 0.05)
     full = pair.elasticity_at(position)

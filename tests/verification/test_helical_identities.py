@@ -132,7 +132,7 @@ def test_forces_and_moments_on_the_bearings_are_those_of_the_plane_of_action(hel
 
 @pytest.mark.parametrize("share", [0.05, 0.4, 0.75])
 def test_torques_follow_from_the_balance_of_energy(share):
-    """T_1 (d phi + d advance) = T_2 d phi z_1 / z_2 + d (elastic energy and that of the layers), by finite differences."""
+    """T_1 (d phi + d advance) = T_2 d phi z_1 / z_2 + d (energy of gears and layers), by finite differences."""
     full, step = model(20.0), 1e-4
     meshed, pair = full.mesh.meshed, full.mesh.meshed.pair
 
