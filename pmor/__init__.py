@@ -41,10 +41,8 @@ from pmor.core.version import __version__
 
 if TYPE_CHECKING:
     from pmor.app.campaign import CampaignResult, campaign
-    from pmor.app.design import DesignResult
     from pmor.app.full import FullModel, full_model
     from pmor.app.model import ReducedModel, compare, load_model, train
-    from pmor.app.motion import DynamicsResult
     from pmor.app.result import ConditionsResult, SweepResult
     from pmor.app.rexs import import_rexs
     from pmor.case import Case, change_case, load_case, make_case
@@ -57,6 +55,8 @@ if TYPE_CHECKING:
         OutputError,
         PmorError,
     )
+    from pmor.design.job import DesignResult
+    from pmor.dynamics.job import DynamicsResult
     from pmor.gear.condition import Assembly, Misalignment
     from pmor.gear.modification import Modification
     from pmor.gear.topography import Topography
@@ -64,12 +64,12 @@ if TYPE_CHECKING:
     from pmor_online.compare import Comparison
 
 _HOMES = {
-    "pmor.app.design": ("DesignResult",),
+    "pmor.design.job": ("DesignResult",),
     "pmor.app.campaign": ("CampaignResult", "campaign"),
     "pmor.app.full": ("FullModel", "full_model"),
     "pmor.app.model": ("ReducedModel", "compare", "load_model", "train"),
     "pmor.app.rexs": ("import_rexs",),
-    "pmor.app.motion": ("DynamicsResult",),
+    "pmor.dynamics.job": ("DynamicsResult",),
     "pmor.app.result": ("ConditionsResult", "SweepResult"),
     "pmor.case": ("Case", "change_case", "load_case", "make_case"),
     "pmor.gear.condition": ("Misalignment", "Assembly"),

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
 from pmor.core.arrays import FloatArray
-from pmor.dynamics.force_table import Forces
 from pmor.gear.condition import PLAIN, Assembly
 from pmor.gear.kernels.deviation import Deviation
 from pmor.gear.kernels.types import Gear, Kinematics
@@ -18,6 +18,9 @@ from pmor.line.kernels.tip_corner import Corner
 from pmor.penalty.position import tooth_pair_count
 from pmor_online.line_sweep import levers_of, no_results
 from pmor_online.model import ReducedPair
+
+#: forces at a phase (rad) and at displacements along the line of action: (displacements,) to (displacements,)
+Forces = Callable[[float, FloatArray], FloatArray]
 
 # Relative, of a displacement: where no equilibrium was found, one beside it is taken.
 NUDGES = np.array([1e-9, -1e-9, 1e-8, -1e-8])
@@ -38,24 +41,30 @@ def mesh_force_of(reduced: ReducedPair, assembly: Assembly = PLAIN) -> Forces:
     assembly : Assembly
         Where the axes are, what the flanks are like; deviations of pitch do not repeat over one mesh cycle.
     """
-    mesh = _mesh(reduced, assembly)
+    return _MeshForce(_mesh(reduced, assembly))
 
-    def solved(phase: float, displacement: FloatArray) -> FloatArray:
+
+@dataclass(frozen=True)
+class _MeshForce:
+    """A force law that can be pickled: processes share out its phases."""
+
+    mesh: _Mesh
+
+    def __call__(self, phase: float, displacement: FloatArray) -> FloatArray:
+        found = self._solved(phase, displacement)
+        for k in np.flatnonzero(np.isnan(found)):
+            beside = self._solved(phase, displacement[k] * (1.0 + NUDGES))
+            found[k] = next(iter(beside[np.isfinite(beside)]), np.nan)
+        return found
+
+    def _solved(self, phase: float, displacement: FloatArray) -> FloatArray:
+        mesh = self.mesh
         lines, deviation = mesh.placed(np.array([phase]))
         advance = np.asarray(displacement) / mesh.radius
         found = no_results(len(advance), 1, lines.gap.shape[1], False)
         solve_lines(lines, deviation, advance, True, mesh.rate, mesh.width, mesh.compliance, mesh.corners, found)
         torque = -(levers_of(lines, found) * found.force)[:, 0].sum(axis=1)
         return np.where(found.converged[:, 0], torque / mesh.radius, np.nan)
-
-    def forces(phase: float, displacement: FloatArray) -> FloatArray:
-        found = solved(phase, displacement)
-        for k in np.flatnonzero(np.isnan(found)):
-            beside = solved(phase, displacement[k] * (1.0 + NUDGES))
-            found[k] = next(iter(beside[np.isfinite(beside)]), np.nan)
-        return found
-
-    return forces
 
 
 @dataclass(frozen=True)

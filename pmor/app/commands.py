@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from pmor.case import Case
+    from pmor.design.job import DesignResult
+    from pmor.dynamics.job import DynamicsResult
     from pmor.pair.model import ElasticModel, MeshModel
     from pmor_online.run import OnlineResult
 
@@ -230,24 +232,15 @@ def dynamics(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite:
     from pmor.core.threads import use_one_thread
 
     use_one_thread()  # before anything loads numpy
-    from pmor.case import load_case
-    from pmor.core.errors import ConvergenceError
-    from pmor.dynamics.output import FILES, dynamics_text, write_dynamics
-    from pmor.dynamics.run import reduced_of, run_dynamics
-    from pmor.storage.results_folder import default_folder, results_folder, start_results
-    from pmor.work.pieces import PARTS
+    from pmor.core.threads import processes
+    from pmor.dynamics.job import load, run
+    from pmor.storage.results_folder import default_folder
 
-    case = load_case(case_path)
-    reduced = reduced_of(case)
+    case = load(case_path)
     folder = out or default_folder(case.name, "_dynamics")
-    with results_folder(folder, FILES, (PARTS,), overwrite, (case_path,)):
-        found = run_dynamics(case, reduced, folder, jobs, announce=lambda text: print(text, flush=True))
-        start_results(folder, case.text)
-        write_dynamics(found, folder)
-    print(dynamics_text(found))
-    print(f"  results in {folder}")
-    if found.failures:
-        raise ConvergenceError(f"{len(found.failures)} torques have no response, first: {found.failures[0]}", [])
+    with processes(jobs) as executor:
+        result = run(case, folder=folder, overwrite=overwrite, executor=executor)
+    _leave(result, folder, overwrite, "parts of responses are missing")
 
 
 def design(
@@ -257,33 +250,19 @@ def design(
     from pmor.core.threads import use_one_thread
 
     use_one_thread()  # before anything loads numpy
-    from pmor.core.errors import ConvergenceError
-    from pmor.design.loader import load_design
-    from pmor.design.output import FILES, design_text, write_design
-    from pmor.design.readings import read_off
-    from pmor.design.run import run_design, trained_pair
-    from pmor.design.variant_case import case_name, variant_text, write_variant
-    from pmor.storage.results_folder import default_folder, results_folder, start_results
-    from pmor.work.pieces import PARTS
+    from pmor.core.threads import threads
+    from pmor.design.job import load, run
+    from pmor.design.variant_case import write_variant
+    from pmor.storage.results_folder import default_folder
 
-    file = load_design(design_path)
+    file = load(design_path)
     folder = out or default_folder(file.name)
     if variant is not None:
-        text = variant_text(file, folder / FILES[0], variant)
-        with results_folder(folder, (case_name(variant),), (), overwrite, file.inputs):
-            write_variant(folder / case_name(variant), text, overwrite=True)
-        print(f"{folder / case_name(variant)}: written")
+        print(f"{write_variant(file, folder, variant, overwrite=overwrite)}: written")
         return
-    reduced = trained_pair(file)
-    with results_folder(folder, FILES, (PARTS,), overwrite, file.inputs):
-        found = run_design(file, reduced, folder, jobs, announce=lambda text: print(text, flush=True))
-        read = read_off(found)
-        start_results(folder, file.text)
-        write_design(found, read, folder)
-    print(design_text(found, read))
-    print(f"  results in {folder}")
-    if found.failures:
-        raise ConvergenceError(f"{len(found.failures)} did not converge, first: {found.failures[0]}", [])
+    with threads(jobs) as executor:
+        result = run(file, folder=folder, overwrite=overwrite, executor=executor)
+    _leave(result, folder, overwrite, "did not converge")
 
 
 def campaign(
@@ -399,6 +378,23 @@ def _elastic_model(case: Case, mesh: MeshModel) -> ElasticModel:
     for warning in range_warnings(case, pair, approach_estimate(case, pair)):
         logging.getLogger("pmor").warning("%s", warning)
     return elastic_model(case, mesh)
+
+
+def _leave(result: DynamicsResult | DesignResult, folder: Path, overwrite: bool, what_failed: str) -> None:
+    """Write a result and print it.
+
+    Raises
+    ------
+    ConvergenceError
+        Where a part of it failed.
+    """
+    from pmor.core.errors import ConvergenceError
+
+    result.write(folder, overwrite=overwrite)
+    print(result)
+    print(f"  results in {folder}")
+    if failures := result.failures:
+        raise ConvergenceError(f"{len(failures)} {what_failed}, first: {failures[0]}", [])
 
 
 def _require_convergence(result: OnlineResult) -> None:

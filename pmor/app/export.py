@@ -93,8 +93,8 @@ def export_model(
 ) -> Exported:
     """Write what follows from a reduced model: a unit for co-simulation, or a REXS file with its results."""
     if to == "fmu":
-        from pmor.export.fmu.law import mesh_law
-        from pmor.export.fmu.write import write_fmu
+        from pmor.dynamics.fmu.law import mesh_law
+        from pmor.dynamics.fmu.write import write_fmu
 
         compiled = write_fmu(mesh_law(model, torque_Nm), path, overwrite)
         return Exported(path, () if compiled else ("no compiler here: the unit holds its source, and no binary",))

@@ -18,6 +18,7 @@ from pmor.app.result import ConditionsResult, SweepResult
 from pmor.case import (
     Case,
     beyond_training,
+    change_case,
     trained_flanks,
 )
 from pmor.core.arrays import FloatArray
@@ -42,8 +43,8 @@ from pmor_online.root_stress import root_stress
 from pmor_online.sweep import largest_size, sweep_reduced_pair
 
 if TYPE_CHECKING:
-    from pmor.app.design import DesignResult
-    from pmor.app.motion import DynamicsResult
+    from pmor.design.job import DesignResult
+    from pmor.dynamics.job import DynamicsResult
 
 
 @dataclass(frozen=True, repr=False)
@@ -185,42 +186,54 @@ class ReducedModel:
         return ConditionsResult(tuple(assemblies), tuple(SweepResult(sweep, meshed.pair) for sweep in sweeps))
 
     def dynamics(
-        self, jobs: int = 1, announce: Callable[[str], None] = lambda text: None, **settings: Any
+        self,
+        *,
+        folder: Path | str | None = None,
+        executor: Executor | None = None,
+        progress: Callable[[int], None] | None = None,
+        **settings: Any,
     ) -> DynamicsResult:
         """Find the motion over the speed: frequency response, folds, run-up and run-down under each torque.
 
         Parameters
         ----------
-        jobs : int
-            Torques solved at a time, each in a process of its own.
-        announce : callable
-            Called with a line of progress for each torque.
+        folder, executor, progress
+            As in `pmor.dynamics.job.run`: an executor of processes.
         **settings
-            Keys of the section `[dynamics]` of a case, such as ``torques_Nm=[100.0], damping_ratio=0.03``: instead of
-            those of the case.
+            Keys of the section `[dynamics]` of a case, such as ``torques_Nm=[100.0], damping_ratio=0.03``; those of
+            the case by default.
+
+        Returns
+        -------
+        DynamicsResult
+            Torques without a response are named in its `failures`.
 
         Raises
         ------
         CaseError
             Where a setting is none, or the model has no line loads.
         ConvergenceError
-            Where a torque has no response at all.
+            Where no torque has a force law.
         """
-        from pmor.app.motion import respond
+        from pmor.dynamics.job import run
 
-        return respond(self.case, self.reduced, jobs, announce, settings)
+        asked = change_case(self.case, dynamics=settings) if settings else self.case
+        return run(asked, reduced=self.reduced, folder=folder, executor=executor, progress=progress)
 
     def design(
-        self, jobs: int = 1, announce: Callable[[str], None] = lambda text: None, **settings: Any
+        self,
+        *,
+        folder: Path | str | None = None,
+        executor: Executor | None = None,
+        progress: Callable[[int], None] | None = None,
+        **settings: Any,
     ) -> DesignResult:
         """Search for flank modifications over ranges, with tolerances, as `pmor design` does.
 
         Parameters
         ----------
-        jobs : int
-            Pieces of the search at a time, each in a thread of its own.
-        announce : callable
-            Called with a line of progress after each piece.
+        folder, executor, progress
+            As in `pmor.design.job.run`: an executor of threads.
         **settings
             Sections of a design file as mappings: ``variables=[{"key": "tip_relief_um", "range": [0.0, 40.0]}]``,
             ``load``, ``objective``, ``constraints``, ``scatter``, ``search``, ``pareto``.
@@ -228,17 +241,17 @@ class ReducedModel:
         Returns
         -------
         DesignResult
+            Variants without a solution are named in its `failures`.
 
         Raises
         ------
         CaseError
-            Where a setting is none, or the model is not enough for it.
-        ConvergenceError
-            Where a position of a variant has no solution.
+            Where a setting is none, or the model does not suffice for it.
         """
-        from pmor.app.design import search
+        from pmor.design.job import run, settings_of
 
-        return search(self.case, self.reduced, jobs, announce, settings)
+        file = settings_of(self.case, settings)
+        return run(file, reduced=self.reduced, folder=folder, executor=executor, progress=progress)
 
     def root_stress(
         self,

@@ -22,6 +22,8 @@ from pmor.gear.topography import Topography, read_topography
 Section = TypeVar("Section")
 Sections = Mapping[str, Mapping[str, Any]]
 INLINE = "inline"
+# Keys of former versions, and what to do instead.
+REMOVED = {"thin_slices": "leave it out, and run 'python -m pmor.lab.slices CASE' for this comparison"}
 NOTHING: Mapping[str, Any] = MappingProxyType({})
 # Sections inside of sections, and values in them: files have five.
 DEEPEST = 20
@@ -206,6 +208,7 @@ class Reader:
                 self.refuse(f"[{key}]", f"unknown section: {did_you_mean(key, list(valid))}")
             homes = [f"[{section}]" for section, kind in self.sections.items() if key in keys_of(kind)]
             remedy = f"it belongs in {' or '.join(homes)}" if homes else did_you_mean(key, list(valid))
+            remedy = REMOVED.get(key, remedy)
             place = f"[{name}] {key}: unknown key" if name else f"{key}: unknown key outside of the sections"
             raise CaseError(f"{self.where}: {place}: {remedy}")
 

@@ -359,9 +359,6 @@ class DynamicsCase:
     accuracy_grade : int
         Flank tolerance class of both gears, ISO 1328-1:2013. Its deviations are in K_v of ISO 6336-1, which stands
         beside the dynamic factor found, and nowhere else.
-    thin_slices : bool
-        Find the response of teeth as thin slices too, which know neither their neighbours nor the rest of their width,
-        at 2 and 5 % damping: what the coupling does.
     law : {"table", "exact"}
         Where branches take the mesh force from: a table of the line loads, or the line loads themselves, solved at each
         sample of each motion that is tried: slower by some ten times, and the proof of the table. Runs take the table.
@@ -390,7 +387,6 @@ class DynamicsCase:
     bearing_damping_ratio: Annotated[float, Range(0.0, 2.0)] = 0.02
     run_cycles: Annotated[int, Range(0, 10_000_000)] = 5000
     accuracy_grade: Annotated[int, Range(1, 11)] = 6
-    thin_slices: bool = False
     law: Literal["table", "exact"] = "table"
 
 

@@ -5,9 +5,10 @@ Nothing here may import numpy: the libraries read their variables once, when num
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Executor, ThreadPoolExecutor
+from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import contextmanager
 from typing import TypeVar
 
@@ -65,4 +66,14 @@ def threads(count: int) -> Iterator[Executor | None]:
         yield None
         return
     with ThreadPoolExecutor(max_workers=count) as executor:
+        yield executor
+
+
+@contextmanager
+def processes(count: int) -> Iterator[Executor | None]:
+    """Give an executor of so many processes, for work that holds Python's lock; none for one, as `threads`."""
+    if count == 1:
+        yield None
+        return
+    with ProcessPoolExecutor(count, multiprocessing.get_context("spawn")) as executor:
         yield executor

@@ -1,4 +1,4 @@
-"""What a design leaves in its folder, and the summary on the screen."""
+"""Files of a design, its page, and its summary on the screen."""
 
 from __future__ import annotations
 
@@ -24,19 +24,15 @@ from pmor.design.readings import FRESH, Readings, percentile_95
 from pmor.design.run import Found
 from pmor.design.settings import RESULTS
 from pmor.design.store import stored
-from pmor.report.data_files import write_summary_json, write_table_csv
+from pmor.report.data_files import write_table_csv
 from pmor.report.explorer import Column, Designs
-from pmor.report.markdown import write_markdown
-from pmor.report.page import Block, Heading, Picture, Warning, write_page
-from pmor.report.provenance import provenance
-from pmor.report.style import write_picture
+from pmor.report.page import Block, Heading, Picture, Warning
 from pmor.report.table import Cell, Table
 from pmor.storage.design_file import DesignResults, write_design_file
-from pmor.storage.results_folder import remove_working_folder
-from pmor.work.pieces import PARTS
+from pmor.work.results import Report
 from pmor.work.table import text_lines
 
-#: what `write_design` may leave
+#: files of a result; without a front or scatter some are not written
 PICTURES = ("front.png", "contour.png", "torque.png", "ste.png", "sensitivity.png", "scatter.png", "harris.png")
 FILES = ("design.h5", "design.csv", "design.json", "design.md", "report.html", *PICTURES)
 # Variants of the front that a table on the page has room for.
@@ -46,13 +42,7 @@ MOST_ON_PAGE = 10_000
 
 
 def write_design(found: Found, read: Readings, out: Path) -> None:
-    """Write numbers, pictures and pages; finished pieces are given up unless something failed.
-
-    Parameters
-    ----------
-    found : Found
-    read : Readings
-    out : Path
+    """Write numbers, pictures and pages.
 
     Raises
     ------
@@ -60,16 +50,9 @@ def write_design(found: Found, read: Readings, out: Path) -> None:
     """
     write_design_file(out / "design.h5", _stored(found, read))
     write_table_csv(out / "design.csv", _rows(found))
-    write_summary_json(out / "design.json", design_data(found, read))
-    blocks = _blocks(found, read)
-    for block in blocks:
-        if isinstance(block, Picture):
-            write_picture(block.content("png"), out / block.file_name)
-    title = f"Design: {found.design.title}"
-    write_page(out / "report.html", title, [*blocks, Heading("All variants"), _designs(found), *_provenance(found)])
-    write_markdown(out / "design.md", title, [*blocks, *_provenance(found)])
-    if not found.failures:
-        remove_working_folder(out / PARTS)
+    title, all_variants = f"Design: {found.design.title}", [Heading("All variants"), _designs(found)]
+    data, blocks = design_data(found, read), _blocks(found, read)
+    Report("design", data, title, blocks, found.file.case, page_only=all_variants).write(out)
 
 
 def design_data(found: Found, read: Readings) -> dict[str, Any]:
@@ -209,10 +192,6 @@ def _blocks(found: Found, read: Readings) -> list[Block]:
     blocks += [Warning(sentence) for sentence in found.failures[:MOST_ROWS]]
     blocks += [Picture(name, caption, figure) for name, caption, figure in pictures if figure is not None]
     return [*blocks, *_tables(found, read)]
-
-
-def _provenance(found: Found) -> list[Block]:
-    return provenance(found.file.case)
 
 
 def _count_words(found: Found) -> str:

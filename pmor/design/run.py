@@ -13,9 +13,7 @@ from typing import Any
 import numpy as np
 
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
-from pmor.core.threads import threads
 from pmor.design.descent import Descent, kept
-from pmor.design.front import pareto_front
 from pmor.design.judge import Judge, at_torque, nominal
 from pmor.design.loader import DesignFile
 from pmor.design.settings import Constraint, Design
@@ -24,7 +22,8 @@ from pmor.design.variables import spread_evenly
 from pmor.design.variants import Variants, as_data, best_first, from_data, together
 from pmor.pair.model import elastic_model, refuse_loads
 from pmor.work.cost import meshed_within_memory
-from pmor.work.pieces import PARTS, Piece, Result, run_pieces
+from pmor.work.front import pareto_front
+from pmor.work.pieces import Piece, Result, run_pieces
 from pmor_offline.train import train
 from pmor_online.model import ReducedPair, reduced_pair
 
@@ -114,27 +113,24 @@ def trained_pair(file: DesignFile) -> ReducedPair:
 def run_design(
     file: DesignFile,
     reduced: ReducedPair,
-    folder: Path,
-    jobs: int = 1,
-    announce: Callable[[str], None] = lambda s: None,
+    pieces_folder: Path,
+    *,
+    executor: Executor | None = None,
+    progress: Callable[[int], None] | None = None,
 ) -> Found:
-    """Search a design; pieces that are finished are kept in the folder and taken over by the next run.
+    """Search a design.
 
     Parameters
     ----------
     file : DesignFile
     reduced : ReducedPair
         Of its case.
-    folder : Path
-        Of the results.
-    jobs : int
-        Pieces solved at a time, each in a thread of its own.
-    announce : callable
-        Called with a line of progress after each piece.
-
-    Returns
-    -------
-    Found
+    pieces_folder : Path
+        Of finished pieces, taken over by the next run.
+    executor : concurrent.futures.Executor, optional
+        Of threads. None: one piece after the other.
+    progress : callable, optional
+        Called with how many more pieces are there.
 
     Raises
     ------
@@ -142,20 +138,13 @@ def run_design(
     """
     start = time.perf_counter()
     judge = Judge(reduced, file.design, file.base)
-    with threads(jobs) as executor:
-        search = _Search(file, judge, folder, executor, announce)
-        samples = search.samples()
-        tried = search.descents(samples)
-        tried += search.trade_offs(samples, tried)
-    variants = together([samples, *tried])
-    return Found(
-        file,
-        judge,
-        variants,
-        search.evaluations,
-        time.perf_counter() - start,
-        (*search.failures, *_lost(variants, file)),
-    )
+    search = _Search(file, judge, pieces_folder, executor, progress)
+    samples = search.samples()
+    tried = search.descents(samples)
+    tried += search.trade_offs(samples, tried)
+    variants, seconds = together([samples, *tried]), time.perf_counter() - start
+    failures = (*search.failures, *_lost(variants, file))
+    return Found(file, judge, variants, search.evaluations, seconds, failures)
 
 
 def _lost(variants: Variants, file: DesignFile) -> tuple[str, ...]:
@@ -171,10 +160,11 @@ class _Search:
     """The stages of a search, piece by piece."""
 
     def __init__(
-        self, file: DesignFile, judge: Judge, folder: Path, executor: Executor | None, announce: Callable[[str], None]
-    ) -> None:
+        self, file: DesignFile, judge: Judge, folder: Path, executor: Executor | None,
+        progress: Callable[[int], None] | None,
+    ) -> None:  # fmt: skip
         self.file, self.judge, self.design = file, judge, file.design
-        self.folder, self.executor, self.announce = folder / PARTS, executor, announce
+        self.folder, self.executor, self.progress = folder, executor, progress
         self.evaluations: dict[str, int] = {}
         self.failures: tuple[str, ...] = ()
         self.store = Store(file, self.folder)
@@ -192,7 +182,7 @@ class _Search:
             self._piece(f"samples {number:05d}", [], partial(_judged, self.judge, chunk, "sample"))
             for number, chunk in enumerate(chunks)
         ]
-        return together([from_data(part, design) for part in self._run("samples", pieces, size, len(x))])
+        return together([from_data(part, design) for part in self._run("samples", pieces)])
 
     def descents(self, samples: Variants) -> list[Variants]:
         """Go downhill from the best samples, and from that for each torque alone, and as drawn."""
@@ -238,19 +228,19 @@ class _Search:
         return [from_data(part, design) for part in self._run("trade-offs", pieces)]
 
     def _piece(self, name: str, start: Any, run: Callable[[], Result]) -> Piece:
-        def work() -> Result:
-            part = run()
-            self.store.add(from_data(part, self.design))
-            return part
-
         def is_whole(part: Result) -> bool:
             self.store.take_over(from_data(part, self.design))
             return True
 
-        return Piece(name, {"case": self.file.case}, [self.settings, start], work, is_whole)
+        def keep(part: Result) -> None:
+            self.store.add(from_data(part, self.design))
 
-    def _run(self, stage: str, pieces: Sequence[Piece], size: int = 1, total: int | None = None) -> list[Result]:
-        found, failures = run_pieces(pieces, self.folder, executor=self.executor, what=f"{stage}, pieces")
+        return Piece(name, {"case": self.file.case}, [self.settings, start], run, is_whole, keep)
+
+    def _run(self, stage: str, pieces: Sequence[Piece]) -> list[Result]:
+        found, failures = run_pieces(
+            pieces, self.folder, executor=self.executor, progress=self.progress, what=f"pieces of {stage}"
+        )
         self.failures += failures
         parts = [found[piece.name] for piece in pieces if piece.name in found]
         self.evaluations[stage] = sum(part["evaluations"] for part in parts)

@@ -1,8 +1,7 @@
-"""Variants as they are found, in a file that can be read at any time: what an interrupted search leaves."""
+"""Variants as they are found, in a file that can be read at any time, also after an interruption."""
 
 from __future__ import annotations
 
-import threading
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +18,7 @@ STORE = "variants.h5"
 
 
 class Store:
-    """Keeps a file of all variants that are finished; threads may share it.
+    """Keeps a file of all variants that are finished.
 
     Parameters
     ----------
@@ -29,13 +28,12 @@ class Store:
     """
 
     def __init__(self, file: DesignFile, folder: Path) -> None:
-        self._file, self._path, self._lock = file, folder / STORE, threading.Lock()
+        self._file, self._path = file, folder / STORE
         self._parts: list[Variants] = []
 
     def take_over(self, variants: Variants) -> None:
         """Add variants of an earlier run; they are written with the next new ones."""
-        with self._lock:
-            self._parts.append(variants)
+        self._parts.append(variants)
 
     def add(self, variants: Variants) -> None:
         """Add variants and write the file.
@@ -44,9 +42,8 @@ class Store:
         ------
         OutputError
         """
-        with self._lock:
-            self._parts.append(variants)
-            write_design_file(self._path, stored(self._file, together(self._parts)))
+        self._parts.append(variants)
+        write_design_file(self._path, stored(self._file, together(self._parts)))
 
 
 def stored(file: DesignFile, variants: Variants) -> DesignResults:

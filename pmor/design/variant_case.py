@@ -10,28 +10,34 @@ from pmor.design.loader import DesignFile
 from pmor.design.variables import assembly_at
 from pmor.storage.atomic import atomic_path
 from pmor.storage.design_file import read_design_file
+from pmor.storage.results_folder import results_folder
 
 
-def case_name(number: int) -> str:
-    """Return the name of the file of a variant."""
-    return f"variant_{number}.toml"
-
-
-def variant_text(file: DesignFile, results: Path, number: int) -> str:
-    """Return the case file of a variant.
+def write_variant(file: DesignFile, folder: Path, number: int, *, overwrite: bool = False) -> Path:
+    """Write the case file of a variant beside its results, and return its path.
 
     Parameters
     ----------
     file : DesignFile
-    results : Path
-        `design.h5` of its results.
+    folder : Path
+        Of the results.
     number : int
+    overwrite : bool
+        Replace the file whoever wrote it.
 
     Raises
     ------
     CaseError, OutputError, FileFormatError
-        When there is no such variant, or the results are none of this file.
+        When there is no such variant, or the results are those of another design.
     """
+    path = folder / f"variant_{number}.toml"
+    text = _text(file, folder / "design.h5", number)
+    with results_folder(folder, (path.name,), (), overwrite, file.inputs), atomic_path(path, True) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+    return path
+
+
+def _text(file: DesignFile, results: Path, number: int) -> str:
     if not results.exists():
         raise OutputError(f"{results}: there are no results yet: run 'pmor design' without --case first")
     found = read_design_file(results)
@@ -48,14 +54,3 @@ def variant_text(file: DesignFile, results: Path, number: int) -> str:
     changes = {name: {k: v for k, v in vars(m).items() if v is not None} for name, m in sections.items()}
     changed = change_case(base, title=f"{base.title}, variant {number} of {file.design.title}", **changes)
     return f"# Variant {number} of the design {file.name}.\n\n{text_of(changed)}"
-
-
-def write_variant(path: Path, text: str, overwrite: bool) -> None:
-    """Write the case file of a variant.
-
-    Raises
-    ------
-    OutputError
-    """
-    with atomic_path(path, overwrite) as temporary:
-        temporary.write_text(text, encoding="utf-8")

@@ -8,9 +8,10 @@ out is measured at the points between, and again at places drawn at random.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -20,9 +21,7 @@ from pmor.core.threads import in_order
 from pmor.dynamics.force_law import forces_at
 from pmor.dynamics.kernels.laws import CELL, DISPLACEMENT, PHASE, ForceTable
 from pmor.dynamics.table_cells import COLUMNS, CYCLE, RANGE, ROWS, Cells, cubics, join, roots, together
-
-#: forces at a phase (rad) and at displacements along the line of action: (displacements,) to (displacements,)
-Forces = Callable[[float, FloatArray], FloatArray]
+from pmor_online.mesh_force import Forces
 
 # Of the largest force: what cells may leave out at the points between their values. A quarter more was measured
 # elsewhere.
@@ -34,6 +33,9 @@ BESIDE = 2.0
 MOST_CELLS = 100_000
 # Displacements at which it is tried whether the flanks bear a load, mm, each so much larger than the last; phases.
 SMALLEST_RANGE, LARGEST_RANGE, RANGE_STEP, RANGE_PHASES = 1e-8, 10.0, 1.1, 8
+
+# Phases that are handed to an executor together.
+PHASES_AT_ONCE = 32
 
 _PLACES = np.arange(7)
 
@@ -120,7 +122,7 @@ def tabulate(
         Of each mesh cycle after which the law repeats: the number of its kind, counted as they first come. Only the
         first of a kind is solved; cycles of a kind have neighbours of the same kinds.
     executor : concurrent.futures.Executor, optional
-        Of threads; shares out the phases.
+        Shares out the phases; of processes where `forces` can be pickled, or of threads.
 
     Returns
     -------
@@ -202,26 +204,32 @@ class _Law:
         return np.asarray(self.values[np.searchsorted(self.keys, keys)])
 
     def _solve(self, keys: IntArray) -> None:
+        if not len(keys):
+            return
         column, x = np.divmod(keys, RANGE + 1)
         ends = np.flatnonzero(np.diff(column)) + 1
-        rows = list(zip(column[np.append(0, ends)], np.split(x, ends), strict=True)) if len(keys) else []
-
-        def row(place: tuple[int, IntArray]) -> FloatArray:
-            kind, phase = divmod(int(place[0]), CYCLE + 1)
-            angle = 2.0 * np.pi * (int(self.first[kind]) + phase / CYCLE)
-            at = np.asarray(self.lowest + self.step * place[1], dtype=float)
-            force = np.asarray(self.forces(angle, at))
-            if not np.isfinite(force).all():
-                hole = at[np.isnan(force)][0]
-                raise ConvergenceError(
-                    f"no force at a displacement of {hole:.6g} mm at {angle / (2.0 * np.pi):.6g} of the mesh cycle"
-                )
-            return force
-
-        found = np.concatenate([np.empty(0), *in_order(row, rows, self.executor)])
+        kind, phase = np.divmod(column[np.append(0, ends)], CYCLE + 1)
+        angle = 2.0 * np.pi * (self.first[kind] + phase / CYCLE)
+        rows = list(zip(angle.tolist(), np.split(self.lowest + self.step * x, ends), strict=True))
+        parts = [rows[i : i + PHASES_AT_ONCE] for i in range(0, len(rows), PHASES_AT_ONCE)]
+        found = np.concatenate(list(in_order(partial(_row, self.forces), parts, self.executor)))
         every = np.concatenate([self.keys, keys])
         order = np.argsort(every, kind="stable")
         self.keys, self.values = every[order], np.concatenate([self.values, found])[order]
+
+
+def _row(forces: Forces, rows: Sequence[tuple[float, FloatArray]]) -> FloatArray:
+    """Forces at displacements of some phases, one after the other."""
+    found = []
+    for angle, at in rows:
+        force = np.asarray(forces(angle, at))
+        if not np.isfinite(force).all():
+            hole = at[np.isnan(force)][0]
+            raise ConvergenceError(
+                f"no force at a displacement of {hole:.6g} mm at {angle / (2.0 * np.pi):.6g} of the mesh cycle"
+            )
+        found.append(force)
+    return np.concatenate(found)
 
 
 def _allowed(force: FloatArray, limit: float, watched: Sequence[Watched]) -> FloatArray:

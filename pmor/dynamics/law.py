@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import logging
 import math
-from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
@@ -27,6 +27,7 @@ from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.mesh_force import mesh_force_of
 from pmor_online.model import ReducedPair
 
+LOG = logging.getLogger("pmor")
 # What a table may leave out, of its largest force, and of what makes a static transmission error under the torques of
 # the case off by so much of its peak-to-peak value; no less than this share of the load.
 TOLERANCE, STATIC_TOLERANCE, LEAST_TOLERANCE = 5e-5, 5e-5, 4e-6
@@ -42,10 +43,11 @@ MOST_CYCLES = 1000
 
 @dataclass(frozen=True)
 class MeshLaw:
-    """The force law of a pair under a torque, and how well its table stands for it.
+    """The force law of a pair under a torque, and the error of its table.
 
     Parameters
     ----------
+    torque_Nm : float
     table : ForceTable
     error : TableError
         Over the largest force.
@@ -57,6 +59,7 @@ class MeshLaw:
         Of the static transmission error of the table under the torque, and that of the line loads.
     """
 
+    torque_Nm: float
     table: ForceTable
     error: TableError
     largest_force: float
@@ -66,10 +69,9 @@ class MeshLaw:
 
 
 def mesh_laws(
-    case: Case, reduced: ReducedPair, model: GearModel, executor: Executor | None = None,
-    announce: Callable[[str], None] = lambda text: None,
-) -> tuple[MeshLaw, ...]:  # fmt: skip
-    """Return the force laws of the pair of a case, one per torque: the same for all on rigid bearings.
+    case: Case, reduced: ReducedPair, model: GearModel, executor: Executor | None = None
+) -> tuple[tuple[MeshLaw, ...], tuple[str, ...]]:
+    """Tabulate the force laws of the pair of a case, one per torque; on rigid bearings all share one table.
 
     Parameters
     ----------
@@ -77,26 +79,40 @@ def mesh_laws(
     reduced : ReducedPair
     model : GearModel
     executor : concurrent.futures.Executor, optional
-        Of threads.
-    announce : callable
-        Called with a line of text before each table: that of a helical pair takes minutes.
+        As for `pmor.dynamics.force_table.tabulate`.
+
+    Returns
+    -------
+    laws : tuple of MeshLaw
+        At least one.
+    failures : tuple of str
+        Torques without a law, and why.
 
     Raises
     ------
     CaseError, ConvergenceError
-        As `force_law` does.
+        As `force_law` does; the second where no torque has a law.
     """
-    torques, laws = case.dynamics.torques_Nm, []
+    laws, failures = list[MeshLaw](), list[str]()
+    first: ConvergenceError | None = None
     if not model.supports:
-        announce("the force law is tabulated")
+        LOG.info("the force law is tabulated, which takes minutes for helical pairs")
     shared = None if model.supports else force_law(case, reduced, executor)
-    for torque in torques:
+    for torque in case.dynamics.torques_Nm:
         assembly = assembly_under(case, model, reduced.meshed.pair, torque)
-        if shared is None:
-            announce(f"the force law is tabulated, with the axes where {torque:g} N m hold them")
-        table, error, largest = shared or force_law(_under(case, torque), reduced, executor, assembly)
-        laws.append(MeshLaw(table, error, largest, assembly, *static_error_um(table, reduced, torque, assembly)))
-    return tuple(laws)
+        try:
+            if shared is None:
+                LOG.info("the force law is tabulated, with the axes displaced by %g N m", torque)
+            table, error, largest = shared or force_law(_under(case, torque), reduced, executor, assembly)
+            static = static_error_um(table, reduced, torque, assembly)
+        except ConvergenceError as lost:
+            failures.append(f"{torque:g} N m: {lost}")
+            first = first or lost
+        else:
+            laws.append(MeshLaw(torque, table, error, largest, assembly, *static))
+    if first and not laws:
+        raise first
+    return tuple(laws), tuple(failures)
 
 
 def _under(case: Case, torque_Nm: float) -> Case:
@@ -113,7 +129,7 @@ def force_law(
     case : Case
     reduced : ReducedPair
     executor : concurrent.futures.Executor, optional
-        Of threads.
+        As for `pmor.dynamics.force_table.tabulate`.
     assembly : Assembly, optional
         By default that of the case.
 
@@ -215,11 +231,6 @@ def cycles_of(case: Case, pair: GearPair) -> int:
     if teeth and case.dynamics.backlash_um is not None:
         raise CaseError(
             f"{where}: they say nothing of the backs of teeth, which [dynamics] backlash_um asks for: leave one out"
-        )
-    if teeth and case.dynamics.thin_slices:
-        raise CaseError(
-            f"{where}: [dynamics] thin_slices compares motion that repeats with the mesh, and there is none with teeth "
-            "out of their places: leave one out"
         )
     return cycles
 

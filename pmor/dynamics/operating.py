@@ -7,7 +7,6 @@ import numpy as np
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import ConvergenceError
 from pmor.dynamics.force_law import CompiledLaw, cycles_of, forces_at
-from pmor.dynamics.oscillator import Oscillator
 
 # Phases of the mesh cycle that the stiffness is averaged over.
 PHASES = 512
@@ -47,10 +46,3 @@ def mean_stiffness(law: CompiledLaw, load: float, interval: tuple[float, float])
     """Return the tangent stiffness of the mesh at rest under a load, its mean over its period."""
     phase = np.asarray(2.0 * np.pi / PHASES * np.arange(PHASES * cycles_of(law)), dtype=float)
     return float(forces_at(law, phase, static_displacement(law, load, phase, interval))[1].mean())
-
-
-def natural_frequencies(oscillator: Oscillator, mesh_stiffness: float) -> FloatArray:
-    """Return the angular natural frequencies, rising, of the masses on bearings and a mesh of given stiffness."""
-    mesh = mesh_stiffness * np.outer(oscillator.lever, oscillator.lever)
-    squares = np.linalg.eigvals(np.linalg.solve(oscillator.mass, oscillator.stiffness + mesh)).real
-    return np.sqrt(np.sort(np.maximum(squares, 0.0)))

@@ -1,10 +1,9 @@
-"""What a pair in motion leaves in its folder, and the summary on the screen."""
+"""Files of a pair in motion, its page, and its summary on the screen."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict
-from pathlib import Path
 
 from pmor.dynamics.figures import contact_figure, motion_figure, response_figure, waterfall_figure
 from pmor.dynamics.force_law import cycles_of
@@ -12,39 +11,23 @@ from pmor.dynamics.law_page import law_paragraph
 from pmor.dynamics.measure import Data
 from pmor.dynamics.rating import by_range, rated
 from pmor.dynamics.run import Dynamics
-from pmor.lab.slices.page import slices_blocks
 from pmor.pair.conditions import assembly_of
 from pmor.report.page import Block, Picture, Warning
 from pmor.report.table import Table
-from pmor.storage.results_folder import remove_working_folder
-from pmor.work.pieces import PARTS
 from pmor.work.results import Report
 from pmor.work.table import Columns, table, text_lines
 
-#: what `write_dynamics` may leave
+#: files of a result; without runs or branches some are not written
 FILES = (
     "dynamics.json", "dynamics.md", "report.html", "response.png", "contact.png", "waterfall.png", "motion.png",
-    "slices.png",
 )  # fmt: skip
 KINDS = {"run_up": "running up", "run_down": "running down"}
 
 
-def write_dynamics(found: Dynamics, out: Path) -> None:
-    """Write `dynamics.json`, `dynamics.md`, `report.html` and the pictures; finished torques are given up.
-
-    Parameters
-    ----------
-    found : Dynamics
-    out : Path
-
-    Raises
-    ------
-    OutputError
-    """
+def dynamics_report(found: Dynamics) -> Report:
+    """Return numbers and page."""
     title = f"The pair in motion: {found.case.title}"
-    Report("dynamics", dynamics_data(found), title, _blocks(found), found.case).write(out)
-    if not found.failures:
-        remove_working_folder(out / PARTS)
+    return Report("dynamics", dynamics_data(found), title, _blocks(found), found.case)
 
 
 def dynamics_data(found: Dynamics) -> Data:
@@ -68,7 +51,6 @@ def dynamics_data(found: Dynamics) -> Data:
         "responses": [
             response | {"iso_6336": rated(found.case, found.pair, model.mass, response)} for response in found.responses
         ],
-        "thin_slices": list(found.slices) or None,
     }
 
 
@@ -112,10 +94,7 @@ def _blocks(found: Dynamics) -> list[Block]:
     ):  # fmt: skip
         if figure is not None:
             blocks.append(Picture(name, caption, figure))
-    blocks += _tables(found)
-    if found.slices:
-        blocks += slices_blocks(found.slices)
-    return blocks
+    return [*blocks, *_tables(found)]
 
 
 def _tables(found: Dynamics) -> Sequence[Table]:

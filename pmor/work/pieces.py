@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Executor
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor, as_completed
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 from pmor.case import Case
 from pmor.core.errors import ConvergenceError
-from pmor.core.threads import in_order
 from pmor.core.version import __version__
 from pmor.report.data_files import write_summary_json
 from pmor.storage.manifest import is_ours
@@ -43,6 +42,8 @@ class Piece:
         Gives the result as plain data.
     is_whole : callable
         Takes a result of an earlier run; whether it is complete, files beside the part file included.
+    keep : callable
+        Called here with a new result, once its part file is written.
     """
 
     name: str
@@ -50,6 +51,7 @@ class Piece:
     settings: Any
     run: Callable[[], Result]
     is_whole: Callable[[Result], bool] = lambda result: True
+    keep: Callable[[Result], None] = lambda result: None
 
     @property
     def key(self) -> str:
@@ -79,7 +81,7 @@ def run_pieces(
     folder : Path
         Of finished pieces.
     executor : concurrent.futures.Executor, optional
-        Of threads; None: one piece after the other.
+        Of processes where all pieces can be pickled, or of threads; None: one piece after the other, here.
     progress : callable, optional
         Called with how many more pieces are there, first with those of an earlier run.
     what : str
@@ -108,16 +110,13 @@ def run_pieces(
         step(len(results))
     pace = Pace(what, len(pieces), len(results))
 
-    def work(piece: Piece) -> None:
-        pace.tell(piece.name)
-        try:
-            results[piece.name] = write_part(_file(folder, piece), piece.key, piece.run())
-        except ConvergenceError as error:
-            failures[piece.name] = f"{piece.name}: {error}"
-        pace.step()
-
     missing = [piece for piece in pieces if piece.name not in results]
-    for _ in in_order(work, missing, executor):
+    for piece, answer in _answers(missing, executor, pace):
+        if isinstance(answer, ConvergenceError):
+            failures[piece.name] = f"{piece.name}: {answer}"
+        else:
+            results[piece.name] = write_part(_file(folder, piece), piece.key, answer)
+            piece.keep(results[piece.name])
         step(1)
     return results, tuple(failures[piece.name] for piece in pieces if piece.name in failures)
 
@@ -149,6 +148,34 @@ def write_part(path: Path, key: str, result: Result) -> dict[str, Any]:
 def file_name(label: str) -> str:
     """Name of a file for a label: letters, digits, and underscores for the rest."""
     return "".join(c if c.isalnum() else "_" for c in label)
+
+
+def _answers(
+    pieces: Sequence[Piece], executor: Executor | None, pace: Pace
+) -> Iterator[tuple[Piece, Result | ConvergenceError]]:
+    """Yield results, or why there is none, as they come; what stops one piece stops those that have not begun."""
+    if executor is None:
+        for piece in pieces:
+            pace.tell(piece.name)
+            yield piece, _attempt(piece.run)
+            pace.step()
+        return
+    futures = {executor.submit(_attempt, piece.run): piece for piece in pieces}
+    try:
+        for future in as_completed(futures):
+            pace.step()
+            pace.tell()
+            yield futures[future], future.result()
+    finally:
+        for future in futures:
+            future.cancel()
+
+
+def _attempt(run: Callable[[], Result]) -> Result | ConvergenceError:
+    try:
+        return run()
+    except ConvergenceError as error:
+        return error
 
 
 def _file(folder: Path, piece: Piece) -> Path:

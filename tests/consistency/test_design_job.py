@@ -10,7 +10,9 @@ from numpy.testing import assert_allclose, assert_array_equal
 import pmor
 from pmor.app.cli import main
 from pmor.case import load_case
-from pmor.design import figures, readings, run
+from pmor.core.errors import ConvergenceError
+from pmor.core.threads import threads
+from pmor.design import figures, job, readings, run
 from pmor.design.descent import Descent, kept
 from pmor.design.harris import harris_rule
 from pmor.design.judge import Judge
@@ -121,7 +123,12 @@ def test_the_api_gives_what_the_command_finds(file, found):
 
 
 def test_pieces_are_taken_over_and_threads_change_nothing(file, reduced, found, tmp_path, monkeypatch):
-    parallel = run_design(file, reduced, tmp_path, jobs=2)
+    steps = []
+    with threads(2) as executor:
+        result = job.run(file, reduced=reduced, folder=tmp_path, executor=executor, progress=steps.append)
+    parallel = result.found
+    pieces = sum(steps)
+    assert set(steps) == {1}
     for name in ("x", "results", "objective", "limits"):
         assert_array_equal(getattr(parallel.variants, name), getattr(found.variants, name))
     assert parallel.variants.origin == found.variants.origin
@@ -129,9 +136,33 @@ def test_pieces_are_taken_over_and_threads_change_nothing(file, reduced, found, 
     monkeypatch.setattr(run, "_descended", lambda *arguments: pytest.fail("descended again"))
     said = file_text(tmp_path / PARTS / STORE)
     assert "x                            " in said, "an interrupted search leaves a file that can be read"
-    again = run_design(file, reduced, tmp_path)
+    again = job.run(file, reduced=reduced, folder=tmp_path, progress=steps.append).found
+    assert sum(steps) == 2 * pieces, "also those of an earlier run count"
     assert_array_equal(again.variants.objective, found.variants.objective)
     assert again.evaluations == found.evaluations
+
+
+def test_a_variant_without_a_solution_is_named_and_leaves_the_others(reduced, file, monkeypatch, tmp_path):
+    judged = run._judged
+
+    def lost(judge, x, origin):
+        part = judged(judge, x, origin)
+        part["objective"][1] = float("nan")
+        return part
+
+    def stopped(downhill, judge, start, origin):
+        raise ConvergenceError("made to fail")
+
+    monkeypatch.setattr(run, "_judged", lost)
+    monkeypatch.setattr(run, "_descended", stopped)
+    monkeypatch.setattr(readings, "FRESH", 8)
+    result = job.run(file, reduced=reduced, folder=tmp_path)
+    assert np.isnan(result.objective).sum() == 1
+    assert result.best is not None
+    assert sum("made to fail" in failure for failure in result.failures) == len(result.failures) - 1
+    assert "variant 1 (" in result.failures[-1]
+    result.write(tmp_path)
+    assert (tmp_path / PARTS).exists(), "the next run takes over what there is"
 
 
 def test_a_descent_finds_what_a_grid_finds(file, reduced):

@@ -8,15 +8,18 @@ import pytest
 
 import pmor
 from pmor.app.cli import main
-from pmor.case import parse_case
+from pmor.case import change_case, parse_case
 from pmor.core.errors import ConvergenceError
-from pmor.dynamics import law, run
+from pmor.core.threads import processes
+from pmor.dynamics import job, law, run
 from pmor.dynamics.force_table import table_error, tabulate
 from pmor.dynamics.measure import BRANCHES, RUNS, at_rest, joined, solve, speeds_of
 from pmor.dynamics.operating import static_displacement
-from pmor.dynamics.output import FILES, write_dynamics
+from pmor.dynamics.output import FILES
 from pmor.lab.slices import run as slices
+from pmor.lab.slices.page import write_slices
 from pmor.pair.model import gear_pair
+from pmor.work.pieces import PARTS
 from pmor_online.mesh_force import mesh_force_of
 from tests.support.small_case import case_text
 
@@ -44,7 +47,7 @@ def test_the_command_leaves_what_scripts_rely_on(tmp_path, capsys):
     path, out = tmp_path / "small.toml", tmp_path / "out"
     path.write_text(text())
     assert main(["dynamics", str(path), "--out", str(out)]) == 0
-    assert {file.name for file in out.iterdir() if not file.name.startswith(".")} == set(FILES) - {"slices.png"}
+    assert {file.name for file in out.iterdir() if not file.name.startswith(".")} == set(FILES)
     data = json.loads((out / "dynamics.json").read_text())
     assert data["backlash_um"] is None
     assert "backs of teeth are left out: the drawing has no backlash." in (out / "dynamics.md").read_text()
@@ -65,9 +68,9 @@ def test_the_command_leaves_what_scripts_rely_on(tmp_path, capsys):
 
 def test_finished_torques_are_taken_over(tmp_path, model, monkeypatch):
     case = replace(model.case, dynamics=replace(model.case.dynamics, run_cycles=0, damping_ratio=0.1))
-    first = run.run_dynamics(case, model.reduced, tmp_path)
+    first = job.run(case, reduced=model.reduced, folder=tmp_path)
     monkeypatch.setattr(run, "solve", lambda task, part: pytest.fail("solved again"))
-    assert run.run_dynamics(case, model.reduced, tmp_path).responses == first.responses
+    assert job.run(case, reduced=model.reduced, folder=tmp_path).data == first.data
 
 
 def test_an_interrupted_torque_goes_on_where_it_stopped(tmp_path, model, monkeypatch):
@@ -82,8 +85,8 @@ def test_an_interrupted_torque_goes_on_where_it_stopped(tmp_path, model, monkeyp
 
     monkeypatch.setattr(run, "solve", until_run_down)
     with pytest.raises(KeyboardInterrupt):
-        run.run_dynamics(case, model.reduced, tmp_path)
-    found = run.run_dynamics(case, model.reduced, tmp_path).responses[0]
+        job.run(case, reduced=model.reduced, folder=tmp_path)
+    found = job.run(case, reduced=model.reduced, folder=tmp_path).found.responses[0]
     assert solved == ["branches", "run_up", "run_down", "run_down"]
     assert found["branches"]
     assert len(found["run_up"]) == len(found["run_down"])
@@ -112,20 +115,20 @@ def test_backs_of_teeth_are_those_of_the_drawing_unless_the_case_has_its_own(cha
 
 def test_teeth_alone_are_as_stiff_where_one_pair_carries_and_stiffer_where_two_do(model, monkeypatch, tmp_path):
     monkeypatch.setattr(slices, "DAMPING_RATIOS", (0.2,))
-    result = model.dynamics(torques_Nm=[60.0], run_cycles=0, damping_ratio=0.2, thin_slices=True)
-    (found,) = result.data["thin_slices"]
+    case = change_case(model.case, dynamics={"torques_Nm": [60.0]})
+    (found,) = slices.run_slices(case, reduced=model.reduced)
     coupled, alone = found["coupled"], found["slices"]
     assert alone["mesh_stiffness_max_N_per_um"] > 1.1 * coupled["mesh_stiffness_max_N_per_um"]
     # The load is not quite even over the width; measured 1 %.
     np.testing.assert_allclose(alone["mesh_stiffness_min_N_per_um"], coupled["mesh_stiffness_min_N_per_um"], rtol=0.05)
-    write_dynamics(result.found, tmp_path)
+    write_slices(case, [found], tmp_path)
     assert (tmp_path / "slices.png").exists()
-    assert "at 20 % damping 0 of 1 torques jump" in (tmp_path / "dynamics.md").read_text()
+    assert "at 20 % damping 0 of 1 torques jump" in (tmp_path / "slices.md").read_text()
 
 
 def test_the_page_says_whether_backs_of_teeth_are_struck(model, tmp_path):
     result = model.dynamics(torques_Nm=[80.0], run_cycles=0, mesh_frequency_ratio=[0.8, 0.95], backlash_um=4.0)
-    write_dynamics(result.found, tmp_path)
+    result.write(tmp_path)
     page = (tmp_path / "dynamics.md").read_text()
     assert "touch 4 µm beyond, the backlash of the case. Stable motion strikes them under 80 N m." in page
     assert result.data["backlash_um"] == 4.0
@@ -154,6 +157,30 @@ def test_the_api_asks_for_what_the_case_does_not(model):
         model.dynamics(degrees_of_freedom=2)
 
 
+def test_a_torque_without_a_response_is_named_and_leaves_the_others(model, monkeypatch, tmp_path):
+    def borne(task, part):
+        if task.torque_Nm == 100.0:
+            raise ConvergenceError("made to fail")
+        return solve(task, part)
+
+    monkeypatch.setattr(run, "solve", borne)
+    result = model.dynamics(run_cycles=0, damping_ratio=0.2, folder=tmp_path)
+    assert result.torque_Nm.tolist() == [60.0]
+    assert result.failures == ("100 N m, branches: made to fail",)
+    result.write(tmp_path)
+    assert "100 N m, branches: made to fail" in (tmp_path / "dynamics.md").read_text()
+    assert (tmp_path / PARTS).exists(), "the next run takes over what there is"
+
+
+@pytest.mark.slow
+def test_processes_find_the_same_motion(model, tmp_path):
+    asked, steps = {"torques_Nm": [60.0, 80.0], "run_cycles": 0, "damping_ratio": 0.1}, []
+    with processes(2) as executor:
+        shared = model.dynamics(executor=executor, progress=steps.append, **asked)
+    assert shared.data == model.dynamics(**asked).data
+    assert steps == [1, 1]
+
+
 def test_the_force_table_is_the_force_law_within_the_error_that_it_states(model, rng):
     table, error, largest = law.force_law(model.case, model.reduced)
     load = 1e5 / model.reduced.meshed.pair.pinion.base_radius
@@ -176,7 +203,7 @@ def test_branches_on_line_loads_are_those_on_their_table(model, monkeypatch):
 
 def test_motion_beyond_the_table_is_named_and_gives_no_points(model):
     table = law.force_law(model.case, model.reduced)[0]
-    task = run.tasks_of(model.case, run.gear_model(model.case, model.reduced.meshed.pair), table)[1]
+    task = run.task_of(model.case, run.gear_model(model.case, model.reduced.meshed.pair), table, 100.0)
     with pytest.raises(ConvergenceError, match="is not borne"):
         at_rest(replace(task, torque_Nm=1e5))
     load = float(task.model.oscillator(task.torque_Nm, 0.0).load[0])

@@ -11,8 +11,8 @@ import pytest
 
 import pmor
 from pmor.app.cli import main
+from pmor.dynamics.fmu import law
 from pmor.dynamics.force_table import tabulate
-from pmor.export.fmu import law
 from pmor.export.rexs.model import read_rexs
 from pmor.report.data_files import write_ste_csv
 

@@ -10,8 +10,8 @@ import pytest
 
 from pmor.case import change_case, load_case, parse_case
 from pmor.core.errors import CaseError
-from pmor.export.fmu.law import mesh_law
-from pmor.export.fmu.write import write_fmu
+from pmor.dynamics.fmu.law import mesh_law
+from pmor.dynamics.fmu.write import write_fmu
 from pmor.gear.condition import Assembly, Misalignment
 from pmor.pair.conditions import assembly_of
 from pmor.pair.model import elastic_model, gear_pair, mesh_model

@@ -15,7 +15,7 @@ from pmor.dynamics.measure import at_rest, needed_harmonics, speeds_of
 from pmor.dynamics.operating import static_displacement
 from pmor.dynamics.oscillator import mesh_stiffness_of
 from pmor.dynamics.response import HARMONICS, response
-from pmor.dynamics.run import force_law, reduced_of, tasks_of
+from pmor.dynamics.run import force_law, reduced_of, task_of
 
 CASES = Path(__file__).parents[2] / "cases"
 # case, torque in N m, and whether it jumps at its first resonance
@@ -27,8 +27,7 @@ def solved(name, torque_Nm):
     case = load_case(CASES / f"{name}.toml")
     reduced = reduced_of(case)
     law, _, _ = force_law(case, reduced)
-    tasks = tasks_of(case, gear_model(case, reduced.meshed.pair), law)
-    task = next(task for task in tasks if task.torque_Nm == torque_Nm)
+    task = task_of(case, gear_model(case, reduced.meshed.pair), law, torque_Nm)
     found = at_rest(task)
     limits = speeds_of(task, found)
     return task, found, response(found.oscillator, law, limits, needed_harmonics(found, limits))

@@ -14,6 +14,7 @@ from pmor.dynamics.force_table import table_error, tabulate
 from pmor.dynamics.law import alike_cycles
 from pmor.gear.condition import Assembly
 from pmor.gear.modification import Modification
+from pmor.lab.slices.run import run_slices
 from pmor_online.mesh_force import mesh_force_of
 from tests.support.small_case import case_text
 
@@ -69,5 +70,5 @@ def test_motion_with_a_tooth_out_of_its_place_is_that_of_runs(tmp_path, monkeypa
 def test_deviations_of_which_no_law_is_made_are_refused(model):
     with pytest.raises(CaseError, match="backs of teeth.*leave one out"):
         model.dynamics(backlash_um=100.0)
-    with pytest.raises(CaseError, match="thin_slices.*leave one out"):
-        model.dynamics(thin_slices=True)
+    with pytest.raises(CaseError, match="no branches to compare: leave them out"):
+        run_slices(model.case, reduced=model.reduced)

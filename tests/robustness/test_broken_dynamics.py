@@ -46,7 +46,7 @@ BROKEN = {
     "half a cycle": ({"run_cycles": 0.5}, ["run_cycles = 0.5", "whole number"]),
     "no class": ({"accuracy_grade": 12}, ["accuracy_grade = 12", "between 1 and 11"]),
     "class in letters": ({"accuracy_grade": "A6"}, ["accuracy_grade", "remove the quotes"]),
-    "slices by number": ({"thin_slices": 1}, ["thin_slices = 1", "true or false"]),
+    "slices": ({"thin_slices": True}, ["thin_slices: unknown key", "run 'python -m pmor.lab.slices CASE'"]),
     "a list where one is asked for": ({"damping_ratio": [0.02]}, ["damping_ratio = [0.02]", "remove the brackets"]),
 }  # fmt: skip
 

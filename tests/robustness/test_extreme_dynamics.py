@@ -83,7 +83,7 @@ def problem(name):
     text = case_text(contact={"scheme": "line"}, reduction=None, dynamics=dynamics)
     case = replace(case, dynamics=parse_case(text, "small", "small.toml").dynamics)
     table, error, _ = law.force_law(case, pair)
-    return run.tasks_of(case, gear_model(case, pair.meshed.pair), table)[0], error
+    return run.task_of(case, gear_model(case, pair.meshed.pair), table, case.dynamics.torques_Nm[0]), error
 
 
 @pytest.fixture(autouse=True)

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from pmor.design.front import pareto_front
 from pmor.design.measures import (
     draw_weights,
     order_amplitude,
@@ -15,6 +14,7 @@ from pmor.design.measures import (
 from pmor.design.settings import Scatter, Variable
 from pmor.design.variables import AS_DRAWN, assembly_at, drawn, spread_evenly, steps_around, to_steps
 from pmor.gear.condition import PLAIN
+from pmor.work.front import pareto_front
 
 RELIEF = Variable(key="tip_relief_um", range=(0.0, 10.0), step=2.0)
 START = Variable(key="tip_relief_start_roll_deg", gear="wheel", range=(20.0, 24.0))

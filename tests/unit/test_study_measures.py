@@ -12,7 +12,6 @@ from pmor.lab.study.measures import (
     break_even,
     load_share_error,
     mean_error_um,
-    pareto_front,
     peak_to_peak_error_um,
     richardson,
     shape_error_um,
@@ -123,8 +122,3 @@ def test_break_even_counts_whole_positions():
     assert break_even(offline_s=1.0, slow_ms=10.3, fast_ms=0.3) == 100
     assert break_even(offline_s=1.0001, slow_ms=10.3, fast_ms=0.3) == 101
     assert break_even(offline_s=1.0, slow_ms=0.3, fast_ms=0.3) is None
-
-
-def test_pareto_front_leaves_out_what_is_beaten():
-    points = [(1.0, 9.0), (2.0, 9.5), (3.0, 4.0), (3.0, 5.0), (7.0, 4.0), (9.0, 1.0)]
-    assert pareto_front(points) == [0, 2, 5]

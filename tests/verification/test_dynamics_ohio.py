@@ -17,7 +17,7 @@ from pmor.dynamics.harmonic_balance import solve_at
 from pmor.dynamics.integration import run_through, state_of
 from pmor.dynamics.measure import at_rest, needed_harmonics
 from pmor.dynamics.response import response
-from pmor.dynamics.run import force_law, reduced_of, tasks_of
+from pmor.dynamics.run import force_law, reduced_of, task_of
 from pmor.lab.slices.run import compared, sliced
 
 CASES = Path(__file__).parents[2] / "cases"
@@ -46,7 +46,8 @@ def pair_of(relieved):
 def tasks(relieved, alone=False):
     case, reduced = pair_of(relieved)
     law, _, _ = force_law(case, sliced(reduced) if alone else reduced)
-    return tasks_of(case, gear_model(case, reduced.meshed.pair), law)
+    model = gear_model(case, reduced.meshed.pair)
+    return [task_of(case, model, law, torque_Nm) for torque_Nm in case.dynamics.torques_Nm]
 
 
 @cache
@@ -131,7 +132,7 @@ def test_stiff_bearings_of_six_and_twelve_degrees_of_freedom_give_the_answer_of_
         (1, {}), (6, stiff), (12, {key: [*value, 1e8] for key, value in stiff.items()} | tilting)
     ):  # fmt: skip
         asked = change_case(case, dynamics={"degrees_of_freedom": freedom, **bearings})
-        task = next(t for t in tasks_of(asked, gear_model(asked, reduced.meshed.pair), law) if t.torque_Nm == torque_Nm)
+        task = task_of(asked, gear_model(asked, reduced.meshed.pair), law, torque_Nm)
         rest = at_rest(task)
         limits = tuple(rest.natural * limit for limit in LIMITS)
         answer = response(rest.oscillator, law, limits)

@@ -12,10 +12,11 @@ import numpy as np
 import pytest
 
 from pmor.case import change_case, load_case
+from pmor.core.threads import processes
 from pmor.dynamics.gear_model import gear_model
 from pmor.dynamics.measure import RUN_UP, at_rest, needed_harmonics, solve
 from pmor.dynamics.response import response
-from pmor.dynamics.run import force_law, reduced_of, run_dynamics, tasks_of
+from pmor.dynamics.run import force_law, reduced_of, run_dynamics, task_of
 
 CASE = Path(__file__).parents[2] / "cases" / "osu_dynamics.toml"
 CURVES, JOBS = 64, 2
@@ -31,7 +32,7 @@ def reduced():
 def task_at(torque_Nm):
     case, pair = reduced()
     law, _, _ = force_law(case, pair)
-    return next(t for t in tasks_of(case, gear_model(case, pair.meshed.pair), law) if t.torque_Nm == torque_Nm)
+    return task_of(case, gear_model(case, pair.meshed.pair), law, torque_Nm)
 
 
 @pytest.mark.slow
@@ -64,12 +65,12 @@ def test_a_response_of_150_points_and_a_run_up_of_100_000_cycles():
 def test_many_responses_in_processes_are_those_of_one_process(tmp_path):
     case, pair = reduced()
     torques = [round(85.0 + 4.0 * i, 3) for i in range(CURVES)]
-    case = change_case(case, dynamics={"torques_Nm": torques, "run_cycles": 0, "thin_slices": False,
-                                       "mesh_frequency_ratio": [0.6, 1.3]})  # fmt: skip
+    case = change_case(case, dynamics={"torques_Nm": torques, "run_cycles": 0, "mesh_frequency_ratio": [0.6, 1.3]})
     walls, found = {}, {}
     for jobs in (1, JOBS):
         begun = time.perf_counter()
-        found[jobs] = run_dynamics(case, pair, tmp_path / str(jobs), jobs).responses
+        with processes(jobs) as executor:
+            found[jobs] = run_dynamics(case, pair, tmp_path / str(jobs), executor=executor).responses
         walls[jobs] = time.perf_counter() - begun
     share = walls[1] / (JOBS * walls[JOBS])
     print(f"\n{CURVES} responses: {walls[1]:.1f} s in one process, {walls[JOBS]:.1f} s in {JOBS}: {share:.0%}")  # noqa: T201

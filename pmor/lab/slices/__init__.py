@@ -1,1 +1,1 @@
-"""The pair in motion: responses over the speed under several torques, run-ups and run-downs, pictures and a page."""
+"""Thin slices: motion of a pair with and without the coupling of its teeth and sections; an experiment."""

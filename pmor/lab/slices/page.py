@@ -1,34 +1,50 @@
-"""The section on thin slices of the page of a pair in motion: what the coupling of the teeth does."""
+"""The page on thin slices: the effect of the coupling of teeth and sections on motion."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pmor.case import Case, text_of
 from pmor.dynamics.measure import Data
-from pmor.report.page import Block, Heading, Picture
+from pmor.report.page import Block, Picture
 from pmor.report.style import COLOURS, new_figure, plot_style
+from pmor.work.results import Report, writing_results
 from pmor.work.table import Columns, table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+#: files of the experiment
+FILES = "slices.json", "slices.md", "report.html", "slices.png"
 # Kinds of law, and how their lines look.
 KINDS = {"coupled": ("coupled", "-"), "slices": ("thin slices", "--")}
 
 
-def slices_blocks(slices: Sequence[Data]) -> list[Block]:
-    """Return heading, words, picture and table.
+def write_slices(case: Case, slices: Sequence[Data], folder: Path) -> None:
+    """Write `slices.json`, `slices.md`, `report.html` and the picture.
 
     Parameters
     ----------
+    case : Case
     slices : sequence of dict
-        One per torque; see `pmor.lab.slices.run.compared`.
+        One per torque; see `pmor.lab.slices.run.run_slices`.
+    folder : Path
+
+    Raises
+    ------
+    OutputError
     """
+    data = {"case": case.name, "thin_slices": list(slices)}
+    with writing_results(folder, FILES, text_of(case)) as out:
+        Report("slices", data, f"Thin slices in motion: {case.title}", _blocks(slices), case).write(out)
+
+
+def _blocks(slices: Sequence[Data]) -> list[Block]:
     return [
-        Heading("Thin slices"),
         _words(slices),
         Picture(
             "slices.png", "Tangent stiffness at rest over the mesh cycle, and the stable response at "
@@ -45,9 +61,9 @@ def _words(slices: Sequence[Data]) -> str:
     ratio = _highest(slices)
     jumps = [[_fold(found[kind], _at(found[kind], ratio), "run_up") is not None for found in slices] for kind in KINDS]
     return (
-        "The same pair with each tooth and each section alone, as thin slices take them: neither the neighbouring "
-        "teeth nor the rest of the width moves them. Where one pair of teeth carries an even load nothing changes; "
-        "where two carry, neither sinks under the load of the other, and the mesh is stiffer there. Its stiffness "
+        "The same pair without coupling between teeth and between sections, as thin slices have none. An even load on "
+        "a single pair of teeth bends it as before; with two pairs neither sinks under the load of the other, and the "
+        "mesh is stiffer there. Its stiffness "
         f"swings by {_span([100.0 * alone for _, alone in swings])} % of its mean, with the coupling by "
         f"{_span([100.0 * coupled for coupled, _ in swings])} %; at {_percent(ratio)} damping "
         f"{sum(jumps[1])} of {len(slices)} torques jump, with the coupling {sum(jumps[0])}.{_calmest(slices)}"

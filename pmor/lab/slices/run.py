@@ -1,44 +1,78 @@
-"""What the coupling of the teeth through their body does to motion: the same pair with every tooth and section alone.
+"""Thin slices in motion: the effect of the coupling between teeth, and between sections of a tooth.
 
-Programs for gear design take teeth for thin slices that know neither each other nor their neighbours over the width. In
-the line loads both couplings are terms of the compliance: here they are left out, and each tooth keeps all of its own,
-that of its blank included. Where one pair of teeth carries, an even load bends it as before; where two carry, neither
-feels the other, and the mesh is stiffer.
+Programs for gear design take teeth for thin slices without coupling, neither to the other teeth nor over the width. In
+line loads both couplings are terms of the compliance: here they are zero, and each tooth keeps all of its own, that of
+its blank included. An even load on a single pair of teeth bends it as before; with two pairs neither feels the other,
+and the mesh is stiffer.
 """
 
 from __future__ import annotations
 
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from pmor.body.flank_compliance import FlankCompliance
+from pmor.case import Case
 from pmor.core.arrays import FloatArray
-from pmor.core.errors import ConvergenceError
+from pmor.core.errors import CaseError, ConvergenceError
 from pmor.dynamics.force_law import forces_at
+from pmor.dynamics.gear_model import gear_model
 from pmor.dynamics.harmonic_balance import rms
+from pmor.dynamics.law import cycles_of, force_law
 from pmor.dynamics.measure import HZ, Data, Task, at_rest, needed_harmonics, speeds_of
 from pmor.dynamics.operating import PHASES, static_displacement
 from pmor.dynamics.quantities import UM
 from pmor.dynamics.response import response
+from pmor.dynamics.run import reduced_of, task_of
 from pmor_online.model import ReducedPair
 
-#: part of the work on a torque, beside those of `measure`
-SLICES = "slices"
-# Of light damping and of that at which the coupled pair hardly jumps any more.
+# Light damping, and one at which the coupled pair hardly jumps any more.
 DAMPING_RATIOS = 0.02, 0.05
 # Points of the mesh cycle at which the stiffness is kept.
 CYCLE = 128
 
 
+def run_slices(case: Case, *, reduced: ReducedPair | None = None, executor: Executor | None = None) -> list[Data]:
+    """Return stiffness, folds and response under each torque of `[dynamics]`, with the coupling and without.
+
+    Parameters
+    ----------
+    case : Case
+    reduced : ReducedPair, optional
+        By default it is made.
+    executor : concurrent.futures.Executor, optional
+        Shares out the force laws; see `pmor.dynamics.force_table.tabulate`.
+
+    Raises
+    ------
+    CaseError, ConvergenceError
+        As `pmor.dynamics.law.force_law`, and where a table does not bear a torque.
+    """
+    reduced = reduced or reduced_of(case)
+    if cycles_of(case, reduced.meshed.pair) > 1:
+        raise CaseError(
+            f"case {case.name}: pitch_deviations_um: motion does not repeat with the mesh, and has no branches to "
+            "compare: leave them out"
+        )
+    model = gear_model(case, reduced.meshed.pair)
+    laws = {kind: force_law(case, pair, executor)[0] for kind, pair in
+            (("coupled", reduced), ("slices", sliced(reduced)))}  # fmt: skip
+    return [
+        {"torque_Nm": torque, **{kind: _of(task_of(case, model, law, torque)) for kind, law in laws.items()}}
+        for torque in case.dynamics.torques_Nm
+    ]
+
+
 @dataclass(frozen=True)
 class SlicedPair(ReducedPair):
-    """A reduced pair whose sections know nothing of each other."""
+    """A reduced pair without coupling between sections."""
 
     @cached_property
     def section_compliance(self) -> tuple[FloatArray, FloatArray]:
-        """Compliance of the sections, each by itself."""
+        """Compliance of the sections, zero between them."""
         width = self.meshed.sections.width
         pinion, wheel = super().section_compliance
         alone = sections_alone(pinion, width)
@@ -46,13 +80,13 @@ class SlicedPair(ReducedPair):
 
 
 def sliced(reduced: ReducedPair) -> SlicedPair:
-    """Return a reduced pair of line loads whose teeth and sections are alone."""
+    """Return a reduced pair of line loads without coupling between teeth or sections."""
     compliance = without_neighbours(reduced.flank_compliance)
     return SlicedPair(replace(reduced.basis, compliance=compliance), reduced.meshed)
 
 
 def without_neighbours(compliance: FlankCompliance) -> FlankCompliance:
-    """Return a compliance of flanks by which a tooth moves under its own load alone."""
+    """Return a compliance of flanks without the terms between teeth."""
     pinion, wheel = compliance.gears
     alone = pinion[:1]
     return FlankCompliance((alone, alone if wheel is pinion else wheel[:1]), compliance.components)
@@ -71,17 +105,6 @@ def sections_alone(between: FloatArray, width: FloatArray) -> FloatArray:
     alone = np.zeros_like(between)
     alone[:, np.arange(len(width)), np.arange(len(width))] = diagonal
     return alone
-
-
-def compared(coupled: Task, alone: Task) -> Data:
-    """Return stiffness, folds and response of a pair under a torque, with coupling and without.
-
-    Raises
-    ------
-    ConvergenceError
-        Where a table does not bear the torque.
-    """
-    return {"torque_Nm": coupled.torque_Nm, "coupled": _of(coupled), "slices": _of(alone)}
 
 
 def _of(task: Task) -> Data:

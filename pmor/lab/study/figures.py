@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pmor.lab.core.measures import fitted_exponent
-from pmor.lab.study.measures import pareto_front
 from pmor.lab.study.paper import MODELS
 from pmor.lab.study.run import StudyParts
 from pmor.lab.study.settings import Cell
@@ -17,6 +16,7 @@ from pmor.lab.study.variants import variant_pictures
 from pmor.report.page import Picture
 from pmor.report.panels import log_log, name_points, panels
 from pmor.report.style import COLOURS, new_figure, plot_style
+from pmor.work.front import pareto_front
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -149,7 +149,7 @@ def _error_over_time(table: StudyTable) -> Figure:
                 if own:
                     axes.plot(*zip(*own, strict=True), MODEL_MARKERS[model], color=MODEL_COLOURS[model], ms=6,
                               mec="white", mew=0.6, label=MODEL_NAMES[model])  # fmt: skip
-            front = [points[i] for i in pareto_front([(x, y) for x, y, _ in points])]
+            front = [points[i] for i in pareto_front(np.array([(x, y) for x, y, _ in points]).reshape(-1, 2))]
             axes.plot([p[0] for p in front], [p[1] for p in front], color="#888888", lw=1.2, zorder=1,
                       drawstyle="steps-post", label="Pareto front")  # fmt: skip
             if floor > 0.0:

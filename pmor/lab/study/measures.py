@@ -149,17 +149,6 @@ def break_even(offline_s: float, slow_ms: float, fast_ms: float) -> int | None:
     return math.ceil(1e3 * offline_s / saved) if saved > 0.0 else None
 
 
-def pareto_front(points: Sequence[tuple[float, float]]) -> list[int]:
-    """Indices of the points that no other beats in both coordinates (less is better), by rising first coordinate."""
-    front: list[int] = []
-    best = math.inf
-    for i in sorted(range(len(points)), key=lambda i: points[i]):
-        if points[i][1] < best:
-            front.append(i)
-            best = points[i][1]
-    return front
-
-
 def _shares(curve: Curve, pairs: IntArray) -> FloatArray:
     share = np.zeros((len(curve.ste_um), len(pairs)))
     share[:, np.searchsorted(pairs, curve.pair_index)] = curve.pair_share

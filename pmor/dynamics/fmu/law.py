@@ -1,4 +1,4 @@
-"""What the source of a mesh unit is made from: the force law of a reduced pair in a table, and the pair's geometry."""
+"""Content of a mesh unit for co-simulation: the tabulated force law of a reduced pair, and the pair's geometry."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ ANGLES = 100
 
 
 @dataclass(frozen=True)
-class MeshLaw:
-    """The mesh of a pair as its unit knows it.
+class UnitLaw:
+    """The mesh of a pair in a unit for co-simulation.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ class MeshLaw:
     backlash: float | None
 
 
-def mesh_law(reduced: ReducedPair, torque_Nm: float | None = None, tolerance: float = TOLERANCE) -> MeshLaw:
+def mesh_law(reduced: ReducedPair, torque_Nm: float | None = None, tolerance: float = TOLERANCE) -> UnitLaw:
     """Tabulate the force law of a reduced pair, with the axes and flanks of its case.
 
     Parameters
@@ -79,7 +79,7 @@ def mesh_law(reduced: ReducedPair, torque_Nm: float | None = None, tolerance: fl
     low, high = _range(reduced, assembly, torque)
     table = tabulate(mesh_force_of(reduced, assembly), low, high, tolerance=tolerance)
     pair = reduced.meshed.pair
-    return MeshLaw(case, pair, table, torque, pair.backlash if assembly.backs_mirror_flanks else None)
+    return UnitLaw(case, pair, table, torque, pair.backlash if assembly.backs_mirror_flanks else None)
 
 
 def _range(reduced: ReducedPair, assembly: Assembly, torque_Nm: float) -> tuple[float, float]:

@@ -18,9 +18,9 @@ from pathlib import Path
 import numpy as np
 
 from pmor.core.arrays import IntArray
+from pmor.dynamics.fmu.description import description
+from pmor.dynamics.fmu.law import UnitLaw
 from pmor.dynamics.table_cells import COLUMNS, ROWS
-from pmor.export.fmu.description import description
-from pmor.export.fmu.law import MeshLaw
 from pmor.storage.atomic import atomic_path
 
 SOURCES = ("mesh.c", "table.h")
@@ -32,12 +32,12 @@ FLAGS = ("-std=c99", "-O2", "-shared", "-fPIC", "-fvisibility=hidden")
 STAMP = (1980, 1, 1, 0, 0, 0)
 
 
-def write_fmu(law: MeshLaw, path: Path, overwrite: bool = False) -> bool:
+def write_fmu(law: UnitLaw, path: Path, overwrite: bool = False) -> bool:
     """Write a unit for co-simulation.
 
     Parameters
     ----------
-    law : MeshLaw
+    law : UnitLaw
     path : Path
     overwrite : bool
         As in `pmor.storage.atomic.atomic_path`.
@@ -52,7 +52,7 @@ def write_fmu(law: MeshLaw, path: Path, overwrite: bool = False) -> bool:
     OutputError
     """
     name = "pmor_" + re.sub(r"\W", "_", law.case.name, flags=re.ASCII)
-    source = files("pmor.export.fmu").joinpath("mesh.c").read_text(encoding="utf-8")
+    source = files("pmor.dynamics.fmu").joinpath("mesh.c").read_text(encoding="utf-8")
     constants = _table_text(law)
     guid = hashlib.sha256((source + constants).encode()).hexdigest()[:32]
     texts = {"mesh.c": source, "table.h": f'#define GUID "{{{guid}}}"\n{constants}'}
@@ -71,7 +71,7 @@ def _add(archive: zipfile.ZipFile, name: str, content: bytes) -> None:
     archive.writestr(zipfile.ZipInfo(name, STAMP), content, zipfile.ZIP_DEFLATED)
 
 
-def _table_text(law: MeshLaw) -> str:
+def _table_text(law: UnitLaw) -> str:
     pair, table = law.pair, law.table
     numbers = {
         "BASE_1": pair.pinion.base_radius, "BASE_2": pair.wheel.base_radius, "TEETH_1": float(pair.pinion.teeth),

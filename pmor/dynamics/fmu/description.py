@@ -8,7 +8,7 @@ from typing import Literal
 from xml.etree import ElementTree
 
 from pmor.core.version import __version__
-from pmor.export.fmu.law import MeshLaw
+from pmor.dynamics.fmu.law import UnitLaw
 
 Causality = Literal["input", "output", "parameter"]
 #: units of the variables, in those of SI
@@ -48,7 +48,7 @@ VARIABLES = (
 )
 
 
-def description(law: MeshLaw, name: str, guid: str, sources: Sequence[str]) -> bytes:
+def description(law: UnitLaw, name: str, guid: str, sources: Sequence[str]) -> bytes:
     """Return the text of `modelDescription.xml`."""
     root = ElementTree.Element(
         "fmiModelDescription", fmiVersion="2.0", modelName=law.case.name, guid=f"{{{guid}}}", version=__version__,
@@ -73,7 +73,7 @@ def description(law: MeshLaw, name: str, guid: str, sources: Sequence[str]) -> b
     return bytes(ElementTree.tostring(root, encoding="utf-8", xml_declaration=True))
 
 
-def _variables(root: ElementTree.Element, law: MeshLaw) -> None:
+def _variables(root: ElementTree.Element, law: UnitLaw) -> None:
     variables = ElementTree.SubElement(root, "ModelVariables")
     for number, variable in enumerate(VARIABLES):
         attributes = {"name": variable.name, "valueReference": str(number), "description": variable.text}
@@ -92,7 +92,7 @@ def _variables(root: ElementTree.Element, law: MeshLaw) -> None:
             ElementTree.SubElement(listed, "Unknown", index=str(number))
 
 
-def _sentence(law: MeshLaw) -> str:
+def _sentence(law: UnitLaw) -> str:
     backs = (
         "the backs of the teeth mirror the working flanks"
         if law.backlash is not None
