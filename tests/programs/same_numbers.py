@@ -1,11 +1,12 @@
-"""Two versions of the program, number by number: what a rebuild must not move.
+"""Two versions of the program compared number by number.
 
-    python tests/same_numbers.py collect FOLDER [--pmor "COMMAND"]     # with each version, into a folder of its own
-    python tests/same_numbers.py compare BEFORE AFTER
+    python -m tests.programs.same_numbers collect FOLDER [--pmor "COMMAND"]     # each version into its own folder
+    python -m tests.programs.same_numbers compare BEFORE AFTER
 
-`collect` runs every case, a small pair with each contact scheme and each reduction, misaligned and plane-strain pairs,
-the short study and the stability matrix through the command line, so that it works with any version. `compare` holds
-STE, shares, error estimates and Newton steps against each other; STE to 1e-10, relative.
+`collect` runs the cases, a small pair with each contact scheme and each reduction, misaligned and plane-strain pairs,
+the short study, the stability matrix, designs, a campaign and pairs in motion through the command line, so that it
+works with any version. `compare` checks STE, shares, error estimates and Newton steps; STE to 1e-10, relative. The
+datum of the STE may move by one constant per sweep of misaligned axes.
 """
 
 from __future__ import annotations
@@ -21,10 +22,22 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-CASES = Path(__file__).parent.parent / "cases"
+CASES = Path(__file__).parents[2] / "cases"
 STE_TOLERANCE = 1e-10  # relative; sums in another order are allowed, other mechanics are not
 ESTIMATE_TOLERANCE = 1e-7  # of the largest estimate of a sweep: derivatives of energies that all but cancel
-SHIPPED = ("small_spur", "unequal_pair", "paper_spur", "paper_hermite", "paper_64", "paper_misaligned")
+PRODUCT_TOLERANCE = 1e-6  # relative; optima and folds are found to their own tolerances
+SHIPPED = (
+    "small_spur", "unequal_pair", "paper_spur", "paper_hermite", "paper_64", "paper_misaligned", "paper_relief",
+    "osu_spur", "helical", "fva_high_speed",
+)  # fmt: skip
+# Commands of the products, and the numbers that they leave.
+PRODUCTS = {
+    "osu_design": ("design", "design.json"),
+    "osu_dynamics": ("dynamics", "dynamics.json"),
+    "campaign": ("campaign", "campaign.json"),
+}
+# Endings of keys of run times and machines.
+UNCOMPARED = ("seconds", "_ms", "_s", "_mib", "machine", "version", "created")
 SCHEMES = ("line", "direct", "paper", "facet")
 REDUCTIONS = {
     "positions": {"shapes": "positions"},
@@ -45,15 +58,14 @@ def variants() -> dict[str, dict[str, dict[str, Any]]]:
         found[f"scheme_{scheme}"] = {"contact": {"scheme": scheme}}
         found[f"whole_{scheme}"] = {"contact": {"scheme": scheme}, "mesh": {"width": "whole"}}
     for name, reduction in REDUCTIONS.items():
-        for scheme in ("line", "direct"):
-            found[f"{name}_{scheme}"] = {"contact": {"scheme": scheme}, "reduction": reduction}
+        found[f"{name}_direct"] = {"contact": {"scheme": "direct"}, "reduction": reduction}
     for scheme in ("line", "direct"):
         tilt = {"in_plane_um": 5.0, "out_of_plane_um": 4.0}
         found[f"tilted_{scheme}"] = {"contact": {"scheme": scheme}, "offline": TILTED, "misalignment": tilt}
     found["plane_strain"] = {"contact": {"scheme": "line"}, "mesh": {"width": "plane_strain"}}
     found["slave_both"] = {"contact": {"slave": "both"}}
     found["hex8"] = {"mesh": {"element": "hex8"}}
-    found["sobol"] = {"contact": {"scheme": "line"}, "offline": {"sampling": "sobol", "solves": 24, **TILTED}}
+    found["sobol"] = {"contact": {"scheme": "direct"}, "offline": {"sampling": "sobol", "solves": 24, **TILTED}}
     return found
 
 
@@ -68,6 +80,8 @@ def collect(folder: Path, pmor: list[str]) -> None:
         run([*pmor, "run", str(case), "--out", str(folder / name)])
     run([*pmor, "study", str(CASES / "paper_study.toml"), "--quick", "--out", str(folder / "study")])
     run([*pmor, "stability", str(CASES / "paper_spur.toml"), "--out", str(folder / "stability"), "--jobs", "2"])
+    for name, (command, _) in PRODUCTS.items():
+        run([*pmor, command, str(CASES / f"{name}.toml"), "--out", str(folder / name)])
 
 
 def run(command: list[str]) -> None:
@@ -95,6 +109,9 @@ def compare(before: Path, after: Path) -> int:
     problems = [text for path in sorted(before.glob("*/ste.csv")) for text in sweep_differences(path, after)]
     problems += table_differences(before, after, "study/study.json", "rows", study_numbers)
     problems += table_differences(before, after, "stability/stability.json", "entries", stability_numbers)
+    problems += [
+        text for name, (_, file) in PRODUCTS.items() for text in product_differences(name, file, before, after)
+    ]
     print("\n".join(problems) or "the same")
     return len(problems)
 
@@ -110,15 +127,61 @@ def sweep_differences(path: Path, after: Path) -> Iterator[str]:
     if len(rows) != len(others):
         yield f"{name}: {len(rows)} rows, now {len(others)}"
         return
+    moved = datum(rows, others)
+    for row in others:
+        if row["ste_um"]:
+            row["ste_um"] = repr(float(row["ste_um"]) - moved)
     ste = worst(rows, others, "ste_um", lambda a: abs(a))
     estimates = [abs(float(r["ste_error_estimate_um"] or 0.0)) for r in rows]
     estimate = worst(rows, others, "ste_error_estimate_um", lambda _: max(estimates) or 1.0)
     shares = [key for key in rows[0] if key.startswith("share_pair_")]
     share = max(worst(rows, others, key, lambda _: 1.0) for key in shares)
     steps = sum(a["newton_steps"] != b["newton_steps"] for a, b in zip(rows, others, strict=True))
-    print(f"{name:32s} STE {ste:8.1e}  share {share:8.1e}  estimate {estimate:8.1e}  other steps {steps}")
+    print(
+        f"{name:32s} STE {ste:8.1e}  datum {moved:+.4f} um  share {share:8.1e}  estimate {estimate:8.1e}  "
+        f"other steps {steps}"
+    )
+    misaligned = "[misalignment]" in path.parent.with_suffix(".toml").read_text(encoding="utf-8")
     if ste > STE_TOLERANCE or share > STE_TOLERANCE or estimate > ESTIMATE_TOLERANCE or steps:
         yield f"{name}: STE {ste:.1e}, share {share:.1e}, estimate {estimate:.1e}, other Newton steps at {steps}"
+    if moved and not misaligned:
+        yield f"{name}: the datum moved by {moved:.4f} um on aligned axes"
+
+
+def datum(rows: list[dict[str, str]], others: list[dict[str, str]]) -> float:
+    """Return by which constant the STE moved, um; 0 where that is round-off."""
+    both = [(float(a["ste_um"]), float(b["ste_um"])) for a, b in zip(rows, others, strict=True)
+            if a["ste_um"] and b["ste_um"]]  # fmt: skip
+    moved = sum(b - a for a, b in both) / len(both)
+    return moved if abs(moved) > STE_TOLERANCE * max(abs(a) for a, _ in both) else 0.0
+
+
+def product_differences(name: str, file: str, before: Path, after: Path) -> Iterator[str]:
+    """Name the numbers of a design, a campaign or a motion that differ."""
+    paths = [folder / name / file for folder in (before, after)]
+    if not all(path.exists() for path in paths):
+        yield f"{name}: no {file} on both sides"
+        return
+    one, other = (json.loads(path.read_text(encoding="utf-8")) for path in paths)
+    found = list(differences(one, other, ""))
+    print(f"{name:32s} {len(found)} numbers differ")
+    yield from (f"{name}: {text}" for text in found[:20])
+
+
+def differences(one: Any, other: Any, place: str) -> Iterator[str]:
+    """Name the places at which two trees of plain data differ; keys may have been added."""
+    if isinstance(one, dict) and isinstance(other, dict):
+        for key, value in one.items():
+            if not key.endswith(UNCOMPARED):
+                yield from differences(value, other.get(key), f"{place}/{key}")
+    elif isinstance(one, list) and isinstance(other, list) and len(one) == len(other):
+        for number, (a, b) in enumerate(zip(one, other, strict=True)):
+            yield from differences(a, b, f"{place}/{number}")
+    elif isinstance(one, float) and isinstance(other, float):
+        if abs(one - other) > PRODUCT_TOLERANCE * max(abs(one), abs(other)):
+            yield f"{place} = {one}, now {other}"
+    elif one != other:
+        yield f"{place} = {one}, now {other}"
 
 
 def read(path: Path) -> list[dict[str, str]]:
