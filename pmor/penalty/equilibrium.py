@@ -23,7 +23,7 @@ import numpy as np
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import ConvergenceError
 from pmor.gear.condition import Condition
-from pmor.gear.meshed_pair import MeshedPair
+from pmor.penalty.pair import PenaltyPair
 from pmor.penalty.elasticity import Elasticity
 from pmor.penalty.kernels.search import search_workspace
 from pmor.penalty.position import Position
@@ -130,7 +130,7 @@ _Linear = tuple[FloatArray, float, FloatArray]
 
 
 def solve_equilibrium(
-    meshed: MeshedPair,
+    meshed: PenaltyPair,
     position: Position,
     elasticity: Elasticity,
     condition: Condition,
@@ -143,7 +143,7 @@ def solve_equilibrium(
 
     Parameters
     ----------
-    meshed : MeshedPair
+    meshed : PenaltyPair
     position : Position
     elasticity : Elasticity
     condition : Condition
@@ -172,7 +172,7 @@ def solve_equilibrium(
     base_radius, driven = meshed.pair.pinion.base_radius, condition.advance is None
     approach = expected_approach(meshed, condition)
     tolerance = max(tolerance, _round_off(meshed, approach))
-    if driven and meshed.scheme.kind != "line":
+    if driven:
         torque = condition.given_torque
         approach = meshed.expected_closing(torque, position.assembly.misalignment) + expected_penetration(
             meshed, torque
@@ -218,19 +218,17 @@ def solve_equilibrium(
     )
 
 
-def round_off_residual(meshed: MeshedPair, torque: float) -> float:
+def round_off_residual(meshed: PenaltyPair, torque: float) -> float:
     """Return the relative error below which a state under a pinion torque (N mm) is round-off of the coordinates."""
     return _round_off(meshed, meshed.expected_approach(torque))
 
 
-def _round_off(meshed: MeshedPair, approach: float) -> float:
+def _round_off(meshed: PenaltyPair, approach: float) -> float:
     coordinate_error = np.finfo(float).eps * meshed.pair.centre_distance
-    # Gaps of exact flanks come from displacements alone; only where a tip corner is do coordinates enter, directly.
-    factor = 1.0 if meshed.scheme.exact else ROUND_OFF_FACTOR
-    return float(factor * coordinate_error / approach)
+    return float(ROUND_OFF_FACTOR * coordinate_error / approach)
 
 
-def expected_approach(meshed: MeshedPair, condition: Condition) -> float:
+def expected_approach(meshed: PenaltyPair, condition: Condition) -> float:
     """Return the approach of the flanks to expect in a condition, mm.
 
     Of line contact it is where to start: an undeformed tooth would take all of an advance by its dent, which is steep, so
@@ -241,14 +239,12 @@ def expected_approach(meshed: MeshedPair, condition: Condition) -> float:
     return max(condition.advance * meshed.pair.pinion.base_radius, meshed.expected_approach(LEAST_TORQUE))
 
 
-def expected_penetration(meshed: MeshedPair, torque: float) -> float:
+def expected_penetration(meshed: PenaltyPair, torque: float) -> float:
     """Return by how much flanks penetrate under the penalty where one tooth pair carries a torque (N mm), mm.
 
     A bed of stiffness k takes up a load per width of ``4/3 k d sqrt(2 rho d)`` when a cylinder of relative radius rho
     penetrates it by d; rho is that at the pitch point.
     """
-    if meshed.scheme.kind == "line":
-        return 0.0  # no penalty
     pair = meshed.pair
     load = torque / pair.pinion.base_radius / pair.common_width
     return float((0.75 * load / (meshed.scheme.penalty * math.sqrt(2.0 * pair.pitch_point_radius))) ** (2.0 / 3.0))
@@ -256,7 +252,7 @@ def expected_penetration(meshed: MeshedPair, torque: float) -> float:
 
 def _evaluate(
     search: Callable[..., Contact],
-    meshed: MeshedPair,
+    meshed: PenaltyPair,
     elasticity: Elasticity,
     torque: float | None,
     approach: float,
@@ -267,13 +263,8 @@ def _evaluate(
     """Solve the contact problem linearised about a state, with all points that penetrate `depth` (mm) further ahead."""
     base_radius = meshed.pair.pinion.base_radius
     displacement = elasticity.displacement(coordinates)
-    if meshed.scheme.kind == "line":
-        # Its law is not linear: the tangent must be that of the state itself.
-        ahead = 0.0
-        contact = search(displacement, advance, depth)
-    else:
-        ahead = depth / base_radius
-        contact = search(displacement, advance + ahead)
+    ahead = depth / base_radius
+    contact = search(displacement, advance + ahead)
     smallest_gap = contact.smallest_gap + ahead * base_radius
     present = contact.gap - contact.lever * ahead
     free = present - contact.gap_change(displacement)

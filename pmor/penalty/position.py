@@ -7,7 +7,6 @@ s the distance along the flank and rho the relative radius of curvature, so an a
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +14,8 @@ import numpy as np
 from pmor.core.arrays import FloatArray, IntArray
 from pmor.gear.condition import ALIGNED, PLAIN, Assembly, Misalignment
 from pmor.gear.kernels import motion
-from pmor.gear.kernels.types import (
+from pmor.gear.kernels.types import Motion
+from pmor.penalty.kernels.types import (
     AT_ROOT,
     AT_TIP,
     FIRST,
@@ -23,11 +23,10 @@ from pmor.gear.kernels.types import (
     NODE_ROWS,
     OFFSET,
     ActivePatches,
-    Motion,
     Pair,
 )
 from pmor.gear.meshed_pair import MeshedPair
-from pmor.line.kernels.places import Lines, place_lines
+from pmor.penalty.pair import PenaltyPair
 from pmor.penalty.kernels import windows
 
 
@@ -85,12 +84,12 @@ class Position:
         return slice(offset, offset + len(self.flank_nodes[pair][gear]))
 
 
-def active_patches(meshed: MeshedPair, phi: float, depth: float, assembly: Assembly = PLAIN) -> Position:
+def active_patches(meshed: PenaltyPair, phi: float, depth: float, assembly: Assembly = PLAIN) -> Position:
     """Find the windows that can touch.
 
     Parameters
     ----------
-    meshed : MeshedPair
+    meshed : PenaltyPair
     phi : float
         Pinion angle, rad.
     depth : float
@@ -101,9 +100,10 @@ def active_patches(meshed: MeshedPair, phi: float, depth: float, assembly: Assem
     -------
     Position
     """
-    clear, pair_count = meshed.clearance(assembly) * depth, tooth_pair_count(meshed)
+    clear, pair_count = meshed.clearance(assembly) * depth, meshed.tooth_pair_count
     kernel_pair = meshed.for_kernels(assembly)
-    patches, _ = windows.place_windows(phi, depth, clear, pair_count, kernel_pair.kinematics, kernel_pair.gears)
+    patches, _ = windows.place_windows(phi, depth, clear, pair_count, kernel_pair.kinematics, kernel_pair.gears,
+                                        kernel_pair.limits)
     flank_nodes, coordinates = [], []
     for pair in patches.windows[: patches.pairs]:
         numbers = []
@@ -114,44 +114,14 @@ def active_patches(meshed: MeshedPair, phi: float, depth: float, assembly: Assem
             coordinates.append(flank.nodes[rows].reshape(-1, 3))
         flank_nodes.append((numbers[0], numbers[1]))
     nodes = np.concatenate(coordinates) if coordinates else np.empty((0, 3))
-    if assembly.modified and not meshed.scheme.exact:
+    if assembly.modified:
         windows.load_windows(patches, kernel_pair.gears, kernel_pair.deviations, nodes)
     return Position(assembly, kernel_pair, patches, tuple(flank_nodes), nodes, depth)
 
 
-def tooth_pair_count(meshed: MeshedPair) -> int:
-    """Return the largest number of tooth pairs that can touch together."""
-    # The overshoot on either side of the path of contact is at most half a pitch (`windows.overshoot`).
-    return math.floor(meshed.pair.total_contact_ratio + 1.0) + 1
-
-
-def place_sections(
-    meshed: MeshedPair, phi: FloatArray, misalignment: Misalignment = ALIGNED, components: int = 2
-) -> Lines:
-    """Place the sections of all tooth pairs that can touch, for line loads.
-
-    Parameters
-    ----------
-    meshed : MeshedPair
-        With surface layers.
-    phi : ndarray, shape (n,)
-        Pinion angles, rad.
-    misalignment : Misalignment
-    components : int
-        Of displacement: 2 without, 3 with those along the axis.
-
-    Returns
-    -------
-    Lines
-    """
-    patches, z = tooth_pair_count(meshed), meshed.sections.z
-    lines: Lines = place_lines(phi, meshed.kinematics(misalignment), meshed.gears, z, patches, components)
-    return lines
-
-
-def overshoot(meshed: MeshedPair, depth: float) -> float:
+def overshoot(meshed: PenaltyPair, depth: float) -> float:
     """Return how far beyond the path of contact an approach `depth` (mm) makes a pair touch, rad of roll position."""
-    return float(windows.overshoot(meshed.kinematics(ALIGNED), meshed.gears, depth))
+    return float(windows.overshoot(meshed.kinematics(ALIGNED), meshed.gears, meshed.limits.least_radius, depth))
 
 
 def relative_motion(

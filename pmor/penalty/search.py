@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from pmor.core.arrays import FloatArray, IntArray
-from pmor.gear.meshed_pair import MeshedPair
+from pmor.penalty.pair import PenaltyPair
 from pmor.penalty.kernels.search import search_all, search_workspace
 from pmor.penalty.kernels.state import Points, SearchWorkspace
 from pmor.penalty.position import Position
@@ -71,14 +71,14 @@ class Contact:
 
 
 def search_contact(
-    meshed: MeshedPair, position: Position, displacement: FloatArray, advance: float, largest_gap: float = 0.0,
+    meshed: PenaltyPair, position: Position, displacement: FloatArray, advance: float, largest_gap: float = 0.0,
     workspace: SearchWorkspace | None = None,
 ) -> Contact:  # fmt: skip
     """Find all penetrating points, and those that stand off a little.
 
     Parameters
     ----------
-    meshed : MeshedPair
+    meshed : PenaltyPair
     position : Position
     displacement : ndarray, shape (n, 3)
         Displacements of the position's nodes, in each tooth's frame, mm.
@@ -94,7 +94,7 @@ def search_contact(
     -------
     Contact
     """
-    nodes = displacement if meshed.scheme.exact else position.nodes + displacement
+    nodes = position.nodes + displacement
     pair, patches = position.kernel_pair, position.patches
     workspace = workspace or search_workspace(pair, patches)
     found = search_all(pair, patches, advance, nodes, largest_gap, workspace)

@@ -13,7 +13,7 @@ import numpy as np
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import ConvergenceError
 from pmor.gear.condition import Condition, common_build
-from pmor.gear.meshed_pair import MeshedPair
+from pmor.penalty.pair import PenaltyPair
 from pmor.penalty.elasticity import Elasticity
 from pmor.penalty.equilibrium import Equilibrium, expected_approach, expected_penetration, solve_equilibrium
 from pmor.penalty.position import Position, active_patches
@@ -52,13 +52,13 @@ class SolvedPosition:
 
 
 def solve_position(
-    meshed: MeshedPair, phi: float, conditions: Sequence[Condition], elasticity_at: ElasticityAt
+    meshed: PenaltyPair, phi: float, conditions: Sequence[Condition], elasticity_at: ElasticityAt
 ) -> SolvedPosition:
     """Solve for the equilibria at one pinion angle.
 
     Parameters
     ----------
-    meshed : MeshedPair
+    meshed : PenaltyPair
     phi : float
         Pinion angle, rad.
     conditions : sequence of Condition
@@ -83,7 +83,7 @@ def solve_position(
 
 
 def _solve_within(
-    position: Position, meshed: MeshedPair, conditions: Sequence[Condition], elasticity_at: ElasticityAt
+    position: Position, meshed: PenaltyPair, conditions: Sequence[Condition], elasticity_at: ElasticityAt
 ) -> SolvedPosition:
     elasticity = elasticity_at(position)
     equilibria: list[Equilibrium | None] = []
@@ -121,12 +121,12 @@ def _ratio(condition: Condition, before: Condition) -> float:
     return condition.advance / before.advance if condition.advance and before.advance else 1.0
 
 
-def window_depth(meshed: MeshedPair, condition: Condition) -> float:
+def window_depth(meshed: PenaltyPair, condition: Condition) -> float:
     """Return the approach of the flanks for which windows are first cut, mm."""
     return WINDOW_MARGIN * expected_approach(meshed, condition) + standing_depth(meshed, condition)
 
 
-def standing_depth(meshed: MeshedPair, condition: Condition) -> float:
+def standing_depth(meshed: PenaltyPair, condition: Condition) -> float:
     """Return what windows must hold beside the elastic approach, mm.
 
     Surface error, what axes out of place and deviations of the flanks make of the gap, and penetration of a soft
@@ -141,13 +141,13 @@ def standing_depth(meshed: MeshedPair, condition: Condition) -> float:
     return surface_error(meshed) + spread + WINDOW_MARGIN * max(excess, 0.0)
 
 
-def surface_error(meshed: MeshedPair) -> float:
+def surface_error(meshed: PenaltyPair) -> float:
     """Return the sagitta of the largest bilinear facets, by which an unrefined flank misses the helicoid, mm.
 
     Over the profile of flanks that are facets themselves, and over the width of whatever is projected on facets.
     """
     scheme, error = meshed.scheme, 0.0
-    if scheme.exact or (scheme.smooth and scheme.direct):
+    if scheme.smooth and scheme.direct:
         return 0.0
     for flank, tooth in ((meshed.pinion, meshed.pair.pinion), (meshed.wheel, meshed.pair.wheel)):
         spacing = float(np.diff(flank.nodes[0, :, 2]).max())

@@ -150,17 +150,3 @@ def section_motion(kinematics, gears, roll_position, advance, z, forward, back):
     _move_parallel(kinematics, gears, roll_position, advance, x, y, forward)
     _reverse(forward, back)
     return turn, opening
-
-
-@compiled
-def pinion_slave_share(kinematics, scheme, roll_position):
-    """Share of the penalty with which the pinion is the slave.
-
-    Where the gear whose tip is nearer is the slave, a tip corner always meets the smooth flank of its mate, on either
-    gear alike; the two hand over smoothly in the middle fifth of the path of contact.
-    """
-    if scheme.pinion_share >= 0.0:
-        return scheme.pinion_share
-    start, end = kinematics.path_start, kinematics.path_end
-    x = min(max(5.0 * (roll_position - start) / (end - start) - 2.0, 0.0), 1.0)
-    return x * x * (3.0 - 2.0 * x)

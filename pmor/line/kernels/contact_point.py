@@ -1,6 +1,6 @@
-"""Schemes "line" and "strip": where two involutes meet in a transverse section, and which nodes carry that.
+"""Where two involutes meet in a transverse section, and which nodes carry that.
 
-Both take the flanks for the involutes they are, displaced by the nodal displacements that a cubic along the profile
+The flanks are the involutes that they stand for, displaced by the nodal displacements that a cubic along the profile
 interpolates, with slopes of the parabola through each node and its neighbours (C1 in the arc length). To first order
 in the displacements: normals, levers and closest points are those of the undeformed involutes, which are parallel
 curves about their base circles and therefore need no iteration. In a tooth's frame the involute at roll angle u is at
@@ -20,7 +20,6 @@ import numpy as np
 
 from pmor.core.compiling import compiled
 from pmor.gear.kernels.motion import axial_opening, roll_angle, section_motion
-from pmor.gear.kernels.types import AT_ROOT, AT_TIP, ELEMENT_ROWS, FIRST, FIRST_ROW, NODE_ROWS, OFFSET
 
 # Leads are far below this, rad.
 CORNER = 0.01
@@ -207,72 +206,3 @@ def _turned(contact_point, gears, z, aside):
         wheel_y, contact_point.wheel_z, contact_point.lever, contact_point.mate_lever, contact_point.lever_slope, contact_point.corner_advance,
         contact_point.slant,
     )  # fmt: skip
-
-
-@compiled
-def carry(gears, windows, contact_point, carriers):
-    """Find the nodes that carry a contact point, on both flanks; return whether it is inside both windows.
-
-    Parameters
-    ----------
-    gears : two Gear
-    windows : ndarray of int, shape (2, 7)
-        Of the tooth pair.
-    contact_point : ContactPoint
-    carriers : Carriers
-        Filled.
-    """
-    inside = True
-    for gear in range(2):
-        roll, window, u = gears[gear].roll, windows[gear], roll_of(contact_point, gear)
-        low = window[FIRST_ROW]
-        high = low + window[ELEMENT_ROWS]
-        carriers.row[gear] = cubic_rows(roll, u, low, high, carriers.weight[gear])
-        beyond_low = window[AT_ROOT] == 0 and u < roll[low]
-        inside = inside and not beyond_low and not (window[AT_TIP] == 0 and u > roll[high])
-    return inside
-
-
-@compiled
-def gap_change(moved, gears, sections, windows, contact_point, carriers, section):
-    """Change of the gap (mm) by the displacements `moved`, shape (nodes, 3), in a section."""
-    change, shares = 0.0, sections.share
-    for gear in range(2):
-        window, (x, y, z) = windows[gear], opening_of(contact_point, gear)
-        first, columns = window[FIRST_ROW] - window[FIRST], gears[gear].nodes.shape[1]
-        for a in range(4):
-            row = window[OFFSET] + (carriers.row[gear] + a - first) * columns + sections.column[gear, section]
-            for b in range(shares.shape[2]):
-                weight = carriers.weight[gear, a] * shares[gear, section, b]
-                if weight != 0.0:
-                    node = moved[row + b]
-                    change += weight * (x * node[0] + y * node[1] + z * node[2])
-    return change
-
-
-@compiled
-def list_point(
-    gears, sections, windows, contact_point, carriers, section, slave, gap, stiffness, advance, count, points
-):
-    """Write a point of a section into the list; `advance` is how much further than in the contact point the pinion is, rad."""
-    points.gap[count], points.stiffness[count] = gap, stiffness
-    points.lever[count] = contact_point.lever + contact_point.lever_slope * max(
-        advance - contact_point.corner_advance, 0.0
-    )
-    points.mate_lever[count] = contact_point.mate_lever
-    place, shares, n = points.place, sections.share, 0
-    for side in range(2):
-        gear = slave ^ side
-        window, (x, y, z) = windows[gear], opening_of(contact_point, gear)
-        first, columns = window[FIRST_ROW] - window[FIRST], gears[gear].nodes.shape[1]
-        for a in range(4):
-            row = min(carriers.row[gear] + a - first, window[NODE_ROWS] - 1)
-            for b in range(shares.shape[2]):
-                # A cubic over few columns has shares of 0 behind the last one.
-                column = min(sections.column[gear, section] + b, columns - 1)
-                weight = carriers.weight[gear, a] * shares[gear, section, b]
-                points.node[count, n] = window[OFFSET] + row * columns + column
-                points.weight[count, n, 0], points.weight[count, n, 1] = weight * x, weight * y
-                points.weight[count, n, 2] = weight * z
-                n += 1
-        place[count, 2 * side], place[count, 2 * side + 1] = carriers.row[gear] - window[FIRST_ROW], section

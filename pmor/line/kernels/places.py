@@ -16,7 +16,7 @@ from pmor.gear.kernels.types import Motion
 from pmor.line.kernels.contact_point import closest_approach, cubic_rows, opening_of, roll_of
 from pmor.line.kernels.law import line_law, sections_alike
 from pmor.line.kernels.tip_corner import LAW_FIELDS, store_law
-from pmor.penalty.kernels.state import Carriers
+from pmor.line.kernels.types import Carriers
 
 
 class Lines(NamedTuple):
@@ -60,7 +60,7 @@ class Lines(NamedTuple):
 
 
 @allocating
-def place_lines(phi, kinematics, gears, z, pair_count, components):
+def place_lines(phi, kinematics, gears, layers, z, pair_count, components):
     """Place the sections of all tooth pairs that can touch at some pinion angles.
 
     Parameters
@@ -69,6 +69,7 @@ def place_lines(phi, kinematics, gears, z, pair_count, components):
         rad.
     kinematics : Kinematics
     gears : two Gear
+    layers : two Layer
     z : ndarray, shape (S,)
         Of the sections, mm.
     pair_count : int
@@ -104,12 +105,12 @@ def place_lines(phi, kinematics, gears, z, pair_count, components):
                 if s > 0 and alike:
                     _copy_section(lines, i, n)
                 else:
-                    _place_section(lines, i, n, kinematics, gears, roll_position, z[s], forward, back, carriers)
+                    _place_section(lines, i, n, kinematics, gears, layers, roll_position, z[s], forward, back, carriers)
     return lines
 
 
 @compiled
-def _place_section(lines, i, n, kinematics, gears, roll_position, z, forward, back, carriers):
+def _place_section(lines, i, n, kinematics, gears, layers, roll_position, z, forward, back, carriers):
     parts, section, margin = lines.gradient.shape[3] // 4, roll_position + gears[0].twist * z, 0.5 * kinematics.pitch
     if section < kinematics.path_start - margin or section > kinematics.path_end + margin:
         # So far beyond the path a corner would meet the mate's other side.
@@ -135,7 +136,7 @@ def _place_section(lines, i, n, kinematics, gears, roll_position, z, forward, ba
             lines.gradient[i, n, gear, at], lines.gradient[i, n, gear, at + 1] = weight * x, weight * y
             if parts == 3:
                 lines.gradient[i, n, gear, at + 2] = weight * axial
-    store_law(line_law(gears, contact_point, carriers), lines.law[i, n])
+    store_law(line_law(gears, layers, contact_point, carriers), lines.law[i, n])
 
 
 @compiled

@@ -8,7 +8,7 @@ import numpy as np
 
 from pmor.core.compiling import allocating, inlined
 from pmor.core.linear import solve_factored
-from pmor.gear.kernels.types import FIRST, FIRST_ROW, OFFSET
+from pmor.penalty.kernels.types import FIRST, FIRST_ROW, OFFSET
 
 
 class _Patch(NamedTuple):

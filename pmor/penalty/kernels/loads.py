@@ -8,7 +8,7 @@ import numpy as np
 
 from pmor.core.arrays import FloatArray, IntArray
 from pmor.core.compiling import allocating, compiled
-from pmor.gear.kernels.types import FIRST, FIRST_ROW, OFFSET
+from pmor.penalty.kernels.types import FIRST, FIRST_ROW, OFFSET
 
 
 class Loads(NamedTuple):

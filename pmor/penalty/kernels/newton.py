@@ -13,7 +13,7 @@ import numpy as np
 
 from pmor.core.compiling import compiled, merged
 from pmor.core.linear import cholesky, solve_factored, solve_transposed
-from pmor.gear.kernels.types import NODE_ROWS, OFFSET
+from pmor.penalty.kernels.types import NODE_ROWS, OFFSET
 from pmor.penalty.kernels.search import search_all
 
 # Points are listed that stand off by this share of the gap that counts as clear.

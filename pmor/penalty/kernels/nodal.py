@@ -8,7 +8,7 @@ import numpy as np
 
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.core.compiling import allocating, compiled, inlined
-from pmor.gear.kernels.types import (
+from pmor.penalty.kernels.types import (
     AT_ROOT,
     AT_TIP,
     ELEMENT_ROWS,

@@ -1,42 +1,16 @@
-"""Points of all tooth pairs that can touch that penetrate, or nearly do, whichever the scheme."""
+"""Points of all tooth pairs that can touch that penetrate, or nearly do."""
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
-
 import numpy as np
-from numba.extending import overload
 
-from pmor.core.arrays import FloatArray
-from pmor.core.compiling import ALLOCATING, allocating, compiled
-from pmor.gear.kernels.motion import pinion_slave_share, relative_motion, section_roll_position
-from pmor.gear.kernels.types import (
-    ELEMENT_ROWS,
-    FIRST_ROW,
-    ActivePatches,
-    LineScheme,
-    Motion,
-    NodalScheme,
-    Pair,
-)
-from pmor.line.kernels.law import search_line
+from pmor.core.compiling import allocating, compiled
+from pmor.gear.kernels.motion import relative_motion, section_roll_position
+from pmor.gear.kernels.types import Motion
 from pmor.penalty.kernels.nodal import Facing, search_pair
-from pmor.penalty.kernels.state import Carriers, Feet, Found, Points, SearchWorkspace
-from pmor.penalty.kernels.windows import element_row
-
-
-@allocating
-def _room(patches, carriers, size, profile_points, width_points):
-    """Workspace for `size` points with so many nodes each, and for feet on a grid (profile, width) on each flank."""
-    owners, values = np.empty((2, size), dtype=np.int64), np.empty((4, size))
-    points = Points(
-        owners[0], owners[1], np.empty((size, carriers), dtype=np.int64), np.empty((size, carriers, 3)), values[0],
-        values[1], values[2], values[3], np.empty((size, 4), dtype=np.int64),
-    )  # fmt: skip
-    grid = (patches.pairs, 2, profile_points, width_points, 2)
-    forward, back = Motion(np.empty((3, 3)), np.empty(3)), Motion(np.empty((3, 3)), np.empty(3))
-    carriers = Carriers(np.empty(2, dtype=np.int64), np.empty((2, 4)))
-    return SearchWorkspace(points, Feet(np.full(grid, -1), np.empty(grid)), forward, back, carriers)
+from pmor.penalty.kernels.state import Feet, Found, Points, SearchWorkspace
+from pmor.penalty.kernels.types import ELEMENT_ROWS, FIRST_ROW
+from pmor.penalty.kernels.windows import element_row, pinion_slave_share
 
 
 @compiled
@@ -53,16 +27,19 @@ def _most_columns(gears):
 
 
 @allocating
-def _workspace_of_lines(pair, patches):
-    share = pair.sections.share
-    return _room(patches, 8 * share.shape[2], patches.pairs * share.shape[1], 0, 0)
-
-
-@allocating
-def _workspace_of_nodes(pair, patches):
+def search_workspace(pair, patches):
+    """Return room for all points that `search_all` can list."""
     profile_points = _most_elements(patches) * pair.scheme.lodm_profile + 1
     width_points = (_most_columns(pair.gears) - 1) * pair.scheme.lodm_width + 1
-    return _room(patches, 8, 2 * patches.pairs * profile_points * width_points, profile_points, width_points)
+    size = 2 * patches.pairs * profile_points * width_points
+    owners, values = np.empty((2, size), dtype=np.int64), np.empty((4, size))
+    points = Points(
+        owners[0], owners[1], np.empty((size, 8), dtype=np.int64), np.empty((size, 8, 3)), values[0], values[1],
+        values[2], values[3], np.empty((size, 4), dtype=np.int64),
+    )  # fmt: skip
+    grid = (patches.pairs, 2, profile_points, width_points, 2)
+    forward, back = Motion(np.empty((3, 3)), np.empty(3)), Motion(np.empty((3, 3)), np.empty(3))
+    return SearchWorkspace(points, Feet(np.full(grid, -1), np.empty(grid)), forward, back)
 
 
 @allocating
@@ -71,7 +48,7 @@ def facing_flanks(pair, patches, p, slave, workspace):
     kinematics, gears, scheme, master = pair.kinematics, pair.gears, pair.scheme, 1 - slave
     own, mate = patches.windows[p, slave], patches.windows[p, master]
     first, roll_position = own[FIRST_ROW] * scheme.lodm_profile, patches.phi + patches.tooth_pair[p] * kinematics.pitch
-    extents = gears[slave].extents[first : first + own[ELEMENT_ROWS] * scheme.lodm_profile + 1]
+    extents = pair.extents[slave][first : first + own[ELEMENT_ROWS] * scheme.lodm_profile + 1]
     z, mate_z = gears[slave].nodes[0, :, 2], gears[master].nodes[0, :, 2]
     columns = (len(z) - 1) * scheme.lodm_width + 1
     penalty, across = np.empty(columns), np.empty(columns)
@@ -93,19 +70,27 @@ def facing_flanks(pair, patches, p, slave, workspace):
     )  # fmt: skip
 
 
-@compiled
-def _search_lines(pair, patches, advance, nodes, largest_gap, workspace):
-    points, found = workspace.points, Found(0, np.inf, False)
-    for p in range(patches.pairs):
-        before = found
-        # Line contact knows no slave: its points are the pinion's.
-        found = search_line(pair, patches, p, advance, nodes, largest_gap, before.listed, workspace)
-        found = _with_earlier(found, before, p, 0, points)
-    return found
-
-
 @allocating
-def _search_nodes(pair, patches, advance, nodes, largest_gap, workspace):
+def search_all(pair, patches, advance, nodes, largest_gap, workspace):
+    """List the points of all tooth pairs that can touch that penetrate, or nearly do.
+
+    Parameters
+    ----------
+    pair : Pair
+    patches : ActivePatches
+    advance : float
+        Rotation of the pinion ahead of its kinematic position, rad.
+    nodes : ndarray, shape (n, 3)
+        Deformed nodes of all windows, mm.
+    largest_gap : float
+        Points with a gap below it are listed, mm.
+    workspace : SearchWorkspace
+        Its points are filled.
+
+    Returns
+    -------
+    Found
+    """
     points, found = workspace.points, Found(0, np.inf, False)
     for p in range(patches.pairs):
         roll_position = patches.phi + patches.tooth_pair[p] * pair.kinematics.pitch
@@ -132,69 +117,3 @@ def _with_earlier(found, before, p, slave, points):
     """Say whose the points are that were found last, and add up."""
     points.pair[before.listed : found.listed], points.slave[before.listed : found.listed] = p, slave
     return Found(found.listed, min(found.smallest, before.smallest), found.border or before.border)
-
-
-class _Kernels(NamedTuple):
-    """What a scheme has of its own."""
-
-    search: Any
-    workspace: Any
-
-
-_OF_SCHEME = {
-    LineScheme: _Kernels(_search_lines, _workspace_of_lines),
-    NodalScheme: _Kernels(_search_nodes, _workspace_of_nodes),
-}
-
-
-def search_workspace(pair: Pair, patches: ActivePatches) -> SearchWorkspace:
-    """Return room for all points that `search_all` can list."""
-    workspace: SearchWorkspace = _OF_SCHEME[type(pair.scheme)].workspace(pair, patches)
-    return workspace
-
-
-def search_all(
-    pair: Pair,
-    patches: ActivePatches,
-    advance: float,
-    nodes: FloatArray,
-    largest_gap: float,
-    workspace: SearchWorkspace,
-) -> Found:
-    """List the points of all tooth pairs that can touch that penetrate, or nearly do.
-
-    Parameters
-    ----------
-    pair : Pair
-    patches : ActivePatches
-    advance : float
-        Rotation of the pinion ahead of its kinematic position, rad.
-    nodes : ndarray, shape (n, 3)
-        Deformed nodes of all windows, mm; for exact flanks their displacements alone (`Work`).
-    largest_gap : float
-        Points with a gap below it are listed, mm.
-    workspace : SearchWorkspace
-        Its points are filled.
-
-    Returns
-    -------
-    Found
-    """
-    found: Found = _OF_SCHEME[type(pair.scheme)].search(pair, patches, advance, nodes, largest_gap, workspace)
-    return found
-
-
-def _kernels_of(pair: Any) -> _Kernels:
-    """Return the kernels of a pair's scheme from its compiled type."""
-    return _OF_SCHEME[pair[Pair._fields.index("scheme")].instance_class]
-
-
-# Where kernels call these two, the type of the scheme decides, and nothing of the other schemes is compiled.
-@overload(search_workspace, jit_options=ALLOCATING)  # type: ignore[arg-type]
-def _room_within(pair, patches):
-    return _kernels_of(pair).workspace.py_func
-
-
-@overload(search_all, jit_options=ALLOCATING)  # type: ignore[arg-type]
-def _search_within(pair, patches, advance, nodes, largest_gap, workspace):
-    return _kernels_of(pair).search.py_func

@@ -1,6 +1,6 @@
 """What the kernels pass to each other about a state: surfaces, feet, contact points, active_shapes, work space.
 
-Named tuples of arrays and scalars, as in `pmor.gear.kernels.types`, which has units and numbering.
+Named tuples of arrays and scalars, as in `pmor.penalty.kernels.types`, which has units and numbering.
 """
 
 from __future__ import annotations
@@ -8,7 +8,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
-from pmor.gear.kernels.types import ActivePatches, Motion
+from pmor.gear.kernels.types import Motion
+from pmor.penalty.kernels.types import ActivePatches
 
 
 class Surface(NamedTuple):
@@ -64,20 +65,6 @@ class Feet(NamedTuple):
     guess: FloatArray
 
 
-class Carriers(NamedTuple):
-    """Nodes that carry a point of a section: four of a column, on both gears.
-
-    Attributes
-    ----------
-    row : ndarray of int, shape (2,)
-        Row of the first of the four on the flank.
-    weight : ndarray, shape (2, 4)
-    """
-
-    row: IntArray
-    weight: FloatArray
-
-
 class Points(NamedTuple):
     """Contact points: those that penetrate, or nearly do.
 
@@ -120,7 +107,6 @@ class SearchWorkspace(NamedTuple):
     feet: Feet
     forward: Motion
     back: Motion
-    carriers: Carriers
 
 
 class Found(NamedTuple):

@@ -126,11 +126,10 @@ def place_position(phi, depth, pair, family, pair_count, clearance):
     -------
     Position
     """
-    patches, nodes = place_windows(phi, depth, clearance * depth, pair_count, pair.kinematics, pair.gears)
+    patches, nodes = place_windows(phi, depth, clearance * depth, pair_count, pair.kinematics, pair.gears, pair.limits)
     active_shapes = gather_active_shapes(pair, patches, nodes, family)
     undeformed = np.zeros((nodes, 3))
-    if not pair.scheme.exact:
-        load_windows(patches, pair.gears, pair.deviations, undeformed)
+    load_windows(patches, pair.gears, pair.deviations, undeformed)
     workspace, size = search_workspace(pair, patches), active_shapes.size
     points, vectors, matrices = len(workspace.points.gap), np.empty((5, size + 1)), np.empty((2, size + 1, size + 1))
     work = Work(

@@ -7,7 +7,7 @@ import numpy as np
 from pmor.core.compiling import allocating, compiled
 from pmor.gear.kernels.deviation import flank_deviation
 from pmor.gear.kernels.motion import roll_angle, section_roll_position
-from pmor.gear.kernels.types import (
+from pmor.penalty.kernels.types import (
     AT_ROOT,
     AT_TIP,
     ELEMENT_ROWS,
@@ -25,20 +25,20 @@ def _on_flank(gear, roll):
 
 
 @compiled
-def relative_radius(kinematics, gears, roll_position):
+def relative_radius(kinematics, gears, least_radius, roll_position):
     """Relative radius of curvature of the flanks where a pair at a roll position (rad) touches, mm."""
     curvature = 0.0
     for gear in range(2):
         roll = _on_flank(gears[gear], roll_angle(kinematics, gears, gear, roll_position))
-        curvature += 1.0 / max(roll * gears[gear].base_radius, kinematics.least_radius)
+        curvature += 1.0 / max(roll * gears[gear].base_radius, least_radius)
     return 1.0 / curvature
 
 
 @compiled
-def overshoot(kinematics, gears, depth):
+def overshoot(kinematics, gears, least_radius, depth):
     """How far beyond the path of contact an approach `depth` (mm) makes a pair touch, rad of roll position."""
-    at_start = relative_radius(kinematics, gears, kinematics.path_start)
-    radius = max(at_start, relative_radius(kinematics, gears, kinematics.path_end))
+    at_start = relative_radius(kinematics, gears, least_radius, kinematics.path_start)
+    radius = max(at_start, relative_radius(kinematics, gears, least_radius, kinematics.path_end))
     return min(np.sqrt(2.0 * depth * radius) / gears[0].base_radius, 0.5 * kinematics.pitch)
 
 
@@ -67,7 +67,7 @@ def _place_window(gear, start, end, half, offset, window):
 
 
 @allocating
-def place_windows(phi, depth, clear, pair_count, kinematics, gears):
+def place_windows(phi, depth, clear, pair_count, kinematics, gears, limits):
     """Find the tooth pairs and windows that can touch, in any section of the face width.
 
     Parameters
@@ -82,6 +82,7 @@ def place_windows(phi, depth, clear, pair_count, kinematics, gears):
         Tooth pairs that can touch at most.
     kinematics : Kinematics
     gears : two Gear
+    limits : WindowLimits
 
     Returns
     -------
@@ -91,7 +92,7 @@ def place_windows(phi, depth, clear, pair_count, kinematics, gears):
     """
     index, windows = np.zeros(pair_count, dtype=np.int64), np.zeros((pair_count, 2, 7), dtype=np.int64)
     centre = np.zeros((pair_count, 2))
-    pitch, margin = kinematics.pitch, overshoot(kinematics, gears, depth)
+    pitch, margin = kinematics.pitch, overshoot(kinematics, gears, limits.least_radius, depth)
     start, end = kinematics.path_start - margin, kinematics.path_end + margin
     # By how much the section that is farthest behind, and the one farthest ahead, differ from that at z = 0.
     one = section_roll_position(gears, 0.0, kinematics.face_low)
@@ -105,9 +106,9 @@ def place_windows(phi, depth, clear, pair_count, kinematics, gears):
         first, last = max(roll_position + behind, start), min(roll_position + ahead, end)
         middle, radius = 0.5 * (first + last), 0.0
         for place in (first, middle, last):
-            radius = max(radius, relative_radius(kinematics, gears, place))
+            radius = max(radius, relative_radius(kinematics, gears, limits.least_radius, place))
         # Wherever contact lies, a row of points on either side of it is inside, not on the border.
-        half = max(np.sqrt(2.0 * kinematics.local_share * depth * radius), 1.5 * kinematics.row_spacing)
+        half = max(np.sqrt(2.0 * limits.local_share * depth * radius), 1.5 * limits.row_spacing)
         for gear in range(2):
             flank, window = gears[gear], windows[pairs, gear]
             one = _on_flank(flank, roll_angle(kinematics, gears, gear, first))
@@ -144,3 +145,17 @@ def _deviate(gear, deviation, row, tooth, node):
         angle = gear.half_angle - gear.roll[row] + gear.twist * node[2]  # see `sections`
         node[0] += amount * np.cos(angle)
         node[1] += amount * np.sin(angle)
+
+
+@compiled
+def pinion_slave_share(kinematics, scheme, roll_position):
+    """Share of the penalty with which the pinion is the slave.
+
+    Where the gear whose tip is nearer is the slave, a tip corner always meets the smooth flank of its mate, on either
+    gear alike; the two hand over smoothly in the middle fifth of the path of contact.
+    """
+    if scheme.pinion_share >= 0.0:
+        return scheme.pinion_share
+    start, end = kinematics.path_start, kinematics.path_end
+    x = min(max(5.0 * (roll_position - start) / (end - start) - 2.0, 0.0), 1.0)
+    return x * x * (3.0 - 2.0 * x)

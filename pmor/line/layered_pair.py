@@ -1,0 +1,121 @@
+"""A meshed pair under line contact: layers below its flanks, and the sections that carry the line loads."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+from pmor.core.arrays import FloatArray
+from pmor.gear.condition import ALIGNED, Misalignment
+from pmor.gear.meshed_pair import MeshedPair
+from pmor.gear.tip_edge import TipEdge
+from pmor.gear.tooth import Tooth
+from pmor.line.kernels.places import Lines, place_lines
+from pmor.line.kernels.tip_corner import Corner
+from pmor.line.kernels.types import Layer, Sections
+from pmor.line.sections import flank_sections
+from pmor.line.tip_corner import INFLUENCE_LENGTH, corner_coefficients, wedge_softness
+
+
+@dataclass(frozen=True)
+class SurfaceLayer:
+    """Layer below a gear's loaded flank that the law of the line load stands for.
+
+    Parameters
+    ----------
+    depth : ndarray, shape (n + 1,)
+        Below each row of flank nodes, mm.
+    compliance : float
+        2 (1 - nu^2) / (pi E), mm^2/N.
+    constant : ndarray, shape (n + 1,)
+        ln(2 depth) + 1/2 + a of the approach (`pmor.line.hertz`).
+    columns : int
+        Columns of nodes above the layer's inner face.
+    poisson_ratio : float
+    """
+
+    depth: FloatArray
+    compliance: float
+    constant: FloatArray
+    columns: int
+    poisson_ratio: float
+
+
+
+@dataclass(frozen=True, kw_only=True)
+class LayeredPair(MeshedPair):
+    """A meshed pair whose flanks stand on surface layers.
+
+    Parameters
+    ----------
+    layers : two SurfaceLayer
+        Of pinion and wheel.
+    """
+
+    layers: tuple[SurfaceLayer, SurfaceLayer]
+
+    @cached_property
+    def sections(self) -> Sections:
+        """Where line loads are."""
+        return sections_of(self)
+
+    @cached_property
+    def width(self) -> FloatArray:
+        """Widths of the sections with their images behind a plane of symmetry, shape (S,), mm."""
+        return self.sections.width * (2.0 if self.mirrored else 1.0)
+
+    @cached_property
+    def kernel_layers(self) -> tuple[Layer, Layer]:
+        """Layers of pinion and wheel for the kernels."""
+        pinion, wheel = map(_layer, (self.pair.pinion, self.pair.wheel), self.pair.tip_edges, self.layers)
+        return pinion, wheel
+
+    @cached_property
+    def corners(self) -> tuple[Corner, Corner]:
+        """Where the layers of pinion and wheel end at the tip."""
+        return self.kernel_layers[0].corner, self.kernel_layers[1].corner
+
+
+def layers_of(meshed: MeshedPair) -> tuple[SurfaceLayer, ...]:
+    """Return the layers below the flanks of pinion and wheel; none under penalty contact."""
+    return meshed.layers if isinstance(meshed, LayeredPair) else ()
+
+
+def sections_of(meshed: MeshedPair) -> Sections:
+    """Return where line contact of a pair is evaluated."""
+    helical = meshed.pair.pinion.helix_angle != 0.0
+    return flank_sections(meshed.pinion.nodes[0, :, 2], meshed.wheel.nodes[0, :, 2], helical, meshed.order)
+
+
+def place_sections(
+    meshed: LayeredPair, phi: FloatArray, misalignment: Misalignment = ALIGNED, components: int = 2
+) -> Lines:
+    """Place the sections of all tooth pairs that can touch, for line loads.
+
+    Parameters
+    ----------
+    meshed : LayeredPair
+    phi : ndarray, shape (n,)
+        Pinion angles, rad.
+    misalignment : Misalignment
+    components : int
+        Of displacement: 2 without, 3 with those along the axis.
+    """
+    lines: Lines = place_lines(
+        phi, meshed.kinematics(misalignment), meshed.gears, meshed.kernel_layers, meshed.sections.z,
+        meshed.tooth_pair_count, components,
+    )  # fmt: skip
+    return lines
+
+
+def _layer(tooth: Tooth, edge: TipEdge, layer: SurfaceLayer) -> Layer:
+    angle = 0.5 * math.pi + math.acos(tooth.base_radius / tooth.tip_radius)
+    corner = Corner(
+        place=0.5 * tooth.base_radius * (tooth.tip_roll_angle**2 - edge.roll_angle**2),
+        depth=float(layer.depth[-1]),
+        influence_length=INFLUENCE_LENGTH,
+        excess=wedge_softness(angle) - 1.0,
+        coefficients=corner_coefficients(angle, layer.poisson_ratio),
+    )
+    return Layer(layer.compliance, layer.constant, corner)
