@@ -10,6 +10,7 @@ from pmor.body.flank_compliance import FlankCompliance, flank_compliance
 from pmor.body.root_stress import RootStressShapes, root_stress_shapes
 from pmor.case import Case
 from pmor.core.arrays import FloatArray
+from pmor.line.layered_pair import LayeredPair, layers_of
 from pmor.line.sections import loaded_components
 from pmor.pair.model import ElasticModel
 from pmor.reduction.basis import Basis, Training, untrained
@@ -54,7 +55,7 @@ def make_basis(
         case=case,
         flank_nodes=flanks,
         flank_roll_angle=(mesh.pinion.flank_roll_angle, mesh.wheel.flank_roll_angle),
-        layers=mesh.meshed.layers,
+        layers=layers_of(mesh.meshed),
         shapes=shapes,
         training=_training(snapshots, case.offline.sampling == "greedy", seconds),
         compliance=_compliance(case, model),
@@ -97,7 +98,7 @@ def _compliance(case: Case, model: ElasticModel) -> FlankCompliance | None:
     if not case.reduction.error_estimate and case.reduction.shapes != "line_loads":
         return None
     meshed = model.mesh.meshed
-    components = loaded_components(meshed.scheme.exact, meshed.pair.pinion.helix_angle != 0.0)
+    components = loaded_components(isinstance(meshed, LayeredPair), meshed.pair.pinion.helix_angle != 0.0)
     return flank_compliance((model.pinion, model.wheel), components)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from pmor.core.arrays import FloatArray
 from pmor.pair.model import ElasticModel
+from pmor.penalty.pair import as_penalty
 from pmor.penalty.solve import SolvedPosition, solve_position
 from pmor.reduction.snapshots import Snapshots
 from pmor_offline.sampling import TrainingPosition
@@ -32,7 +33,7 @@ def solve_snapshots(
     solved: list[SolvedPosition] = []
     for _, conditions in groupby(training.conditions, lambda condition: condition.assembly):
         # Torques that follow each other with the same axes and flanks share windows, and start from each other.
-        solved.append(solve_position(model.mesh.meshed, training.phi, list(conditions), model.elasticity_at))
+        solved.append(solve_position(as_penalty(model.mesh.meshed), training.phi, list(conditions), model.elasticity_at))
     pairs = np.unique(np.concatenate([s.position.pair_index for s in solved]))
     count = len(training.conditions)
     force = np.zeros((count, len(pairs), 2, model.pinion.compliance.shape[1]))

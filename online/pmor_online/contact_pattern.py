@@ -8,10 +8,12 @@ import numpy as np
 
 from pmor.core.arrays import BoolArray, FloatArray
 from pmor.gear.condition import Condition
-from pmor.gear.kernels.types import ELEMENT_ROWS, FIRST_ROW
 from pmor.gear.meshed_pair import MeshedPair
 from pmor.gear.tooth import Tooth
-from pmor.line.hertz import line_contact
+from pmor.line.full_model import LineState, solve_angle
+from pmor.line.layered_pair import LayeredPair
+from pmor.penalty.kernels.types import ELEMENT_ROWS, FIRST_ROW
+from pmor.penalty.pair import as_penalty
 from pmor.penalty.position import Position
 from pmor.penalty.search import Contact
 from pmor.penalty.solve import solve_position
@@ -75,7 +77,10 @@ def contact_patterns(reduced: ReducedPair, phi: float, condition: Condition) -> 
         Empty when the position does not converge.
     """
     meshed = reduced.meshed
-    solved = solve_position(meshed, phi, [condition], reduced.elasticity_at)
+    if isinstance(meshed, LayeredPair):
+        (state,) = solve_angle(meshed, reduced.flank_compliance.between, phi, [condition]).states
+        return () if state is None else tuple(_line_pattern(meshed, state, int(p)) for p in np.unique(state.pair))
+    solved = solve_position(as_penalty(meshed), phi, [condition], reduced.elasticity_at)
     equilibrium, position = solved.equilibria[0], solved.position
     if equilibrium is None:
         return ()
@@ -84,35 +89,21 @@ def contact_patterns(reduced: ReducedPair, phi: float, condition: Condition) -> 
     return tuple(_pattern(meshed, position, equilibrium.contact, int(p), shares[p]) for p in np.flatnonzero(shares))
 
 
-def section_roll_angle(meshed: MeshedPair, position: Position, contact: Contact, gear: int) -> FloatArray:
-    """Return the roll angles of the points of sections on a gear, shape (n,), rad.
-
-    The weights of their nodes reproduce the arc length, and with it the square of the roll angle.
-    """
-    flank = (meshed.pinion, meshed.wheel)[gear]
-    squares = np.empty(len(contact.gap))
-    for n in range(len(squares)):
-        side = int(contact.slave[n] != gear)
-        # Four rows, in one column or in each of those that carry the section.
-        weights = contact.weight[n].reshape(2, 4, -1, 3)[side].sum(axis=1)
-        row = position.windows[contact.pair[n], gear, FIRST_ROW] + contact.place[n, 2 * side] + np.arange(4)
-        direction = weights.sum(axis=0)
-        shares = weights @ direction / (direction @ direction)
-        squares[n] = shares @ flank.roll_angle[np.minimum(row, flank.element_rows)] ** 2
-    return np.sqrt(squares)
-
-
 def _pattern(meshed: MeshedPair, position: Position, contact: Contact, p: int, share: float) -> ContactPattern:
     of_pair = contact.pair == p
     gear = int(2 * np.count_nonzero(contact.slave[of_pair]) > np.count_nonzero(of_pair))
     mine = of_pair & (contact.slave == gear)
-    cells = {"nodal": _nodal_forces, "line": _line_forces}[meshed.scheme.kind]
-    roll, width, force = cells(meshed, position, contact, gear, mine)
+    roll, width, force = _nodal_forces(meshed, position, contact, gear, mine)
     # Where points of both gears carry load (two-pass), each side has a part of it.
     force *= contact.force[of_pair].sum() / force.sum()
+    return _on_whole_face(meshed, gear, share, roll, width, force)
+
+
+def _on_whole_face(
+    meshed: MeshedPair, gear: int, share: float, roll: FloatArray, width: FloatArray, force: FloatArray
+) -> ContactPattern:
+    """Pressure from the forces in cells, of a half with its image."""
     radius, helix = _tooth(meshed, gear).base_radius, meshed.pair.base_helix_angle
-    if meshed.scheme.exact:  # whose forces are along the transverse line of action
-        force /= np.cos(helix)
     if meshed.mirrored:  # the forces are those of both halves
         pressure = 0.5 * force / _areas(radius, helix, roll, width)
         width, pressure = np.append(width[:-1], -width[-2::-1]), np.append(pressure, pressure[:, -2::-1], axis=1)
@@ -125,7 +116,7 @@ def _nodal_forces(
     meshed: MeshedPair, position: Position, contact: Contact, gear: int, mine: BoolArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Edges over the profile, edges over the width, and the force in each cell, about each refined point."""
-    flank, scheme, p = (meshed.pinion, meshed.wheel)[gear], meshed.scheme, contact.pair[mine][0]
+    flank, scheme, p = (meshed.pinion, meshed.wheel)[gear], as_penalty(meshed).scheme, contact.pair[mine][0]
     roll, z = _points(flank.roll_angle, scheme.lodm_profile), _points(flank.nodes[0, :, 2], scheme.lodm_width)
     window = position.windows[p, gear]
     first = window[FIRST_ROW] * scheme.lodm_profile
@@ -142,23 +133,21 @@ def _nodal_forces(
     return np.sqrt(_edges(roll**2)[first : first + rows + 1]), _edges(z), force
 
 
-def _line_forces(
-    meshed: MeshedPair, position: Position, contact: Contact, gear: int, mine: BoolArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """As `_nodal_forces`, of Hertz's semi-ellipses; where contact is inclined each section's load lies along it.
+def _line_pattern(meshed: LayeredPair, state: LineState, pair: int) -> ContactPattern:
+    """Pattern of Hertz's semi-ellipses on the pinion; where contact is inclined each section's load lies along it.
 
     At a tip corner the ellipse has the length of contact, which there is carried more towards the corner.
     """
-    found, sections, tooth = line_contact(meshed, position, contact), meshed.sections, _tooth(meshed, gear)
-    roll = section_roll_angle(meshed, position, contact, gear)[mine]
-    section, half_width, load = found.section[mine], found.half_width[mine], contact.force[mine]
+    mine, sections, tooth = state.pair == pair, meshed.sections, meshed.pair.pinion
+    half_width, offset, _ = state.patches()[mine].T
+    section, roll, load = state.section[mine], state.roll[mine, 0], state.force[mine]
     inclined = tooth.twist_per_length != 0.0
     strips = STRIPS if inclined else 1
     width = np.repeat(sections.width / strips, strips)
     across = meshed.pair.common_face[0] + np.concatenate([[0.0], np.cumsum(width)])
     places = 0.5 * (across[1:] + across[:-1]).reshape(-1, strips)[section]
     rolls = _inclined(sections.z[section], roll, places, tooth) if inclined else roll[:, None]
-    arc = 0.5 * tooth.base_radius * rolls**2 + found.offset[mine, None] * (1.0 if gear == 0 else -1.0)
+    arc = 0.5 * tooth.base_radius * rolls**2 + offset[:, None]
     half_length = MARGIN * half_width.max()
     low, high = max(arc.min() - half_length, 0.0), arc.max() + half_length
     least = int(CELLS_PER_HALF_WIDTH * (high - low) / np.median(half_width))
@@ -167,7 +156,9 @@ def _line_forces(
     below = (x * np.sqrt(1.0 - x**2) + np.arcsin(x)) / np.pi  # part of the load below an edge, less one half
     force = np.zeros((len(edges) - 1, len(sections.z), strips))
     force[:, section] = np.diff(below, axis=0) * (load / strips)[:, None]
-    return np.sqrt(2.0 * edges / tooth.base_radius), across, force.reshape(len(force), -1)
+    force *= load.sum() / force.sum() / np.cos(meshed.pair.base_helix_angle)  # loads are in the transverse plane
+    share = float(state.torque[mine].sum() / state.torque.sum())
+    return _on_whole_face(meshed, 0, share, np.sqrt(2.0 * edges / tooth.base_radius), across, force.reshape(len(force), -1))
 
 
 def _inclined(z: FloatArray, roll: FloatArray, places: FloatArray, tooth: Tooth) -> FloatArray:

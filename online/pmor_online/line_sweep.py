@@ -22,7 +22,7 @@ from pmor.gear.meshed_pair import MeshedPair
 from pmor.line.kernels.loads import LineResults, solve_lines
 from pmor.line.kernels.places import Lines, line_deviations
 from pmor.line.kernels.pressure import PATCH_FIELDS, line_patches
-from pmor.penalty.position import place_sections
+from pmor.line.layered_pair import place_sections
 from pmor.results.force_law import ForceLaw
 from pmor.results.loads import ContactLoads, LineStates, SweepStates
 from pmor.results.sweep import SteSweep
@@ -65,17 +65,17 @@ def sweep_line_loads(
     start = time.perf_counter()
     lines, found = _solve(reduced, phi, conditions, executor, progress, recorded)
     advance = np.where(found.converged, found.advance, np.nan)
-    share, pair_index = _shares(lines, found, len(reduced.meshed.sections.z))
+    share, pair_index = _shares(lines, found, len(reduced.layered.sections.z))
     return SteSweep(
         phi_rad=np.asarray(phi, dtype=float),
         torque_Nm=np.array([condition.torque_Nm for condition in conditions]),
-        ste_um=advance * reduced.meshed.pair.pinion.base_radius * 1e3,
+        ste_um=advance * reduced.layered.pair.pinion.base_radius * 1e3,
         pair_share=share,
         pair_index=pair_index,
         newton_steps=found.steps,
         converged=found.converged,
         seconds=time.perf_counter() - start,
-        pitch_rad=reduced.meshed.pair.pitch,
+        pitch_rad=reduced.layered.pair.pitch,
         states=_states(reduced, lines, found, advance) if recorded else None,
         stiffness_N_per_um=_stiffness(reduced, found),
     )
@@ -83,8 +83,8 @@ def sweep_line_loads(
 
 def sections_near(reduced: ReducedPair, phi: FloatArray, condition: Condition) -> int:
     """Return how many sections, at most over the angles, come within the approach that a torque makes expect."""
-    gap = place_sections(reduced.meshed, phi, condition.assembly.misalignment, reduced.components).gap
-    near = gap - gap.min(axis=1, keepdims=True) < reduced.meshed.expected_approach(condition.given_torque)
+    gap = place_sections(reduced.layered, phi, condition.assembly.misalignment, reduced.components).gap
+    near = gap - gap.min(axis=1, keepdims=True) < reduced.layered.expected_approach(condition.given_torque)
     return int(near.sum(axis=1).max())
 
 
@@ -111,7 +111,7 @@ def line_force_law(
     start = time.perf_counter()
     conditions = at_advances(advances, assembly.misalignment, assembly.pinion, assembly.wheel)
     lines, found = _solve(reduced, phi, conditions, executor, progress, False)
-    torque, pairs = _pair_torques(lines, found, len(reduced.meshed.sections.z))
+    torque, pairs = _pair_torques(lines, found, len(reduced.layered.sections.z))
     torque[~found.converged] = np.nan
     return ForceLaw(
         phi_rad=np.asarray(phi, dtype=float),
@@ -149,10 +149,10 @@ def _solve(
 ) -> tuple[Lines, LineResults]:  # fmt: skip
     """Solve block by block; the sections come back without flexibilities and gradients, which nobody reads again."""
     angles, misalignment = np.ascontiguousarray(phi, dtype=float), common_misalignment(conditions)
-    cases = _cases(reduced.meshed, conditions)
+    cases = _cases(reduced.layered, conditions)
 
     def solve(block: slice) -> tuple[Lines, LineResults]:
-        lines = place_sections(reduced.meshed, angles[block], misalignment, reduced.components)
+        lines = place_sections(reduced.layered, angles[block], misalignment, reduced.components)
         found = _solve_block(reduced, lines, cases, len(conditions), conditions[0].torque is None, recorded)
         nothing = np.empty((0, 0, 0))
         return lines._replace(gradient=np.empty((0, 0, 0, 0)), flexibility=nothing), found
@@ -183,9 +183,8 @@ def _solve_block(
     reduced: ReducedPair, lines: Lines, cases: Sequence[_Case], count: int, held: bool, recorded: bool
 ) -> LineResults:
     """Solve the angles of placed sections under all cases, with `count` conditions in all."""
-    meshed, sections = reduced.meshed, reduced.meshed.sections
-    width, rate = sections.width * (2.0 if meshed.mirrored else 1.0), meshed.expected_approach(1.0)
-    corners = meshed.gears[0].corner, meshed.gears[1].corner
+    meshed, sections = reduced.layered, reduced.layered.sections
+    width, rate, corners = meshed.width, meshed.expected_approach(1.0), meshed.corners
     angles, size = lines.gap.shape
     whole, deviation = no_results(count, angles, size, recorded), np.empty((angles, size))
     for case in cases:
@@ -212,7 +211,7 @@ def no_results(conditions: int, angles: int, size: int, recorded: bool) -> LineR
 
 def _stiffness(reduced: ReducedPair, found: LineResults) -> FloatArray:
     """Tangent mesh stiffness along the line of action, (D, A), N/um; NaN where not converged."""
-    radius = reduced.meshed.pair.pinion.base_radius
+    radius = reduced.layered.pair.pinion.base_radius
     return np.asarray(np.where(found.converged, 1e-3 * found.stiffness / radius**2, np.nan))
 
 
@@ -240,7 +239,7 @@ def _shares(lines: Lines, found: LineResults, sections: int) -> tuple[FloatArray
 
 
 def _states(reduced: ReducedPair, lines: Lines, found: LineResults, advance: FloatArray) -> SweepStates:
-    z, levers = reduced.meshed.sections.z, levers_of(lines, found)
+    z, levers = reduced.layered.sections.z, levers_of(lines, found)
     carried = (found.force > 0.0) & found.converged[..., None]
     _, angle, place = np.nonzero(carried)
     count = carried.sum(axis=2)
@@ -267,7 +266,7 @@ def _states(reduced: ReducedPair, lines: Lines, found: LineResults, advance: Flo
 def _line_states(
     reduced: ReducedPair, lines: Lines, found: LineResults, pairs: IntArray, levers: FloatArray
 ) -> LineStates:
-    meshed, sections = reduced.meshed, reduced.meshed.sections
+    meshed, sections = reduced.layered, reduced.layered.sections
     images, radius = 2 if meshed.mirrored else 1, meshed.pair.pinion.base_radius
     grid = *found.force.shape[:2], pairs.shape[1], len(sections.z)
     load = np.where(found.converged[..., None], found.force, 0.0).reshape(grid) / (images * sections.width)

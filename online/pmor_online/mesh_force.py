@@ -15,7 +15,7 @@ from pmor.gear.kernels.types import Gear, Kinematics
 from pmor.line.kernels.loads import solve_advances, solve_lines
 from pmor.line.kernels.places import Lines, line_deviations, place_lines
 from pmor.line.kernels.tip_corner import Corner
-from pmor.penalty.position import tooth_pair_count
+from pmor.line.kernels.types import Layer
 from pmor_online.line_sweep import levers_of, no_results
 from pmor_online.model import ReducedPair
 
@@ -148,6 +148,7 @@ class _Mesh:
     pitch: float
     kinematics: Kinematics
     gears: tuple[Gear, Gear]
+    layers: tuple[Layer, Layer]
     deviations: tuple[Deviation, Deviation] | None
     z: FloatArray
     pair_count: int
@@ -160,7 +161,9 @@ class _Mesh:
     def placed(self, phase: FloatArray) -> tuple[Lines, FloatArray]:
         """Return the sections at phases, and what their flanks deviate by."""
         angle = phase / (2.0 * np.pi) * self.pitch
-        lines: Lines = place_lines(angle, self.kinematics, self.gears, self.z, self.pair_count, self.components)
+        lines: Lines = place_lines(
+            angle, self.kinematics, self.gears, self.layers, self.z, self.pair_count, self.components
+        )
         if self.deviations is None:
             return lines, np.empty((0, 0))
         deviation = np.empty_like(lines.gap)
@@ -169,10 +172,10 @@ class _Mesh:
 
 
 def _mesh(reduced: ReducedPair, assembly: Assembly) -> _Mesh:
-    meshed, gears = reduced.meshed, reduced.meshed.gears
+    meshed, gears = reduced.layered, reduced.layered.gears
     return _Mesh(
-        meshed.pair.pinion.base_radius, meshed.pair.pitch, meshed.kinematics(assembly.misalignment), gears,
-        meshed.deviations(assembly) if assembly.modified else None, meshed.sections.z, tooth_pair_count(meshed),
-        reduced.components, meshed.expected_approach(1.0), meshed.sections.width * (2.0 if meshed.mirrored else 1.0),
-        reduced.section_compliance, (gears[0].corner, gears[1].corner),
+        meshed.pair.pinion.base_radius, meshed.pair.pitch, meshed.kinematics(assembly.misalignment), gears, meshed.kernel_layers,
+        meshed.deviations(assembly) if assembly.modified else None, meshed.sections.z, meshed.tooth_pair_count,
+        reduced.components, meshed.expected_approach(1.0), meshed.width,
+        reduced.section_compliance, meshed.corners,
     )  # fmt: skip

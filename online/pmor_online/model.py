@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -15,11 +16,11 @@ from pmor.case import Case
 from pmor.case.width import mirrors_at_mid_width
 from pmor.core.arrays import FloatArray
 from pmor.gear.meshed_pair import MeshedPair
+from pmor.line.layered_pair import LayeredPair, as_layered
 from pmor.pair.model import assemble_pair, gear_pair
-from pmor.penalty.elasticity import ReducedElasticity, flank_elasticity
+from pmor.penalty.elasticity import ReducedElasticity
 from pmor.penalty.kernels.state import Family, GearLines, PositionShapes
 from pmor.penalty.position import Position
-from pmor.penalty.solve import ElasticityAt
 from pmor.reduction.basis import Basis
 from pmor.reduction.contact_shapes import ContactShapes, reduced_elasticity
 from pmor.reduction.flank_lines import FlankLineShapes, line_elasticity
@@ -39,10 +40,15 @@ class ReducedPair:
     meshed: MeshedPair
 
     @property
-    def elasticity_at(self) -> ElasticityAt:
-        """Elasticity of the windows of a position: of the shapes, or of line loads the compliance itself."""
+    def layered(self) -> LayeredPair:
+        """The meshed pair, of line contact."""
+        return as_layered(self.meshed)
+
+    @property
+    def elasticity_at(self) -> Callable[..., Any]:
+        """Elasticity of the windows of a position; of line loads the compliance of teeth."""
         if self.basis.shapes is None:
-            return partial(flank_elasticity, self.flank_compliance)
+            return self.flank_compliance.between
         return self.shape_elasticity_at
 
     @property
@@ -86,7 +92,7 @@ class ReducedPair:
     def section_compliance(self) -> tuple[FloatArray, FloatArray]:
         """Compliance between sections, for the kernels of line loads."""
         rows = len(self.meshed.pinion.roll_angle), len(self.meshed.wheel.roll_angle)
-        return section_compliance(self.flank_compliance, self.meshed.sections, rows)
+        return section_compliance(self.flank_compliance, self.layered.sections, rows)
 
     @cached_property
     def family(self) -> Family:

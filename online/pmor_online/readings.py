@@ -13,9 +13,9 @@ from pmor.core.arrays import FloatArray
 from pmor.gear.condition import Assembly
 from pmor.gear.deviation_rates import deviation_rates
 from pmor.gear.meshed_pair import MeshedPair
+from pmor.line.layered_pair import as_layered
 from pmor.line.unloaded import with_unloaded
 from pmor.pair.conditions import assembly_of, conditions_of
-from pmor.penalty.position import tooth_pair_count
 from pmor.results.flank_maps import FlankMap, flank_map
 from pmor.results.load_distribution import effective_contact_ratio, face_load_factor, line_states
 from pmor.results.mesh_forces import MeshForces, mesh_forces
@@ -62,7 +62,7 @@ def can_record(meshed: MeshedPair, case: Case, angles: int, torques: int) -> boo
     """Return whether a sweep is one of line loads, and short enough to keep all its states."""
     if case.reduction.shapes != "line_loads":
         return False
-    return angles * torques * tooth_pair_count(meshed) * len(meshed.sections.z) <= MOST_KEPT
+    return angles * torques * meshed.tooth_pair_count * len(as_layered(meshed).sections.z) <= MOST_KEPT
 
 
 def read_off(reduced: ReducedPair, sweep: SteSweep, executor: Executor | None = None) -> Readings:

@@ -10,7 +10,7 @@ import numpy as np
 from pmor.body.root_stress import RootStressShapes
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.gear.condition import Condition, Misalignment, common_misalignment
-from pmor.penalty.position import place_sections
+from pmor.line.layered_pair import place_sections
 from pmor.results.loads import ContactLoads
 from pmor.results.root_stress import FilletEnvelope, RootStress, arc_lengths
 from pmor_online.line_sweep import sweep_line_loads
@@ -84,7 +84,7 @@ def _nodal_forces(
     pairs: IntArray,
 ) -> tuple[FloatArray, FloatArray]:
     """Forces on the unknowns of the flanks of pinion and wheel, each (D, A, P, n), N: what line loads are made of."""
-    meshed, sections = reduced.meshed, reduced.meshed.sections
+    meshed, sections = reduced.layered, reduced.layered.sections
     lines = place_sections(meshed, np.ascontiguousarray(phi[block], dtype=float), misalignment, reduced.components)
     torque, angle = np.divmod(np.repeat(np.arange(loads.count.size), loads.count.ravel()), loads.count.shape[1])
     here = np.flatnonzero((angle >= block.start) & (angle < block.stop))
@@ -114,7 +114,7 @@ def _nodal_forces(
 def _under_contact(reduced: ReducedPair, loads: ContactLoads, block: slice, pairs: IntArray, gear: int) -> BoolArray:
     """Which points of a fillet are so near to a line of contact that they show the load, (D, A, P, p, c)."""
     assert reduced.basis.root_stress is not None
-    tooth = (reduced.meshed.pair.pinion, reduced.meshed.pair.wheel)[gear]
+    tooth = (reduced.layered.pair.pinion, reduced.layered.pair.wheel)[gear]
     shapes, radius = reduced.basis.root_stress[gear], NEAR_CONTACT * tooth.module
     states = loads.count.shape
     torque, angle = np.divmod(np.repeat(np.arange(loads.count.size), loads.count.ravel()), states[1])

@@ -19,7 +19,6 @@ import numpy as np
 from pmor.core.arrays import FloatArray
 from pmor.core.threads import in_order
 from pmor.gear.condition import ALIGNED, Assembly, Condition, Misalignment, at_advances, common_build
-from pmor.gear.kernels.types import NodalScheme, Pair
 from pmor.gear.meshed_pair import MeshedPair
 from pmor.pair.conditions import nominal_condition
 from pmor.penalty.equilibrium import expected_approach, round_off_residual
@@ -27,7 +26,9 @@ from pmor.penalty.kernels.loads import Loads, empty_loads, list_loads, trimmed
 from pmor.penalty.kernels.shapes import gather_active_shapes, shape_slots
 from pmor.penalty.kernels.state import Points
 from pmor.penalty.kernels.sweep import Results, Settings, sweep_reduced
-from pmor.penalty.position import Position, tooth_pair_count
+from pmor.penalty.kernels.types import Pair
+from pmor.penalty.pair import as_penalty
+from pmor.penalty.position import Position
 from pmor.penalty.search import Contact
 from pmor.penalty.solve import WINDOW_MARGIN, solve_position, standing_depth
 from pmor.reduction.error_estimate import discarded_energy_slope
@@ -149,9 +150,7 @@ def reduced_force_law(
 
 def sweep_pair(meshed: MeshedPair, assembly: Assembly) -> Pair:
     """Return the pair for the kernels with the sweep's own way to the feet of the contact points."""
-    pair = meshed.for_kernels(assembly)
-    if not isinstance(pair.scheme, NodalScheme):
-        return pair
+    pair = as_penalty(meshed).for_kernels(assembly)
     return pair._replace(scheme=pair.scheme._replace(foot_step=FOOT_STEP))
 
 
@@ -201,7 +200,7 @@ def _settings(
     reduced: ReducedPair, conditions: Sequence[Condition], tolerance: float, recorded: bool
 ) -> tuple[Settings, FloatArray]:
     """How the kernel solves for some conditions, and their torques (N mm) or advances (rad)."""
-    meshed, held = reduced.meshed, conditions[0].torque is None
+    meshed, held = as_penalty(reduced.meshed), conditions[0].torque is None
     applied_loads = np.array([condition.advance if held else condition.given_torque for condition in conditions])
     hardest, rate = conditions[int(np.argmax(applied_loads))], meshed.expected_approach(1.0)
     standing, least = standing_depth(meshed, hardest), float(applied_loads.min())
@@ -214,7 +213,7 @@ def _settings(
         WINDOW_MARGIN * rate * max(applied_loads.max(), 0.0),
     )
     return Settings(
-        held, recorded, tooth_pair_count(meshed), rate, depth + standing, meshed.clearance(hardest.assembly), MAX_STEPS,
+        held, recorded, meshed.tooth_pair_count, rate, depth + standing, meshed.clearance(hardest.assembly), MAX_STEPS,
         tolerance,
     ), applied_loads  # fmt: skip
 
@@ -241,7 +240,7 @@ def _solve_again(
 ) -> None:  # fmt: skip
     """Solve angle number i, under all conditions, by the slow twin, which takes any penalty."""
     compliance = reduced.basis.compliance
-    solved = solve_position(reduced.meshed, phi, conditions, reduced.elasticity_at)
+    solved = solve_position(as_penalty(reduced.meshed), phi, conditions, reduced.elasticity_at)
     position, index = solved.position, solved.position.pair_index
     elasticity = reduced.shape_elasticity_at(position)
     results.pair[i, : len(index)], results.pair[i, len(index) :] = index, index.min() - 1

@@ -21,7 +21,7 @@ from pmor.gear.kernels.deviation import Deviation
 from pmor.line.kernels.loads import LineResults, solve_lines
 from pmor.line.kernels.places import Lines, line_deviations
 from pmor.line.kernels.pressure import PATCH_FIELDS, line_patches
-from pmor.penalty.position import place_sections
+from pmor.line.layered_pair import place_sections
 from pmor_online.line_sweep import no_results
 from pmor_online.model import ReducedPair
 
@@ -86,7 +86,7 @@ class VariantSolver:
         self.torques_Nm = tuple(torques_Nm)
         self._torques = np.array([1e3 * torque for torque in torques_Nm])
         # Found once: where active profiles begin and end takes as long as a position.
-        self._active = reduced.meshed.pair.active_rolls
+        self._active = reduced.layered.pair.active_rolls
         self._idle: dict[Misalignment, list[Lines]] = {}
         self._lock = threading.Lock()
 
@@ -100,14 +100,14 @@ class VariantSolver:
         differentiated : bool
             With the derivatives of the STE.
         """
-        meshed = self.reduced.meshed
-        sections, width = meshed.sections, meshed.sections.width * (2.0 if meshed.mirrored else 1.0)
+        meshed = self.reduced.layered
+        sections, width = meshed.sections, meshed.width
         with self._placed(assembly.misalignment) as lines:
             angles, size = lines.gap.shape
             deviation = np.empty((angles, size))
             line_deviations(lines, sections.z, *self._deviations(assembly), deviation)
             found = no_results(len(self._torques), angles, size, differentiated)
-            corners = meshed.gears[0].corner, meshed.gears[1].corner
+            corners = meshed.corners
             solve_lines(
                 lines, deviation, self._torques, False, meshed.expected_approach(1.0), width,
                 self.reduced.section_compliance, corners, found,
@@ -115,12 +115,12 @@ class VariantSolver:
         return self._state(lines, found, width)
 
     def _deviations(self, assembly: Assembly) -> tuple[Deviation, Deviation]:
-        pair, active = self.reduced.meshed.pair, self._active
+        pair, active = self.reduced.layered.pair, self._active
         pinion = kernel_deviation(assembly.pinion, pair.pinion, active[0], pair.faces[0])
         return pinion, kernel_deviation(assembly.wheel, pair.wheel, active[1], pair.faces[1])
 
     def _state(self, lines: Lines, found: LineResults, width: FloatArray) -> VariantState:
-        meshed = self.reduced.meshed
+        meshed = self.reduced.layered
         radius, sections = meshed.pair.pinion.base_radius, meshed.sections
         grid = *found.advance.shape, -1, len(sections.z)
         load = np.where(found.converged[..., None], found.force, 0.0).reshape(grid) / width
@@ -150,7 +150,7 @@ class VariantSolver:
             idle = self._idle.setdefault(misalignment, [])
             lines = idle.pop() if idle else None
         if lines is None:
-            lines = place_sections(self.reduced.meshed, self.phi, misalignment, self.reduced.components)
+            lines = place_sections(self.reduced.layered, self.phi, misalignment, self.reduced.components)
         try:
             yield lines
         finally:

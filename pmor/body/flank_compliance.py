@@ -28,6 +28,16 @@ class FlankCompliance:
     gears: tuple[FloatArray, FloatArray]
     components: int
 
+    def between(self, gear: int, offset: int) -> FloatArray:
+        """Return the displacement of tooth `offset` of a gear under unit forces on tooth 0, shape (n, n), mm/N.
+
+        Teeth beyond the neighbours do not move.
+        """
+        blocks = self.gears[gear]
+        if abs(offset) >= len(blocks):
+            return np.zeros(blocks.shape[1:])
+        return np.asarray(blocks[offset] if offset >= 0 else blocks[-offset].T)
+
 
 def flank_compliance(bodies: tuple[ElasticGear, ElasticGear], components: int) -> FlankCompliance:
     """Take the compliance of the flanks from two elastic gears.

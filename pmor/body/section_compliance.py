@@ -6,7 +6,7 @@ import numpy as np
 
 from pmor.body.flank_compliance import FlankCompliance
 from pmor.core.arrays import FloatArray
-from pmor.gear.kernels.types import Sections
+from pmor.line.kernels.types import Sections
 
 # Rows of nodes that carry a section.
 ROWS = 4

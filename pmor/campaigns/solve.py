@@ -15,6 +15,7 @@ from pmor.campaigns.store import Store, key_of
 from pmor.case import Case, GearCase
 from pmor.case.coarser import coarser
 from pmor.core.errors import CaseError, ConvergenceError, GeometryError, MeshError
+from pmor.line.layered_pair import LayeredPair, layers_of
 from pmor.line.sections import loaded_components
 from pmor.mesh.sector import SectorMesh
 from pmor.pair.model import neighbouring_teeth, per_gear, solved_gear
@@ -88,10 +89,10 @@ def results_of(case: Case, store: Store, relief: bool = False) -> tuple[dict[str
 def basis_of(case: Case, store: Store) -> Basis:
     """Return the basis of line loads of a case, its gears from the store where they are there."""
     mesh = meshed_within_memory(case)
-    components = loaded_components(mesh.meshed.scheme.exact, mesh.meshed.pair.pinion.helix_angle != 0.0)
+    components = loaded_components(isinstance(mesh.meshed, LayeredPair), mesh.meshed.pair.pinion.helix_angle != 0.0)
 
     def solved(sector: SectorMesh, gear: GearCase) -> SolvedGear:
-        pair, layers = mesh.meshed.pair, mesh.meshed.layers
+        pair, layers = mesh.meshed.pair, layers_of(mesh.meshed)
         place, tooth = (0, pair.pinion) if sector is mesh.pinion else (1, pair.wheel)
         material = gear.youngs_modulus_GPa, gear.poisson_ratio, case.mesh.element
         key = key_of(sector, tooth, material, neighbouring_teeth(pair), layers[place].columns, components,
@@ -110,7 +111,7 @@ def basis_of(case: Case, store: Store) -> Basis:
         case=case,
         flank_nodes=(mesh.pinion.flank_nodes, mesh.wheel.flank_nodes),
         flank_roll_angle=(mesh.pinion.flank_roll_angle, mesh.wheel.flank_roll_angle),
-        layers=mesh.meshed.layers,
+        layers=layers_of(mesh.meshed),
         shapes=None,
         training=untrained(),
         compliance=FlankCompliance((pinion.compliance, wheel.compliance), components),

@@ -23,10 +23,13 @@ from pmor.core.arrays import FloatArray, IntArray
 from pmor.core.conventions import rotation_z
 from pmor.core.errors import ConvergenceError
 from pmor.core.version import __version__
+from pmor.line.full_model import solve_angle
+from pmor.line.layered_pair import LayeredPair
 from pmor.mesh.element import QUADRATIC_NODES, tributary_widths
 from pmor.mesh.sector import SectorMesh
 from pmor.pair.conditions import nominal_condition
 from pmor.pair.model import mesh_model, neighbouring_teeth, per_gear
+from pmor.penalty.pair import as_penalty
 from pmor.penalty.solve import solve_position
 from pmor.storage.atomic import atomic_path
 from pmor_online.model import ReducedPair
@@ -117,7 +120,18 @@ def flank_forces(reduced: ReducedPair, phi: FloatArray) -> tuple[FloatArray, Int
     found = dict[int, FloatArray]()
     unknowns = 3 * meshed.pinion.nodes.shape[0] * meshed.pinion.nodes.shape[1]
     for step, angle in enumerate(phi):
-        solved = solve_position(meshed, float(angle), [condition], reduced.elasticity_at)
+        if isinstance(meshed, LayeredPair):
+            found_here = solve_angle(meshed, reduced.flank_compliance.between, float(angle), [condition])
+            (state,) = found_here.states
+            if state is None:
+                raise ConvergenceError(found_here.failures[0], [])
+            for p, index in enumerate(state.loaded_pairs.tolist()):
+                fields = found.setdefault(index, np.zeros((2, unknowns, len(phi))))
+                for gear, nodal in enumerate(state.nodal_force):
+                    of_nodes = fields[gear, :, step].reshape(-1, 3)
+                    of_nodes[:, : nodal.shape[-1]] = nodal[p].reshape(-1, nodal.shape[-1])
+            continue
+        solved = solve_position(as_penalty(meshed), float(angle), [condition], reduced.elasticity_at)
         equilibrium, position = solved.equilibria[0], solved.position
         if equilibrium is None:
             raise ConvergenceError(f"no equilibrium at phi = {angle:.6g} rad: {solved.failures[0]}", [])

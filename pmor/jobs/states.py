@@ -15,8 +15,10 @@ from pmor.core.threads import in_order
 from pmor.gear.condition import Condition
 from pmor.gear.meshed_pair import MeshedPair
 from pmor.gear.pair import GearPair
-from pmor.line.hertz import line_contact
-from pmor.penalty.solve import ElasticityAt, solve_position
+from pmor.line.full_model import solve_angle
+from pmor.line.layered_pair import LayeredPair, as_layered
+from pmor.penalty.pair import as_penalty
+from pmor.penalty.solve import solve_position
 from pmor.results.sweep import SteSweep
 from pmor_offline.sampling import SEED, sobol_positions
 from pmor_online.model import ReducedPair
@@ -75,7 +77,7 @@ def unseen_states(offline: OfflineCase, pair: GearPair, count: int) -> States:
 
 
 def solve_states(
-    meshed: MeshedPair, elasticity_at: ElasticityAt, states: States, executor: Executor | None = None,
+    meshed: MeshedPair, elasticity_at: Callable[..., Any], states: States, executor: Executor | None = None,
     progress: Callable[[], None] = lambda: None,
 ) -> Solved:  # fmt: skip
     """Solve all states with any elastic model.
@@ -95,24 +97,24 @@ def solve_states(
         return _solve(meshed, elasticity_at, *state)
 
     found = list(in_order(solve, zip(states.phi.tolist(), states.conditions, strict=True), executor, progress))
-    loads = tuple(load for _, load in found) if meshed.scheme.kind == "line" else None
+    loads = tuple(load for _, load in found) if isinstance(meshed, LayeredPair) else None
     return Solved(np.array([ste for ste, _ in found]), loads)
 
 
 def _solve(
-    meshed: MeshedPair, elasticity_at: ElasticityAt, phi: float, condition: Condition
+    meshed: MeshedPair, elasticity_at: Callable[..., Any], phi: float, condition: Condition
 ) -> tuple[float, dict[int, FloatArray]]:
-    solved = solve_position(meshed, phi, [condition], elasticity_at)
-    equilibrium, position = solved.equilibria[0], solved.position
-    if equilibrium is None:
-        return float("nan"), {}
-    ste = 1e3 * equilibrium.advance * meshed.pair.pinion.base_radius
-    if meshed.scheme.kind != "line":
-        return ste, {}
-    found = line_contact(meshed, position, equilibrium.contact)
-    loads = np.zeros((len(position.pair_index), len(meshed.sections.z)))
-    loads[found.pair, found.section] = found.line_load
-    return ste, {int(index): load for index, load in zip(position.pair_index, loads, strict=True)}
+    radius, loads = meshed.pair.pinion.base_radius, dict[int, FloatArray]()
+    if not isinstance(meshed, LayeredPair):
+        equilibrium = solve_position(as_penalty(meshed), phi, [condition], elasticity_at).equilibria[0]
+        return float("nan") if equilibrium is None else 1e3 * equilibrium.advance * radius, loads
+    (state,) = solve_angle(meshed, elasticity_at, phi, [condition]).states
+    if state is None:
+        return float("nan"), loads
+    for pair in state.loaded_pairs.tolist():
+        mine, loads[pair] = state.pair == pair, np.zeros(len(meshed.sections.z))
+        loads[pair][state.section[mine]] = state.line_load[mine]
+    return 1e3 * state.advance * radius, loads
 
 
 def sweep_states(reduced: ReducedPair, states: States) -> tuple[Solved, FloatArray]:
@@ -138,13 +140,13 @@ def sweep_states(reduced: ReducedPair, states: States) -> tuple[Solved, FloatArr
         if sweep.ste_error_um is not None:
             estimate[i] = sweep.ste_error_um[0, 0]
         loads.append(_line_loads(meshed, sweep))
-    return Solved(ste, tuple(loads) if meshed.scheme.kind == "line" else None), estimate
+    return Solved(ste, tuple(loads) if isinstance(meshed, LayeredPair) else None), estimate
 
 
 def _line_loads(meshed: MeshedPair, sweep: SteSweep) -> dict[int, FloatArray]:
     """Line loads of the only state of a sweep."""
     assert sweep.states is not None
-    found, widths = sweep.states.loads, meshed.sections.width * (2.0 if meshed.mirrored else 1.0)
+    found, widths = sweep.states.loads, as_layered(meshed).width
     loads = {int(index): np.zeros(len(widths)) for index in np.unique(found.pair)}
     for index, column, force in zip(found.pair, found.column, found.force_N, strict=True):
         loads[int(index)][column] = force / widths[column]

@@ -22,6 +22,7 @@ from pmor.jobs.states import SMALLEST_ERROR_UM, States, solve_states, sweep_stat
 from pmor.pair.conditions import condition_at, training_values
 from pmor.pair.model import ElasticModel
 from pmor.penalty.elasticity import full_elasticity
+from pmor.penalty.pair import as_penalty
 from pmor.penalty.position import active_patches
 from pmor.penalty.solve import window_depth
 from pmor.reduction.basis import Basis
@@ -156,13 +157,13 @@ def _orthonormality(basis: Basis, model: ElasticModel) -> Check:
     reduced, rng = reduced_pair(basis), np.random.default_rng(SEED)
     meshed = reduced.meshed
     largest = Condition(torque=1e3 * basis.case.offline.torques_Nm[-1], misalignment=basis.case.misalignment)
-    depth = window_depth(meshed, largest)
+    depth = window_depth(as_penalty(meshed), largest)
     if isinstance(basis.shapes, ContactShapes):
         # Their forces may go beyond the windows, but not beyond the flanks.
         depth = meshed.pair.pinion.base_radius
     worst = 0.0
     for phi in meshed.pair.pitch * rng.random(ANGLES):
-        position = active_patches(meshed, float(phi), depth, largest.assembly)
+        position = active_patches(as_penalty(meshed), float(phi), depth, largest.assembly)
         compliance = full_elasticity(model.pinion, model.wheel, position).compliance
         active_shapes = reduced.shape_elasticity_at(position).basis.reshape(len(compliance), -1)
         energy = active_shapes.T @ _forces_behind(compliance, active_shapes)

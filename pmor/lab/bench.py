@@ -28,12 +28,13 @@ from pmor.jobs.offline import run_offline
 from pmor.lab.core.stages import measure_stages
 from pmor.lab.core.timing import ms_per_position, times_in_turn
 from pmor.lab.phases import PHASES, repeat_phase
+from pmor.line.layered_pair import layers_of
 from pmor.pair.conditions import conditions_of, nominal_condition
 from pmor.pair.model import elastic_model, neighbouring_teeth
 from pmor.penalty.kernels.newton import solve_state
 from pmor.penalty.kernels.state import Load
 from pmor.penalty.kernels.sweep import place_position
-from pmor.penalty.position import tooth_pair_count
+from pmor.penalty.pair import as_penalty
 from pmor.penalty.solve import window_depth
 from pmor.report.data_files import write_summary_json
 from pmor.report.markdown import write_markdown
@@ -158,7 +159,7 @@ def offline_rows(case: Case) -> list[Row]:
     mesh = timed("mesh", lambda: meshed_within_memory(case))
     gear = case.pair.pinion
     elastic = gear.youngs_modulus_GPa * 1e3, gear.poisson_ratio, case.mesh.element
-    neighbours, layers = neighbouring_teeth(mesh.meshed.pair), mesh.meshed.layers
+    neighbours, layers = neighbouring_teeth(mesh.meshed.pair), layers_of(mesh.meshed)
     columns = layers[0].columns if layers else 0
     timed("elements", lambda: sector_stiffness(mesh.pinion, *elastic))
     timed("condensed", lambda: condense_sector(mesh.pinion, *elastic, layer_columns=columns))
@@ -264,12 +265,11 @@ def _timed_ms(work: Callable[[], Any]) -> Callable[[], float]:
 
 def phase_rows(case: Case, model: ReducedPair) -> list[Row]:
     """Time the phases of one evaluation, averaged over a pitch."""
-    meshed, condition = model.meshed, nominal_condition(case)
-    pair, family, pair_count = sweep_pair(meshed, condition.assembly), model.family, tooth_pair_count(meshed)
+    meshed, condition = as_penalty(model.meshed), nominal_condition(case)
+    pair, family, pair_count = sweep_pair(meshed, condition.assembly), model.family, meshed.tooth_pair_count
     depth = window_depth(meshed, condition)
     load = Load(condition.given_torque, meshed.expected_approach(condition.given_torque), False)
-    # Exact flanks have no surfaces to prepare.
-    phases = [i for i, name in enumerate(PHASES) if name != "surfaces" or not meshed.scheme.exact]
+    phases = range(len(PHASES))
     found: dict[int, list[float]] = {phase: [] for phase in phases}
     points = []
     for phi in online_angles(meshed.pair.pitch, 20).tolist():

@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -97,6 +98,25 @@ class LineState:
         return np.asarray(found[0])
 
 
+@dataclass(frozen=True)
+class SolvedAngle:
+    """States at one pinion angle.
+
+    Parameters
+    ----------
+    states : tuple of LineState or None
+        One for each condition; None where Newton's method did not converge.
+    failures : tuple of str
+        What went wrong there.
+    seconds : float
+        Wall time.
+    """
+
+    states: tuple[LineState | None, ...]
+    failures: tuple[str, ...]
+    seconds: float
+
+
 def sweep_full(
     meshed: LayeredPair, compliance: ToothCompliance, phi: FloatArray, conditions: Sequence[Condition],
     progress: Callable[[], None] = lambda: None, executor: Executor | None = None,
@@ -120,20 +140,23 @@ def sweep_full(
     Returns
     -------
     SteSweep
-        Its seconds are those of the positions, added up.
+        Its seconds are those of the angles, added up.
     """
+    solve = partial(solve_angle, meshed, compliance, conditions=conditions)
+    solved = list(in_order(solve, map(float, phi), executor, progress))
+    return collect_sweep(meshed, solved, phi, conditions, sum(angle.seconds for angle in solved))
 
-    def timed(angle: float) -> tuple[tuple[LineState | None, ...], float]:
-        start = time.perf_counter()
-        return solve_angle(meshed, compliance, angle, conditions)[0], time.perf_counter() - start
 
-    solved = list(in_order(timed, map(float, phi), executor, progress))
-    loaded = [state.pair for states, _ in solved for state in states if state is not None]
+def collect_sweep(
+    meshed: LayeredPair, solved: Sequence[SolvedAngle], phi: FloatArray, conditions: Sequence[Condition], seconds: float
+) -> SteSweep:
+    """Collect solved angles into a sweep; arguments as in `sweep_full`, `seconds` is its wall time."""
+    loaded = [state.pair for angle in solved for state in angle.states if state is not None]
     pairs = np.unique(np.concatenate(loaded)) if loaded else np.empty(0, dtype=np.int64)
     grid = len(conditions), len(solved)
     advance, share, steps = np.full(grid, np.nan), np.zeros((*grid, len(pairs))), np.zeros(grid, dtype=np.int64)
-    for i, (states, _) in enumerate(solved):
-        for d, state in enumerate(states):
+    for i, angle in enumerate(solved):
+        for d, state in enumerate(angle.states):
             if state is not None:
                 advance[d, i], steps[d, i] = state.advance, state.steps
                 np.add.at(share[d, i], np.searchsorted(pairs, state.pair), state.torque / state.torque.sum())
@@ -145,33 +168,35 @@ def sweep_full(
         pair_index=pairs,
         newton_steps=steps,
         converged=np.isfinite(advance),
-        seconds=sum(seconds for _, seconds in solved),
+        seconds=seconds,
         pitch_rad=meshed.pair.pitch,
     )
 
 
 def solve_angle(
-    meshed: LayeredPair, compliance: ToothCompliance, phi: float, conditions: Sequence[Condition]
-) -> tuple[tuple[LineState | None, ...], tuple[str, ...]]:
-    """Solve one pinion angle (rad) under conditions with the same axes and flanks; arguments as in `sweep_full`.
+    meshed: LayeredPair, compliance: ToothCompliance, phi: float, conditions: Sequence[Condition],
+    start: float | None = None,
+) -> SolvedAngle:  # fmt: skip
+    """Solve one pinion angle (rad) under conditions with the same axes and flanks.
 
-    Returns
-    -------
-    states : tuple of LineState or None
-        One for each condition; None where Newton's method did not converge.
-    failures : tuple of str
-        What went wrong there.
+    Parameters
+    ----------
+    meshed, compliance, phi, conditions
+        As in `sweep_full`.
+    start : float, optional
+        Advance to start from, rad; by default the expected one.
     """
+    began = time.perf_counter()
     flanks = _Flanks(meshed, compliance, phi, conditions)
     states: list[LineState | None] = []
     failures: list[str] = []
     for condition in conditions:
         try:
-            states.append(flanks.solve(condition))
+            states.append(flanks.solve(condition, start))
         except ConvergenceError as error:
             states.append(None)
             failures.append(str(error))
-    return tuple(states), tuple(failures)
+    return SolvedAngle(tuple(states), tuple(failures), time.perf_counter() - began)
 
 
 @dataclass(frozen=True)
@@ -246,7 +271,7 @@ class _Flanks:
                     total[np.ix_(pair == a, of_b)] += weights[pair == a] @ moved[k]
         return total
 
-    def solve(self, condition: Condition) -> LineState:
+    def solve(self, condition: Condition, start: float | None = None) -> LineState:
         """Solve one condition.
 
         Raises
@@ -260,6 +285,7 @@ class _Flanks:
             advance = condition.advance
         else:
             advance = touch + self.meshed.expected_approach(condition.given_torque) / -float(lever[0])
+            advance = advance if start is None else max(start, advance)
         largest = max(advance, touch)
         for _ in range(MAX_STEPS):
             rigid = self.rigid_gap(largest)

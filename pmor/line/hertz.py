@@ -48,19 +48,13 @@ much over the width within one depth.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
 
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import GeometryError
-from pmor.gear.meshed_pair import MeshedPair
-from pmor.line.kernels.law import laws_of_lines
-from pmor.line.kernels.pressure import PATCH_FIELDS, line_patches
-from pmor.line.kernels.tip_corner import LineLaw
-from pmor.penalty.position import Position
-from pmor.penalty.search import Contact
+from pmor.line.layered_pair import LayeredPair
 
 # Half-width over the depth of the layer, beyond which the closed form is refused.
 WIDEST = 0.5
@@ -93,75 +87,12 @@ def approach_constants(depth: FloatArray, poisson_ratio: float) -> FloatArray:
     return np.asarray(np.log(2.0 * depth) + 0.5 + bonded_layer_constant(poisson_ratio))
 
 
-@dataclass(frozen=True)
-class LineContact:
-    """Hertz's quantities of the sections that carry load (n of them).
-
-    Parameters
-    ----------
-    pair : ndarray of int, shape (n,)
-        Number of the tooth pair in the position's list.
-    section : ndarray of int, shape (n,)
-    line_load : ndarray, shape (n,)
-        N/mm.
-    half_width : ndarray, shape (n,)
-        Half of the length of contact along the profile, mm.
-    offset : ndarray, shape (n,)
-        By how far its middle lies towards the tip of the pinion from where the undeformed flanks meet: not 0 where an
-        edge at a tip is in contact, mm.
-    peak_pressure : ndarray, shape (n,)
-        MPa; NaN where a sharp edge is in contact, at which the pressure has no bound.
-    """
-
-    pair: np.ndarray
-    section: np.ndarray
-    line_load: FloatArray
-    half_width: FloatArray
-    offset: FloatArray
-    peak_pressure: FloatArray
-
-
-def line_contact(meshed: MeshedPair, position: Position, contact: Contact) -> LineContact:
-    """Return line loads, half-widths and peak pressures of a state of the scheme "line".
-
-    Parameters
-    ----------
-    meshed : MeshedPair
-    position : Position
-    contact : Contact
-
-    Returns
-    -------
-    LineContact
-        Hertz (Johnson 1985, eq. 4.43 ff.) with the flanks' curvatures at the kinematic contact; at a tip corner by half
-        planes (`pmor.line.kernels.tip_corner`).
-    """
-    section, sections = contact.place[:, 1], meshed.sections
-    # The line load along the inclined line is the transverse force per width: both are longer by the same cosine.
-    load = np.maximum(contact.force, 0.0) / (sections.width[section] * (2.0 if meshed.mirrored else 1.0))
-    patches = np.empty((1, len(load), PATCH_FIELDS))
-    line_patches(_laws(meshed, position, contact), load[None], patches)
-    return LineContact(contact.pair, section, load, *patches[0].T)
-
-
-def contact_laws(meshed: MeshedPair, position: Position, contact: Contact) -> list[LineLaw]:
-    """Return the law of each section in contact."""
-    return [LineLaw(*law) for law in _laws(meshed, position, contact).tolist()]
-
-
-def _laws(meshed: MeshedPair, position: Position, contact: Contact) -> FloatArray:
-    roll_positions = position.phi + position.pair_index * meshed.pair.pitch
-    pair, z = position.kernel_pair, meshed.sections.z[contact.place[:, 1]]
-    return np.asarray(laws_of_lines(pair.kinematics, pair.gears, roll_positions[contact.pair], z))
-
-
-def check_half_width(meshed: MeshedPair, torque: float) -> None:
+def check_half_width(meshed: LayeredPair, torque: float) -> None:
     """Refuse a torque under which the contact is too wide for the layer.
 
     Parameters
     ----------
-    meshed : MeshedPair
-        Of the scheme "line".
+    meshed : LayeredPair
     torque : float
         N mm; as if one tooth pair carried it at the pitch point.
 

@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
+
 from pmor.core.arrays import FloatArray
 from pmor.gear.condition import ALIGNED, Misalignment
 from pmor.gear.meshed_pair import MeshedPair
@@ -65,6 +67,10 @@ class LayeredPair(MeshedPair):
         """Widths of the sections with their images behind a plane of symmetry, shape (S,), mm."""
         return self.sections.width * (2.0 if self.mirrored else 1.0)
 
+    def round_off(self, torque: float) -> float:
+        """Return the relative error below which a state under a pinion torque (N mm) is round-off of coordinates."""
+        return float(np.finfo(float).eps * self.pair.centre_distance / self.expected_approach(torque))
+
     @cached_property
     def kernel_layers(self) -> tuple[Layer, Layer]:
         """Layers of pinion and wheel for the kernels."""
@@ -75,6 +81,13 @@ class LayeredPair(MeshedPair):
     def corners(self) -> tuple[Corner, Corner]:
         """Where the layers of pinion and wheel end at the tip."""
         return self.kernel_layers[0].corner, self.kernel_layers[1].corner
+
+
+def as_layered(meshed: MeshedPair) -> LayeredPair:
+    """Return a meshed pair that is known to be one of line contact."""
+    if not isinstance(meshed, LayeredPair):
+        raise TypeError("needs a pair of line contact, and this one is of penalty contact")
+    return meshed
 
 
 def layers_of(meshed: MeshedPair) -> tuple[SurfaceLayer, ...]:

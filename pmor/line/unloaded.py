@@ -13,9 +13,9 @@ import numpy as np
 
 from pmor.core.arrays import FloatArray
 from pmor.gear.condition import PLAIN, Assembly, Condition, common_misalignment
-from pmor.gear.meshed_pair import MeshedPair, SurfaceLayer
+from pmor.gear.meshed_pair import MeshedPair
 from pmor.line.kernels.places import Lines, line_deviations
-from pmor.penalty.position import place_sections
+from pmor.line.layered_pair import LayeredPair, SurfaceLayer, place_sections
 from pmor.results.sweep import SteSweep
 
 # Sections are placed for so many angles at a time: room is made for their flexibility, of which nothing is needed.
@@ -57,8 +57,10 @@ def unloaded_ste_um(meshed: MeshedPair, phi: FloatArray, assemblies: Sequence[As
     ndarray, shape (m, n)
         um along the line of action, from where the loaded one counts.
     """
-    if not meshed.layers:  # sections are placed with the law of their load, which nothing rigid asks for
-        meshed = replace(meshed, layers=(_layer(meshed.pinion.element_rows), _layer(meshed.wheel.element_rows)))
+    if not isinstance(meshed, LayeredPair):  # sections are placed with the law of their load, which nothing rigid asks for
+        layers = _layer(meshed.pinion.element_rows), _layer(meshed.wheel.element_rows)
+        meshed = LayeredPair(meshed.pair, meshed.pinion, meshed.wheel, meshed.stiffness_estimate, meshed.mirrored,
+                             meshed.order, layers=layers)  # fmt: skip
     misalignment = common_misalignment(assemblies)
     deviations = [meshed.deviations(one) if one.modified else None for one in assemblies]
     angles, advance = np.ascontiguousarray(phi, dtype=float), np.empty((len(assemblies), len(phi)))

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -16,11 +16,12 @@ from pmor.case.width import meshed_width
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import GeometryError, MeshError
 from pmor.gear.clearance import refuse_interference
-from pmor.gear.meshed_pair import ContactScheme, MeshedPair, SurfaceLayer, make_flank
+from pmor.gear.meshed_pair import Flank, MeshedPair
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance
 from pmor.gear.tip_edge import TipEdge, tip_edge
 from pmor.gear.tooth import Tooth
 from pmor.line.hertz import approach_constants, check_half_width, line_compliance
+from pmor.line.layered_pair import LayeredPair, SurfaceLayer, layers_of
 from pmor.mesh.fillet import build_fillet
 from pmor.mesh.layer import surface_layer
 from pmor.mesh.quality import MeshQuality, mesh_quality
@@ -29,7 +30,7 @@ from pmor.pair.limits import refuse_bent_blank, refuse_impossible_load, refuse_l
 from pmor.pair.modifications import refuse_modifications_off_the_flank
 from pmor.penalty.elasticity import full_elasticity
 from pmor.penalty.equilibrium import round_off_residual
-from pmor.penalty.solve import ElasticityAt
+from pmor.penalty.pair import ContactScheme, PenaltyPair
 
 if TYPE_CHECKING:
     from pmor.body.elastic_gear import ElasticGear
@@ -85,7 +86,7 @@ class ElasticModel:
             name = ("pinion", "wheel")[gear]
             if not _same_sector(sector, body.mesh):
                 raise ValueError(f"{name}: the compliance is that of another mesh than the flanks are of")
-            layers = self.mesh.meshed.layers
+            layers = layers_of(self.mesh.meshed)
             columns = layers[gear].columns if layers else 0
             if body.layer_columns != columns:
                 raise ValueError(
@@ -94,8 +95,10 @@ class ElasticModel:
                 )
 
     @property
-    def elasticity_at(self) -> ElasticityAt:
-        """Full compliance of the windows of a position."""
+    def elasticity_at(self) -> Callable[..., Any]:
+        """Full compliance of the windows of a position; under line contact that of teeth."""
+        if isinstance(self.mesh.meshed, LayeredPair):
+            return lambda gear, offset: (self.pinion, self.wheel)[gear].tooth_compliance(offset)
         return partial(full_elasticity, self.pinion, self.wheel)
 
 
@@ -127,13 +130,14 @@ def _tip_edge(name: str, gear: GearCase, tooth: Tooth) -> TipEdge:
 
 
 def contact_scheme(case: Case) -> ContactScheme:
-    """Return the contact scheme of a case."""
+    """Return the scheme of penalty contact of a case."""
     c = case.contact
     surface = "facet" if c.scheme == "facet" else "hermite"
     projection = "facet" if c.scheme == "paper" else "patch"
     edge_normals = c.edge_normals or ("average" if c.scheme == "paper" else "parabolic")
-    lodm = (c.lodm_profile, c.lodm_width) if c.kind == "nodal" else (1, 1)
-    return ContactScheme(surface, projection, c.slave, edge_normals, *lodm, c.penalty_N_mm3, c.kind)
+    return ContactScheme(
+        surface, projection, c.slave, edge_normals, c.lodm_profile, c.lodm_width, c.penalty_N_mm3
+    )
 
 
 def stiffness_estimate(case: Case, pair: GearPair) -> float:
@@ -194,8 +198,10 @@ def refuse_loads(case: Case, meshed: MeshedPair) -> None:
     CaseError, GeometryError
     """
     refuse_impossible_load(case, approach_estimate(case, meshed.pair))
-    refuse_lost_load(case, partial(round_off_residual, meshed))
-    if meshed.scheme.kind == "line":
+    if isinstance(meshed, PenaltyPair):
+        refuse_lost_load(case, partial(round_off_residual, meshed))
+    if isinstance(meshed, LayeredPair):
+        refuse_lost_load(case, meshed.round_off)
         check_half_width(meshed, 1e3 * max(*case.swept_torques_Nm, *case.results.harris_torques_Nm))
 
 
@@ -232,10 +238,13 @@ def assemble_pair(
         For helical gears, and unequal faces, in schemes that take all sections for alike.
     """
     refuse_uneven_sections(case, case.name)
-    scheme = contact_scheme(case)
-    flanks = [make_flank(n, u, scheme, mirrored) for n, u in zip(nodes, roll_angles, strict=True)]
-    return MeshedPair(pair, flanks[0], flanks[1], scheme, stiffness_estimate(case, pair), mirrored, layers,
-                      case.mesh.order)  # fmt: skip
+    pinion, wheel = (
+        Flank(np.ascontiguousarray(n), np.ascontiguousarray(u)) for n, u in zip(nodes, roll_angles, strict=True)
+    )
+    common = pair, pinion, wheel, stiffness_estimate(case, pair), mirrored, case.mesh.order
+    if case.contact.kind == "line":
+        return LayeredPair(*common, layers=(layers[0], layers[1]))
+    return PenaltyPair(*common, scheme=contact_scheme(case))
 
 
 def surface_layers(case: Case, pair: GearPair) -> tuple[SurfaceLayer, ...]:
@@ -287,7 +296,7 @@ def solved_gear(
     """
     from pmor.body.elastic_gear import elastic_gear  # with scipy, which a sweep with a basis does without
 
-    layers, pair = mesh.meshed.layers, mesh.meshed.pair
+    layers, pair = layers_of(mesh.meshed), mesh.meshed.pair
     place, tooth = (0, pair.pinion) if sector is mesh.pinion else (1, pair.wheel)
     return elastic_gear(
         sector, gear.youngs_modulus_GPa * 1e3, gear.poisson_ratio, case.mesh.element, neighbouring_teeth(pair),
@@ -315,7 +324,7 @@ def model_of_solved(case: Case, mesh: MeshModel, solved: ElasticModel) -> Elasti
     from pmor.body.elastic_gear import with_layer
 
     sectors, bodies = (mesh.pinion, mesh.wheel), (solved.pinion, solved.wheel)
-    layers = mesh.meshed.layers
+    layers = layers_of(mesh.meshed)
     if not layers:
         pinion = with_layer(solved.pinion)
         bodies = pinion, pinion if solved.wheel is solved.pinion else with_layer(solved.wheel)

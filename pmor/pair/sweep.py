@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -13,14 +14,17 @@ from pmor.core.arrays import FloatArray, IntArray
 from pmor.core.threads import in_order
 from pmor.gear.condition import ALIGNED, Condition, Misalignment, at_advances
 from pmor.gear.meshed_pair import MeshedPair
+from pmor.line.full_model import sweep_full
+from pmor.line.layered_pair import LayeredPair
+from pmor.penalty.pair import as_penalty
 from pmor.penalty.solve import ElasticityAt, SolvedPosition, solve_position
 from pmor.results.force_law import ForceLaw
 from pmor.results.sweep import SteSweep
 
 
 def sweep_ste(
-    meshed: MeshedPair, elasticity_at: ElasticityAt, phi: FloatArray, conditions: Sequence[Condition],
-    progress: Callable[[], None] = lambda: None, executor: Executor | None = None,
+    meshed: MeshedPair, elasticity_at: Callable[..., Any], phi: FloatArray,
+    conditions: Sequence[Condition], progress: Callable[[], None] = lambda: None, executor: Executor | None = None,
 ) -> SteSweep:  # fmt: skip
     """Solve all angles under all conditions.
 
@@ -28,7 +32,7 @@ def sweep_ste(
     ----------
     meshed : MeshedPair
     elasticity_at : callable
-        Gives the elastic model of a position's windows.
+        Gives the elastic model of a position's windows; under line contact the compliance of teeth.
     phi : ndarray, shape (n,)
         Pinion angles, rad.
     conditions : sequence of Condition
@@ -43,6 +47,8 @@ def sweep_ste(
     SteSweep
         Its seconds are those of the positions, added up: also of those that were solved at the same time.
     """
+    if isinstance(meshed, LayeredPair):
+        return sweep_full(meshed, elasticity_at, phi, conditions, progress, executor)
     solved = solve_positions(meshed, elasticity_at, phi, conditions, progress, executor)
     return collect_sweep(meshed, solved, phi, conditions, sum(position.seconds for position in solved))
 
@@ -116,7 +122,7 @@ def collect_sweep(
 def _solve(
     meshed: MeshedPair, conditions: Sequence[Condition], elasticity_at: ElasticityAt, phi: float
 ) -> SolvedPosition:
-    return solve_position(meshed, phi, conditions, elasticity_at)
+    return solve_position(as_penalty(meshed), phi, conditions, elasticity_at)
 
 
 def _torques(solved: Sequence[SolvedPosition], count: int) -> tuple[FloatArray, IntArray, IntArray]:

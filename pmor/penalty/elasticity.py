@@ -16,13 +16,12 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from pmor.core.arrays import FloatArray, IntArray
+from pmor.core.arrays import FloatArray
 from pmor.penalty.position import Position
 from pmor.penalty.search import Contact
 
 if TYPE_CHECKING:
     from pmor.body.elastic_gear import ElasticGear
-    from pmor.body.flank_compliance import FlankCompliance
 
 
 class Elasticity(Protocol):
@@ -160,24 +159,3 @@ def full_elasticity(pinion: ElasticGear, wheel: ElasticGear, position: Position)
                     body.tooth_compliance(k)[np.ix_(dofs_a, dofs_b)]
                 )
     return FullElasticity(compliance)
-
-
-def flank_elasticity(compliance: FlankCompliance, position: Position) -> FullElasticity:
-    """Return the full compliance of a position's windows: of line contact nothing is left out of it."""
-    parts = compliance.components
-    whole = np.zeros((3 * len(position.nodes), 3 * len(position.nodes)))
-    for a, index_a in enumerate(position.pair_index):
-        for b, index_b in enumerate(position.pair_index):
-            for gear, blocks in enumerate(compliance.gears):
-                ahead = int(index_a - index_b) * (1 if gear == 0 else -1)
-                block = blocks[ahead] if ahead >= 0 else blocks[-ahead].T
-                on_flank = [_unknowns(position.flank_nodes[p][gear], parts, parts) for p in (a, b)]
-                slices = [position.window_slice(p, gear) for p in (a, b)]
-                rows, columns = (_unknowns(np.arange(s.start, s.stop), 3, parts) for s in slices)
-                whole[np.ix_(rows, columns)] = block[np.ix_(*on_flank)]
-    return FullElasticity(whole)
-
-
-def _unknowns(nodes: IntArray, of_node: int, used: int) -> IntArray:
-    """Numbers of the first `used` unknowns of each node, of which it has `of_node`."""
-    return np.asarray((of_node * nodes[:, None] + np.arange(used)).ravel())

@@ -23,9 +23,9 @@ import numpy as np
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import ConvergenceError
 from pmor.gear.condition import Condition
-from pmor.penalty.pair import PenaltyPair
 from pmor.penalty.elasticity import Elasticity
 from pmor.penalty.kernels.search import search_workspace
+from pmor.penalty.pair import PenaltyPair
 from pmor.penalty.position import Position
 from pmor.penalty.search import Contact, search_contact
 

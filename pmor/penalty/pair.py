@@ -109,7 +109,7 @@ class PenaltyPair(MeshedPair):
         """What windows are cut by."""
         spacing = 2.0 * max(float(extents[:, :, :2].max()) for extents in self.extents)
         return WindowLimits(
-            least_radius=0.1 * self.pair.pinion.module,
+            least_radius=least_radius(self),
             local_share=LOCAL_SHARE if self.scheme.smooth else 1.0,
             row_spacing=spacing,
         )
@@ -140,6 +140,18 @@ class PenaltyPair(MeshedPair):
         Deviations of the flanks, which the depth contains, may close the gap again behind a row.
         """
         return FACET_CLEARANCE if assembly.modified else self.scheme.clearance
+
+
+def least_radius(meshed: MeshedPair) -> float:
+    """Return the bottom of the radii of curvature, mm."""
+    return 0.1 * meshed.pair.pinion.module
+
+
+def as_penalty(meshed: MeshedPair) -> PenaltyPair:
+    """Return a meshed pair that is known to be one of penalty contact."""
+    if not isinstance(meshed, PenaltyPair):
+        raise TypeError("needs a pair of penalty contact, and this one is of line contact")
+    return meshed
 
 
 def refined_extents(flank: Flank, scheme: ContactScheme, mirrored: bool = False) -> FloatArray:

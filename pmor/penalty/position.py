@@ -15,6 +15,8 @@ from pmor.core.arrays import FloatArray, IntArray
 from pmor.gear.condition import ALIGNED, PLAIN, Assembly, Misalignment
 from pmor.gear.kernels import motion
 from pmor.gear.kernels.types import Motion
+from pmor.gear.meshed_pair import MeshedPair
+from pmor.penalty.kernels import windows
 from pmor.penalty.kernels.types import (
     AT_ROOT,
     AT_TIP,
@@ -25,9 +27,7 @@ from pmor.penalty.kernels.types import (
     ActivePatches,
     Pair,
 )
-from pmor.gear.meshed_pair import MeshedPair
-from pmor.penalty.pair import PenaltyPair
-from pmor.penalty.kernels import windows
+from pmor.penalty.pair import PenaltyPair, least_radius
 
 
 @dataclass(frozen=True)
@@ -119,9 +119,9 @@ def active_patches(meshed: PenaltyPair, phi: float, depth: float, assembly: Asse
     return Position(assembly, kernel_pair, patches, tuple(flank_nodes), nodes, depth)
 
 
-def overshoot(meshed: PenaltyPair, depth: float) -> float:
+def overshoot(meshed: MeshedPair, depth: float) -> float:
     """Return how far beyond the path of contact an approach `depth` (mm) makes a pair touch, rad of roll position."""
-    return float(windows.overshoot(meshed.kinematics(ALIGNED), meshed.gears, meshed.limits.least_radius, depth))
+    return float(windows.overshoot(meshed.kinematics(ALIGNED), meshed.gears, least_radius(meshed), depth))
 
 
 def relative_motion(

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from pmor.core.arrays import FloatArray, IntArray
-from pmor.penalty.pair import PenaltyPair
 from pmor.penalty.kernels.search import search_all, search_workspace
 from pmor.penalty.kernels.state import Points, SearchWorkspace
+from pmor.penalty.pair import PenaltyPair
 from pmor.penalty.position import Position
 
 

@@ -13,9 +13,9 @@ import numpy as np
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import ConvergenceError
 from pmor.gear.condition import Condition, common_build
-from pmor.penalty.pair import PenaltyPair
 from pmor.penalty.elasticity import Elasticity
 from pmor.penalty.equilibrium import Equilibrium, expected_approach, expected_penetration, solve_equilibrium
+from pmor.penalty.pair import PenaltyPair
 from pmor.penalty.position import Position, active_patches
 
 ElasticityAt = Callable[[Position], Elasticity]

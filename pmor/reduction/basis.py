@@ -11,7 +11,7 @@ from pmor.body.root_stress import RootStressShapes
 from pmor.case import Case
 from pmor.core.arrays import BoolArray, FloatArray
 from pmor.gear.condition import Condition
-from pmor.gear.meshed_pair import SurfaceLayer
+from pmor.line.layered_pair import SurfaceLayer
 from pmor.reduction.contact_shapes import ContactShapes
 from pmor.reduction.flank_lines import FlankLineShapes
 

@@ -21,8 +21,8 @@ import numpy as np
 
 from pmor.core.arrays import FloatArray, IntArray
 from pmor.core.errors import ConvergenceError
-from pmor.gear.kernels.types import ELEMENT_ROWS, FIRST_ROW
 from pmor.penalty.elasticity import ReducedElasticity
+from pmor.penalty.kernels.types import ELEMENT_ROWS, FIRST_ROW
 from pmor.penalty.position import Position
 from pmor.reduction.energy import DEPENDENCE_TOLERANCE
 

@@ -19,10 +19,10 @@ from pmor.body.flank_compliance import FlankCompliance
 from pmor.case import Case, GearCase
 from pmor.case.width import meshed_width
 from pmor.core.arrays import FloatArray
-from pmor.gear.meshed_pair import SurfaceLayer
 from pmor.gear.pair import GearPair
 from pmor.gear.tooth import Tooth, twist_sections
 from pmor.line.hertz import approach_constants, line_compliance
+from pmor.line.layered_pair import SurfaceLayer
 from pmor.line.sections import loaded_components
 from pmor.pair.conditions import DEVIATIONS, training_values
 from pmor.reduction.basis import Basis, Training

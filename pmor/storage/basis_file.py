@@ -16,8 +16,8 @@ from pmor.case import Case, basis_key, describe, parse_case, text_of
 from pmor.case.coarser import coarser
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import FileFormatError
-from pmor.gear.meshed_pair import SurfaceLayer
 from pmor.gear.pair import GearPair
+from pmor.line.layered_pair import SurfaceLayer
 from pmor.pair.conditions import on_trained_flanks
 from pmor.pair.model import gear_pair
 from pmor.reduction.basis import Basis, Training, untrained

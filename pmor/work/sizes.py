@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 from pmor.case import Case
 from pmor.case.width import intervals_across
-from pmor.gear.meshed_pair import LOCAL_SHARE
 from pmor.gear.pair import GearPair
 from pmor.gear.tooth import Tooth
 from pmor.line.sections import loaded_components
@@ -15,6 +14,7 @@ from pmor.mesh.fillet import MOST_COLUMNS
 from pmor.mesh.sector import build_sector
 from pmor.pair.conditions import assembly_of, full_solves, misalignments, training_values
 from pmor.pair.model import approach_estimate, contact_scheme, neighbouring_teeth
+from pmor.penalty.pair import LOCAL_SHARE
 from pmor.penalty.solve import WINDOW_MARGIN
 
 # Points along a fillet, about.

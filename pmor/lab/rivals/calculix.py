@@ -47,6 +47,7 @@ from pmor.mesh.element import QUADRATIC_NODES
 from pmor.mesh.sector import SectorMesh
 from pmor.pair.conditions import assembly_of
 from pmor.pair.model import MeshModel, assemble_pair
+from pmor.penalty.pair import as_penalty
 from pmor.penalty.position import active_patches
 from pmor.penalty.search import search_contact
 from pmor.penalty.solve import surface_error
@@ -196,9 +197,9 @@ def _first_touch(case: Case, mesh: MeshModel, phi: float, slave: Slave) -> float
     """Return the advance at which the undeformed facets touch, rad."""
     contact = replace(case.contact, scheme="facet", lodm_profile=1, lodm_width=1, slave=slave)
     gears = mesh.pinion, mesh.wheel
-    facets = assemble_pair(replace(case, contact=contact), mesh.meshed.pair,
-                           (gears[0].flank_nodes, gears[1].flank_nodes),
-                           (gears[0].flank_roll_angle, gears[1].flank_roll_angle))  # fmt: skip
+    nodes = gears[0].flank_nodes, gears[1].flank_nodes
+    rolls = gears[0].flank_roll_angle, gears[1].flank_roll_angle
+    facets = as_penalty(assemble_pair(replace(case, contact=contact), mesh.meshed.pair, nodes, rolls))
     position = active_patches(facets, phi, 2.0 * surface_error(facets), assembly_of(case))
     advance = 0.0
     for _ in range(5):

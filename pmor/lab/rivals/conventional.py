@@ -28,10 +28,11 @@ from pmor.core.errors import CaseError, ConvergenceError
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.sparse_direct import assemble_arc, factorise
 from pmor.gear.condition import Condition
-from pmor.gear.meshed_pair import MeshedPair
+from pmor.line.layered_pair import LayeredPair
 from pmor.mesh.sector import SectorMesh
 from pmor.pair.model import MeshModel, per_gear
 from pmor.penalty.equilibrium import round_off_residual
+from pmor.penalty.pair import PenaltyPair, as_penalty
 from pmor.penalty.position import Position, active_patches
 from pmor.penalty.search import Contact, search_contact
 from pmor.penalty.solve import window_depth
@@ -43,7 +44,7 @@ class ConventionalPair:
 
     Parameters
     ----------
-    meshed : MeshedPair
+    meshed : PenaltyPair
     stiffness : scipy.sparse.csc_array, shape (n, n)
         Nodes in the order of elimination, x y z node by node, pinion first; the last row and column, of the pinion's
         rotation, are empty. N/mm.
@@ -54,7 +55,7 @@ class ConventionalPair:
         Wall time, ordering included, s.
     """
 
-    meshed: MeshedPair
+    meshed: PenaltyPair
     stiffness: sp.csc_array
     flanks: tuple[list[sp.csr_array], list[sp.csr_array]]
     assembly_seconds: float
@@ -167,7 +168,7 @@ def conventional_pair(case: Case, mesh: MeshModel) -> ConventionalPair:
     MeshError
         When the mesh does not span the whole face width.
     """
-    if mesh.meshed.scheme.kind == "line":
+    if isinstance(mesh.meshed, LayeredPair):
         raise CaseError(
             f'case {case.name}: [contact] scheme = "line": conventional full FE has no surface layer to take out: '
             'choose "direct", "paper" or "facet"'
@@ -182,7 +183,7 @@ def conventional_pair(case: Case, mesh: MeshModel) -> ConventionalPair:
          for flank in teeth]
         for first, teeth in ((0, on_pinion), (pinion.shape[0], on_wheel))
     ]  # fmt: skip
-    return ConventionalPair(mesh.meshed, stiffness, (flanks[0], flanks[1]), time.perf_counter() - start)
+    return ConventionalPair(as_penalty(mesh.meshed), stiffness, (flanks[0], flanks[1]), time.perf_counter() - start)
 
 
 def solve_conventional(

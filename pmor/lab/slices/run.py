@@ -73,7 +73,7 @@ class SlicedPair(ReducedPair):
     @cached_property
     def section_compliance(self) -> tuple[FloatArray, FloatArray]:
         """Compliance of the sections, zero between them."""
-        width = self.meshed.sections.width
+        width = self.layered.sections.width
         pinion, wheel = super().section_compliance
         alone = sections_alone(pinion, width)
         return alone, alone if wheel is pinion else sections_alone(wheel, width)

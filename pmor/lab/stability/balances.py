@@ -7,33 +7,45 @@ import scipy.linalg as la
 
 from pmor.core.arrays import FloatArray
 from pmor.gear.meshed_pair import MeshedPair
-from pmor.line.hertz import contact_laws
+from pmor.line.full_model import LineState
 from pmor.line.kernels.law import approach_of
 from pmor.line.kernels.tip_corner import Corner, LineLaw
+from pmor.line.layered_pair import LayeredPair
 from pmor.penalty.elasticity import Elasticity, FullElasticity
 from pmor.penalty.equilibrium import Equilibrium
-from pmor.penalty.position import Position, place_sections
+from pmor.penalty.position import Position
 
 # Of the integral under the approach of a line: the energy is exact to 1e-9.
 ENERGY_POINTS = 24
 
 
 def stored_energy(meshed: MeshedPair, position: Position, elasticity: Elasticity, equilibrium: Equilibrium) -> float:
-    """Return elastic energy and that of penalty or local approach, N mm.
-
-    Gaps of lines are those of the tangent to their law; what that stores instead is the area over the law,
-    w delta less the integral of delta over w.
-    """
+    """Return elastic energy and that of the penalty, N mm."""
     contact = equilibrium.contact
     elastic = 0.5 * elasticity.energy_norm(equilibrium.coordinates) ** 2
-    local = -0.5 * float(contact.force @ contact.gap)
-    if meshed.scheme.kind == "line":
-        local = 0.0
-        width = meshed.sections.width[contact.place[:, 1]] * (2.0 if meshed.mirrored else 1.0)
-        corners = meshed.gears[0].corner, meshed.gears[1].corner
-        for law, share, force in zip(contact_laws(meshed, position, contact), width, contact.force, strict=True):
-            local += share * _stored(law, corners, max(force, 0.0) / share)
-    return elastic + local
+    return elastic - 0.5 * float(contact.force @ contact.gap)
+
+
+def stored_in_lines(meshed: LayeredPair, state: LineState) -> float:
+    """Return elastic energy and that of the approach of line contact, w delta less the integral of delta over w, N mm."""
+    fields = zip(state.nodal_force, state.displacement, strict=True)
+    elastic = 0.5 * sum(float(np.sum(force * moved)) for force, moved in fields)
+    laws = [LineLaw(*row) for row in state.law.tolist()]
+    widths = meshed.width[state.section]
+    return elastic + sum(
+        width * _stored(law, meshed.corners, load)
+        for law, width, load in zip(laws, widths, state.line_load, strict=True)
+    )
+
+
+def line_torque_imbalance(meshed: LayeredPair, state: LineState, torque: float) -> float:
+    """Return how far the moment of the nodal forces about the pinion's axis misses the torque (N mm), over it.
+
+    Forces go to the nodes where flanks meet undeformed, and the levers of a pinion's corner turn with it.
+    """
+    places, forces = meshed.pinion.nodes, state.nodal_force[0]
+    moment = float(np.sum(places[..., 0] * forces[..., 1] - places[..., 1] * forces[..., 0]))
+    return abs(moment + float(state.force @ state.lever_change) + torque) / torque
 
 
 def _stored(law: LineLaw, corners: tuple[Corner, Corner], load: float) -> float:
@@ -61,7 +73,12 @@ def energy_imbalance(
         N mm, close to each other: the work is taken by the trapezoidal rule.
     """
     stored = [stored_energy(meshed, position, elasticity, state) for state in states]
-    work = 0.5 * sum(torques) * (states[1].advance - states[0].advance)
+    return missing_work((stored[0], stored[1]), states[1].advance - states[0].advance, torques)
+
+
+def missing_work(stored: tuple[float, float], turned: float, torques: tuple[float, float]) -> float:
+    """Return how far the work of a torque (N mm) over an angle (rad) misses what is stored more (N mm), over it."""
+    work = 0.5 * sum(torques) * turned
     return abs(stored[1] - stored[0] - work) / abs(work)
 
 
@@ -71,27 +88,13 @@ def torque_imbalance(
     """Return how far the moment of the nodal forces about the pinion's axis misses the torque (N mm), over it.
 
     The solver balances the forces at contact points; here the forces have gone to the nodes, at their deformed places.
-    Lines go to the nodes where they meet undeformed, and the levers of a pinion's corner turn with it.
     """
     forces = equilibrium.contact.nodal_forces(equilibrium.contact.force, len(position.nodes))
-    places = position.nodes
-    turned = 0.0
-    if meshed.scheme.kind == "line":
-        turned = float(equilibrium.contact.force @ _turning(meshed, position, equilibrium))
-    else:
-        places = places + elasticity.displacement(equilibrium.coordinates)
+    places = position.nodes + elasticity.displacement(equilibrium.coordinates)
     own = np.concatenate([np.arange(*position.window_slice(p, 0).indices(len(places)))
                           for p in range(len(position.pair_index))])  # fmt: skip
     moment = places[own, 0] @ forces[own, 1] - places[own, 1] @ forces[own, 0]
-    return float(abs(moment + turned + torque) / torque)
-
-
-def _turning(meshed: MeshedPair, position: Position, equilibrium: Equilibrium) -> FloatArray:
-    """Return by how much the lever of each line differs from that without load, mm."""
-    contact, sections = equilibrium.contact, len(meshed.sections.z)
-    lines = place_sections(meshed, np.array([position.phi]), position.assembly.misalignment)
-    pair = position.pair_index[contact.pair] - lines.first_pair[0]
-    return np.asarray(contact.lever - lines.lever[0, pair * sections + contact.place[:, 1]])
+    return float(abs(moment + torque) / torque)
 
 
 def newton_condition(elasticity: Elasticity, equilibrium: Equilibrium) -> float:

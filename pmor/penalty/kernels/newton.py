@@ -13,8 +13,8 @@ import numpy as np
 
 from pmor.core.compiling import compiled, merged
 from pmor.core.linear import cholesky, solve_factored, solve_transposed
-from pmor.penalty.kernels.types import NODE_ROWS, OFFSET
 from pmor.penalty.kernels.search import search_all
+from pmor.penalty.kernels.types import NODE_ROWS, OFFSET
 
 # Points are listed that stand off by this share of the gap that counts as clear.
 NEARBY = 0.4

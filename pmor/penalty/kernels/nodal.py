@@ -8,6 +8,10 @@ import numpy as np
 
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.core.compiling import allocating, compiled, inlined
+from pmor.gear.kernels.types import Motion
+from pmor.penalty.kernels.projection import project, share_on_master
+from pmor.penalty.kernels.state import Foot, Found, Surface
+from pmor.penalty.kernels.surface import prepare_surface, refine, row_points, unit_cross
 from pmor.penalty.kernels.types import (
     AT_ROOT,
     AT_TIP,
@@ -19,11 +23,7 @@ from pmor.penalty.kernels.types import (
     TO_LOW_Z,
     TO_ROOT,
     TO_TIP,
-    Motion,
 )
-from pmor.penalty.kernels.projection import project, share_on_master
-from pmor.penalty.kernels.state import Foot, Found, Surface
-from pmor.penalty.kernels.surface import prepare_surface, refine, row_points, unit_cross
 
 
 class Facing(NamedTuple):

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from pmor.core.compiling import inlined
-from pmor.penalty.kernels.types import AT_ROOT, AT_TIP, TO_HIGH_Z, TO_LOW_Z, TO_ROOT, TO_TIP
 from pmor.penalty.kernels.surface import surface_point
+from pmor.penalty.kernels.types import AT_ROOT, AT_TIP, TO_HIGH_Z, TO_LOW_Z, TO_ROOT, TO_TIP
 
 
 @inlined

@@ -8,8 +8,8 @@ from __future__ import annotations
 import numpy as np
 
 from pmor.core.compiling import allocating, compiled
-from pmor.penalty.kernels.types import ELEMENT_ROWS, FIRST, FIRST_ROW, NODE_ROWS, OFFSET
 from pmor.penalty.kernels.state import ActiveShapes
+from pmor.penalty.kernels.types import ELEMENT_ROWS, FIRST, FIRST_ROW, NODE_ROWS, OFFSET
 
 # Share of a shape's energy that it must have beyond that of the active shapes before it.
 INDEPENDENT = 1e-10

@@ -9,7 +9,7 @@ import numpy as np
 from pmor.gear.condition import ALIGNED, Assembly
 from pmor.gear.meshed_pair import MeshedPair
 from pmor.gear.tooth import Tooth
-from pmor.penalty.position import tooth_pair_count
+from pmor.line.layered_pair import LayeredPair
 from pmor.report.live.compliance import packed_compliance
 from pmor_online.model import ReducedPair
 
@@ -34,12 +34,12 @@ def live_model(reduced: ReducedPair, assembly: Assembly, angles: int) -> dict[st
     dict
         `model`, `bodies` (packed compliances) and `body_of` (which one pinion and wheel have, and whether mirrored).
     """
-    meshed = reduced.meshed
+    meshed = reduced.layered
     bodies, body_of = _bodies(reduced)
     sections = meshed.sections
     model = {
         "angles": angles,
-        "pair_count": tooth_pair_count(meshed),
+        "pair_count": meshed.tooth_pair_count,
         "rate": meshed.expected_approach(1.0),
         "kinematics": _kinematics(meshed),
         "pinion_roll_range": list(meshed.pair.pinion_roll_range),
@@ -61,14 +61,15 @@ def _kinematics(meshed: MeshedPair) -> dict[str, float]:
     return {name: float(getattr(kinematics, name)) for name in names} | {"face_width": meshed.pair.face_width}
 
 
-def _gear(meshed: MeshedPair, assembly: Assembly, number: int) -> dict[str, Any]:
-    gear, corner = meshed.gears[number], meshed.gears[number].corner
-    names = "base_radius", "half_angle", "tip_roll", "line_compliance", "twist", "edge_radius"
+def _gear(meshed: LayeredPair, assembly: Assembly, number: int) -> dict[str, Any]:
+    gear, layer = meshed.gears[number], meshed.kernel_layers[number]
+    names, corner = ("base_radius", "half_angle", "tip_roll", "twist", "edge_radius"), layer.corner
     of_corner = "place", "depth", "influence_length", "excess"
     return {
         **{name: float(getattr(gear, name)) for name in names},
         "roll": gear.roll.tolist(),
-        "line_constant": gear.line_constant.tolist(),
+        "line_compliance": float(layer.compliance),
+        "line_constant": layer.constant.tolist(),
         "column_z": gear.nodes[0, :, 2].tolist(),
         "corner": {name: float(getattr(corner, name)) for name in of_corner}
         | {"coefficients": corner.coefficients.tolist()},
