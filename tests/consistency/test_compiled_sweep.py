@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-import pmor.gear.meshed_pair
 import pmor.penalty.equilibrium
+import pmor.penalty.pair
 import pmor.penalty.solve
 from pmor.gear.condition import PLAIN, at_torques
 from pmor.pair.sweep import sweep_ste
 from pmor.penalty.kernels.shapes import gather_active_shapes, shape_slots
 from pmor.penalty.kernels.sweep import Neighbour, carry_along, place_position
-from pmor.penalty.position import active_patches, tooth_pair_count
+from pmor.penalty.position import active_patches
 from pmor.penalty.solve import solve_position
 from pmor_online.sweep import sweep_reduced_pair
 
@@ -49,7 +49,7 @@ def tight_advances_um(reduced, phi, torques):
 @pytest.mark.parametrize("slave", ["tip", "both"])
 def test_compiled_sweep_is_its_slow_twin_to_the_last_places(slave, reduced, monkeypatch):
     # The twin looks for each foot anew: its normals are as good as its last step, which the sweep repeats instead.
-    monkeypatch.setattr(pmor.gear.meshed_pair, "FOOT_STEP", 1e-10)
+    monkeypatch.setattr(pmor.penalty.pair, "FOOT_STEP", 1e-10)
     monkeypatch.setattr(pmor.penalty.equilibrium, "ROUND_OFF_FACTOR", 20.0)
     monkeypatch.setattr(pmor.penalty.equilibrium, "LINEAR", 0.0)
     solve = partial(pmor.penalty.solve.solve_equilibrium, tolerance=1e-10)
@@ -126,7 +126,7 @@ def placed(reduced, tooth_pairs, centre, slots):
     """A position with given active shapes; only which and where they are matters."""
     meshed, pairs = reduced.meshed, len(tooth_pairs)
     position = place_position(
-        0.1, 0.01, meshed.for_kernels(PLAIN), reduced.family, tooth_pair_count(meshed), meshed.scheme.clearance
+        0.1, 0.01, meshed.for_kernels(PLAIN), reduced.family, meshed.tooth_pair_count, meshed.scheme.clearance
     )
     patches = position.patches._replace(pairs=pairs, tooth_pair=tooth_pairs, centre=centre)
     return position._replace(

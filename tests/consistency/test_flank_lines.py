@@ -9,8 +9,8 @@ from numpy.testing import assert_allclose
 
 from pmor.core.conventions import rotation_z
 from pmor.core.errors import ConvergenceError
-from pmor.gear.kernels.types import ELEMENT_ROWS, FIRST_ROW
 from pmor.penalty.elasticity import full_elasticity
+from pmor.penalty.kernels.types import ELEMENT_ROWS, FIRST_ROW
 from pmor.penalty.position import active_patches
 from pmor.reduction.flank_lines import LEAST_LOAD, flank_line_shapes, line_elasticity
 from tests.support.gear_models import body, gear_pair, meshed_pair, sector, tooth

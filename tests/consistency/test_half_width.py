@@ -7,8 +7,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.gear.condition import at_torques
-from pmor.gear.meshed_pair import ContactScheme, make_flank
+from pmor.gear.meshed_pair import Flank
 from pmor.penalty.kernels.surface import node_normals, prepare_surface
+from pmor.penalty.pair import ContactScheme, refined_extents
 from pmor.storage.basis_file import read_basis
 from pmor_online.model import reduced_pair
 from pmor_online.sweep import sweep_reduced_pair
@@ -62,16 +63,15 @@ def test_half_a_surface_is_half_of_the_whole_one(columns, parabolic, edges):
 def test_points_of_half_a_flank_stand_for_the_area_of_half_the_flank(lodm_width):
     mesh = sector(tooth(21), 6, 4)
     scheme = ContactScheme(**(SCHEME | {"lodm_width": lodm_width}))
-    whole = make_flank(mesh.flank_nodes, mesh.flank_roll_angle, scheme)
-    half = make_flank(np.ascontiguousarray(mesh.flank_nodes[:, :3]), mesh.flank_roll_angle, scheme, mirrored=True)
+    whole = refined_extents(Flank(mesh.flank_nodes, mesh.flank_roll_angle), scheme)
+    half = refined_extents(Flank(np.ascontiguousarray(mesh.flank_nodes[:, :3]), mesh.flank_roll_angle), scheme, True)
     mid = 2 * lodm_width
-    assert_allclose(half.extents[:, :mid], whole.extents[:, :mid], rtol=0.0, atol=1e-12)
+    assert_allclose(half[:, :mid], whole[:, :mid], rtol=0.0, atol=1e-12)
     # The point in the plane of symmetry is its own image: half of its area is in the half.
-    assert_allclose(half.extents[:, mid, :3], whole.extents[:, mid, :3], rtol=0.0, atol=1e-12)
-    assert np.all(half.extents[:, mid, 3] == 0.0)
+    assert_allclose(half[:, mid, :3], whole[:, mid, :3], rtol=0.0, atol=1e-12)
+    assert np.all(half[:, mid, 3] == 0.0)
 
-    def area(flank):
-        extents = flank.extents
+    def area(extents):
         return ((extents[..., 0] + extents[..., 1]) * (extents[..., 2] + extents[..., 3])).sum()
 
     assert_allclose(2.0 * area(half), area(whole), rtol=1e-12)

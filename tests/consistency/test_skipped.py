@@ -19,7 +19,7 @@ from pmor.jobs.offline import run_offline
 from pmor.pair.conditions import full_solves
 from pmor.pair.model import elastic_model, mesh_model, neighbouring_teeth
 from pmor.pair.sweep import sweep_ste
-from pmor.penalty.position import active_patches, tooth_pair_count
+from pmor.penalty.position import active_patches
 from pmor.penalty.solve import window_depth
 from pmor.storage.basis_file import read_basis
 from pmor.work.sizes import rows_in_contact
@@ -165,7 +165,7 @@ def test_pairs_and_patches_out_of_reach_are_not_in_any_window():
     some = case(mesh={"profile_elements": 20}, pinion={"teeth": 30})
     meshed = mesh_model(some).meshed
     found = scene(some)
-    most = tooth_pair_count(meshed)
+    most = meshed.tooth_pair_count
     assert listed(some)["tooth pairs out of mesh"].saving == f"{30 - most} of 30 pairs in every position"
     rows = []
     for phi in meshed.pair.pitch * np.arange(12) / 12:
@@ -320,7 +320,7 @@ def test_pictures_and_page_are_made_as_announced(plots, report, tmp_path, monkey
 
 def test_points_over_the_width_are_only_where_they_are_asked_for():
     plain, asked = case(contact={"lodm_profile": 4}), case(contact={"lodm_profile": 4, "lodm_width": 4})
-    extents = [mesh_model(some).meshed.pinion.extents.shape for some in (plain, asked)]
+    extents = [mesh_model(some).meshed.extents[0].shape for some in (plain, asked)]
     saved = extents[1][0] * extents[1][1] - extents[0][0] * extents[0][1]
     assert listed(plain)["contact points over the width"].saving == f"{saved} per flank"
     assert "contact points over the width" not in listed(asked)

@@ -4,10 +4,11 @@ import math
 from functools import cache
 
 from pmor.body.elastic_gear import elastic_gear
-from pmor.gear.meshed_pair import ContactScheme, MeshedPair, make_flank
+from pmor.gear.meshed_pair import Flank
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance
 from pmor.gear.tooth import Tooth
 from pmor.mesh.sector import build_sector
+from pmor.penalty.pair import ContactScheme, PenaltyPair
 
 MODULE, ALPHA, WIDTH = 4.0, math.radians(20.0), 20.0
 YOUNG, POISSON = 210e3, 0.3
@@ -50,5 +51,5 @@ def meshed_pair(pair, elements, across, **scheme):
     flanks = []
     for gear in (pair.pinion, pair.wheel):
         mesh = sector(gear, elements, across)
-        flanks.append(make_flank(mesh.flank_nodes, mesh.flank_roll_angle, chosen))
-    return MeshedPair(pair, *flanks, chosen, 0.067 * YOUNG * WIDTH)
+        flanks.append(Flank(mesh.flank_nodes, mesh.flank_roll_angle))
+    return PenaltyPair(pair, *flanks, 0.067 * YOUNG * WIDTH, scheme=chosen)

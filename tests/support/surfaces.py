@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from pmor.gear.meshed_pair import FOOT_STEP
 from pmor.penalty.kernels import projection, state, surface
+from pmor.penalty.pair import FOOT_STEP
 
 ROUND_OFF = 1e-13  # mm or 1, for surfaces of size 1
 # The projection stops when a step is below FOOT_STEP of an element; the foot is that far off, the gap by its square.

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 
 from pmor.case import change_case, load_case
 from pmor.pair.model import mesh_model
-from pmor.penalty.position import active_patches, overshoot, tooth_pair_count
+from pmor.penalty.position import active_patches, overshoot
 from tests.support.gear_models import meshed_pair
 from tests.support.loaded_pair import DEPTH, PAIRS, SAME_STATE, TORQUE, Model, every_pair, rigid_advance
 
@@ -28,7 +28,7 @@ def test_pairs_in_reach_are_those_of_the_kinematics(pair):
     for phi in np.linspace(-pair.pitch, pair.pitch, 9):
         position = active_patches(meshed, phi, DEPTH)
         assert position.pair_index.tolist() == pair.tooth_pair_count(phi, margin).tolist()
-        assert len(position.pair_index) <= tooth_pair_count(meshed)
+        assert len(position.pair_index) <= meshed.tooth_pair_count
 
 
 @every_pair

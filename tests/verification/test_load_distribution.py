@@ -8,8 +8,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.gear.condition import ALIGNED, Assembly
-from pmor.gear.kernels.types import Sections
 from pmor.gear.modification import UNMODIFIED, Modification
+from pmor.line.kernels.types import Sections
 from pmor.pair.conditions import conditions_of_assembly
 from pmor.results.flank_maps import flank_map
 from pmor.results.load_distribution import (

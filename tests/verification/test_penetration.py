@@ -21,7 +21,7 @@ def all_penetrations(meshed, position, turn):
     """Gaps, stiffnesses and weights of pair 0 when the frames of both teeth are turned by the same rotation."""
     pair, patches, p = position.kernel_pair, position.patches, position.pair_index.tolist().index(0)
     rotation, shift = relative_motion(meshed, position.phi, 2e-3, ALIGNED)
-    workspace, penalty = search_workspace(pair, patches), np.full(meshed.pinion.extents.shape[1], pair.scheme.penalty)
+    workspace, penalty = search_workspace(pair, patches), np.full(meshed.extents[0].shape[1], pair.scheme.penalty)
     turned = Motion(np.ascontiguousarray(turn @ rotation @ turn.T), turn @ shift)
     facing = facing_flanks(pair, patches, p, 0, workspace)._replace(motion=turned, penalty=penalty, clear=1.0)
     feet, points = Feet(workspace.feet.element[p, 0], workspace.feet.guess[p, 0]), workspace.points
@@ -52,15 +52,16 @@ def test_penetrations_do_not_depend_on_the_orientation_of_the_flanks(helix_deg, 
 def test_areas_of_the_refined_points_add_up_to_the_flank(helix_deg, lodm_profile, lodm_width):
     """So that refining the surface does not stiffen the contact, nor a helix, whose rows and columns are askew."""
     pair = gear_pair(tooth(17, 0.2, helix_deg), tooth(21, 0.0, -helix_deg))
-    flank = meshed_pair(pair, 8, 2, lodm_profile=lodm_profile, lodm_width=lodm_width).pinion
-    area = (flank.extents[..., 0] + flank.extents[..., 1]) * (flank.extents[..., 2] + flank.extents[..., 3])
+    meshed = meshed_pair(pair, 8, 2, lodm_profile=lodm_profile, lodm_width=lodm_width)
+    flank, extents = meshed.pinion, meshed.extents[0]
+    area = (extents[..., 0] + extents[..., 1]) * (extents[..., 2] + extents[..., 3])
     first, last = flank.roll_angle[[0, -1]]
     exact = 0.5 * pair.pinion.base_radius * (last**2 - first**2) * 20.0 / math.cos(pair.base_helix_angle)
     assert_allclose(area.sum(), exact, rtol=2e-3)  # chords instead of arcs
-    assert np.all(flank.extents[0, :, 0] == 0.0)
-    assert np.all(flank.extents[-1, :, 1] == 0.0)
-    assert_allclose(flank.extents[1:, :, 0], flank.extents[:-1, :, 1])
-    assert_allclose(flank.extents[:, 1:, 2], flank.extents[:, :-1, 3])
+    assert np.all(extents[0, :, 0] == 0.0)
+    assert np.all(extents[-1, :, 1] == 0.0)
+    assert_allclose(extents[1:, :, 0], extents[:-1, :, 1])
+    assert_allclose(extents[:, 1:, 2], extents[:, :-1, 3])
 
 
 @pytest.mark.parametrize("surface", ["hermite", "facet"])
