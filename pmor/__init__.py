@@ -40,11 +40,12 @@ from typing import TYPE_CHECKING, Any
 from pmor.core.version import __version__
 
 if TYPE_CHECKING:
-    from pmor.app.campaign import CampaignResult, campaign
     from pmor.app.full import FullModel, full_model
     from pmor.app.model import ReducedModel, compare, load_model, train
     from pmor.app.result import ConditionsResult, SweepResult
     from pmor.app.rexs import import_rexs
+    from pmor.campaigns.result import CampaignResult
+    from pmor.campaigns.run import campaign
     from pmor.case import Case, change_case, load_case, make_case
     from pmor.core.errors import (
         CaseError,
@@ -65,7 +66,8 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "pmor.design.job": ("DesignResult",),
-    "pmor.app.campaign": ("CampaignResult", "campaign"),
+    "pmor.campaigns.result": ("CampaignResult",),
+    "pmor.campaigns.run": ("campaign",),
     "pmor.app.full": ("FullModel", "full_model"),
     "pmor.app.model": ("ReducedModel", "compare", "load_model", "train"),
     "pmor.app.rexs": ("import_rexs",),

@@ -273,29 +273,28 @@ def campaign(
     from pmor.core.threads import use_one_thread
 
     use_one_thread()  # before anything loads numpy
-    from pmor.app.campaign import solve_campaign, write_design
     from pmor.campaigns.cluster import dask_executor
-    from pmor.campaigns.loader import load_campaign
-    from pmor.campaigns.output import campaign_text
-    from pmor.campaigns.run import local_processes
+    from pmor.campaigns.loader import load
+    from pmor.campaigns.output import write_design
+    from pmor.campaigns.run import run
+    from pmor.campaigns.supervise import LocalProcesses
     from pmor.core.errors import ConvergenceError
+    from pmor.core.progress import Progress
     from pmor.storage.results_folder import default_folder
 
-    settings = load_campaign(campaign_path)
+    settings = load(campaign_path)
     if case_number is not None:
         print(f"{write_design(settings, case_number, out or Path(), overwrite)}: written")
         return
     folder = out or default_folder(settings.name)
-    with dask_executor(dask) if dask else local_processes(jobs) as executor:
-        workers = None if dask else jobs
-        done, columns = solve_campaign(
-            settings, folder, executor, workers, overwrite, announce=lambda text: print(text, flush=True)
-        )
-    print(campaign_text(done, columns))
+    with dask_executor(dask) if dask else LocalProcesses(jobs) as executor, Progress(settings.count, "designs") as bar:
+        found = run(settings, folder=folder, executor=executor, progress=bar.step, overwrite=overwrite)
+    found.write(folder, overwrite=overwrite)
+    print(found)
     print(f"  results in {folder}")
-    if len(columns.failed):
-        first = f"design {columns.failed[0] + 1}: {columns.reasons[columns.failed[0]]}"
-        raise ConvergenceError(f"{len(columns.failed)} designs have no results, first: {first}", [])
+    if len(found.failed):
+        first = f"design {found.failed[0] + 1}: {found.reasons[found.failed[0]]}"
+        raise ConvergenceError(f"{len(found.failed)} designs have no results, first: {first}", [])
 
 
 def bench(case_path: Path, json_path: Path, jobs: int = 2, overwrite: bool = False) -> None:

@@ -23,9 +23,7 @@ from pmor.storage.manifest import Contents, listed, origin_in
 from pmor.storage.results_folder import working_folder
 from pmor.work.cost import FINITE_ELEMENTS, stages
 
-# Name of the folder of finished chunks, beside the results.
-PARTS = "parts"
-# What they are chunks of, for who asks.
+# Campaign that the chunks are of.
 PLAN = "plan.json"
 # Seconds of work in a chunk, by the model of cost. It holds within a factor of two; designs so small that loading the
 # libraries weighs as much as their elements take a third of what it says, so that a chunk is a second at least.

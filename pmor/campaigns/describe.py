@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from pmor.campaigns.chunks import PARTS, PLAN, ChunkFiles
+from pmor.campaigns.chunks import PLAN, ChunkFiles
 from pmor.campaigns.store import entries, is_store
 from pmor.core.errors import FileFormatError, printable
 from pmor.core.memory import memory_text
 from pmor.storage.describe import file_text
 from pmor.storage.manifest import is_ours
+from pmor.work.pieces import PARTS
 
 
 def folder_text(folder: Path) -> str:

@@ -33,7 +33,7 @@ DESIGNS = "designs"
 RANGE_KEYS = ("from", "to", "steps")
 
 
-def load_campaign(path: Path | str) -> Campaign:
+def load(path: Path | str) -> Campaign:
     """Read and check a campaign file.
 
     Parameters

@@ -7,126 +7,130 @@ from __future__ import annotations
 
 import csv
 from collections import Counter
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from pmor.campaigns.chunks import PARTS
-from pmor.campaigns.columns import Columns, columns_of, unit_of
 from pmor.campaigns.figures import BY_KEY
-from pmor.campaigns.page import CASES, blocks_of, case_file, linked_designs
-from pmor.campaigns.relations import text_of_design
+from pmor.campaigns.page import CASES, MOST_CASES, blocks_of, case_file, linked_designs
+from pmor.campaigns.relations import text_of_design, unit_of, with_relations
+from pmor.campaigns.result import CampaignResult
 from pmor.campaigns.rows import STATUSES
-from pmor.campaigns.run import Done
-from pmor.campaigns.settings import Campaign
+from pmor.campaigns.settings import Campaign, Number
+from pmor.campaigns.table import designs_of
+from pmor.core.errors import CaseError
 from pmor.core.progress import format_time
 from pmor.report.data_files import write_summary_json
 from pmor.report.page import write_page
 from pmor.report.provenance import machine
-from pmor.storage.atomic import atomic_path
+from pmor.storage.atomic import atomic_path, ensure_folder, refuse_existing
 from pmor.storage.campaign_file import NUMBER, STATUS, CampaignFile, write_campaign_file
-from pmor.storage.results_folder import remove_working_folder, working_folder
+from pmor.storage.results_folder import refuse_in_the_way
+from pmor.work.results import writing_results
 
-#: results, which are made from the campaign file alone
+#: results, made from the campaign file alone
 RESULTS = ("campaign.json", "campaign.csv", "campaign.h5")
-#: what `write_campaign` may leave, beside case files
+#: files of a campaign, beside case files
 FILES = (*RESULTS, "report.html", "times.json", "times.csv")
-WORKING = (PARTS, CASES)
 DIGITS = 6  # of seconds
 
 
-def gathered(done: Done) -> Columns:
-    """Return all designs of a campaign that is done."""
-    return columns_of(done.campaign, (answer for _, answer in done.files.finished(done.chunks)))
+def write_campaign(result: CampaignResult, folder: Path, overwrite: bool = False) -> None:
+    """Write results, times, cases and the page; finished chunks are given up."""
+    campaign = result.campaign
+    with writing_results(folder, FILES, campaign.text, inputs=campaign.inputs, overwrite=overwrite) as out:
+        _write_cases(result, out / CASES, overwrite)
+        write_summary_json(out / "campaign.json", campaign_data(result))
+        write_csv(out / "campaign.csv", result)
+        write_hdf5(out / "campaign.h5", result)
+        write_summary_json(out / "times.json", _times(result))
+        _write_times(out / "times.csv", result)
+        write_page(out / "report.html", campaign.title, blocks_of(result))
 
 
-def write_campaign(done: Done, columns: Columns, workers: int | None, out: Path) -> None:
-    """Write results, times, cases and the page; finished chunks are given up.
-
-    Parameters
-    ----------
-    done : Done
-    columns : Columns
-    workers : int or None
-        Processes that solved; None where that is not known.
-    out : Path
-
-    Raises
-    ------
-    OutputError
-    """
-    campaign = done.campaign
-    write_summary_json(out / "campaign.json", campaign_data(campaign, columns))
-    write_csv(out / "campaign.csv", campaign, columns)
-    write_hdf5(out / "campaign.h5", campaign, columns)
-    _write_cases(out, campaign, columns)
-    write_summary_json(out / "times.json", _times(done, columns, workers))
-    _write_times(out / "times.csv", columns)
-    write_page(out / "report.html", campaign.title, blocks_of(campaign, columns))
-    remove_working_folder(out / PARTS)
+def refuse_changed_cases(campaign: Campaign, folder: Path, overwrite: bool) -> None:
+    """Raise OutputError where a case file of an earlier run was changed, or is none of ours."""
+    there = {path.name for path in (folder / CASES).glob("*.toml")}
+    names = [case_file(i + 1) for i in range(min(campaign.count, MOST_CASES))]
+    refuse_in_the_way([folder / CASES / name for name in names if name in there], overwrite, campaign.inputs)
 
 
-def campaign_data(campaign: Campaign, columns: Columns) -> dict[str, Any]:
-    """Return the content of `campaign.json`: how many designs there are of each kind, and how good they get."""
-    reasons = Counter(reason for reason in columns.reasons if reason)
+def campaign_data(result: CampaignResult) -> dict[str, Any]:
+    """Return the content of `campaign.json`: designs by status, least and largest results, reasons."""
+    reasons = Counter(reason for reason in result.reasons if reason)
     return {
-        "campaign": campaign.name,
-        "title": campaign.title,
-        "n_designs": campaign.count,
-        **{f"n_{status.replace(' ', '_')}": columns.count(status) for status in STATUSES},
-        "inputs": list(columns.inputs),
-        "results": {key: _extremes(values) for key, values in columns.results.items()},
+        "campaign": result.campaign.name,
+        "title": result.campaign.title,
+        "n_designs": result.campaign.count,
+        **{f"n_{status.replace(' ', '_')}": result.count(status) for status in STATUSES},
+        "inputs": list(result.inputs),
+        "results": {key: _extremes(values) for key, values in result.results.items()},
         "reasons": [{"reason": reason, "designs": n} for reason, n in sorted(reasons.items(), key=lambda r: -r[1])],
     }
 
 
-def campaign_text(done: Done, columns: Columns) -> str:
-    """Return the short summary for the screen: how many designs, the least of each result, what failed."""
-    campaign = done.campaign
-    counts = ", ".join(f"{columns.count(status)} {status}" for status in STATUSES if columns.count(status))
-    lines = [campaign.title, f"  {campaign.count} designs: {counts}"]
-    for key in list(columns.results)[:2]:
-        found = _extremes(columns.results[key])
+def campaign_text(result: CampaignResult) -> str:
+    """Return the short summary for the screen: designs by status, the least of each result, failures."""
+    effort = result.effort
+    counts = ", ".join(f"{result.count(status)} {status}" for status in STATUSES if result.count(status))
+    lines = [result.campaign.title, f"  {result.campaign.count} designs: {counts}"]
+    for key in list(result.results)[:2]:
+        found = _extremes(result.results[key])
         if found["least"] is not None:
             figure = BY_KEY[key]
             lines.append(f"  {figure.label}: {found['least']:.4g} to {found['most']:.4g} {figure.unit}, the least of "
                          f"design {found['design_of_least']}")  # fmt: skip
-    if done.solving_s:
-        lines.append(f"  {format_time(done.solving_s)} of computing in {format_time(done.wall_s)}")
-    return "\n".join([*lines, *(f"  ! design {i + 1}: {columns.reasons[i]}" for i in columns.failed[:10])])
+    if effort.solving_s:
+        lines.append(f"  {format_time(effort.solving_s)} of computing in {format_time(effort.wall_s)}")
+    return "\n".join([*lines, *(f"  ! design {i + 1}: {result.reasons[i]}" for i in result.failed[:10])])
 
 
-def write_case(campaign: Campaign, design: dict[str, Any], number: int, path: Path, overwrite: bool = False) -> None:
-    """Write the case file of a design.
+def write_design(campaign: Campaign, number: int, folder: Path, overwrite: bool = False) -> Path:
+    """Write the case file of a design into a folder and return its path.
 
     Parameters
     ----------
     campaign : Campaign
-    design : dict
-        With what follows from relations.
     number : int
         Of the design, from 1.
-    path : Path
+    folder : Path
     overwrite : bool
-        As in `pmor.storage.atomic.atomic_path`.
+        Replace a file there.
 
     Raises
     ------
+    CaseError
+        When there is no such design.
+    GeometryError
+        When the relations cannot be met.
     OutputError
     """
+    if number > campaign.count:
+        raise CaseError(f"--case {number}: {campaign.source} has {campaign.count} designs: give one of these numbers")
+    design = with_relations(campaign.base_text, designs_of(campaign)(number - 1), campaign.relations)
+    target = ensure_folder(folder) / f"{campaign.name}_design_{number}.toml"
+    refuse_existing(target, overwrite)
+    _write_case(campaign, design, number, target, overwrite)
+    return target
+
+
+def _write_case(
+    campaign: Campaign, design: Mapping[str, Number], number: int, path: Path, overwrite: bool = False
+) -> None:
     said = ", ".join(f"{name} = {value:g}" for name, value in design.items())
     text = f"# Design {number} of the campaign {campaign.name}: {said}\n\n{text_of_design(campaign.base_text, design)}"
     with atomic_path(path, overwrite) as temporary:
         temporary.write_text(text, encoding="utf-8")
 
 
-def _write_cases(out: Path, campaign: Campaign, columns: Columns) -> None:
-    folder = working_folder(out / CASES, anew=True)
-    for i in linked_designs(columns):
-        design = {name: int(values[i]) if name in campaign.whole else float(values[i])
-                  for name, values in columns.inputs.items()}  # fmt: skip
-        write_case(campaign, design, i + 1, folder / case_file(i + 1))
+def _write_cases(result: CampaignResult, folder: Path, overwrite: bool) -> None:
+    """Write the case files that the page links to; those of another campaign go, unless they were changed."""
+    files = {case_file(i + 1): i for i in linked_designs(result)}
+    with writing_results(folder, list(files), result.campaign.text, overwrite=overwrite, working=()):
+        for name, i in files.items():
+            _write_case(result.campaign, result.design(i), i + 1, folder / name)
 
 
 def _extremes(values: np.ndarray) -> dict[str, Any]:
@@ -138,16 +142,16 @@ def _extremes(values: np.ndarray) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def write_csv(path: Path, campaign: Campaign, columns: Columns) -> None:
+def write_csv(path: Path, result: CampaignResult) -> None:
     """Write one line per design, one after the other: there may be millions."""
-    values = [*((name in campaign.whole, column) for name, column in columns.inputs.items()),
-              *((False, column) for column in columns.results.values())]  # fmt: skip
+    values = [*((name in result.campaign.whole, column) for name, column in result.inputs.items()),
+              *((False, column) for column in result.results.values())]  # fmt: skip
     with atomic_path(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(["design", "status", *columns.inputs, *columns.results, "reason"])
-        for i, code in enumerate(columns.status):
+        writer.writerow(["design", "status", *result.inputs, *result.results, "reason"])
+        for i, code in enumerate(result.codes):
             fields = [_field(column[i], whole) for whole, column in values]
-            writer.writerow([i + 1, STATUSES[code], *fields, columns.reasons[i]])
+            writer.writerow([i + 1, STATUSES[code], *fields, result.reasons[i]])
 
 
 def _field(value: float, whole: bool) -> str:
@@ -155,33 +159,36 @@ def _field(value: float, whole: bool) -> str:
     return "" if np.isnan(value) else repr(int(value) if whole else float(value))
 
 
-def write_hdf5(path: Path, campaign: Campaign, columns: Columns) -> None:
+def write_hdf5(path: Path, result: CampaignResult) -> None:
     """Write all columns."""
-    units = {f"inputs/{name}": unit_of(name) or "1" for name in columns.inputs}
-    units |= {f"results/{key}": BY_KEY[key].unit for key in columns.results}
+    units = {f"inputs/{name}": unit_of(name) or "1" for name in result.inputs}
+    units |= {f"results/{key}": BY_KEY[key].unit for key in result.results}
     arrays: dict[str, np.ndarray] = {
-        NUMBER: np.arange(1, campaign.count + 1), STATUS: columns.status,
-        **{f"inputs/{name}": values for name, values in columns.inputs.items()},
-        **{f"results/{key}": values for key, values in columns.results.items()},
+        NUMBER: np.arange(1, len(result.codes) + 1), STATUS: result.codes,
+        **{f"inputs/{name}": values for name, values in result.inputs.items()},
+        **{f"results/{key}": values for key, values in result.results.items()},
     }  # fmt: skip
+    campaign = result.campaign
     write_campaign_file(path, CampaignFile(campaign.name, campaign.source_text, STATUSES, units, arrays))
 
 
-def _times(done: Done, columns: Columns, workers: int | None) -> dict[str, Any]:
+def _times(result: CampaignResult) -> dict[str, Any]:
     """Times of this run; designs that an earlier one had solved count among the solved ones alone."""
+    effort = result.effort
+    available_s = (effort.workers or 0) * effort.wall_s
     return {
         "machine": machine(),
-        "n_chunks": len(done.chunks),
-        "n_designs_resumed": done.resumed,
-        "solving_s": float(columns.solving_s.sum()),
-        "solving_this_run_s": done.solving_s,
-        "wall_s": done.wall_s,
-        "workers": workers,
-        "efficiency": done.solving_s / (workers * done.wall_s) if workers and done.wall_s else None,
+        "n_chunks": effort.n_chunks,
+        "n_designs_resumed": effort.resumed,
+        "solving_s": float(result.solving_s.sum()),
+        "solving_this_run_s": effort.solving_s,
+        "wall_s": effort.wall_s,
+        "workers": effort.workers,
+        "efficiency": effort.solving_s / available_s if available_s else None,
     }
 
 
-def _write_times(path: Path, columns: Columns) -> None:
-    lines = [f"{i + 1},{seconds:.{DIGITS}f}\n" for i, seconds in enumerate(columns.solving_s)]
+def _write_times(path: Path, result: CampaignResult) -> None:
+    lines = [f"{i + 1},{seconds:.{DIGITS}f}\n" for i, seconds in enumerate(result.solving_s)]
     with atomic_path(path) as temporary:
         temporary.write_text("design,processor_s\n" + "".join(lines), encoding="utf-8")

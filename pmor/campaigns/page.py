@@ -7,11 +7,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pmor.campaigns.columns import Columns, unit_of
 from pmor.campaigns.figures import BY_KEY, Figure
-from pmor.campaigns.relations import split
+from pmor.campaigns.relations import split, unit_of
+from pmor.campaigns.result import CampaignResult
 from pmor.campaigns.rows import STATUSES
-from pmor.campaigns.settings import Campaign
 from pmor.core.arrays import FloatArray
 from pmor.report.explorer import Column, Designs
 from pmor.report.page import Block, Heading, Warning
@@ -37,34 +36,35 @@ def case_file(number: int) -> str:
     return f"design_{number:06d}.toml"
 
 
-def linked_designs(columns: Columns) -> Sequence[int]:
+def linked_designs(result: CampaignResult) -> Sequence[int]:
     """Return the designs, from 0, that get a case file: all that have all their keys, unless they are many."""
-    known = np.ones(len(columns.status), dtype=bool)
-    for values in columns.inputs.values():
+    known = np.ones(len(result.codes), dtype=bool)
+    for values in result.inputs.values():
         known &= np.isfinite(values)
     return np.flatnonzero(known).tolist() if len(known) <= MOST_CASES else []
 
 
-def blocks_of(campaign: Campaign, columns: Columns) -> list[Block | Designs]:
+def blocks_of(result: CampaignResult) -> list[Block | Designs]:
     """Return what the page shows, in the order of reading."""
-    counts = {status: columns.count(status) for status in STATUSES}
+    campaign = result.campaign
+    counts = {status: result.count(status) for status in STATUSES}
     blocks: list[Block | Designs] = []
-    for i in columns.failed[:BEST]:
-        blocks.append(Warning(f"design {i + 1}: {columns.reasons[i]}"))
-    if len(columns.failed) > BEST:
-        blocks.append(Warning(f"{len(columns.failed) - BEST} more designs without results: see campaign.csv"))
+    for i in result.failed[:BEST]:
+        blocks.append(Warning(f"design {i + 1}: {result.reasons[i]}"))
+    if len(result.failed) > BEST:
+        blocks.append(Warning(f"{len(result.failed) - BEST} more designs without results: see campaign.csv"))
     varied = ", ".join(variable.name for variable in campaign.variables)
     derived = [name for name in campaign.columns if name in campaign.relations.solved]
     follows = f" {', '.join(derived)} follow{'s' * (len(derived) == 1)} from relations." if derived else ""
     blocks += [
         f"{campaign.count} designs of the case {campaign.base.name}: {counts['ok']} solved, {counts['infeasible']} "
-        f"infeasible, {len(columns.failed)} failed. From design to design differ: {varied}.{follows} Every design has "
+        f"infeasible, {len(result.failed)} failed. From design to design differ: {varied}.{follows} Every design has "
         "finite elements of its own gears, exact line loads and the sweep of its case; figures are those at the "
         "nominal torque.",
         Heading("Designs"),
-        *_explorer(campaign, columns),
-        _best(columns),
-        _reasons(columns),
+        *_explorer(result),
+        _best(result),
+        _reasons(result),
     ]
     return blocks
 
@@ -75,31 +75,31 @@ def label_of(name: str) -> str:
     return f"{section.partition('.')[0]} {UNITS.sub('', key).replace('_', ' ')}"
 
 
-def _explorer(campaign: Campaign, columns: Columns) -> list[Block | Designs]:
-    step = -(-len(columns.status) // MOST_SHOWN)
-    shown = np.arange(0, len(columns.status), step)
-    linked = set(linked_designs(columns))
+def _explorer(result: CampaignResult) -> list[Block | Designs]:
+    step = -(-len(result.codes) // MOST_SHOWN)
+    shown = np.arange(0, len(result.codes), step)
+    linked = set(linked_designs(result))
     found = [Column(name, label_of(name), unit_of(name), values[shown], "input")
-             for name, values in columns.inputs.items()]  # fmt: skip
-    found += [Column(figure.key, figure.label, figure.shown_unit, columns.results[figure.key][shown], "result")
-              for figure in _shown(columns)]  # fmt: skip
+             for name, values in result.inputs.items()]  # fmt: skip
+    found += [Column(figure.key, figure.label, figure.shown_unit, result.results[figure.key][shown], "result")
+              for figure in _shown(result)]  # fmt: skip
     designs = Designs(
         tuple(found), np.array([f"design {i + 1}" for i in shown]),
         np.array([f"{CASES}/{case_file(int(i) + 1)}" if i in linked else "" for i in shown]),
-        np.array([columns.reasons[i] for i in shown]),
+        np.array([result.reasons[i] for i in shown]),
     )  # fmt: skip
     part = f"One design in {step} is shown, from the first on; all are in campaign.csv. " if step > 1 else ""
     each = (
         "The name of a design links to its case file."
         if linked
-        else (f"pmor campaign {campaign.source.name} --case N writes the case file of design N.")
+        else (f"pmor campaign {result.campaign.source.name} --case N writes the case file of design N.")
     )
     return [f"{part}{each}", designs]
 
 
-def _shown(columns: Columns) -> list[Figure]:
+def _shown(result: CampaignResult) -> list[Figure]:
     """Results that differ between designs by more than round-off, the most telling ones first."""
-    differing = [key for key, values in columns.results.items() if _differs(values)]
+    differing = [key for key, values in result.results.items() if _differs(values)]
     order = [key for key in FIRST if key in differing] + [key for key in differing if key not in FIRST]
     return [BY_KEY[key] for key in order]
 
@@ -109,19 +109,19 @@ def _differs(values: FloatArray) -> bool:
     return len(known) > 0 and bool(np.ptp(known) > ROUND_OFF * np.abs(known).max())
 
 
-def _best(columns: Columns) -> Table:
+def _best(result: CampaignResult) -> Table:
     """Designs of the least of the first result, one line each."""
-    figures = _shown(columns)[: len(FIRST)]
+    figures = _shown(result)[: len(FIRST)]
     if not figures:
         return Table("", (), [])
-    ranked = columns.results[figures[0].key]
+    ranked = result.results[figures[0].key]
     order = [int(i) for i in np.argsort(ranked, kind="stable")[:BEST] if np.isfinite(ranked[i])]
     rows: list[list[Cell]] = [
-        [i + 1, *(float(column[i]) for column in columns.inputs.values()),
-         *(float(columns.results[figure.key][i]) for figure in figures)]
+        [i + 1, *(float(column[i]) for column in result.inputs.values()),
+         *(float(result.results[figure.key][i]) for figure in figures)]
         for i in order
     ]  # fmt: skip
-    inputs = [_headed(label_of(name), unit_of(name)) for name in columns.inputs]
+    inputs = [_headed(label_of(name), unit_of(name)) for name in result.inputs]
     results = [_headed(figure.label, figure.shown_unit) for figure in figures]
     return Table(f"Least {figures[0].label}", ("design", *inputs, *results), rows)
 
@@ -130,12 +130,12 @@ def _headed(label: str, unit: str) -> str:
     return f"{label}, {unit}" if unit else label
 
 
-def _reasons(columns: Columns) -> Table:
+def _reasons(result: CampaignResult) -> Table:
     """Reasons that differ in their numbers alone are one."""
     found: dict[str, list[int]] = {}
-    for i, reason in enumerate(columns.reasons):
+    for i, reason in enumerate(result.reasons):
         if reason:
             found.setdefault(NUMBER.sub("…", reason), []).append(i)
     common = sorted(found.values(), key=len, reverse=True)[:COMMON_REASONS]
-    rows: list[list[Cell]] = [[len(group), group[0] + 1, columns.reasons[group[0]]] for group in common]
+    rows: list[list[Cell]] = [[len(group), group[0] + 1, result.reasons[group[0]]] for group in common]
     return Table("Why designs have no results", ("designs", "such as design", "which says"), rows)

@@ -1,4 +1,4 @@
-"""What is told of each design, and of each chunk of them: plain data that passes between processes and machines."""
+"""The rows of designs, and of chunks of them: plain data between processes and machines."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from pmor.campaigns.settings import Number, Relations
+from pmor.campaigns.settings import Number, Relations, Workers
 
 Row = dict[str, Any]
 Status = Literal["ok", "infeasible", "not converged", "lost"]
@@ -16,9 +16,9 @@ STATUSES: tuple[Status, ...] = ("ok", "infeasible", "not converged", "lost")
 NAME = "design"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Task:
-    """What all designs of a campaign have in common.
+    """All that the designs of a campaign have in common.
 
     Parameters
     ----------
@@ -26,19 +26,33 @@ class Task:
         TOML text of the base case.
     relations : Relations
     columns : tuple of str
-        Keys of the case that the rows tell.
+        Keys of the case in the rows.
     results : tuple of str
+    workers : Workers
+    store : str
+        Folder of the store.
+    store_bytes : float
+        Its largest size; 0: none.
     """
 
     base_text: str
     relations: Relations
     columns: tuple[str, ...]
     results: tuple[str, ...]
+    workers: Workers
+    store: str
+    store_bytes: float
+
+    @staticmethod
+    def from_json(plain: dict[str, Any]) -> Task:
+        """Return the task of `dataclasses.asdict`, through JSON."""
+        given = {"relations": Relations(**plain["relations"]), "workers": Workers(**plain["workers"])}
+        return Task(**{**plain, **given, "columns": tuple(plain["columns"]), "results": tuple(plain["results"])})
 
 
 @dataclass(frozen=True)
 class Answer:
-    """What is known of a chunk.
+    """The answer to a chunk.
 
     Parameters
     ----------
@@ -56,7 +70,7 @@ def plain_row(
     task: Task, number: int, design: Mapping[str, Number], status: Status, reason: str,
     results: Mapping[str, float | None] | None = None,
 ) -> Row:  # fmt: skip
-    """Return the row of a design: None for what is not known."""
+    """Return the row of a design: None for unknown values."""
     found = results or {}
     return {
         "design": number,

@@ -1,80 +1,77 @@
-"""Run a campaign: chunks that are not there yet go to an executor, and each is kept as soon as it is back."""
+"""Run a campaign: missing chunks go to an executor, and each is kept as soon as it is back."""
 
 from __future__ import annotations
 
+import logging
 import time
-from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, ThreadPoolExecutor
-from contextlib import contextmanager
-from dataclasses import dataclass
+from collections.abc import Callable
+from concurrent.futures import Executor
 from pathlib import Path
 
-from pmor.campaigns.chunks import PARTS, Chunk, ChunkFiles, chunks_of, expected_seconds
+from pmor.campaigns.chunks import Chunk, ChunkFiles, chunks_of, expected_seconds
+from pmor.campaigns.loader import load
+from pmor.campaigns.output import FILES, refuse_changed_cases
+from pmor.campaigns.result import CampaignResult, Effort, gathered
 from pmor.campaigns.rows import Answer, Task
 from pmor.campaigns.settings import Campaign
-from pmor.campaigns.store import open_store
+from pmor.campaigns.store import Store, open_store, refuse_foreign_store
 from pmor.campaigns.submit import submit_all
-from pmor.campaigns.supervise import Order, closing_solvers, lost_answer, solve_order
+from pmor.campaigns.supervise import LocalProcesses, Order, lost_answer, solve_order
 from pmor.campaigns.table import designs_of
-from pmor.core.progress import format_time
+from pmor.work.pace import Pace
+from pmor.work.results import pieces_folder
 
-# Seconds between lines on progress, where there is no bar.
+LOG = logging.getLogger("pmor")
+# Least time between two lines of the log.
 SAY_EVERY_S = 60.0
 
 
-@dataclass(frozen=True)
-class Done:
-    """A campaign whose chunks are all there.
+def campaign(
+    path: Path | str, folder: Path | str, *, executor: Executor | None = None,
+    progress: Callable[[int], None] | None = None, overwrite: bool = False,
+) -> CampaignResult:  # fmt: skip
+    """Solve all designs of a campaign file, and write the files of `pmor campaign`.
 
     Parameters
     ----------
-    campaign : Campaign
-    chunks : tuple of Chunk
-    files : ChunkFiles
-    resumed : int
-        Designs that an earlier run had solved.
-    wall_s : float
-        Of this run, from the first chunk that was handed out to the last one that came back.
-    solving_s : float
-        Processor time of this run's designs.
+    path : Path or str
+        Campaign file.
+    folder : Path or str
+        For the results; chunks of designs are kept there until all are solved.
+    executor : concurrent.futures.Executor, optional
+        Of threads, processes or a cluster: it hands out chunks, and each of its threads has a process of its own that
+        solves. The results are the same to the last bit. By default one process on this machine.
+    progress : callable, optional
+        Called with how many more designs are there, first with those of an earlier run.
+    overwrite : bool
+        Replace files there, whoever wrote them.
+
+    Raises
+    ------
+    CaseError
+        When the file asks for something impossible.
+    OutputError
+    ExternalProgramError
+        When the executor does no more work.
     """
-
-    campaign: Campaign
-    chunks: tuple[Chunk, ...]
-    files: ChunkFiles
-    resumed: int
-    wall_s: float
-    solving_s: float
+    found = run(load(path), folder=folder, executor=executor, progress=progress, overwrite=overwrite)
+    found.write(folder, overwrite=overwrite)
+    return found
 
 
-@contextmanager
-def local_processes(jobs: int) -> Iterator[Executor]:
-    """Give an executor of so many processes: threads, each with one that solves."""
-    with ThreadPoolExecutor(max_workers=jobs, thread_name_prefix="campaign") as executor:
-        try:
-            yield executor
-        finally:
-            with closing_solvers():
-                executor.shutdown(wait=True, cancel_futures=True)
-
-
-def run_campaign(
-    campaign: Campaign, out: Path, executor: Executor, progress: Callable[[int], None] = lambda count: None,
-    announce: Callable[[str], None] = lambda text: None,
-) -> Done:  # fmt: skip
-    """Solve all designs of a campaign that are not solved yet.
+def run(
+    campaign: Campaign, *, folder: Path | str | None = None, executor: Executor | None = None,
+    progress: Callable[[int], None] | None = None, overwrite: bool = False,
+) -> CampaignResult:  # fmt: skip
+    """Solve all designs of a campaign that are not solved yet; the log "pmor" tells how far it has come.
 
     Parameters
     ----------
     campaign : Campaign
-    out : Path
-        Folder of the results, where finished chunks are kept until these are written.
-    executor : concurrent.futures.Executor
-        The results do not depend on it.
-    progress : callable
-        Called with a number of designs that are there, for progress.
-    announce : callable
-        Called with a line of text, at the start and every now and then.
+    folder : Path or str, optional
+        Of the results: finished chunks are kept there until these are written. None: a temporary folder.
+    executor, progress, overwrite
+        As in `pmor.campaign`.
 
     Raises
     ------
@@ -82,56 +79,56 @@ def run_campaign(
     ExternalProgramError
         When the executor does no more work.
     """
+    if campaign.store.limit_GiB:
+        refuse_foreign_store(Path(campaign.store.folder))  # before anything is written
+    with pieces_folder(folder, FILES, inputs=campaign.inputs, overwrite=overwrite) as parts:
+        if folder is not None:
+            refuse_changed_cases(campaign, Path(folder), overwrite)
+        if executor is not None:
+            return _solved(campaign, parts, executor, progress or (lambda count: None))
+        with LocalProcesses(1) as processes:
+            return _solved(campaign, parts, processes, progress or (lambda count: None))
+
+
+def task_of(campaign: Campaign, store: Store) -> Task:
+    """Return what all designs of a campaign have in common."""
+    return Task(
+        base_text=campaign.base_text, relations=campaign.relations, columns=campaign.columns, results=campaign.results,
+        workers=campaign.workers, store=str(store.folder), store_bytes=store.limit_bytes,
+    )  # fmt: skip
+
+
+def _solved(campaign: Campaign, parts: Path, executor: Executor, progress: Callable[[int], None]) -> CampaignResult:
     table = designs_of(campaign)
     chunks = chunks_of(campaign.count, expected_seconds(campaign, table))
-    store = open_store(Path(campaign.store.folder), campaign.store.limit_GiB)
-    files, task = ChunkFiles(out / PARTS, campaign), _task(campaign)
+    task = task_of(campaign, open_store(Path(campaign.store.folder), campaign.store.limit_GiB))
+    files = ChunkFiles(parts, campaign)
     files.begin(chunks, campaign)
     known = {chunk.number for chunk, _ in files.finished(chunks)}
-    missing = [chunk for chunk in chunks if chunk.number not in known]
-    resumed = campaign.count - sum(chunk.count for chunk in missing)
-    pace = _Pace(campaign.count, resumed, announce)
+    missing = {chunk.number: chunk for chunk in chunks if chunk.number not in known}
+    resumed = campaign.count - sum(chunk.count for chunk in missing.values())
+    LOG.info("%d designs in %d chunks", campaign.count, len(chunks))
+    pace = Pace("designs", campaign.count, resumed, every_s=SAY_EVERY_S)
     progress(resumed)
-    announce(f"{campaign.count} designs in {len(chunks)} chunks, {resumed} of them solved before")
+    solving = 0.0
 
     def order_of(chunk: Chunk) -> Order:
-        # Design numbers are for people: they count from 1.
-        designs = tuple((i + 1, table(i)) for i in chunk.designs)
-        return Order(task, campaign.workers, str(store.folder), store.limit_bytes, designs, chunk.number)
-
-    by_number: dict[int, Chunk] = {chunk.number: chunk for chunk in missing}
-    solving = 0.0
+        # Numbers of designs are for people: they count from 1.
+        return Order(task, tuple((i + 1, table(i)) for i in chunk.designs), chunk.number)
 
     def keep(order: Order, answer: Answer) -> None:
         nonlocal solving
-        chunk = by_number[order.chunk]
+        chunk = missing[order.chunk]
         files.write(chunk, answer)
         solving += sum(answer.seconds)
         progress(chunk.count)
         pace.step(chunk.count)
+        pace.tell()
 
     started = time.perf_counter()
-    submit_all(executor, solve_order, map(order_of, missing), keep, lost_answer)
-    return Done(campaign, tuple(chunks), files, resumed, time.perf_counter() - started, solving)
-
-
-def _task(campaign: Campaign) -> Task:
-    return Task(campaign.base_text, campaign.relations, campaign.columns, campaign.results)
-
-
-class _Pace:
-    """Says every now and then how many designs are solved, how fast, and how long it will take."""
-
-    def __init__(self, total: int, done: int, announce: Callable[[str], None]) -> None:
-        self._total, self._before, self._done, self._announce = total, done, done, announce
-        self._started = self._said = time.perf_counter()
-
-    def step(self, count: int) -> None:
-        self._done += count
-        now = time.perf_counter()
-        if now - self._said < SAY_EVERY_S:
-            return
-        self._said = now
-        rate = (self._done - self._before) / (now - self._started)
-        left = format_time((self._total - self._done) / rate)
-        self._announce(f"{self._done} of {self._total} designs, {rate:.3g} per second, {left} left")
+    submit_all(executor, solve_order, map(order_of, missing.values()), keep, lost_answer)
+    effort = Effort(
+        n_chunks=len(chunks), resumed=resumed, solving_s=solving, wall_s=time.perf_counter() - started,
+        workers=executor.jobs if isinstance(executor, LocalProcesses) else None,
+    )  # fmt: skip
+    return gathered(campaign, (answer for _, answer in files.finished(chunks)), effort)

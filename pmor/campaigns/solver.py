@@ -38,7 +38,7 @@ def main() -> None:
             order = json.loads(orders.get(timeout=IDLE_S))
         except queue.Empty:
             return
-        _limit_memory(order["memory_bytes"])
+        _limit_memory(order["task"]["workers"]["memory_GiB"])
         for answer in rows_of(order):
             _tell(answers, answer)
             if FAILED in answer:
@@ -55,7 +55,6 @@ def _listen(orders: queue.SimpleQueue[str]) -> None:
 def _ready() -> Callable[[dict[str, Any]], Iterator[dict[str, Any]]]:
     """Load what solving takes, before any design has to wait for it."""
     from pmor.campaigns.rows import Task
-    from pmor.campaigns.settings import Relations
     from pmor.campaigns.solve import row_of
     from pmor.campaigns.store import GIB, Store, open_store
     from pmor.core.errors import OutputError
@@ -68,9 +67,8 @@ def _ready() -> Callable[[dict[str, Any]], Iterator[dict[str, Any]]]:
             return Store(folder, 0.0)
 
     def rows_of(order: dict[str, Any]) -> Iterator[dict[str, Any]]:
-        relations, columns = Relations(**order["relations"]), tuple(order["columns"])
-        task = Task(order["base_text"], relations, columns, tuple(order["results"]))
-        store = store_of(Path(order["store"]), order["store_bytes"])
+        task = Task.from_json(order["task"])
+        store = store_of(Path(task.store), task.store_bytes)
         for number, design in order["designs"]:
             started = time.process_time()
             try:
@@ -89,10 +87,11 @@ def _tell(answers: TextIO, answer: dict[str, Any]) -> None:
     answers.flush()
 
 
-def _limit_memory(size: int | None) -> None:
-    if size is not None and sys.platform != "win32":
+def _limit_memory(size_GiB: float | None) -> None:
+    if size_GiB is not None and sys.platform != "win32":
         import resource
 
+        size = int(size_GiB * 2**30)
         resource.setrlimit(resource.RLIMIT_DATA, (size, resource.getrlimit(resource.RLIMIT_DATA)[1]))
 
 

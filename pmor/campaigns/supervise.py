@@ -14,19 +14,19 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from typing import Any
 
 from pmor.campaigns.rows import Answer, Row, Task, plain_row
-from pmor.campaigns.settings import Number, Workers
+from pmor.campaigns.settings import Number
 from pmor.campaigns.solver import FAILED
 from pmor.core.errors import ExternalProgramError
 from pmor.core.threads import VARIABLES
 from pmor.core.version import __version__
 
-GIB = 2**30
 TRIES = 2
 # For a process to load its libraries, from a disk that a thousand others ask as well.
 START_LIMIT_S = 300.0
@@ -34,8 +34,6 @@ START_LIMIT_S = 300.0
 PATIENCE_S = 5.0
 COMMAND = (sys.executable, "-P", "-m", "pmor.campaigns.solver")
 _OWN = threading.local()
-_RUNNING: set[subprocess.Popen[str]] = set()
-_CLOSING = threading.Event()
 
 
 @dataclass(frozen=True)
@@ -45,10 +43,6 @@ class Order:
     Parameters
     ----------
     task : Task
-    workers : Workers
-    store : str
-        Folder of the store.
-    store_bytes : float
     designs : tuple of (int, mapping)
         Numbers, from 1, and the keys that they change.
     chunk : int
@@ -58,12 +52,93 @@ class Order:
     """
 
     task: Task
-    workers: Workers
-    store: str
-    store_bytes: float
     designs: tuple[tuple[int, Mapping[str, Number]], ...]
     chunk: int
     version: str = __version__
+
+
+class Solvers:
+    """The solving processes of an executor's threads: ended together, so that the threads beside them end."""
+
+    def __init__(self) -> None:
+        self._running: set[subprocess.Popen[str]] = set()
+        self._lock, self.closing = threading.Lock(), False
+        atexit.register(self.close)
+
+    def start(self) -> subprocess.Popen[str]:
+        """Start a process.
+
+        Raises
+        ------
+        Ended
+            When they are being closed.
+        """
+        one_thread = dict.fromkeys((*VARIABLES, "NUMBA_NUM_THREADS"), "1")
+        # From the same folders as this process, and not from the one that it happens to be in.
+        path = {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+        with self._lock:  # no process starts behind the back of `close`
+            if self.closing:
+                raise Ended("the work was given up")
+            process = subprocess.Popen(
+                COMMAND, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, encoding="utf-8",
+                env={**os.environ, **one_thread, **path},
+                start_new_session=True,  # an interruption on the terminal is for the one that watches over it
+            )  # fmt: skip
+            self._running.add(process)
+        return process
+
+    def end(self, process: subprocess.Popen[str]) -> str:
+        """End a process and return how it ended by itself."""
+        try:
+            code = process.wait(PATIENCE_S)
+        except subprocess.TimeoutExpired:
+            code = None
+        process.kill()
+        process.wait()
+        for stream in (process.stdin, process.stdout):
+            assert stream is not None
+            with suppress(OSError):  # for orders that it did not take any more
+                stream.close()
+        self._running.discard(process)
+        if code is not None and code < 0:
+            return f"its process was ended by the signal {signal.Signals(-code).name}"
+        return f"its process ended with the exit code {code}"
+
+    def close(self) -> None:
+        """End all of them; none starts any more."""
+        with self._lock:
+            self.closing = True
+            for process in self._running:
+                process.kill()
+
+    def forget(self) -> None:
+        """Close the pipes of all, once no thread waits for them."""
+        for process in list(self._running):
+            self.end(process)
+        atexit.unregister(self.close)
+
+
+# Of threads of executors that are not of this module.
+_SHARED = Solvers()
+
+
+class LocalProcesses(ThreadPoolExecutor):
+    """An executor of solving processes on this machine: threads, each with one of them.
+
+    Parameters
+    ----------
+    jobs : int
+        Number of processes.
+    """
+
+    def __init__(self, jobs: int) -> None:
+        self.jobs, self._solvers = jobs, Solvers()
+        super().__init__(jobs, "campaign", lambda: setattr(_OWN, "solvers", self._solvers))
+
+    def __exit__(self, *raised: object) -> None:
+        self._solvers.close()
+        self.shutdown(wait=True, cancel_futures=True)
+        self._solvers.forget()
 
 
 class Ended(Exception):
@@ -78,7 +153,7 @@ def solve_order(order: Order) -> Answer:
     ExternalProgramError
         When the program on this machine is another version.
     RuntimeError
-        When the work was given up meanwhile (`closing_solvers`).
+        When the work was given up meanwhile (`Solvers.close`).
     """
     if order.version != __version__:
         raise ExternalProgramError(
@@ -90,7 +165,7 @@ def solve_order(order: Order) -> Answer:
         try:
             _ask(order, rows, seconds)
         except Ended as ended:
-            if _CLOSING.is_set():
+            if _solvers().closing:
                 raise RuntimeError("the work was given up") from ended
             tries = 1 if len(rows) > before else tries + 1
             if tries == TRIES:
@@ -107,36 +182,17 @@ def lost_answer(order: Order, reason: str) -> Answer:
     return Answer(tuple(rows), (0.0,) * len(order.designs))
 
 
-@contextmanager
-def closing_solvers() -> Iterator[None]:
-    """End the solving processes of this process, so that the threads beside them end in this block."""
-    _CLOSING.set()
-    try:
-        _kill_all()
-        yield
-    finally:
-        _CLOSING.clear()
-
-
-def _kill_all() -> None:
-    for process in list(_RUNNING):
-        process.kill()
-
-
-atexit.register(_kill_all)
-
-
 def _ask(order: Order, rows: list[Row], seconds: list[float]) -> None:
     """Have the designs that have no row yet solved, by this thread's process; Ended when that does not answer."""
     process = _solver()
     assert process.stdin is not None
     try:
-        process.stdin.write(json.dumps(_plain(order, order.designs[len(rows) :])) + "\n")
+        process.stdin.write(json.dumps({"task": asdict(order.task), "designs": order.designs[len(rows) :]}) + "\n")
         process.stdin.flush()
     except OSError:
-        raise Ended(_end(process)) from None
+        raise Ended(_solvers().end(process)) from None
     for _ in order.designs[len(rows) :]:
-        answer = _answer(process, order.workers.time_limit_s)
+        answer = _answer(process, order.task.workers.time_limit_s)
         rows.append(answer["row"])
         seconds.append(answer["seconds"])
 
@@ -152,56 +208,28 @@ def _answer(process: subprocess.Popen[str], limit_s: float) -> dict[str, Any]:
     watch.cancel()
     answer: dict[str, Any] = json.loads(line) if line.endswith("\n") else {FAILED: None}
     if FAILED in answer:
-        how = _end(process)
+        how = _solvers().end(process)
         raise Ended(f"no answer within {limit_s:g} s" if late.is_set() else answer[FAILED] or how)
     return answer
 
 
-def _plain(order: Order, designs: Sequence[tuple[int, Mapping[str, Number]]]) -> dict[str, Any]:
-    memory = order.workers.memory_GiB
-    return {
-        **asdict(order.task), "designs": designs, "store": order.store, "store_bytes": order.store_bytes,
-        "memory_bytes": None if memory is None else int(memory * GIB),
-    }  # fmt: skip
+def _solvers() -> Solvers:
+    found: Solvers = getattr(_OWN, "solvers", _SHARED)
+    return found
 
 
 def _solver() -> subprocess.Popen[str]:
     """Return the solving process beside this thread, a new one where there is none."""
     process: subprocess.Popen[str] | None = getattr(_OWN, "process", None)
-    if process is None or process.poll() is not None:
-        one_thread = dict.fromkeys((*VARIABLES, "NUMBA_NUM_THREADS"), "1")
-        # From the same folders as this process, and not from the one that it happens to be in.
-        path = {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-        process = _OWN.process = subprocess.Popen(
-            COMMAND, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, encoding="utf-8",
-            env={**os.environ, **one_thread, **path},
-            start_new_session=True,  # an interruption on the terminal is for the one that watches over it
-        )  # fmt: skip
-        _RUNNING.add(process)
-        _answer(process, START_LIMIT_S)  # that it is ready: no design is blamed for a slow disk
+    if process is not None and process.poll() is None:
+        return process
+    if process is not None and process.stdin is not None and not process.stdin.closed:
+        _solvers().end(process)  # idle for long, it has ended by itself
+    _OWN.process = process = _solvers().start()
+    _answer(process, START_LIMIT_S)  # that it is ready: no design is blamed for a slow disk
     return process
 
 
 def _stop_late(process: subprocess.Popen[str], late: threading.Event) -> None:
     late.set()
     process.kill()
-
-
-def _end(process: subprocess.Popen[str]) -> str:
-    """End a process and say how it ended by itself."""
-    try:
-        code = process.wait(PATIENCE_S)
-    except subprocess.TimeoutExpired:
-        code = None
-    process.kill()
-    process.wait()
-    for stream in (process.stdin, process.stdout):
-        assert stream is not None
-        try:
-            stream.close()
-        except OSError:
-            pass  # what it was not told any more
-    _RUNNING.discard(process)
-    if code is not None and code < 0:
-        return f"its process was ended by the signal {signal.Signals(-code).name}"
-    return f"its process ended with the exit code {code}"

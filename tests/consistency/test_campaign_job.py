@@ -18,8 +18,10 @@ import pmor.campaigns.solve as solve_module
 import pmor.campaigns.supervise as supervise_module
 from pmor.app.cli import main
 from pmor.campaigns.describe import folder_text
+from pmor.campaigns.loader import load
 from pmor.campaigns.output import RESULTS
 from pmor.campaigns.relations import case_of
+from pmor.campaigns.run import run
 from pmor.campaigns.solve import basis_of, results_of
 from pmor.campaigns.store import entries, open_store
 from pmor.core.errors import OutputError
@@ -198,7 +200,7 @@ def test_a_disk_that_is_full_ends_it_and_the_same_command_goes_on(folder, faulty
     assert main(["info", "out"]) == 0
     capsys.readouterr()
     assert main(["campaign", "campaign.toml", "--out", "out"]) == 0
-    assert "8 of them solved before" in capsys.readouterr().out
+    assert "designs: 8 of 24 are finished and taken over" in capsys.readouterr().err
     assert results(folder / "out") == results(folder / "plain")
 
 
@@ -220,28 +222,76 @@ def test_chunks_of_another_campaign_or_another_hand_are_solved_again(folder, fau
     part.write_text(edited)
     (folder / "base.toml").write_text(BASE.replace("bore_radius_mm = 20.0", "bore_radius_mm = 21.0"))
     assert main(["campaign", "campaign.toml", "--out", "out", "--overwrite"]) == 0
-    assert " 0 of them solved before" in capsys.readouterr().out
+    assert "taken over" not in capsys.readouterr().err
     assert set(statuses(folder / "out")) == {"ok", "infeasible"}
 
 
-def test_an_interruption_leaves_no_process_behind(folder, faulty, monkeypatch, request):
+class Processes(list):
+    """All solving processes of a test; `when_two` is called after the second has started."""
+
+    def when_two(self):
+        pass
+
+
+@pytest.fixture
+def processes(monkeypatch):
+    start, started = supervise_module.Solvers.start, Processes()
+
+    def recorded(self):
+        started.append(start(self))
+        if len(started) == 2:
+            started.when_two()
+        return started[-1]
+
+    monkeypatch.setattr(supervise_module.Solvers, "start", recorded)
+    return started
+
+
+def test_an_interruption_leaves_no_process_behind(folder, faulty, processes, request):
     faulty(**{f"d{number}": ("hang", 9) for number in range(1, DESIGNS)})
     # A process that a shell starts in the background is told to let interruptions pass, and so are its tests.
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     request.addfinalizer(partial(signal.signal, signal.SIGINT, before))
-    started = []
-
-    class Watched(set):
-        def add(self, process):
-            super().add(process)
-            started.append(process)
-            if len(started) == 2:
-                threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()
-
-    monkeypatch.setattr(supervise_module, "_RUNNING", Watched())
+    processes.when_two = lambda: threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()
     assert main(["campaign", "campaign.toml", "--out", "out", "--jobs", "2"]) == 130
-    assert len(started) == 2
-    assert [process.poll() for process in started] == [-signal.SIGKILL] * 2
+    assert len(processes) == 2
+    assert [process.poll() for process in processes] == [-signal.SIGKILL] * 2
+
+
+def test_the_end_of_a_campaign_ends_no_process_of_another_one(folder, faulty, processes):
+    with supervise_module.LocalProcesses(1) as going_on:
+        assert pmor.campaign("campaign.toml", "first", executor=going_on).count("ok") == 16
+        pmor.campaign("campaign.toml", "second")
+        assert [process.poll() is None for process in processes] == [True, False]
+    assert all(process.poll() is not None for process in processes)
+
+
+def test_case_files_edited_by_hand_and_folders_of_others_stay(folder, faulty, capsys):
+    assert main(["campaign", "campaign.toml", "--out", "out"]) == 0
+    edited = folder / "out" / "cases" / "design_000012.toml"
+    edited.write_text(edited.read_text() + "# checked\n")
+    kept = folder / "out" / "cases" / "thesis" / "chapter.txt"
+    kept.parent.mkdir()
+    kept.write_text("mine")
+    assert main(["campaign", "campaign.toml", "--out", "out"]) == 2
+    assert "design_000012.toml" in capsys.readouterr().err
+    assert edited.read_text().endswith("# checked\n")
+    assert main(["campaign", "campaign.toml", "--out", "out", "--overwrite"]) == 0
+    assert not edited.read_text().endswith("# checked\n")
+    assert kept.read_text() == "mine"
+
+
+def test_command_and_python_leave_the_same_files(folder, faulty, capsys):
+    assert main(["campaign", "campaign.toml", "--out", "out"]) == 0
+    steps = []
+    found = run(load("campaign.toml"), progress=steps.append)
+    assert sum(steps) == DESIGNS
+    found.write("written")
+    assert str(found).splitlines()[:2] == capsys.readouterr().out.splitlines()[:2]
+    assert results(folder / "written") == results(folder / "out")
+    assert {path.name for path in folder.joinpath("written").iterdir()} == {
+        path.name for path in folder.joinpath("out").iterdir()
+    }
 
 
 def test_the_case_file_of_a_design_reads_back_as_what_was_solved(folder, capsys):

@@ -23,15 +23,15 @@ from pathlib import Path
 from typing import Any
 
 from pmor.campaigns.chunks import LEAST_S, MOST_CHUNKS, Chunk, ChunkFiles, chunks_of
-from pmor.campaigns.columns import columns_of
-from pmor.campaigns.loader import load_campaign
+from pmor.campaigns.loader import load
 from pmor.campaigns.output import write_csv, write_hdf5
-from pmor.campaigns.rows import Answer, Task, plain_row
-from pmor.campaigns.run import local_processes
+from pmor.campaigns.result import Effort, gathered
+from pmor.campaigns.rows import Answer, plain_row
+from pmor.campaigns.run import task_of
 from pmor.campaigns.settings import Campaign
 from pmor.campaigns.store import GIB, Store, entries, open_store
 from pmor.campaigns.submit import IN_FLIGHT, submit_all
-from pmor.campaigns.supervise import Order, solve_order
+from pmor.campaigns.supervise import LocalProcesses, Order, solve_order
 from pmor.campaigns.table import designs_of
 from pmor.core.memory import memory_text
 from pmor.core.progress import format_time
@@ -122,7 +122,7 @@ def _campaign(folder: Path) -> Campaign:
         "pair.module_mm = { from = 3.0, to = 4.0 }\npair.helix_angle_deg = { from = 0.0, to = 25.0 }\n"
         "pair.face_width_mm = { from = 15.0, to = 40.0 }\n", encoding="utf-8",
     )  # fmt: skip
-    return load_campaign(path)
+    return load(path)
 
 
 def _solving(campaign: Campaign, folder: Path) -> dict[str, float]:
@@ -132,7 +132,7 @@ def _solving(campaign: Campaign, folder: Path) -> dict[str, float]:
     table_s, store = time.process_time() - started, open_store(folder / "store", 1.0)
     step = campaign.count // SOLVED
     order = _order(campaign, store, [(i + 1, table(i)) for i in range(0, SOLVED * step, step)])
-    with local_processes(1) as executor:
+    with LocalProcesses(1) as executor:
         answer = executor.submit(solve_order, order).result()
     seconds = [s for row, s in zip(answer.rows, answer.seconds, strict=True) if row["status"] == "ok"]
     sizes = [path.stat().st_size for path in entries(store.folder)]
@@ -149,12 +149,11 @@ def _solving(campaign: Campaign, folder: Path) -> dict[str, float]:
 
 
 def _order(campaign: Campaign, store: Store, designs: list[Any]) -> Order:
-    task = Task(campaign.base_text, campaign.relations, campaign.columns, campaign.results)
-    return Order(task, campaign.workers, str(store.folder), store.limit_bytes, tuple(designs), 0)
+    return Order(task_of(campaign, store), tuple(designs), 0)
 
 
 def _made_up(campaign: Campaign, chunk: Chunk) -> Answer:
-    task = Task(campaign.base_text, campaign.relations, campaign.columns, campaign.results)
+    task = task_of(campaign, Store(Path(), 0.0))
     values = {name: 1.0 / 3.0 + i for i, name in enumerate(campaign.columns)}
     figures = dict.fromkeys(campaign.results, 12.345678901234567)
     rows = (plain_row(task, i + 1, values, "ok", "", figures) for i in chunk.designs)
@@ -186,13 +185,13 @@ def _gathering(campaign: Campaign, folder: Path) -> dict[str, float]:
         return (_made_up(part, chunk) for chunk in chunks_of(part.count, LEAST_S / 50))
 
     started = time.process_time()
-    columns = columns_of(part, answers())
-    gathered = time.process_time()
-    write_csv(folder / "campaign.csv", part, columns)
-    write_hdf5(folder / "campaign.h5", part, columns)
+    result = gathered(part, answers(), Effort(n_chunks=0, resumed=0, solving_s=0.0, wall_s=0.0, workers=None))
+    gathered_s = time.process_time() - started
+    write_csv(folder / "campaign.csv", result)
+    write_hdf5(folder / "campaign.h5", result)
     h5_bytes, numbers = 10.0 * (folder / "campaign.h5").stat().st_size, len(part.columns) + len(part.results) + 3
     return {
-        "gather_s": 10.0 * (gathered - started), "write_s": 10.0 * (time.process_time() - gathered),
+        "gather_s": 10.0 * gathered_s, "write_s": 10.0 * (time.process_time() - started - gathered_s),
         "csv_bytes": 10.0 * (folder / "campaign.csv").stat().st_size,
         "h5_bytes": h5_bytes,
         # Columns, and the file that is made in memory, twice while it is closed.

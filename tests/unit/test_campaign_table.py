@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from pmor.campaigns.loader import load_campaign
+from pmor.campaigns.loader import load
 from pmor.campaigns.relations import case_of, text_of_design, with_relations
 from pmor.campaigns.settings import Relations
 from pmor.campaigns.table import designs_of
@@ -25,7 +25,7 @@ def campaign(folder, text, **files):
         (folder / f"{name}.csv").write_text(content)
     path = folder / "campaign.toml"
     path.write_text('case = "base.toml"\n[designs]\n' + text)
-    found = load_campaign(path)
+    found = load(path)
     table = designs_of(found)
     return found, [dict(table(i)) for i in range(found.count)]
 

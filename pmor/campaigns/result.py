@@ -1,0 +1,145 @@
+"""The result of a campaign: a column for each key and each result, a value for each design."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from pmor.campaigns.rows import STATUSES, Answer, Status
+from pmor.campaigns.settings import Campaign
+from pmor.core.arrays import FloatArray, IntArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class Effort:
+    """Work that a campaign took.
+
+    Parameters
+    ----------
+    n_chunks : int
+    resumed : int
+        Number of designs that an earlier run had solved.
+    solving_s : float
+        Processor time of the designs of this run.
+    wall_s : float
+        From the first chunk handed out to the last one back.
+    workers : int or None
+        Number of processes; None where the executor does not tell.
+    """
+
+    n_chunks: int
+    resumed: int
+    solving_s: float
+    wall_s: float
+    workers: int | None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class CampaignResult:
+    """All designs of a campaign, n of them.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    codes : ndarray of int, shape (n,)
+        Place of the status in `pmor.campaigns.rows.STATUSES`.
+    reasons : tuple of str
+        Why a design has no results; empty where it has.
+    inputs : dict of ndarrays, shape (n,)
+        Keys of the case; NaN where a design has no such value.
+    results : dict of ndarrays, shape (n,)
+        At the nominal torque; NaN of designs without.
+    solving_s : ndarray, shape (n,)
+        Processor time of each design.
+    effort : Effort
+    """
+
+    campaign: Campaign
+    codes: IntArray
+    reasons: tuple[str, ...]
+    inputs: dict[str, FloatArray]
+    results: dict[str, FloatArray]
+    solving_s: FloatArray
+    effort: Effort
+
+    @property
+    def status(self) -> np.ndarray:
+        """Status of each design: "ok", "infeasible", "not converged" or "lost", shape (n,)."""
+        return np.array(STATUSES)[self.codes]
+
+    @property
+    def failed(self) -> IntArray:
+        """Feasible designs without results, counted from 0."""
+        return np.flatnonzero(self.codes >= STATUSES.index("not converged"))
+
+    def count(self, status: Status) -> int:
+        """Return the number of designs with a status."""
+        return int((self.codes == STATUSES.index(status)).sum())
+
+    def design(self, i: int) -> dict[str, int | float]:
+        """Return the keys of design `i`, counted from 0."""
+        return {name: int(values[i]) if name in self.campaign.whole else float(values[i])
+                for name, values in self.inputs.items()}  # fmt: skip
+
+    def write(self, folder: Path | str, *, overwrite: bool = False) -> None:
+        """Write results, times, cases and the page: the files of `pmor campaign`.
+
+        Parameters
+        ----------
+        folder : Path or str
+        overwrite : bool
+            Replace files there, whoever wrote them.
+
+        Raises
+        ------
+        OutputError
+        """
+        from pmor.campaigns.output import write_campaign
+
+        write_campaign(self, Path(folder), overwrite)
+
+    def __repr__(self) -> str:
+        return f"<CampaignResult of {self.campaign.name!r}: {len(self.codes)} designs>"
+
+    def __str__(self) -> str:
+        from pmor.campaigns.output import campaign_text
+
+        return campaign_text(self)
+
+
+def gathered(campaign: Campaign, answers: Iterable[Answer], effort: Effort) -> CampaignResult:
+    """Return the result of answers that come in the order of the designs.
+
+    Raises
+    ------
+    ValueError
+        When there are more or fewer.
+    """
+    total = campaign.count
+
+    def empty() -> FloatArray:
+        return np.full(total, np.nan)
+
+    inputs, results = {name: empty() for name in campaign.columns}, {key: empty() for key in campaign.results}
+    codes, seconds, reasons, i = np.empty(total, dtype=np.int64), empty(), list[str](), 0
+    shared: dict[str, str] = {}
+    for answer in answers:
+        for row, taken in zip(answer.rows, answer.seconds, strict=True):
+            if row["design"] != i + 1:
+                raise ValueError(f"design {row['design']} stands where {i + 1} belongs")
+            codes[i], seconds[i] = STATUSES.index(row["status"]), taken
+            reasons.append(shared.setdefault(row["reason"], row["reason"]))
+            for values, known in ((inputs, row["inputs"]), (results, row["results"])):
+                for key, value in known.items():
+                    if value is not None:
+                        values[key][i] = value
+            i += 1
+    if i != total:
+        raise ValueError(f"{i} designs are there, not {total}")
+    return CampaignResult(
+        campaign=campaign, codes=codes, reasons=tuple(reasons), inputs=inputs, results=results, solving_s=seconds,
+        effort=effort,
+    )  # fmt: skip
