@@ -208,21 +208,18 @@ def reductions(case_path: Path, out: Path | None = None, jobs: int = 1, overwrit
     from pmor.core.threads import use_one_thread
 
     use_one_thread()  # before anything loads numpy
-    started = time.perf_counter()
-    case, mesh = _meshed_case(case_path)
+    from pmor.case import load_case
     from pmor.core.errors import ConvergenceError
-    from pmor.lab.comparison.output import FILES, comparison_text, write_comparison
-    from pmor.lab.comparison.run import compare_reductions
-    from pmor.storage.results_folder import default_folder, results_folder, start_results
-    from pmor.work.pieces import PARTS
+    from pmor.core.threads import threads
+    from pmor.lab.comparison.run import run
+    from pmor.storage.results_folder import default_folder
 
+    case = load_case(case_path)
     folder = out or default_folder(case.name, "_reductions")
-    with results_folder(folder, FILES, (PARTS,), overwrite, (case_path,)):
-        result = compare_reductions(case, _elastic_model(case, mesh), folder, jobs)
-        start_results(folder, case.text)
-        write_comparison(result, time.perf_counter() - started, folder)
-    print(comparison_text(result))
-    print(f"  results in {folder}")
+    with threads(jobs) as executor:
+        result = run(case, folder=folder, overwrite=overwrite, executor=executor)
+    result.write(folder, overwrite=overwrite)
+    print(f"{result}\n  results in {folder}")
     if result.failures:
         raise ConvergenceError(f"{len(result.failures)} states did not converge, first: {result.failures[0]}", [])
 

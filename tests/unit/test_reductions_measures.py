@@ -8,8 +8,9 @@ from numpy.testing import assert_allclose
 
 from pmor.case import parse_case
 from pmor.core.errors import CaseError
-from pmor.jobs.states import Solved, load_errors_percent
-from pmor.lab.comparison.measures import SMALLEST_ERROR_UM, Effectivity, effectivity, rank_correlation, solves_to_reach
+from pmor.jobs.states import SMALLEST_ERROR_UM
+from pmor.lab.comparison.curves import Curves
+from pmor.lab.comparison.effectivity import Effectivity, effectivity, rank_correlation
 from pmor.lab.comparison.training import TrainingSet
 from pmor.lab.comparison.variants import Grid, counts_up_to, grid_families, nested_grids, table_grids, variants
 from tests.support.small_case import case_text
@@ -23,11 +24,15 @@ def offline_case(solves=150, **ranges):
     return parse_case(text, "small", "small case")
 
 
-def test_solves_to_reach_is_the_least_number_whatever_the_order():
-    assert solves_to_reach([64, 8, 32, 16], [0.01, 2.0, 0.05, 0.06], 0.05) == 32
-    assert solves_to_reach([8, 16], [2.0, 0.06], 0.05) is None
-    assert solves_to_reach([8, 16], [math.nan, 0.05], 0.05) == 16
-    assert solves_to_reach([], [], 0.05) is None
+def test_the_accuracy_is_reached_with_the_least_number_of_solves_whatever_the_order():
+    def reached(**errors):
+        points = [{"solves": int(n[1:]), "max_percent": error} for n, error in errors.items()]
+        return Curves({"grid": points}, [], 0.05).reached("grid")
+
+    assert reached(n64=0.01, n8=2.0, n32=0.05, n16=0.06) == 32
+    assert reached(n8=2.0, n16=0.06) is None
+    assert reached(n8=None, n16=0.05) == 16
+    assert reached() is None
 
 
 def test_effectivity_counts_errors_that_matter_and_takes_magnitudes():
@@ -48,18 +53,6 @@ def test_where_no_error_matters_there_is_no_effectivity():
 
 def test_ranks_of_a_constant_mean_nothing():
     assert rank_correlation(np.ones(3), np.arange(3.0)) is None
-
-
-def test_load_errors_are_relative_to_the_peak_of_their_state_and_count_pairs_that_one_model_lacks():
-    full = Solved(np.ones(4), (
-        {0: np.array([100.0, 200.0])}, {0: np.array([1.0, 1.0]), 1: np.array([0.0, 0.5])}, {0: np.array([1.0, 1.0])}, {}
-    ))  # fmt: skip
-    reduced = Solved(np.ones(4), (
-        {0: np.array([104.0, 198.0])}, {0: np.array([1.0, 0.9])}, {0: np.array([1.0, 0.9]), 2: np.array([0.3, 0.0])},
-        {0: np.array([1.0, 1.0])},
-    ))  # fmt: skip
-    assert_allclose(load_errors_percent(reduced, full), [2.0, 50.0, 30.0, math.nan])
-    assert load_errors_percent(Solved(np.ones(4), None), full) is None
 
 
 def test_counts_of_solves_grow_by_a_quarter_of_an_octave_and_end_at_the_last():

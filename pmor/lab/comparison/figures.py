@@ -9,9 +9,9 @@ import numpy as np
 
 from pmor.core.arrays import FloatArray
 from pmor.jobs.states import SMALLEST_ERROR_UM
-from pmor.lab.comparison.decay import SAMPLINGS, Decay
+from pmor.lab.comparison.curves import SAMPLINGS, Curves
+from pmor.lab.comparison.effectivity import WANTED_EFFECTIVITY
 from pmor.lab.comparison.measure import Row
-from pmor.lab.comparison.measures import WANTED_EFFECTIVITY
 from pmor.report.panels import log_log, name_points, panels
 from pmor.report.style import COLOURS
 
@@ -53,12 +53,12 @@ def _run_time_label(entry: Row, floor: float) -> str:
     return f"{label}: {error:.1g} %, below the axis" if error < floor else str(label)
 
 
-def decay_figure(decay: Decay) -> Figure:
+def decay_figure(curves: Curves) -> Figure:
     """Largest and root-mean-square STE error over the number of full solves, for each sampling."""
     titles = {"max_percent": "largest", "rms_percent": "root mean square"}
     with panels(2, 9.6, 4.9, legend=3, sharey=True) as (figure, shown):
         for axes, (key, title) in zip(shown, titles.items(), strict=True):
-            for sampling, points in decay.points.items():
+            for sampling, points in curves.points.items():
                 solves, error = np.array([(p["solves"], p[key]) for p in points], dtype=float).T
                 style = {"color": SAMPLING_COLOURS[sampling], "marker": SAMPLING_MARKERS[sampling], "ms": 4.5}
                 if sampling == "grid":
@@ -68,10 +68,10 @@ def decay_figure(decay: Decay) -> Figure:
                 else:
                     axes.plot(solves, error, label=SAMPLING_NAMES[sampling], **style)  # type: ignore[arg-type]
             axes.set(title=f"STE error, {title}", xlabel="Full solves [-]")
-        if decay.estimate:
-            shown[0].plot(*zip(*decay.estimate, strict=True), ":", color=SAMPLING_COLOURS["greedy"],
+        if curves.estimate:
+            shown[0].plot(*zip(*curves.estimate, strict=True), ":", color=SAMPLING_COLOURS["greedy"],
                           label="greedy: its own estimate")  # fmt: skip
-        shown[0].axhline(decay.target_percent, color="black", lw=0.9, ls="--", label=f"{decay.target_percent:g} %")
+        shown[0].axhline(curves.target_percent, color="black", lw=0.9, ls="--", label=f"{curves.target_percent:g} %")
         for axes in shown:
             log_log(axes)
         shown[0].set_ylabel("STE error over the unseen states [%]")
@@ -97,7 +97,8 @@ def estimate_figure(entries: Sequence[Row]) -> Figure:
             _guide_lines(axes, ends)
             axes.set(title=title, xlabel="|STE error| [µm]", xlim=ends, ylim=ends)
             log_log(axes)
-            axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), markerscale=2.0)
+            if group:
+                axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), markerscale=2.0)
         shown[0].set_ylabel("|Estimate of the STE error| [µm]")
     return figure
 

@@ -1,34 +1,44 @@
-"""From a training to what a reduction is worth: errors against full FE, size, effort, and its own error estimate."""
+"""Errors against full FE, size, effort and run time of a reduction made from a training."""
 
 from __future__ import annotations
 
 import tempfile
 import time
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
+from statistics import median
 from typing import Any
 
 import numpy as np
 
 from pmor.core.arrays import FloatArray
-from pmor.jobs.states import Solved, States, load_errors_percent, not_converged, sweep_states
-from pmor.lab.comparison.measures import effectivity
+from pmor.jobs.states import Solved, States, not_converged
+from pmor.lab.comparison.effectivity import effectivity
 from pmor.lab.comparison.training import TrainingSet
 from pmor.lab.comparison.variants import Variant
 from pmor.lab.core.measures import max_and_rms
+from pmor.lab.core.timing import ms_per_position, times_in_turn
+from pmor.pair.conditions import nominal_condition
 from pmor.pair.model import ElasticModel
 from pmor.reduction.basis import Basis
 from pmor.storage.basis_file import write_basis
 from pmor_offline.gather import make_basis
-from pmor_online.model import reduced_pair
-from pmor_online.sweep import largest_size
+from pmor_online.errors import estimate_errors
+from pmor_online.model import online_angles, reduced_pair
+from pmor_online.sweep import largest_size, sweep_reduced_pair
 
-Row = dict[str, Any]
+Row = Mapping[str, Any]
+# Positions of a timed sweep, over a full pitch.
+ANGLES = 200
+# A model with hundreds of unknowns takes seconds for a sweep: no repeats beyond this sum.
+LONGEST_MS = 2500.0
 
 
 @dataclass(frozen=True)
 class Truth:
-    """What reductions are held against.
+    """Full FE at the states at which reductions are compared with it.
 
     Parameters
     ----------
@@ -43,6 +53,22 @@ class Truth:
     states: States
     full: Solved
 
+    def errors(self, basis: Basis) -> Row:
+        """Compare the reduced STE and its estimate with full FE at all states: full less reduced STE."""
+        ste_um, estimate_um = estimate_errors(basis, self.states.phi, self.states.conditions)
+        error = self.full.ste_um - ste_um
+        relative = 100.0 * error / self.full.ste_um
+        largest, rms = max_and_rms(relative)
+        worst = int(np.nanargmax(np.abs(relative))) if np.isfinite(relative).any() else 0
+        return {
+            "ste_error_max_percent": largest,
+            "ste_error_rms_percent": rms,
+            "ste_error_um": error,
+            "estimate_um": estimate_um,
+            "effectivity": vars(effectivity(error, estimate_um)),
+            "worst_ste_at": self.states.where(worst),
+        }
+
 
 @dataclass(frozen=True)
 class Reduction:
@@ -52,12 +78,12 @@ class Reduction:
     ----------
     variant : Variant
     training : TrainingSet
-        What it is built from.
+        Full solves that it is built from.
     basis : Basis
     seconds : float
         For basis and file.
     mib, mib_without : float
-        File with and without what the error estimate needs.
+        File with the data of the error estimate, and without.
     """
 
     variant: Variant
@@ -76,18 +102,13 @@ def build(variant: Variant, training: TrainingSet, model: ElasticModel) -> Reduc
         basis, force = make_basis(variant.case, model, training.snapshots)
         write_basis(files[0], basis, force)
         seconds = time.perf_counter() - start
-        write_basis(files[1], without_estimate(basis), force)
+        write_basis(files[1], replace(basis, compliance=None), force)
         sizes = [file.stat().st_size / 2**20 for file in files]
     return Reduction(variant, training, basis, seconds, sizes[0], sizes[1])
 
 
-def without_estimate(basis: Basis) -> Basis:
-    """Return a basis that gives no error estimate; line loads stand on what others estimate with."""
-    return basis if basis.shapes is None else replace(basis, compliance=None)
-
-
 def effort(reduction: Reduction) -> Row:
-    """Return what a reduction costs, but for its run time.
+    """Return the cost of a reduction, but for its run time.
 
     ``offline_s`` counts full solves, their choice, and the basis with its file; finite elements are not included.
     """
@@ -105,34 +126,34 @@ def effort(reduction: Reduction) -> Row:
     }
 
 
-def ste_errors(ste_um: FloatArray, estimate_um: FloatArray, truth: Truth) -> Row:
-    """Hold the reduced STE and its estimate against full FE at all states: full less reduced STE."""
-    states, full = truth.states, truth.full
-    error = full.ste_um - ste_um
-    relative = 100.0 * error / full.ste_um
-    largest, rms = max_and_rms(relative)
-    worst = int(np.nanargmax(np.abs(relative))) if np.isfinite(relative).any() else 0
-    return {
-        "ste_error_max_percent": largest,
-        "ste_error_rms_percent": rms,
-        "ste_error_um": error,
-        "estimate_um": estimate_um,
-        "effectivity": vars(effectivity(error, estimate_um)),
-        "worst_ste_at": states.where(worst),
-    }
-
-
 def worth(reduction: Reduction, truth: Truth) -> Row:
-    """Measure the errors of a reduction, those of line loads over the peak load of their state."""
-    states = truth.states
-    found, estimate = sweep_states(reduced_pair(reduction.basis), states)
-    row = ste_errors(found.ste_um, estimate, truth)
-    loads = load_errors_percent(found, truth.full)
-    worst = int(np.nanargmax(loads)) if loads is not None and np.isfinite(loads).any() else None
-    # Where full FE has no solution there is nothing to hold against it; that is named once, by the run.
-    solvable = np.isfinite(truth.full.ste_um)
-    return row | {
-        "load_error_percent": None if loads is None or worst is None else float(loads[worst]),
-        "worst_load_at": None if worst is None else states.where(worst),
-        "failures": not_converged(states, np.where(solvable, found.ste_um, 0.0), reduction.variant.label),
-    }
+    """Measure the errors of a reduction, and name the states that it does not solve."""
+    row = truth.errors(reduction.basis)
+    # States without a solution of full FE are named once, by the run.
+    lost: FloatArray = np.where(np.isfinite(truth.full.ste_um), row["ste_error_um"], 0.0)
+    return {**row, "failures": not_converged(truth.states, lost, reduction.variant.label)}
+
+
+def online_times_ms(bases: Sequence[Basis], repeats: int) -> list[tuple[float, float]]:
+    """Time a position at the misalignment and the nominal torque of the case, with and without the error estimate.
+
+    Parameters
+    ----------
+    bases : sequence of Basis
+    repeats : int
+        Sweeps of each, fewer where they take long: all in turn, on one thread.
+
+    Returns
+    -------
+    list of (with, without)
+        Medians, ms.
+    """
+    work = {}
+    for i, basis in enumerate(bases):
+        for estimated in (True, False):
+            reduced = reduced_pair(basis if estimated else replace(basis, compliance=None))
+            phi = online_angles(reduced.meshed.pair.pitch, ANGLES)
+            sweep = partial(sweep_reduced_pair, reduced, phi, [nominal_condition(basis.case)])
+            work[i, estimated] = partial(ms_per_position, sweep)
+    times = times_in_turn(work, repeats, longest=LONGEST_MS / ANGLES)
+    return [(median(times[i, True]), median(times[i, False])) for i in range(len(bases))]

@@ -2,98 +2,91 @@
 
 from __future__ import annotations
 
+import logging
+import time
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from concurrent.futures import Executor
 from functools import partial
 from pathlib import Path
 
 from pmor.case import Case
-from pmor.core.errors import ConvergenceError
-from pmor.core.progress import Progress
+from pmor.core.errors import CaseError, ConvergenceError
 from pmor.jobs.states import not_converged, solve_states, unseen_states
-from pmor.lab.comparison.decay import Decay, Point, decay_of, decay_points, measure_point
-from pmor.lab.comparison.measure import Reduction, Row, Truth, build, effort, worth
-from pmor.lab.comparison.timing import online_times_ms
+from pmor.lab.comparison.curves import Point, curves_of, points_of_curves
+from pmor.lab.comparison.measure import Reduction, Row, Truth, build, effort, online_times_ms, worth
+from pmor.lab.comparison.result import FILES, Comparison
 from pmor.lab.comparison.training import TrainingSet, greedy_training, grid_training, sobol_training, solves_until
-from pmor.lab.comparison.variants import Variant, flank_line_case, grid_keys, table_grids, variants
-from pmor.pair.model import ElasticModel
-from pmor.work.pieces import PARTS, Piece, run_pieces
+from pmor.lab.comparison.variants import Variant, changed, grid_keys, table_grids, variants
+from pmor.pair.model import elastic_model
+from pmor.work.cost import meshed_within_memory
+from pmor.work.pieces import Piece, run_pieces
+from pmor.work.results import pieces_folder
 from pmor_offline.sampling import first_positions
 from pmor_offline.snapshots import solve_snapshots
 
-# The greedy sampling is followed beyond the tolerance of the case, to this share of it: its estimate is small where it
+LOG = logging.getLogger("pmor")
+# The greedy sampling goes on beyond the tolerance of the case, to this share of it: its estimate is small where it
 # looked, and the error elsewhere may still be larger.
 FURTHER = 0.1
 
 
-@dataclass(frozen=True)
-class Comparison:
-    """What the comparison gave.
-
-    Parameters
-    ----------
-    case : Case
-    truth : Truth
-    entries : tuple of dict
-        Plain data of each reduction, in the order of the table: `pmor.lab.comparison.measure.effort` and `worth`, and
-        ``online_ms``, ``online_without_ms`` per position, with and without the error estimate.
-    decay : Decay
-    failures : tuple of str
-        States that did not converge anywhere.
-    """
-
-    case: Case
-    truth: Truth
-    entries: tuple[Row, ...]
-    decay: Decay
-    failures: tuple[str, ...]
-
-
-def compare_reductions(
-    case: Case, model: ElasticModel, out: Path, jobs: int = 1, states: int = 200, repeats: int = 31,
-    most_solves: int = 512,
+def run(
+    case: Case, *, states: int = 200, repeats: int = 31, most_solves: int = 512, folder: Path | str | None = None,
+    overwrite: bool = False, executor: Executor | None = None, progress: Callable[[int], None] | None = None,
 ) -> Comparison:  # fmt: skip
     """Compare all reductions over the ranges of a case's training.
 
     Parameters
     ----------
     case : Case
-        Whatever its own sampling and shapes are.
-    model : ElasticModel
-        Full FE of the case.
-    out : Path
-        Folder of the results, where finished reductions are kept until these are written.
-    jobs : int
-        States, or reductions, at a time; what is timed runs on one thread.
+        Of a scheme of contact points; its own sampling and shapes do not matter.
     states : int
         Unseen states.
     repeats : int
         Sweeps whose median is the run time.
     most_solves : int
-        At which the curves of the samplings that are not greedy end.
+        End of the curves of the samplings that are not greedy.
+    folder : Path or str, optional
+        Of the results: finished reductions are kept there until these are written.
+    overwrite : bool
+        Replace files in the way of the results.
+    executor : concurrent.futures.Executor, optional
+        Of threads, for states and reductions; trainings and run times are timed, and run on one.
+    progress : callable, optional
+        Called with how many more reductions are there.
+
+    Raises
+    ------
+    CaseError, OutputError
+    ConvergenceError
+        When a reduction solves no state at all.
     """
-    truth = _truth(case, model, jobs, states)
-    trainings = _trainings(case, truth)
-    greedy = trainings["greedy"]
-    listed = variants(case, solves_until(greedy, case.offline.tolerance_percent))
-    reductions = [build(variant, _training_of(variant, trainings), model) for variant in listed]
-    # The Sobol training of the table is the beginning of that of the curves.
-    points, failures = decay_points(case, truth, greedy, most_solves)
+    started = time.perf_counter()
+    if case.contact.kind == "line":
+        raise CaseError(
+            f'case {case.name}: [contact] scheme = "line": has no trained shapes to compare: write scheme = "direct"'
+        )
+    with pieces_folder(folder, FILES, overwrite=overwrite) as parts:
+        truth = _truth(case, states, executor)
+        trainings = _trainings(case, truth)
+        greedy = trainings["greedy"]
+        listed = variants(case, solves_until(greedy, case.offline.tolerance_percent))
+        reductions = [build(variant, _training_of(variant, trainings), truth.model) for variant in listed]
+        # The Sobol training of the table is the beginning of that of the curves.
+        points, failures = points_of_curves(case, truth, greedy, most_solves)
 
-    def piece(name: str, of: Reduction | Point, work: Callable[[], Row]) -> Piece:
-        return Piece(name, {"case": case, "own": of.variant.case}, [states, of.training.solves], work)
+        def piece(name: str, of: Reduction | Point, work: Callable[[], Row]) -> Piece:
+            return Piece(name, {"case": case, "own": of.variant.case}, [states, of.training.solves], work)
 
-    pieces = [
-        *(piece(r.variant.label, r, partial(worth, r, truth)) for r in reductions),
-        *(piece(p.name, p, partial(measure_point, p, truth)) for p in points),
-    ]
-    with ThreadPoolExecutor(max_workers=jobs) as pool, Progress(len(pieces), "reductions") as progress:
-        found, broken = run_pieces(pieces, out / PARTS, executor=pool, progress=progress.step, what="reductions")
+        pieces = [
+            *(piece(r.variant.label, r, partial(worth, r, truth)) for r in reductions),
+            *(piece(p.name, p, partial(p.measure, truth)) for p in points),
+        ]
+        found, broken = run_pieces(pieces, parts, executor=executor, progress=progress, what="reductions")
     if broken:
         raise ConvergenceError(f"{len(broken)} reductions did not converge at all, first: {broken[0]}", [])
-    with Progress(repeats, "run times") as progress:
-        online = online_times_ms([r.basis for r in reductions], repeats, progress.step)
+    LOG.info("run times of %d reductions", len(reductions))
+    online = online_times_ms([r.basis for r in reductions], repeats)
     entries = [
         {**effort(r), **found[r.variant.label], "online_ms": slow, "online_without_ms": fast}
         for r, (slow, fast) in zip(reductions, online, strict=True)
@@ -104,16 +97,17 @@ def compare_reductions(
         *(failure for entry in entries for failure in entry["failures"]),
         *failures,
     ]
-    decay = decay_of(case, points, [found[point.name] for point in points], greedy)
-    return Comparison(case, truth, tuple(entries), decay, tuple(dict.fromkeys(failed)))
+    curves = curves_of(case, points, [found[point.name] for point in points], greedy)
+    seconds = time.perf_counter() - started
+    return Comparison(case, truth, tuple(entries), curves, tuple(dict.fromkeys(failed)), seconds)
 
 
-def _truth(case: Case, model: ElasticModel, jobs: int, count: int) -> Truth:
+def _truth(case: Case, count: int, executor: Executor | None) -> Truth:
+    model = elastic_model(case, meshed_within_memory(case))
     meshed = model.mesh.meshed
     states = unseen_states(case.offline, meshed.pair, count)
-    with ThreadPoolExecutor(max_workers=jobs) as pool, Progress(count, "full FE, unseen states") as progress:
-        full = solve_states(meshed, model.elasticity_at, states, pool, progress.step)
-    return Truth(model, states, full)
+    LOG.info("full FE at %d unseen states", count)
+    return Truth(model, states, solve_states(meshed, model.elasticity_at, states, executor))
 
 
 def _trainings(case: Case, truth: Truth) -> dict[str, TrainingSet]:
@@ -121,14 +115,14 @@ def _trainings(case: Case, truth: Truth) -> dict[str, TrainingSet]:
     model, budget = truth.model, case.offline.solves
     solve_snapshots(model, first_positions(case.offline, model.mesh.meshed.pair)[0])  # compiles
     further = {"sampling": "greedy", "tolerance_percent": FURTHER * case.offline.tolerance_percent}
-    with Progress(budget, "full FE, greedy") as progress:
-        greedy = greedy_training(flank_line_case(case, further), model, progress.step)
-    with Progress(budget, "full FE, Sobol") as progress:
-        sobol = sobol_training(case, model, budget, progress.step)
-    found = {"greedy": greedy, "sobol": sobol, "none": TrainingSet()}
+    LOG.info("trainings of at most %d solves: greedy, Sobol, grids", budget)
+    found = {
+        "greedy": greedy_training(changed(case, further), model),
+        "sobol": sobol_training(case, model, budget),
+        "none": TrainingSet(),
+    }
     for grid in table_grids(case.offline):
-        with Progress(grid.angles, "full FE, grid") as progress:
-            found[grid.label] = grid_training(flank_line_case(case, grid_keys(grid)), model, progress.step)
+        found[grid.label] = grid_training(changed(case, grid_keys(grid)), model)
     return found
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from pmor.case import Case
@@ -24,7 +24,7 @@ class TrainingSet:
     ----------
     snapshots : tuple of Snapshots
     seconds : tuple of float
-        Wall time until each of them was there, choosing included, s; and that until the sampling ended.
+        Wall time until each of them, choosing included, s; and until the end of the sampling.
     """
 
     snapshots: tuple[Snapshots, ...] = ()
@@ -36,9 +36,9 @@ class TrainingSet:
         return sum(len(s.converged) for s in self.snapshots)
 
     @property
-    def failures(self) -> list[str]:
+    def failures(self) -> tuple[str, ...]:
         """Name the solves that did not converge."""
-        return [f"full FE at {failure}" for s in self.snapshots for failure in s.failures]
+        return tuple(f"full FE at {failure}" for s in self.snapshots for failure in s.failures)
 
     def first(self, positions: int) -> TrainingSet:
         """Return what was there after so many positions."""
@@ -52,23 +52,20 @@ class TrainingSet:
         return TrainingSet(kept, (*self.seconds[: len(kept)], self.seconds[-1] / step))
 
 
-Progress = Callable[[], None]
-
-
-def greedy_training(case: Case, model: ElasticModel, progress: Progress = lambda: None) -> TrainingSet:
-    """Solve what the error estimate asks for."""
+def greedy_training(case: Case, model: ElasticModel) -> TrainingSet:
+    """Solve each state where the error estimate is largest."""
     known: list[Snapshots] = []
-    return _timed(greedy_snapshots(case, model, estimate_errors, known), known, progress)
+    return _timed(greedy_snapshots(case, model, estimate_errors, known), known)
 
 
-def sobol_training(case: Case, model: ElasticModel, count: int, progress: Progress = lambda: None) -> TrainingSet:
-    """Solve a Sobol sequence; its beginning is what a smaller `count` gives."""
-    return _solved(model, sobol_positions(case.offline, model.mesh.meshed.pair, count), progress)
+def sobol_training(case: Case, model: ElasticModel, count: int) -> TrainingSet:
+    """Solve a Sobol sequence; a smaller `count` gives its beginning."""
+    return _solved(model, sobol_positions(case.offline, model.mesh.meshed.pair, count))
 
 
-def grid_training(case: Case, model: ElasticModel, progress: Progress = lambda: None) -> TrainingSet:
+def grid_training(case: Case, model: ElasticModel) -> TrainingSet:
     """Solve the grid of a case."""
-    return _solved(model, grid_positions(case.offline, model.mesh.meshed.pair), progress)
+    return _solved(model, grid_positions(case.offline, model.mesh.meshed.pair))
 
 
 def solves_until(greedy: TrainingSet, tolerance_percent: float) -> int:
@@ -82,14 +79,13 @@ def nested_trainings(largest: TrainingSet, grids: Sequence[Grid]) -> list[Traini
     return [largest.every(grids[-1].angles // grid.angles) for grid in grids]
 
 
-def _solved(model: ElasticModel, positions: Sequence[TrainingPosition], progress: Progress) -> TrainingSet:
-    return _timed((solve_snapshots(model, position) for position in positions), [], progress)
+def _solved(model: ElasticModel, positions: Sequence[TrainingPosition]) -> TrainingSet:
+    return _timed((solve_snapshots(model, position) for position in positions), [])
 
 
-def _timed(solving: Iterable[Snapshots], known: list[Snapshots], progress: Progress) -> TrainingSet:
+def _timed(solving: Iterable[Snapshots], known: list[Snapshots]) -> TrainingSet:
     start, seconds = time.perf_counter(), []
     for snapshots in solving:
         known.append(snapshots)
         seconds.append(time.perf_counter() - start)
-        progress()
     return TrainingSet(tuple(known), (*seconds, time.perf_counter() - start))

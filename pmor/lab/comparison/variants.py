@@ -95,18 +95,16 @@ def variants(case: Case, greedy_solves: int) -> list[Variant]:
     case : Case
         Its ranges and its budget of solves hold for all of them.
     greedy_solves : int
-        What the greedy sampling took: a Sobol sampling is shown with as many.
+        Solves of the greedy sampling; a Sobol sampling is shown with as many.
     """
     dense, broad = table_grids(case.offline)
 
     def spread(shapes: str, sampling: str, positions: int | None = None) -> Variant:
-        reduction = {"shapes": shapes, "interpolation": "linear"}
-        return Variant(shapes, sampling, positions, None, changed(case, {"sampling": sampling}, reduction))
+        return Variant(shapes, sampling, positions, None, changed(case, {"sampling": sampling}, shapes))
 
     def on_grid(shapes: str, grid: Grid, interpolation: str = "linear") -> Variant:
-        own = changed(case, grid_keys(grid), {"shapes": shapes, "interpolation": interpolation})
         name = f"{shapes}, {interpolation}" if shapes in ("positions", "pod") else shapes
-        return Variant(name, "grid", None, grid, own)
+        return Variant(name, "grid", None, grid, changed(case, grid_keys(grid), shapes, interpolation))
 
     listed = [
         spread("flank_lines", "greedy", greedy_solves),
@@ -115,30 +113,20 @@ def variants(case: Case, greedy_solves: int) -> list[Variant]:
         spread("flank_lines", "sobol", case.offline.solves),
         on_grid("flank_lines", dense),
         on_grid("flank_lines", broad),
-        on_grid("positions", dense),
-        on_grid("positions", broad),
-        on_grid("positions", dense, "cubic"),
-        on_grid("pod", dense),
-        on_grid("pod", broad),
-        on_grid("pod", dense, "cubic"),
+        *(on_grid(shapes, grid, interpolation) for shapes in ("positions", "pod")
+          for grid, interpolation in ((dense, "linear"), (broad, "linear"), (dense, "cubic"))),
         spread("global_pod", "sobol", case.offline.solves),
         on_grid("global_pod", dense),
         on_grid("global_pod", broad),
-    ]
-    untrained = ["line_loads"] * (case.contact.scheme == "line") + ["static_modes"]
-    listed += [replace(spread(shapes, "sobol"), sampling="none") for shapes in untrained]
+        replace(spread("static_modes", "sobol"), sampling="none"),
+    ]  # fmt: skip
     return list({variant.label: variant for variant in listed}.values())  # budgets may coincide
 
 
-def changed(case: Case, offline: dict[str, Any], reduction: dict[str, Any]) -> Case:
-    """Return a case with other keys of its training and its reduction; the error estimate is always wanted."""
-    reduction = {**reduction, "error_estimate": True}
+def changed(case: Case, offline: dict[str, Any], shapes: str = "flank_lines", interpolation: str = "linear") -> Case:
+    """Return a case with other shapes and other keys of its training; the error estimate is always wanted."""
+    reduction = {"shapes": shapes, "interpolation": interpolation, "error_estimate": True}
     return change_case(without_models(case), offline=offline, reduction=reduction)
-
-
-def flank_line_case(case: Case, offline: dict[str, Any]) -> Case:
-    """Return a case with flank lines, and other keys of its training."""
-    return changed(case, offline, {"shapes": "flank_lines", "interpolation": "linear"})
 
 
 def grid_keys(grid: Grid) -> dict[str, Any]:

@@ -1,8 +1,7 @@
-"""Pure measures: how good an error estimate is, and how many solves an accuracy takes."""
+"""How good an error estimate is."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,12 +15,12 @@ WANTED_EFFECTIVITY = (0.3, 5.0)
 
 @dataclass(frozen=True)
 class Effectivity:
-    """How an error estimate compares with the true error; None where there is nothing to compare.
+    """An error estimate against the true error; None where there is nothing to compare.
 
     Parameters
     ----------
     states : int
-        With a true error above `SMALLEST_ERROR_UM`; all but the last number are theirs.
+        With a true error above `SMALLEST_ERROR_UM`; the numbers below are theirs, but for the last.
     low, median, high : float or None
         Quantiles (2.5, 50, 97.5 %) of abs(estimate / error).
     wanted_share : float or None
@@ -65,17 +64,3 @@ def rank_correlation(first: FloatArray, second: FloatArray) -> float | None:
     if min(np.ptp(first), np.ptp(second)) == 0.0:
         return None
     return float(spearmanr(first, second).statistic)
-
-
-def solves_to_reach(solves: Sequence[int], error: Sequence[float], target: float) -> int | None:
-    """Return the smallest number of solves with an error of at most `target`; None where none has.
-
-    Parameters
-    ----------
-    solves : sequence of int
-        In any order.
-    error : sequence of float
-        Of each; NaN is never good enough.
-    target : float
-    """
-    return min((n for n, e in zip(solves, error, strict=True) if e <= target), default=None)

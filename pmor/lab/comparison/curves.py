@@ -7,26 +7,23 @@ from dataclasses import dataclass
 from typing import Any
 
 from pmor.case import Case
-from pmor.lab.comparison.measure import Row, Truth, ste_errors
-from pmor.lab.comparison.measures import solves_to_reach
+from pmor.lab.comparison.measure import Row, Truth
 from pmor.lab.comparison.training import TrainingSet, grid_training, nested_trainings, sobol_training
-from pmor.lab.comparison.variants import Variant, counts_up_to, flank_line_case, grid_keys, nested_grids
+from pmor.lab.comparison.variants import Variant, changed, counts_up_to, grid_keys, nested_grids
 from pmor_offline.gather import make_basis
-from pmor_online.errors import estimate_errors
 
 SAMPLINGS = ("greedy", "sobol", "grid")
 
 
 @dataclass(frozen=True)
 class Point:
-    """A basis of flank lines on the curve of a sampling.
+    """A basis of flank lines on the curve of a sampling; `label` says which grid.
 
     Parameters
     ----------
     variant : Variant
     training : TrainingSet
     label : str
-        Which grid; empty for the other samplings.
     """
 
     variant: Variant
@@ -38,10 +35,22 @@ class Point:
         """Unique."""
         return f"decay {self.variant.sampling} {self.label} {self.training.solves}"
 
+    def measure(self, truth: Truth) -> Row:
+        """Compare it with full FE."""
+        basis, _ = make_basis(self.variant.case, truth.model, self.training.snapshots)
+        found = truth.errors(basis)
+        return {
+            "solves": self.training.solves,
+            "label": self.label,
+            "max_percent": found["ste_error_max_percent"],
+            "rms_percent": found["ste_error_rms_percent"],
+            "effectivity": found["effectivity"],
+        }
+
 
 @dataclass(frozen=True)
-class Decay:
-    """Curves of all samplings.
+class Curves:
+    """Errors of flank lines over the number of solves, by sampling.
 
     Parameters
     ----------
@@ -49,7 +58,7 @@ class Decay:
         Rows by sampling, in the order of the solves: ``solves``, ``label``, ``max_percent``, ``rms_percent`` and
         ``effectivity``.
     estimate : list of (solves, per cent)
-        What the greedy sampling itself took for the largest error after so many solves.
+        Largest error by the estimate of the greedy sampling, after so many solves.
     target_percent : float
         Accuracy that the samplings are compared at: the tolerance of the greedy one.
     """
@@ -60,12 +69,14 @@ class Decay:
 
     def reached(self, sampling: str) -> int | None:
         """Return the fewest solves with which a sampling is as accurate as wanted; None where it never is."""
-        own = self.points[sampling]
-        errors = [float("nan") if p["max_percent"] is None else p["max_percent"] for p in own]
-        return solves_to_reach([p["solves"] for p in own], errors, self.target_percent)
+        good = (p["solves"] for p in self.points[sampling]
+                if p["max_percent"] is not None and p["max_percent"] <= self.target_percent)  # fmt: skip
+        return min(good, default=None)
 
 
-def decay_points(case: Case, truth: Truth, greedy: TrainingSet, most_solves: int) -> tuple[list[Point], list[str]]:
+def points_of_curves(
+    case: Case, truth: Truth, greedy: TrainingSet, most_solves: int
+) -> tuple[list[Point], tuple[str, ...]]:
     """Return growing trainings of flank lines.
 
     Parameters
@@ -73,22 +84,23 @@ def decay_points(case: Case, truth: Truth, greedy: TrainingSet, most_solves: int
     case : Case
     truth : Truth
     greedy : TrainingSet
-        Its curve ends with it.
+        The end of its curve.
     most_solves : int
         Of the other samplings.
 
     Returns
     -------
-    list of Point, list of str
-        And the full solves that did not converge.
+    list of Point
+    failures : tuple of str
+        Full solves that did not converge.
     """
     sobol = sobol_training(case, truth.model, most_solves)
-    failures, points = [*sobol.failures], []
+    failures, points = sobol.failures, []
     for sampling, training in (("greedy", greedy), ("sobol", sobol)):
-        own = Variant("flank_lines", sampling, None, None, flank_line_case(case, {"sampling": sampling}))
+        own = Variant("flank_lines", sampling, None, None, changed(case, {"sampling": sampling}))
         points += [Point(own, training.first(n), "") for n in counts_up_to(training.solves)]
     for grids in nested_grids(case.offline, most_solves):
-        listed = [Variant("flank_lines", "grid", None, grid, flank_line_case(case, grid_keys(grid))) for grid in grids]
+        listed = [Variant("flank_lines", "grid", None, grid, changed(case, grid_keys(grid))) for grid in grids]
         largest = grid_training(listed[-1].case, truth.model)
         failures += largest.failures
         trainings = nested_trainings(largest, grids)
@@ -96,24 +108,11 @@ def decay_points(case: Case, truth: Truth, greedy: TrainingSet, most_solves: int
     return points, failures
 
 
-def measure_point(point: Point, truth: Truth) -> Row:
-    """Measure a point of a curve."""
-    basis, _ = make_basis(point.variant.case, truth.model, point.training.snapshots)
-    found = ste_errors(*estimate_errors(basis, truth.states.phi, truth.states.conditions), truth)
-    return {
-        "solves": point.training.solves,
-        "label": point.label,
-        "max_percent": found["ste_error_max_percent"],
-        "rms_percent": found["ste_error_rms_percent"],
-        "effectivity": found["effectivity"],
-    }
-
-
-def decay_of(case: Case, points: Sequence[Point], rows: Sequence[Mapping[str, Any]], greedy: TrainingSet) -> Decay:
+def curves_of(case: Case, points: Sequence[Point], rows: Sequence[Row], greedy: TrainingSet) -> Curves:
     """Return the curves from the rows of their points."""
-    curves: dict[str, list[Mapping[str, Any]]] = {sampling: [] for sampling in SAMPLINGS}
+    curves: dict[str, list[Row]] = {sampling: [] for sampling in SAMPLINGS}
     for point, row in zip(points, rows, strict=True):
         curves[point.variant.sampling].append(row)
     ordered = {name: sorted(own, key=lambda row: row["solves"]) for name, own in curves.items()}
     estimate = [(i, s.estimate_percent) for i, s in enumerate(greedy.snapshots) if s.estimate_percent >= 0.0]
-    return Decay(ordered, estimate, case.offline.tolerance_percent)
+    return Curves(ordered, estimate, case.offline.tolerance_percent)

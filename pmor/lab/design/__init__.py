@@ -1,1 +1,0 @@
-"""Modifications designed: samples, descents and trade-offs of a design file, on the reduced model itself."""
