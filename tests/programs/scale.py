@@ -1,6 +1,6 @@
-"""What a campaign of a million designs on a thousand cores takes, from parts that are measured here.
+"""Parts of a campaign of a million designs on a thousand cores, measured: what `cases/results/campaign/scale.md` is of.
 
-    python -m tests.programs.scale cases/results/campaign/scale.md
+    python -m tests.programs.scale > parts.json
 
 Nothing is solved but a handful of designs: all else goes through the code of a campaign with answers made up. Times are
 of the processor, which other work on the machine does not change much.
@@ -29,18 +29,12 @@ from pmor.campaigns.result import Effort, gathered
 from pmor.campaigns.rows import Answer, plain_row
 from pmor.campaigns.run import task_of
 from pmor.campaigns.settings import Campaign
-from pmor.campaigns.store import GIB, Store, entries, open_store
-from pmor.campaigns.submit import IN_FLIGHT, submit_all
+from pmor.campaigns.store import Store, entries, open_store
+from pmor.campaigns.submit import submit_all
 from pmor.campaigns.supervise import LocalProcesses, Order, solve_order
 from pmor.campaigns.table import designs_of
-from pmor.core.memory import memory_text
-from pmor.core.progress import format_time
-from pmor.report.markdown import write_markdown
-from pmor.report.page import Block, Heading
-from pmor.report.provenance import machine
-from pmor.report.table import Table
 
-DESIGNS, CORES = 1_000_000, 1_000
+DESIGNS = 1_000_000
 # Of short tasks through the submission, and of files of chunks, that are tried.
 TASKS, FILES = 1_000_000, 400
 # Designs that are solved.
@@ -203,91 +197,11 @@ def _peak_bytes() -> int:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
 
 
-def blocks_of(m: dict[str, float]) -> list[Block]:
-    """Return what the measurements mean for the whole."""
-    chunks = len(chunks_of(DESIGNS, m["design_s"]))
-    per_chunk = DESIGNS / chunks
-    computing = DESIGNS * m["design_s"]
-    wall = computing / CORES
-    handing = m["simulated_s_per_task"] + m["chunk_write_s"]
-    per_design = m["entries_per_design"] * m["entry_bytes"]
-    held = 5 * GIB / per_design
-    orders = IN_FLIGHT * (m["order_bytes"] + per_chunk * m["design_bytes"])
-    measured = Table("Measured parts", ("part", "measured"), [
-        (f"a design of 8 x 4 quadratic elements, mean of {m['n_solved']:.0f}", f"{m['design_s']:.2f} s"),
-        ("memory of a solving process, largest", memory_text(m["solver_peak_bytes"])),
-        (f"table of {DESIGNS:,} designs", f"{m['table_s']:.2f} s"),
-        ("order of a chunk, and what each design adds", f"{m['order_bytes']:.0f} and {m['design_bytes']:.0f} bytes"),
-        (f"submission, of {TASKS:,} short tasks through a fake executor", f"{1e6 * m['simulated_s_per_task']:.0f} us"),
-        ("pieces of work that the executor had at most", f"{m['simulated_in_flight']:.0f}"),
-        ("growth of memory over all of them", memory_text(m["simulated_growth_bytes"])),
-        (f"file of a chunk of {DESIGNS // MOST_CHUNKS} designs", f"{m['chunk_bytes'] / 1024:.0f} KiB, written in "
-         f"{1e3 * m['chunk_write_s']:.1f} ms, read in {1e3 * m['chunk_read_s']:.1f} ms"),
-        ("compliance of a gear in the store", f"{memory_text(m['entry_bytes'])}, {m['entries_per_design']:.1f} of a "
-         "design"),
-    ])  # fmt: skip
-    whole = Table(f"{DESIGNS:,} designs on {CORES:,} cores", ("what", "amount"), [
-        ("computing", f"{computing / 3600:.0f} core hours"),
-        ("wall time, if nothing waits", format_time(wall)),
-        ("chunks", f"{chunks:,} of {per_chunk:.0f} designs, {format_time(computing / chunks)} each"),
-        ("files while it runs", f"{chunks:,} in {-(-chunks // 500)} folders, "
-         f"{memory_text(chunks * m['chunk_bytes'] * per_chunk * MOST_CHUNKS / DESIGNS)}"),
-        ("main process: to hand out and keep all chunks", f"{format_time(chunks * handing)}, "
-         f"{100 * chunks * handing / wall:.2g} % of the wall time"),
-        ("main process: to read all chunks again, on resumption or at the end",
-         format_time(chunks * m["chunk_read_s"])),
-        ("main process: columns, campaign.csv, campaign.h5", f"{format_time(m['gather_s'] + m['write_s'])}, "
-         f"{memory_text(m['gather_bytes'])} more, files of {memory_text(m['csv_bytes'])} and "
-         f"{memory_text(m['h5_bytes'])}"),
-        ("memory of the cluster", memory_text(CORES * m["solver_peak_bytes"])),
-        ("store, if no two gears were alike", f"{DESIGNS * per_design / 2**40:.1f} TiB pass through it, "
-         f"{DESIGNS * per_design / wall / GIB:.1f} GiB/s"),
-    ])  # fmt: skip
-    return [
-        "Made by `python -m tests.programs.scale`. Nothing of this size was run: parts were measured on one core of "
-        "the machine below, and multiplied. The submission was run in full, with answers made up.",
-        measured, whole, Heading("What the store does there"),
-        f"It holds {memory_text(5 * GIB)} by default, the gears of {held:.0f} designs; from then on one entry goes for "
-        "each that comes, and in a campaign of random geometries hardly one is ever met again. Each process looks only "
-        f"at the sixteenth that it wrote to ({5 * GIB / 16 / m['entry_bytes']:.0f} entries); two that remove the same "
-        "entry do not mind. On a disk that is slow, full or read-only gears are solved as without a store.",
-        "It is the first thing to break: no shared disk takes in what the table says. What then: a folder on each "
-        "machine's own disk, or no store at all, `[store] limit_GiB = 0.0`. Where gears recur (a grid over "
-        "modifications, torque or the mating gear has few gears and many pairs), a shared store is worth its disk: "
-        "what is solved once is then only read.",
-        Heading("What the scheduler does there"),
-        f"It never holds more than {IN_FLIGHT:,} orders, {memory_text(orders)}, and sees {chunks / wall:.1f} chunks "
-        "per second; schedulers manage hundreds to thousands.",
-        Heading("Where it breaks, and what then"),
-        *_limits(m, chunks, wall),
-        Table("Machine and software", ("item", "value"), [(key, str(value)) for key, value in machine().items()]),
-    ]  # fmt: skip
-
-
-def _limits(m: dict[str, float], chunks: int, wall: float) -> list[Block]:
-    cores = CORES * wall / (chunks * (m["simulated_s_per_task"] + m["chunk_write_s"]))
-    return [
-        f"- The main process keeps up with about {cores:,.0f} cores at this size of designs; it is the one writer. "
-        f"Beyond: chunks of more work (fewer than {MOST_CHUNKS:,} files), or several campaigns, each with a part.",
-        f"- Beyond about {IN_FLIGHT // 2:,} cores fewer than two chunks wait for each, and some run dry between two.",
-        "- The last chunks: cores that are done wait for the slowest, one chunk's time at most.",
-        "- A worker that is lost costs its chunk, which is done again elsewhere; twice, and its designs say so in "
-        "their rows. A scheduler that is lost ends the command, which goes on from the finished chunks.",
-        "- Kernels are compiled once for each kind of processor, for minutes: run one design with a shared "
-        "NUMBA_CACHE_DIR before a thousand processes start. Results are the same to the last bit on one kind of "
-        "processor and one set of libraries; on another, linear algebra rounds otherwise.",
-        f"- A page shows {10_000:,} designs, one in {DESIGNS // 10_000}; case files are written on demand (--case N).",
-    ]  # fmt: skip
-
-
-def main(target: Path) -> None:
-    """Measure and write."""
+def main() -> None:
+    """Measure, and write the parts as JSON."""
     with tempfile.TemporaryDirectory() as scratch:
-        found = measure(Path(scratch))
-    target.parent.mkdir(parents=True, exist_ok=True)
-    write_markdown(target, f"A campaign of {DESIGNS:,} designs on {CORES:,} cores", blocks_of(found))
-    sys.stdout.write(json.dumps(found, indent=2) + "\n")
+        json.dump(measure(Path(scratch)), sys.stdout, indent=2)
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    main()

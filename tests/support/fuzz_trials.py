@@ -15,15 +15,14 @@ import shutil
 import sys
 import time
 import traceback
-from dataclasses import replace
 from pathlib import Path
 
 import h5py
 import numpy as np
 
 from pmor.app.cli import main
-from pmor.case import basis_key, load_case, parse_case
-from pmor.core.errors import CaseError, PmorError
+from pmor.case import basis_key, load_case
+from pmor.core.errors import PmorError
 from pmor.jobs.offline import parts_of, run_offline
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.storage.basis_file import read_basis
@@ -32,11 +31,10 @@ from pmor.storage.results_folder import working_folder
 from pmor.storage.snapshot_file import write_snapshots
 from pmor_offline.sampling import planned_positions
 from pmor_offline.snapshots import solve_snapshots
-from tests.support import broken_toml
 from tests.support.broken_hdf5 import break_file
 from tests.support.small_case import case_text
 
-KINDS = ("basis", "basis", "snapshots", "case")
+KINDS = ("basis", "basis", "snapshots")
 SAME = 1e-9
 # Results that say how long something took, or how large a file is.
 INCIDENTAL = {"offline_s", "basis_mib", "online_ms_per_position", "full_ms_per_position", "case", "title"}
@@ -120,12 +118,10 @@ def trial(number, folder, sound):
             expected = _what_its_case_asks(place, source, folder) if "case_text" in done else source / "out"
             memory = _peak_reset()
             end = _basis(place, expected)
-        elif kind == "snapshots":
+        else:
             broken, done = _broken_snapshots(place, folder, rng)
             size, memory = broken.stat().st_size, _peak_reset()
             end = _snapshots(place, folder, broken, "manifest forged" in done, sound)
-        else:
-            end, done = _case(place, folder, rng)
     except Wrong as wrong:
         end = f"!{wrong}"
     except Exception:
@@ -231,27 +227,6 @@ def _same_array(name, item, file):
         alike = {"rtol": 0.0, "atol": SAME * scale, "equal_nan": True}
         if found.shape != expected.shape or not np.allclose(found, expected, **alike):
             raise Wrong(f"wrong number: {name} of the resumed training")
-
-
-def _case(place, folder, rng):
-    sound = (folder / "flank_lines" / "tiny.toml").read_text()
-    expected = parse_case(sound, "tiny", "tiny")
-    path = place / "tiny.toml"
-    if rng.random() < 0.3:
-        path.write_bytes(broken_toml.the_same(sound, rng).encode())
-        found = load_case(path)
-        if replace(found, text=sound) != expected:
-            raise Wrong("another case from a text that means the same")
-        return "same", ["the same"]
-    text = broken_toml.broken(sound, rng)
-    path.write_bytes(text.encode(errors="surrogatepass"))
-    code, shown, errors = _command(["plan", str(path)], place)
-    if any(not c.isprintable() and c != "\n" for c in shown):
-        raise Wrong("plan printed what is not printable")
-    if code == 0:
-        with contextlib.suppress(CaseError):
-            return ("same" if replace(load_case(path), text=sound) == expected else "another case"), ["broken"]
-    return _end(code, errors), ["broken"]
 
 
 def _command(arguments, place):

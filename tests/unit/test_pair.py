@@ -194,7 +194,7 @@ def test_standard_gears_mesh_at_the_standard_distance():
     assert_allclose(PAIRS["paper"].working_pressure_angle, ALPHA, rtol=1e-9)
 
 
-# --- tooth pairs that can touch ----------------------------------------------------------------------------------------
+# --- tooth pairs that can touch ---
 
 
 @every_pair
