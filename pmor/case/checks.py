@@ -67,6 +67,11 @@ def _check_reduction(case: Case, where: str) -> None:
             f'{where}: [reduction] shapes = "line_loads": are the unknowns of line contact, and [contact] scheme = '
             f'"{scheme}" has none: write shapes = "flank_lines", or scheme = "line"'
         )
+    if reduction.shapes != "line_loads" and scheme == "line":
+        raise CaseError(
+            f'{where}: [reduction] shapes = "{reduction.shapes}": line contact has no trained shapes, its line loads are '
+            'exact: write shapes = "line_loads", or a penalty scheme such as [contact] scheme = "direct"'
+        )
 
 
 def _check_sizes(case: Case, where: str) -> None:

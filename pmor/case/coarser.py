@@ -16,12 +16,11 @@ def coarser(case: Case) -> Case | None:
     Returns
     -------
     Case or None
-        None where no error bar of the mesh is asked for, or where there is none: without exact line loads the local
+        None where no error bar of the mesh is asked for, or where there is none: in penalty contact the local
         compliance is the mesh's own, and does not converge with it.
     """
     mesh = case.mesh
-    exact = case.contact.kind == "line" and case.reduction.shapes == "line_loads"
-    if not (mesh.error_bar and exact) or mesh.profile_elements < LEAST_ELEMENTS:
+    if not mesh.error_bar or case.contact.kind != "line" or mesh.profile_elements < LEAST_ELEMENTS:
         return None
     # An even number stays even: the halves of the width remain halves.
     step = 2 if mesh.width_elements % 2 == 0 else 1

@@ -17,8 +17,8 @@ def asks_for_live_page(case: Case) -> bool:
 def why_not_live(case: Case) -> str:
     """Say why a page cannot solve a case itself; nothing where it can."""
     mesh = case.mesh
-    if case.contact.kind != "line" or case.reduction.shapes != "line_loads":
-        return 'this model has shapes of its own; the page solves line loads alone (scheme "line", "line_loads")'
+    if case.contact.kind != "line":
+        return 'the page solves line contact alone: write [contact] scheme = "line"'
     across = 1 if mesh.width == "plane_strain" else mesh.width_elements
     nodes = (mesh.profile_intervals + 1) * (mesh.order * across + 1)
     if nodes > MOST_NODES:

@@ -197,7 +197,7 @@ class ReductionCase:
     ----------
     shapes : {"line_loads", "flank_lines", "positions", "pod", "global_pod", "static_modes"}
         `line_loads`: the compliance between flank nodes alone, with the line loads as unknowns: exact, without
-        training, for any torque, axes and flank modification; of the scheme `line` alone, and its default.
+        training, for any torque, axes and flank modification; always and only with the scheme `line`.
         `flank_lines`, the default of the others: one shape for each line of flank nodes, its load distribution over
         the width taken from the training. `positions`: one for each trained roll position and torque, interpolated
         over the roll position (the paper). `pod`: the same, compressed to orthonormal modes at each position; for many
@@ -530,7 +530,7 @@ class Case:
     @property
     def root_stress(self) -> bool:
         """Whether the basis holds the stress along the root fillets: of exact line loads, unless it is not wanted."""
-        return self.results.root_stress and self.contact.kind == "line" and self.reduction.shapes == "line_loads"
+        return self.results.root_stress and self.contact.kind == "line"
 
     def __repr__(self) -> str:
         pair, mesh = self.pair, self.mesh

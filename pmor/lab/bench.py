@@ -93,12 +93,14 @@ def variants(case: Case) -> list[Variant]:
         listed.append(Variant("elements over the width", _changed(case, mesh={"width_elements": width})))
     listed.append(Variant("whole width", _changed(case, mesh={"width": "whole"})))
     listed += line_load_variants(case)
-    for scheme in ("line", "direct"):
-        lines = {"shapes": "flank_lines"}
-        listed.append(Variant("flank lines", _changed(case, contact={"scheme": scheme}, reduction=lines)))
-        bare = _changed(case, contact={"scheme": scheme}, reduction={**lines, "error_estimate": False})
-        listed.append(Variant("no error bar", bare))
-    return [*listed, Variant("shapes at positions", _changed(case, reduction={"shapes": "positions"}))]
+    points = {"scheme": "direct"}
+    for label, reduction in (
+        ("flank lines", {"shapes": "flank_lines"}),
+        ("no error bar", {"shapes": "flank_lines", "error_estimate": False}),
+        ("shapes at positions", {"shapes": "positions"}),
+    ):
+        listed.append(Variant(label, _changed(case, contact=points, reduction=reduction)))
+    return listed
 
 
 def line_load_variants(case: Case) -> list[Variant]:

@@ -119,11 +119,6 @@ def range_warnings(case: Case, pair: GearPair, approach_mm: float) -> tuple[str,
             f'scheme = "{case.contact.scheme}" on quadratic elements: their corners and middles carry points unevenly, '
             'and pressures swing from node to node: write element = "hex8i" in [mesh], or scheme = "line"'
         )
-    elif case.mesh.order > 1 and case.reduction.trained:
-        warnings.append(
-            f'shapes = "{case.reduction.shapes}" on quadratic elements: trained shapes follow full FE there ten times '
-            'worse: write element = "hex8i" in [mesh], or shapes = "line_loads", which need no training'
-        )
     pressure, modulus = hertz_pressure(case, pair)
     if pressure > PRESSURE_OVER_MODULUS * modulus:
         warnings.append(

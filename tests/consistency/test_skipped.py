@@ -259,7 +259,7 @@ def test_ranges_are_printed_where_the_training_is_spread_over_them():
     assert "ranges of the training" not in plan_text(case(offline=TILT))
 
 
-@pytest.mark.parametrize("changes", [{}, UNEQUAL, {"contact": {"scheme": "line"}}], ids=["points", "unequal", "lines"])
+@pytest.mark.parametrize("changes", [{}, UNEQUAL], ids=["alike", "unequal"])
 def test_the_compliance_for_the_error_bar_is_as_large_as_announced(changes, tmp_path):
     changes = {**changes, "reduction": {"shapes": "flank_lines"}}
     some = case(**changes)

@@ -10,7 +10,6 @@ SECTIONS = {
     "pinion": {"teeth": 21, "bore_radius_mm": 20.0},
     "mesh": {"profile_elements": 6, "width_elements": 1, "element": "hex8i", "error_bar": False},
     "contact": {"scheme": "direct", "lodm_profile": 2},
-    "reduction": {"shapes": "flank_lines"},  # whatever the scheme: most tests are of shapes
     "offline": {"angles_per_pitch": 4, "torques_Nm": [40.0, 160.0]},
     "online": {"angles_per_pitch": 4, "torques_Nm": [100.0]},
     "compare": {"angles": 2, "torques_Nm": [60.0, 100.0]},

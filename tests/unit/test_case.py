@@ -169,12 +169,12 @@ def test_basis_key_changes_with_what_determines_a_basis_only():
         MINIMAL + "[wheel]\nteeth = 31\nbore_radius_mm = 10.0\n",
         MINIMAL + "[mesh]\nwidth_elements = 9\n",
         MINIMAL + "[contact]\nlodm_profile = 2\n",
-        MINIMAL + '[reduction]\nshapes = "positions"\n',
+        MINIMAL + '[contact]\nscheme = "direct"\n[reduction]\nshapes = "positions"\n',
         MINIMAL + '[mesh]\nwidth = "whole"\n',
         MINIMAL + '[mesh]\nwidth = "plane_strain"\n',
         MINIMAL + "[reduction]\npod_tolerance = 1e-5\n",
-        MINIMAL + '[reduction]\nshapes = "flank_lines"\n',
-        MINIMAL + '[reduction]\nshapes = "flank_lines"\n[offline]\nangles_per_pitch = 41\n',
+        MINIMAL + '[contact]\nscheme = "direct"\n',
+        MINIMAL + '[contact]\nscheme = "direct"\n[offline]\nangles_per_pitch = 41\n',
     ]
     assert {basis_key(parse(text)) for text in unchanged} == {key}
     assert len({basis_key(parse(text)) for text in changed} | {key}) == len(changed) + 1

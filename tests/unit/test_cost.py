@@ -58,10 +58,10 @@ def test_finer_wider_and_more_cost_more():
         finer = by_name(paper(mesh=mesh))
         assert finer["finite elements"].memory > plain["finite elements"].memory
         assert finer["finite elements"].seconds > plain["finite elements"].seconds
-    trained = {"shapes": "flank_lines"}
-    plain = by_name(paper(reduction=trained))
+    trained = {"scheme": "direct"}
+    plain = by_name(paper(contact=trained))
     longer = {"offline": {"angles_per_pitch": 80}, "online": {"angles_per_pitch": 2000}, "compare": {"angles": 96}}
-    more = by_name(paper(reduction=trained, **longer))
+    more = by_name(paper(contact=trained, **longer))
     for stage in ("training", "sweep", "comparison"):
         assert more[stage].seconds > 1.3 * plain[stage].seconds
     other = paper(wheel={"teeth": 22, "bore_radius_mm": 20.0})
@@ -70,8 +70,8 @@ def test_finer_wider_and_more_cost_more():
 
 def test_compilation_is_told_of_while_the_kernels_of_the_case_are_not_kept(monkeypatch):
     monkeypatch.setattr(pmor.work.cost, "is_kept", lambda kernel: kernel is solve_lines)
-    assert "compiling kernels, once" not in by_name(paper(reduction={"shapes": "line_loads"}))
-    assert "compiling kernels, once" in by_name(paper(reduction={"shapes": "flank_lines"}))
+    assert "compiling kernels, once" not in by_name(paper())
+    assert "compiling kernels, once" in by_name(paper(contact={"scheme": "direct"}))
 
 
 def test_what_does_not_fit_is_refused_with_number_limit_and_remedy():
