@@ -25,7 +25,7 @@ MESH = {"profile_elements": 8, "width_elements": 4}
 def text_of(tilted=False, reduction=None, **changes):
     """Trained to 100 N m and, where tilted, to 10 um."""
     sections = {
-        "mesh": MESH, "contact": {"scheme": "line"}, "reduction": reduction or {}, "compare": {"torques_Nm": [60.0]},
+        "mesh": MESH, "reduction": reduction or {}, "compare": {"torques_Nm": [60.0]},
         "offline": {"angles_per_pitch": 10, "torques_Nm": [20.0, 100.0], **(TILT if tilted else {})},
     }  # fmt: skip
     return case_text(**{k: sections.get(k, {}) | changes.get(k, {}) for k in {**sections, **changes}})
@@ -181,7 +181,7 @@ def test_without_the_key_the_command_ends_with_2(basis_path, tmp_path, capsys):
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize(("torque", "words"), [(1e4, "half-wide"), (1e6, "flanks would approach")])
+@pytest.mark.parametrize(("torque", "words"), [(1e6, "flanks would approach")])
 def test_loads_beyond_the_model_stay_refused(torque, words, basis_path, tmp_path, capsys):
     sweep = QUICK | {"extrapolate": True, "torques_Nm": [100.0, torque]}
     assert online(basis_path, tmp_path, text_of(online=sweep)) == 2

@@ -47,7 +47,7 @@ def angles(reduced, count=5):
 
 
 @pytest.mark.parametrize("misalignment", [ALIGNED, TILTED], ids=["aligned", "tilted"])
-@pytest.mark.parametrize("scheme", ["line", "direct"])
+@pytest.mark.parametrize("scheme", ["facet", "direct"])
 def test_contact_forces_of_a_sweep_carry_the_torque_pair_by_pair(scheme, misalignment):
     reduced = reduced_with(scheme)
     sweep = sweep_reduced_pair(reduced, angles(reduced), at_torques(TORQUES, misalignment), recorded=True, **TIGHT)
@@ -65,10 +65,9 @@ def test_contact_forces_of_a_sweep_carry_the_torque_pair_by_pair(scheme, misalig
             assert_allclose(parts.sum(), torque, rtol=SAME_STATE)
 
 
-@pytest.mark.parametrize("scheme", ["line", "direct"])
-def test_contact_forces_act_where_the_slow_twin_has_them(scheme):
+def test_contact_forces_act_where_the_slow_twin_has_them():
     """Each at its place on both flanks: on the line of action of the pair, to the width of the contact."""
-    reduced = reduced_with(scheme)
+    reduced = reduced_with("direct")
     pair, phi = reduced.meshed.pair, angles(reduced)
     sweep = sweep_reduced_pair(reduced, phi, at_torques(TORQUES), recorded=True, **TIGHT)
     loads, columns = sweep.states.loads, reduced.meshed.pinion.nodes[0, :, 2]
@@ -79,11 +78,6 @@ def test_contact_forces_act_where_the_slow_twin_has_them(scheme):
             for p, index in enumerate(solved.position.pair_index):
                 mine, twin = loads.pair[state] == index, contact.pair == p
                 force = loads.force_N[state][mine]
-                # By columns of the width.
-                found = [force[np.abs(loads.z_mm[state][mine] - z) < 1e-9].sum() for z in columns]
-                expected = [contact.force[twin & (contact.place[:, 1] == k)].sum() for k in range(len(columns))]
-                if scheme != "direct":
-                    assert_allclose(found, expected, rtol=0.0, atol=FORCES * contact.force.max())
                 if force.sum() > 0.2 * contact.force.sum():
                     rolls = pair.contact_roll_angles(np.array(angle + index * pair.pitch))
                     inside = [np.clip(r, f.roll_angle[0], f.roll_angle[-1]) for r, f in
@@ -92,7 +86,7 @@ def test_contact_forces_act_where_the_slow_twin_has_them(scheme):
 
 
 def test_a_plain_sweep_is_the_same_sweep_and_keeps_nothing():
-    reduced = reduced_with("line")
+    reduced = reduced_with("direct")
     phi = angles(reduced, 30)
     plain, recorded = (sweep_reduced_pair(reduced, phi, at_torques(TORQUES), recorded=r) for r in (False, True))
     assert plain.states is None
@@ -113,7 +107,7 @@ def test_threads_do_not_change_what_is_recorded():
     assert np.array_equal(one.states.amplitude, two.states.amplitude)
 
 
-@pytest.mark.parametrize("scheme", ["line", "direct"])
+@pytest.mark.parametrize("scheme", ["facet", "direct"])
 def test_what_is_left_to_the_slow_twin_is_recorded_too(scheme, monkeypatch):
     reduced = reduced_with(scheme)
     phi = angles(reduced)
@@ -130,38 +124,3 @@ def test_what_is_left_to_the_slow_twin_is_recorded_too(scheme, monkeypatch):
     for i in range(len(phi)):
         mine, other = a.amplitude[:, i, first[0][i]], b.amplitude[:, i, first[1][i]]
         assert_allclose(other, mine, rtol=0.0, atol=1e-4 * np.abs(mine).max())
-
-
-@pytest.mark.parametrize("misalignment", [ALIGNED, TILTED], ids=["aligned", "tilted"])
-@pytest.mark.parametrize("scheme", ["line", "direct"])
-def test_the_force_at_the_advance_of_an_equilibrium_is_its_torque(scheme, misalignment):
-    reduced = reduced_with(scheme)
-    phi = angles(reduced)
-    sweep = sweep_reduced_pair(reduced, phi, at_torques(TORQUES, misalignment), recorded=True, **TIGHT)
-    for i in range(len(phi)):
-        law = reduced_force_law(reduced, phi[i : i + 1], sweep.states.advance_rad[:, i], misalignment, **TIGHT)
-        assert law.converged.all()
-        assert_allclose(1e3 * law.torque_Nm[:, 0], TORQUES, rtol=SAME_STATE)
-
-
-@pytest.mark.parametrize("scheme", ["line", "direct"])
-def test_the_force_is_zero_out_of_contact_and_grows_with_the_advance(scheme):
-    reduced = reduced_with(scheme)
-    advances = np.linspace(-1e-3, 3e-4, 14)
-    law = reduced_force_law(reduced, angles(reduced), advances)
-    assert law.converged.all()
-    # Surfaces through nodes stand a little inside or outside the involutes whose first touch the advance counts from.
-    assert np.all(law.torque_Nm[advances < -2e-4] == 0.0)
-    rising = np.diff(law.torque_Nm, axis=0)
-    assert np.all(rising >= 0.0)
-    assert np.all(rising[advances[:-1] > 5e-5] > 0.0)
-
-
-def test_an_advance_that_takes_the_compiled_law_too_long_is_left_to_the_slow_twin(monkeypatch):
-    reduced = reduced_with("direct")
-    advances, phi = [1e-4, 2e-4], angles(reduced)
-    compiled = reduced_force_law(reduced, phi, advances, **TIGHT)
-    monkeypatch.setattr(pmor_online.sweep, "MAX_STEPS", 0)
-    slow = reduced_force_law(reduced, phi, advances, **TIGHT)
-    assert slow.converged.all()
-    assert_allclose(slow.torque_Nm, compiled.torque_Nm, rtol=1e-6)

@@ -26,7 +26,7 @@ def model():
 
 
 def case_of(**offline):
-    return parse_case(case_text(contact={"scheme": "line"}, offline=offline), "small", "small")
+    return parse_case(case_text(offline=offline), "small", "small")
 
 
 def assert_same(one, other):

@@ -37,7 +37,7 @@ SLIGHTLY = 1.0 + 1e-7
 
 def case_of(offline, **reduction):
     mesh = {"profile_elements": 6, "width_elements": 2}
-    text = case_text(mesh=mesh, contact={"scheme": "line"}, offline=offline, reduction=reduction)
+    text = case_text(mesh=mesh, offline=offline, reduction=reduction)
     return parse_case(text, "small", "small case")
 
 

@@ -45,7 +45,7 @@ FAMILIES = {
     "line": {"contact": {"scheme": "line"}},
     "positions": {"reduction": {"shapes": "positions", "interpolation": "cubic"}},
     "pod": {"reduction": {"shapes": "pod", "interpolation": "linear"}},
-    "static_modes": {"contact": {"scheme": "line"}, "reduction": {"shapes": "static_modes"}},
+    "static_modes": {"reduction": {"shapes": "static_modes"}},
     "without_estimate": {"reduction": {"error_estimate": False}},
 }
 

@@ -92,7 +92,9 @@ def sound_documents(draw):
         # What may be None goes with some choices only; cases from all over the ranges have it.
         keys = {key: hint for key, hint in keys_of(SECTIONS[name]).items() if NoneType not in get_args(hint)}
         document[name] = {key: draw(any_value(key, hint)) for key, hint in keys.items()}
-    if document["contact"]["scheme"] != "line" and document["reduction"]["shapes"] == "line_loads":
+    if document["contact"]["scheme"] == "line":
+        document["reduction"]["shapes"] = "line_loads"
+    elif document["reduction"]["shapes"] == "line_loads":
         document["reduction"]["shapes"] = draw(st.sampled_from(["flank_lines", "positions"]))
     if document["reduction"]["shapes"] != "pod":
         document["reduction"]["interpolation"] = draw(st.sampled_from(["linear", "cubic"]))
