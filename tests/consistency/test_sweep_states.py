@@ -16,7 +16,7 @@ from pmor_offline.gather import make_basis
 from pmor_offline.sampling import TrainingPosition
 from pmor_offline.snapshots import solve_snapshots
 from pmor_online.model import reduced_pair
-from pmor_online.sweep import reduced_force_law, sweep_reduced_pair
+from pmor_online.sweep import sweep_reduced_pair
 from tests.support.small_case import case_text
 
 pytestmark = pytest.mark.jit
@@ -70,13 +70,13 @@ def test_contact_forces_act_where_the_slow_twin_has_them():
     reduced = reduced_with("direct")
     pair, phi = reduced.meshed.pair, angles(reduced)
     sweep = sweep_reduced_pair(reduced, phi, at_torques(TORQUES), recorded=True, **TIGHT)
-    loads, columns = sweep.states.loads, reduced.meshed.pinion.nodes[0, :, 2]
+    loads = sweep.states.loads
     for i, angle in enumerate(phi):
         solved = solve_position(reduced.meshed, angle, at_torques(TORQUES), reduced.elasticity_at)
         for t, equilibrium in enumerate(solved.equilibria):
             state, contact = loads.of(t, i), equilibrium.contact
             for p, index in enumerate(solved.position.pair_index):
-                mine, twin = loads.pair[state] == index, contact.pair == p
+                mine = loads.pair[state] == index
                 force = loads.force_N[state][mine]
                 if force.sum() > 0.2 * contact.force.sum():
                     rolls = pair.contact_roll_angles(np.array(angle + index * pair.pitch))
