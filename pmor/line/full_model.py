@@ -241,7 +241,11 @@ class _Flanks:
 
     def weights(self, gear: int, n: int) -> FloatArray:
         """Gradient of the gap of section `n` by the displacements of its flank, (unknowns of the flank,)."""
-        nodes, sections, place = (self.meshed.pinion, self.meshed.wheel)[gear].nodes, self.meshed.sections, n % self.sections
+        nodes, sections, place = (
+            (self.meshed.pinion, self.meshed.wheel)[gear].nodes,
+            self.meshed.sections,
+            n % self.sections,
+        )
         weights = np.zeros((*nodes.shape[:2], self.components))
         rows = self.lines.gradient[0, n, gear].reshape(4, self.components)
         for a, gradient in enumerate(rows):

@@ -44,7 +44,6 @@ class SurfaceLayer:
     poisson_ratio: float
 
 
-
 @dataclass(frozen=True, kw_only=True)
 class LayeredPair(MeshedPair):
     """A meshed pair whose flanks stand on surface layers.

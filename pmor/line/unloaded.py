@@ -57,7 +57,9 @@ def unloaded_ste_um(meshed: MeshedPair, phi: FloatArray, assemblies: Sequence[As
     ndarray, shape (m, n)
         um along the line of action, from where the loaded one counts.
     """
-    if not isinstance(meshed, LayeredPair):  # sections are placed with the law of their load, which nothing rigid asks for
+    if not isinstance(
+        meshed, LayeredPair
+    ):  # sections are placed with the law of their load, which nothing rigid asks for
         layers = _layer(meshed.pinion.element_rows), _layer(meshed.wheel.element_rows)
         meshed = LayeredPair(meshed.pair, meshed.pinion, meshed.wheel, meshed.stiffness_estimate, meshed.mirrored,
                              meshed.order, layers=layers)  # fmt: skip

@@ -15,7 +15,7 @@ from numpy.testing import assert_allclose
 import pmor
 from pmor.gear.condition import Misalignment, at_torques
 from pmor.pair.model import ElasticModel, elastic_model, mesh_model
-from pmor.penalty.solve import solve_position
+from tests.support.states import states_at
 
 SCHEMES = ("line", "direct", "paper", "facet")
 NODAL = SCHEMES[1:]
@@ -108,9 +108,7 @@ def ste(model, torques=TORQUES, angles=None, **options):
 
 def state(model, phi, torque):
     """The only equilibrium at an angle, under a torque in N mm."""
-    elastic = model.elastic
-    (found,) = solve_position(elastic.mesh.meshed, float(phi), at_torques([torque]), elastic.elasticity_at).equilibria
-    return found
+    return states_at(model.elastic, float(phi), at_torques([torque]))[0]
 
 
 # --- the same model, asked otherwise -------------------------------------------------------------------------------

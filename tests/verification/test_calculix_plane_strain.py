@@ -21,11 +21,10 @@ from numpy.testing import assert_allclose
 from pmor.case import parse_case
 from pmor.gear.condition import Condition
 from pmor.lab.rivals.calculix import PROGRAM, calculix_available
-from pmor.line.hertz import line_contact
 from pmor.pair.model import elastic_model, mesh_model
-from pmor.penalty.solve import solve_position
 from tests.support.calculix_plane import plane_ste_um
 from tests.support.small_case import case_text
+from tests.support.states import states_at
 
 WIDTH = 20.0  # mm, of the pairs that torques are named for; 1 mm of it is solved
 PENALTY_N_MM3 = 5e7
@@ -69,13 +68,12 @@ def solved(name, torque, phi):
     """STE (um), and for each tooth pair in contact line load and half-width."""
     _, model = full_fe(name)
     meshed = model.mesh.meshed
-    found = solve_position(meshed, phi, [Condition(torque=1e3 * torque / WIDTH)], model.elasticity_at)
-    hertz = line_contact(meshed, found.position, found.equilibria[0].contact)
+    (found,) = states_at(model, phi, [Condition(torque=1e3 * torque / WIDTH)])
     load, half_width = (
-        np.array([values[hertz.pair == p].mean() for p in np.unique(hertz.pair)])
-        for values in (hertz.line_load, hertz.half_width)
+        np.array([values[found.pair == p].mean() for p in np.unique(found.pair)])
+        for values in (found.line_load, found.patches()[:, 0])
     )
-    return 1e3 * found.equilibria[0].advance * meshed.pair.pinion.base_radius, load, half_width
+    return 1e3 * found.advance * meshed.pair.pinion.base_radius, load, half_width
 
 
 def calculix(name, torque, phi, ours_um, half_width):

@@ -15,13 +15,13 @@ from pmor.pair.sweep import force_law, sweep_ste
 from pmor.penalty.elasticity import ReducedElasticity
 from pmor.penalty.equilibrium import solve_equilibrium
 from pmor.penalty.position import active_patches
-from pmor.penalty.solve import solve_position
 from tests.support.small_case import case_text
+from tests.support.states import states_at
 
 SAME_TORQUE = 1e-8  # relative; both solutions end below 1e-9
 TILTED = Misalignment(in_plane_um=30.0, out_of_plane_um=-20.0, centre_distance_um=40.0)
 TORQUES = [2e4, 1e5, 3e5]  # N mm; under much less, round-off of the coordinates shows
-every_scheme = pytest.mark.parametrize("scheme", ["line", "direct"])
+every_scheme = pytest.mark.parametrize("scheme", ["direct"])
 
 
 @cache
@@ -61,12 +61,16 @@ def test_flanks_that_are_apart_exchange_no_force(scheme):
     assert_allclose(law.torque_Nm[2], 0.0, atol=1e-9 * TORQUES[1])  # the flanks just touch
 
 
-def test_the_torque_grows_with_the_advance():
+@pytest.mark.parametrize("misalignment", [ALIGNED, TILTED], ids=["aligned", "tilted"])
+def test_lines_at_the_advance_of_a_torque_make_that_torque(misalignment):
     pair = model("line")
-    meshed = pair.mesh.meshed
-    advances = np.linspace(-1e-5, 3e-4, 8)
-    law = force_law(meshed, pair.elasticity_at, meshed.pair.pitch * np.array([0.2, 0.7]), advances)
-    assert np.all(np.diff(law.torque_Nm[1:], axis=0) > 0.0)
+    for share in (0.0, 0.3, 0.8):
+        phi = share * pair.mesh.meshed.pair.pitch
+        advances = [state.advance for state in states_at(pair, phi, at_torques(TORQUES, misalignment))]
+        held = states_at(pair, phi, at_advances(advances, misalignment))
+        assert_allclose([state.torque.sum() for state in held], TORQUES, rtol=SAME_TORQUE)
+        (apart,) = states_at(pair, phi, at_advances([min(advances) - 1e-2], misalignment))
+        assert len(apart.force) == 0
 
 
 def test_the_primal_form_of_a_reduced_model_gives_the_same_force():
@@ -102,14 +106,14 @@ def test_a_condition_has_one_drive():
 
 
 def test_conditions_that_share_windows_share_their_axes():
-    pair = model("line")
     conditions = [*at_advances([1e-4]), *at_advances([1e-4], TILTED)]
-    with pytest.raises(ValueError, match="need the same axes and flanks, not 2"):
-        solve_position(pair.mesh.meshed, 0.1, conditions, pair.elasticity_at)
+    for scheme in ("line", "direct"):
+        with pytest.raises(ValueError, match="need the same axes and flanks, not 2"):
+            states_at(model(scheme), 0.1, conditions)
 
 
 def test_threads_change_nothing():
-    pair = model("line")
+    pair = model("direct")
     meshed, calls = pair.mesh.meshed, []
     phi = meshed.pair.pitch * np.linspace(0.0, 0.9, 5)
     with ThreadPoolExecutor(2) as executor:

@@ -12,15 +12,14 @@ from pmor.core.conventions import rotation_z
 from pmor.gear.condition import PLAIN, at_torques
 from pmor.gear.kernels.types import Motion
 from pmor.gear.modification import UNMODIFIED, Modification
-from pmor.lab.stability.balances import stored_energy
-from pmor.line.hertz import line_contact
+from pmor.lab.stability.balances import stored_in_lines
 from pmor.line.kernels.contact_point import closest_approach
 from pmor.pair.model import elastic_model, mesh_model
-from pmor.penalty.solve import solve_position
 from pmor_offline.train import train
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.model import reduced_pair
 from tests.support.small_case import case_text
+from tests.support.states import states_at
 
 TORQUE = 1e5  # N mm
 BALANCE = 1e-9
@@ -101,14 +100,14 @@ def test_forces_and_moments_on_the_bearings_are_those_of_the_plane_of_action(hel
     """In closed form: along the line of action F_t, along the axis F_t tan(beta_b), at the points of that plane."""
     full = model(helix_deg)
     meshed, pair = full.mesh.meshed, full.mesh.meshed.pair
-    solved = solve_position(meshed, 0.35 * pair.pitch, at_torques([TORQUE]), full.elasticity_at)
-    contact = solved.equilibria[0].contact
+    phi = 0.35 * pair.pitch
+    (state,) = states_at(full, phi, at_torques([TORQUE]))
     action = np.array([-math.cos(pair.working_pressure_angle), math.sin(pair.working_pressure_angle), 0.0])
     foot = pair.pinion.base_radius * np.array([action[1], -action[0], 0.0])
     angle, total, expected = pair.base_helix_angle, np.zeros((2, 6)), np.zeros((2, 6))
-    for index, section, force in zip(contact.pair, contact.place[:, 1], contact.force, strict=True):
+    for index, section, force in zip(state.pair, state.section, state.force, strict=True):
         z = meshed.sections.z[section]
-        roll_position = solved.position.phi + solved.position.pair_index[index] * pair.pitch
+        roll_position = phi + index * pair.pitch
         roll = roll_position + pair.pinion.twist_per_length * z
         assert pair.roll_position_range[0] < roll < pair.roll_position_range[1]
         place = foot + pair.pinion.base_radius * float(pair.contact_roll_angles(np.array(roll))[0]) * action
@@ -137,9 +136,8 @@ def test_torques_follow_from_the_balance_of_energy(share):
     meshed, pair = full.mesh.meshed, full.mesh.meshed.pair
 
     def state(phi):
-        solved = solve_position(meshed, phi, at_torques([TORQUE]), full.elasticity_at)
-        equilibrium = solved.equilibria[0]
-        return equilibrium, stored_energy(meshed, solved.position, full.elasticity_at(solved.position), equilibrium)
+        (found,) = states_at(full, phi, at_torques([TORQUE]))
+        return found, stored_in_lines(meshed, found)
 
     phi = pair.roll_position_range[0] + share * pair.pitch
     (before, energy_before), (here, _), (after, energy_after) = (state(phi + s * step) for s in (-1.0, 0.0, 1.0))
@@ -161,13 +159,10 @@ def test_a_helix_of_a_tenth_of_a_degree_is_as_good_as_none(flank):
         meshed = full.mesh.meshed
         advances, pressures = [], []
         for share in np.arange(4) / 4.0:
-            solved = solve_position(
-                meshed, share * meshed.pair.pitch, at_torques([TORQUE], pinion=flank, wheel=flank), full.elasticity_at
-            )
-            advances.append(solved.equilibria[0].advance * meshed.pair.pinion.base_radius)
-            state = solved.equilibria[0].contact
+            (state,) = states_at(full, share * meshed.pair.pitch, at_torques([TORQUE], pinion=flank, wheel=flank))
+            advances.append(state.advance * meshed.pair.pinion.base_radius)
             on_flank = np.abs(state.lever + meshed.pair.pinion.base_radius) < 1e-9
-            pressures.append(line_contact(meshed, solved.position, state).peak_pressure[on_flank].max())
+            pressures.append(state.patches()[on_flank, 2].max())
         found.append((np.mean(advances), max(pressures)))
     assert_allclose(found[1][0], found[0][0], rtol=5e-3)
     assert_allclose(found[1][1], found[0][1], rtol=2e-2)

@@ -12,8 +12,7 @@ from pmor.case import changed_text, load_case, parse_case
 from pmor.core.conventions import rotation_z
 from pmor.gear.condition import ALIGNED, at_torques
 from pmor.gear.kernels.types import Motion
-from pmor.lab.stability.balances import stored_energy
-from pmor.line.hertz import line_contact
+from pmor.lab.stability.balances import stored_in_lines
 from pmor.line.kernels.contact_point import closest_approach, cubic_rows, involute_foot, roll_of
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.pair.sweep import sweep_ste
@@ -23,6 +22,7 @@ from pmor.results.sweep import ripple_um
 from tests.support.gear_models import POISSON, YOUNG
 from tests.support.loaded_pair import line_model
 from tests.support.small_case import case_text
+from tests.support.states import states_at
 
 CASES = Path(__file__).parents[2] / "cases"
 ROUND_OFF = 1e-12
@@ -164,7 +164,7 @@ def test_finely_resolved_penalty_contact_comes_to_the_same(finest):
 
 def width_of(meshed, column):
     """Share of the face width of a column of points, and of its image."""
-    return 2.0 * meshed.pinion.extents[0, column, 2:].sum()
+    return 2.0 * meshed.extents[0][0, column, 2:].sum()
 
 
 @pytest.mark.jit
@@ -193,15 +193,15 @@ def test_line_contact_gives_hertz_width_and_pressure_on_elements_as_large_as_the
         model = paper_model(elements, **contact)
         meshed = model.mesh.meshed
         phi = meshed.pair.roll_position(math.tan(meshed.pair.working_pressure_angle))
-        solved = solve_position(meshed, phi, at_torques([2.5e6]), model.elasticity_at)
-        state, column = solved.equilibria[0].contact, 2
-        mine = state.place[:, 1] == column
+        (lines,), column = states_at(model, phi, at_torques([2.5e6])), 2
         if contact:
+            state = lines.contact
+            mine = state.place[:, 1] == column
             length = state.stiffness[mine].sum() / (1e7 * width_of(meshed, column))
             found.append((0.5 * length, -1e7 * state.gap[mine].min()))
         else:
-            hertz = line_contact(meshed, solved.position, state)
-            found.append((hertz.half_width[mine][0], hertz.peak_pressure[mine][0]))
+            half_width, _, pressure = lines.patches()[lines.section == column].T
+            found.append((half_width[0], pressure[0]))
     assert_allclose(found[1], found[0], rtol=0.03)
 
 
@@ -233,11 +233,11 @@ def test_exchanging_the_gears_changes_nothing(share):
     angle = mirrored.roll_position(roll_wheel)
 
     def solve(model, at, load):
-        return solve_position(model.mesh.meshed, at, at_torques([load]), model.elasticity_at).equilibria[0]
+        return states_at(model, at, at_torques([load]))[0]
 
     here = solve(one, phi, TORQUE)
     there = solve(other, angle, here.wheel_torque)
-    corner = not np.allclose(here.contact.lever, -pair.pinion.base_radius, rtol=1e-9)
+    corner = not np.allclose(here.lever, -pair.pinion.base_radius, rtol=1e-9)
     if corner:  # one holds the wheel, the other the pinion: a corner is in the same place when that one has turned back
         for _ in range(3):
             there = solve(other, angle - there.advance, here.wheel_torque)
@@ -270,9 +270,8 @@ def test_wheel_torque_follows_from_the_balance_of_energy(end, beside, corner, un
     meshed, step = unlike.mesh.meshed, 1e-4
 
     def state(phi):
-        solved = solve_position(meshed, phi, at_torques([TORQUE]), unlike.elasticity_at)
-        equilibrium = solved.equilibria[0]
-        return equilibrium, stored_energy(meshed, solved.position, unlike.elasticity_at(solved.position), equilibrium)
+        (found,) = states_at(unlike, phi, at_torques([TORQUE]))
+        return found, stored_in_lines(meshed, found)
 
     phi = meshed.pair.roll_position_range[end] + beside
     (before, energy_before), (here, _), (after, energy_after) = (state(phi + s * step) for s in (-1.0, 0.0, 1.0))
@@ -289,18 +288,17 @@ def test_both_gears_get_the_same_force_and_moment(unlike):
     pair = meshed.pair
     for share in (0.05, 0.5, 0.9):
         phi = pair.roll_position_range[0] + share * pair.pitch
-        solved = solve_position(meshed, phi, at_torques([TORQUE]), unlike.elasticity_at)
-        equilibrium, position = solved.equilibria[0], solved.position
-        nodal = equilibrium.contact.nodal_forces(equilibrium.contact.force, len(position.nodes))
+        (state,) = states_at(unlike, phi, at_torques([TORQUE]))
         resultants = []
         for gear in (0, 1):
             force, moment = np.zeros(3), np.zeros(3)
-            for number, index in enumerate(position.pair_index):
+            for number, index in enumerate(state.loaded_pairs):
                 own = phi + index * pair.pitch
-                angle = own + equilibrium.advance if gear == 0 else math.pi + pair.wheel_tooth_rotation(own)
-                window = position.window_slice(number, gear)
-                forces = nodal[window] @ rotation_z(angle).T
-                places = position.nodes[window] @ rotation_z(angle).T + [0.0, pair.centre_distance * gear, 0.0]
+                angle = own + state.advance if gear == 0 else math.pi + pair.wheel_tooth_rotation(own)
+                nodal = state.nodal_force[gear][number]
+                forces = np.pad(nodal, ((0, 0), (0, 0), (0, 3 - nodal.shape[2]))).reshape(-1, 3) @ rotation_z(angle).T
+                nodes = (meshed.pinion, meshed.wheel)[gear].nodes.reshape(-1, 3)
+                places = nodes @ rotation_z(angle).T + [0.0, pair.centre_distance * gear, 0.0]
                 force, moment = force + forces.sum(axis=0), moment + np.cross(places, forces).sum(axis=0)
             resultants.append((force, moment))
         load = np.linalg.norm(resultants[0][0])
@@ -316,8 +314,7 @@ def test_transmission_error_grows_less_than_the_torque(unlike):
     meshed = unlike.mesh.meshed
     phi = meshed.pair.roll_position(math.tan(meshed.pair.working_pressure_angle))
     torques = TORQUE * np.array([0.01, 0.1, 1.0, 10.0])
-    solved = solve_position(meshed, phi, at_torques(torques), unlike.elasticity_at)
-    advance = np.array([e.advance for e in solved.equilibria])
+    advance = np.array([state.advance for state in states_at(unlike, phi, at_torques(torques))])
     exponents = np.diff(np.log(advance)) / np.diff(np.log(torques))
     assert np.all((exponents > 0.9) & (exponents < 0.99))
 

@@ -11,17 +11,15 @@ from pmor.gear.condition import PLAIN, Assembly, Condition, Misalignment, at_tor
 from pmor.gear.kernels.types import Motion
 from pmor.gear.modification import Modification
 from pmor.gear.topography import Topography
-from pmor.line.hertz import line_contact
 from pmor.line.kernels.contact_point import closest_approach
-from pmor.line.kernels.law import approach_of, line_load
 from pmor.line.unloaded import unloaded_ste_um, with_unloaded
 from pmor.pair.model import mesh_model
-from pmor.penalty.solve import solve_position
 from pmor_online.contact_pattern import contact_patterns
 from pmor_online.line_sweep import sweep_line_loads
-from tests.support.line_laws import NO_CORNERS, plain_law
+from tests.support.line_laws import plain_law
 from tests.support.line_pairs import PAIRS, TORQUE, models
 from tests.support.small_case import case_text
+from tests.support.states import states_at
 
 STRAIGHT = plain_law(compliance=1.1e-5, opening=0.2, curvature=0.25, least=1e-9)
 # Full FE is solved to 1e-9 in its energy norm.
@@ -57,20 +55,17 @@ def disagreement(name, share, condition):
     """Relative difference of the STE, and of the line loads to their peak, between line loads and full FE."""
     full, reduced = models(name)
     phi = share * reduced.meshed.pair.pitch
-    equilibrium = (solved := solve_position(full.mesh.meshed, phi, [condition], full.elasticity_at)).equilibria[0]
+    (state,) = states_at(full, phi, [condition])
     sweep = sweep_line_loads(reduced, np.array([phi]), [condition], recorded=True)
     assert sweep.converged.all()
     force = {}
-    for pair, section, value in zip(
-        solved.position.pair_index[equilibrium.contact.pair], equilibrium.contact.place[:, 1],
-        equilibrium.contact.force, strict=True,
-    ):  # fmt: skip
+    for pair, section, value in zip(state.pair, state.section, state.force, strict=True):
         force[int(pair), int(section)] = value
     loads = sweep.states.loads
     listed = {(int(p), int(s)): f for p, s, f in zip(loads.pair, loads.column, loads.force_N, strict=True)}
     largest = max(force.values())
     worst = max(abs(force.get(key, 0.0) - listed.get(key, 0.0)) for key in {*force, *listed})
-    advance = equilibrium.advance * reduced.meshed.pair.pinion.base_radius * 1e3
+    advance = state.advance * reduced.meshed.pair.pinion.base_radius * 1e3
     approach = reduced.meshed.expected_approach(condition.torque) * 1e3
     return abs(sweep.ste_um[0, 0] - advance) / max(abs(advance), approach), worst / largest
 
@@ -112,13 +107,6 @@ def test_half_the_width_stands_for_the_whole():
     whole, half = (sweep_line_loads(models("spur", width=width)[1], phi, conditions) for width in ("whole", "half"))
     # Measured 3e-10: the condensations differ.
     assert_allclose(half.ste_um, whole.ste_um, rtol=1e-9)
-
-
-@pytest.mark.parametrize("load", [1e-12, 1e-6, 1.0, 300.0])
-def test_approach_is_the_inverse_of_the_law_of_the_load(load):
-    approach, slope = approach_of(load, STRAIGHT, NO_CORNERS)
-    expected, derivative = line_load(approach, STRAIGHT, NO_CORNERS)
-    assert_allclose([expected, derivative], [load, 1.0 / slope], rtol=1e-12)
 
 
 # --- rigid flanks --------------------------------------------------------------------------------------------------
@@ -202,8 +190,8 @@ def test_drawn_pressure_of_helical_flanks_is_that_of_hertz_and_carries_the_load_
     force = sum(pattern.force.sum() for pattern in patterns)
     # Normal to the flanks; a tip edge pushes a little off the line of action.
     assert_allclose(force, TORQUE / pair.pinion.base_radius / math.cos(pair.base_helix_angle), rtol=2e-3)
-    solved = solve_position(full.mesh.meshed, phi, [condition], full.elasticity_at)
-    peak = line_contact(full.mesh.meshed, solved.position, solved.equilibria[0].contact).peak_pressure.max()
+    (state,) = states_at(full, phi, [condition])
+    peak = state.patches()[:, 2].max()
     # Cells have some width.
     assert_allclose(max(pattern.pressure.max() for pattern in patterns), peak, rtol=0.02)
     for pattern in patterns:
@@ -257,16 +245,14 @@ def test_contact_forces_balance_each_other():
     full, _ = models("helical")
     meshed = full.mesh.meshed
     pair = meshed.pair
-    solved = solve_position(meshed, 0.1 * pair.pitch, at_torques([TORQUE]), full.elasticity_at)
-    position, contact = solved.position, solved.equilibria[0].contact
-    nodal = contact.nodal_forces(contact.force, len(position.nodes))
+    phi = 0.1 * pair.pitch
+    (state,) = states_at(full, phi, at_torques([TORQUE]))
     total = np.zeros((2, 2, 3))
-    for p, index in enumerate(position.pair_index):
+    for p, index in enumerate(state.loaded_pairs):
         for gear in range(2):
-            window = position.window_slice(p, gear)
             # Undeformed sections lie between nodes on the helicoid: the moment of the forces where they really act.
-            forces = nodal[window]
-            roll_position = position.phi + index * pair.pitch
+            forces = state.nodal_force[gear][p].reshape(-1, 3)
+            roll_position = phi + index * pair.pitch
             if gear == 0:
                 angle = roll_position
             else:
@@ -276,7 +262,7 @@ def test_contact_forces_balance_each_other():
     assert_allclose(total[0, 0] + total[1, 0], 0.0, atol=1e-9 * np.abs(total[0, 0]).max())
     tangential = TORQUE / pair.pinion.base_radius
     assert_allclose(abs(total[0, 0, 2]), tangential * math.tan(pair.base_helix_angle), rtol=1e-9)
-    assert_allclose(solved.equilibria[0].wheel_torque / TORQUE, pair.wheel.teeth / pair.pinion.teeth, rtol=1e-9)
+    assert_allclose(state.wheel_torque / TORQUE, pair.wheel.teeth / pair.pinion.teeth, rtol=1e-9)
 
 
 def test_the_other_hand_is_the_mirror_image():

@@ -14,8 +14,8 @@ from pmor.line.kernels.contact_point import closest_approach
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.penalty.position import active_patches, relative_motion
 from pmor.penalty.search import search_contact
-from pmor.penalty.solve import solve_position
 from tests.support.small_case import case_text
+from tests.support.states import forces, states_at
 
 TILTED = Misalignment(in_plane_um=30.0, out_of_plane_um=-20.0, centre_distance_um=40.0)
 TORQUE = 1e5  # N mm
@@ -127,8 +127,8 @@ def test_another_centre_distance_is_another_pair(scheme):
     slack = meshed.kinematics(apart).first_touch
     for fraction in (0.2, 0.45, 0.7):
         phi = fraction * meshed.pair.pitch
-        here = solve_position(meshed, phi, under_torque(apart), near.elasticity_at).equilibria[0]
-        there = solve_position(far.mesh.meshed, phi + slack, under_torque(ALIGNED), far.elasticity_at).equilibria[0]
+        (here,) = states_at(near, phi, under_torque(apart))
+        (there,) = states_at(far, phi + slack, under_torque(ALIGNED))
         assert_allclose(here.advance, there.advance, rtol=1e-7)
 
 
@@ -137,11 +137,8 @@ def test_the_mirrored_tilt_mirrors_the_load(scheme):
     full = model(scheme)
     tilt = Misalignment(in_plane_um=10.0, out_of_plane_um=15.0)
     back = Misalignment(in_plane_um=-10.0, out_of_plane_um=-15.0)
-    states = [
-        solve_position(full.mesh.meshed, 0.05, under_torque(misalignment), full.elasticity_at).equilibria[0]
-        for misalignment in (tilt, back)
-    ]
-    loads = [np.bincount(e.contact.place[:, 1], e.contact.force, minlength=5) for e in states]
+    states = [states_at(full, 0.05, under_torque(misalignment))[0] for misalignment in (tilt, back)]
+    loads = [forces(state, 5)[0] for state in states]
     assert_allclose(states[0].advance, states[1].advance, rtol=1e-8)
     assert_allclose(loads[0], loads[1][::-1], rtol=1e-6, atol=1e-6 * loads[0].max())
     assert loads[0][-1] > 2.0 * loads[0][0]  # the side towards which the wheel's axis leans
@@ -150,8 +147,8 @@ def test_the_mirrored_tilt_mirrors_the_load(scheme):
 @pytest.mark.parametrize("scheme", ["line", "direct"])
 def test_torque_on_the_pinion_of_tilted_axes_is_balanced(scheme):
     full = model(scheme)
-    state = solve_position(full.mesh.meshed, 0.05, under_torque(TILTED), full.elasticity_at).equilibria[0]
-    assert_allclose(-state.contact.force @ state.contact.lever, TORQUE, rtol=1e-8)
+    (state,) = states_at(full, 0.05, under_torque(TILTED))
+    assert_allclose(forces(state, 5)[1], TORQUE, rtol=1e-8)
 
 
 def test_aligned_is_what_it_was_without_the_parameter():

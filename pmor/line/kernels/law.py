@@ -42,47 +42,6 @@ def approach_of(load, law, corners):
 
 
 @compiled
-def line_load(penetration, law, corners):
-    """Line load and its derivative for an approach of the flanks.
-
-    Away from corners penetration = C w (A - ln(w) / 2), C the compliance, A the constant. Below the least load the
-    logarithm is held (the contact is then narrower than any roughness); where the half-width comes near the depth of
-    the layer, beyond A - ln(w) / 2 = 1, the law goes on linearly, so that Newton finds its way back from there.
-
-    Parameters
-    ----------
-    penetration : float
-        mm.
-    law : LineLaw
-    corners : two Corner
-
-    Returns
-    -------
-    load, slope : float
-        N/mm, N/mm^2.
-    """
-    secant = _smooth_approach(law.least, law, corners)[0] / law.least
-    if penetration <= secant * law.least:
-        return max(penetration, 0.0) / secant, 1.0 / secant
-    widest = widest_load(law)
-    most, slope = _smooth_approach(widest, law, corners)
-    if penetration >= most:
-        return widest + (penetration - most) / slope, 1.0 / slope
-    low, high, load = law.least, widest, min(penetration / secant, widest)
-    for _ in range(60):
-        approach, slope = _smooth_approach(load, law, corners)
-        if approach < penetration:
-            low = load
-        else:
-            high = load
-        step = (penetration - approach) / slope
-        load = load + step if low <= load + step <= high else 0.5 * (low + high)
-        if abs(step) <= 1e-15 * load:
-            break
-    return load, 1.0 / _smooth_approach(load, law, corners)[1]
-
-
-@compiled
 def line_law(gears, layers, contact_point, carriers):
     """`LineLaw` where two flanks meet.
 
@@ -93,7 +52,9 @@ def line_law(gears, layers, contact_point, carriers):
     cosine = 1.0 / np.sqrt(1.0 + (gears[0].twist * gears[0].base_radius) ** 2)
     near, nearest, inside = -1, 1.0, 0.0
     for gear in range(2):
-        distance, influence_length = _from_corner(gears[gear], layers[gear].corner, roll_of(contact_point, gear), cosine)
+        distance, influence_length = _from_corner(
+            gears[gear], layers[gear].corner, roll_of(contact_point, gear), cosine
+        )
         if distance < nearest * influence_length:
             near, nearest, inside = gear, distance / influence_length, distance
     for gear in range(2):
