@@ -56,8 +56,8 @@ if TYPE_CHECKING:
         OutputError,
         PmorError,
     )
-    from pmor.design.job import DesignResult
-    from pmor.dynamics.job import DynamicsResult
+    from pmor.design.result import DesignResult
+    from pmor.dynamics.result import DynamicsResult
     from pmor.gear.condition import Assembly, Misalignment
     from pmor.gear.modification import Modification
     from pmor.gear.topography import Topography
@@ -65,13 +65,13 @@ if TYPE_CHECKING:
     from pmor_online.compare import Comparison
 
 _HOMES = {
-    "pmor.design.job": ("DesignResult",),
+    "pmor.design.result": ("DesignResult",),
     "pmor.campaigns.result": ("CampaignResult",),
     "pmor.campaigns.run": ("campaign",),
     "pmor.app.full": ("FullModel", "full_model"),
     "pmor.app.model": ("ReducedModel", "compare", "load_model", "train"),
     "pmor.app.rexs": ("import_rexs",),
-    "pmor.dynamics.job": ("DynamicsResult",),
+    "pmor.dynamics.result": ("DynamicsResult",),
     "pmor.app.result": ("ConditionsResult", "SweepResult"),
     "pmor.case": ("Case", "change_case", "load_case", "make_case"),
     "pmor.gear.condition": ("Misalignment", "Assembly"),

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from pmor.case import Case
-    from pmor.design.job import DesignResult
-    from pmor.dynamics.job import DynamicsResult
+    from pmor.design.result import DesignResult
+    from pmor.dynamics.result import DynamicsResult
     from pmor.pair.model import ElasticModel, MeshModel
     from pmor_online.run import OnlineResult
 
@@ -229,11 +229,12 @@ def dynamics(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite:
     from pmor.core.threads import use_one_thread
 
     use_one_thread()  # before anything loads numpy
+    from pmor.case import load_case
     from pmor.core.threads import processes
-    from pmor.dynamics.job import load, run
+    from pmor.dynamics.run import run
     from pmor.storage.results_folder import default_folder
 
-    case = load(case_path)
+    case = load_case(case_path)
     folder = out or default_folder(case.name, "_dynamics")
     with processes(jobs) as executor:
         result = run(case, folder=folder, overwrite=overwrite, executor=executor)
@@ -248,7 +249,8 @@ def design(
 
     use_one_thread()  # before anything loads numpy
     from pmor.core.threads import threads
-    from pmor.design.job import load, run
+    from pmor.design.loader import load
+    from pmor.design.run import run
     from pmor.design.variant_case import write_variant
     from pmor.storage.results_folder import default_folder
 

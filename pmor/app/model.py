@@ -43,8 +43,8 @@ from pmor_online.root_stress import root_stress
 from pmor_online.sweep import largest_size, sweep_reduced_pair
 
 if TYPE_CHECKING:
-    from pmor.design.job import DesignResult
-    from pmor.dynamics.job import DynamicsResult
+    from pmor.design.result import DesignResult
+    from pmor.dynamics.result import DynamicsResult
 
 
 @dataclass(frozen=True, repr=False)
@@ -198,7 +198,7 @@ class ReducedModel:
         Parameters
         ----------
         folder, executor, progress
-            As in `pmor.dynamics.job.run`: an executor of processes.
+            As in `pmor.dynamics.run.run`: an executor of processes.
         **settings
             Keys of the section `[dynamics]` of a case, such as ``torques_Nm=[100.0], damping_ratio=0.03``; those of
             the case by default.
@@ -215,7 +215,7 @@ class ReducedModel:
         ConvergenceError
             Where no torque has a force law.
         """
-        from pmor.dynamics.job import run
+        from pmor.dynamics.run import run
 
         asked = change_case(self.case, dynamics=settings) if settings else self.case
         return run(asked, reduced=self.reduced, folder=folder, executor=executor, progress=progress)
@@ -233,7 +233,7 @@ class ReducedModel:
         Parameters
         ----------
         folder, executor, progress
-            As in `pmor.design.job.run`: an executor of threads.
+            As in `pmor.design.run.run`: an executor of threads.
         **settings
             Sections of a design file as mappings: ``variables=[{"key": "tip_relief_um", "range": [0.0, 40.0]}]``,
             ``load``, ``objective``, ``constraints``, ``scatter``, ``search``, ``pareto``.
@@ -248,7 +248,7 @@ class ReducedModel:
         CaseError
             Where a setting is none, or the model does not suffice for it.
         """
-        from pmor.design.job import run, settings_of
+        from pmor.design.run import run, settings_of
 
         file = settings_of(self.case, settings)
         return run(file, reduced=self.reduced, folder=folder, executor=executor, progress=progress)

@@ -1,1 +1,4 @@
-"""Flank modifications searched for: what may vary, what is good, where to look, how it stands scatter."""
+"""Flank modifications designed: variants over ranges, descents from the best, a Pareto front, scatter.
+
+`loader.load` reads a design file, `run.run` searches, `result.DesignResult.write` leaves the files.
+"""

@@ -12,7 +12,7 @@ import numpy as np
 from pmor.core.arrays import FloatArray
 from pmor.design.harris import HarrisRule
 from pmor.design.judge import Judge, nominal
-from pmor.design.run import Found
+from pmor.design.search import Found
 from pmor.design.variables import limits
 from pmor.report.panels import panels
 from pmor.report.style import COLOURS, new_figure, plot_style

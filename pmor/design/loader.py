@@ -59,7 +59,7 @@ class DesignFile:
         return assembly_of(self.case)
 
 
-def load_design(path: Path | str) -> DesignFile:
+def load(path: Path | str) -> DesignFile:
     """Read and check a design file, and the case that it names.
 
     Raises

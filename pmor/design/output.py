@@ -21,7 +21,7 @@ from pmor.design.figures import (
     variable_words,
 )
 from pmor.design.readings import FRESH, Readings, percentile_95
-from pmor.design.run import Found
+from pmor.design.search import Found
 from pmor.design.settings import RESULTS
 from pmor.design.store import stored
 from pmor.report.data_files import write_table_csv

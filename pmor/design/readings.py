@@ -10,7 +10,7 @@ import numpy as np
 from pmor.core.arrays import FloatArray
 from pmor.design.harris import HarrisRule, harris_rule, obeys
 from pmor.design.judge import Judge, nominal
-from pmor.design.run import Found
+from pmor.design.search import Found
 from pmor.design.variables import SEED, drawn
 
 # Pairs that are drawn anew to see how chosen variants stand scatter: other ones than those of the search.

@@ -1,14 +1,5 @@
-"""The pair in motion: how gears vibrate on a mesh whose stiffness varies, and which may part and meet again.
+"""The pair in motion: responses over the speed under several torques, run-ups and run-downs, pictures and a page.
 
-The gears are rigid bodies on shafts and bearings, q their displacements about the uniform rotation; all that the mesh
-knows of them is how far the pinion's flanks run ahead along the line of action, x = l . q, and where in the mesh cycle
-the pair is, its phase psi (2 pi per pitch):
-
-    M q'' + C q' + K q + l F(psi, x) = f.                                                                        (1)
-
-F is the force law by displacement: `kernels.laws`, tabulated by `force_table`. One way to a periodic answer is harmonic
-balance (`harmonic_balance`, `continuation`, `stability`, `period_doubling`; all together `response`), the other to
-integrate over time (`integration`); they share nothing but (1) and the law.
-
-Units are those of the system that is given; for gears mm, N, s and t (1 t mm/s2 = 1 N).
+`pmor.case.load_case` reads a case with its section `[dynamics]`, `run.run` solves it, `result.DynamicsResult.write` leaves
+the files. `fmu` writes the tabulated force law as a unit for co-simulation.
 """

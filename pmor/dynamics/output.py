@@ -10,7 +10,7 @@ from pmor.dynamics.force_law import cycles_of
 from pmor.dynamics.law_page import law_paragraph
 from pmor.dynamics.measure import Data
 from pmor.dynamics.rating import by_range, rated
-from pmor.dynamics.run import Dynamics
+from pmor.dynamics.solution import Dynamics
 from pmor.pair.conditions import assembly_of
 from pmor.report.page import Block, Picture, Warning
 from pmor.report.table import Table

@@ -1,149 +1,58 @@
-"""The motion of the pair of a case under all its torques: force law, responses, runs."""
+"""The front door of motion: a case in, its result out."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import Executor
-from dataclasses import asdict, dataclass, replace
-from functools import partial
 from pathlib import Path
 
-from pmor.case import Case, change_case, without_models
-from pmor.core.errors import CaseError
-from pmor.dynamics.gear_model import GearModel, gear_model
-from pmor.dynamics.kernels.laws import ForceTable
-from pmor.dynamics.law import MeshLaw, backlash_of, cycles_of, mesh_laws
-from pmor.dynamics.measure import BRANCHES, RUNS, Data, Task, joined, solve
-from pmor.dynamics.moved_axes import model_error
-from pmor.gear.pair import GearPair
-from pmor.pair.model import elastic_model, gear_pair
-from pmor.work.cost import meshed_within_memory
-from pmor.work.pieces import Piece, run_pieces
-from pmor_offline.train import train
-from pmor_online.mesh_force import LineLoadLaw
-from pmor_online.model import ReducedPair, reduced_pair
+from pmor.case import Case
+from pmor.dynamics.output import FILES
+from pmor.dynamics.result import DynamicsResult
+from pmor.dynamics.solution import reduced_of, refuse_other_models, run_dynamics
+from pmor.work.results import pieces_folder
+from pmor_online.model import ReducedPair
 
 
-@dataclass(frozen=True)
-class Dynamics:
-    """The pair of a case in motion.
-
-    Parameters
-    ----------
-    case : Case
-    pair : GearPair
-    model : GearModel
-    backlash : float or None
-        See `backlash_of`.
-    laws : tuple of MeshLaw
-        One per torque that has one.
-    responses : tuple of dict
-        One per torque that has one, as in `dynamics.json`.
-    failures : tuple of str
-        Torques without a force law, a response or a run, and why.
-    """
-
-    case: Case
-    pair: GearPair
-    model: GearModel
-    backlash: float | None
-    laws: tuple[MeshLaw, ...]
-    responses: tuple[Data, ...]
-    failures: tuple[str, ...]
-
-
-def reduced_of(case: Case) -> ReducedPair:
-    """Return the reduced pair of a case: finite elements of the gears, line loads as unknowns.
-
-    Raises
-    ------
-    CaseError
-        As `refuse_other_models` does.
-    """
-    refuse_other_models(case)
-    # Motion needs neither error bars nor the other models of a comparison.
-    bare = change_case(without_models(case), mesh={"error_bar": False})
-    return reduced_pair(train(bare, elastic_model(bare, meshed_within_memory(bare))).basis)
-
-
-def refuse_other_models(case: Case) -> None:
-    """Raise CaseError for a case whose mesh has no force law by displacement, or one with too long a period."""
-    if case.reduction.shapes != "line_loads":
-        raise CaseError(
-            f'case {case.name}: [reduction] shapes = "{case.reduction.shapes}": dynamics take the mesh force from line '
-            'loads: write [contact] scheme = "line" and [reduction] shapes = "line_loads"'
-        )
-    cycles_of(case, gear_pair(case))
-
-
-def task_of(case: Case, model: GearModel, law: ForceTable, torque_Nm: float) -> Task:
-    """Return the problem of one torque."""
-    dynamics = case.dynamics
-    asked = dynamics.mesh_frequency_Hz
-    low, high = dynamics.mesh_frequency_ratio if asked is None else asked
-    return Task(
-        model, law, torque_Nm, dynamics.mesh_damping_N_s_mm, dynamics.damping_ratio, (low, high), asked is not None,
-        dynamics.run_cycles,
-    )  # fmt: skip
-
-
-def run_dynamics(
-    case: Case,
-    reduced: ReducedPair,
-    pieces_folder: Path,
+def run(
+    settings: Case,
     *,
+    reduced: ReducedPair | None = None,
+    folder: Path | str | None = None,
+    overwrite: bool = False,
     executor: Executor | None = None,
     progress: Callable[[int], None] | None = None,
-) -> Dynamics:
-    """Solve all torques of a case; branches and runs of each are pieces of work.
+) -> DynamicsResult:
+    """Find the motion of the pair of a case over its speed, under each torque.
 
     Parameters
     ----------
-    case : Case
-    reduced : ReducedPair
-    pieces_folder : Path
-        Of finished pieces, taken over by the next run.
+    settings : Case
+    reduced : ReducedPair, optional
+        Reduced model of the pair, by line loads; by default it is made.
+    folder : Path or str, optional
+        Of the results: finished pieces are kept there, and taken over by the next run.
+    overwrite : bool
+        Files in the folder may be replaced later, whoever wrote them; otherwise they are refused before the work.
     executor : concurrent.futures.Executor, optional
-        Of processes: Python's lock stops threads. None: here, one piece after the other.
+        Of processes, for the pieces of work; by default they are done here, one after the other.
     progress : callable, optional
         Called with how many more pieces are there.
 
+    Returns
+    -------
+    DynamicsResult
+        Of all torques that have a response; the others are named in `failures`.
+
     Raises
     ------
     CaseError
+        Where the case has no line loads, or a torque is beyond the range of its contact.
     ConvergenceError
         Where no torque has a force law.
     OutputError
     """
-    pair = reduced.meshed.pair
-    model = gear_model(case, pair)
-    parts = (BRANCHES, *(RUNS if case.dynamics.run_cycles else ()))
-    laws, failures = mesh_laws(case, reduced, model, executor)
-    tasks = [_with_law(task_of(case, model, law.table, law.torque_Nm), law, reduced, case) for law in laws]
-    errors = [asdict(law.error) for law in laws]
-    pieces = [
-        Piece(_name(task, part), {"case": case}, errors, partial(solve, task, part)) for task in tasks for part in parts
-    ]
-    found, lost = run_pieces(pieces, pieces_folder, executor=executor, progress=progress, what="parts of responses")
-    responses = []
-    for task, law in zip(tasks, laws, strict=True):
-        if _name(task, BRANCHES) in found:
-            response = joined(dict(found[name]) for part in parts if (name := _name(task, part)) in found)
-            known = model.supports and response["largest"] is not None
-            response["axes_left_out_share"] = (
-                model_error(case, model, reduced, law.table, response["largest"]) if known else None
-            )
-            responses.append(response)
-    return Dynamics(case, pair, model, backlash_of(case, pair), laws, tuple(responses), (*failures, *lost))
-
-
-def _with_law(task: Task, law: MeshLaw, reduced: ReducedPair, case: Case) -> Task:
-    """Return a task with the line loads behind its table where the case asks for them."""
-    table = law.table
-    if case.dynamics.law != "exact":
-        return task
-    return replace(task, exact=LineLoadLaw(reduced, law.assembly, table.low, table.high, table.backlash))
-
-
-def _name(task: Task, part: str) -> str:
-    return f"{task.torque_Nm:g} N m, {part.replace('_', '-')}"
+    refuse_other_models(settings)
+    reduced = reduced or reduced_of(settings)
+    with pieces_folder(folder, FILES, overwrite=overwrite) as pieces:
+        return DynamicsResult(run_dynamics(settings, reduced, pieces, executor=executor, progress=progress))

@@ -12,13 +12,13 @@ from pmor.app.cli import main
 from pmor.case import load_case
 from pmor.core.errors import ConvergenceError
 from pmor.core.threads import threads
-from pmor.design import figures, job, readings, run
+from pmor.design import figures, readings, run, search
 from pmor.design.descent import Descent, kept
 from pmor.design.harris import harris_rule
 from pmor.design.judge import Judge
-from pmor.design.loader import load_design
+from pmor.design.loader import load
 from pmor.design.output import FILES
-from pmor.design.run import run_design, trained_pair
+from pmor.design.search import run_design, trained_pair
 from pmor.design.store import STORE
 from pmor.storage.describe import file_text
 from pmor.storage.design_file import read_design_file
@@ -37,7 +37,7 @@ draws = 8
 
 @pytest.fixture(scope="module")
 def file(tmp_path_factory):
-    return load_design(written(tmp_path_factory.mktemp("design")))
+    return load(written(tmp_path_factory.mktemp("design")))
 
 
 @pytest.fixture(scope="module")
@@ -125,25 +125,25 @@ def test_the_api_gives_what_the_command_finds(file, found):
 def test_pieces_are_taken_over_and_threads_change_nothing(file, reduced, found, tmp_path, monkeypatch):
     steps = []
     with threads(2) as executor:
-        result = job.run(file, reduced=reduced, folder=tmp_path, executor=executor, progress=steps.append)
+        result = run.run(file, reduced=reduced, folder=tmp_path, executor=executor, progress=steps.append)
     parallel = result.found
     pieces = sum(steps)
     assert set(steps) == {1}
     for name in ("x", "results", "objective", "limits"):
         assert_array_equal(getattr(parallel.variants, name), getattr(found.variants, name))
     assert parallel.variants.origin == found.variants.origin
-    monkeypatch.setattr(run, "_judged", lambda *arguments: pytest.fail("judged again"))
-    monkeypatch.setattr(run, "_descended", lambda *arguments: pytest.fail("descended again"))
+    monkeypatch.setattr(search, "_judged", lambda *arguments: pytest.fail("judged again"))
+    monkeypatch.setattr(search, "_descended", lambda *arguments: pytest.fail("descended again"))
     said = file_text(tmp_path / PARTS / STORE)
     assert "x                            " in said, "an interrupted search leaves a file that can be read"
-    again = job.run(file, reduced=reduced, folder=tmp_path, progress=steps.append).found
+    again = run.run(file, reduced=reduced, folder=tmp_path, progress=steps.append).found
     assert sum(steps) == 2 * pieces, "also those of an earlier run count"
     assert_array_equal(again.variants.objective, found.variants.objective)
     assert again.evaluations == found.evaluations
 
 
 def test_a_variant_without_a_solution_is_named_and_leaves_the_others(reduced, file, monkeypatch, tmp_path):
-    judged = run._judged
+    judged = search._judged
 
     def lost(judge, x, origin):
         part = judged(judge, x, origin)
@@ -153,10 +153,10 @@ def test_a_variant_without_a_solution_is_named_and_leaves_the_others(reduced, fi
     def stopped(downhill, judge, start, origin):
         raise ConvergenceError("made to fail")
 
-    monkeypatch.setattr(run, "_judged", lost)
-    monkeypatch.setattr(run, "_descended", stopped)
+    monkeypatch.setattr(search, "_judged", lost)
+    monkeypatch.setattr(search, "_descended", stopped)
     monkeypatch.setattr(readings, "FRESH", 8)
-    result = job.run(file, reduced=reduced, folder=tmp_path)
+    result = run.run(file, reduced=reduced, folder=tmp_path)
     assert np.isnan(result.objective).sum() == 1
     assert result.best is not None
     assert sum("made to fail" in failure for failure in result.failures) == len(result.failures) - 1
@@ -194,7 +194,7 @@ def test_the_least_of_tip_relief_lies_where_harris_put_it(reduced):
 
 @pytest.fixture(scope="module")
 def ohio():
-    design = load_design("cases/osu_design.toml")
+    design = load("cases/osu_design.toml")
     return design, trained_pair(design)
 
 
@@ -228,7 +228,7 @@ def test_descents_come_within_a_per_cent_of_forty_thousand_variants_at_a_tenth_o
     low, high = zip(*(v.range for v in variables), strict=True)
     axes = [np.linspace(a, b, 200) for a, b in zip(low, high, strict=True)]
     least = min(judge.results(judge.assembly((a, s)))[:, 0].mean() for a in axes[0] for s in axes[1])
-    samples = sorted((judge.verdict(x) for x in run.spread_evenly(variables, 256)), key=lambda v: v.objective)
+    samples = sorted((judge.verdict(x) for x in search.spread_evenly(variables, 256)), key=lambda v: v.objective)
     descents = [Descent(judge) for _ in range(4)]
     best = min(d.run(s.x)[0].objective for d, s in zip(descents, samples, strict=False))
     spent = 256 + sum(d.evaluations for d in descents)

@@ -11,7 +11,7 @@ from pmor.app.cli import main
 from pmor.case import change_case, parse_case
 from pmor.core.errors import ConvergenceError
 from pmor.core.threads import processes
-from pmor.dynamics import job, law, run
+from pmor.dynamics import law, run, solution
 from pmor.dynamics.force_table import table_error, tabulate
 from pmor.dynamics.measure import BRANCHES, RUNS, at_rest, joined, solve, speeds_of
 from pmor.dynamics.operating import static_displacement
@@ -68,9 +68,9 @@ def test_the_command_leaves_what_scripts_rely_on(tmp_path, capsys):
 
 def test_finished_torques_are_taken_over(tmp_path, model, monkeypatch):
     case = replace(model.case, dynamics=replace(model.case.dynamics, run_cycles=0, damping_ratio=0.1))
-    first = job.run(case, reduced=model.reduced, folder=tmp_path)
-    monkeypatch.setattr(run, "solve", lambda task, part: pytest.fail("solved again"))
-    assert job.run(case, reduced=model.reduced, folder=tmp_path).data == first.data
+    first = run.run(case, reduced=model.reduced, folder=tmp_path)
+    monkeypatch.setattr(solution, "solve", lambda task, part: pytest.fail("solved again"))
+    assert run.run(case, reduced=model.reduced, folder=tmp_path).data == first.data
 
 
 def test_an_interrupted_torque_goes_on_where_it_stopped(tmp_path, model, monkeypatch):
@@ -83,10 +83,10 @@ def test_an_interrupted_torque_goes_on_where_it_stopped(tmp_path, model, monkeyp
             raise KeyboardInterrupt
         return solve(task, part)
 
-    monkeypatch.setattr(run, "solve", until_run_down)
+    monkeypatch.setattr(solution, "solve", until_run_down)
     with pytest.raises(KeyboardInterrupt):
-        job.run(case, reduced=model.reduced, folder=tmp_path)
-    found = job.run(case, reduced=model.reduced, folder=tmp_path).found.responses[0]
+        run.run(case, reduced=model.reduced, folder=tmp_path)
+    found = run.run(case, reduced=model.reduced, folder=tmp_path).found.responses[0]
     assert solved == ["branches", "run_up", "run_down", "run_down"]
     assert found["branches"]
     assert len(found["run_up"]) == len(found["run_down"])
@@ -105,7 +105,7 @@ def test_an_interrupted_torque_goes_on_where_it_stopped(tmp_path, model, monkeyp
 )
 def test_backs_of_teeth_are_those_of_the_drawing_unless_the_case_has_its_own(changes, backlash_um):
     case = parse_case(case_text(mesh=MESH, contact={"scheme": "line"}, reduction=None, **changes), "small", "small")
-    found = run.backlash_of(case, gear_pair(case))
+    found = solution.backlash_of(case, gear_pair(case))
     if backlash_um is None:
         assert found is None
     else:
@@ -163,7 +163,7 @@ def test_a_torque_without_a_response_is_named_and_leaves_the_others(model, monke
             raise ConvergenceError("made to fail")
         return solve(task, part)
 
-    monkeypatch.setattr(run, "solve", borne)
+    monkeypatch.setattr(solution, "solve", borne)
     result = model.dynamics(run_cycles=0, damping_ratio=0.2, folder=tmp_path)
     assert result.torque_Nm.tolist() == [60.0]
     assert result.failures == ("100 N m, branches: made to fail",)
@@ -203,7 +203,7 @@ def test_branches_on_line_loads_are_those_on_their_table(model, monkeypatch):
 
 def test_motion_beyond_the_table_is_named_and_gives_no_points(model):
     table = law.force_law(model.case, model.reduced)[0]
-    task = run.task_of(model.case, run.gear_model(model.case, model.reduced.meshed.pair), table, 100.0)
+    task = solution.task_of(model.case, solution.gear_model(model.case, model.reduced.meshed.pair), table, 100.0)
     with pytest.raises(ConvergenceError, match="is not borne"):
         at_rest(replace(task, torque_Nm=1e5))
     load = float(task.model.oscillator(task.torque_Nm, 0.0).load[0])

@@ -11,11 +11,12 @@ from pmor.dynamics.force_law import forces_at
 from pmor.dynamics.gear_model import gear_model
 from pmor.dynamics.harmonic_balance import Balance, harmonics_of, rest, rms, solve_at
 from pmor.dynamics.integration import integrate, run_through, state_of
+from pmor.dynamics.law import force_law
 from pmor.dynamics.measure import at_rest, needed_harmonics, speeds_of
 from pmor.dynamics.operating import static_displacement
 from pmor.dynamics.oscillator import mesh_stiffness_of
 from pmor.dynamics.response import HARMONICS, response
-from pmor.dynamics.run import force_law, reduced_of, task_of
+from pmor.dynamics.solution import reduced_of, task_of
 
 CASES = Path(__file__).parents[2] / "cases"
 # case, torque in N m, and whether it jumps at its first resonance

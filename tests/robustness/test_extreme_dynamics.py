@@ -12,7 +12,7 @@ import pytest
 
 from pmor.case import parse_case
 from pmor.core.errors import ConvergenceError
-from pmor.dynamics import law, run
+from pmor.dynamics import law, solution
 from pmor.dynamics.gear_model import gear_model
 from pmor.dynamics.harmonic_balance import Balance, rest, solve_at
 from pmor.dynamics.integration import integrate, state_of
@@ -73,7 +73,7 @@ def reduced(sections):
     mesh = {"profile_elements": 5, "width_elements": 2} | others.pop("mesh", {})
     text = case_text(mesh=mesh, contact={"scheme": "line"}, reduction=None, **others)
     case = parse_case(text, "small", "small.toml")
-    return case, run.reduced_of(case)
+    return case, solution.reduced_of(case)
 
 
 @cache
@@ -83,7 +83,7 @@ def problem(name):
     text = case_text(contact={"scheme": "line"}, reduction=None, dynamics=dynamics)
     case = replace(case, dynamics=parse_case(text, "small", "small.toml").dynamics)
     table, error, _ = law.force_law(case, pair)
-    return run.task_of(case, gear_model(case, pair.meshed.pair), table, case.dynamics.torques_Nm[0]), error
+    return solution.task_of(case, gear_model(case, pair.meshed.pair), table, case.dynamics.torques_Nm[0]), error
 
 
 @pytest.fixture(autouse=True)

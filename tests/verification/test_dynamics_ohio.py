@@ -15,9 +15,10 @@ from pmor.case import change_case, load_case
 from pmor.dynamics.gear_model import gear_model
 from pmor.dynamics.harmonic_balance import solve_at
 from pmor.dynamics.integration import run_through, state_of
+from pmor.dynamics.law import force_law
 from pmor.dynamics.measure import at_rest, needed_harmonics
 from pmor.dynamics.response import response
-from pmor.dynamics.run import force_law, reduced_of, task_of
+from pmor.dynamics.solution import reduced_of, task_of
 from pmor.lab.slices.run import compared, sliced
 
 CASES = Path(__file__).parents[2] / "cases"

@@ -14,9 +14,10 @@ import pytest
 from pmor.case import change_case, load_case
 from pmor.core.threads import processes
 from pmor.dynamics.gear_model import gear_model
+from pmor.dynamics.law import force_law
 from pmor.dynamics.measure import RUN_UP, at_rest, needed_harmonics, solve
 from pmor.dynamics.response import response
-from pmor.dynamics.run import force_law, reduced_of, run_dynamics, task_of
+from pmor.dynamics.solution import reduced_of, run_dynamics, task_of
 
 CASE = Path(__file__).parents[2] / "cases" / "osu_dynamics.toml"
 CURVES, JOBS = 64, 2

@@ -26,7 +26,7 @@ from pmor.dynamics.measure import HZ, Data, Task, at_rest, needed_harmonics, spe
 from pmor.dynamics.operating import PHASES, static_displacement
 from pmor.dynamics.quantities import UM
 from pmor.dynamics.response import response
-from pmor.dynamics.run import reduced_of, task_of
+from pmor.dynamics.solution import reduced_of, task_of
 from pmor_online.model import ReducedPair
 
 # Light damping, and one at which the coupled pair hardly jumps any more.

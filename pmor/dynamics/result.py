@@ -1,31 +1,25 @@
-"""The front door of motion: load a case, run it, write the result."""
+"""The result of the pair in motion: its arrays, pictures and files."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pmor.case import Case, load_case, text_of
+from pmor.case import text_of
 from pmor.core.arrays import FloatArray
 from pmor.dynamics.figures import motion_figure, response_figure, waterfall_figure
 from pmor.dynamics.measure import Data
 from pmor.dynamics.output import FILES, dynamics_data, dynamics_report, dynamics_text
 from pmor.dynamics.rating import rated
-from pmor.dynamics.run import Dynamics, reduced_of, refuse_other_models, run_dynamics
+from pmor.dynamics.solution import Dynamics
 from pmor.report.data_files import write_summary_json
-from pmor.work.results import pieces_folder, writing_results
-from pmor_online.model import ReducedPair
+from pmor.work.results import writing_results
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-#: settings of a case file, with its section `[dynamics]`
-load = load_case
 
 
 @dataclass(frozen=True, repr=False)
@@ -116,47 +110,3 @@ class DynamicsResult:
 
     def __str__(self) -> str:
         return dynamics_text(self.found)
-
-
-def run(
-    settings: Case,
-    *,
-    reduced: ReducedPair | None = None,
-    folder: Path | str | None = None,
-    overwrite: bool = False,
-    executor: Executor | None = None,
-    progress: Callable[[int], None] | None = None,
-) -> DynamicsResult:
-    """Find the motion of the pair of a case over its speed, under each torque.
-
-    Parameters
-    ----------
-    settings : Case
-    reduced : ReducedPair, optional
-        Reduced model of the pair, by line loads; by default it is made.
-    folder : Path or str, optional
-        Of the results: finished pieces are kept there, and taken over by the next run.
-    overwrite : bool
-        Files in the folder may be replaced later, whoever wrote them; otherwise they are refused before the work.
-    executor : concurrent.futures.Executor, optional
-        Of processes, for the pieces of work; by default they are done here, one after the other.
-    progress : callable, optional
-        Called with how many more pieces are there.
-
-    Returns
-    -------
-    DynamicsResult
-        Of all torques that have a response; the others are named in `failures`.
-
-    Raises
-    ------
-    CaseError
-        Where the case has no line loads, or a torque is beyond the range of its contact.
-    ConvergenceError
-        Where no torque has a force law.
-    OutputError
-    """
-    refuse_other_models(settings)
-    reduced = reduced or reduced_of(settings)
-    with pieces_folder(folder, FILES, overwrite=overwrite) as pieces:
-        return DynamicsResult(run_dynamics(settings, reduced, pieces, executor=executor, progress=progress))

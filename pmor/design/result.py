@@ -1,0 +1,97 @@
+"""The result of a search of flank modifications: its arrays and files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pmor.core.arrays import FloatArray, IntArray
+from pmor.design.output import FILES, design_data, design_text, write_design
+from pmor.design.readings import Readings
+from pmor.design.search import Found
+from pmor.gear.condition import Assembly
+from pmor.work.results import writing_results
+
+
+@dataclass(frozen=True, repr=False)
+class DesignResult:
+    """Variants of the flank modifications of a pair: V of n variables under T torques.
+
+    Parameters
+    ----------
+    found : Found
+    read : Readings
+    """
+
+    found: Found
+    read: Readings
+
+    @property
+    def x(self) -> FloatArray:
+        """Values of the variables, shape (V, n), each in its unit."""
+        return self.found.variants.x
+
+    @property
+    def objective(self) -> FloatArray:
+        """The minimised value, shape (V,), um; NaN without a solution."""
+        return self.found.variants.objective
+
+    @property
+    def best(self) -> int | None:
+        """Number of the best variant that keeps all constraints; None if none does."""
+        return self.found.best
+
+    @property
+    def front(self) -> IntArray:
+        """Numbers of the variants on the Pareto front."""
+        return self.found.front
+
+    @property
+    def data(self) -> Mapping[str, Any]:
+        """Figures as plain data: the content of `design.json`."""
+        return design_data(self.found, self.read)
+
+    @property
+    def failures(self) -> tuple[str, ...]:
+        """Variants without a solution and pieces of the search that stopped, and why."""
+        return self.found.failures
+
+    def result(self, key: str) -> FloatArray:
+        """Return one result, such as ``peak_to_peak_um``, of all variants as drawn, shape (V, T)."""
+        return np.asarray(self.found.variants.results[:, :, self.found.design.results.index(key)])
+
+    def assembly(self, variant: int) -> Assembly:
+        """Return the assembly of a variant, for `ReducedModel.sweep_conditions`."""
+        return self.found.judge.assembly(self.x[variant])
+
+    def write(self, folder: Path | str, *, overwrite: bool = False) -> None:
+        """Write `design.h5`, `design.csv`, `design.json`, `design.md`, `report.html` and the pictures.
+
+        Finished pieces are removed; they stay where something failed: the next run takes them over.
+
+        Parameters
+        ----------
+        folder : Path or str
+        overwrite : bool
+            Replace files of these names whoever wrote them.
+
+        Raises
+        ------
+        OutputError
+        """
+        file, complete = self.found.file, not self.failures
+        with writing_results(
+            folder, FILES, file.text, inputs=file.inputs, overwrite=overwrite, complete=complete
+        ) as out:
+            write_design(self.found, self.read, out)
+
+    def __repr__(self) -> str:
+        least = "none keeps the constraints" if self.best is None else f"best {self.objective[self.best]:.4g} um"
+        return f"<DesignResult of {self.found.file.case.name!r}: {len(self.x)} variants, {least}>"
+
+    def __str__(self) -> str:
+        return design_text(self.found, self.read)

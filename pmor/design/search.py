@@ -1,0 +1,259 @@
+"""A design from samples to the front: pieces of work, each kept when it is finished."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import asdict, dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pmor.core.arrays import BoolArray, FloatArray, IntArray
+from pmor.design.descent import Descent, kept
+from pmor.design.judge import Judge, at_torque, nominal
+from pmor.design.loader import DesignFile
+from pmor.design.settings import Constraint, Design
+from pmor.design.store import Store, all_kept
+from pmor.design.variables import spread_evenly
+from pmor.design.variants import Variants, as_data, best_first, from_data, together
+from pmor.pair.model import elastic_model, refuse_loads
+from pmor.work.cost import meshed_within_memory
+from pmor.work.front import pareto_front
+from pmor.work.pieces import Piece, Result, run_pieces
+from pmor_offline.train import train
+from pmor_online.model import ReducedPair, reduced_pair
+
+# Positions that a chunk of samples solves at least: a second.
+POSITIONS_PER_CHUNK = 100_000
+# Designs for one torque alone that are looked for, to hold the design for all of them against.
+MOST_SINGLE = 6
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a design came to.
+
+    Parameters
+    ----------
+    file : DesignFile
+    judge : Judge
+        For figures of single variants.
+    variants : Variants
+    evaluations : mapping of str to int
+        Judgements of a variant, by what they were for; one with derivatives counts as one.
+    seconds : float
+        Of this run, without the finite elements.
+    failures : tuple of str
+    """
+
+    file: DesignFile
+    judge: Judge
+    variants: Variants
+    evaluations: Mapping[str, int]
+    seconds: float
+    failures: tuple[str, ...]
+
+    @property
+    def design(self) -> Design:
+        """What was asked for."""
+        return self.file.design
+
+    @property
+    def kept(self) -> BoolArray:
+        """Whether a variant is known and keeps all constraints, (V,)."""
+        return all_kept(self.design, self.variants)
+
+    @property
+    def best(self) -> int | None:
+        """The best variant that keeps all constraints."""
+        value = np.where(self.kept, self.variants.objective, np.inf)
+        return int(value.argmin()) if np.isfinite(value).any() else None
+
+    @property
+    def against(self) -> FloatArray:
+        """What is weighed against the objective, the largest over the torques, (V,)."""
+        return np.asarray(
+            self.variants.results[:, :, self.design.results.index(self.design.pareto.against)].max(axis=1)
+        )
+
+    @property
+    def front(self) -> IntArray:
+        """Variants that no other one beats in both, of those that keep all constraints."""
+        values = np.stack([self.variants.objective, self.against], axis=1)
+        return pareto_front(np.where(self.kept[:, None], values, np.nan))
+
+    def best_at(self, torques: Sequence[int]) -> int | None:
+        """The variant of the least objective as drawn under some of the torques that keeps all constraints."""
+        weights = np.array(self.design.load.weights)[list(torques)]
+        column = self.design.results.index(self.design.objective.minimise)
+        if not self.kept.any() or not weights.any():
+            return None
+        value = self.variants.results[:, list(torques), column] @ weights
+        return int(np.where(self.kept, value, np.inf).argmin())
+
+
+def trained_pair(file: DesignFile) -> ReducedPair:
+    """Return the reduced pair of a design: finite elements of the gears, line loads as unknowns.
+
+    Raises
+    ------
+    CaseError
+        Where a torque is beyond what the contact holds.
+    """
+    case, mesh = file.case, meshed_within_memory(file.case)
+    under_load = replace(case, online=replace(case.online, torques_Nm=file.design.load.torques_Nm))
+    refuse_loads(under_load, mesh.meshed)
+    return reduced_pair(train(case, elastic_model(case, mesh)).basis)
+
+
+def run_design(
+    file: DesignFile,
+    reduced: ReducedPair,
+    pieces_folder: Path,
+    *,
+    executor: Executor | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> Found:
+    """Search a design.
+
+    Parameters
+    ----------
+    file : DesignFile
+    reduced : ReducedPair
+        Of its case.
+    pieces_folder : Path
+        Of finished pieces, taken over by the next run.
+    executor : concurrent.futures.Executor, optional
+        Of threads. None: one piece after the other.
+    progress : callable, optional
+        Called with how many more pieces are there.
+
+    Raises
+    ------
+    OutputError
+    """
+    start = time.perf_counter()
+    judge = Judge(reduced, file.design, file.base)
+    search = _Search(file, judge, pieces_folder, executor, progress)
+    samples = search.samples()
+    tried = search.descents(samples)
+    tried += search.trade_offs(samples, tried)
+    variants, seconds = together([samples, *tried]), time.perf_counter() - start
+    failures = (*search.failures, *_lost(variants, file))
+    return Found(file, judge, variants, search.evaluations, seconds, failures)
+
+
+def _lost(variants: Variants, file: DesignFile) -> tuple[str, ...]:
+    names = [v.name for v in file.design.variables]
+    return tuple(
+        f"variant {n} ({', '.join(f'{name} = {value:g}' for name, value in zip(names, variants.x[n], strict=True))}) "
+        "has a position that did not converge"
+        for n in np.flatnonzero(~np.isfinite(variants.objective))
+    )
+
+
+class _Search:
+    """The stages of a search, piece by piece."""
+
+    def __init__(
+        self, file: DesignFile, judge: Judge, folder: Path, executor: Executor | None,
+        progress: Callable[[int], None] | None,
+    ) -> None:  # fmt: skip
+        self.file, self.judge, self.design = file, judge, file.design
+        self.folder, self.executor, self.progress = folder, executor, progress
+        self.evaluations: dict[str, int] = {}
+        self.failures: tuple[str, ...] = ()
+        self.store = Store(file, self.folder)
+        # What results depend on beside the case; titles do not count.
+        self.settings = asdict(replace(file.design, title="", case=""))
+
+    def samples(self) -> Variants:
+        """Judge variants spread evenly over the ranges."""
+        design = self.design
+        x = spread_evenly(design.variables, design.search.samples)
+        positions = len(design.load.torques_Nm) * design.search.angles * len(self.judge.draws)
+        size = max(1, -(-POSITIONS_PER_CHUNK // positions))
+        chunks = [x[i : i + size] for i in range(0, len(x), size)]
+        pieces = [
+            self._piece(f"samples {number:05d}", [], partial(_judged, self.judge, chunk, "sample"))
+            for number, chunk in enumerate(chunks)
+        ]
+        return together([from_data(part, design) for part in self._run("samples", pieces)])
+
+    def descents(self, samples: Variants) -> list[Variants]:
+        """Go downhill from the best samples, and from that for each torque alone, and as drawn."""
+        design, pieces = self.design, []
+        for number, n in enumerate(best_first(samples, design.constraints)[: design.search.descents]):
+            work = partial(_descended, self.judge, self.judge, samples.x[n], "descent")
+            pieces.append(self._piece(f"descent {number:03d}", samples.x[n].tolist(), work))
+        others = [] if not design.scatters else [("as drawn", nominal(design))]
+        torques = design.load.torques_Nm
+        if 1 < len(torques) <= MOST_SINGLE:
+            others += [(f"{torque:g} N m", at_torque(design, torque)) for torque in torques]
+        column = design.results.index(design.objective.minimise)
+        for name, other in others:
+            chosen = [torques.index(torque) for torque in other.load.torques_Nm]
+            weights = np.array(other.load.weights) / sum(other.load.weights)
+            value = samples.results[:, chosen, column] @ weights
+            start = samples.x[best_first(replace(samples, objective=value), design.constraints)[0]]
+            work = partial(_descended, self.judge.alike(other), self.judge, start, name)
+            pieces.append(self._piece(f"best {name}", start.tolist(), work))
+        return [from_data(part, design) for part in self._run("descents", pieces)]
+
+    def trade_offs(self, samples: Variants, tried: Sequence[Variants]) -> list[Variants]:
+        """Minimise the objective under bounds on what is weighed against it, between its least and that of the best."""
+        design, all_of_them = self.design, together([samples, *tried])
+        key, points = design.pareto.against, design.pareto.points
+        against = all_of_them.results[:, :, design.results.index(key)].max(axis=1)
+        order = best_first(all_of_them, design.constraints)
+        good = order[kept(design.constraints, all_of_them.limits[order])]
+        if not points or not len(good):
+            return []
+        least, at_best = float(np.nanmin(against[good])), float(against[good[0]])
+        if not at_best - least > 1e-3 * abs(at_best):
+            return []
+        pieces = []
+        for number, bound in enumerate(np.linspace(least, at_best, points + 2)[1:-1]):
+            # A bound in few digits: what is written in the name of a piece and in a constraint is the same.
+            level = float(f"{bound:.5g}")
+            within = good[against[good] <= level]
+            start = all_of_them.x[within[0] if len(within) else good[np.nanargmin(against[good])]]
+            other = replace(design, constraints=(*design.constraints, Constraint(result=key, at_most=level)))  # type: ignore[arg-type]
+            work = partial(_descended, self.judge.alike(other), self.judge, start, "trade-off")
+            pieces.append(self._piece(f"trade-off {number:03d}", [level, *start.tolist()], work))
+        return [from_data(part, design) for part in self._run("trade-offs", pieces)]
+
+    def _piece(self, name: str, start: Any, run: Callable[[], Result]) -> Piece:
+        def is_whole(part: Result) -> bool:
+            self.store.take_over(from_data(part, self.design))
+            return True
+
+        def keep(part: Result) -> None:
+            self.store.add(from_data(part, self.design))
+
+        return Piece(name, {"case": self.file.case}, [self.settings, start], run, is_whole, keep)
+
+    def _run(self, stage: str, pieces: Sequence[Piece]) -> list[Result]:
+        found, failures = run_pieces(
+            pieces, self.folder, executor=self.executor, progress=self.progress, what=f"pieces of {stage}"
+        )
+        self.failures += failures
+        parts = [found[piece.name] for piece in pieces if piece.name in found]
+        self.evaluations[stage] = sum(part["evaluations"] for part in parts)
+        return parts
+
+
+def _judged(judge: Judge, x: FloatArray, origin: str) -> Result:
+    return as_data([judge.verdict(one) for one in x], origin, len(x))
+
+
+def _descended(downhill: Judge, judge: Judge, start: FloatArray, origin: str) -> Result:
+    """Go downhill by one judge; what comes out is judged by another."""
+    way = Descent(downhill)
+    best = way.run(np.asarray(start))[0]
+    verdict = best if downhill is judge else judge.verdict(best.x)
+    return as_data([verdict], origin, way.evaluations)
