@@ -5,6 +5,7 @@ import json
 import shutil
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
 import h5py
@@ -19,7 +20,7 @@ from pmor.storage.hdf5 import attribute, set_attributes
 from pmor.storage.seal import checksums
 from tests.support.processes import complaints
 from tests.support.small_case import case_text, fail_where
-from tests.support.stored_files import results_in
+from tests.support.stored_files import flip_a_byte, is_truncated, results_in, set_attribute
 
 ROOT = Path(__file__).parents[2]
 QUIET = {"plots": False, "report": False}
@@ -153,23 +154,6 @@ def test_overwrite_makes_a_new_basis(out, tmp_path, monkeypatch):
     assert len(calls) == 1
 
 
-def cut(path):
-    path.write_bytes(path.read_bytes()[:-300])
-
-
-def age(path):
-    with h5py.File(path, "r+") as file:
-        file.attrs["schema_version"] = 1
-
-
-def flip(path):
-    with h5py.File(path) as file:
-        offset = file["shapes/wheel/gram"].id.get_offset()
-    content = bytearray(path.read_bytes())
-    content[offset] ^= 1
-    path.write_bytes(content)
-
-
 def outdate(path):
     """As if the case file had once had a key that it has no longer."""
     with h5py.File(path, "r+") as file:
@@ -177,7 +161,12 @@ def outdate(path):
         set_attributes(file, **checksums(file))
 
 
-@pytest.mark.parametrize(("damage", "more"), [(cut, ["--overwrite"]), (age, []), (flip, []), (outdate, [])])
+@pytest.mark.parametrize(
+    ("damage", "more"),
+    [(is_truncated, ["--overwrite"]), (set_attribute("schema_version", 1), []),
+     (partial(flip_a_byte, dataset="shapes/wheel/gram"), []), (outdate, [])],
+    ids=["truncated", "of an older version", "flipped", "of an older schema"],
+)  # fmt: skip
 def test_a_damaged_basis_is_made_anew_by_run_and_refused_by_online(damage, more, out, tmp_path, monkeypatch, capsys):
     """Half a file could be anybody's: to replace that, the word is needed."""
     damage(out / "basis.h5")
@@ -195,16 +184,6 @@ def test_a_damaged_basis_is_made_anew_by_run_and_refused_by_online(damage, more,
     assert main([*arguments, *more]) == 0
     assert len(calls) == 1
     read_basis(out / "basis.h5")
-
-
-def test_results_go_to_a_folder_named_after_the_case(out, tmp_path, monkeypatch):
-    (tmp_path / "out").rename(tmp_path / "kept")
-    (tmp_path / "out").mkdir()
-    (tmp_path / "kept").rename(tmp_path / "out" / "tiny")
-    monkeypatch.chdir(tmp_path)
-    forbid_offline(monkeypatch)
-    assert main(["compare", write_case(tmp_path)]) == 0
-    assert results_in(tmp_path / "out" / "tiny") == {"basis.h5", "ste.csv", "summary.json", "results.h5"}
 
 
 # --- what did not converge -------------------------------------------------------------------------------------------
@@ -307,12 +286,6 @@ def test_info_shows_what_is_in_a_basis(out, capsys):
     assert "pmor-basis" in text
     assert "shapes/pinion/displacement" in text
     assert "training/force" in text
-
-
-def test_info_refuses_other_files(tmp_path, capsys):
-    case = write_case(tmp_path)
-    assert main(["info", case]) == 2
-    assert "is not an HDF5 file" in capsys.readouterr().err
 
 
 # --- gears that cannot be ------------------------------------------------------------------------------------------

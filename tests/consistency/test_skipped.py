@@ -1,12 +1,10 @@
 """What the plan says is left out is left out, and the sizes are those of the run."""
 
 from collections import Counter
-from dataclasses import replace
 
 import h5py
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
 
 import pmor.pair.model
 from pmor.app.plan import plan_text
@@ -14,18 +12,15 @@ from pmor.app.skipped import computed, scene, skipped, unknowns
 from pmor.case import change_case, load_case, parse_case
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.condensation import condense_sector
-from pmor.gear.condition import Condition, at_torques
+from pmor.gear.condition import Condition
 from pmor.jobs.offline import run_offline
 from pmor.pair.conditions import full_solves
 from pmor.pair.model import elastic_model, mesh_model, neighbouring_teeth
-from pmor.pair.sweep import sweep_ste
 from pmor.penalty.position import active_patches
 from pmor.penalty.solve import window_depth
 from pmor.storage.basis_file import read_basis
 from pmor.work.sizes import rows_in_contact
 from pmor_online.errors import estimate_errors
-from pmor_online.model import reduced_pair
-from pmor_online.sweep import sweep_reduced_pair
 from tests.support.small_case import case_text
 
 CASES = ("paper_spur", "paper_64", "small_spur", "unequal_pair")
@@ -136,23 +131,6 @@ def test_as_many_models_are_solved_as_are_announced(changes, models, monkeypatch
         assert kept == 2 * neighbouring_teeth(found.pair) + 1 < sector.teeth
 
 
-def test_identical_gears_solved_twice_have_the_ste_of_those_that_share_one_model(tmp_path):
-    full, reduced = [], []
-    for share in (True, False):
-        some = case(mesh={"width_elements": 2, "share_identical": share})
-        model = elastic_model(some, mesh_model(some))
-        assert (model.wheel is model.pinion) == (model.mesh.wheel is model.mesh.pinion) == share
-        meshed = model.mesh.meshed
-        phi = meshed.pair.pitch * np.arange(5) / 5
-        full.append(sweep_ste(meshed, model.elasticity_at, phi, at_torques([1e5])).ste_um)
-        run_offline(some, model, tmp_path / f"{share}.h5")
-        basis = reduced_pair(read_basis(tmp_path / f"{share}.h5"))
-        reduced.append(sweep_reduced_pair(basis, phi, at_torques([1e5])).ste_um)
-    for shared, solved_twice in (full, reduced):
-        assert np.isfinite(shared).all()
-        assert_allclose(solved_twice, shared, rtol=1e-9)
-
-
 def test_matrices_and_bytes_of_distant_teeth_are_those_not_held():
     some = case()
     saving = listed(some)["the compliance of distant teeth"].saving
@@ -236,7 +214,7 @@ TRAININGS = {
 
 @pytest.mark.jit  # a greedy sampling looks at hundreds of states
 @pytest.mark.parametrize("training", TRAININGS)
-def test_as_many_states_are_solved_as_are_announced(training, tmp_path):
+def test_as_many_states_are_solved_as_are_announced(training, tmp_path, few_candidates):
     offline, reduction, text = TRAININGS[training]
     some = case(offline=offline, reduction=reduction)
     run_offline(some, elastic_model(some, mesh_model(some)), tmp_path / "b.h5", estimate=estimate_errors)
@@ -289,32 +267,6 @@ def test_the_whole_width_of_tilted_axes_is_explained():
         if explained:
             assert "axes of the training tilt" in what["  face width"]
             assert "half the face width" not in listed(some)
-
-
-@pytest.mark.parametrize(("plots", "report"), [(False, False), (True, False), (False, True), (True, True)])
-def test_pictures_and_page_are_made_as_announced(plots, report, tmp_path, monkeypatch):
-    from pmor.report import run_page
-    from pmor.report.page import Picture
-
-    done, pictures = [], [Picture("a.png", "a", None, drawn={"png": b""})]
-    monkeypatch.setattr(run_page, "run_pictures", lambda result, mesh: done.append("drawn") or pictures)
-    monkeypatch.setattr(run_page, "write_picture", lambda content, path: done.append("file"))
-    monkeypatch.setattr(run_page, "run_blocks", lambda result, pictures, live: [])
-    monkeypatch.setattr(run_page, "write_page", lambda path, title, blocks: done.append("page"))
-
-    class Result:
-        pass
-
-    result = Result()
-    result.reduced = Result()
-    result.reduced.basis = Result()
-    some = case()
-    result.reduced.basis.case = replace(some, output=replace(some.output, plots=plots, report=report))
-    run_page.write_pages(result, None, tmp_path)
-    what = set(listed(result.reduced.basis.case))
-    assert ("all pictures" in what) == ("drawn" not in done)
-    assert ("picture files" in what or "all pictures" in what) == ("file" not in done)
-    assert ("the report page" in what or "all pictures" in what) == ("page" not in done)
 
 
 def test_points_over_the_width_are_only_where_they_are_asked_for():

@@ -80,14 +80,6 @@ def replaced(name, make):
     return change
 
 
-def linked(name):
-    def change(file):
-        file.move(name, "elsewhere")
-        file[name] = h5py.SoftLink("/elsewhere")
-
-    return change
-
-
 def swapped(name, other):
     def change(file):
         file.move(name, "aside")
@@ -120,7 +112,6 @@ def test_a_changed_table_of_contents_is_refused(change, basis, original, tally):
 
 OF_OTHER_KINDS = {
     "dataset as text": (replaced("training/phi", lambda data: "phi"), "training/phi is not stored number by number"),
-    "dataset behind a link": (linked("training/phi"), "training/phi is a link to somewhere else"),
     "text of any length": (lambda file: file.attrs.create("note", "mine"), "the attribute note of / is neither"),
 }
 

@@ -55,15 +55,3 @@ def test_two_runs_into_one_folder(case_file, tmp_path):
     code, _, errors = finish(first)
     assert (code, errors) == (0, "")
     assert results_in(out) == {"basis.h5", "ste.csv", "summary.json", "results.h5"}
-
-
-@pytest.mark.slow
-def test_a_run_and_an_offline_run_of_its_basis(case_file, tmp_path):
-    out = tmp_path / "out"
-    first = start("run", case_file, "--out", out)
-    while not (out / ".basis.h5.lock").exists() and first.poll() is None:
-        time.sleep(0.01)
-    second = start("offline", case_file, "-o", out / "basis.h5", "--resume", "--overwrite")
-    check_refused(finish(second), first, out / "basis.h5")
-    assert finish(first)[0] == 0
-    read_basis(out / "basis.h5")
