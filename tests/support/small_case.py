@@ -21,7 +21,7 @@ def case_text(**changes):
     sections = {name: dict(keys) for name, keys in SECTIONS.items()}
     for name, keys in changes.items():
         if keys is None:
-            sections.pop(name)
+            sections.pop(name, None)
         else:
             sections.setdefault(name, {}).update(keys)
     lines = []
