@@ -92,7 +92,8 @@ class ReducedPair:
     def section_compliance(self) -> tuple[FloatArray, FloatArray]:
         """Compliance between sections, for the kernels of line loads."""
         rows = len(self.meshed.pinion.roll_angle), len(self.meshed.wheel.roll_angle)
-        return section_compliance(self.flank_compliance, self.layered.sections, rows)
+        sections = self.layered.sections.column, self.layered.sections.share
+        return section_compliance(self.flank_compliance, sections, rows)
 
     @cached_property
     def family(self) -> Family:

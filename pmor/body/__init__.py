@@ -1,1 +1,12 @@
-"""TODO."""
+"""An elastic gear: how its flanks move under forces on them, and what its fillets bear.
+
+The compliance between flank nodes i and k of the teeth of a gear has two parts,
+
+    C_ik = C_local(i - k) + R_i S R_k^T.                                                                       (A)
+
+`elastic_gear` makes the first, cyclic one from one condensed sector that is held at some interface, today its bore;
+`flank_compliance` is the share of it that contact keeps, `section_compliance` that between the sections of line contact.
+The second has the rank of the interface (`support`): what a gear stands on, its hub or its blank. Gears on rigid shafts
+have none. `fillet_stress` and `root_stress` are the stress at the roots under the same forces, `volume` the displacement
+and stress of whole sectors.
+"""

@@ -11,6 +11,7 @@ from pmor.core.arrays import FloatArray
 
 if TYPE_CHECKING:
     from pmor.body.elastic_gear import ElasticGear
+    from pmor.body.support import Support
 
 
 @dataclass(frozen=True)
@@ -23,10 +24,13 @@ class FlankCompliance:
         Of pinion and wheel: displacement of the tooth 0, 1, ... teeth counter-clockwise from the loaded one, mm/N; two
         or three components at each flank node. The same object for identical gears.
     components : int
+    support : Support or None
+        The part of low rank, of what the gears stand on; None of gears on rigid shafts. `gears` are without it.
     """
 
     gears: tuple[FloatArray, FloatArray]
     components: int
+    support: Support | None = None
 
     def between(self, gear: int, offset: int) -> FloatArray:
         """Return the displacement of tooth `offset` of a gear under unit forces on tooth 0, shape (n, n), mm/N.

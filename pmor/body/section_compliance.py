@@ -5,22 +5,22 @@ from __future__ import annotations
 import numpy as np
 
 from pmor.body.flank_compliance import FlankCompliance
-from pmor.core.arrays import FloatArray
-from pmor.line.kernels.types import Sections
+from pmor.core.arrays import FloatArray, IntArray
 
 # Rows of nodes that carry a section.
 ROWS = 4
 
 
 def section_compliance(
-    compliance: FlankCompliance, sections: Sections, rows: tuple[int, int]
+    compliance: FlankCompliance, sections: tuple[IntArray, FloatArray], rows: tuple[int, int]
 ) -> tuple[FloatArray, FloatArray]:
     """Return displacements at each section's rows of nodes under unit forces there.
 
     Parameters
     ----------
     compliance : FlankCompliance
-    sections : Sections
+    sections : (ndarray of int, shape (2, S); ndarray, shape (2, S, b))
+        First column of nodes that carries each section on pinion and wheel, and the shares of b columns from there on.
     rows : (int, int)
         Rows of nodes on the pinion's and the wheel's flank.
 
@@ -30,23 +30,36 @@ def section_compliance(
         Displaced section, loaded section; r rows, at least four, of c components, mm/N. The same array for gears that
         share their compliance and whose columns carry the sections alike.
     """
-    pinion = _of_gear(compliance.gears[0], compliance.components, rows[0], sections, 0)
-    alike = np.array_equal(sections.column[0], sections.column[1]) and np.array_equal(*sections.share)
-    if compliance.gears[1] is compliance.gears[0] and alike:
+    first, share = sections
+    pinion = _of_gear(compliance.gears[0], compliance.components, rows[0], first[0], share[0])
+    if compliance.gears[1] is compliance.gears[0] and np.array_equal(*first) and np.array_equal(*share):
         return pinion, pinion
-    return pinion, _of_gear(compliance.gears[1], compliance.components, rows[1], sections, 1)
+    return pinion, _of_gear(compliance.gears[1], compliance.components, rows[1], first[1], share[1])
 
 
-def _of_gear(blocks: FloatArray, components: int, rows: int, sections: Sections, gear: int) -> FloatArray:
+def section_shares(first: IntArray, share: FloatArray, columns: int) -> FloatArray:
+    """Return the share of each column of nodes in each section, shape (S, columns).
+
+    Parameters
+    ----------
+    first : ndarray of int, shape (S,)
+        First column of nodes that carries each section.
+    share : ndarray, shape (S, b)
+        Of the b columns from there on; zero beyond the last one.
+    columns : int
+    """
+    shares = np.zeros((len(first), columns))
+    for section, (start, weights) in enumerate(zip(first, share, strict=True)):
+        used = weights[: columns - start]
+        shares[section, start : start + len(used)] = used
+    return shares
+
+
+def _of_gear(blocks: FloatArray, components: int, rows: int, first: IntArray, share: FloatArray) -> FloatArray:
     columns = blocks.shape[1] // (rows * components)
-    shares = np.zeros((len(sections.z), columns))
-    for section, (first, weights) in enumerate(zip(sections.column[gear], sections.share[gear], strict=True)):
-        used = weights[: columns - first]
-        shares[section, first : first + len(used)] = used
-    between = np.empty((len(blocks), len(shares), len(shares), max(rows, ROWS) * components,
-                        max(rows, ROWS) * components))  # fmt: skip
-    between[:] = 0.0
-    size = rows * components
+    shares = section_shares(first, share, columns)
+    size, held = rows * components, max(rows, ROWS) * components
+    between = np.zeros((len(blocks), len(shares), len(shares), held, held))
     for apart, block in enumerate(blocks):
         whole = block.reshape(rows, columns, components, rows, columns, components)
         loaded = np.tensordot(whole, shares, axes=(4, 1))  # rows, columns, parts, rows, parts, sections

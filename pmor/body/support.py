@@ -1,0 +1,93 @@
+"""The part of low rank of a pair's compliance: what the interfaces of both gears stand on.
+
+The cyclic part of a gear is that of a sector held at an interface: its bore, or the cylinder below its rim. A unit force
+on a flank asks r numbers of the interface, its coordinates: force and moment about a hub, or harmonics of tractions. With R_i
+these numbers for the unknowns of tooth i, and S the compliance of what the interface stands on,
+
+    C_ik = C_local(i - k) + R_i S R_k^T,                  D = D_local + L S L^T.                               (A)
+
+L has one row for each placed section: the gradient of its gap times R. Both gears share the coordinates, so that S may
+couple them, as a housing does. From tooth to tooth a row is turned, R_(i+1) = R_i Q with Q orthogonal: S need not look
+alike from each tooth (a web with holes, a bearing that is softer across than up). S is symmetric and not negative, and so
+D stays symmetric and positive definite.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmor.body.section_compliance import ROWS, section_shares
+from pmor.core.arrays import FloatArray, IntArray
+
+
+@dataclass(frozen=True)
+class Support:
+    """What the interfaces of pinion and wheel stand on, in r coordinates of both.
+
+    Parameters
+    ----------
+    rows : two ndarrays, shape (n, r)
+        R of tooth 0 of pinion and wheel: coordinates under unit forces on the flank's unknowns, in its tooth's frame.
+    turn : two ndarrays, shape (r, r)
+        Q of pinion and wheel, from a tooth to the next one counter-clockwise; orthogonal.
+    compliance : ndarray, shape (r, r)
+        S: coordinates in the same units, displacement over force. Symmetric, not negative.
+    """
+
+    rows: tuple[FloatArray, FloatArray]
+    turn: tuple[FloatArray, FloatArray]
+    compliance: FloatArray
+
+    def of_tooth(self, gear: int, tooth: int) -> FloatArray:
+        """Return R of a tooth, counted counter-clockwise from tooth 0, shape (n, r); gear 0 is the pinion."""
+        return np.asarray(self.rows[gear] @ np.linalg.matrix_power(self.turn[gear], tooth))
+
+    def flexibility(self, rows: FloatArray) -> FloatArray:
+        """Return L S L^T of rows of sections, (A, N, r), at A angles: shape (A, N, N), mm/N."""
+        return np.asarray(rows @ self.compliance @ rows.transpose(0, 2, 1))
+
+
+def support_rows(
+    support: Support, sections: tuple[IntArray, FloatArray], node_rows: tuple[int, int], first_pair: IntArray,
+    row: IntArray, gradient: FloatArray,
+) -> FloatArray:  # fmt: skip
+    """Return L, the rows of placed sections: what a unit force in each asks of the interfaces.
+
+    Parameters
+    ----------
+    support : Support
+    sections : (ndarray of int, shape (2, S); ndarray, shape (2, S, b))
+        First column of nodes that carries each section on pinion and wheel, and the shares of b columns from there on.
+    node_rows : (int, int)
+        Rows of nodes on the flanks of pinion and wheel.
+    first_pair : ndarray of int, shape (A,)
+        First tooth pair at each angle; the others follow, S sections each: N in all.
+    row : ndarray of int, shape (A, N, 2)
+        First of the four rows of nodes that carry a section, on each gear.
+    gradient : ndarray, shape (A, N, 2, 4 c)
+        Gradient of the gap by the c components of displacement in these rows.
+
+    Returns
+    -------
+    ndarray, shape (A, N, r)
+    """
+    angles, size = row.shape[:2]
+    count, parts, rank = len(sections[0][0]), gradient.shape[3] // ROWS, len(support.compliance)
+    section, place = np.arange(size) % count, np.arange(size) // count
+    found = np.zeros((angles, size, rank))
+    for gear, sense in ((0, 1), (1, -1)):  # wheel teeth count against tooth pairs
+        columns = len(support.rows[gear]) // (node_rows[gear] * parts)
+        shares = section_shares(sections[0][gear], sections[1][gear], columns)
+        nodes = support.rows[gear].reshape(node_rows[gear], columns, parts, rank)
+        carried = np.zeros((count, max(node_rows[gear], ROWS), parts, rank))
+        carried[:, : node_rows[gear]] = np.tensordot(shares, nodes, axes=(1, 1))
+        reached = row[..., gear, None] + np.arange(ROWS)
+        by_node = carried[section[:, None], reached].reshape(angles, size, ROWS * parts, rank)
+        of_tooth_0 = np.einsum("ing,ingr->inr", gradient[:, :, gear], by_node)
+        teeth = sense * (first_pair[:, None] + place)
+        for tooth in np.unique(teeth).tolist():
+            turned = np.linalg.matrix_power(support.turn[gear], tooth)
+            found += np.where((teeth == tooth)[..., None], of_tooth_0 @ turned, 0.0)
+    return found
