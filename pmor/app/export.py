@@ -144,8 +144,7 @@ def _tables(source: Path, folder: Path, overwrite: bool) -> Exported:
     if schema_name(source) == RESULTS:
         from pmor.export.file_tables import file_entries
 
-        schema = import_module("pmor.storage.results_file").RESULTS_SCHEMA
-        return _write_tables(file_entries(source, schema), source.name, folder, overwrite, (source,))
+        return _write_tables(file_entries(source), source.name, folder, overwrite, (source,))
     reduced = _reduced(source)
     return export_sweep(
         sweep_case(reduced), reduced.meshed.pair, f"{source.name}, case {reduced.basis.case.name}", folder, overwrite

@@ -1,33 +1,20 @@
-"""Arrays of a results file for tables; datasets carry their units, axes and descriptions."""
+"""Arrays of a results file for tables, with their units, axes and descriptions."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-import h5py
-
 from pmor.export.tables import Entry
-from pmor.storage.hdf5 import Schema, attribute, check_descriptions, open_checked, read
-from pmor.storage.structure import items_of
-
-SCALAR = "scalar"
+from pmor.storage.results_file import RESULTS_LAYOUT, read_results
 
 
-def file_entries(path: Path, schema: Schema) -> dict[str, Entry]:
-    """Return the datasets of a file by their names.
+def file_entries(path: Path) -> dict[str, Entry]:
+    """Return the arrays of a results file by their names.
 
     Raises
     ------
     FileFormatError
         When it is foreign, damaged, or of another version.
     """
-    found = {}
-    with open_checked(path, schema) as file:
-        check_descriptions(file)
-        for name, item in items_of(file).items():
-            if isinstance(item, h5py.Dataset):
-                unit, axes, text = (attribute(item, key, str) for key in ("unit", "dims", "description"))
-                values = read(file, name)
-                named = tuple(axis.strip() for axis in axes.split(",") if axis.strip() not in ("", SCALAR))
-                found[name] = Entry(values, unit, named, text)
-    return found
+    fields = {name: (array, RESULTS_LAYOUT[name]) for name, array in read_results(path).arrays.items()}
+    return {name: Entry(a, f.unit, tuple(f.dims.split(", ")), f.description) for name, (a, f) in fields.items()}

@@ -2,14 +2,18 @@
 
 Groups stand by themselves, each with the axes that it needs; those that were not asked for are left out. A new kind of
 result is further lines of `RESULTS_LAYOUT`, and the arrays that fill them (`pmor.report.results_data`).
+
+Each axis is a dimension scale of HDF5, so that readers of netCDF have named dimensions with their coordinates:
+``xarray.open_dataset("results.h5", group="ste")``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import h5py
 import numpy as np
 
 from pmor.storage.hdf5 import Schema, attribute, create, open_checked, read, write
@@ -101,6 +105,12 @@ RESULTS_LAYOUT = {
     "harris/ste": _curve("static transmission error"),
     "harris/peak_to_peak": Field("um", "torque", "of it", finite=False),
 }
+# Arrays that hold the coordinates along an axis, by their names in the axis' group; of common ones else in `ste`.
+COORDINATES = {
+    "torque": "torque", "angle": "phi", "pair": "pair_index", "section": "z", "place": "z", "point": "arc",
+    "column": "z",
+}  # fmt: skip
+COMMON = ("torque", "angle")
 # Groups that every file has.
 ALWAYS = ("ste", "stiffness")
 
@@ -137,10 +147,11 @@ def write_results_file(path: Path, content: ResultsFile) -> None:
     with create(path, RESULTS_SCHEMA, attributes, overwrite=True) as file:
         for name, array in content.arrays.items():
             write(file, name, array, RESULTS_LAYOUT[name])
+        _write_axes(file, content.arrays)
 
 
-def read_results_file(path: Path) -> ResultsFile:
-    """Read a results file.
+def read_results(path: Path) -> ResultsFile:
+    """Read a results file; unit, axes and meaning of each array are those of `RESULTS_LAYOUT`.
 
     Raises
     ------
@@ -151,10 +162,52 @@ def read_results_file(path: Path) -> ResultsFile:
         items = items_of(file)
         groups = {*ALWAYS, *(name.partition("/")[0] for name in items if name != "/")}
         layout = {name: field for name, field in RESULTS_LAYOUT.items() if name.partition("/")[0] in groups}
-        check_layout(items, layout, {"gear": 2, "side": 2, "xyz": 3})
+        check_layout(items, layout | _axes(layout), {"gear": 2, "side": 2, "xyz": 3})
         arrays = {name: read(file, name, field) for name, field in layout.items() if name in file}
         parameters = attribute(file, "parameters", str)
         return ResultsFile(
             attribute(file, "case_name", str), attribute(file, "case_text", str), arrays,
             tuple(parameters.split(", ")) if parameters else (),
         )  # fmt: skip
+
+
+def _axes(names: Iterable[str]) -> dict[str, Field]:
+    """Datasets of the axes of some arrays, by their paths, without those that are results themselves."""
+    found = dict[str, Field]()
+    for name in names:
+        for axis in RESULTS_LAYOUT[name].dims.split(", "):
+            source = RESULTS_LAYOUT.get(_coordinates(name, axis))
+            unit, words, kind = (source.unit, source.description, source.kind) if source else ("1", "from 0", int)
+            found[_scale(name, axis)] = Field(unit, axis, f"along the axis: {words}", kind, optional=True)
+    return {path: axis for path, axis in found.items() if path not in RESULTS_LAYOUT}
+
+
+def _scale(name: str, axis: str) -> str:
+    """Path of the dataset of an axis of an array; netCDF names the dimension after it."""
+    path = f"{name.rpartition('/')[0]}/{axis}"
+    taken = path in RESULTS_LAYOUT and RESULTS_LAYOUT[path].dims != axis
+    return f"{path}_number" if taken else path
+
+
+def _coordinates(name: str, axis: str) -> str:
+    """Path of the array that holds the coordinates along an axis of an array; empty where there is none."""
+    groups = (name.rpartition("/")[0], "ste") if axis in COMMON else (name.rpartition("/")[0],)
+    paths = (f"{group}/{COORDINATES.get(axis)}" for group in groups)
+    return next((path for path in paths if path in RESULTS_LAYOUT and RESULTS_LAYOUT[path].dims == axis), "")
+
+
+def _write_axes(file: h5py.File, arrays: Mapping[str, np.ndarray]) -> None:
+    """Write the axes of all arrays, and refer from each array to its own."""
+    along = {
+        _scale(name, axis): arrays.get(_coordinates(name, axis), np.arange(length))
+        for name, array in arrays.items()
+        for axis, length in zip(RESULTS_LAYOUT[name].dims.split(", "), array.shape, strict=True)
+    }
+    for path, layout in _axes(arrays).items():
+        write(file, path, along[path], layout)
+    for path in along:
+        file[path].make_scale(path.rpartition("/")[2])
+    for name in arrays:
+        for place, axis in enumerate(RESULTS_LAYOUT[name].dims.split(", ")):
+            if _scale(name, axis) != name:
+                file[name].dims[place].attach_scale(file[_scale(name, axis)])

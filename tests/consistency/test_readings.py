@@ -4,6 +4,7 @@ import csv
 import json
 from dataclasses import replace
 
+import h5py
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -20,7 +21,7 @@ from pmor.report.run_page import page_files
 from pmor.report.summary import result_files, summary, summary_rows, write_results
 from pmor.results.sweep import orders_of
 from pmor.storage.describe import file_text
-from pmor.storage.results_file import RESULTS_LAYOUT, RESULTS_SCHEMA, read_results_file
+from pmor.storage.results_file import RESULTS_LAYOUT, RESULTS_SCHEMA, read_results
 from pmor_online.model import reduced_pair
 from tests.support.line_pairs import models
 
@@ -50,7 +51,7 @@ def run(request, tmp_path_factory):
 def test_results_file_holds_what_was_found_and_says_what_it_is(run, tmp_path):
     write_results(run, tmp_path)
     assert {path.name for path in tmp_path.iterdir() if not path.name.startswith(".")} == set(result_files(run.case))
-    found = read_results_file(tmp_path / RESULTS)
+    found = read_results(tmp_path / RESULTS)
     assert found.case_name == run.case.name
     assert found.case_text == run.case.text
     assert found.parameters == run.readings.sensitivities.parameter
@@ -67,6 +68,23 @@ def test_results_file_holds_what_was_found_and_says_what_it_is(run, tmp_path):
     assert all(name in text for name in RESULTS_LAYOUT)
 
 
+def test_arrays_of_a_results_file_have_named_axes_with_coordinates(run, tmp_path):
+    """As netCDF wants it: read by hand with xarray 2026.9, by h5netcdf 1.8 and netCDF4 1.7."""
+    write_results(run, tmp_path)
+    with h5py.File(tmp_path / RESULTS) as file:
+        for name, field in RESULTS_LAYOUT.items():
+            scales = [(file[name],)] if file[name].is_scale else [axis.values() for axis in file[name].dims]
+            assert [len(found) for found in scales] == [1] * file[name].ndim, name
+            assert tuple(len(scale) for (scale,) in scales) == file[name].shape
+            for (scale,), axis in zip(scales, field.dims.split(", "), strict=True):
+                path, place = scale.name.rpartition("/")[::2]
+                assert path == f"/{name.rpartition('/')[0]}"
+                assert place.removesuffix("_number") == axis
+        assert_allclose(file["lines/torque"][()], TORQUES, rtol=0.0)
+        assert_allclose(file["lines/angle"][()], run.sweep.phi_rad, rtol=0.0)
+        assert [axis[0].name for axis in file["ste/ste"].dims] == ["/ste/torque", "/ste/angle"]
+
+
 def test_a_results_file_that_was_changed_is_refused(run, tmp_path):
     write_results(run, tmp_path)
     path = tmp_path / RESULTS
@@ -76,7 +94,7 @@ def test_a_results_file_that_was_changed_is_refused(run, tmp_path):
     with pytest.raises(FileFormatError, match="damaged"):
         file_text(path)
     with pytest.raises(FileFormatError, match=RESULTS_SCHEMA.remedy):
-        read_results_file(tmp_path / "summary.json")
+        read_results(tmp_path / "summary.json")
 
 
 def test_summary_has_the_figures_of_the_nominal_torque(run):
@@ -123,14 +141,14 @@ def test_maps_that_nobody_asks_for_are_not_made(tmp_path):
     assert readings_picture_names(run.case) == ("harris", "waterfall")
     assert [picture.file_name for picture in readings_pictures(run)] == ["harris.png", "waterfall.png"]
     write_results(run, tmp_path)
-    assert not {name for name in read_results_file(tmp_path / RESULTS).arrays if name.startswith(("maps", "light"))}
+    assert not {name for name in read_results(tmp_path / RESULTS).arrays if name.startswith(("maps", "light"))}
 
 
 def test_shapes_without_line_loads_leave_the_file_without_them(small_model, small_basis, small_basis_path, tmp_path):
     run = run_online(reduced_pair(small_basis), small_basis_path)
     assert run.readings is None
     write_results(run, tmp_path)
-    groups = {name.partition("/")[0] for name in read_results_file(tmp_path / RESULTS).arrays}
+    groups = {name.partition("/")[0] for name in read_results(tmp_path / RESULTS).arrays}
     assert groups == {"ste", "stiffness", "orders"}
     assert not (tmp_path / HARRIS).exists()
     assert summary(run)["k_h_beta"] is None
