@@ -8,28 +8,33 @@
     result.plot_ste()
 
 Cases
-    `load_case` reads a case file, `make_case` makes a `Case` from keywords, `change_case` changes one by keywords,
-    `import_rexs` makes one of a stage in a gearbox file.
+    `load_case`: reads a case file. `make_case`: makes a `Case` from keywords. `change_case`: changes one by keywords.
+    `import_rexs`: makes one of a stage in a gearbox file. `plan`: what a case will run, its memory and time.
 Models
-    `train` solves full FE over the training of a case and gives a `ReducedModel`; `load_model` reads one that was saved.
-    `full_model` gives the full FE of a case, a `FullModel`. Both have `sweep`; a reduced one `sweep_conditions` too,
-    over thousands of modifications and misalignments in one call; `export` writes it for other programs, `report`
-    leaves what a run does, `dynamics` is the pair in motion over its speed, `design` searches for modifications.
+    `train`: solves full FE over the training of a case; a `ReducedModel`, with `sweep`, `sweep_conditions`,
+    `root_stress`, `report`, `export`, `dynamics`, `design`. `load_model`: reads one from a file. `full_model`: full FE
+    of a case, a `FullModel`. `compare`: a reduced model beside full FE, a `Comparison`.
+    `run_case`: all that a case asks for, with its files; a `RunResult`.
 Results
-    `SweepResult`: named arrays, figures over the pitch, pictures, CSV. `compare` holds a reduced model against full FE:
-    a `Comparison`. `ConditionsResult`: of many conditions. `RootStress`: along the fillets
-    (`ReducedModel.root_stress`). `DynamicsResult`: responses over the speed. `DesignResult`: variants and the best.
+    `SweepResult`: transmission error, load sharing, stiffness over angles and torques. `ConditionsResult`: of many
+    assemblies. `RootStress`: along the fillets. `DynamicsResult`: responses over the speed. `DesignResult`: variants of
+    the flank modifications.
 Campaigns
-    `campaign` solves a table of macro-geometries on any `concurrent.futures.Executor`: a `CampaignResult`.
+    `campaign`: solves a table of macro-geometries; a `CampaignResult`.
 Conditions
-    `Misalignment`: where the wheel's axis is. `Modification`: what a gear's flanks deviate by; `Topography`: on a grid.
-    `Assembly`: all of it.
+    `Misalignment`: position of the wheel's axis. `Modification`: deviation of a gear's flanks; `Topography`: on a grid.
+    `Assembly`: misalignment and both modifications.
+Files
+    `info`: content of a file. `verify`: holds a basis file against full FE, a `Verification`. `export_file`: writes a
+    file in the format of another program.
 Errors
-    `PmorError` is the base of all that an engineer can mend: `CaseError`, `GeometryError`, `MeshError`,
-    `FileFormatError`, `OutputError`; `ConvergenceError` where no equilibrium was found.
+    `PmorError`: base of all that an engineer can mend. `CaseError`, `GeometryError`, `MeshError`: in what is asked for.
+    `FileFormatError`, `OutputError`: in files. `ConvergenceError`: no equilibrium found. `ExternalProgramError`: a
+    program to compare with is missing or failed.
 
-Units in names are those of the values; what has none in its name is in mm, N, MPa or rad (`pmor.core.conventions`). What
-runs long takes a `concurrent.futures.Executor` and a callback for progress. Nothing heavy is imported before its use.
+Units in names are those of the values; what has none in its name is in mm, N, MPa or rad (`pmor.core.conventions`).
+Long work takes ``executor``, a `concurrent.futures.Executor`, and ``progress``, called with the number of steps done.
+What it says beside its results goes to the log ``pmor``. Nothing heavy is imported before its use.
 """
 
 from __future__ import annotations
@@ -40,16 +45,22 @@ from typing import TYPE_CHECKING, Any
 from pmor.core.version import __version__
 
 if TYPE_CHECKING:
+    from pmor.app.export import export_file
+    from pmor.app.files import Verification, info, verify
     from pmor.app.full import FullModel, full_model
-    from pmor.app.model import ReducedModel, compare, load_model, train
+    from pmor.app.model import ReducedModel
+    from pmor.app.plan import plan
     from pmor.app.result import ConditionsResult, SweepResult
     from pmor.app.rexs import import_rexs
     from pmor.campaigns.result import CampaignResult
     from pmor.campaigns.run import campaign
+    from pmor.app.run import RunResult, run_case
+    from pmor.app.training import compare, load_model, train
     from pmor.case import Case, change_case, load_case, make_case
     from pmor.core.errors import (
         CaseError,
         ConvergenceError,
+        ExternalProgramError,
         FileFormatError,
         GeometryError,
         MeshError,
@@ -68,15 +79,21 @@ _HOMES = {
     "pmor.design.result": ("DesignResult",),
     "pmor.campaigns.result": ("CampaignResult",),
     "pmor.campaigns.run": ("campaign",),
+    "pmor.app.export": ("export_file",),
+    "pmor.app.files": ("Verification", "info", "verify"),
     "pmor.app.full": ("FullModel", "full_model"),
-    "pmor.app.model": ("ReducedModel", "compare", "load_model", "train"),
+    "pmor.app.plan": ("plan",),
+    "pmor.app.model": ("ReducedModel",),
+    "pmor.app.run": ("RunResult", "run_case"),
+    "pmor.app.training": ("compare", "load_model", "train"),
     "pmor.app.rexs": ("import_rexs",),
     "pmor.dynamics.result": ("DynamicsResult",),
     "pmor.app.result": ("ConditionsResult", "SweepResult"),
     "pmor.case": ("Case", "change_case", "load_case", "make_case"),
     "pmor.gear.condition": ("Misalignment", "Assembly"),
     "pmor.core.errors": (
-        "CaseError", "ConvergenceError", "FileFormatError", "GeometryError", "MeshError", "OutputError", "PmorError",
+        "CaseError", "ConvergenceError", "ExternalProgramError", "FileFormatError", "GeometryError", "MeshError",
+        "OutputError", "PmorError",
     ),
     "pmor.gear.modification": ("Modification",),
     "pmor.gear.topography": ("Topography",),
@@ -86,7 +103,6 @@ _HOMES = {
 _HOME = {name: module for module, names in _HOMES.items() for name in names}
 
 __all__ = [
-    "Misalignment",
     "Assembly",
     "CampaignResult",
     "Case",
@@ -96,27 +112,36 @@ __all__ = [
     "ConvergenceError",
     "DesignResult",
     "DynamicsResult",
+    "ExternalProgramError",
     "FileFormatError",
     "FullModel",
     "GeometryError",
     "MeshError",
+    "Misalignment",
     "Modification",
     "OutputError",
     "PmorError",
     "ReducedModel",
     "RootStress",
+    "RunResult",
     "SweepResult",
     "Topography",
-    "__version__",
+    "Verification",
     "campaign",
     "change_case",
     "compare",
+    "export_file",
     "full_model",
     "import_rexs",
+    "info",
     "load_case",
     "load_model",
     "make_case",
+    "plan",
+    "run_case",
     "train",
+    "verify",
+    "__version__",
 ]
 
 
@@ -127,4 +152,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return sorted(__all__)

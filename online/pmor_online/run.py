@@ -53,8 +53,8 @@ class OnlineResult:
         None when it was not asked for.
     basis_mib : float
         Size of the basis file.
-    jobs : int
-        Angles that were solved at a time.
+    parallel : bool
+        Whether angles were shared out between threads.
     conditions : tuple of ConditionSweep
         Of the reduced model, under the conditions that the case lists.
     basis_name : str
@@ -71,7 +71,7 @@ class OnlineResult:
     sweep: SteSweep
     comparison: Comparison | None
     basis_mib: float
-    jobs: int = 1
+    parallel: bool = False
     conditions: tuple[ConditionSweep, ...] = ()
     basis_name: str = "basis.h5"
     others: tuple[OnlineResult | LostModel, ...] = ()

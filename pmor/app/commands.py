@@ -5,74 +5,57 @@ Imports of what is heavy or belongs to a stage stand inside the functions, so th
 
 from __future__ import annotations
 
-import logging
 import time
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from pmor.app.run import RunResult
     from pmor.case import Case
     from pmor.design.result import DesignResult
     from pmor.dynamics.result import DynamicsResult
-    from pmor.pair.model import ElasticModel, MeshModel
-    from pmor_online.run import OnlineResult
+    from pmor.pair.model import MeshModel
 
 
 def run(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False) -> None:
     """Do everything that the case asks for: offline if there is no valid basis, sweep, comparison, report."""
-    started = time.perf_counter()
-    case, mesh = _meshed_case(case_path)
-    from pmor.jobs.live import live_pair
-    from pmor.jobs.models import basis_names, meshed_models, run_models, unfinished
-    from pmor.report.run_page import page_files, write_pages
-    from pmor.report.screen import result_text
-    from pmor.report.summary import result_files, write_results
-    from pmor.storage.results_folder import default_folder, results_folder, start_results
+    _run_case(case_path, out, jobs, overwrite, pages=True)
 
-    folder, others = out or default_folder(case.name), meshed_models(case)
-    names = (*result_files(case), *page_files(case), *(basis_names(case) if overwrite else ()))
-    with results_folder(folder, names, unfinished(case), overwrite, (case_path,)):
-        result = run_models(case, _elastic_model(case, mesh), others, folder, jobs, overwrite, started)
-        start_results(folder, case.text)
-        write_results(result, folder)
-        write_pages(result, mesh.pinion, folder, live_pair(result.reduced))
-    print(result_text(result))
-    print(f"  results in {folder}")
-    _require_convergence(result)
+
+def compare(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False) -> None:
+    """Compare the reduced with the full model: error and run time."""
+    _run_case(case_path, out, jobs, overwrite, pages=False)
+
+
+def _run_case(case_path: Path, out: Path | None, jobs: int, overwrite: bool, pages: bool) -> None:
+    from pmor.app.run import run_case
+    from pmor.case import load_case
+    from pmor.core.threads import threads
+
+    case = load_case(case_path)
+    with threads(jobs) as executor:
+        _finish(run_case(case, out, pages=pages, overwrite=overwrite, executor=executor, inputs=(case_path,)))
 
 
 def plan(case_path: Path) -> None:
     """Print what will run, and how much of it; runs nothing."""
     from pmor.app.plan import plan_parts
     from pmor.case import load_case
-    from pmor.pair.model import gear_pair
 
-    case = load_case(case_path)
-    gear_pair(case)  # what is no pair is refused before anything is said
-    for number, part in enumerate(plan_parts(case)):
+    for number, part in enumerate(plan_parts(load_case(case_path))):
         print("\n" * (number > 0) + part)
 
 
 def offline(case_path: Path, basis_path: Path, resume: bool = False, jobs: int = 1, overwrite: bool = False) -> None:
     """Generate the reduced basis of a case and write it to `basis_path`."""
+    from pmor.app.training import train_file
+    from pmor.case import load_case
     from pmor.core.errors import ConvergenceError
-    from pmor.jobs.offline import parts_of
-    from pmor.storage.atomic import ensure_writable, refuse_existing
-    from pmor.storage.results_folder import refuse_foreign_folder, refuse_in_the_way
+    from pmor.core.threads import threads
 
-    started = time.perf_counter()
-    # Before the work, not after it.
-    refuse_existing(basis_path, overwrite)
-    refuse_in_the_way([basis_path], overwrite, (case_path,))
-    case, mesh = _meshed_case(case_path)
-    ensure_writable(basis_path.parent)
-    refuse_foreign_folder(parts_of(basis_path))
-    model = _elastic_model(case, mesh)
-    from pmor.jobs.offline import run_offline
-    from pmor_online.errors import estimate_errors
-
-    done = run_offline(case, model, basis_path, jobs, resume, overwrite, started, estimate_errors)
+    case = load_case(case_path)
+    with threads(jobs) as executor:
+        done = train_file(case, basis_path, resume=resume, overwrite=overwrite, executor=executor, inputs=(case_path,))
     print(f"{basis_path}: {done.solved} angles solved, {done.resumed} taken over, {done.seconds:.3g} s")
     if done.failed:
         raise ConvergenceError(f"{len(done.failed)} full solves did not converge: {'; '.join(done.failed)}", [])
@@ -82,58 +65,15 @@ def online(
     basis_path: Path, out: Path | None = None, case_path: Path | None = None, jobs: int = 1, overwrite: bool = False
 ) -> None:
     """Sweep the static transmission error with the reduced model of a basis file."""
-    from pmor.case import load_case, text_of
-    from pmor.case.live_page import takes_whole_width
-    from pmor.case.width import whole_width
-    from pmor.jobs.live import live_pair
-    from pmor.jobs.online import run_online
-    from pmor.pair.model import refuse_loads
-    from pmor.report.run_page import page_files, write_pages
-    from pmor.report.screen import result_text
-    from pmor.report.summary import result_files, write_results
-    from pmor.storage.basis_file import read_basis, require_made_from
-    from pmor.storage.results_folder import default_folder, results_folder, start_results
-    from pmor.work.cost import refuse_beyond_memory, refuse_large_basis
-    from pmor_online.model import reduced_pair
+    from pmor.app.training import load_model
+    from pmor.case import load_case
+    from pmor.core.threads import threads
+    from pmor.storage.results_folder import default_folder
 
-    refuse_large_basis(basis_path)
-    basis = read_basis(basis_path)
-    if case_path is not None:
-        case = load_case(case_path)
-        require_made_from(basis_path, basis, case)
-        basis = replace(basis, case=case)
-    reduced = reduced_pair(basis)
-    refuse_loads(basis.case, reduced.meshed)  # a sweep may go beyond those that the training has been through
-    if takes_whole_width(basis.case):
-        refuse_beyond_memory(whole_width(basis.case))
-    folder, names = out or default_folder(basis.case.name), (*result_files(basis.case), *page_files(basis.case))
-    inputs = (basis_path, *([case_path] if case_path else []))
-    with results_folder(folder, names, (), overwrite, inputs):
-        result = run_online(reduced, basis_path, jobs=jobs)
-        start_results(folder, text_of(basis.case))
-        write_results(result, folder)
-        write_pages(result, None, folder, live_pair(result.reduced))
-    print(result_text(result))
-    print(f"  results in {folder}")
-    _require_convergence(result)
-
-
-def compare(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False) -> None:
-    """Compare the reduced with the full model: error and run time."""
-    started = time.perf_counter()
-    case, mesh = _meshed_case(case_path)
-    from pmor.jobs.models import meshed_models, run_models, unfinished
-    from pmor.report.screen import result_text
-    from pmor.report.summary import result_files, write_results
-    from pmor.storage.results_folder import default_folder, results_folder, start_results
-
-    folder, others = out or default_folder(case.name), meshed_models(case)
-    with results_folder(folder, result_files(case), unfinished(case), overwrite, (case_path,)):
-        result = run_models(case, _elastic_model(case, mesh), others, folder, jobs, False, started)
-        start_results(folder, case.text)
-        write_results(result, folder)
-    print(result_text(result))
-    _require_convergence(result)
+    model = load_model(basis_path, case=load_case(case_path) if case_path else None)
+    folder, inputs = out or default_folder(model.case.name), (case_path,) if case_path else ()
+    with threads(jobs) as executor:
+        _finish(model.report(folder, compare=False, overwrite=overwrite, executor=executor, inputs=inputs))
 
 
 def study(
@@ -324,38 +264,23 @@ def export(
     """Write a basis, a gearbox or results in the format of another program."""
     from pmor.app.export import export_file
 
-    done = export_file(source, to, target, overwrite, stage, torque_Nm)
-    for note in done.notes:
-        logging.getLogger("pmor").info("%s", note)
-    print(f"{done.path}: written")
+    print(f"{export_file(source, to, target, stage=stage, torque_Nm=torque_Nm, overwrite=overwrite)}: written")
 
 
 def info(path: Path, verify: bool = False) -> None:
     """Print what is in an HDF5 file and, where asked for, whether a basis obeys its laws."""
-    from pmor.campaigns.describe import folder_text
-    from pmor.storage.describe import file_text
-
-    print(folder_text(path) if path.is_dir() else file_text(path))
-    if verify:
-        _verify(path)
-
-
-def _verify(path: Path) -> None:
-    """Hold a basis against full FE of the case in its file."""
+    from pmor.app import files
     from pmor.core.errors import FileFormatError
-    from pmor.core.progress import Progress
-    from pmor.jobs.verify import UNSEEN_STATES, checks_text, verify_basis
-    from pmor.storage.basis_file import BASIS_SCHEMA, read_basis
-    from pmor.work.cost import meshed_within_memory
+    from pmor.storage.basis_file import BASIS_SCHEMA
 
-    basis = read_basis(path)
-    model = _elastic_model(basis.case, meshed_within_memory(basis.case))
-    with Progress(UNSEEN_STATES, "full FE, unseen states") as progress:
-        checks = verify_basis(basis, model, progress.step)
-    print(checks_text(checks))
-    broken = ", ".join(f"{c.name} ({c.value:.2g}, at most {c.limit:.2g})" for c in checks if not c.ok)
-    if broken:
-        raise FileFormatError(f"{path}: does not obey its own laws: {broken}; {BASIS_SCHEMA.remedy}")
+    print(files.info(path))
+    if verify:
+        found = files.verify(path)
+        print(found)
+        if found.failures:
+            raise FileFormatError(
+                f"{path}: does not obey its own laws: {', '.join(found.failures)}; {BASIS_SCHEMA.remedy}"
+            )
 
 
 def _meshed_case(case_path: Path) -> tuple[Case, MeshModel]:
@@ -366,16 +291,6 @@ def _meshed_case(case_path: Path) -> tuple[Case, MeshModel]:
     from pmor.work.cost import meshed_within_memory
 
     return case, meshed_within_memory(case)
-
-
-def _elastic_model(case: Case, mesh: MeshModel) -> ElasticModel:
-    from pmor.pair.limits import range_warnings
-    from pmor.pair.model import approach_estimate, elastic_model
-
-    pair = mesh.meshed.pair
-    for warning in range_warnings(case, pair, approach_estimate(case, pair)):
-        logging.getLogger("pmor").warning("%s", warning)
-    return elastic_model(case, mesh)
 
 
 def _leave(result: DynamicsResult | DesignResult, folder: Path, overwrite: bool, what_failed: str) -> None:
@@ -395,8 +310,11 @@ def _leave(result: DynamicsResult | DesignResult, folder: Path, overwrite: bool,
         raise ConvergenceError(f"{len(failures)} {what_failed}, first: {failures[0]}", [])
 
 
-def _require_convergence(result: OnlineResult) -> None:
+def _finish(result: RunResult) -> None:
+    """Print the result of a run and where its files are; exit with 3 where a position did not converge."""
     from pmor.core.errors import ConvergenceError
 
-    if failures := result.all_failures:
-        raise ConvergenceError(f"{len(failures)} positions did not converge, first: {failures[0]}", [])
+    print(result)
+    print(f"  results in {result.folder}")
+    if result.failures:
+        raise ConvergenceError(f"{len(result.failures)} positions did not converge, first: {result.failures[0]}", [])

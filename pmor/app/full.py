@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+import logging
+from collections.abc import Iterable
 from concurrent.futures import Executor
 from dataclasses import dataclass
 
@@ -10,20 +11,17 @@ from pmor.app.asked import asked_case, positions
 from pmor.app.result import SweepResult
 from pmor.case import Case
 from pmor.core.arrays import FloatArray
+from pmor.core.progress import Steps, quietly
 from pmor.gear.condition import Misalignment
 from pmor.gear.modification import Modification
 from pmor.line.unloaded import with_unloaded
 from pmor.pair.conditions import conditions_of
-from pmor.pair.model import ElasticModel, elastic_model, refuse_loads
+from pmor.pair.limits import range_warnings
+from pmor.pair.model import ElasticModel, MeshModel, approach_estimate, elastic_model, refuse_loads
 from pmor.pair.sweep import sweep_ste
 from pmor.work.cost import meshed_within_memory
 
-#: called with a number of finished steps
-Progress = Callable[[int], None]
-
-
-def quietly(steps: int) -> None:
-    """Take progress that nobody asked for."""
+_LOG = logging.getLogger("pmor")
 
 
 @dataclass(frozen=True, repr=False)
@@ -44,9 +42,10 @@ class FullModel:
         self,
         torques_Nm: Iterable[float] | None = None,
         angles: int | FloatArray | None = None,
+        *,
         misalignment: Misalignment | None = None,
         executor: Executor | None = None,
-        progress: Progress = quietly,
+        progress: Steps = quietly,
         pinion: Modification | None = None,
         wheel: Modification | None = None,
     ) -> SweepResult:
@@ -70,4 +69,12 @@ def full_model(case: Case) -> FullModel:
     CaseError, GeometryError, MeshError
         When there is no such gear, pair or mesh, or the load is beyond it.
     """
-    return FullModel(case, elastic_model(case, meshed_within_memory(case)))
+    return FullModel(case, solve_bodies(case, meshed_within_memory(case)))
+
+
+def solve_bodies(case: Case, mesh: MeshModel) -> ElasticModel:
+    """Solve for the compliance of the flanks of meshed gears; the log warns of an unusual pair."""
+    pair = mesh.meshed.pair
+    for warning in range_warnings(case, pair, approach_estimate(case, pair)):
+        _LOG.warning("%s", warning)
+    return elastic_model(case, mesh)

@@ -12,17 +12,13 @@ from typing import TYPE_CHECKING, Any
 
 from pmor.app.asked import asked_case, check_assembly, listed, positions, with_assembly
 from pmor.app.export import export_model, export_sweep
-from pmor.app.full import FullModel, Progress, full_model, quietly
-from pmor.app.report import write_report
+from pmor.app.full import FullModel
 from pmor.app.result import ConditionsResult, SweepResult
-from pmor.case import (
-    Case,
-    beyond_training,
-    change_case,
-    trained_flanks,
-)
+from pmor.app.run import RunResult, run_model, sweep_model
+from pmor.case import Case, beyond_training, change_case, trained_flanks
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError, OutputError
+from pmor.core.progress import Steps, quietly
 from pmor.gear.condition import Assembly, Misalignment
 from pmor.gear.modification import Modification
 from pmor.line.unloaded import with_unloaded
@@ -31,11 +27,9 @@ from pmor.pair.model import refuse_loads
 from pmor.reduction.basis import Basis
 from pmor.results.root_stress import RootStress
 from pmor.storage.atomic import atomic_path, ensure_folder, refuse_existing
-from pmor.storage.basis_file import read_basis, write_basis
-from pmor_offline.train import train as train_basis
-from pmor_online.compare import Comparison, compare_models
+from pmor.storage.basis_file import write_basis
+from pmor_online.compare import training_failures
 from pmor_online.conditions import sweep_assemblies
-from pmor_online.errors import estimate_errors
 from pmor_online.mesh_error import with_mesh_error
 from pmor_online.model import ReducedPair, online_angles, reduced_pair
 from pmor_online.readings import can_record
@@ -69,6 +63,11 @@ class ReducedModel:
         """What the model was trained for."""
         return self.basis.case
 
+    @property
+    def failures(self) -> tuple[str, ...]:
+        """Full solutions of the training that did not converge, in words."""
+        return tuple(training_failures(self.basis.training))
+
     @cached_property
     def reduced(self) -> ReducedPair:
         """The basis made ready to answer."""
@@ -83,10 +82,11 @@ class ReducedModel:
         self,
         torques_Nm: Iterable[float] | None = None,
         angles: int | FloatArray | None = None,
+        *,
         misalignment: Misalignment | None = None,
         extrapolate: bool = False,
         executor: Executor | None = None,
-        progress: Progress = quietly,
+        progress: Steps = quietly,
         pinion: Modification | None = None,
         wheel: Modification | None = None,
     ) -> SweepResult:
@@ -133,7 +133,7 @@ class ReducedModel:
         return SweepResult(sweep, meshed.pair, self.reduced, conditions[0].assembly)
 
     def harris_map(
-        self, torques_Nm: Iterable[float] | None = None, angles: int | None = None, executor: Executor | None = None
+        self, torques_Nm: Iterable[float] | None = None, angles: int | None = None, *, executor: Executor | None = None
     ) -> SweepResult:
         """Sweep one pitch over the torques of the Harris map, those of the case by default; see `sweep`."""
         torques = self.case.results.harris_torques_Nm if torques_Nm is None else torques_Nm
@@ -145,9 +145,10 @@ class ReducedModel:
         assemblies: Sequence[Assembly],
         torques_Nm: Iterable[float] | None = None,
         angles: int | FloatArray | None = None,
+        *,
         extrapolate: bool = False,
         executor: Executor | None = None,
-        progress: Progress = quietly,
+        progress: Steps = quietly,
     ) -> ConditionsResult:
         """Sweep the pair as it is built in several ways: other axes, other flanks, thousands of them in one call.
 
@@ -257,6 +258,7 @@ class ReducedModel:
         self,
         torques_Nm: Iterable[float] | None = None,
         angles: int | FloatArray | None = None,
+        *,
         misalignment: Misalignment | None = None,
         executor: Executor | None = None,
         pinion: Modification | None = None,
@@ -298,7 +300,7 @@ class ReducedModel:
         if beyond and not (extrapolate or case.online.extrapolate):
             raise CaseError(f"beyond the training: {beyond[0]}: train over it, or pass extrapolate=True")
 
-    def save(self, path: Path | str, overwrite: bool = False) -> None:
+    def save(self, path: Path | str, *, overwrite: bool = False) -> None:
         """Write the model to an HDF5 file, whole or not at all.
 
         Raises
@@ -317,10 +319,8 @@ class ReducedModel:
         with atomic_path(target, overwrite) as temporary:
             shutil.copyfile(self.source, temporary)
 
-    def export(
-        self, path: Path | str, to: str, overwrite: bool = False, torque_Nm: float | None = None
-    ) -> tuple[str, ...]:
-        """Write the model in the format of another program, as `pmor export` does.
+    def export(self, path: Path | str, to: str, *, torque_Nm: float | None = None, overwrite: bool = False) -> None:
+        """Write the model in the format of another program, as `pmor.export_file` does of a basis file.
 
         Parameters
         ----------
@@ -328,16 +328,11 @@ class ReducedModel:
             File to write, or folder for tables.
         to : {"csv", "fmu", "rexs"}
             Tables of the sweep that the case asks for; a unit for co-simulation; the pair with results as REXS.
-        overwrite : bool
-            Replace what is there.
         torque_Nm : float, optional
             On the pinion, up to which the force law of a unit for co-simulation reaches; twice that of the case by
             default.
-
-        Returns
-        -------
-        tuple of str
-            What a reader should know of the file.
+        overwrite : bool
+            Replace what is there.
 
         Raises
         ------
@@ -349,91 +344,61 @@ class ReducedModel:
         target = Path(path)
         if to == "csv":
             swept = self.sweep()
-            return export_sweep(swept.sweep, swept.pair, f"case {self.case.name}", target, overwrite).notes
+            export_sweep(swept.sweep, swept.pair, f"case {self.case.name}", target, overwrite)
+            return
         if to not in ("fmu", "rexs"):
             raise CaseError(f"to = {to!r}: must be csv, fmu or rexs")
         refuse_existing(target, overwrite)
         ensure_folder(target.parent)
-        return export_model(self.reduced, to, target, overwrite, torque_Nm).notes
+        export_model(self.reduced, to, target, overwrite, torque_Nm)
 
-    def report(self, folder: Path | str, full: FullModel | None = None, overwrite: bool = False) -> Path:
-        """Write what `pmor run` leaves: the model, tables, pictures and the report page, as the case asks for them.
+    def report(
+        self, folder: Path | str, *, compare: bool = True, full: FullModel | None = None, overwrite: bool = False,
+        executor: Executor | None = None, progress: Steps = quietly, inputs: Sequence[Path] = (),
+    ) -> RunResult:  # fmt: skip
+        """Write what `pmor run` leaves: tables, pictures, the report page and the model, as the case asks for them.
 
         Parameters
         ----------
         folder : Path or str
             Made unless it is there.
+        compare : bool
+            Compare with full FE, and with the other models that the case lists; without, it is `pmor online`, and the
+            model is left there only if it has no file yet.
         full : FullModel, optional
-            Compared with; left out by default.
+            To compare with; made anew by default.
         overwrite : bool
             Replace files there, whoever wrote them.
+        executor : concurrent.futures.Executor, optional
+            Of threads: shares out the angles.
+        progress : callable
+            Called with the number of positions solved.
+        inputs : sequence of Path
+            Files that are not replaced at any rate.
 
         Returns
         -------
-        Path
-            The page, or the folder where the case asks for none.
+        RunResult
 
         Raises
         ------
         OutputError
             When somebody else's file is in the way, or the folder cannot be written to.
         """
-        return write_report(self, full.elastic if full else None, Path(folder), overwrite)
+        if compare:
+            return run_model(
+                self.case, self._save, full.elastic if full else None, Path(folder),
+                overwrite=overwrite, executor=executor, progress=progress,
+            )  # fmt: skip
+        kept = [*inputs, *([self.source] if self.source else [])]
+        return sweep_model(
+            self.reduced, self.source or self._save, Path(folder),
+            overwrite=overwrite, executor=executor, progress=progress, inputs=kept,
+        )  # fmt: skip
+
+    def _save(self, path: Path) -> None:
+        if self.source is None or not path.exists() or not path.samefile(self.source):
+            self.save(path, overwrite=True)
 
     def __repr__(self) -> str:
         return f"<ReducedModel, {self.size} unknowns at most, of {self.case!r}>"
-
-
-def train(
-    case: Case, full: FullModel | None = None, executor: Executor | None = None, progress: Progress = quietly
-) -> ReducedModel:
-    """Solve full FE over the training of a case and reduce it.
-
-    Parameters
-    ----------
-    case : Case
-    full : FullModel, optional
-        Of a case with the same pair, mesh and contact scheme, where there is one already.
-    executor : concurrent.futures.Executor, optional
-        Shares out the full solutions between threads; the result is the same to the last bit.
-    progress : callable
-        Called with the number of full solutions done.
-
-    Raises
-    ------
-    CaseError, GeometryError, MeshError
-        As `full_model`.
-    ConvergenceError
-        When no full solution converged.
-    """
-    model = (full or full_model(case)).elastic
-    trained = train_basis(case, model, estimate_errors, executor, lambda: progress(1))
-    return ReducedModel(trained.basis, trained.force)
-
-
-def load_model(path: Path | str) -> ReducedModel:
-    """Read a model that `ReducedModel.save` or `pmor offline` has written.
-
-    Raises
-    ------
-    FileFormatError
-        When the file is foreign, damaged, or of another version.
-    """
-    return ReducedModel(read_basis(Path(path)), source=Path(path))
-
-
-def compare(
-    model: ReducedModel, full: FullModel | None = None, executor: Executor | None = None, progress: Progress = quietly
-) -> Comparison:
-    """Hold a reduced model against full FE at angles that no training has seen, as many as its case says.
-
-    Parameters
-    ----------
-    model : ReducedModel
-    full : FullModel, optional
-        Made anew where there is none.
-    executor, progress
-        As in `train`.
-    """
-    elastic = (full or full_model(model.case)).elastic
-    return compare_models(model.reduced, elastic, lambda: progress(1), executor)

@@ -13,6 +13,7 @@ from pmor.case.width import intervals_across, meshed_width
 from pmor.core.memory import memory_text
 from pmor.core.progress import format_time
 from pmor.pair.conditions import full_solves, misalignments, torques_of
+from pmor.pair.model import gear_pair
 from pmor.work.cost import refuse_beyond_memory, stages
 
 NOT_WRITTEN = {
@@ -40,6 +41,7 @@ def plan_parts(case: Case) -> Iterator[str]:
         Between two parts, when the case takes more memory than there is: the others would need a mesh.
     GeometryError, MeshError
     """
+    gear_pair(case)  # what is no pair is refused before anything is said
     for part in PARTS:
         if part is _computed_and_skipped:
             refuse_beyond_memory(case)
@@ -47,8 +49,20 @@ def plan_parts(case: Case) -> Iterator[str]:
             yield "\n".join(lines)
 
 
-def plan_text(case: Case) -> str:
-    """Plan of a case as one text; see `plan_parts`."""
+def plan(case: Case) -> str:
+    """Return what a case will run and what it leaves out, with sizes, peak memory and time, as `pmor plan` prints it.
+
+    Parameters
+    ----------
+    case : Case
+
+    Raises
+    ------
+    CaseError
+        When the case takes more memory than there is.
+    GeometryError, MeshError
+        When there is no such gear, pair or mesh.
+    """
     return "\n\n".join(plan_parts(case))
 
 

@@ -11,7 +11,7 @@ from pmor.export.rexs.read import import_rexs as read_stage
 _LOG = logging.getLogger("pmor.rexs")
 
 
-def import_rexs(path: Path | str, stage: int | None = None) -> Case:
+def import_rexs(path: Path | str, *, stage: int | None = None) -> Case:
     """Make a case of a cylindrical stage of a gearbox in a REXS file (1.0 to 2.0).
 
     What was assumed, or not understood, is noted in the log ``pmor``, and in the comments of the case's text.

@@ -10,6 +10,12 @@ from typing import Any
 
 # Steps after the first one, below which a rate says nothing.
 FEWEST_WAITS = 3
+#: what long work takes for progress: called with the number of steps just done
+Steps = Callable[[int], None]
+
+
+def quietly(steps: int) -> None:
+    """Take progress that nobody asked for."""
 
 
 class Progress:
@@ -25,6 +31,8 @@ class Progress:
         Name of the steps, such as "full FE".
     done : int
         Steps that an earlier run has done; they do not count for the rate.
+    further : callable
+        Called with each number of steps too.
 
     Examples
     --------
@@ -33,13 +41,14 @@ class Progress:
     ...         progress.step()
     """
 
-    def __init__(self, total: int, label: str, done: int = 0) -> None:
-        self._bar = _bar(total, label, done)
+    def __init__(self, total: int, label: str, done: int = 0, further: Steps = quietly) -> None:
+        self._bar, self._further = _bar(total, label, done), further
 
     def step(self, n: int = 1) -> None:
         """Count `n` more steps as done."""
         if self._bar is not None:
             self._bar.update(n)
+        self._further(n)
 
     def close(self) -> None:
         """End the line; further calls do nothing."""

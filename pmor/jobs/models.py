@@ -10,11 +10,13 @@ import logging
 import os
 import time
 from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pmor.case import Case, other_models
 from pmor.core.errors import CaseError, ConvergenceError, FileFormatError, GeometryError, MeshError, OutputError
+from pmor.core.progress import Steps, quietly
 from pmor.jobs import offline
 from pmor.jobs.kernels import kernels_beside
 from pmor.jobs.online import run_online
@@ -23,7 +25,6 @@ from pmor.reduction.basis import Basis
 from pmor.storage.basis_file import BASIS_SCHEMA, read_basis, require_made_from
 from pmor.storage.hdf5 import schema_name
 from pmor.storage.manifest import foreign_words, is_ours
-from pmor_online.errors import estimate_errors
 from pmor_online.model import reduced_pair
 from pmor_online.run import LostModel, OnlineResult
 
@@ -77,8 +78,8 @@ def meshed_models(case: Case) -> tuple[MeshedCase, ...]:
 
 
 def run_models(
-    case: Case, model: ElasticModel, others: Sequence[MeshedCase], folder: Path, jobs: int, overwrite: bool,
-    started: float,
+    case: Case, model: ElasticModel, others: Sequence[MeshedCase], folder: Path, *, given: bool = False,
+    executor: Executor | None = None, overwrite: bool = False, started: float | None = None, progress: Steps = quietly,
 ) -> OnlineResult:  # fmt: skip
     """Build or take over the basis of each model, sweep, and compare with full FE of the same contact scheme.
 
@@ -91,23 +92,37 @@ def run_models(
         Compared beside it.
     folder : Path
         Of the basis files.
-    jobs : int
-        Angles solved at a time.
+    given : bool
+        The case's own basis is in the folder, and is the one to take.
+    executor : concurrent.futures.Executor, optional
+        Of threads: shares out full solutions and angles.
     overwrite : bool
-        Make all bases anew.
-    started : float
+        Make all bases anew, but one that is given.
+    started : float, optional
         ``time.perf_counter()`` before meshing and finite elements, which count to the offline time of each model.
+    progress : callable
+        Called with the number of positions solved.
 
     Returns
     -------
     OnlineResult
         Of the case, with the others.
     """
-    common = time.perf_counter() - started
-    bases = {} if overwrite else _valid_bases(folder, {OWN_BASIS: case} | {o.basis_name: o.case for o in others})
+    common = 0.0 if started is None else time.perf_counter() - started
+    kept = {OWN_BASIS: case} if given or not overwrite else {}
+    kept |= {} if overwrite else {other.basis_name: other.case for other in others}
+    bases = _valid_bases(folder, kept)
 
     def run(case: Case, model: ElasticModel, name: str) -> OnlineResult:
-        return _run_model(case, model, folder / name, bases.get(name), jobs, overwrite, common)
+        path, basis = folder / name, bases.get(name)
+        if basis is None:
+            began = time.perf_counter() - common
+            offline.run_offline(case, model, path, executor=executor, resume=not overwrite, overwrite=True,
+                                started=began, progress=progress)  # fmt: skip
+            basis = read_basis(path)
+        # The basis is valid, but sweep and outputs of the case may have changed since.
+        reduced = reduced_pair(replace(basis, case=case))
+        return run_online(reduced, path, model, executor=executor, progress=progress)
 
     found = list[OnlineResult | LostModel]()
     with kernels_beside(case) as wait:
@@ -121,18 +136,6 @@ def run_models(
             except ConvergenceError as error:  # the others have their results
                 found.append(LostModel(other.case, str(error)))
     return replace(own, others=tuple(found))
-
-
-def _run_model(
-    case: Case, model: ElasticModel, basis_path: Path, basis: Basis | None, jobs: int, overwrite: bool, common: float
-) -> OnlineResult:
-    if basis is None:
-        started = time.perf_counter() - common
-        offline.run_offline(case, model, basis_path, jobs, not overwrite, True, started, estimate_errors)
-        basis = read_basis(basis_path)
-    # The basis is valid, but sweep and outputs of the case may have changed since.
-    basis = replace(basis, case=case)
-    return run_online(reduced_pair(basis), basis_path, model, jobs)
 
 
 def _valid_bases(folder: Path, cases: Mapping[str, Case]) -> dict[str, Basis]:

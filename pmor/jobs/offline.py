@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import time
+from concurrent.futures import Executor
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pmor.case import Case, basis_key
-from pmor.core.progress import Progress
-from pmor.core.threads import threads
+from pmor.core.progress import Progress, Steps, quietly
 from pmor.pair.conditions import on_trained_flanks
 from pmor.pair.model import ElasticModel
 from pmor.reduction.snapshots import Snapshots
@@ -22,6 +22,7 @@ from pmor.storage.snapshot_file import read_snapshots, write_snapshots
 from pmor_offline.adaptive import ErrorEstimate
 from pmor_offline.sampling import TrainingPosition, most_positions, planned_positions
 from pmor_offline.train import train
+from pmor_online.errors import estimate_errors
 
 
 @dataclass(frozen=True)
@@ -45,8 +46,9 @@ class OfflineSummary:
 
 
 def run_offline(
-    case: Case, model: ElasticModel, path: Path, jobs: int = 1, resume: bool = False, overwrite: bool = False,
-    started: float | None = None, estimate: ErrorEstimate | None = None,
+    case: Case, model: ElasticModel, path: Path, *, executor: Executor | None = None, resume: bool = False,
+    overwrite: bool = False, started: float | None = None, estimate: ErrorEstimate = estimate_errors,
+    progress: Steps = quietly,
 ) -> OfflineSummary:  # fmt: skip
     """Solve full FE over the training set and write the basis.
 
@@ -57,16 +59,18 @@ def run_offline(
     path : Path
         Of the basis file. Snapshots are kept beside it, in a folder of the same name with ``.parts``, until it is
         written.
-    jobs : int
-        Angles solved, and errors estimated, at a time.
+    executor : concurrent.futures.Executor, optional
+        Of threads: shares out full solutions and error estimates.
     resume : bool
         Take over the snapshots that an interrupted run has left.
     overwrite : bool
         Replace an existing basis file.
     started : float, optional
         ``time.perf_counter()`` at the start of the offline stage, when meshing and finite elements shall count.
-    estimate : callable, optional
+    estimate : callable
         What a greedy sampling asks for errors (`pmor_offline.adaptive`).
+    progress : callable
+        Called with the number of positions solved.
 
     Returns
     -------
@@ -93,10 +97,9 @@ def run_offline(
 
         positions = most_positions(case)
         label = f"{case.contact.scheme}: full FE"
-        shown = Progress(positions, label, done=len(known)) if positions else nullcontext()
-        with threads(jobs) as executor, shown as bar:
-            progress = bar.step if bar else lambda: None
-            trained = train(case, model, estimate, executor, progress, known, keep, started)
+        with Progress(positions, label, done=len(known), further=progress) if positions else nullcontext() as bar:
+            step = bar.step if bar else lambda: None
+            trained = train(case, model, estimate, executor, step, known, keep, started)
         write_basis(path, trained.basis, trained.force, overwrite)
         remove_working_folder(parts)
     return OfflineSummary(len(solved), len(known), trained.failures, time.perf_counter() - started)

@@ -1,11 +1,11 @@
-"""The online stage as a job: sweep and comparison, with threads and progress on the screen."""
+"""The online stage as a job: sweep and comparison, with progress on the screen."""
 
 from __future__ import annotations
 
+from concurrent.futures import Executor
 from pathlib import Path
 
-from pmor.core.progress import Progress
-from pmor.core.threads import threads
+from pmor.core.progress import Progress, Steps, quietly
 from pmor.pair.model import ElasticModel
 from pmor_online.compare import compare_models
 from pmor_online.conditions import ConditionSweep, sweep_listed
@@ -15,8 +15,9 @@ from pmor_online.run import OnlineResult, root_stress_of_case, sweep_case
 
 
 def run_online(
-    reduced: ReducedPair, basis_path: Path, model: ElasticModel | None = None, jobs: int = 1
-) -> OnlineResult:
+    reduced: ReducedPair, basis_path: Path, model: ElasticModel | None = None, *, executor: Executor | None = None,
+    progress: Steps = quietly,
+) -> OnlineResult:  # fmt: skip
     """Sweep with the reduced model and, given the full one, compare.
 
     Parameters
@@ -26,27 +27,28 @@ def run_online(
         Where the basis came from.
     model : ElasticModel, optional
         Full FE of the same case.
-    jobs : int
-        Angles solved at a time.
+    executor : concurrent.futures.Executor, optional
+        Of threads: shares out the angles.
+    progress : callable
+        Called with the number of angles solved: of the sweep, of the listed conditions, of the comparison.
 
     Returns
     -------
     OnlineResult
     """
     case, comparison = reduced.basis.case, None
-    scheme = case.contact.scheme
-    with threads(jobs) as executor:
-        with Progress(len(sweep_angles(case)), f"{scheme}: reduced model") as progress:
-            sweep = sweep_case(reduced, executor, progress.step)
-        readings = read_off(reduced, sweep, executor) if sweep.states is not None else None
-        stress = root_stress_of_case(reduced, executor)
-        conditions: tuple[ConditionSweep, ...] = ()
-        if case.conditions:
-            with Progress(len(sweep_angles(case)) * len(case.conditions), "conditions") as progress:
-                conditions = sweep_listed(reduced, executor, progress.step)
-        if model is not None:
-            with Progress(case.compare.angles, f"{scheme}: full FE, unseen angles") as progress:
-                comparison = compare_models(reduced, model, progress.step, executor)
+    scheme, angles = case.contact.scheme, len(sweep_angles(case))
+    with Progress(angles, f"{scheme}: reduced model", further=progress) as bar:
+        sweep = sweep_case(reduced, executor, bar.step)
+    readings = read_off(reduced, sweep, executor) if sweep.states is not None else None
+    stress = root_stress_of_case(reduced, executor)
+    conditions: tuple[ConditionSweep, ...] = ()
+    if case.conditions:
+        with Progress(angles * len(case.conditions), "conditions", further=progress) as bar:
+            conditions = sweep_listed(reduced, executor, bar.step)
+    if model is not None:
+        with Progress(case.compare.angles, f"{scheme}: full FE, unseen angles", further=progress) as bar:
+            comparison = compare_models(reduced, model, bar.step, executor)
     size_mib = basis_path.stat().st_size / 2**20
-    return OnlineResult(reduced, sweep, comparison, size_mib, jobs, conditions, basis_path.name, readings=readings,
-                        root_stress=stress)  # fmt: skip
+    return OnlineResult(reduced, sweep, comparison, size_mib, executor is not None, conditions, basis_path.name,
+                        readings=readings, root_stress=stress)  # fmt: skip

@@ -156,7 +156,7 @@ def summary_rows(result: OnlineResult) -> list[tuple[str, float | int | None, st
         *_root_stress_rows(result),
         ("reduced model size", s["rom_size"], "", "unknowns at most"),
         ("online time", s["online_ms_per_position"], "ms", f"per position, {len(result.sweep.phi_rad)} angles x "
-         f"{len(result.sweep.torque_Nm)} torques" + (f", {result.jobs} threads" if result.jobs > 1 else "")),
+         f"{len(result.sweep.torque_Nm)} torques" + (", in parallel" if result.parallel else "")),
     ]  # fmt: skip
     if comparison is not None:
         positions = f"{comparison.full.ste_um.size} unseen positions"

@@ -74,7 +74,7 @@ def test_progress_counts_every_solution(case, full):
 def test_a_sweep_is_over_the_torques_angles_and_axes_that_it_is_asked_for(model):
     phi = np.array([0.0, 0.02, 0.11])
     apart = pmor.Misalignment(centre_distance_um=10.0)
-    result = model.sweep([30, 90.0], phi, apart, extrapolate=True)
+    result = model.sweep([30, 90.0], phi, misalignment=apart, extrapolate=True)
     assert result.ste_um.shape == (2, 3)
     np.testing.assert_array_equal(result.torque_Nm, [30.0, 90.0])
     np.testing.assert_array_equal(result.phi_rad, phi)

@@ -134,8 +134,8 @@ def test_a_model_refuses_a_format_that_it_does_not_have(model, tmp_path):
 
 
 def test_a_report_is_what_a_run_leaves(tmp_path, model):
-    page = model.report(tmp_path / "out")
-    assert page == tmp_path / "out" / "report.html"
+    report = model.report(tmp_path / "out")
+    assert report.page == tmp_path / "out" / "report.html"
     result = model.sweep()
     write_ste_csv(tmp_path / "ste.csv", result.sweep)
     columns = [read(path, "ste_um") for path in (tmp_path / "ste.csv", tmp_path / "out" / "ste.csv")]

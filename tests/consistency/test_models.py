@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose
 import pmor.jobs.offline
 import pmor.pair.model
 from pmor.app.cli import main
-from pmor.app.plan import plan_text
+from pmor.app.plan import plan
 from pmor.body.elastic_gear import with_layer
 from pmor.case import basis_key, change_case, model_names, other_models, parse_case, without_models
 from pmor.core.errors import CaseError
@@ -225,13 +225,13 @@ def test_a_load_beyond_a_model_is_refused_by_name_before_anything_is_solved(tmp_
 
 def test_the_plan_tells_models_stages_and_what_is_shared():
     case = case_with("paper", "direct")
-    text = plan_text(case)
+    text = plan(case)
     for words in ("positions; 8 full solves", "line_loads, the case's own; nothing is trained", "training, paper",
                   "comparison, direct", "paper, direct: the same gears, whatever the contact"):  # fmt: skip
         assert words in text
     assert "finite elements, paper" not in text
     patches = case_with("line", contact={"scheme": "direct"}, reduction={"shapes": "flank_lines"})
-    assert "finite elements, line" in plan_text(patches), "the layer below the flank is not known there"
+    assert "finite elements, line" in plan(patches), "the layer below the flank is not known there"
     names = [stage.name for stage in stages(case)]
     alone = [stage.name for stage in stages(without_models(case))]
     assert [name for name in names if not name.endswith((", paper", ", direct"))] == alone

@@ -1,6 +1,7 @@
 """The offline stage as a job: interrupted, resumed, in threads, and with solves that fail."""
 
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import h5py
 import numpy as np
@@ -126,7 +127,8 @@ def test_parts_of_another_case_and_damaged_parts_are_solved_again(tiny, whole, t
 
 def test_two_at_a_time_give_the_same_basis(tiny, whole, tmp_path):
     path = tmp_path / "basis.h5"
-    assert run_offline(*tiny, path, jobs=2).solved == 4
+    with ThreadPoolExecutor(2) as executor:
+        assert run_offline(*tiny, path, executor=executor).solved == 4
     assert_same_basis(path, whole)
 
 

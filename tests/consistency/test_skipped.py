@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import pmor.pair.model
-from pmor.app.plan import plan_text
+from pmor.app.plan import plan
 from pmor.app.skipped import computed, scene, skipped, unknowns
 from pmor.case import change_case, load_case, parse_case
 from pmor.fe.assembly import degrees_of_freedom
@@ -75,7 +75,7 @@ def test_root_stress_is_left_out_where_it_is_off_or_has_no_line_loads(changes, w
 
 
 def test_the_plan_prints_what_because_and_savings():
-    lines = [" ".join(line.split()) for line in plan_text(load_case("cases/paper_spur.toml")).splitlines()]
+    lines = [" ".join(line.split()) for line in plan(load_case("cases/paper_spur.toml")).splitlines()]
     assert "the wheel's finite elements the gears are identical" in lines
     assert "saves 4132 unknowns, 207 right-hand sides" in lines
     assert "half the face width spur teeth, nodes at mid width: symmetric" in lines
@@ -92,15 +92,15 @@ def test_maps_are_left_out_where_they_are_not_asked_for():
 
 def test_the_plan_warns_of_a_load_beyond_linear_elasticity():
     heavy = {"torques_Nm": [1e3]}
-    text = plan_text(case(load={"torque_Nm": 1e3}, offline=heavy, online=heavy, compare=heavy))
+    text = plan(case(load={"torque_Nm": 1e3}, offline=heavy, online=heavy, compare=heavy))
     assert "! Hertz pressure" in text
 
 
 def test_the_plan_says_where_the_sweep_extrapolates():
     online = {"torques_Nm": [100.0, 200.0], "extrapolate": True}
     expected = "! the sweep extrapolates: torque to 200 N m, trained to 160 N m; read its error bar"
-    assert expected in plan_text(case(online=online)).splitlines()
-    assert "extrapolates" not in plan_text(case(online={"extrapolate": True}))
+    assert expected in plan(case(online=online)).splitlines()
+    assert "extrapolates" not in plan(case(online={"extrapolate": True}))
 
 
 @pytest.mark.parametrize(
@@ -220,7 +220,7 @@ def test_as_many_states_are_solved_as_are_announced(training, tmp_path, few_cand
     run_offline(some, elastic_model(some, mesh_model(some)), tmp_path / "b.h5", estimate=estimate_errors)
     solved = read_basis(tmp_path / "b.h5").training.converged.size
     assert full_solves(some) == solved
-    line = next(line for line in plan_text(some).splitlines() if "offline, full contact solves" in line)
+    line = next(line for line in plan(some).splitlines() if "offline, full contact solves" in line)
     assert line.split()[4] == str(solved)
     assert text in line
 
@@ -232,9 +232,9 @@ def test_what_static_modes_save_is_the_training_that_the_case_describes():
 
 def test_ranges_are_printed_where_the_training_is_spread_over_them():
     ranges = "ranges of the training torque 40 to 160 N m, in plane -10 to 10 um, out of plane 0 to 5 um"
-    spread = plan_text(case(offline={"sampling": "sobol", **TILT}))
+    spread = plan(case(offline={"sampling": "sobol", **TILT}))
     assert ranges in " ".join(spread.split())
-    assert "ranges of the training" not in plan_text(case(offline=TILT))
+    assert "ranges of the training" not in plan(case(offline=TILT))
 
 
 @pytest.mark.parametrize("changes", [{}, UNEQUAL], ids=["alike", "unequal"])

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from pmor.app.plan import plan_text
+from pmor.app.plan import plan
 from pmor.case import basis_key, change_case, describe, load_case, make_case, parse_case, text_of, without_models
 from pmor.core.errors import CaseError, GeometryError
 from pmor.gear.condition import Assembly, Misalignment
@@ -121,12 +121,12 @@ def test_a_plan_lists_the_modifications_that_are_there(crowned):
 
 
 def test_a_plan_lists_the_conditions_with_what_differs(crowned):
-    text = plan_text(crowned)
+    text = plan(crowned)
     listed = text.split("Conditions beside the case's own\n")[1].split("\n\n")[0].splitlines()
     assert listed[0].split() == ["condition", "1", "100", "N", "m;", "centre_distance_um", "3"]
     assert "low" in listed[1]
     assert listed[1].endswith("centre_distance_um -2; pinion profile_crowning_um = 2.0; wheel tip_relief_um = 4.0")
-    assert "Conditions" not in plan_text(parse_case(case_text(), "small", "case"))
+    assert "Conditions" not in plan(parse_case(case_text(), "small", "case"))
 
 
 def test_modifications_enter_a_basis_only_where_training_depends_on_them(crowned):

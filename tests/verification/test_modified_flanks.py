@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.app.full import full_model
-from pmor.app.model import load_model, train
+from pmor.app.training import load_model, train
 from pmor.case import change_case, parse_case
 from pmor.core.conventions import rotation_z
 from pmor.core.errors import CaseError

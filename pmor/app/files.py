@@ -1,0 +1,74 @@
+"""Files looked into: what they hold, and whether a basis obeys its laws."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from pmor.app.full import FullModel, full_model
+from pmor.campaigns.describe import folder_text
+from pmor.core.progress import Progress, Steps, quietly
+from pmor.jobs.verify import UNSEEN_STATES, Check, checks_text, verify_basis
+from pmor.storage.basis_file import read_basis
+from pmor.storage.describe import file_text
+
+
+@dataclass(frozen=True)
+class Verification:
+    """The laws of a basis, held against full FE of its case.
+
+    Parameters
+    ----------
+    path : Path
+    checks : tuple of Check
+        Each with ``name``, ``value``, ``limit`` and ``ok``.
+    """
+
+    path: Path
+    checks: tuple[Check, ...]
+
+    @property
+    def failures(self) -> tuple[str, ...]:
+        """Laws that the basis does not obey, in words."""
+        return tuple(f"{c.name} ({c.value:.2g}, at most {c.limit:.2g})" for c in self.checks if not c.ok)
+
+    def __str__(self) -> str:
+        return checks_text(self.checks)
+
+
+def info(path: Path | str) -> str:
+    """Return what is in an HDF5 file of pmor, or in the folder of a campaign, as text.
+
+    Raises
+    ------
+    FileFormatError
+        When the file is foreign, damaged, or of another version.
+    """
+    source = Path(path)
+    return folder_text(source) if source.is_dir() else file_text(source)
+
+
+def verify(path: Path | str, full: FullModel | None = None, *, progress: Steps = quietly) -> Verification:
+    """Hold a basis file against full FE of its case, as `pmor info --verify` does.
+
+    Parameters
+    ----------
+    path : Path or str
+    full : FullModel, optional
+        Of the case in the file; made anew by default.
+    progress : callable
+        Called with the number of full solutions done.
+
+    Returns
+    -------
+    Verification
+
+    Raises
+    ------
+    FileFormatError
+        When the file is no basis, damaged, or of another version.
+    """
+    basis = read_basis(Path(path))
+    model = (full or full_model(basis.case)).elastic
+    with Progress(UNSEEN_STATES, "full FE, unseen states", further=progress) as bar:
+        return Verification(Path(path), verify_basis(basis, model, bar.step))

@@ -1,0 +1,206 @@
+"""A case run as a whole: models, sweeps, comparison with full FE, and all files that `pmor run` leaves in a folder."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pmor.app.full import solve_bodies
+from pmor.app.result import SweepResult
+from pmor.case import Case, text_of
+from pmor.case.live_page import takes_whole_width
+from pmor.case.width import whole_width
+from pmor.core.progress import Steps, quietly
+from pmor.jobs.live import live_pair
+from pmor.jobs.models import OWN_BASIS, basis_names, meshed_models, run_models, unfinished
+from pmor.jobs.online import run_online
+from pmor.mesh.sector import SectorMesh
+from pmor.pair.conditions import assembly_of
+from pmor.pair.model import ElasticModel, refuse_loads
+from pmor.report.run_page import page_files, write_pages
+from pmor.report.screen import result_text
+from pmor.report.summary import result_files, summary, write_results
+from pmor.results.root_stress import RootStress
+from pmor.storage.results_folder import default_folder, results_folder, start_results
+from pmor.work.cost import meshed_within_memory, refuse_beyond_memory
+from pmor_online.compare import Comparison
+from pmor_online.model import ReducedPair
+from pmor_online.run import OnlineResult
+
+
+@dataclass(frozen=True, repr=False)
+class RunResult:
+    """What a run has found, and the folder with its files.
+
+    Parameters
+    ----------
+    found : OnlineResult
+    folder : Path
+    """
+
+    found: OnlineResult
+    folder: Path
+
+    @property
+    def case(self) -> Case:
+        """The case that was run."""
+        return self.found.case
+
+    @property
+    def sweep(self) -> SweepResult:
+        """The sweep of the case's own reduced model."""
+        reduced = self.found.reduced
+        return SweepResult(self.found.sweep, reduced.meshed.pair, reduced, assembly_of(self.case))
+
+    @property
+    def comparison(self) -> Comparison | None:
+        """The reduced model beside full FE at unseen angles; None where full FE was left out."""
+        return self.found.comparison
+
+    @property
+    def root_stress(self) -> RootStress | None:
+        """Stress along the root fillets; None where the case does not ask for it."""
+        return self.found.root_stress
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """Figures as plain data: the content of `summary.json`."""
+        return summary(self.found)
+
+    @property
+    def page(self) -> Path | None:
+        """The report page; None where there is none."""
+        path = self.folder / "report.html"
+        return path if path.exists() else None
+
+    @property
+    def failures(self) -> tuple[str, ...]:
+        """Positions that did not converge, in words."""
+        return self.found.all_failures
+
+    def __repr__(self) -> str:
+        return f"<RunResult of {self.case.name!r} in {str(self.folder)!r}: {self.sweep!r}>"
+
+    def __str__(self) -> str:
+        return result_text(self.found)
+
+
+def run_case(
+    case: Case, folder: Path | str | None = None, *, pages: bool = True, overwrite: bool = False,
+    executor: Executor | None = None, progress: Steps = quietly, inputs: Sequence[Path] = (),
+) -> RunResult:  # fmt: skip
+    """Do everything that a case asks for, and leave what `pmor run` leaves.
+
+    A valid basis in the folder is taken over, and an interrupted training continued.
+
+    Parameters
+    ----------
+    case : Case
+    folder : Path or str, optional
+        For the results, made unless it is there; ``out/<name of the case>`` by default.
+    pages : bool
+        Write pictures and report page too, as far as the case asks for them; without, it is `pmor compare`.
+    overwrite : bool
+        Replace files there, whoever wrote them, and train anew.
+    executor : concurrent.futures.Executor, optional
+        Of threads: shares out full solutions and angles; the results are the same to the last bit.
+    progress : callable
+        Called with the number of positions solved.
+    inputs : sequence of Path
+        Files that are not replaced at any rate, such as that of the case.
+
+    Returns
+    -------
+    RunResult
+
+    Raises
+    ------
+    CaseError, GeometryError, MeshError
+        When there is no such gear, pair or mesh, or the load is beyond it.
+    ConvergenceError
+        When no full solution of the training converged.
+    OutputError
+        When somebody else's file is in the way, or the folder cannot be written to.
+    """
+    target = default_folder(case.name) if folder is None else Path(folder)
+    names = basis_names(case) if overwrite else ()
+    return _run_models(case, target, None, None, names, pages, overwrite, executor, progress, inputs)
+
+
+def run_model(
+    case: Case, save: Callable[[Path], None], elastic: ElasticModel | None, folder: Path, *, overwrite: bool,
+    executor: Executor | None, progress: Steps,
+) -> RunResult:  # fmt: skip
+    """Do the same with a trained model: see `pmor.app.model.ReducedModel.report`.
+
+    Parameters
+    ----------
+    case : Case
+        Of the model.
+    save : callable
+        Writes its basis file.
+    elastic : ElasticModel, optional
+        Full FE of the case; made anew where there is none.
+    folder, overwrite, executor, progress
+        As in `run_case`.
+    """
+    names = basis_names(case) if overwrite else (OWN_BASIS,)
+    return _run_models(case, folder, save, elastic, names, True, overwrite, executor, progress, ())
+
+
+def _run_models(
+    case: Case, folder: Path, save: Callable[[Path], None] | None, elastic: ElasticModel | None,
+    names: Sequence[str], pages: bool, overwrite: bool, executor: Executor | None, progress: Steps,
+    inputs: Sequence[Path],
+) -> RunResult:  # fmt: skip
+    started = time.perf_counter()
+    # What cannot be meshed is refused before any folder is made.
+    mesh, others = elastic.mesh if elastic else meshed_within_memory(case), meshed_models(case)
+    files = (*result_files(case), *(page_files(case) if pages else ()), *names)
+    with results_folder(folder, files, unfinished(case), overwrite, inputs):
+        model = elastic or solve_bodies(case, mesh)
+        if save is not None:
+            save(folder / OWN_BASIS)
+        found = run_models(case, model, others, folder, given=save is not None, executor=executor,
+                           overwrite=overwrite, started=started, progress=progress)  # fmt: skip
+        _write(found, folder, mesh.pinion, pages)
+    return RunResult(found, folder)
+
+
+def sweep_model(
+    reduced: ReducedPair, basis: Path | Callable[[Path], None], folder: Path, *, overwrite: bool,
+    executor: Executor | None, progress: Steps, inputs: Sequence[Path],
+) -> RunResult:  # fmt: skip
+    """Sweep with a reduced model alone, and leave what `pmor online` leaves.
+
+    Parameters
+    ----------
+    reduced : ReducedPair
+    basis : Path or callable
+        Basis file of the model, or what writes one: it is left beside the results.
+    folder, overwrite, executor, progress, inputs
+        As in `run_case`.
+    """
+    case = reduced.basis.case
+    refuse_loads(case, reduced.meshed)  # a sweep may go beyond those that the training has been through
+    if takes_whole_width(case):
+        refuse_beyond_memory(whole_width(case))
+    names = (*result_files(case), *page_files(case), *((OWN_BASIS,) if callable(basis) else ()))
+    with results_folder(folder, names, (), overwrite, inputs):
+        if callable(basis):
+            basis(folder / OWN_BASIS)
+        path = folder / OWN_BASIS if callable(basis) else basis
+        found = run_online(reduced, path, executor=executor, progress=progress)
+        _write(found, folder, None, True)
+    return RunResult(found, folder)
+
+
+def _write(found: OnlineResult, folder: Path, mesh: SectorMesh | None, pages: bool) -> None:
+    start_results(folder, text_of(found.case))
+    write_results(found, folder)
+    if pages:
+        write_pages(found, mesh, folder, live_pair(found.reduced))

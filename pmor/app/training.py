@@ -1,0 +1,131 @@
+"""Reduced models trained, read from files, and held against full FE."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import replace
+from pathlib import Path
+
+from pmor.app.full import FullModel, full_model, solve_bodies
+from pmor.app.model import ReducedModel
+from pmor.case import Case
+from pmor.core.errors import CaseError
+from pmor.core.progress import Steps, quietly
+from pmor.jobs.offline import OfflineSummary, parts_of, run_offline
+from pmor.storage.atomic import ensure_writable, refuse_existing
+from pmor.storage.basis_file import read_basis, require_made_from
+from pmor.storage.results_folder import refuse_foreign_folder, refuse_in_the_way
+from pmor.work.cost import meshed_within_memory, refuse_large_basis
+from pmor_offline.train import train as train_basis
+from pmor_online.compare import Comparison, compare_models
+from pmor_online.errors import estimate_errors
+
+
+def train(
+    case: Case, full: FullModel | None = None, *, file: Path | str | None = None, resume: bool = False,
+    overwrite: bool = False, executor: Executor | None = None, progress: Steps = quietly,
+) -> ReducedModel:  # fmt: skip
+    """Solve full FE over the training of a case and reduce it.
+
+    Parameters
+    ----------
+    case : Case
+    full : FullModel, optional
+        Of a case with the same pair, mesh and contact scheme, where there is one already.
+    file : Path or str, optional
+        Basis file to write, as `pmor offline` does. Full solutions are kept beside it until then, for `resume`.
+    resume : bool
+        Take over the full solutions that an interrupted training of this file has left.
+    overwrite : bool
+        Replace the file.
+    executor : concurrent.futures.Executor, optional
+        Of threads: shares out the full solutions; the result is the same to the last bit.
+    progress : callable
+        Called with the number of full solutions done.
+
+    Returns
+    -------
+    ReducedModel
+        Its ``failures`` name the full solutions that did not converge.
+
+    Raises
+    ------
+    CaseError, GeometryError, MeshError
+        As `full_model`.
+    ConvergenceError
+        When no full solution converged.
+    OutputError
+        When the file exists and may not be replaced, or cannot be written.
+    """
+    if file is not None:
+        train_file(case, Path(file), full=full, resume=resume, overwrite=overwrite, executor=executor,
+                   progress=progress)  # fmt: skip
+        return load_model(file)
+    if resume:
+        raise CaseError("resume = True: takes a file beside which full solutions are kept: pass file as well")
+    model = (full or full_model(case)).elastic
+    trained = train_basis(case, model, estimate_errors, executor, lambda: progress(1))
+    return ReducedModel(trained.basis, trained.force)
+
+
+def train_file(
+    case: Case, path: Path, *, full: FullModel | None = None, resume: bool = False, overwrite: bool = False,
+    executor: Executor | None = None, progress: Steps = quietly, inputs: Sequence[Path] = (),
+) -> OfflineSummary:  # fmt: skip
+    """Train a case and write its basis file; parameters as of `train`, and files that are not replaced at any rate."""
+    started = time.perf_counter()
+    # Before the work, not after it.
+    refuse_existing(path, overwrite)
+    refuse_in_the_way([path], overwrite, inputs)
+    mesh = full.elastic.mesh if full else meshed_within_memory(case)
+    ensure_writable(path.parent)
+    refuse_foreign_folder(parts_of(path))
+    elastic = full.elastic if full else solve_bodies(case, mesh)
+    return run_offline(case, elastic, path, executor=executor, resume=resume, overwrite=overwrite, started=started,
+                       progress=progress)  # fmt: skip
+
+
+def load_model(path: Path | str, *, case: Case | None = None) -> ReducedModel:
+    """Read a model that `ReducedModel.save`, `train` or `pmor offline` has written.
+
+    Parameters
+    ----------
+    path : Path or str
+    case : Case, optional
+        Whose sweep to ask for, rather than that of the case in the file: of the same pair, mesh and training.
+
+    Raises
+    ------
+    FileFormatError
+        When the file is foreign, damaged, of another version, or made from another pair, mesh or training.
+    CaseError
+        When a sweep would take more memory than there is.
+    """
+    source = Path(path)
+    refuse_large_basis(source)
+    basis = read_basis(source)
+    if case is not None:
+        require_made_from(source, basis, case)
+        basis = replace(basis, case=case)
+    return ReducedModel(basis, source=source)
+
+
+def compare(
+    model: ReducedModel, full: FullModel | None = None, *, executor: Executor | None = None, progress: Steps = quietly
+) -> Comparison:
+    """Hold a reduced model against full FE at angles that no training has seen, as many as its case says.
+
+    Parameters
+    ----------
+    model : ReducedModel
+    full : FullModel, optional
+        Made anew by default.
+    executor : concurrent.futures.Executor, optional
+        Of threads: shares out the angles.
+    progress : callable
+        Called with the number of angles done.
+    """
+    elastic = (full or full_model(model.case)).elastic
+    return compare_models(model.reduced, elastic, lambda: progress(1), executor)

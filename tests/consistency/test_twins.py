@@ -1,0 +1,123 @@
+"""What a command leaves, its Python call leaves too: the same files, the same numbers."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+import pmor
+from pmor.app.cli import main
+from tests.support.small_case import case_text
+from tests.support.stored_files import results_in
+
+LINES = {"contact": {"scheme": "line", "lodm_profile": 1}, "reduction": {"shapes": "line_loads"}}
+# What differs from run to run: wall times.
+TIMED = ("online_ms_per_position", "full_ms_per_position", "offline_s", "seconds")
+
+
+def small(folder, **changes):
+    path = folder / "small.toml"
+    path.write_text(case_text(**changes))
+    return path
+
+
+def untimed(value):
+    """Plain data without wall times."""
+    if isinstance(value, dict):
+        return {key: untimed(entry) for key, entry in value.items() if key not in TIMED}
+    return [untimed(entry) for entry in value] if isinstance(value, list) else value
+
+
+def assert_alike(one: Path, other: Path):
+    """Two folders of results: the same files, and the same figures in those for machines."""
+    assert results_in(one) == results_in(other) != set()
+    for name in results_in(one):
+        if name.endswith(".json"):
+            found, expected = (untimed(json.loads((folder / name).read_text())) for folder in (one, other))
+            assert found == expected, name
+        elif name.endswith(".csv"):
+            assert (one / name).read_text() == (other / name).read_text(), name
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """A case of line loads with all that a page can show, its file, and what `pmor run` leaves of it."""
+    folder = tmp_path_factory.mktemp("run")
+    more = {
+        "mesh": {"profile_elements": 8, "error_bar": True},
+        "results": {"root_stress": True},
+        "compare": {"models": ["line", "direct"]},
+        "output": {"format": ["png"]},
+    }
+    path = small(folder, **LINES, **more)
+    assert main(["run", str(path), "--out", str(folder / "command")]) == 0
+    return path, folder / "command"
+
+
+@pytest.fixture(scope="module")
+def model(run):
+    return pmor.load_model(run[1] / "basis.h5")
+
+
+def test_run(run, tmp_path):
+    path, folder = run
+    result = pmor.run_case(pmor.load_case(path), tmp_path / "python")
+    assert_alike(folder, tmp_path / "python")
+    assert result.failures == ()
+    assert untimed(result.summary).keys() == untimed(json.loads((folder / "summary.json").read_text())).keys()
+
+
+def test_a_report_of_a_model_is_that_of_a_run(run, tmp_path):
+    """With K_Hbeta, pressure, root stress, all models and the live page."""
+    path, folder = run
+    model = pmor.train(pmor.load_case(path))
+    result = model.report(tmp_path / "python", full=pmor.full_model(model.case))
+    assert_alike(folder, tmp_path / "python")
+    assert result.summary["k_h_beta"] > 1.0
+    assert result.root_stress is not None
+    page = (tmp_path / "python" / "report.html").read_text()
+    assert "Change the pair" in page
+    assert "too long" not in page
+
+
+def test_compare(run, tmp_path):
+    path, _ = run
+    assert main(["compare", str(path), "--out", str(tmp_path / "command")]) == 0
+    pmor.run_case(pmor.load_case(path), tmp_path / "python", pages=False)
+    assert_alike(tmp_path / "command", tmp_path / "python")
+
+
+def test_offline(run, tmp_path, capsys):
+    path, _ = run
+    assert main(["offline", str(path), "-o", str(tmp_path / "command.h5")]) == 0
+    model = pmor.train(pmor.load_case(path), file=tmp_path / "python.h5", resume=True)
+    assert model.source == tmp_path / "python.h5"
+    capsys.readouterr()
+    found = [pmor.info(tmp_path / f"{name}.h5").splitlines()[2:] for name in ("command", "python")]
+    assert found[0] == found[1]
+
+
+def test_online(run, model, tmp_path):
+    path, folder = run
+    assert main(["online", str(folder / "basis.h5"), "-o", str(tmp_path / "command")]) == 0
+    result = model.report(tmp_path / "python", compare=False)
+    assert_alike(tmp_path / "command", tmp_path / "python")
+    assert result.comparison is None
+
+    other = tmp_path / "small.toml"
+    other.write_text(path.read_text().replace("angles_per_pitch = 4\ntorques_Nm = [100.0]", "angles_per_pitch = 6"))
+    assert main(["online", str(folder / "basis.h5"), "--case", str(other), "-o", str(tmp_path / "six")]) == 0
+    pmor.load_model(folder / "basis.h5", case=pmor.load_case(other)).report(tmp_path / "also", compare=False)
+    assert_alike(tmp_path / "six", tmp_path / "also")
+
+
+def test_a_model_without_a_file_is_left_beside_its_sweep(model, tmp_path):
+    pmor.ReducedModel(model.basis, model.force or pmor.train(model.case).force).report(tmp_path / "out", compare=False)
+    assert "basis.h5" in results_in(tmp_path / "out")
+
+
+def test_to_resume_takes_a_file(model):
+    with pytest.raises(pmor.CaseError, match="resume = True: takes a file"):
+        pmor.train(model.case, resume=True)
