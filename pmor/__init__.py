@@ -52,10 +52,10 @@ if TYPE_CHECKING:
     from pmor.app.plan import plan
     from pmor.app.result import ConditionsResult, SweepResult
     from pmor.app.rexs import import_rexs
-    from pmor.campaigns.result import CampaignResult
-    from pmor.campaigns.run import campaign
     from pmor.app.run import RunResult, run_case
     from pmor.app.training import compare, load_model, train
+    from pmor.campaigns.result import CampaignResult
+    from pmor.campaigns.run import campaign
     from pmor.case import Case, change_case, load_case, make_case
     from pmor.core.errors import (
         CaseError,

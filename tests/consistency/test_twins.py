@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import pmor
@@ -89,14 +90,39 @@ def test_compare(run, tmp_path):
     assert_alike(tmp_path / "command", tmp_path / "python")
 
 
-def test_offline(run, tmp_path, capsys):
+def test_offline(run, tmp_path):
     path, _ = run
-    assert main(["offline", str(path), "-o", str(tmp_path / "command.h5")]) == 0
-    model = pmor.train(pmor.load_case(path), file=tmp_path / "python.h5", resume=True)
-    assert model.source == tmp_path / "python.h5"
-    capsys.readouterr()
-    found = [pmor.info(tmp_path / f"{name}.h5").splitlines()[2:] for name in ("command", "python")]
-    assert found[0] == found[1]
+    assert main(["offline", str(path), "-o", str(tmp_path / "command" / "basis.h5")]) == 0
+    model = pmor.train(pmor.load_case(path), file=tmp_path / "python" / "basis.h5", resume=True)
+    assert model.source == tmp_path / "python" / "basis.h5"
+    assert_alike(tmp_path / "command", tmp_path / "python")
+    command = pmor.load_model(tmp_path / "command" / "basis.h5")
+    np.testing.assert_array_equal(command.sweep().ste_um, model.sweep().ste_um)
+
+
+def test_plan(run, capsys):
+    path, _ = run
+    assert main(["plan", str(path)]) == 0
+    assert capsys.readouterr().out == pmor.plan(pmor.load_case(path)) + "\n"
+
+
+def test_info_and_verify(run, capsys):
+    _, folder = run
+    assert main(["info", "--verify", str(folder / "basis.h5")]) == 0
+    found = pmor.verify(folder / "basis.h5")
+    assert capsys.readouterr().out == f"{pmor.info(folder / 'basis.h5')}\n{found}\n"
+    assert found.failures == ()
+
+
+@pytest.mark.parametrize("to", ["csv", "rexs", "vtkhdf"])
+def test_export(run, tmp_path, to):
+    _, folder = run
+    assert main(["export", str(folder / "basis.h5"), "--to", to, "-o", str(tmp_path / "command")]) == 0
+    assert pmor.export_file(folder / "basis.h5", to, tmp_path / "python") == tmp_path / "python"
+    if to == "csv":
+        assert_alike(tmp_path / "command", tmp_path / "python")
+    else:
+        assert (tmp_path / "command").stat().st_size == (tmp_path / "python").stat().st_size > 1000
 
 
 def test_online(run, model, tmp_path):
