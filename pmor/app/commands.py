@@ -83,26 +83,19 @@ def study(
 
     use_one_thread()  # before anything loads numpy
     from pmor.core.errors import ConvergenceError
-    from pmor.lab.study.loader import load_study
-    from pmor.lab.study.settings import quick_study
+    from pmor.core.threads import threads
+    from pmor.lab.study.loader import load
+    from pmor.lab.study.run import run
+    from pmor.storage.results_folder import default_folder
 
-    settings = load_study(study_path)
-    settings = quick_study(settings) if quick else settings
-    from pmor.lab.study.output import FILES, study_text, write_study
-    from pmor.lab.study.run import WORKING, run_parts
-    from pmor.lab.study.table import study_table
-    from pmor.storage.results_folder import default_folder, results_folder, start_results
-
+    settings = load(study_path, quick=quick)
     folder = out or default_folder(settings.name, "_quick" * quick)
-    with results_folder(folder, FILES, WORKING, overwrite, (study_path, settings.base)):
-        parts = run_parts(settings, folder, jobs, overwrite)
-        table = study_table(parts)
-        start_results(folder, f"{settings!r}\n{settings.base.read_text(encoding='utf-8')}")
-        write_study(parts, table, folder)
-    print(study_text(parts, table))
-    print(f"  results in {folder}")
-    if table.failures:
-        raise ConvergenceError(f"{len(table.failures)} did not converge, first: {table.failures[0]}", [])
+    with threads(jobs) as executor:
+        result = run(settings, folder=folder, overwrite=overwrite, executor=executor)
+    result.write(folder, overwrite=overwrite)
+    print(f"{result}\n  results in {folder}")
+    if result.failures:
+        raise ConvergenceError(f"{len(result.failures)} did not converge, first: {result.failures[0]}", [])
 
 
 def convergence(case_path: Path, out: Path | None = None, overwrite: bool = False) -> None:

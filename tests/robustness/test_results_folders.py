@@ -45,7 +45,7 @@ def no_work(monkeypatch):
         pytest.fail("this should have been refused before the work")
 
     monkeypatch.setattr(pmor.pair.model, "elastic_model", never)
-    monkeypatch.setattr(pmor.lab.study.run, "run_parts", never)
+    monkeypatch.setattr(pmor.lab.study.run, "run_pieces", never)
     monkeypatch.setattr(pmor.lab.bench, "run_bench", never)
 
 
@@ -83,13 +83,12 @@ def test_what_a_case_does_not_write_is_in_nobodys_way(case_file, tmp_path):
 
 
 @pytest.mark.parametrize("overwrite", [[], ["--overwrite"]])
-@pytest.mark.parametrize("folder", ["parts", "cells"])
-def test_a_study_leaves_a_users_own_folders_alone(folder, overwrite, tmp_path, no_work, capsys):
-    (tmp_path / folder).mkdir()
-    (tmp_path / folder / "thesis.txt").write_text("mine")
+def test_a_study_leaves_a_users_own_folder_alone(overwrite, tmp_path, no_work, capsys):
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "thesis.txt").write_text("mine")
     error = refused(capsys, "study", "cases/paper_study.toml", "--quick", "--out", tmp_path, *overwrite)
-    assert f"{tmp_path / folder}: is needed for unfinished work, and pmor did not make it; move it away" in error
-    assert (tmp_path / folder / "thesis.txt").read_text() == "mine"
+    assert f"{tmp_path / 'parts'}: is needed for unfinished work, and pmor did not make it; move it away" in error
+    assert (tmp_path / "parts" / "thesis.txt").read_text() == "mine"
 
 
 @pytest.mark.parametrize("resume", [[], ["--resume"]])

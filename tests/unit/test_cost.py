@@ -13,8 +13,8 @@ from pmor.case import change_case, load_case, without_models
 from pmor.core.errors import CaseError
 from pmor.core.memory import MemoryLimit
 from pmor.lab.core.models import ModelStore
-from pmor.lab.study.loader import load_study
-from pmor.lab.study.run import run_parts
+from pmor.lab.study.loader import load as load_study
+from pmor.lab.study.run import run as run_study
 from pmor.line.kernels.loads import solve_lines
 from pmor.pair.model import gear_pair, sector_meshes
 from pmor.work.cost import RESERVED_BYTES, refuse_beyond_memory, stages
@@ -98,7 +98,7 @@ def little_memory(monkeypatch):
 
 COMMANDS = {
     "run": "paper_spur.toml", "offline": "paper_spur.toml", "compare": "paper_spur.toml",
-    "reductions": "paper_spur.toml", "dynamics": "osu_dynamics.toml", "design": "osu_design.toml",
+    "reductions": "paper_hermite.toml", "dynamics": "osu_dynamics.toml", "design": "osu_design.toml",
     "study": "paper_study.toml", "bench": "paper_spur.toml",
 }  # fmt: skip
 
@@ -134,7 +134,7 @@ def test_a_basis_that_does_not_fit_is_refused_before_it_is_read(monkeypatch, cap
 def test_a_study_is_refused_before_its_first_cell(monkeypatch, tmp_path):
     monkeypatch.setattr(pmor.work.cost, "memory_limits", lambda: (limit(150 * MIB),))
     with pytest.raises(CaseError, match="takes about"):
-        run_parts(load_study(CASES / "paper_study.toml"), tmp_path / "out", 1, False)
+        run_study(load_study(CASES / "paper_study.toml"), folder=tmp_path / "out")
     assert not list(tmp_path.iterdir())
 
 

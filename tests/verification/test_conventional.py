@@ -15,7 +15,6 @@ from pmor.fe.sparse_direct import assemble_arc, factorise
 from pmor.fe.whole_gear import whole_gear_mesh
 from pmor.gear.condition import Condition, at_torques
 from pmor.lab.rivals.conventional import conventional_pair, solve_conventional
-from pmor.lab.rivals.conventional_cost import GearCost, StepEstimate, newton_step_seconds
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.penalty.solve import solve_position
 from tests.support.gear_models import POISSON, YOUNG, sector, tooth
@@ -180,38 +179,6 @@ def test_nested_dissection_fills_less_than_the_order_of_the_mesh(mesh, sectors):
     natural = sp.csc_array(assembled(mesh, arc, nodes)[dofs][:, dofs])
     assert ordered.shape == natural.shape
     assert factorise(ordered).nnz < 0.7 * factorise(natural).nnz
-
-
-# --- extrapolated cost ----------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("name", CASES)
-def test_arcs_foretell_the_cost_of_the_whole_pair(name):
-    case = parse_case(case_text(**CASES[name]), "small", "small case")
-    mesh = mesh_model(case)
-    whole = conventional_pair(case, mesh)
-    estimate = newton_step_seconds(case, mesh)
-    assert estimate.unknowns == whole.unknowns
-    assert estimate.sectors == (2, 4, 8)
-    for gear in (estimate.pinion, estimate.wheel):
-        first, second = np.diff(gear.entries) / np.diff(gear.sectors)
-        assert_allclose(first, second, rtol=0.1)  # linear, but for the separators at the top
-    regular = whole.stiffness + sp.coo_array(([1.0], ([whole.unknowns - 1], [whole.unknowns - 1]))).tocsc()
-    assert_allclose(estimate.factor_entries, factorise(regular).nnz, rtol=0.1)
-
-
-def test_each_tooth_costs_what_a_further_sector_adds():
-    pinion = GearCost(teeth=10, unknowns=300, sectors=(2, 4, 8), seconds=(1.0, 3.1, 7.0), entries=(100, 300, 700))
-    wheel = GearCost(teeth=20, unknowns=900, sectors=(2, 4), seconds=(2.0, 3.0), entries=(400, 600))
-    estimate = StepEstimate(pinion, wheel)
-    assert_allclose(estimate.seconds, 10 * 1.0 + 20 * 0.5)
-    assert_allclose(estimate.factor_entries, 10 * 100 + 20 * 100)
-    assert estimate.unknowns == 300 + 900 + 1
-
-
-def test_arcs_stay_within_the_memory_but_are_two_at_least():
-    case = parse_case(case_text(**CASES["identical, quadratic"]), "small", "small case")
-    assert newton_step_seconds(case, mesh_model(case), memory_bytes=1.0).sectors == (2, 4)
 
 
 def test_line_contact_is_refused():

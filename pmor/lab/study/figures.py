@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pmor.lab.core.measures import fitted_exponent
 from pmor.lab.study.paper import MODELS
-from pmor.lab.study.run import StudyParts
+from pmor.lab.study.parts import StudyParts
 from pmor.lab.study.settings import Cell
-from pmor.lab.study.table import Row, StudyTable, curve_of
+from pmor.lab.study.table import Row, StudyTable
 from pmor.lab.study.variants import variant_pictures
 from pmor.report.page import Picture
 from pmor.report.panels import log_log, name_points, panels
@@ -19,7 +18,6 @@ from pmor.report.style import COLOURS, new_figure, plot_style
 from pmor.work.front import pareto_front
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 MODEL_NAMES = {
@@ -31,7 +29,6 @@ MODEL_COLOURS = dict(zip(MODELS, (COLOURS[1], COLOURS[0], COLOURS[2]), strict=Tr
 MODEL_MARKERS = dict(zip(MODELS, ("^", "o", "s"), strict=True))
 # One colour per number of elements, the same in every panel and picture.
 MESH_COLOURS = ("#D55E00", "#009E73", "#0072B2", "#CC79A7", "#E69F00", "#56B4E9")
-TORQUE_MARKERS = "osv^D"
 # Share of the reference's own estimated error below which an error says nothing: the reference among the cells, say.
 LEAST_SHOWN = 0.1
 
@@ -59,19 +56,10 @@ def study_pictures(parts: StudyParts, found: StudyTable) -> list[Picture]:
                 "the same error. Offline time is not in it: see the break-even numbers. Below the dashed line the "
                 "reference itself is uncertain; what lies far below it is not shown.",
                 _error_over_time(found))  # fmt: skip
-        shown = _cost_panels(found)
-        if shown:
-            add("cost", "Run time per position over LoDM and over mesh, with the exponents of fitted power laws.",
-                _cost(shown))  # fmt: skip
     if study.rungs:
         add("ladder", "The ladder of contact schemes on coarse meshes: error against the reference, noise where one "
             "pair carries the load, and run time per position. Filled: condensed full FE; open: reduced model.",
             _ladder(parts, found))  # fmt: skip
-    cells = [cell for cell in solved if cell.detail == max(levels)]
-    if cells:
-        add("error_over_angle", "Where the errors sit. Above: reduced against full FE on the same mesh, at unseen "
-            "angles and the torques of the comparison. Below: condensed full FE against the reference at nominal "
-            "torque. Grey: two pairs in mesh.", _error_over_angle(parts, cells))  # fmt: skip
     return pictures
 
 
@@ -159,86 +147,6 @@ def _error_over_time(table: StudyTable) -> Figure:
             name_points(axes, [(x, y, row["cell"]) for x, y, row in points if row["model"] == "reduced"], left=True)
             axes.set(xlabel="Run time per position [ms]", ylabel=label)
     return figure
-
-
-def _cost_panels(table: StudyTable) -> list[tuple[str, str, str, list[Row]]]:
-    """Title, label and key of the horizontal axis, and rows of each panel in which a cost can be seen to grow."""
-    grid = [row for row in table.rows if row["variant"] is None and row["ms_per_position"] is not None]
-    coarsest, least = (min(row[key] for row in grid) for key in ("n_profile", "lodm"))
-    panels = [
-        (f"{coarsest} elements over the profile", "LoDM over the profile [-]", "lodm",
-         [row for row in grid if row["n_profile"] == coarsest]),
-        (f"LoDM {least}", "Elements over the profile [-]", "n_profile", [row for row in grid if row["lodm"] == least]),
-    ]  # fmt: skip
-    return [panel for panel in panels if len({row[panel[2]] for row in panel[3]}) > 1]
-
-
-def _cost(shown: Sequence[tuple[str, str, str, list[Row]]]) -> Figure:
-    with panels(len(shown), 4.6 * len(shown) + 0.4, 4.4, sharey=True) as (figure, all_axes):
-        for axes, (title, label, key, rows) in zip(all_axes, shown, strict=True):
-            _cost_panel(axes, rows, key)
-            axes.set(title=title, xlabel=label)
-        all_axes[0].set_ylabel("Run time per position [ms]")
-    return figure
-
-
-def _cost_panel(axes: Axes, rows: Sequence[Row], key: str) -> None:
-    for model in MODELS:
-        own = sorted((row[key], row["ms_per_position"]) for row in rows if row["model"] == model)
-        if not own:
-            continue
-        x, y = zip(*own, strict=True)
-        exponent = fitted_exponent(x, y)
-        fit = f": exponent {exponent:.2f}" if np.isfinite(exponent) else ""
-        axes.plot(x, y, MODEL_MARKERS[model] + "-", color=MODEL_COLOURS[model], label=MODEL_NAMES[model] + fit)
-    log_log(axes, sorted({row[key] for row in rows}))
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16))
-
-
-def _error_over_angle(parts: StudyParts, cells: Sequence[Cell]) -> Figure:
-    from matplotlib.lines import Line2D
-
-    with plot_style():
-        figure = new_figure(8.6, 6.4)
-        above, below = figure.subplots(2, 1, sharex=True)
-        reference = _reference_curve(parts)
-        for colour, cell in zip(COLOURS, cells, strict=False):
-            part = parts.results[f"cell {cell.label}"]
-            full, reduced = (part["comparison"][key] for key in ("full", "reduced"))
-            phi = np.degrees(full["phi_rad"])
-            for marker, slow, fast in zip(TORQUE_MARKERS, full["ste_um"], reduced["ste_um"], strict=False):
-                error = 100.0 * (np.array(fast, dtype=float) / np.array(slow, dtype=float) - 1.0)
-                above.plot(phi, error, marker, ms=3.5, color=colour)
-            if reference is not None:
-                angle, ste = _closed(part["full"])
-                below.plot(angle, ste - _closed(reference)[1], color=colour)
-        above.axhline(0.0, color="#555555", lw=0.8)
-        above.set_ylabel("STE reduced / full - 1 [%]")
-        above.set_title("Reduced against full FE, same mesh")
-        below.set_ylabel("STE - STE of the reference [µm]")
-        below.set_title("Mesh against reference")
-        below.set_xlabel("Pinion roll angle [deg]")
-        if reference is not None:
-            _shade_double_contact((above, below), reference)
-        torques = [
-            Line2D([], [], ls="", marker=marker, ms=4, color="#555555", label=f"{torque:g} N m")
-            for marker, torque in zip(TORQUE_MARKERS, full["torque_Nm"], strict=False)
-        ]
-        names = [Line2D([], [], color=c, label=cell.label) for c, cell in zip(COLOURS, cells, strict=False)]
-        above.legend(handles=[*names, *torques], loc="center left", bbox_to_anchor=(1.01, 0.5))
-        below.legend(handles=names, loc="center left", bbox_to_anchor=(1.01, 0.5))
-    return figure
-
-
-def _shade_double_contact(panels: Sequence[Axes], data: Any) -> None:
-    """Grey where more than one pair carries load in the reference."""
-    phi, pitch = np.degrees(data["phi_rad"]), float(np.degrees(data["pitch_rad"]))
-    double = (curve_of(data).pair_share > 0.0).sum(axis=1) > 1
-    half = 0.5 * pitch / len(phi)
-    for axes in panels:
-        for angle in phi[double]:
-            axes.axvspan(max(angle - half, 0.0), angle + half, color="#000000", alpha=0.06, lw=0)
-        axes.set_xlim(0.0, pitch)
 
 
 def _closed(data: Any) -> tuple[np.ndarray, np.ndarray]:

@@ -7,16 +7,18 @@ from pathlib import Path
 
 from pmor.case.reader import Reader, parse_toml, read_text, sections_in
 from pmor.core.errors import CaseError
-from pmor.lab.study.settings import Study
+from pmor.lab.study.settings import Study, quick_study
 
 
-def load_study(path: Path | str) -> Study:
+def load(path: Path | str, *, quick: bool = False) -> Study:
     """Read and check a study file.
 
     Parameters
     ----------
     path : Path or str
         TOML file; its base case is looked for beside it.
+    quick : bool
+        The short variant of the study.
 
     Raises
     ------
@@ -24,7 +26,8 @@ def load_study(path: Path | str) -> Study:
         One line with file, section, key, rule and remedy.
     """
     path = Path(path)
-    return parse_study(read_text(path, "study file"), path.stem, str(path), path.parent)
+    study = parse_study(read_text(path, "study file"), path.stem, str(path), path.parent)
+    return quick_study(study) if quick else study
 
 
 def parse_study(text: str, name: str, where: str, folder: Path) -> Study:
@@ -74,7 +77,3 @@ def _check_together(study: Study) -> None:
         if cell not in grid:
             rule = "is not among the [grid] cells: add it there or remove it here"
             refuse(f"[conventional] solved: {cell.label}", rule)
-    meshes = sorted({cell.n_profile for cell in study.cells})
-    for n in study.conventional.stepped:
-        if n not in meshes:
-            refuse(f"[conventional] stepped: {n}", f"no cell has as many elements: choose of {meshes} or add a cell")

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from pmor.lab.study.cells import ENTRY_EXIT_MARGIN
-from pmor.lab.study.paper import MODELS, claim_blocks, seconds_table
+from pmor.lab.study.paper import claim_blocks
 from pmor.lab.study.settings import Study
 from pmor.lab.study.table import Row, StudyTable
 from pmor.lab.study.timing import CONDENSED_ANGLES, REDUCED_ANGLES, REPEATS
@@ -27,11 +26,6 @@ MEASURES = (
     ("shape error", "standard deviation over the angles of STE minus reference STE: blind to a constant offset"),
     ("ripple", "standard deviation about a quartic where one pair carries the load; needs no reference"),
     ("load-share error", "largest difference of a tooth pair's share of the torque to the reference at the same angle"),
-    (
-        "torque ratio error",
-        "largest |T2 z1 / (T1 z2) - 1| of the contact torques, all loaded pairs at least "
-        f"{ENTRY_EXIT_MARGIN:g} of a pitch inside the path of contact",
-    ),
     (
         "reduced against full",
         "STE of the reduced over that of the condensed model on the same mesh, minus 1, at angles and torques that "
@@ -65,10 +59,8 @@ def study_blocks(study: Study, found: StudyTable, pictures: Sequence[Picture]) -
         *_reference(found.reference),
         Heading("Reduced against full FE on the same mesh"),
         _reduced_errors(found),
-        *picture("error_over_angle"),
         Heading("Run times"),
-        *_run_times(study, found),
-        *picture("cost"),
+        *_run_times(found),
         *(_peer(study, found.peer) if study.peer else []),
     ]
 
@@ -104,7 +96,6 @@ def _mesh_errors(found: StudyTable) -> Table:
         "shape error, µm": "shape_error_um",
         "ripple, µm": "ripple_um",
         "load-share error": "load_share_error",
-        "torque ratio error": "torque_ratio_error",
     }
     note = "Condensed full FE at nominal torque on a regular grid of angles; model (a) solves the same equations."
     return table("Condensed full FE against the reference", columns, found.rows_of("condensed"), note)
@@ -154,24 +145,21 @@ def _reduced_errors(found: StudyTable) -> Table:
     return table(title, columns, found.rows_of("reduced"), note)
 
 
-def _run_times(study: Study, found: StudyTable) -> list[Block]:
+def _run_times(found: StudyTable) -> list[Block]:
     text = (
         "One position is one angle at nominal torque. (b) and (c) were timed in one phase of one process after a "
         f"warm-up, cells in turn, {REPEATS} rounds of {CONDENSED_ANGLES} and {REDUCED_ANGLES} "
         "positions; the median counts. Linear algebra ran on as many threads as stated below; (c) also on all cores. "
-        "(a) was timed in the same process, once. Where it was not solved to the end, its time is that of a Newton "
-        "step, extrapolated from arcs of the gears, times the Newton steps counted in (b), which starts alike."
+        "(a) was timed in the same process, once, where the study asks for it."
     )
     rivals = {(row["cell"], row["model"]): row for row in found.rows}
 
     def of(model: str, key: str) -> Callable[[Row], Any]:
         return lambda row: rivals.get((row["cell"], model), {}).get(key)
 
-    how = of("conventional", "n_positions_solved")
     columns: Columns = {
         "cell": "cell",
         "(a) ms": of("conventional", "ms_per_position"),
-        "(a) how": lambda row: {None: "", 0: "extrapolated"}.get(how(row), "solved"),
         "(b) ms": of("condensed", "ms_per_position"),
         "(c) ms": "ms_per_position",
         "(c) all threads, ms": lambda row: row.get("ms_per_position_all_threads"),
@@ -185,7 +173,6 @@ def _run_times(study: Study, found: StudyTable) -> list[Block]:
     title = "Run times per position, ratios, and what the offline stage costs"
     return [
         text,
-        *(seconds_table(found.rows, study.grid.cells, model) for model in MODELS),
         table(title, columns, found.rows_of("reduced"), note),
     ]
 

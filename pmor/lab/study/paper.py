@@ -1,4 +1,4 @@
-"""What Cosco et al. (ISMA 2016) say, held against a study: claims, and run times as in its Table 3."""
+"""What Cosco et al. (ISMA 2016) say, held against a study: its claims."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from typing import Any
 
 from pmor.lab.study.settings import Cell, Study
 from pmor.report.page import Block, Heading
-from pmor.report.table import Table
 from pmor.work.table import Columns, table
 
 Row = dict[str, Any]
@@ -107,19 +106,6 @@ def claim_blocks(claims: Sequence[Row]) -> list[Block]:
         "measured": _measured,
     }
     return [Heading("The paper's claims, checked"), table("Claims", columns, claims)] if claims else []
-
-
-def seconds_table(rows: Sequence[Row], cells: Sequence[Cell], model: str) -> Table:
-    """Return the paper's Table 3 for one model: elements down, LoDM across, seconds in the cells."""
-    lodms = sorted({cell.lodm for cell in cells})
-    seconds = {
-        (row["n_profile"], row["lodm"]): 1e-3 * row["ms_per_position"]
-        for row in rows
-        if row["model"] == model and row["variant"] is None and row["ms_per_position"] is not None
-    }
-    lines = [(n, *(seconds.get((n, lodm)) for lodm in lodms)) for n in sorted({cell.n_profile for cell in cells})]
-    columns = ("elements \\ LoDM", *(f"{lodm}x" for lodm in lodms))
-    return Table(f"Seconds per position, ({'abc'[MODELS.index(model)]}) {model}", columns, lines if seconds else [])
 
 
 def _measured(claim: Row) -> str:

@@ -11,10 +11,8 @@ from pmor.case.width import whole_width
 from pmor.lab.core.models import ModelStore
 from pmor.lab.rivals.calculix import calculix_available, calculix_ste
 from pmor.lab.rivals.conventional import conventional_pair, solve_conventional
-from pmor.lab.rivals.conventional_cost import newton_step_seconds
-from pmor.lab.study.cells import solve_full
+from pmor.lab.study.solve import full_sweep
 from pmor.pair.conditions import nominal_condition
-from pmor.work.cost import meshed_within_memory
 from pmor_online.model import online_angles
 
 # Positions over a pitch that are solved. The conventional one takes minutes for each.
@@ -40,7 +38,7 @@ def conventional_cell(case: Case, store: ModelStore) -> dict[str, Any]:
     return {
         "phi_rad": phi.tolist(),
         "ste_um": [solution.ste_um for solution in solutions],
-        "condensed_ste_um": solve_full(model, phi, [nominal_condition(case)], jobs=1).sweep.ste_um[0].tolist(),
+        "condensed_ste_um": full_sweep(model, phi, [nominal_condition(case)]).ste_um[0].tolist(),
         "newton_steps": [solution.steps for solution in solutions],
         "factorisations": [solution.factorisations for solution in solutions],
         "unknowns": pair.unknowns,
@@ -48,17 +46,6 @@ def conventional_cell(case: Case, store: ModelStore) -> dict[str, Any]:
         "factor_s": sum(solution.factor_seconds for solution in solutions) / factored,
         "solve_s": seconds,
         "ms_per_position": 1e3 * sum(seconds) / len(seconds),
-    }
-
-
-def conventional_step(case: Case) -> dict[str, Any]:
-    """Time one Newton step of the conventional full FE on a mesh, extrapolated from arcs of the gears."""
-    estimate = newton_step_seconds(case, meshed_within_memory(whole_width(case)))
-    return {
-        "unknowns": estimate.unknowns,
-        "factor_entries": estimate.factor_entries,
-        "sectors": list(estimate.sectors),
-        "step_s": estimate.seconds,
     }
 
 
@@ -83,7 +70,7 @@ def peer_cell(case: Case, store: ModelStore) -> dict[str, Any]:
         "program": "CalculiX",
         "phi_rad": phi.tolist(),
         "ste_um": [solution.ste_um for solution in solutions],
-        "condensed_ste_um": solve_full(model, phi, [nominal_condition(case)], jobs=1).sweep.ste_um[0].tolist(),
+        "condensed_ste_um": full_sweep(model, phi, [nominal_condition(case)]).ste_um[0].tolist(),
         "unknowns": solutions[0].unknowns,
         "iterations": [solution.iterations for solution in solutions],
         "solve_s": [solution.seconds for solution in solutions],

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Executor
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 
@@ -11,71 +12,66 @@ from pmor.case import Case
 from pmor.lab.core.models import ModelStore
 from pmor.lab.study import rivals, solve
 from pmor.lab.study.cells import StudyCases, study_cases
+from pmor.lab.study.parts import StudyParts
+from pmor.lab.study.result import FILES, StudyResult
 from pmor.lab.study.settings import Cell, Study
+from pmor.lab.study.table import study_table
 from pmor.lab.study.timing import time_cells
 from pmor.report.provenance import machine
 from pmor.storage.results_folder import working_folder
 from pmor.work.cost import refuse_beyond_memory
-from pmor.work.pieces import PARTS, Piece, Result, file_name, run_pieces
+from pmor.work.pieces import Piece, Result, file_name, run_pieces
+from pmor.work.results import pieces_folder
 
-# Folders of a study: finished pieces, and the bases of its cells.
-WORKING = (PARTS, "cells")
-
-
-@dataclass(frozen=True)
-class StudyParts:
-    """What all pieces of work gave.
-
-    Parameters
-    ----------
-    study : Study
-    cases : StudyCases
-    results : mapping of str to Result
-        By the name of the piece; missing for those that failed.
-    failures : tuple of str
-        Pieces that did not converge at all.
-    """
-
-    study: Study
-    cases: StudyCases
-    results: Mapping[str, Result]
-    failures: tuple[str, ...]
+# Folder of the bases of the cells, among the finished pieces.
+BASES = "bases"
 
 
-def run_parts(study: Study, out: Path, jobs: int, overwrite: bool) -> StudyParts:
-    """Do all pieces of work that are not finished yet.
+def run(
+    study: Study, *, folder: Path | str | None = None, overwrite: bool = False, executor: Executor | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> StudyResult:  # fmt: skip
+    """Do all pieces of work that are not finished yet, one after the other.
 
     Parameters
     ----------
     study : Study
-    out : Path
-        Folder of the study.
-    jobs : int
-        Angles solved at a time, where run times are not measured.
+    folder : Path or str, optional
+        Of the results, where pieces and bases are kept for the next run.
     overwrite : bool
         Start anew.
+    executor : concurrent.futures.Executor, optional
+        Of threads, for the angles of full FE; run times are measured without.
+    progress : callable, optional
+        Called with how many more pieces are there.
+
+    Raises
+    ------
+    CaseError, OutputError
     """
     cases = study_cases(study)
     for case in (*cases.members.values(), *cases.cells.values()):
         refuse_beyond_memory(case)
-    parts, bases = (working_folder(out / name, overwrite) for name in WORKING)
-    pieces = list(_pieces(study, cases, bases, jobs))
-    results, failures = run_pieces(pieces, parts)
-    return StudyParts(study, cases, results, failures)
+    with pieces_folder(folder, FILES, overwrite=overwrite) as parts:
+        working_folder(parts, overwrite)
+        pieces = list(_pieces(study, cases, working_folder(parts / BASES), executor))
+        results, failures = run_pieces(pieces, parts, progress=progress)
+    found = StudyParts(study, cases, results, failures)
+    return StudyResult(found, study_table(found))
 
 
-def _pieces(study: Study, cases: StudyCases, bases: Path, jobs: int) -> Iterator[Piece]:
+def _pieces(study: Study, cases: StudyCases, bases: Path, executor: Executor | None) -> Iterator[Piece]:
     store, grid = ModelStore(), asdict(study.grid) | {"cells": None}
     paths = {cell: bases / f"{file_name(cell.label)}.h5" for cell in cases.cells}
     for member, case in cases.members.items():
-        work = partial(solve.reference_member, case, study, jobs)
+        work = partial(solve.reference_member, case, study, executor)
         yield Piece(f"reference {member.label}", {"case": case}, grid, work)
     for cell, case in cases.cells.items():
         if cell in study.reduced_cells:
-            work = partial(solve.grid_cell, case, study, store, paths[cell], jobs)
+            work = partial(solve.grid_cell, case, study, store, paths[cell], executor)
             yield Piece(f"cell {cell.label}", {"case": case}, grid, work, partial(_has_basis, paths[cell], case))
         else:
-            work = partial(solve.variant_cell, case, study, store, jobs)
+            work = partial(solve.variant_cell, case, study, store, executor)
             yield Piece(f"cell {cell.label}", {"case": case}, grid, work)
     yield from _rival_pieces(study, cases, store)
     timed = {cell: (case, paths[cell]) for cell, case in cases.cells.items() if cell in study.reduced_cells}
@@ -91,9 +87,6 @@ def _rival_pieces(study: Study, cases: StudyCases, store: ModelStore) -> Iterato
         case = cases.cells[cell]
         work = partial(rivals.conventional_cell, case, store)
         yield Piece(f"conventional {cell.label}", {"case": case}, None, work)
-    for n in settings.stepped:
-        case = next(case for cell, case in cases.cells.items() if cell.n_profile == n)
-        yield Piece(f"conventional step {n}", {"case": case}, None, partial(rivals.conventional_step, case))
     if peer is not None and cases.peer is not None and rivals.peer_installed():
         work = partial(rivals.peer_cell, cases.peer, store)
         yield Piece(f"peer {peer.cell.label}", {"case": cases.peer}, None, work)

@@ -173,13 +173,10 @@ class ConventionalSettings:
     Parameters
     ----------
     solved : tuple of Cell
-        Solved to convergence.
-    stepped : tuple of int
-        Meshes (elements over the profile) of which only a Newton step is timed.
+        A factorisation for every Newton step: minutes for each.
     """
 
     solved: tuple[Cell, ...] = ()
-    stepped: tuple[Count, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
+from concurrent.futures import Executor
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from pmor.case import Case, basis_key
+from pmor.core.arrays import FloatArray
 from pmor.fe.assembly import degrees_of_freedom
+from pmor.gear.condition import Condition
 from pmor.jobs.offline import run_offline
 from pmor.lab.core.measures import max_and_rms
 from pmor.lab.core.models import ModelStore
-from pmor.lab.study.cells import FullSweep, solve_full
 from pmor.lab.study.settings import Study
 from pmor.pair.conditions import conditions_of, nominal_condition
 from pmor.pair.model import ElasticModel, MeshModel, elastic_model, mesh_model
+from pmor.pair.sweep import sweep_ste
 from pmor.results.sweep import SteSweep, ripple_um
 from pmor.storage.basis_file import read_basis
 from pmor_online.compare import training_failures
@@ -28,26 +32,28 @@ from pmor_online.sweep import largest_size, sweep_reduced_pair
 CURVE_ANGLES = 200
 
 
-def reference_member(case: Case, study: Study, jobs: int) -> dict[str, Any]:
+def reference_member(case: Case, study: Study, executor: Executor | None) -> dict[str, Any]:
     """Solve one mesh of the reference's family on the regular grid of angles."""
     started = time.perf_counter()
     model = elastic_model(case, mesh_model(case))
     elastic_s = time.perf_counter() - started
-    return _full_on_grid(model, case, study, jobs) | {"elastic_s": elastic_s}
+    return _full_on_grid(model, case, study, executor) | {"elastic_s": elastic_s}
 
 
-def variant_cell(case: Case, study: Study, store: ModelStore, jobs: int) -> dict[str, Any]:
+def variant_cell(case: Case, study: Study, store: ModelStore, executor: Executor | None) -> dict[str, Any]:
     """Solve a cell with other settings by condensed full FE on the regular grid of angles."""
     model, elastic_s = store.model(case)
-    return _full_on_grid(model, case, study, jobs) | {"elastic_s": elastic_s}
+    return _full_on_grid(model, case, study, executor) | {"elastic_s": elastic_s}
 
 
-def grid_cell(case: Case, study: Study, store: ModelStore, basis_path: Path, jobs: int) -> dict[str, Any]:
+def grid_cell(
+    case: Case, study: Study, store: ModelStore, basis_path: Path, executor: Executor | None
+) -> dict[str, Any]:
     """Solve a cell by condensed full FE, train its reduced model on one thread, and compare the two."""
     model, elastic_s = store.model(case)
     pair, conditions = model.mesh.meshed.pair, [nominal_condition(case)]
     grid = online_angles(pair.pitch, study.grid.angles_per_pitch)
-    full = _full_on_grid(model, case, study, jobs)
+    full = _full_on_grid(model, case, study, executor)
     # The compiled code is warm by now, so that the offline time below is that of a second run.
     offline = run_offline(case, model, basis_path, overwrite=True, estimate=estimate_errors)
     reduced = reduced_pair(read_basis(basis_path))
@@ -55,7 +61,7 @@ def grid_cell(case: Case, study: Study, store: ModelStore, basis_path: Path, job
     on_grid = sweep_reduced_pair(reduced, grid, conditions)
     curve = sweep_reduced_pair(reduced, online_angles(pair.pitch, CURVE_ANGLES), conditions)
     unseen = unseen_angles(pair.meshing_range[0], pair.pitch, case.compare.angles, case.offline.angles_per_pitch)
-    comparison = compare_at(reduced, solve_full(model, unseen, conditions_of(case, case.compare.torques_Nm), jobs))
+    comparison = compare_at(reduced, full_sweep(model, unseen, conditions_of(case, case.compare.torques_Nm), executor))
     return full | {
         "reduced": sweep_data(on_grid),
         "reduced_curve": sweep_data(curve),
@@ -72,9 +78,8 @@ def grid_cell(case: Case, study: Study, store: ModelStore, basis_path: Path, job
     }
 
 
-def compare_at(reduced: ReducedPair, full: FullSweep) -> dict[str, Any]:
+def compare_at(reduced: ReducedPair, sweep: SteSweep) -> dict[str, Any]:
     """Solve the positions of a full sweep with the reduced model as well."""
-    sweep = full.sweep
     fast = sweep_reduced_pair(reduced, sweep.phi_rad, conditions_of(reduced.basis.case, sweep.torque_Nm))
     largest, rms = max_and_rms((fast.ste_um - sweep.ste_um) / sweep.ste_um)
     return {"full": sweep_data(sweep), "reduced": sweep_data(fast), "max_rel": largest, "rms_rel": rms}
@@ -96,16 +101,22 @@ def basis_is_valid(path: Path, case: Case) -> bool:
         return False
 
 
-def _full_on_grid(model: ElasticModel, case: Case, study: Study, jobs: int) -> dict[str, Any]:
+def _full_on_grid(model: ElasticModel, case: Case, study: Study, executor: Executor | None) -> dict[str, Any]:
     phi = online_angles(model.mesh.meshed.pair.pitch, study.grid.angles_per_pitch)
-    full = solve_full(model, phi, [nominal_condition(case)], jobs)
+    sweep = full_sweep(model, phi, [nominal_condition(case)], executor)
     return {
-        "full": sweep_data(full.sweep),
-        "full_ripple_um": ripple_um(full.sweep, 0),
-        "torque_ratio_error": max_and_rms(full.torque_ratio_error)[0],
+        "full": sweep_data(sweep),
+        "full_ripple_um": ripple_um(sweep, 0),
         "fe_unknowns": _fe_unknowns(model.mesh),
-        "solve_s": full.sweep.seconds,
+        "solve_s": sweep.seconds,
     }
+
+
+def full_sweep(
+    model: ElasticModel, phi: FloatArray, conditions: Sequence[Condition], executor: Executor | None = None
+) -> SteSweep:
+    """Solve condensed full FE at all angles (rad) under all conditions."""
+    return sweep_ste(model.mesh.meshed, model.elasticity_at, phi, conditions, executor=executor)
 
 
 def _fe_unknowns(mesh: MeshModel) -> int:

@@ -13,7 +13,7 @@ from pmor.lab.core.measures import max_and_rms
 from pmor.lab.study import measures
 from pmor.lab.study.measures import Curve
 from pmor.lab.study.paper import checked_claims, checked_time_claims
-from pmor.lab.study.run import StudyParts
+from pmor.lab.study.parts import StudyParts
 from pmor.lab.study.settings import Cell
 from pmor.pair.model import gear_pair
 
@@ -154,7 +154,6 @@ def grid_rows(parts: StudyParts) -> list[Row]:
             "model": "condensed",
             "unknowns": part["fe_unknowns"],
             "ripple_um": part["full_ripple_um"],
-            "torque_ratio_error": part["torque_ratio_error"],
             "newton_steps_mean": float(np.mean(part["full"]["newton_steps"])),
             "ms_per_position": times.get("ms_condensed"),
             "offline_s": part["elastic_s"],
@@ -240,25 +239,16 @@ def _against_reference(curve: Curve, fine: Curve | None) -> Row:
 def _conventional(cell: Cell, condensed: Row, parts: StudyParts) -> Row | None:
     """The conventional model solves the same equations as the condensed one: it has its accuracy, and its own time."""
     solved = parts.results.get(f"conventional {cell.label}")
-    step = parts.results.get(f"conventional step {cell.n_profile}")
-    if solved is None and step is None:
+    if solved is None:
         return None
-    row = condensed | {"model": "conventional", "offline_s": None}
-    if solved is not None:
-        slow, fast = np.array(solved["ste_um"]), np.array(solved["condensed_ste_um"], dtype=float)
-        return row | {
-            "unknowns": solved["unknowns"],
-            "newton_steps_mean": float(np.mean(solved["newton_steps"])),
-            "n_positions_solved": len(solved["ste_um"]),
-            "conventional_vs_condensed_ste_max_rel": max_and_rms(slow / fast - 1.0)[0],
-            "offline_s": solved["assembly_s"],
-            "newton_step_s": solved["factor_s"],
-            "ms_per_position": solved["ms_per_position"],
-        }
-    assert step is not None
-    return row | {
-        "unknowns": step["unknowns"],
-        "n_positions_solved": 0,
-        "newton_step_s": step["step_s"],
-        "ms_per_position": 1e3 * step["step_s"] * condensed["newton_steps_mean"],
+    slow, fast = np.array(solved["ste_um"]), np.array(solved["condensed_ste_um"], dtype=float)
+    return condensed | {
+        "model": "conventional",
+        "unknowns": solved["unknowns"],
+        "newton_steps_mean": float(np.mean(solved["newton_steps"])),
+        "n_positions_solved": len(solved["ste_um"]),
+        "conventional_vs_condensed_ste_max_rel": max_and_rms(slow / fast - 1.0)[0],
+        "offline_s": solved["assembly_s"],
+        "newton_step_s": solved["factor_s"],
+        "ms_per_position": solved["ms_per_position"],
     }

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pmor.lab.study.run import StudyParts
+from pmor.lab.study.parts import StudyParts
 from pmor.lab.study.settings import Study
 from pmor.lab.study.table import Row, StudyTable
 from pmor.report.page import Block, Picture
