@@ -68,7 +68,7 @@ def expected_seconds(campaign: Campaign, table: Callable[[int], Design]) -> floa
 
 def _seconds(campaign: Campaign, design: Design) -> float:
     try:
-        case = case_of(campaign.base_text, with_relations(campaign.base_text, design, campaign.relations), "design")
+        case = case_of(campaign.base_text, with_relations(campaign.base_text, design, campaign.sections.relations), "design")
         coarse = coarser(case)
         own = {stage.name: stage.seconds for stage in stages(case)}
         elements = own[FINITE_ELEMENTS]
@@ -105,7 +105,7 @@ class ChunkFiles:
     def __init__(self, folder: Path, campaign: Campaign) -> None:
         self._folder = working_folder(folder)
         c = campaign
-        self._key = key_of(c.text, c.base_text, c.method, c.variables, c.relations, c.results)
+        self._key = key_of(c.text, c.variables, c.results)
         self._manifests: dict[Path, dict[str, Contents]] = {}
         self._ready: set[Path] = set()
 

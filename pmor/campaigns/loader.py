@@ -7,10 +7,8 @@ import io
 import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from types import NoneType, UnionType
-from typing import Annotated, Any, Union, get_args, get_origin
+from typing import Any, get_origin
 
-from pmor.campaigns.figures import BY_KEY
 from pmor.campaigns.relations import split, text_of_design
 from pmor.campaigns.settings import (
     MOST_DESIGNS,
@@ -27,7 +25,7 @@ from pmor.campaigns.table import evenly
 from pmor.case import change_case, load_case, parse_case, text_of
 from pmor.case.loader import SECTIONS
 from pmor.case.reader import Reader, keys_of, parse_toml, read_text, sections_in
-from pmor.case.values import did_you_mean, toml_text
+from pmor.case.values import did_you_mean, forms_of, toml_text
 
 DESIGNS = "designs"
 RANGE_KEYS = ("from", "to", "steps")
@@ -61,25 +59,19 @@ class _Reader(Reader):
         designs, relations, base = said.designs, said.relations, path.parent / said.case
         self.check_method(designs)
         fixed, varied = self.keys(designs)
-        inputs: tuple[Path, ...] = (path, base)
-        made_from = text
+        inputs, made_from = [path, base], text
         if designs.file is not None:
-            table = path.parent / designs.file
+            inputs.append(path.parent / designs.file)
             place = f"{self.where}: [{DESIGNS}] file = {toml_text(designs.file)}"
-            csv_text = read_text(table, "CSV file beside the campaign file", place)
-            varied += _Reader(str(table)).csv_columns(csv_text, {*fixed, *(variable.name for variable in varied)})
-            inputs, made_from = (*inputs, table), f"{text}\n{csv_text}"
+            csv_text = read_text(inputs[-1], "CSV file beside the campaign file", place)
+            varied += _Reader(str(inputs[-1])).csv_columns(csv_text, {*fixed, *(variable.name for variable in varied)})
+            made_from += f"\n{csv_text}"
         count = self.count(designs, varied)
         self.check_relations(relations, {*fixed, *(variable.name for variable in varied)})
         if relations.centre_distance_mm is not None:
             fixed["pair.centre_distance_mm"] = None  # that of the base case
         base_text = self.base_text(base, fixed)
-        return Campaign(
-            name=path.stem, title=said.title, source=path, source_text=text, text=f"{made_from}\n{base_text}",
-            base=base, base_text=base_text, method=designs.method, variables=tuple(varied), count=count,
-            relations=relations, results=tuple(key for key in BY_KEY if key in said.results.keys),
-            workers=said.workers, store=said.store, inputs=inputs,
-        )  # fmt: skip
+        return Campaign(said, tuple(inputs), text, f"{made_from}\n{base_text}", base_text, tuple(varied), count)
 
     def check_method(self, settings: DesignsSection) -> None:
         """Refuse what a method does without, and the lack of what it needs."""
@@ -95,7 +87,7 @@ class _Reader(Reader):
         fixed, varied = dict[str, Any](), list[Variable]()
         for name, value in _leaves(designs.keys):
             hint, place = self.hint(name), f"[{DESIGNS}] {name}"
-            if not isinstance(value, Mapping | list) or (isinstance(value, list) and _is_list(hint)):
+            if not isinstance(value, Mapping | list) or (isinstance(value, list) and any(get_origin(kind) is tuple for kind, _ in forms_of(hint))):
                 fixed[name] = self.value(value, hint, place)
                 continue
             if designs.method == "csv":
@@ -144,7 +136,7 @@ class _Reader(Reader):
         low, high = (self.number(table[key], hint, f"{place}: {key}") for key in RANGE_KEYS[:2])
         if not low < high:
             self.refuse(place, f"from = {low:g} must be below to = {high:g}: exchange them, or give one value")
-        whole = _is_whole(hint)
+        whole = any(kind is int for kind, _ in forms_of(hint))
         if method == "sobol":
             return Span(low, high, whole)
         steps = table["steps"]
@@ -154,7 +146,10 @@ class _Reader(Reader):
 
     def csv_columns(self, text: str, known: set[str]) -> list[Variable]:
         """Read a table of designs: keys of the case in its first line, a design in each further one."""
-        rows = [row for row in csv.reader(io.StringIO(text)) if row]
+        try:
+            rows = [row for row in csv.reader(io.StringIO(text)) if row]
+        except csv.Error as error:
+            self.refuse("no table", f"{error}: write values between commas")
         if len(rows) < 2:
             self.refuse("line 1", "must name keys of the case, and each further line be a design: add them")
         names = [name.strip() for name in rows[0]]
@@ -224,21 +219,6 @@ def _leaves(table: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, A
             yield from _leaves(value, f"{name}.")
         else:
             yield name, value
-
-
-def _kinds(hint: Any) -> Iterator[Any]:
-    """Types that a field may have, without None and without their ranges."""
-    for kind in get_args(hint) if get_origin(hint) in (UnionType, Union) else (hint,):
-        if kind is not NoneType:
-            yield get_args(kind)[0] if get_origin(kind) is Annotated else kind
-
-
-def _is_whole(hint: Any) -> bool:
-    return int in _kinds(hint)
-
-
-def _is_list(hint: Any) -> bool:
-    return any(get_origin(kind) is tuple for kind in _kinds(hint))
 
 
 def _cell(text: str) -> Any:

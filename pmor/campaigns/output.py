@@ -47,7 +47,7 @@ def write_campaign(result: CampaignResult, folder: Path, overwrite: bool = False
         write_hdf5(out / "campaign.h5", result)
         write_summary_json(out / "times.json", _times(result))
         _write_times(out / "times.csv", result)
-        write_page(out / "report.html", campaign.title, blocks_of(result))
+        write_page(out / "report.html", campaign.sections.title, blocks_of(result))
 
 
 def refuse_changed_cases(campaign: Campaign, folder: Path, overwrite: bool) -> None:
@@ -62,7 +62,7 @@ def campaign_data(result: CampaignResult) -> dict[str, Any]:
     reasons = Counter(reason for reason in result.reasons if reason)
     return {
         "campaign": result.campaign.name,
-        "title": result.campaign.title,
+        "title": result.campaign.sections.title,
         "n_designs": result.campaign.count,
         **{f"n_{status.replace(' ', '_')}": result.count(status) for status in STATUSES},
         "inputs": list(result.inputs),
@@ -75,7 +75,7 @@ def campaign_text(result: CampaignResult) -> str:
     """Return the short summary for the screen: designs by status, the least of each result, failures."""
     effort = result.effort
     counts = ", ".join(f"{result.count(status)} {status}" for status in STATUSES if result.count(status))
-    lines = [result.campaign.title, f"  {result.campaign.count} designs: {counts}"]
+    lines = [result.campaign.sections.title, f"  {result.campaign.count} designs: {counts}"]
     for key in list(result.results)[:2]:
         found = _extremes(result.results[key])
         if found["least"] is not None:
@@ -108,8 +108,8 @@ def write_design(campaign: Campaign, number: int, folder: Path, overwrite: bool 
     OutputError
     """
     if number > campaign.count:
-        raise CaseError(f"--case {number}: {campaign.source} has {campaign.count} designs: give one of these numbers")
-    design = with_relations(campaign.base_text, designs_of(campaign)(number - 1), campaign.relations)
+        raise CaseError(f"--case {number}: {campaign.inputs[0]} has {campaign.count} designs: give one of these numbers")
+    design = with_relations(campaign.base_text, designs_of(campaign)(number - 1), campaign.sections.relations)
     target = ensure_folder(folder) / f"{campaign.name}_design_{number}.toml"
     refuse_existing(target, overwrite)
     _write_case(campaign, design, number, target, overwrite)

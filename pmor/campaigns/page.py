@@ -54,10 +54,10 @@ def blocks_of(result: CampaignResult) -> list[Block | Designs]:
     if len(result.failed) > BEST:
         blocks.append(Warning(f"{len(result.failed) - BEST} more designs without results: see campaign.csv"))
     varied = ", ".join(variable.name for variable in campaign.variables)
-    derived = [name for name in campaign.columns if name in campaign.relations.solved]
+    derived = [name for name in campaign.columns if name in campaign.sections.relations.solved]
     follows = f" {', '.join(derived)} follow{'s' * (len(derived) == 1)} from relations." if derived else ""
     blocks += [
-        f"{campaign.count} designs of the case {campaign.base.name}: {counts['ok']} solved, {counts['infeasible']} "
+        f"{campaign.count} designs of the case {campaign.inputs[1].name}: {counts['ok']} solved, {counts['infeasible']} "
         f"infeasible, {len(result.failed)} failed. From design to design differ: {varied}.{follows} Every design has "
         "finite elements of its own gears, exact line loads and the sweep of its case; figures are those at the "
         "nominal torque.",
@@ -92,7 +92,7 @@ def _explorer(result: CampaignResult) -> list[Block | Designs]:
     each = (
         "The name of a design links to its case file."
         if linked
-        else (f"pmor campaign {result.campaign.source.name} --case N writes the case file of design N.")
+        else (f"pmor campaign {result.campaign.inputs[0].name} --case N writes the case file of design N.")
     )
     return [f"{part}{each}", designs]
 

@@ -7,15 +7,15 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import fields
 from functools import lru_cache
-from typing import Annotated, Any, get_args, get_origin
+from typing import Any
 
 from pmor.campaigns.settings import Number, Relations
 from pmor.case import Case, changed_text, parse_case
 from pmor.case.document import GEARS, flattened
 from pmor.case.loader import SECTIONS
 from pmor.case.reader import keys_of
+from pmor.case.values import forms_of
 from pmor.core.errors import GeometryError
-from pmor.core.ranges import Range
 from pmor.gear.tooth import involute_function
 
 PINION, WHEEL = GEARS
@@ -31,8 +31,7 @@ def unit_of(name: str) -> str:
     """Return the unit of a key of the case; empty where it has none."""
     section, key = split(name)
     hint = keys_of(SECTIONS[section])[key]
-    kinds = [kind for kind in (hint, *get_args(hint)) if get_origin(kind) is Annotated]
-    return next((allowed.unit for kind in kinds for allowed in get_args(kind) if isinstance(allowed, Range)), "")
+    return next((allowed.unit for _, allowed in forms_of(hint) if allowed is not None), "")
 
 
 def with_relations(base_text: str, design: Mapping[str, Number], relations: Relations) -> dict[str, Number]:

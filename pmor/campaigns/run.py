@@ -79,8 +79,8 @@ def run(
     ExternalProgramError
         When the executor does no more work.
     """
-    if campaign.store.limit_GiB:
-        refuse_foreign_store(Path(campaign.store.folder))  # before anything is written
+    if campaign.sections.store.limit_GiB:
+        refuse_foreign_store(Path(campaign.sections.store.folder))  # before anything is written
     with pieces_folder(folder, FILES, inputs=campaign.inputs, overwrite=overwrite) as parts:
         if folder is not None:
             refuse_changed_cases(campaign, Path(folder), overwrite)
@@ -93,15 +93,15 @@ def run(
 def task_of(campaign: Campaign, store: Store) -> Task:
     """Return what all designs of a campaign have in common."""
     return Task(
-        base_text=campaign.base_text, relations=campaign.relations, columns=campaign.columns, results=campaign.results,
-        workers=campaign.workers, store=str(store.folder), store_bytes=store.limit_bytes,
+        base_text=campaign.base_text, relations=campaign.sections.relations, columns=campaign.columns, results=campaign.results,
+        workers=campaign.sections.workers, store=str(store.folder), store_bytes=store.limit_bytes,
     )  # fmt: skip
 
 
 def _solved(campaign: Campaign, parts: Path, executor: Executor, progress: Callable[[int], None]) -> CampaignResult:
     table = designs_of(campaign)
     chunks = chunks_of(campaign.count, expected_seconds(campaign, table))
-    task = task_of(campaign, open_store(Path(campaign.store.folder), campaign.store.limit_GiB))
+    task = task_of(campaign, open_store(Path(campaign.sections.store.folder), campaign.sections.store.limit_GiB))
     files = ChunkFiles(parts, campaign)
     files.begin(chunks, campaign)
     known = {chunk.number for chunk, _ in files.finished(chunks)}

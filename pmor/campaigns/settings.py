@@ -196,54 +196,46 @@ class CampaignSections:
 
 @dataclass(frozen=True)
 class Campaign:
-    """A campaign file, complete.
+    """A campaign, its base case and its table of designs read.
 
     Parameters
     ----------
-    name, title : str
-    source : Path
-        Of the file.
+    sections : CampaignSections
+        The campaign file as it stands.
+    inputs : tuple of Path
+        Files that were read: of the campaign, of the base case, of the table of designs if it is a CSV file.
     source_text : str
-        Of the file.
+        Of the campaign file.
     text : str
-        Of the file, of the table of designs where that is one of its own, and of the base case: what the results are
-        made from.
-    base : Path
-        Of the base case.
+        All that the results are made from: campaign file, table of designs, base case.
     base_text : str
         TOML text of the base case with the keys that all designs have in common; it names no further file.
-    method : str
     variables : tuple of Variable
     count : int
-        Of designs.
-    relations : Relations
-    results : tuple of str
-        Keys of the results that are written.
-    workers : Workers
-    store : StoreSection
-    inputs : tuple of Path
-        Files that are read.
+        Number of designs.
     """
 
-    name: str
-    title: str
-    source: Path
+    sections: CampaignSections
+    inputs: tuple[Path, ...]
     source_text: str
     text: str
-    base: Path
     base_text: str
-    method: Method
     variables: tuple[Variable, ...]
     count: int
-    relations: Relations
-    results: tuple[str, ...]
-    workers: Workers
-    store: StoreSection
-    inputs: tuple[Path, ...]
+
+    @property
+    def name(self) -> str:
+        """Stem of the file name."""
+        return self.inputs[0].stem
+
+    @property
+    def results(self) -> tuple[str, ...]:
+        """Keys of the results that are written, in the order of the tables."""
+        return tuple(key for key in (*USUAL, *OF_RELIEF) if key in self.sections.results.keys)
 
     @property
     def whole(self) -> tuple[str, ...]:
-        """Those of the columns whose values are whole numbers."""
+        """Columns of whole numbers."""
         listed = {v.name: v.values for v in self.variables}
         kinds = {name: values.whole if isinstance(values, Span) else isinstance(values[0], int)
                  for name, values in listed.items()}  # fmt: skip
@@ -253,4 +245,4 @@ class Campaign:
     def columns(self) -> tuple[str, ...]:
         """Keys of the case that differ between designs, or follow from relations."""
         named = tuple(variable.name for variable in self.variables)
-        return named + tuple(name for name in self.relations.derived if name not in named)
+        return named + tuple(name for name in self.sections.relations.derived if name not in named)

@@ -16,10 +16,10 @@ Design = Mapping[str, Number]
 def designs_of(campaign: Campaign) -> Callable[[int], Design]:
     """Return the function from the number of a design, 0 to `campaign.count` - 1, to the keys that it changes."""
     variables = campaign.variables
-    if campaign.method == "sobol":
+    if campaign.sections.designs.method == "sobol":
         points = _sobol_points(len(variables), campaign.count)
         return lambda i: {v.name: _at_share(v, float(points[i, k])) for k, v in enumerate(variables)}
-    if campaign.method == "grid":
+    if campaign.sections.designs.method == "grid":
         lengths = tuple(len(_listed(v)) for v in variables)
         return lambda i: {
             v.name: _listed(v)[int(place)] for v, place in zip(variables, np.unravel_index(i, lengths), strict=True)

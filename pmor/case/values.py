@@ -94,6 +94,13 @@ def convert(value: object, annotation: Any) -> Any:
     return Path(_line(value)) if annotation is Path else _line(value)
 
 
+def forms_of(annotation: Any) -> list[tuple[Any, Range | None]]:
+    """Return the types that a value may have, each with its range; None is no type of a value."""
+    union = get_origin(annotation) in (UnionType, Union)
+    kinds = [kind for kind in (get_args(annotation) if union else (annotation,)) if kind is not NoneType]
+    return [get_args(kind)[:2] if get_origin(kind) is Annotated else (kind, None) for kind in kinds]
+
+
 def _topography(value: object) -> Topography:
     if isinstance(value, Topography):
         return value

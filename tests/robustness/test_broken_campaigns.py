@@ -55,6 +55,7 @@ BROKEN = {
     ),
     "table that is not there": (BASE + '[designs]\nmethod = "csv"\nfile = "no.csv"\n', ["no.csv", "no such CSV file"]),
     "table with an unknown key": (BASE + '[designs]\nmethod = "csv"\nfile = "key.csv"\n', ["key.csv", "pinion.teth"]),
+    "table that is none": (BASE + '[designs]\nmethod = "csv"\nfile = "long.csv"\n', ["long.csv", "field limit"]),
     "table with a short line": (BASE + '[designs]\nmethod = "csv"\nfile = "short.csv"\n', ["line 3", "has 1 values"]),
     "table with a word": (BASE + '[designs]\nmethod = "csv"\nfile = "word.csv"\n', ["line 2", "pinion.teeth", "many"]),
     "table without designs": (BASE + '[designs]\nmethod = "csv"\nfile = "empty.csv"\n', ["line 1", "add them"]),
@@ -79,6 +80,7 @@ BROKEN = {
     "fixed value out of range": (BASE + GRID + TEETH + "pair.module_mm = 400.0\n", ["pair.module_mm = 400.0"]),
 }  # fmt: skip
 TABLES = {
+    "long.csv": "pinion.teeth\n" + "1" * 200_000 + "\n",
     "key.csv": "pinion.teth\n19\n",
     "short.csv": "pinion.teeth,pair.module_mm\n19,4.0\n20\n",
     "word.csv": "pinion.teeth\nmany\n",
