@@ -25,12 +25,12 @@ from pmor.work.cost import FINITE_ELEMENTS, stages
 
 # Campaign that the chunks are of.
 PLAN = "plan.json"
-# Seconds of work in a chunk, by the model of cost. It holds within a factor of two; designs so small that loading the
-# libraries weighs as much as their elements take a third of what it says, so that a chunk is a second at least.
+# Seconds of work in a chunk, by the model of cost, which holds within a factor of two. The smallest designs, as cheap
+# as loading the libraries, take a third of the estimate: a chunk is a second at least.
 LEAST_S = 4.0
 # Each chunk is a file until the end, and passes through one process.
 MOST_CHUNKS = 20_000
-# Designs whose cost is asked for.
+# Designs whose cost is estimated, for the mean.
 SAMPLE = 24
 INFEASIBLE_S = 0.01
 # Files in a folder, each with a line in its manifest.
@@ -61,14 +61,16 @@ class Chunk:
 
 
 def expected_seconds(campaign: Campaign, table: Callable[[int], Design]) -> float:
-    """Return what a design takes on average, by the model of cost, from some of them."""
+    """Return the mean time of a design by the model of cost, from a sample."""
     places = np.unique(np.linspace(0, campaign.count - 1, SAMPLE, dtype=int))
     return float(np.mean([_seconds(campaign, table(int(place))) for place in places]))
 
 
 def _seconds(campaign: Campaign, design: Design) -> float:
     try:
-        case = case_of(campaign.base_text, with_relations(campaign.base_text, design, campaign.sections.relations), "design")
+        case = case_of(
+            campaign.base_text, with_relations(campaign.base_text, design, campaign.sections.relations), "design"
+        )
         coarse = coarser(case)
         own = {stage.name: stage.seconds for stage in stages(case)}
         elements = own[FINITE_ELEMENTS]
@@ -94,7 +96,7 @@ def chunks_of(count: int, seconds: float) -> list[Chunk]:
 
 
 class ChunkFiles:
-    """Files of finished chunks, under deterministic names; what is not ours, or of another campaign, does not count.
+    """Files of finished chunks, under deterministic names; files of others, or of another campaign, do not count.
 
     Parameters
     ----------
@@ -110,7 +112,7 @@ class ChunkFiles:
         self._ready: set[Path] = set()
 
     def begin(self, chunks: Sequence[Chunk], campaign: Campaign) -> None:
-        """Say what is being solved.
+        """Write the plan: which campaign is being solved.
 
         Raises
         ------

@@ -36,7 +36,7 @@ def dask_executor(address: str) -> Iterator[Executor]:
             f"--dask {address}: the package distributed is not installed: pip install 'pmor-gear[cluster]', or leave "
             "--dask out for processes on this machine"
         ) from None
-    # What becomes of the cluster is told by the error that it ends in, on one line.
+    # An error of one line tells of a lost cluster: Dask's own log is silenced.
     for name in ("distributed", "distributed.client"):  # the second has a level of its own
         logging.getLogger(name).setLevel(logging.CRITICAL)
     is_file = address.endswith(".json")
@@ -45,7 +45,7 @@ def dask_executor(address: str) -> Iterator[Executor]:
     where = {"scheduler_file" if is_file else "address": address}
     try:
         if not is_file:
-            get_address_host_port(address)  # a client of what is no address is not got rid of
+            get_address_host_port(address)  # a client of a malformed address would never end
         client = Client(**where, timeout=PATIENCE_S, set_as_default=False)
     except (OSError, TimeoutError, ValueError) as error:
         said = " ".join(str(error).split()) or type(error).__name__

@@ -16,7 +16,7 @@ from pmor_online.model import ReducedPair
 
 @dataclass(frozen=True)
 class Figure:
-    """What a result is called.
+    """Name of a result.
 
     Parameters
     ----------
@@ -66,13 +66,13 @@ ORDERS = 3
 
 
 def figures_of(reduced: ReducedPair, sweep: SteSweep, stress: RootStress | None) -> dict[str, float | None]:
-    """Return all figures at the nominal torque; None for what the case does not ask for.
+    """Return all figures at the nominal torque; None where the case does not ask for it.
 
     Parameters
     ----------
     reduced : ReducedPair
     sweep : SteSweep
-        Recorded, with what is known of the mesh's error.
+        Recorded, with the error bar of the mesh where there is one.
     stress : RootStress or None
     """
     case, pair = reduced.basis.case, reduced.meshed.pair

@@ -74,7 +74,7 @@ class _Reader(Reader):
         return Campaign(said, tuple(inputs), text, f"{made_from}\n{base_text}", base_text, tuple(varied), count)
 
     def check_method(self, settings: DesignsSection) -> None:
-        """Refuse what a method does without, and the lack of what it needs."""
+        """Refuse keys of another method, and a method without its key."""
         for key, method, example in (("count", "sobol", "64"), ("file", "csv", '"designs.csv"')):
             given = getattr(settings, key) is not None
             if given and settings.method != method:
@@ -87,7 +87,9 @@ class _Reader(Reader):
         fixed, varied = dict[str, Any](), list[Variable]()
         for name, value in _leaves(designs.keys):
             hint, place = self.hint(name), f"[{DESIGNS}] {name}"
-            if not isinstance(value, Mapping | list) or (isinstance(value, list) and any(get_origin(kind) is tuple for kind, _ in forms_of(hint))):
+            if not isinstance(value, Mapping | list) or (
+                isinstance(value, list) and any(get_origin(kind) is tuple for kind, _ in forms_of(hint))
+            ):
                 fixed[name] = self.value(value, hint, place)
                 continue
             if designs.method == "csv":
@@ -166,7 +168,7 @@ class _Reader(Reader):
         return [Variable(name, tuple(column)) for name, column in zip(names, columns, strict=True)]
 
     def count(self, settings: DesignsSection, varied: list[Variable]) -> int:
-        """Return how many designs there are."""
+        """Return the number of designs."""
         if not varied:
             self.refuse(f"[{DESIGNS}]", "nothing differs from design to design: add a key of the case with a list, "
                         "as in pinion.teeth = [19, 20, 21]")  # fmt: skip
@@ -189,7 +191,7 @@ class _Reader(Reader):
         return lengths[longest]
 
     def check_relations(self, relations: Relations, named: set[str]) -> None:
-        """Refuse designs that say what follows from relations."""
+        """Refuse designs with keys that follow from relations."""
         for name in relations.solved:
             if name in named:
                 self.refuse(f"[{DESIGNS}] {name}", "follows from [relations]: remove it here, or the relation there")
@@ -197,7 +199,7 @@ class _Reader(Reader):
             self.refuse(f"[{DESIGNS}] pair.centre_distance_mm", "is fixed in [relations]: remove one of them")
 
     def base_text(self, base: Path, fixed: Mapping[str, Any]) -> str:
-        """Return the text of the base case with what all designs have in common."""
+        """Return the text of the base case with the keys that all designs have in common."""
         case = load_case(base)
         if case.compare.models is not None:
             case = change_case(case, compare={"models": None})
@@ -211,7 +213,7 @@ class _Reader(Reader):
 
 
 def _leaves(table: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
-    """Keys with dots, and what stands under each; a table that is no section is a range."""
+    """Keys with dots, and their values; a table that is no section is a range."""
     for key, value in table.items():
         name = before + key
         inside = isinstance(value, Mapping) and (name in SECTIONS or any(s.startswith(f"{name}.") for s in SECTIONS))

@@ -1,6 +1,6 @@
-"""Everything that a campaign leaves in its folder, and the summary on the screen.
+"""Files of a campaign, and its summary on the screen.
 
-Results and times are files apart: the first are the same bytes whoever solved which design, and when.
+Results and times are files apart: results are the same bytes for every executor and every time.
 """
 
 from __future__ import annotations
@@ -108,7 +108,9 @@ def write_design(campaign: Campaign, number: int, folder: Path, overwrite: bool 
     OutputError
     """
     if number > campaign.count:
-        raise CaseError(f"--case {number}: {campaign.inputs[0]} has {campaign.count} designs: give one of these numbers")
+        raise CaseError(
+            f"--case {number}: {campaign.inputs[0]} has {campaign.count} designs: give one of these numbers"
+        )
     design = with_relations(campaign.base_text, designs_of(campaign)(number - 1), campaign.sections.relations)
     target = ensure_folder(folder) / f"{campaign.name}_design_{number}.toml"
     refuse_existing(target, overwrite)

@@ -1,4 +1,4 @@
-"""The page of a campaign: what became of the designs, the best of them, and all to look through."""
+"""The page of a campaign: designs by status, the best of them, and all to look through."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def linked_designs(result: CampaignResult) -> Sequence[int]:
 
 
 def blocks_of(result: CampaignResult) -> list[Block | Designs]:
-    """Return what the page shows, in the order of reading."""
+    """Return the blocks of the page, in the order of reading."""
     campaign = result.campaign
     counts = {status: result.count(status) for status in STATUSES}
     blocks: list[Block | Designs] = []
@@ -57,10 +57,10 @@ def blocks_of(result: CampaignResult) -> list[Block | Designs]:
     derived = [name for name in campaign.columns if name in campaign.sections.relations.solved]
     follows = f" {', '.join(derived)} follow{'s' * (len(derived) == 1)} from relations." if derived else ""
     blocks += [
-        f"{campaign.count} designs of the case {campaign.inputs[1].name}: {counts['ok']} solved, {counts['infeasible']} "
-        f"infeasible, {len(result.failed)} failed. From design to design differ: {varied}.{follows} Every design has "
-        "finite elements of its own gears, exact line loads and the sweep of its case; figures are those at the "
-        "nominal torque.",
+        f"{campaign.count} designs of the case {campaign.inputs[1].name}: {counts['ok']} solved, "
+        f"{counts['infeasible']} infeasible, {len(result.failed)} failed. From design to design differ: {varied}."
+        f"{follows} Every design has finite elements of its own gears, exact line loads and the sweep of its case; "
+        "figures are those at the nominal torque.",
         Heading("Designs"),
         *_explorer(result),
         _best(result),
@@ -70,7 +70,7 @@ def blocks_of(result: CampaignResult) -> list[Block | Designs]:
 
 
 def label_of(name: str) -> str:
-    """Return what a reader calls a key of the case, without its unit."""
+    """Return a key of the case in words, without its unit."""
     section, key = split(name)
     return f"{section.partition('.')[0]} {UNITS.sub('', key).replace('_', ' ')}"
 

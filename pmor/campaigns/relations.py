@@ -1,4 +1,4 @@
-"""From the base case and the keys of a design to its case: what follows from relations is found here."""
+"""From the base case and the keys of a design to its case: relations are solved for the keys that follow."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def text_of_design(base_text: str, design: Mapping[str, Number]) -> str:
         changes.setdefault(section, {})[key] = value
     document = _document(base_text)
     if WHEEL in changes and WHEEL not in document:
-        # A wheel that is not mentioned is like the pinion, also in what a design leaves alone.
+        # A wheel without a section is like the pinion, also in the keys that a design leaves alone.
         changes[WHEEL] = document[PINION] | changes.get(PINION, {}) | changes[WHEEL]
     return changed_text(base_text, changes)
 
@@ -122,7 +122,7 @@ def _profile_shifts(base_text: str, design: Mapping[str, Number], relations: Rel
     needed = teeth * (involute_function(working) - involute_function(transverse)) / (2.0 * math.tan(normal))
     if relations.solve == "both":
         return {f"{gear}.profile_shift": 0.5 * needed for gear in GEARS}
-    # The mate's is said as well: a wheel that is not mentioned would take over what is found for the pinion.
+    # The mate's is set explicitly: a wheel without a section would inherit the pinion's new one.
     mate = f"{WHEEL if relations.solve == PINION else PINION}.profile_shift"
     return {f"{relations.solve}.profile_shift": needed - setting(mate), mate: setting(mate)}
 

@@ -14,7 +14,7 @@ from pmor.pair.conditions import assembly_of
 from pmor.results.sweep import SteSweep
 from pmor_online.model import ReducedPair
 
-# Amounts up to twice the largest transmission error: what Harris's rule takes where double contact is rigid.
+# Amounts up to twice the largest transmission error, as in Harris's rule with rigid double contact.
 MOST_AMOUNT = 2.0
 # Shares of the active profile between which relief starts.
 EARLIEST, LATEST = 0.5, 0.95

@@ -57,7 +57,7 @@ class Answer:
     Parameters
     ----------
     rows : tuple of dict
-        Of its designs, in order: the same whoever solved them, and when.
+        Of its designs, in order: they do not depend on the executor.
     seconds : tuple of float
         Processor time that each took.
     """

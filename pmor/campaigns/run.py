@@ -79,8 +79,9 @@ def run(
     ExternalProgramError
         When the executor does no more work.
     """
-    if campaign.sections.store.limit_GiB:
-        refuse_foreign_store(Path(campaign.sections.store.folder))  # before anything is written
+    store = campaign.sections.store
+    if store.limit_GiB:
+        refuse_foreign_store(Path(store.folder))  # before anything is written
     with pieces_folder(folder, FILES, inputs=campaign.inputs, overwrite=overwrite) as parts:
         if folder is not None:
             refuse_changed_cases(campaign, Path(folder), overwrite)
@@ -91,17 +92,19 @@ def run(
 
 
 def task_of(campaign: Campaign, store: Store) -> Task:
-    """Return what all designs of a campaign have in common."""
+    """Return all that the designs of a campaign have in common."""
+    said = campaign.sections
     return Task(
-        base_text=campaign.base_text, relations=campaign.sections.relations, columns=campaign.columns, results=campaign.results,
-        workers=campaign.sections.workers, store=str(store.folder), store_bytes=store.limit_bytes,
+        base_text=campaign.base_text, relations=said.relations, columns=campaign.columns, results=campaign.results,
+        workers=said.workers, store=str(store.folder), store_bytes=store.limit_bytes,
     )  # fmt: skip
 
 
 def _solved(campaign: Campaign, parts: Path, executor: Executor, progress: Callable[[int], None]) -> CampaignResult:
     table = designs_of(campaign)
     chunks = chunks_of(campaign.count, expected_seconds(campaign, table))
-    task = task_of(campaign, open_store(Path(campaign.sections.store.folder), campaign.sections.store.limit_GiB))
+    store = campaign.sections.store
+    task = task_of(campaign, open_store(Path(store.folder), store.limit_GiB))
     files = ChunkFiles(parts, campaign)
     files.begin(chunks, campaign)
     known = {chunk.number for chunk, _ in files.finished(chunks)}

@@ -1,7 +1,6 @@
-"""What a campaign file may say: one dataclass per section.
+"""Sections of a campaign file: one dataclass each.
 
-A campaign names a base case and varies keys of it; what a case may say is checked by `pmor.case`, with its own
-messages.
+A campaign names a base case and varies keys of it; `pmor.case` checks these keys, with its own messages.
 """
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ ResultKey = Literal[UsualKey, ReliefKey]
 #: results without those of the best relief
 USUAL: tuple[UsualKey, ...] = get_args(UsualKey)
 OF_RELIEF: tuple[ReliefKey, ...] = get_args(ReliefKey)
-# Of designs in all: ten times what a thousand cores do in a day at a minute each.
+# Ten times the work of a thousand cores in a day, at a minute for each design.
 MOST_DESIGNS = 10_000_000
 
 
@@ -68,7 +67,7 @@ class Variable:
 
 @dataclass(frozen=True, kw_only=True)
 class DesignsSection:
-    """Which designs there are (section `[designs]`, beside the keys of the case that it names).
+    """The designs (section `[designs]`, beside the keys of the case that it names).
 
     Parameters
     ----------
@@ -91,14 +90,14 @@ class DesignsSection:
 
 @dataclass(frozen=True, kw_only=True)
 class Relations:
-    """What all designs have in common (section `[relations]`); keys of the case follow from it.
+    """Relations that all designs keep (section `[relations]`); keys of the case follow from it.
 
     Parameters
     ----------
     ratio : float or None
         Teeth of the wheel over those of the pinion: the wheel takes the nearest whole number.
     ratio_tolerance_percent : float
-        How far the ratio may be off for it; a design beyond is infeasible.
+        Largest deviation from the ratio by that rounding; a design beyond is infeasible.
     centre_distance_mm : float or None
         Reached without backlash by profile shifts.
     solve : {"both", "pinion", "wheel"}
@@ -112,7 +111,7 @@ class Relations:
 
     @property
     def solved(self) -> tuple[str, ...]:
-        """Keys of the case that they give, and nobody else may."""
+        """Keys of the case that follow from them, given nowhere else."""
         teeth = ("wheel.teeth",) if self.ratio is not None else ()
         gears = ("pinion", "wheel") if self.solve == "both" else (self.solve,)
         shifts = tuple(f"{gear}.profile_shift" for gear in gears) if self.centre_distance_mm is not None else ()
@@ -157,7 +156,7 @@ class Workers:
 
 @dataclass(frozen=True, kw_only=True)
 class StoreSection:
-    """Where compliances of single gears are kept for other designs and other campaigns (section `[store]`).
+    """The store of compliances of single gears, for other designs and other campaigns (section `[store]`).
 
     Parameters
     ----------

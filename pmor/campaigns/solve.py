@@ -1,4 +1,4 @@
-"""One design: from the keys that it changes to its row of the table, whatever comes of it."""
+"""One design: from the keys that it changes to its row of the table."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def row_of(task: Task, number: int, design: Mapping[str, Number], store: Store) 
         return plain_row(task, number, complete, "infeasible", str(error))
     except ConvergenceError as error:
         return plain_row(task, number, complete, "not converged", str(error))
-    if failures:  # what is left of a cycle is no result to compare designs by
+    if failures:  # a cycle with gaps is no result to compare designs by
         reason = f"{len(failures)} positions did not converge, first: {failures[0]}"
         return plain_row(task, number, complete, "not converged", reason)
     return plain_row(task, number, complete, "ok", "", results)

@@ -2,7 +2,7 @@
 
     python -m pmor.campaigns.solver
 
-Whatever it dies of, runs out of or never comes back from, is seen from outside (`pmor.campaigns.supervise`).
+Its deaths, lack of memory and endless loops are seen from outside (`pmor.campaigns.supervise`).
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ from typing import Any, TextIO
 
 # After so many seconds without an order: the campaign is over, and memory belongs to others.
 IDLE_S = 120.0
-# Under which an answer says why there is no row.
+# Key of an answer without a row: the reason.
 FAILED = "failed"
-# What is told of a process that has no memory left, and then ends.
+# Reason of a process without memory, which then ends.
 OUT_OF_MEMORY = "its memory did not suffice"
 
 
 def main() -> None:
     """Answer orders until there are no more."""
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
-    os.dup2(2, 1)  # what a library prints is no answer
+    os.dup2(2, 1)  # prints of libraries are no answers
     orders: queue.SimpleQueue[str] = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(orders,), daemon=True).start()
     rows_of = _ready()
@@ -42,7 +42,7 @@ def main() -> None:
         for answer in rows_of(order):
             _tell(answers, answer)
             if FAILED in answer:
-                os._exit(1)  # nobody knows in which state
+                os._exit(1)  # its state is unknown
 
 
 def _listen(orders: queue.SimpleQueue[str]) -> None:
@@ -53,14 +53,14 @@ def _listen(orders: queue.SimpleQueue[str]) -> None:
 
 
 def _ready() -> Callable[[dict[str, Any]], Iterator[dict[str, Any]]]:
-    """Load what solving takes, before any design has to wait for it."""
+    """Load the libraries, before any design has to wait for them."""
     from pmor.campaigns.rows import Task
     from pmor.campaigns.solve import row_of
     from pmor.campaigns.store import GIB, Store, open_store
     from pmor.core.errors import OutputError
 
     def store_of(folder: Path, limit_bytes: float) -> Store:
-        """The store on this machine, whose folder may be its own; none where that holds something else."""
+        """The store on this machine; none where its folder holds something else."""
         try:
             return open_store(folder, limit_bytes / GIB)
         except OutputError:

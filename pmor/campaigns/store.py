@@ -1,9 +1,9 @@
-"""Compliances of single gears under the digest of all that they depend on: what was solved once is never solved again.
+"""Compliances of single gears under the digest of all that they depend on: a gear is solved once.
 
-The store serves any number of processes and runs at a time. An entry is written beside its place and renamed; who
-solves the same gear meanwhile writes the same bytes. It is parted by the first digit of the digest, each part with an
-equal share of the limit: after a write the process looks at that part alone, and removes what was not used for longest.
-So the limit holds without anybody counting. A store is a help, not a place of results: where it cannot be read or
+The store serves any number of processes and runs at a time. An entry is written beside its place and renamed; another
+process that solves the same gear meanwhile writes the same bytes. The first digit of the digest parts the store, with
+an equal share of the limit for each part: after a write the process looks at that part alone, and removes the entries
+unused for longest. The limit thus holds without a common count. A store holds no results: where it cannot be read or
 written, gears are solved as without it.
 """
 
@@ -48,7 +48,7 @@ class Store:
     limit_bytes: float
 
     def get(self, key: str, solve: Callable[[], SolvedGear]) -> SolvedGear:
-        """Return what is kept under a key, or solve for it and keep it."""
+        """Return the entry of a key, or solve for it and keep it."""
         if not self.limit_bytes:
             return solve()
         path = self.folder / key[0] / f"{key}.h5"

@@ -1,4 +1,4 @@
-"""Give work to an executor, any one: so much at a time, again what failed, and never more in memory than that."""
+"""Hand work to any executor: a limited number of pieces at a time, failed ones once more."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ def submit_all(
     keep : callable
         Called here with each item and its answer, in the order in which they come.
     lost : callable
-        Gives the answer for an item whose work failed twice, from the item and the reason.
+        Gives the answer for an item that failed twice, from the item and the reason.
     in_flight : int
         Pieces of work that the executor has at most.
 
     Raises
     ------
     ExternalProgramError
-        When the executor does no more work: what was kept by then is kept.
+        When the executor does no more work; answers by then are kept.
     """
     done: queue.SimpleQueue[tuple[Item, int, Future[Answer]]] = queue.SimpleQueue()
     again: list[tuple[Item, int]] = []

@@ -1,8 +1,8 @@
-"""Solve a chunk in a process of its own, and watch over it: what an executor is given to do.
+"""Solve a chunk in a process of its own, and watch over it: the work of an executor.
 
 Each thread that an executor works with, wherever that is, has one solving process beside it, which goes on from chunk
-to chunk. A design that ends it, or does not answer within its time, is tried once more in a new one; then its row says
-what became of it. All executors therefore mean the same by a failure, and none is harmed by one.
+to chunk. A design that ends it, or does not answer within its time, is tried once more in a new one; then its row has
+the reason. Failures are therefore the same under all executors, and harm none.
 """
 
 from __future__ import annotations
@@ -142,7 +142,7 @@ class LocalProcesses(ThreadPoolExecutor):
 
 
 class Ended(Exception):
-    """A solving process is no more; the message says of what."""
+    """A solving process has ended; the message is the reason."""
 
 
 def solve_order(order: Order) -> Answer:

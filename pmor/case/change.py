@@ -1,4 +1,4 @@
-"""Cases made and changed in Python: by keyword, through the checks of a file, with a text that says what they are."""
+"""Cases made and changed in Python: by keyword, with the checks of a file and a text that reads back."""
 
 import json
 import tomllib
@@ -34,7 +34,7 @@ def make_case(name: str = "case", **settings: Any) -> Case:
     Raises
     ------
     CaseError
-        As for a case file: the key, the value, what is allowed, what to do.
+        As for a case file: key, value, allowed values and remedy.
 
     Examples
     --------
@@ -51,7 +51,7 @@ def change_case(case: Case, **settings: Any) -> Case:
 
 
 def without_models(case: Case) -> Case:
-    """Return a case of its own model alone, without root stress: what varies a case varies that one's STE."""
+    """Return a case of its own model alone, without root stress: for the variation of its STE."""
     changes: dict[str, Any] = {} if case.compare.models is None else {"compare": {"models": None}}
     if case.root_stress:
         changes["results"] = {"root_stress": False}
@@ -132,7 +132,7 @@ def _homes(key: str, document: Mapping[str, Any], where: str) -> tuple[str, ...]
     if homes == GEARS:
         return GEARS if "wheel" in document else GEARS[:1]  # a wheel that is not mentioned is like the pinion
     if "pair" in homes:
-        return ("pair",)  # what both gears have in common, even where they may have their own
+        return ("pair",)  # common to both gears, even where a gear may have its own
     if len(homes) > 1:
         choices = " or ".join(_keyword(name, key) for name in homes)
         raise CaseError(f"{where}: {key}: more than one section has it: write {choices}")

@@ -11,7 +11,7 @@ from pmor.case.width import meshed_width
 from pmor.core.errors import CaseError
 from pmor.gear.modification import UNMODIFIED, Modification
 
-# Amounts, what says where they end, and what that is.
+# Amounts, the keys of their extents, and these in words.
 EXTENTS = (
     ("tip_relief_um", "tip_relief_start_roll_deg", "the roll angle at which it starts"),
     ("root_relief_um", "root_relief_end_roll_deg", "the roll angle at which it ends"),
@@ -23,7 +23,7 @@ GRID_SLACK_MM = 1e-3
 
 @dataclass(frozen=True)
 class ModifiedFlank:
-    """A modification, the gear it is of, and what messages call its section.
+    """A modification, its gear, and the name of its section in messages.
 
     Parameters
     ----------
@@ -56,16 +56,15 @@ def modified_flanks(case: Case) -> list[ModifiedFlank]:
 def trained_flanks(case: Case) -> tuple[Modification, Modification]:
     """Return the flanks of pinion and wheel on which full solves train the shapes of a case.
 
-    What differs over the width spreads the load over it in another way, and shapes know only what they are trained on:
-    measured with a crowning of 5 um on the paper's pair under its nominal torque, those of plain flanks are 9 % off,
-    those of crowned ones 0.5 %. What is the same over the width they take as it comes: 0.006 % off with a tip relief of
-    20 um.
+    Deviations over the width redistribute the load, and shapes hold for the trained distributions alone. Measured with
+    a crowning of 5 um on the paper's pair under its nominal torque: shapes of plain flanks are 9 % off, of crowned ones
+    0.5 %. Deviations that are the same over the width need no training: 0.006 % off with a tip relief of 20 um.
     """
     return _trained_on(case, case.pinion_modification, case.wheel_modification)
 
 
 def untrained_conditions(case: Case) -> list[str]:
-    """Name the conditions of a case whose flanks load the width otherwise than those that it trains on."""
+    """Name the conditions with flanks that load the width otherwise than the trained ones."""
     trained = trained_flanks(case)
     return [c.name for c in case.conditions if _trained_on(case, c.pinion, c.wheel) != trained]
 

@@ -1,9 +1,9 @@
 """Read TOML files into dataclasses: cases, studies, designs and campaigns alike.
 
-The fields of a dataclass are the keys of a section; their annotations give type, range and unit (`pmor.case.values`). A
-field that is a dataclass is a section inside, a tuple of dataclasses a list of sections. A word in the annotation of such a
-field is its key in the file, if that is not the name of the field; `INLINE` puts the keys of a dataclass among those of
-the section that holds it. A field of type `Sections` takes all other keys: sections of another case.
+The fields of a dataclass are the keys of a section; their annotations give type, range and unit (`pmor.case.values`).
+A field that is a dataclass is a section inside, a tuple of dataclasses a list of sections. A word in the annotation of
+such a field is its key in the file, if that is not the name of the field; `INLINE` puts the keys of a dataclass among
+those of the section that holds it. A field of type `Sections` takes all other keys: sections of another case.
 """
 
 from __future__ import annotations
@@ -15,15 +15,13 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated, Any, NoReturn, TypeVar, get_args, get_origin, get_type_hints
 
-from pmor.case.values import Refused, convert, did_you_mean, toml_text
+from pmor.case.values import REMOVED, Refused, convert, did_you_mean, toml_text
 from pmor.core.errors import CaseError
 from pmor.gear.topography import Topography, read_topography
 
 Section = TypeVar("Section")
 Sections = Mapping[str, Mapping[str, Any]]
 INLINE = "inline"
-# Keys of former versions, and what to do instead.
-REMOVED = {"thin_slices": "leave it out, and run 'python -m pmor.lab.slices CASE' for this comparison"}
 NOTHING: Mapping[str, Any] = MappingProxyType({})
 # Sections inside of sections, and values in them: files have five.
 DEEPEST = 20
@@ -282,7 +280,7 @@ def _is_list(hint: Any) -> bool:
 
 
 def _dataclass_in(hint: Any) -> Any:
-    """The dataclass that a field holds one or several of, if it is a section; None of values with a form of their own."""
+    """The dataclass of a field that is a section or a list of sections; None of values."""
     if get_origin(hint) is Annotated:
         return _dataclass_in(get_args(hint)[0]) if _words(hint) else None
     kinds = [kind for kind in (hint, *get_args(hint)) if isinstance(kind, type) and is_dataclass(kind)]

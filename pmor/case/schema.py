@@ -1,4 +1,4 @@
-"""What a case file may say: one dataclass per section, the allowed range of each number beside its type.
+"""Sections of a case file: one dataclass each, the allowed range of each number beside its type.
 
 The ranges are wide enough for extreme gears; they exist to catch slips, above all wrong units.
 """
@@ -124,7 +124,7 @@ class MeshCase:
         even number of elements over the width), else the whole. `plane_strain`: one layer of elements without axial
         displacement, whatever `width_elements` says.
     spacing : {"arc_length", "roll_angle"}
-        In what the flank nodes are equally spaced along the profile.
+        Measure in which the flank nodes are equally spaced along the profile.
     share_identical : bool
         Mesh gears of one shape once, and solve the finite elements of identical gears once.
     error_bar : bool
@@ -191,7 +191,7 @@ class ContactCase:
 
 @dataclass(frozen=True, kw_only=True)
 class ReductionCase:
-    """What the reduced basis consists of (section `[reduction]`).
+    """The reduced basis (section `[reduction]`).
 
     Parameters
     ----------
@@ -211,7 +211,7 @@ class ReductionCase:
         Of flank lines: a further load distribution over the width is kept where it carries more than this share of the
         first one's forces. Smaller for misaligned axes, whose distributions vary.
     error_estimate : bool
-        Keep in the basis what an error bar on every online result takes (`pmor.reduction.error_estimate`). Line loads
+        Keep the data of an error bar on every online result in the basis (`pmor.reduction.error_estimate`). Line loads
         have no error to estimate.
     """
 
@@ -304,7 +304,7 @@ class OnlineCase:
     torques_Nm : tuple of float
         Torques in N m, increasing; the nominal one is among them.
     extrapolate : bool
-        Allow torques and a misalignment beyond the training, where only the error bar says what the result is worth.
+        Allow torques and a misalignment beyond the training, where only the error bar tells the accuracy.
     """
 
     angles_per_pitch: Positions = 200
@@ -343,9 +343,9 @@ class DynamicsCase:
     pinion_inertia_kg_m2, wheel_inertia_kg_m2 : float or None
         Polar moment of inertia of a gear in kg m2; None is that of a solid disc of its reference diameter.
     pinion_shaft_inertia_kg_m2, wheel_shaft_inertia_kg_m2 : float
-        What turns with a gear beside it, in kg m2.
+        Of all that turns with a gear beside it, in kg m2.
     pinion_mass_kg, wheel_mass_kg : float or None
-        Mass of a gear and what moves with it on its bearings, in kg; None is that of the disc.
+        Mass of a gear and of all that moves with it on its bearings, in kg; None is that of the disc.
     pinion_bearing_stiffness_N_um, wheel_bearing_stiffness_N_um : tuple of float or None
         Of the bearings of a gear together, by direction, in N/um; None is rigid.
     pinion_bearing_damping_N_s_mm, wheel_bearing_damping_N_s_mm : tuple of float or None
@@ -413,17 +413,17 @@ class CompareCase:
 
 @dataclass(frozen=True, kw_only=True)
 class ResultsCase:
-    """What is read off the sweep of exact line loads beside the transmission error (section `[results]`).
+    """Results of the sweep of exact line loads beside the transmission error (section `[results]`).
 
     Parameters
     ----------
     maps : bool
-        What each point of the flanks sees over the mesh cycle: line load, Hertz's pressure and half-width, and the
-        contact pattern at a hundredth of the nominal torque, one more sweep.
+        Largest values at each point of the flanks over the mesh cycle: line load, Hertz's pressure and half-width, and
+        the contact pattern at a hundredth of the nominal torque, one more sweep.
     harris_torques_Nm : tuple of float
         Torques in N m, increasing, of the Harris map: transmission error and its peak-to-peak over torque.
     root_stress : bool
-        Stress along both root fillets of the loaded teeth. The basis holds what it takes.
+        Stress along both root fillets of the loaded teeth. The basis then holds its shapes.
     """
 
     maps: bool = True
@@ -433,7 +433,7 @@ class ResultsCase:
 
 @dataclass(frozen=True, kw_only=True)
 class OutputCase:
-    """What `pmor run` leaves in the output folder besides numbers (section `[output]`).
+    """Files of `pmor run` beside numbers (section `[output]`).
 
     Parameters
     ----------
@@ -455,7 +455,7 @@ class OutputCase:
 
     @property
     def shown_as(self) -> Literal["png", "svg"]:
-        """What the page shows pictures as."""
+        """Format of the pictures on the page."""
         return "svg" if "svg" in self.format else "png"
 
 
@@ -489,7 +489,7 @@ class Case:
     pinion_modification, wheel_modification : Modification
         Of the loaded flanks (sections `[pinion.modification]` and `[wheel.modification]`).
     conditions : tuple of ConditionCase
-        What is swept beside the case's own condition.
+        Swept beside the case's own condition.
     text : str
         The text of the file, for provenance.
     """

@@ -25,10 +25,11 @@ OTHER_FLANKS = (
 )
 
 
-# Words of earlier versions, and what to write instead.
+# Words and keys of earlier versions, and the remedy.
 REMOVED = {
-    "grassmann": 'interpolation between subspaces was removed, no better than linear with aligned modes: write "linear"',
+    "grassmann": 'between subspaces was removed, no better than linear with aligned modes: write "linear"',
     "strip": 'pressure integrated over strips was removed: write "line", or "direct" for penalty contact',
+    "thin_slices": "leave it out, and run 'python -m pmor.lab.slices CASE' for this comparison",
 }
 
 
@@ -65,9 +66,9 @@ def convert(value: object, annotation: Any) -> Any:
     value : object
         As the TOML reader gives it.
     annotation : type
-        One of the forms that schemas use: bool, str, Path, Literal, tuple of Literal; `Annotated` int, float or tuple of
-        float with a `Range`; a `Topography`; a class with a static method `from_toml`; a tuple of these;
-        one of these or None; or a number or words.
+        A form of the schemas: bool, str, Path, Literal, tuple of Literal; `Annotated` int, float or tuple of float with
+        a `Range`; a `Topography`; a class with a static method `from_toml`; a tuple of these; one of these or None; a
+        number or words.
     """
     if isinstance(value, tuple):
         value = list(value)
@@ -190,7 +191,7 @@ def _number(value: object, allowed: Range) -> float:
     except OverflowError:  # an integer of hundreds of digits
         number = math.inf
     _check_range(number, allowed)
-    # Evenly spaced torques come as 70.10000000000001 from whoever made the list; files and curves are labelled by them.
+    # Evenly spaced torques come as 70.10000000000001 out of other programs; files and curves are labelled by them.
     return float(f"{number:.12g}") if allowed.unit == TORQUE_UNIT else number
 
 

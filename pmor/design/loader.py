@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from pmor.case import Case, change_case, check_flanks, load_case, without_models
+from pmor.case.flanks import EXTENTS
 from pmor.case.reader import Reader, parse_toml, read_text, sections_in
 from pmor.case.values import toml_text
 from pmor.core.errors import CaseError
@@ -19,14 +20,9 @@ from pmor.pair.conditions import assembly_of
 from pmor.pair.model import gear_pair
 from pmor.pair.modifications import refuse_modifications_off_the_flank
 
-# What loads the halves of the face differently.
+# Keys that load the halves of the face differently.
 UNEVEN = ("helix_slope_um", "twist_um", "in_plane_um", "out_of_plane_um")
-EXTENTS = {
-    "tip_relief_um": "tip_relief_start_roll_deg",
-    "root_relief_um": "root_relief_end_roll_deg",
-    "end_relief_um": "end_relief_length_mm",
-}
-# More variables have more corners than anybody looks at; fewer samples than they have directions say nothing.
+# More variables have too many corners of their ranges to check each, 2 to their number.
 MOST_VARIABLES = 10
 
 
@@ -126,12 +122,9 @@ def case_of(design: Design, case: Case, where: str) -> Case:
     mesh: dict[str, Any] = {"error_bar": False}
     if case.mesh.width == "half" and uneven(design):
         mesh["width"] = "whole"
-    stress = "root_stress_MPa" in design.results
-    return (
-        change_case(case, mesh=mesh, compare={"models": None})
-        if stress
-        else change_case(without_models(case), mesh=mesh)
-    )
+    if "root_stress_MPa" in design.results:
+        return change_case(case, mesh=mesh, compare={"models": None})
+    return change_case(without_models(case), mesh=mesh)
 
 
 def uneven(design: Design) -> bool:
@@ -141,25 +134,23 @@ def uneven(design: Design) -> bool:
 
 
 def check_ranges(design: Design, case: Case, where: str) -> None:
-    """Raise `CaseError` where the ends of the ranges are nothing for the gears, or the base case is not enough."""
+    """Raise `CaseError` where the ends of the ranges do not fit the gears, or the base case lacks an extent."""
     base, pair = assembly_of(case), gear_pair(case)
     varied = {(gear, v.key) for v in design.variables for gear in v.gears}
     scattered = design.scatter.modifications
     for gear, modification in (("pinion", base.pinion), ("wheel", base.wheel)):
         asked = [key for key in AMOUNT_KEYS if (gear, key) in varied or key in scattered]
-        for amount, extent in EXTENTS.items():
+        for amount, extent, _ in EXTENTS:
             if amount in asked and getattr(modification, extent) is None and (gear, extent) not in varied:
                 raise CaseError(
                     f"{where}: {amount}: the case does not say how far it goes on the {gear}: write {extent} below "
                     f"[{gear}.modification] of {case.name}, or make it a variable"
                 )
-    for number, x in enumerate(corners(design.variables)):
-        if number >= 2**MOST_VARIABLES:
-            break
+    for x in corners(design.variables):
         _check_corner(assembly_at(base, design.variables, x), case, pair, where)
     if case.mesh.width == "plane_strain" and (uneven(design) or any("helix" in v.key for v in design.variables)):
         raise CaseError(
-            f'{where}: what differs over the width is nothing for [mesh] width = "plane_strain" of the case: write '
+            f'{where}: flanks or axes differ over the width, and the case has [mesh] width = "plane_strain": write '
             '"whole" there, or leave it out'
         )
 
@@ -206,7 +197,7 @@ def _check_together(design: Design, where: str) -> None:
     scatter = design.scatter
     if design.scatters and not (scatter.modifications or scatter.axes):
         raise CaseError(
-            f'{where}: [objective] value = "{design.objective.value}": needs what scatters: add [scatter] with '
+            f'{where}: [objective] value = "{design.objective.value}": needs a scatter: add [scatter] with '
             f"standard deviations, such as {AMOUNT_KEYS[0]} = 2.0 or {MISALIGNMENT_KEYS[0]} = 10.0"
         )
     if design.pareto.against == design.objective.minimise:

@@ -1,4 +1,4 @@
-"""What a design file may say: one dataclass per section, the allowed range of each number beside its type."""
+"""Sections of a design file: one dataclass each, the allowed range of each number beside its type."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ ResultKey = Literal[Objective, "pressure_MPa", "k_h_beta", "tip_edge_load_N_per_
 AMOUNT_KEYS: tuple[AmountKey, ...] = get_args(AmountKey)
 EXTENT_KEYS: tuple[ExtentKey, ...] = get_args(ExtentKey)
 MISALIGNMENT_KEYS = ("in_plane_um", "out_of_plane_um", "centre_distance_um")
-#: what is found of each variant under each torque
+#: results of each variant under each torque
 RESULTS: tuple[ResultKey, ...] = get_args(ResultKey)
 # Those whose derivatives follow from the sensitivities of the STE.
 OF_THE_STE: tuple[Objective, ...] = get_args(Objective)
@@ -105,7 +105,7 @@ class Constraint:
     result : str
         `pressure_MPa`: largest pressure of contact. `k_h_beta`: face load factor. `tip_edge_load_N_per_mm`: largest
         line load where the edge of a tip is in contact; 0 keeps it clear. `root_stress_MPa`: largest principal stress
-        at the roots. Or what can be minimised.
+        at the roots. Or an objective.
     at_most : float
         In the unit of the result.
     """

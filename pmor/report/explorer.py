@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Literal
-from urllib.parse import urlsplit
+from urllib.parse import unquote, urlsplit
 
 import numpy as np
 
@@ -34,7 +34,7 @@ class Column:
     values : ndarray, shape (n,)
         Numbers, NaN where there is none, or text for categories.
     kind : {"input", "result"}
-        What was chosen, or what came of it; fronts are of results.
+        Chosen, or found; fronts are of results.
 
     Raises
     ------
@@ -49,7 +49,7 @@ class Column:
     kind: Literal["input", "result"]
 
     def __post_init__(self) -> None:
-        """What the page cannot show is a mistake of the caller."""
+        """Refuse data that the page cannot show."""
         if self.kind not in ("input", "result"):
             raise ValueError(f"column {self.key!r}: kind {self.kind!r} is neither 'input' nor 'result'")
         if self.values.ndim != 1 or self.values.dtype.kind not in "fiuU":
@@ -57,7 +57,7 @@ class Column:
                              "numbers or text")  # fmt: skip
 
     def data(self) -> dict[str, Any]:
-        """Return what the script gets: values, or levels in alphabetical order and the number of each design's."""
+        """Return the data of the script: values, or levels in alphabetical order and the number of each design's."""
         shown = {"key": self.key, "label": self.label, "unit": self.unit.replace("um", "µm"), "kind": self.kind}
         if self.values.dtype.kind == "U":
             levels, of = np.unique(self.values, return_inverse=True)
@@ -75,7 +75,7 @@ class Designs:
         At least one, n values each, in the order of the axes.
     names : ndarray of str, shape (n,)
     links : ndarray of str, shape (n,)
-        Relative URL, quoted where that is needed, of what there is to a design; empty where there is nothing.
+        Relative URL of a file of the design, quoted; empty where there is none.
     reasons : ndarray of str, shape (n,)
         Why a design is infeasible; empty where it is not.
 
@@ -91,7 +91,7 @@ class Designs:
     reasons: np.ndarray
 
     def __post_init__(self) -> None:
-        """What the page cannot show is a mistake of the caller."""
+        """Refuse data that the page cannot show."""
         object.__setattr__(self, "columns", tuple(self.columns))
         keys = [column.key for column in self.columns]
         if not keys or len(set(keys)) != len(keys):
@@ -103,11 +103,11 @@ class Designs:
                 raise ValueError(f"designs have {len(self.names)} names, but {length} {name}")
         for link in self.links:
             parts = urlsplit(link.replace("\\", "/"))
-            if parts.scheme or parts.netloc or parts.path.startswith("/"):
-                raise ValueError(f"link {str(link)!r} is not relative to the page")
+            if parts.scheme or parts.netloc or parts.path.startswith("/") or ".." in unquote(parts.path).split("/"):
+                raise ValueError(f"link {str(link)!r} leaves the folder of the page")
 
     def data(self) -> dict[str, Any]:
-        """Return what the script gets."""
+        """Return the data of the script."""
         reasons, of = np.unique(np.concatenate([[""], self.reasons]), return_inverse=True)
         return {
             "columns": [column.data() for column in self.columns],

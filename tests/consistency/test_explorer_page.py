@@ -395,9 +395,11 @@ def test_the_section_is_whole_by_itself(data):
     ("changes", "said"),
     [
         ({"names": np.array(["a"])}, "1 names, but 3 links"),
-        ({"links": np.array(["", "https://example.org/", ""])}, "'https://example.org/' is not relative"),
-        ({"links": np.array(["", "java\nscript:alert(1)", ""])}, "is not relative"),
-        ({"links": np.array(["", "\\\\host\\case", ""])}, "is not relative"),
+        ({"links": np.array(["", "https://example.org/", ""])}, "'https://example.org/' leaves the folder"),
+        ({"links": np.array(["", "java\nscript:alert(1)", ""])}, "leaves the folder"),
+        ({"links": np.array(["", "\\\\host\\case", ""])}, "leaves the folder"),
+        ({"links": np.array(["", "cases/../../x", ""])}, "leaves the folder"),
+        ({"links": np.array(["", "%2e%2e/x", ""])}, "leaves the folder"),
         ({"columns": []}, "designs need columns"),
     ],
 )

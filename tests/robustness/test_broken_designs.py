@@ -51,7 +51,7 @@ BROKEN = {
     "torque twice": ({"load": {"torques_Nm": [50.0, 50.0]}}, ["torques_Nm = [50.0, 50.0]", "remove it"]),
     "torque of nothing": ({"load": {"torques_Nm": [0.0, 50.0]}}, ["torques_Nm", "above 0"]),
     "unknown objective": ({"objective": {"minimise": "noise"}}, ["minimise", "unknown choice"]),
-    "robust without scatter": ({"objective": {"value": "percentile_95"}}, ["needs what scatters", "add [scatter]"]),
+    "robust without scatter": ({"objective": {"value": "percentile_95"}}, ["needs a scatter", "add [scatter]"]),
     "negative scatter": (SCATTER | {"scatter": {"tip_relief_um": -1.0}}, ["tip_relief_um = -1.0", "between 0"]),
     "half a draw": (SCATTER | {"scatter": {"tip_relief_um": 1.0, "draws": 12.5}}, ["draws = 12.5", "whole number"]),
     "unknown result": ({"constraints": [{"result": "pressure", "at_most": 9.0}]}, ["did you mean pressure_MPa?"]),

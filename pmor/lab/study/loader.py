@@ -1,4 +1,4 @@
-"""Read a study file: TOML -> `Study`; what its cells change in the base case, `pmor.case` checks."""
+"""Read a study file: TOML -> `Study`; `pmor.case` checks the changes of its cells."""
 
 from __future__ import annotations
 

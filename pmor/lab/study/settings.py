@@ -1,6 +1,6 @@
-"""What a study file may say: one dataclass per section.
+"""Sections of a study file: one dataclass each.
 
-A study names a base case and varies it; what a case may say is checked by `pmor.case`, with its own messages.
+A study names a base case and varies it; `pmor.case` checks the changes, with its own messages.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class Cell:
     lodm : int
         Level-of-detail magnification over the profile: contact points per element.
     variant : str
-        Name of what else differs from the base case; empty for the grid itself.
+        Name of the other differences from the base case; empty for the grid itself.
     """
 
     n_profile: int
