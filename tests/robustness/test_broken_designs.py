@@ -68,7 +68,7 @@ def test_broken_designs_are_refused_in_one_line_and_leave_nothing(name, tmp_path
     changes, words = BROKEN[name]
     lines = {"mesh": MESH, "contact": {"scheme": "line"}}
     (tmp_path / "small.toml").write_text(case_text(**lines, reduction=None))
-    (tmp_path / "shapes.toml").write_text(case_text(**lines))
+    (tmp_path / "shapes.toml").write_text(case_text(mesh=MESH))
     path = tmp_path / "broken.toml"
     path.write_text(text_of({key: value for key, value in (GOOD | changes).items() if value is not None}))
     monkeypatch.chdir(tmp_path)
