@@ -22,7 +22,6 @@ from pmor.gear.meshed_pair import MeshedPair
 from pmor.line.kernels.loads import LineResults, solve_lines
 from pmor.line.kernels.places import Lines, line_deviations
 from pmor.line.kernels.pressure import PATCH_FIELDS, line_patches
-from pmor.line.layered_pair import place_sections
 from pmor.results.force_law import ForceLaw
 from pmor.results.loads import ContactLoads, LineStates, SweepStates
 from pmor.results.sweep import SteSweep
@@ -83,7 +82,7 @@ def sweep_line_loads(
 
 def sections_near(reduced: ReducedPair, phi: FloatArray, condition: Condition) -> int:
     """Return how many sections, at most over the angles, come within the approach that a torque makes expect."""
-    gap = place_sections(reduced.layered, phi, condition.assembly.misalignment, reduced.components).gap
+    gap = reduced.placed(phi, condition.assembly.misalignment).gap
     near = gap - gap.min(axis=1, keepdims=True) < reduced.layered.expected_approach(condition.given_torque)
     return int(near.sum(axis=1).max())
 
@@ -152,7 +151,7 @@ def _solve(
     cases = _cases(reduced.layered, conditions)
 
     def solve(block: slice) -> tuple[Lines, LineResults]:
-        lines = place_sections(reduced.layered, angles[block], misalignment, reduced.components)
+        lines = reduced.placed(angles[block], misalignment)
         found = _solve_block(reduced, lines, cases, len(conditions), conditions[0].torque is None, recorded)
         nothing = np.empty((0, 0, 0))
         return lines._replace(gradient=np.empty((0, 0, 0, 0)), flexibility=nothing), found

@@ -12,11 +12,14 @@ import numpy as np
 
 from pmor.body.flank_compliance import FlankCompliance
 from pmor.body.section_compliance import section_compliance
+from pmor.body.support import support_rows
 from pmor.case import Case
 from pmor.case.width import mirrors_at_mid_width
 from pmor.core.arrays import FloatArray
+from pmor.gear.condition import Misalignment
 from pmor.gear.meshed_pair import MeshedPair
-from pmor.line.layered_pair import LayeredPair, as_layered
+from pmor.line.kernels.places import Lines
+from pmor.line.layered_pair import LayeredPair, as_layered, place_sections
 from pmor.pair.model import assemble_pair, gear_pair
 from pmor.penalty.elasticity import ReducedElasticity
 from pmor.penalty.kernels.state import Family, GearLines, PositionShapes
@@ -94,6 +97,17 @@ class ReducedPair:
         rows = len(self.meshed.pinion.roll_angle), len(self.meshed.wheel.roll_angle)
         sections = self.layered.sections.column, self.layered.sections.share
         return section_compliance(self.flank_compliance, sections, rows)
+
+    def placed(self, phi: FloatArray, misalignment: Misalignment) -> Lines:
+        """Place the sections of line loads at pinion angles (rad), on what the gears stand on."""
+        lines = place_sections(self.layered, phi, misalignment, self.components)
+        support = self.flank_compliance.support
+        if support is not None:
+            rows = len(self.meshed.pinion.roll_angle), len(self.meshed.wheel.roll_angle)
+            sections = self.layered.sections.column, self.layered.sections.share
+            placed = support_rows(support, sections, rows, lines.first_pair, lines.row, lines.gradient)
+            lines.flexibility[:] = support.flexibility(placed)
+        return lines
 
     @cached_property
     def family(self) -> Family:

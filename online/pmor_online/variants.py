@@ -21,7 +21,6 @@ from pmor.gear.kernels.deviation import Deviation
 from pmor.line.kernels.loads import LineResults, solve_lines
 from pmor.line.kernels.places import Lines, line_deviations
 from pmor.line.kernels.pressure import PATCH_FIELDS, line_patches
-from pmor.line.layered_pair import place_sections
 from pmor_online.line_sweep import no_results
 from pmor_online.model import ReducedPair
 
@@ -150,7 +149,7 @@ class VariantSolver:
             idle = self._idle.setdefault(misalignment, [])
             lines = idle.pop() if idle else None
         if lines is None:
-            lines = place_sections(self.reduced.layered, self.phi, misalignment, self.reduced.components)
+            lines = self.reduced.placed(self.phi, misalignment)
         try:
             yield lines
         finally:

@@ -140,12 +140,13 @@ def _between(lines, i, n, m, compliance, sections):
 
 @compiled
 def _make_ready(lines, i, n, compliance, sections):
-    """Fill the flexibility between section `n` and all those that are ready."""
+    """Add the flexibility of the gears' cyclic part between section `n` and all those that are ready."""
     flexibility = lines.flexibility[i]
     lines.ready[i, n] = True
     for m in range(len(lines.gap[i])):
         if lines.ready[i, m]:
-            flexibility[n, m] = flexibility[m, n] = _between(lines, i, n, m, compliance, sections)
+            value = flexibility[n, m] + _between(lines, i, n, m, compliance, sections)
+            flexibility[n, m] = flexibility[m, n] = value
 
 
 @compiled
@@ -170,7 +171,7 @@ def _make_likely_ready(lines, deviation, load, held, rate, force, width, complia
         for m in range(n + 1):
             for i in range(angles):
                 if lines.ready[i, n] and lines.ready[i, m] and (likely[i, n] or likely[i, m]):
-                    value = _between(lines, i, n, m, compliance, len(width))
+                    value = lines.flexibility[i, n, m] + _between(lines, i, n, m, compliance, len(width))
                     lines.flexibility[i, n, m] = lines.flexibility[i, m, n] = value
 
 

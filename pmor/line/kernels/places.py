@@ -41,7 +41,7 @@ class Lines(NamedTuple):
     gradient : ndarray, shape (A, N, 2, 4 c)
         Gradient of the gap by the c components of displacement in these rows.
     flexibility : ndarray, shape (A, N, N)
-        D, of the sections that are `ready`, mm/N.
+        D, of the sections that are `ready`; of others the part of low rank alone, L S L^T, mm/N (`pmor.body.support`).
     ready : ndarray of bool, shape (A, N)
     """
 
@@ -80,7 +80,7 @@ def place_lines(phi, kinematics, gears, layers, z, pair_count, components):
     Returns
     -------
     Lines
-        With no flexibility ready.
+        With no section ready, on gears that stand on nothing that gives.
     """
     angles, sections = len(phi), len(z)
     size = pair_count * sections
