@@ -1,6 +1,5 @@
 """The compiled sweep over the reduced pair against its slow twin, from wherever it starts."""
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
 
@@ -199,15 +198,3 @@ def test_compiled_members_are_those_of_the_slow_twin(phi, reduced):
         found, size = kernel_compliance(reduced, position)
         assert size == basis.shape[1]
         assert_allclose(found, expected, rtol=0.0, atol=MEMBERS * np.abs(expected).max())
-
-
-@pytest.mark.jit
-def test_threads_do_not_change_the_sweep(reduced):
-    phi = reduced.meshed.pair.pitch * np.arange(30) / 30  # two blocks
-    advanced = []
-    one = sweep_reduced_pair(reduced, phi, at_torques([100e3]), progress=advanced.append)
-    with ThreadPoolExecutor(2) as executor:
-        two = sweep_reduced_pair(reduced, phi, at_torques([100e3]), executor)
-    assert sum(advanced) == len(phi)
-    assert np.array_equal(one.ste_um, two.ste_um)
-    assert np.array_equal(one.pair_share, two.pair_share)

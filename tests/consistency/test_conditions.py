@@ -171,7 +171,8 @@ def test_conditions_in_python_are_refused_by_their_number_with_the_remedy(model)
 
 
 def test_trained_shapes_sweep_conditions_within_their_training():
-    listed = text().replace("line_loads", "flank_lines").replace('"line"', '"direct"').replace("[offline]", "[offline]\nin_plane_um = [-20.0, 20.0]")
+    listed = text().replace("line_loads", "flank_lines").replace('"line"', '"direct"')
+    listed = listed.replace("[offline]", "[offline]\nin_plane_um = [-20.0, 20.0]")
     case = parse_case(listed, "small", "small")
     trained = pmor.train(case)
     many = trained.sweep_conditions(BUILT[:2], torques_Nm=[100.0])

@@ -89,24 +89,6 @@ def pairs(request, small_basis_file):
     return tuple(reduced_pair(read_basis(path)) for path in files)
 
 
-def test_a_basis_of_half_the_width_ends_at_mid_width(pairs):
-    half, whole = (pair.basis for pair in pairs)
-    assert (pairs[0].meshed.mirrored, pairs[1].meshed.mirrored) == (True, False)
-    for gear in range(2):
-        nodes = whole.flank_nodes[gear]
-        middle = 0.5 * (nodes[0, 0, 2] + nodes[0, -1, 2])
-        assert np.array_equal(half.flank_nodes[gear], nodes[:, : nodes.shape[1] // 2 + 1])
-        assert_allclose(half.flank_nodes[gear][:, -1, 2], middle, rtol=0.0, atol=1e-12)
-
-
-def test_shapes_of_half_the_width_have_the_energy_of_the_whole(pairs):
-    half, whole = (pair.basis.shapes for pair in pairs)
-    grams = [[s.gram] if hasattr(s, "gram") else [gear.gram for gear in s.gears] for s in (half, whole)]
-    for a, b in zip(*grams, strict=True):
-        # Forces of two equilibria, each solved to a relative correction of 1e-9.
-        assert_allclose(a, b, rtol=0.0, atol=1e-7 * np.abs(b).max())
-
-
 @pytest.mark.parametrize("slave", ["tip", "both"])
 def test_half_the_width_gives_the_ste_and_the_shares_of_the_whole(slave, pairs):
     sweeps = []

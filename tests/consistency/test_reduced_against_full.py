@@ -136,12 +136,3 @@ def test_paper_case_reduced_by_interpolated_positions(paper, tmp_path):
     comparison = compare_models(reduced_pair(read_basis(tmp_path / "basis.h5")), model)
     assert comparison.max_relative_error <= 3e-3
     assert comparison.rms_relative_error <= 1e-3
-
-
-@pytest.mark.jit
-def test_paper_case_is_symmetric_about_the_middle_of_the_path(paper):
-    case, model = paper
-    pair = model.mesh.meshed.pair
-    phi = 0.5 * sum(pair.roll_position_range) + pair.pitch * (np.arange(16) + 0.5) / 16  # one pitch from the middle on
-    ste = sweep_ste(model.mesh.meshed, model.elasticity_at, phi, at_torques([1e3 * case.torque_Nm])).ste_um[0]
-    assert np.abs(ste - ste[::-1]).max() < 0.05 * np.ptp(ste)

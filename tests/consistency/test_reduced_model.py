@@ -12,7 +12,6 @@ from pmor.gear.condition import Condition, at_torques
 from pmor.jobs.offline import run_offline
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.pair.sweep import sweep_ste
-from pmor.penalty.elasticity import ReducedElasticity, full_elasticity
 from pmor.penalty.position import active_patches
 from pmor.penalty.solve import solve_position, window_depth
 from pmor.reduction import flank_lines
@@ -67,25 +66,6 @@ def test_lines_with_one_distribution_nearly_reproduce_the_training(name, reduced
     assert np.median(sweep.ste_um / reduced.basis.training.ste_um) < 1.0
 
 
-def test_a_complete_basis_is_the_full_model(small_model):
-    _, model = small_model
-    meshed = model.mesh.meshed
-
-    def complete(position):
-        # C = L L^T: the force fields L^-T are orthonormal in energy, and L holds their displacements.
-        compliance = full_elasticity(model.pinion, model.wheel, position).compliance
-        free = np.flatnonzero(compliance.diagonal())  # nodes in the plane of symmetry stay in it
-        basis = np.zeros((len(compliance), len(free)))
-        basis[free] = np.linalg.cholesky(compliance[np.ix_(free, free)])
-        return ReducedElasticity(basis.reshape(len(position.nodes), 3, -1))
-
-    phi = 0.075  # two pairs share the load
-    full = solve_position(meshed, phi, at_torques([40e3, 120e3]), model.elasticity_at)
-    identity = solve_position(meshed, phi, at_torques([40e3, 120e3]), complete)
-    assert (identity.equilibria[1].pair_torque(len(full.position.pair_index)) > 0.0).sum() == 2
-    assert_allclose(advance_um(meshed, identity), advance_um(meshed, full), rtol=NEWTON)
-
-
 def assert_periodic(meshed, elasticity_at):
     conditions = at_torques([60e3, 100e3])
     for phi in (0.013, 0.21):
@@ -100,10 +80,6 @@ def assert_periodic(meshed, elasticity_at):
 
 def test_one_pitch_on_the_same_happens_to_the_next_pair(reduced):
     assert_periodic(reduced.meshed, reduced.elasticity_at)
-
-
-def test_one_pitch_on_the_same_happens_to_the_next_pair_of_full_fe(small_model):
-    assert_periodic(small_model[1].mesh.meshed, small_model[1].elasticity_at)
 
 
 def test_size_is_the_largest_number_of_unknowns(reduced):

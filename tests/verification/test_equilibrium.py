@@ -14,7 +14,7 @@ from pmor.penalty.equilibrium import solve_equilibrium
 from pmor.penalty.position import active_patches
 from pmor.penalty.search import search_contact
 from pmor.penalty.solve import solve_position, surface_error
-from tests.support.loaded_pair import DEPTH, NEWTON, PAIRS, SAME_STATE, TORQUE, Model, every_pair, rigid_advance
+from tests.support.loaded_pair import DEPTH, NEWTON, PAIRS, SAME_STATE, TORQUE, Model, every_pair
 
 FORCE_BALANCE = 1e-10  # of the load; both gears get the same nodal forces with opposite signs
 # Of the torque; bilinear transfer puts a force where the facet under the patch is, up to a few um off its line.
@@ -72,15 +72,6 @@ def test_torque_on_the_pinion_is_balanced_and_shared(pair, share):
     assert max(equilibrium.history[-1]) <= NEWTON
     assert np.all(contact.gap < 0.0)
     assert np.all(contact.force > 0.0)
-
-
-@every_pair
-def test_torques_are_in_the_ratio_of_the_teeth(pair):
-    ratio = pair.wheel.teeth / pair.pinion.teeth
-    model = Model(pair)
-    for share in (0.1, 0.3, 0.5, 0.7, 0.9):
-        equilibrium = model.solve(model.phi(share))[2]
-        assert_allclose(equilibrium.wheel_torque / TORQUE, ratio, rtol=0.03)  # a coarse mesh: STE has steep flanks
 
 
 @pytest.mark.parametrize("slave", ["pinion", "wheel", "both", "tip"])
@@ -180,30 +171,6 @@ def test_exchanging_the_slave_changes_little():
         span.append(np.ptp(ste))
     assert_allclose(mean[0], mean[1], rtol=0.05)
     assert_allclose(span[0], span[1], rtol=0.2)
-
-
-@pytest.mark.parametrize(
-    "scheme",
-    [
-        {"surface": "facet", "lodm_profile": 1},
-        {"projection": "facet"},
-        {"edge_normals": "average"},
-        {"slave": "both"},
-        {"lodm_width": 3, "lodm_profile": 2},
-        {"lodm_width": 2, "projection": "facet"},
-        {"penalty": 1e4},
-    ],
-    ids=str,
-)
-def test_every_scheme_converges_to_a_plausible_state(scheme):
-    reference, model = Model(PAIRS["paper"]), Model(PAIRS["paper"], **scheme)
-    for share in (0.15, 0.85):
-        phi = model.phi(share)
-        rigid = rigid_advance(model.meshed, phi) * model.base_radius * 1e3
-        rigid_reference = rigid_advance(reference.meshed, phi) * model.base_radius * 1e3
-        found, expected = model.ste_um(phi) - rigid, reference.ste_um(phi) - rigid_reference
-        soft = scheme.get("penalty") == 1e4
-        assert 0.5 * expected < found < (20.0 if soft else 2.0) * expected
 
 
 @pytest.mark.parametrize(

@@ -10,15 +10,7 @@ from pmor.case import change_case, load_case
 from pmor.pair.model import mesh_model
 from pmor.penalty.position import active_patches, overshoot
 from tests.support.gear_models import meshed_pair
-from tests.support.loaded_pair import DEPTH, PAIRS, SAME_STATE, TORQUE, Model, every_pair, rigid_advance
-
-
-@every_pair
-def test_periodic_over_a_pitch(pair):
-    model = Model(pair)
-    for share in (0.15, 0.6):
-        one, two = (model.ste_um(model.phi(share) + turns * pair.pitch) for turns in (0, 3))
-        assert_allclose(two, one, rtol=SAME_STATE)
+from tests.support.loaded_pair import DEPTH, PAIRS, TORQUE, Model, every_pair, rigid_advance
 
 
 @every_pair

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from tests.support.surfaces import FOOT, GAP, Surface, circle, cylinder, random_rotation, saddle
+from tests.support.surfaces import FOOT, GAP, Surface, circle, cylinder, saddle
 
 
 @pytest.mark.parametrize("smooth", [True, False])
@@ -82,17 +82,3 @@ def test_far_points_end_at_the_limit_of_the_continuation():
     assert element.tolist() == [2, 0]
     assert guess[0] > 1.0
     assert guess[1] < 0.0
-
-
-@pytest.mark.parametrize("smooth", [True, False])
-def test_gap_does_not_depend_on_the_orientation_of_the_surface(smooth, rng):
-    straight = Surface(saddle(), smooth)
-    points = [straight.at(i, k, 0.3, 0.6)[0] + 0.02 * straight.normal(i, k, 0.3, 0.6) for i, k in straight.elements]
-    for _ in range(3):
-        turn, shift = random_rotation(rng), rng.normal(size=3)
-        turned = Surface(straight.nodes @ turn.T + shift, smooth)
-        for (i, k), x in zip(straight.elements, points, strict=True):
-            expected, found = straight.project(x, (i, k)), turned.project(turn @ x + shift, (i, k))
-            assert_allclose(found[3], expected[3], atol=GAP)
-            assert_allclose(found[1], expected[1], atol=FOOT)
-            assert found[0].tolist() == expected[0].tolist()
