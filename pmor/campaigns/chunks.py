@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from pmor.campaigns.relations import case_of, with_relations
-from pmor.campaigns.rows import Answer, Row
+from pmor.campaigns.rows import Answer
 from pmor.campaigns.settings import Campaign
 from pmor.campaigns.store import key_of
 from pmor.campaigns.table import Design
 from pmor.case.coarser import coarser
-from pmor.core.errors import PmorError
+from pmor.core.errors import FileFormatError, PmorError
 from pmor.report.data_files import write_summary_json
 from pmor.storage.manifest import Contents, listed, origin_in
 from pmor.storage.results_folder import working_folder
@@ -101,44 +101,26 @@ class ChunkFiles:
     Parameters
     ----------
     folder : Path
-    campaign : Campaign
+    key : str
+        Of the campaign (`key_of_campaign`).
+    chunks : sequence of Chunk
     """
 
-    def __init__(self, folder: Path, campaign: Campaign) -> None:
-        self._folder = working_folder(folder)
-        c = campaign
-        self._key = key_of(c.text, c.variables, c.results)
-        self._manifests: dict[Path, dict[str, Contents]] = {}
+    def __init__(self, folder: Path, key: str, chunks: Sequence[Chunk]) -> None:
+        self._folder, self._key, self._chunks = folder, key, chunks
         self._ready: set[Path] = set()
 
-    def begin(self, chunks: Sequence[Chunk], campaign: Campaign) -> None:
-        """Write the plan: which campaign is being solved.
+    def begin(self, name: str) -> None:
+        """Write the plan: the campaign that is being solved, by its name.
 
         Raises
         ------
         OutputError
         """
-        plan = {"campaign": campaign.name, "chunks": len(chunks), "designs": campaign.count, "key": self._key}
+        working_folder(self._folder)
+        chunks = [(chunk.first, chunk.count) for chunk in self._chunks]
+        plan = {"campaign": name, "key": self._key, "chunks": chunks}
         write_summary_json(self._folder / PLAN, plan, overwrite=True)
-
-    @staticmethod
-    def known(folder: Path, key: str) -> tuple[int, list[Row]]:
-        """Return how many chunks of a campaign there are in a folder, and all their rows."""
-        rows, count = list[Row](), 0
-        for part in sorted(path for path in folder.iterdir() if path.is_dir()):
-            for name, contents in sorted(listed(part).items()):
-                data = _content(part / name, contents)
-                if data is not None and data.get("key") == key:
-                    rows += data["rows"]
-                    count += 1
-        return count, rows
-
-    def read(self, chunk: Chunk) -> Answer | None:
-        """Return the answer of a chunk that is finished."""
-        path = self._path(chunk)
-        if path.parent not in self._manifests:
-            self._manifests[path.parent] = listed(path.parent)
-        return self._read(path, chunk, self._manifests[path.parent].get(path.name, {}))
 
     def write(self, chunk: Chunk, answer: Answer) -> None:
         """Keep the answer of a chunk.
@@ -153,31 +135,47 @@ class ChunkFiles:
         data = {"key": self._key, "first": chunk.first, "rows": answer.rows, "seconds": answer.seconds}
         write_summary_json(path, data, overwrite=True)
 
-    def finished(self, chunks: Sequence[Chunk]) -> Iterator[tuple[Chunk, Answer]]:
+    def finished(self) -> Iterator[tuple[Chunk, Answer]]:
         """Yield the chunks that are finished, in order."""
-        self._manifests.clear()
-        for chunk in chunks:
-            answer = self.read(chunk)
-            if answer is not None:
-                yield chunk, answer
+        for folder, chunks in groupby(self._chunks, lambda chunk: self._path(chunk).parent):
+            manifest = listed(folder)
+            for chunk in chunks:
+                answer = self._read(chunk, manifest)
+                if answer is not None:
+                    yield chunk, answer
 
     def _path(self, chunk: Chunk) -> Path:
         return self._folder / f"{chunk.number // PER_FOLDER:04d}" / f"chunk_{chunk.number:06d}.json"
 
-    def _read(self, path: Path, chunk: Chunk, contents: Contents) -> Answer | None:
-        data = _content(path, contents)
-        if data is None:
+    def _read(self, chunk: Chunk, manifest: Mapping[str, Contents]) -> Answer | None:
+        """Return the answer of a chunk; None where there is none as this program wrote it."""
+        path = self._path(chunk)
+        if origin_in(manifest.get(path.name, {}), path) is None:
             return None
-        fits = (data["key"], data["first"], len(data["rows"])) == (self._key, chunk.first, chunk.count)
-        return Answer(tuple(data["rows"]), tuple(data["seconds"])) if fits else None
+        try:
+            data = json.loads(path.read_text(encoding="utf-8"))
+            fits = (data["key"], data["first"], len(data["rows"])) == (self._key, chunk.first, chunk.count)
+            return Answer(tuple(data["rows"]), tuple(data["seconds"])) if fits else None
+        except (OSError, ValueError, KeyError, TypeError):
+            return None  # it is made anew
 
 
-def _content(path: Path, contents: Contents) -> dict[str, Any] | None:
-    """What is in a file of a chunk; None where there is none as this program wrote it."""
-    if origin_in(contents, path) is None:
-        return None
+def key_of_campaign(campaign: Campaign) -> str:
+    """Return the digest of all that the rows of a campaign depend on."""
+    return key_of(campaign.text)
+
+
+def planned_files(folder: Path) -> tuple[str, ChunkFiles, Sequence[Chunk]]:
+    """Return the name of the campaign that a folder of chunks is of, its files and its chunks.
+
+    Raises
+    ------
+    FileFormatError
+        When the plan is of another version.
+    """
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return None  # it is made anew
-    return data if isinstance(data, dict) else None
+        plan = json.loads((folder / PLAN).read_text(encoding="utf-8"))
+        chunks = [Chunk(k, first, count) for k, (first, count) in enumerate(plan["chunks"])]
+        return plan["campaign"], ChunkFiles(folder, plan["key"], chunks), chunks
+    except (OSError, ValueError, KeyError, TypeError):
+        raise FileFormatError(f"{folder / PLAN}: is of another version: remove the folder {folder}") from None

@@ -1,11 +1,11 @@
-"""What is in a folder of a campaign, also of one that was interrupted, and in a store of compliances, as text."""
+"""Folders of campaigns, also of interrupted ones, and stores of compliances, described."""
 
 from __future__ import annotations
 
-import json
+from collections import Counter
 from pathlib import Path
 
-from pmor.campaigns.chunks import PLAN, ChunkFiles
+from pmor.campaigns.chunks import PLAN, planned_files
 from pmor.campaigns.store import entries, is_store
 from pmor.core.errors import FileFormatError, printable
 from pmor.core.memory import memory_text
@@ -34,15 +34,14 @@ def folder_text(folder: Path) -> str:
 
 
 def _unfinished(folder: Path) -> str:
-    plan = json.loads((folder / PARTS / PLAN).read_text(encoding="utf-8"))
-    chunks, rows = ChunkFiles.known(folder / PARTS, plan["key"])
-    status: dict[str, int] = {}
-    for row in rows:
-        status[row["status"]] = status.get(row["status"], 0) + 1
+    name, files, chunks = planned_files(folder / PARTS)
+    answers = [answer for _, answer in files.finished()]
+    status = Counter(row["status"] for answer in answers for row in answer.rows)
     counts = ", ".join(f"{count} {name}" for name, count in sorted(status.items())) or "none"
+    designs = sum(chunk.count for chunk in chunks)
     lines = [
-        f"{folder}: campaign {plan['campaign']}, not finished",
-        f"  {chunks} of {plan['chunks']} chunks, {sum(status.values())} of {plan['designs']} designs: {counts}",
+        f"{folder}: campaign {name}, not finished",
+        f"  {len(answers)} of {len(chunks)} chunks, {status.total()} of {designs} designs: {counts}",
         "  the same command goes on where it stopped",
     ]
     return "\n".join(map(printable, lines))

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from concurrent.futures import Executor
 from pathlib import Path
 
-from pmor.campaigns.chunks import Chunk, ChunkFiles, chunks_of, expected_seconds
+from pmor.campaigns.chunks import Chunk, ChunkFiles, chunks_of, expected_seconds, key_of_campaign
 from pmor.campaigns.loader import load
 from pmor.campaigns.output import FILES, refuse_changed_cases
 from pmor.campaigns.result import CampaignResult, Effort, gathered
@@ -105,9 +105,9 @@ def _solved(campaign: Campaign, parts: Path, executor: Executor, progress: Calla
     chunks = chunks_of(campaign.count, expected_seconds(campaign, table))
     store = campaign.sections.store
     task = task_of(campaign, open_store(Path(store.folder), store.limit_GiB))
-    files = ChunkFiles(parts, campaign)
-    files.begin(chunks, campaign)
-    known = {chunk.number for chunk, _ in files.finished(chunks)}
+    files = ChunkFiles(parts, key_of_campaign(campaign), chunks)
+    files.begin(campaign.name)
+    known = {chunk.number for chunk, _ in files.finished()}
     missing = {chunk.number: chunk for chunk in chunks if chunk.number not in known}
     resumed = campaign.count - sum(chunk.count for chunk in missing.values())
     LOG.info("%d designs in %d chunks", campaign.count, len(chunks))
@@ -134,4 +134,4 @@ def _solved(campaign: Campaign, parts: Path, executor: Executor, progress: Calla
         n_chunks=len(chunks), resumed=resumed, solving_s=solving, wall_s=time.perf_counter() - started,
         workers=executor.jobs if isinstance(executor, LocalProcesses) else None,
     )  # fmt: skip
-    return gathered(campaign, (answer for _, answer in files.finished(chunks)), effort)
+    return gathered(campaign, (answer for _, answer in files.finished()), effort)

@@ -26,8 +26,10 @@ from pmor.campaigns.solve import basis_of, results_of
 from pmor.campaigns.store import entries, open_store
 from pmor.core.errors import OutputError
 from pmor.pair.model import elastic_model, mesh_model
+from pmor.report.data_files import write_summary_json
 from pmor.report.summary import figures
 from pmor.storage.campaign_file import read_campaign_file
+from pmor.storage.results_folder import working_folder
 from pmor_offline.train import train
 from pmor_online.model import reduced_pair
 from pmor_online.readings import read_off
@@ -217,6 +219,7 @@ def test_chunks_of_another_campaign_or_another_hand_are_solved_again(folder, fau
     assert main(["campaign", "campaign.toml", "--out", "out"]) == 130
     assert "the same command goes on where it stopped" in capsys.readouterr().err
     part = next((folder / "out" / "parts").rglob("chunk_*.json"))
+    assert main(["info", "out"]) == 0
     edited = part.read_text().replace('"ok"', '"lost"')
     monkeypatch.setattr(chunks_module.ChunkFiles, "write", keep)
     part.write_text(edited)
@@ -224,6 +227,13 @@ def test_chunks_of_another_campaign_or_another_hand_are_solved_again(folder, fau
     assert main(["campaign", "campaign.toml", "--out", "out", "--overwrite"]) == 0
     assert "taken over" not in capsys.readouterr().err
     assert set(statuses(folder / "out")) == {"ok", "infeasible"}
+
+
+def test_chunks_of_another_version_are_told_of_in_words(tmp_path, capsys):
+    parts = working_folder(tmp_path / "parts")
+    write_summary_json(parts / "plan.json", {"campaign": "old", "chunks": 3, "designs": 12})
+    assert main(["info", str(tmp_path)]) == 2
+    assert "plan.json: is of another version: remove the folder" in capsys.readouterr().err
 
 
 class Processes(list):

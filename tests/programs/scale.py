@@ -22,7 +22,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from pmor.campaigns.chunks import LEAST_S, MOST_CHUNKS, Chunk, ChunkFiles, chunks_of
+from pmor.campaigns.chunks import LEAST_S, MOST_CHUNKS, Chunk, ChunkFiles, chunks_of, key_of_campaign
 from pmor.campaigns.loader import load
 from pmor.campaigns.output import write_csv, write_hdf5
 from pmor.campaigns.result import Effort, gathered
@@ -158,12 +158,13 @@ def _files(campaign: Campaign, folder: Path) -> dict[str, float]:
     """Write and read files of chunks as large as a million designs make them."""
     size = -(-DESIGNS // MOST_CHUNKS)
     chunks = [Chunk(k, k * size, size) for k in range(FILES)]
-    files = ChunkFiles(folder / "parts", campaign)
+    files = ChunkFiles(folder / "parts", key_of_campaign(campaign), chunks)
+    files.begin(campaign.name)
     started = time.process_time()
     for chunk in chunks:
         files.write(chunk, _made_up(campaign, chunk))
     written = time.process_time()
-    found = sum(1 for _ in files.finished(chunks))
+    found = sum(1 for _ in files.finished())
     read = time.process_time()
     assert found == FILES
     size_bytes = sum(path.stat().st_size for path in (folder / "parts").rglob("chunk_*.json")) / FILES
