@@ -12,7 +12,6 @@ from pmor.core.conventions import rotation_z
 from pmor.gear.condition import PLAIN, at_torques
 from pmor.gear.kernels.types import Motion
 from pmor.gear.modification import UNMODIFIED, Modification
-from pmor.lab.stability.balances import stored_in_lines
 from pmor.line.kernels.contact_point import closest_approach
 from pmor.pair.model import elastic_model, mesh_model
 from pmor_offline.train import train
@@ -20,6 +19,7 @@ from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.model import reduced_pair
 from tests.support.small_case import case_text
 from tests.support.states import states_at
+from tests.support.stored_energy import stored_in_lines
 
 TORQUE = 1e5  # N mm
 BALANCE = 1e-9

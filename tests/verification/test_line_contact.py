@@ -12,7 +12,6 @@ from pmor.case import changed_text, load_case, parse_case
 from pmor.core.conventions import rotation_z
 from pmor.gear.condition import ALIGNED, at_torques
 from pmor.gear.kernels.types import Motion
-from pmor.lab.stability.balances import stored_in_lines
 from pmor.line.kernels.contact_point import closest_approach, cubic_rows, involute_foot, roll_of
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.pair.sweep import sweep_ste
@@ -23,6 +22,7 @@ from tests.support.gear_models import POISSON, YOUNG
 from tests.support.loaded_pair import line_model
 from tests.support.small_case import case_text
 from tests.support.states import states_at
+from tests.support.stored_energy import stored_in_lines
 
 CASES = Path(__file__).parents[2] / "cases"
 ROUND_OFF = 1e-12

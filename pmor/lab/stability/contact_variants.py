@@ -84,7 +84,7 @@ def _contact() -> list[Variant]:
     refined |= {"LoDM 32 x 32": fine, "LoDM 32 x 32, penalty 1e12": merged(fine, _penalty(1e12))}
     return [
         *rows("Contact scheme", "another surface, projection or slave",
-              {name: {"contact": keys} for name, keys in schemes.items()}, energy=0.1),
+              {name: {"contact": keys} for name, keys in schemes.items()}),
         *rows("LoDM", "contact points per element, profile x width", refined),
     ]  # fmt: skip
 
@@ -103,7 +103,7 @@ def _meshes(case: Case) -> list[Variant]:
         "equal steps of roll angle": {"mesh": {"spacing": "roll_angle"}},
         "plain linear hexahedra": {"mesh": {"element": "hex8"}},
     }
-    return rows("Mesh", "elements far from the usual", table, energy=0.1)
+    return rows("Mesh", "elements far from the usual", table)
 
 
 def _places() -> list[Variant]:
@@ -128,7 +128,7 @@ def _misalignments() -> list[Variant]:
             moved: Sections = {"misalignment": {key: value}, "offline": {key: sorted([0.0, value])}}
             table[f"axes {words}: {value:g} um, direct"] = merged(DIRECT, moved)
             table[f"axes {words}: {value:g} um, line"] = merged(LINES, moved)
-    return rows("Misalignment", "contact at one end of the face, or at other roll angles", table, energy=0.1)
+    return rows("Misalignment", "contact at one end of the face, or at other roll angles", table)
 
 
 def _lines() -> list[Variant]:
@@ -146,7 +146,7 @@ def _lines() -> list[Variant]:
     }
     named = {f"line contact, {name}": entry for name, entry in table.items()}
     about = "up to a contact half as wide as the layer is deep; wider ones are refused before anything is solved"
-    return rows("Line contact", about, named, common=LINES, energy=0.1)
+    return rows("Line contact", about, named, common=LINES)
 
 
 def basis_variants(case: Case) -> list[Variant]:

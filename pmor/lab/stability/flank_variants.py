@@ -17,7 +17,7 @@ MESH: Sections = {"mesh": {"element": "hex20", "profile_elements": ROWS, "width_
 LINE_LOADS: Sections = {**MESH, "contact": {"scheme": "line"}, "reduction": {"shapes": "line_loads"}}
 # Line loads are exact: the difference is the tolerance of full FE.
 EXACT: dict[str, Any] = {
-    "common": LINE_LOADS, "against": "full", "tolerance": 1e-7, "basis": "line_loads", "energy": 1e-3
+    "common": LINE_LOADS, "against": "full", "tolerance": 1e-7, "basis": "line_loads"
 }  # fmt: skip
 REFUSED = {"against": "nothing"}
 HELIX: Sections = {"pair": {"helix_angle_deg": 20.0}}
@@ -35,7 +35,7 @@ def flank_variants(case: Case) -> list[Variant]:
         *rows("Topography", "measured flanks, or grids like them", _topographies(case, pair), **EXACT),
         *rows("Pitch", "one tooth, or every other one, carries the load", _pitches(case), **EXACT),
         *rows("Together", "the deviations of a drawing and more, from next to no load on", _together(pair), **EXACT),
-        *rows("Contact points", "nodes that moved, by schemes of contact points", _points(pair), energy=0.1,
+        *rows("Contact points", "nodes that moved, by schemes of contact points", _points(pair),
               common=MESH),
         *rows("Refused", "input without a meaning", _refused(pair), **EXACT | REFUSED),
     ]  # fmt: skip

@@ -27,9 +27,6 @@ MEANINGS = (
     ("condition", "condition number of the matrix that a Newton step factors, 1-norm, estimated"),
     ("difference", "largest difference of the STE to the reference, over the mean of that"),
     *((f"against: {word}", text) for word, text in REFERENCES.items() if word != "nothing"),
-    ("energy", "work of a torque that grows by 1 % against the stored energy, relative. The bilinear shares in which "
-     "forces go to the nodes (the paper's) are not quite the derivative of the smooth gap: 1-2 % here, and 1e-7 with "
-     "facets, where they are"),
     ("torque", "moment of the nodal forces about the pinion's axis against the applied torque, relative"),
     ("STE", "mean over the positions"),
 )  # fmt: skip
@@ -164,7 +161,6 @@ def _columns(against: dict[str, str]) -> Columns:
         "condition": lambda e: two_digits(e.condition),
         "difference": lambda e: two_digits(e.difference_rel),
         "against": lambda e: "" if e.difference_rel is None else against.get(e.name, ""),
-        "energy": lambda e: two_digits(e.energy_balance_rel),
         "torque": lambda e: two_digits(e.torque_balance_rel),
         "STE, µm": lambda e: e.ste_mean_um,
         "s": lambda e: round(e.seconds, 1),

@@ -25,9 +25,6 @@ REFERENCES = {
 }
 # Two ways to one state agree to the tolerance of the solver, with a margin for flat directions.
 SAME_STATE = 1e-6
-# Forces go from the smooth patches to the nodes by bilinear shares (the paper's transfer), which is not quite the
-# derivative of the gap: on meshes of this size 1-2 % of the work, and nothing with facets.
-MESH_ENERGY = 0.05
 
 
 @dataclass(frozen=True)
@@ -58,8 +55,6 @@ class Variant:
         Training of the reduced basis (`pmor.lab.stability.reduced`); None: full FE.
     limit : str
         Part of the warning that the program gives beforehand where this variant is known not to hold.
-    energy : float
-        Allowed imbalance, relative.
     """
 
     name: str
@@ -74,7 +69,6 @@ class Variant:
     rising: tuple[float, ...] = ()
     basis: str | None = None
     limit: str = ""
-    energy: float = MESH_ENERGY
 
 
 def rows(
