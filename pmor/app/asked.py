@@ -14,16 +14,16 @@ from pmor.core.errors import CaseError
 from pmor.gear.condition import Assembly, Misalignment
 from pmor.gear.meshed_pair import MeshedPair
 from pmor.gear.modification import Modification
-from pmor.pair.model import gear_pair
+from pmor.gear.pair import GearPair
 from pmor.pair.modifications import refuse_modifications_off_the_flank
 from pmor_online.model import online_angles
 
 
 def asked_case(
-    case: Case, torques_Nm: Iterable[float] | None, angles: int | FloatArray | None, misalignment: Misalignment | None,
+    case: Case, pair: GearPair, torques_Nm: Iterable[float] | None, angles: int | FloatArray | None, misalignment: Misalignment | None,
     flanks: tuple[Modification | None, Modification | None],
 ) -> Case:  # fmt: skip
-    """Return the case with the sweep that is asked for.
+    """Return the case of a model, and of its pair, with the sweep that is asked for.
 
     Raises
     ------
@@ -46,14 +46,14 @@ def asked_case(
         case, online=online, misalignment=off, pinion_modification=pinion or case.pinion_modification,
         wheel_modification=wheel or case.wheel_modification,
     )  # fmt: skip
-    check_assembly(asked, case)
+    check_assembly(asked, case, pair)
     return asked
 
 
-def check_assembly(asked: Case, case: Case) -> None:
+def check_assembly(asked: Case, case: Case, pair: GearPair) -> None:
     """Raise CaseError where axes or flanks are nothing for a case, or for the mesh that its model has."""
     check_flanks(asked, case.name)
-    refuse_modifications_off_the_flank(asked, gear_pair(case))
+    refuse_modifications_off_the_flank(asked, pair)
     refuse_uneven_load(asked, case.name)
     if meshed_width(case) == "half" != meshed_width(asked):
         raise CaseError(

@@ -50,9 +50,9 @@ class FullModel:
         wheel: Modification | None = None,
     ) -> SweepResult:
         """Solve full contact over angles and torques; see `ReducedModel.sweep`."""
-        case = asked_case(self.case, torques_Nm, angles, misalignment, (pinion, wheel))
-        refuse_loads(case, self.elastic.mesh.meshed)
         meshed = self.elastic.mesh.meshed
+        case = asked_case(self.case, meshed.pair, torques_Nm, angles, misalignment, (pinion, wheel))
+        refuse_loads(case, meshed)
         conditions, phi = conditions_of(case, case.online.torques_Nm), positions(case, meshed, angles)
         sweep = sweep_ste(meshed, self.elastic.elasticity_at, phi, conditions, lambda: progress(1), executor)
         return SweepResult(with_unloaded(sweep, meshed, conditions), meshed.pair)

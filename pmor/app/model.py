@@ -119,9 +119,9 @@ class ReducedModel:
             When torques or axes are beyond the training, modifications do not lie on the flanks, or a load is beyond
             what the contact scheme holds.
         """
-        case = asked_case(self.case, torques_Nm, angles, misalignment, (pinion, wheel))
-        self._refuse_beyond_training(case, extrapolate)
         meshed = self.reduced.meshed
+        case = asked_case(self.case, meshed.pair, torques_Nm, angles, misalignment, (pinion, wheel))
+        self._refuse_beyond_training(case, extrapolate)
         refuse_loads(case, meshed)
         conditions = conditions_of(case, case.online.torques_Nm)
         phi = positions(case, meshed, angles)
@@ -170,15 +170,15 @@ class ReducedModel:
         CaseError
             As `sweep`; it says which of them by its number, from 0.
         """
-        asked = asked_case(self.case, torques_Nm, angles, None, (None, None))
+        meshed = self.reduced.meshed
+        asked = asked_case(self.case, meshed.pair, torques_Nm, angles, None, (None, None))
         if not assemblies:
             raise CaseError("assemblies: there is none: give at least one")
         asked = replace(asked, conditions=tuple(listed(asked, n, one) for n, one in enumerate(assemblies)))
-        check_assembly(asked, self.case)
+        check_assembly(asked, self.case, meshed.pair)
         if self.case.reduction.trained:
             for one in assemblies:
                 self._refuse_beyond_training(with_assembly(asked, one), extrapolate)
-        meshed = self.reduced.meshed
         refuse_loads(asked, meshed)
         torques = [asked.online.torques_Nm] * len(assemblies)
         sweeps = sweep_assemblies(
@@ -281,8 +281,8 @@ class ReducedModel:
         CaseError
             As `sweep`, and when the model does not hold what it takes.
         """
-        case = asked_case(self.case, torques_Nm, angles, misalignment, (pinion, wheel))
         meshed = self.reduced.meshed
+        case = asked_case(self.case, meshed.pair, torques_Nm, angles, misalignment, (pinion, wheel))
         refuse_loads(case, meshed)
         phi, conditions = positions(case, meshed, angles), conditions_of(case, case.online.torques_Nm)
         found = root_stress(self.reduced, phi, conditions, executor)

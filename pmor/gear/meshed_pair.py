@@ -66,7 +66,7 @@ class MeshedPair:
     mirrored: bool = False
     order: int = 1
 
-    @property
+    @cached_property
     def tooth_pair_count(self) -> int:
         """Largest number of tooth pairs that can touch together."""
         # The overshoot on either side of the path of contact is at most half a pitch.

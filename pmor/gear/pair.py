@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -88,7 +89,7 @@ class GearPair:
                 "reduce centre_distance_mm or raise the addenda"
             )
 
-    @property
+    @cached_property
     def working_pressure_angle(self) -> float:
         """Transverse pressure angle at the working pitch circles, rad."""
         return math.acos((self.pinion.base_radius + self.wheel.base_radius) / self.centre_distance)
@@ -102,7 +103,7 @@ class GearPair:
         opened = involute_function(self.working_pressure_angle) - involute_function(tightest)
         return max(2.0 * opened * (self.pinion.base_radius + self.wheel.base_radius), 0.0)
 
-    @property
+    @cached_property
     def action_length(self) -> float:
         """Distance between the tangent points of the line of action on the base circles, mm."""
         return self.centre_distance * math.sin(self.working_pressure_angle)
@@ -112,7 +113,7 @@ class GearPair:
         """Pinion rotation per mesh cycle, rad."""
         return self.pinion.angular_pitch
 
-    @property
+    @cached_property
     def pinion_roll_range(self) -> tuple[float, float]:
         """Roll angles at the start and the end of the pinion's active profile, rad."""
         pinion, wheel = self.tip_edges
@@ -120,31 +121,31 @@ class GearPair:
         end = min(pinion.roll_angle, self._mate_roll(self.wheel.form_roll_angle))
         return start, end
 
-    @property
+    @cached_property
     def active_rolls(self) -> tuple[tuple[float, float], tuple[float, float]]:
         """Roll angles at which the active profiles of pinion and wheel start and end, rad."""
         start, end = self.pinion_roll_range
         first, last = (float(self.contact_roll_angles(np.array(self.roll_position(u)))[1]) for u in (end, start))
         return (start, end), (first, last)
 
-    @property
+    @cached_property
     def contact_ratio(self) -> float:
         """Transverse contact ratio."""
         start, end = self.pinion_roll_range
         return self.pinion.base_radius * (end - start) / self.pinion.base_pitch
 
-    @property
+    @cached_property
     def faces(self) -> tuple[tuple[float, float], tuple[float, float]]:
         """Where the faces of pinion and wheel begin and end along z, mm."""
         middle = -0.5 * self.face_width, 0.5 * self.face_width
         return self.pinion_face or middle, self.wheel_face or middle
 
-    @property
+    @cached_property
     def tip_edges(self) -> tuple[TipEdge, TipEdge]:
         """Where the flanks of pinion and wheel end towards the tip."""
         return self.pinion_edge or tip_edge(self.pinion), self.wheel_edge or tip_edge(self.wheel)
 
-    @property
+    @cached_property
     def common_face(self) -> tuple[float, float]:
         """First and last z at which both gears have teeth, mm."""
         (low_1, high_1), (low_2, high_2) = self.faces
@@ -177,13 +178,13 @@ class GearPair:
         tangent = math.tan(self.working_pressure_angle)
         return tangent / (1.0 / self.pinion.base_radius + 1.0 / self.wheel.base_radius)
 
-    @property
+    @cached_property
     def roll_position_range(self) -> tuple[float, float]:
         """Roll positions at which the section z = 0 of a tooth pair enters and leaves the path of contact, rad."""
         start, end = self.pinion_roll_range
         return self.roll_position(start), self.roll_position(end)
 
-    @property
+    @cached_property
     def meshing_range(self) -> tuple[float, float]:
         """Roll positions of a tooth pair between which some section of the common face is on the path of contact, rad.
 

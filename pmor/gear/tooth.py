@@ -82,27 +82,27 @@ class Tooth:
                 f"teeth = {self.teeth}: undercut leaves (almost) no involute flank; raise teeth or profile_shift"
             )
 
-    @property
+    @cached_property
     def transverse_module(self) -> float:
         """Transverse module, mm."""
         return self.module / math.cos(self.helix_angle)
 
-    @property
+    @cached_property
     def transverse_pressure_angle(self) -> float:
         """Transverse pressure angle at the reference circle, rad."""
         return math.atan(math.tan(self.pressure_angle) / math.cos(self.helix_angle))
 
-    @property
+    @cached_property
     def reference_radius(self) -> float:
         """Reference (pitch) radius r, mm."""
         return 0.5 * self.teeth * self.transverse_module
 
-    @property
+    @cached_property
     def base_radius(self) -> float:
         """Base radius r_b, mm."""
         return self.reference_radius * math.cos(self.transverse_pressure_angle)
 
-    @property
+    @cached_property
     def tip_radius(self) -> float:
         """Tip radius r_a, mm."""
         return self.reference_radius + self.module * (self.addendum + self.profile_shift)
@@ -129,7 +129,7 @@ class Tooth:
         half_reference = (0.5 * math.pi + 2.0 * self.profile_shift * math.tan(self.pressure_angle)) / self.teeth
         return half_reference + involute_function(alpha_t)
 
-    @property
+    @cached_property
     def tip_roll_angle(self) -> float:
         """Roll angle of the involute at the tip circle, rad."""
         return self.roll_angle_at(self.tip_radius)
@@ -142,7 +142,7 @@ class Tooth:
         """
         return math.tan(self.helix_angle) / self.reference_radius
 
-    @property
+    @cached_property
     def form_roll_angle(self) -> float:
         """Roll angle at the start of the involute (form circle), rad; undercut is taken into account."""
         roll = self._tangency_roll_angle()

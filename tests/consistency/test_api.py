@@ -21,7 +21,7 @@ def case():
         "small", teeth=21, bore_radius_mm=20.0, module_mm=4.0, face_width_mm=20.0, torque_Nm=100.0,
         mesh={"profile_elements": small["profile_elements"], "width_elements": small["width_elements"]},
         offline={"angles_per_pitch": 6, "torques_Nm": [40.0, 160.0]}, online={"angles_per_pitch": 8},
-        compare={"angles": 3, "torques_Nm": [60.0]}, reduction={"shapes": "flank_lines"},
+        compare={"angles": 3, "torques_Nm": [60.0]}, scheme="direct", element="hex8i",
     )  # fmt: skip
 
 
