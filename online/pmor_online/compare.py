@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmor.core.arrays import FloatArray
+from pmor.line.unloaded import with_unloaded
 from pmor.pair.conditions import conditions_of
 from pmor.pair.model import ElasticModel
 from pmor.pair.sweep import sweep_ste
@@ -33,8 +34,8 @@ class Comparison:
 
     @property
     def relative_error(self) -> FloatArray:
-        """Reduced minus full STE over full STE, shape (n_torques, n_angles); NaN where either is missing."""
-        return np.asarray((self.reduced.ste_um - self.full.ste_um) / self.full.ste_um)
+        """Reduced minus full STE over the full deflection, shape (n_torques, n_angles); NaN where either is missing."""
+        return np.asarray((self.reduced.ste_um - self.full.ste_um) / self.full.deflection_um)
 
     @property
     def max_relative_error(self) -> float:
@@ -74,9 +75,9 @@ def compare_models(
     conditions = conditions_of(case, case.compare.torques_Nm)
     sweep_reduced_pair(reduced, phi[:1], conditions)  # compiles: run times are those of warm code
     sweep_ste(model.mesh.meshed, model.elasticity_at, phi[:1], conditions)
+    full = sweep_ste(model.mesh.meshed, model.elasticity_at, phi, conditions, progress, executor)
     return Comparison(
-        reduced=sweep_reduced_pair(reduced, phi, conditions),
-        full=sweep_ste(model.mesh.meshed, model.elasticity_at, phi, conditions, progress, executor),
+        reduced=sweep_reduced_pair(reduced, phi, conditions), full=with_unloaded(full, model.mesh.meshed, conditions)
     )
 
 

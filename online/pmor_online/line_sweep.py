@@ -100,7 +100,7 @@ def line_force_law(
     Parameters
     ----------
     advances : sequence of float
-        rad, from where the unloaded flanks first touch.
+        rad, from where plain flanks on aligned axes touch.
     assembly : Assembly
 
     Returns

@@ -51,4 +51,7 @@ def with_mesh_error(sweep: SteSweep, reduced: ReducedPair, conditions: Sequence[
     difference[known] = np.sqrt(np.nanmean(squares[known], axis=1))
     mesh = reduced.basis.case.mesh
     share = (SHARE_IN_PLANE_STRAIN if mesh.width == "plane_strain" else SHARE)[mesh.order]
-    return replace(sweep, mesh_error_percent=100.0 * share * difference / np.abs(ste_mean_um(sweep)))
+    return replace(
+        sweep,
+        mesh_error_percent=100.0 * share * difference / np.abs(ste_mean_um(replace(sweep, ste_um=sweep.deflection_um))),
+    )

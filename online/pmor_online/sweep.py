@@ -119,7 +119,7 @@ def reduced_force_law(
     Parameters
     ----------
     advances : sequence of float
-        rad, from where the unloaded flanks first touch.
+        rad, from where plain flanks on aligned axes touch.
     misalignment : Misalignment
     reduced, phi, executor, tolerance, progress
         As in `sweep_reduced_pair`.
@@ -204,13 +204,15 @@ def _settings(
     applied_loads = np.array([condition.advance if held else condition.given_torque for condition in conditions])
     hardest, rate = conditions[int(np.argmax(applied_loads))], meshed.expected_approach(1.0)
     standing, least = standing_depth(meshed, hardest), float(applied_loads.min())
+    largest = float(applied_loads.max())
     if held:
+        largest -= meshed.kinematics(hardest.misalignment).first_touch
         # Windows that hold something, and round-off of the largest forces, where the flanks may be apart.
         standing += WINDOW_MARGIN * rate
         rate, least = meshed.pair.pinion.base_radius, max(expected_approach(meshed, hardest) / rate, 1.0)
     tolerance, depth = (
         max(tolerance, round_off_residual(meshed, least)),
-        WINDOW_MARGIN * rate * max(applied_loads.max(), 0.0),
+        WINDOW_MARGIN * rate * max(largest, 0.0),
     )
     return Settings(
         held, recorded, meshed.tooth_pair_count, rate, depth + standing, meshed.clearance(hardest.assembly), MAX_STEPS,

@@ -68,7 +68,7 @@ class Watched:
     allowed: float
 
 
-def range_under(forces: Forces, load: float, spread: float, multiple: float) -> tuple[float, float]:
+def range_under(forces: Forces, load: float, spread: float, multiple: float, touch: float = 0.0) -> tuple[float, float]:
     """Return displacements between which a table knows the motion under a load along the line of action.
 
     Parameters
@@ -79,6 +79,8 @@ def range_under(forces: Forces, load: float, spread: float, multiple: float) -> 
         Most that flanks deviate by: nothing touches as far as that before the flanks of the drawing do.
     multiple : float
         Of the displacement that the load makes, from where flanks touch: how far motion may go beyond them.
+    touch : float
+        Displacement at which plain flanks on the same axes first touch.
 
     Returns
     -------
@@ -92,12 +94,13 @@ def range_under(forces: Forces, load: float, spread: float, multiple: float) -> 
     phases = 2.0 * np.pi / RANGE_PHASES * np.arange(RANGE_PHASES)
     beyond, free = SMALLEST_RANGE, 0.0
     while beyond < LARGEST_RANGE:
-        found = np.array([forces(phase, np.array([beyond - spread]))[0] for phase in phases])
+        found = np.array([forces(phase, np.array([touch + beyond - spread]))[0] for phase in phases])
         if np.isnan(found).any():
             break
         free = beyond if found.max() == 0.0 else free
         if found.min() >= load:
-            return -(spread + SMALLEST_RANGE), beyond - spread + (multiple - 1.0) * (beyond - free)
+            low = touch - spread
+            return low - SMALLEST_RANGE, low + beyond + (multiple - 1.0) * (beyond - free)
         beyond *= RANGE_STEP
     raise ConvergenceError(f"the flanks do not bear a load of {load:.6g} N along the line of action")
 

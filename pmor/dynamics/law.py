@@ -151,7 +151,8 @@ def force_law(
     refuse_loads(replace(case, online=replace(case.online, torques_Nm=torques)), reduced.meshed)
     forces, alike = mesh_force_of(reduced, assembly), alike_cycles(reduced.meshed, assembly)
     load = 1e3 * torques[-1] / reduced.meshed.pair.pinion.base_radius
-    low, high = range_under(forces, load, assembly.spread, MULTIPLE)
+    touch = reduced.meshed.pair.pinion.base_radius * reduced.meshed.kinematics(assembly.misalignment).first_touch
+    low, high = range_under(forces, load, assembly.spread, MULTIPLE, touch)
     # That looked at the first mesh cycle alone.
     limits = low, high if len(alike) == 1 else high + assembly.spread
     backlash = backlash_of(case, reduced.meshed.pair)

@@ -131,7 +131,7 @@ def run_dynamics(
             response = joined(dict(found[name]) for part in parts if (name := _name(task, part)) in found)
             known = model.supports and response["largest"] is not None
             response["axes_left_out_share"] = (
-                model_error(case, model, reduced, law.table, response["largest"]) if known else None
+                model_error(case, model, reduced, law.table, law.torque_Nm, response["largest"]) if known else None
             )
             responses.append(response)
     return Dynamics(case, pair, model, backlash_of(case, pair), laws, tuple(responses), (*failures, *lost))

@@ -103,7 +103,7 @@ class Condition:
     torque : float, optional
         On the pinion, N mm, positive.
     advance : float, optional
-        Rotation of the pinion ahead of where the unloaded flanks first touch, rad: instead of the torque, which then
+        Rotation of the pinion ahead of where plain flanks on aligned axes touch, rad: instead of the torque, which then
         follows from the contact forces.
     misalignment : Misalignment
     pinion, wheel : Modification

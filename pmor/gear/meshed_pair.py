@@ -89,7 +89,8 @@ class MeshedPair:
             face_low=low,
             face_high=high,
         )
-        across = min(section_offset(kinematics, self.gears, side * 0.5 * width)[3] for side in (-1.0, 1.0))
+        # The gap is a function of z and one of the roll angle, added: the least of both meet at a corner of the face.
+        across = min(section_offset(kinematics, self.gears, z)[3] for z in (low, high))
         along = min(axial_opening(kinematics, self.gears, roll) for roll in pair.pinion_roll_range)
         return kinematics._replace(first_touch=(across + along) / pair.pinion.base_radius)
 

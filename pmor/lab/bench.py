@@ -278,7 +278,7 @@ def phase_rows(case: Case, model: ReducedPair) -> list[Row]:
         position = place_position(phi, depth, pair, family, pair_count, meshed.clearance(condition.assembly))
         coordinates, start_advance = (
             np.zeros(position.active_shapes.size),
-            load.approach / meshed.pair.pinion.base_radius,
+            pair.kinematics.first_touch + load.approach / meshed.pair.pinion.base_radius,
         )
         advance = solve_state(pair, position, load, coordinates, start_advance, 40, TOLERANCE).advance
         for phase in phases:

@@ -79,9 +79,9 @@ class Equilibrium:
     steps: int
     history: tuple[tuple[float, float], ...]
 
-    def scaled_start(self, factor: float) -> tuple[FloatArray, float]:
-        """Return coordinates and advance to start from at `factor` times the torque."""
-        return self.coordinates * factor, self.advance * factor
+    def scaled_start(self, factor: float, touch: float) -> tuple[FloatArray, float]:
+        """Return coordinates and advance to start from at `factor` times the torque; plain flanks touch at `touch`."""
+        return self.coordinates * factor, touch + (self.advance - touch) * factor
 
     def pair_torque(self, n_pairs: int) -> FloatArray:
         """Return the torque on the pinion that each tooth pair carries, shape (n_pairs,), N mm."""
@@ -184,7 +184,8 @@ def solve_equilibrium(
     def evaluate(coordinates: FloatArray, advance: float, depth: float) -> _State:
         return _evaluate(search, meshed, elasticity, condition.torque, approach, coordinates, advance, depth)
 
-    coordinates, advance = start or (elasticity.zero(), approach / base_radius)
+    touch = position.kernel_pair.kinematics.first_touch
+    coordinates, advance = start or (elasticity.zero(), touch + approach / base_radius)
     state = evaluate(coordinates, advance if condition.advance is None else condition.advance, NEARBY * approach)
     if driven and state.smallest_gap < -DEEP * approach:
         # So deep inside each other the flanks' nearest points say nothing: begin where they should be.
@@ -236,7 +237,8 @@ def expected_approach(meshed: PenaltyPair, condition: Condition) -> float:
     """
     if condition.advance is None:
         return meshed.expected_approach(condition.given_torque)
-    return max(condition.advance * meshed.pair.pinion.base_radius, meshed.expected_approach(LEAST_TORQUE))
+    beyond = condition.advance - meshed.kinematics(condition.misalignment).first_touch
+    return max(beyond * meshed.pair.pinion.base_radius, meshed.expected_approach(LEAST_TORQUE))
 
 
 def expected_penetration(meshed: PenaltyPair, torque: float) -> float:

@@ -85,13 +85,13 @@ def solve_position(
 def _solve_within(
     position: Position, meshed: PenaltyPair, conditions: Sequence[Condition], elasticity_at: ElasticityAt
 ) -> SolvedPosition:
-    elasticity = elasticity_at(position)
+    elasticity, touch = elasticity_at(position), position.kernel_pair.kinematics.first_touch
     equilibria: list[Equilibrium | None] = []
     failures: list[str] = []
     previous: tuple[Equilibrium, Condition] | None = None
     for condition in conditions:
-        ratio = _ratio(condition, previous[1]) if previous else 0.0
-        start = previous[0].scaled_start(ratio) if previous and 1.0 / FAR <= ratio <= FAR else None
+        ratio = _ratio(condition, previous[1], touch) if previous else 0.0
+        start = previous[0].scaled_start(ratio, touch) if previous and 1.0 / FAR <= ratio <= FAR else None
         try:
             solve = partial(solve_equilibrium, meshed, position, elasticity, condition)
             equilibrium = _solve_persistently(solve, start)
@@ -114,11 +114,13 @@ def _solve_persistently(solve: Callable[..., Equilibrium], start: tuple[FloatArr
         return solve(remember=True)
 
 
-def _ratio(condition: Condition, before: Condition) -> float:
+def _ratio(condition: Condition, before: Condition, touch: float) -> float:
     """How much further a condition drives the pair than the one before, to begin with."""
     if condition.torque is not None and before.torque is not None:
         return condition.torque / before.torque
-    return condition.advance / before.advance if condition.advance and before.advance else 1.0
+    if condition.advance is None or before.advance is None or before.advance == touch:
+        return 1.0
+    return (condition.advance - touch) / (before.advance - touch)
 
 
 def window_depth(meshed: PenaltyPair, condition: Condition) -> float:

@@ -27,7 +27,7 @@ from pmor.report.provenance import provenance
 from pmor.report.readings_blocks import readings_picture_names, readings_pictures, readings_tables
 from pmor.report.root_stress_figures import cycle_figure, fillet_figure
 from pmor.report.style import write_picture
-from pmor.report.summary import counts_from, ms_per_position, summary_rows, warnings
+from pmor.report.summary import COUNTS_FROM, ms_per_position, summary_rows, warnings
 from pmor.report.sweep_figures import error_figure, load_sharing_figure, spectrum_figure, ste_figure
 from pmor.report.table import Table
 from pmor.results.sweep import SteSweep, peak_to_peak_um, single_pair_zone, ste_mean_um
@@ -135,7 +135,7 @@ def _bars(sweep: SteSweep) -> str:
 def _rigid(result: OnlineResult) -> str:
     """What the caption says of the curve without load; from where curves count, it says in any case."""
     unloaded = "" if result.sweep.unloaded_um is None else ", and that of rigid flanks without load (dashed)"
-    return f"{unloaded}. {counts_from(result)}"
+    return f"{unloaded}. {COUNTS_FROM}"
 
 
 def write_pages(

@@ -13,7 +13,6 @@ from pmor.case import Case, beyond_training
 from pmor.case.coarser import LEAST_ELEMENTS
 from pmor.core.arrays import FloatArray
 from pmor.gear.classical.iso6336_root import nominal_root_stress
-from pmor.gear.condition import ALIGNED
 from pmor.pair.limits import range_warnings
 from pmor.pair.model import approach_estimate
 from pmor.report.condition_table import condition_rows
@@ -81,6 +80,7 @@ def figures(result: OnlineResult) -> dict[str, Any]:
         "ste_peak_to_peak_um": peak_to_peak_um(sweep)[i],
         "unloaded_ste_mean_um": float(np.mean(unloaded)) if unloaded is not None else None,
         "unloaded_ste_peak_to_peak_um": float(np.ptp(unloaded)) if unloaded is not None else None,
+        "first_touch_um": None if sweep.first_touch_um is None else float(sweep.first_touch_um[i]),
         "ste_ripple_um": ripple_um(sweep, i),
         "ste_torque_exponent": torque_exponent(sweep),
         "ste_error_estimate_max_um": largest_error_um(sweep),
@@ -142,7 +142,7 @@ def summary_rows(result: OnlineResult) -> list[tuple[str, float | int | None, st
     rows = [
         ("STE mean", s["ste_mean_um"], "um", f"at {s['torque_Nm']:g} N m, over {s['n_angles']} angles of a pitch"),
         ("STE peak-to-peak", s["ste_peak_to_peak_um"], "um", ""),
-        *_unloaded_rows(s, result),
+        *_unloaded_rows(s),
         _known("STE ripple", s["ste_ripple_um"], "um", "about a quartic where one pair carries the load",
                f"needs {MIN_RIPPLE_POINTS} angles with one pair in contact"),
         _known("STE over torque", s["ste_torque_exponent"], "", "exponent; 1 is linear", "needs a second torque"),
@@ -217,21 +217,19 @@ def _no_mesh_error(case: Case) -> str:
     )
 
 
-def _unloaded_rows(s: dict[str, Any], result: OnlineResult) -> list[tuple[str, float, str, str]]:
+def _unloaded_rows(s: dict[str, Any]) -> list[tuple[str, float, str, str]]:
     """Rows of the transmission error without load, where there is one, and from where both count."""
     if s["unloaded_ste_mean_um"] is None:
         return []
     return [
-        ("STE without load, mean", s["unloaded_ste_mean_um"], "um", f"of rigid flanks; {counts_from(result)}"),
+        ("STE without load, mean", s["unloaded_ste_mean_um"], "um", f"of rigid flanks; {COUNTS_FROM}"),
         ("STE without load, p-p", s["unloaded_ste_peak_to_peak_um"], "um", ""),
+        ("first touch", s["first_touch_um"], "um", "least STE without load"),
     ]
 
 
-def counts_from(result: OnlineResult) -> str:
-    """Say from where transmission errors count."""
-    if result.reduced.basis.case.misalignment == ALIGNED:
-        return "STE counts from the unmodified pair's kinematic position"
-    return "STE counts from where the unmodified flanks first touch"
+#: from where transmission errors count
+COUNTS_FROM = "STE counts from plain involutes on aligned axes"
 
 
 def _known(label: str, value: float | None, unit: str, note: str, lacks: str) -> tuple[str, float | None, str, str]:

@@ -16,7 +16,7 @@ class ForceLaw:
     phi_rad : (n_angles,)
         Kinematic pinion angles.
     advance_rad : (n_advances,)
-        Rotation of the pinion ahead of them, from where the unloaded flanks first touch.
+        Rotation of the pinion ahead of where plain flanks on aligned axes touch.
     pair_torque_Nm : (n_advances, n_angles, n_pairs)
         Of tooth pair ``pair_index[j]``; 0 where it is idle, NaN where the state did not converge.
     pair_index : (n_pairs,) int

@@ -118,7 +118,7 @@ class SweepStates:
     Attributes
     ----------
     advance_rad : (n_torques, n_angles)
-        Rotation of the pinion ahead of where the unloaded flanks first touch; NaN where not converged.
+        Rotation of the pinion ahead of where plain flanks on aligned axes touch; NaN where not converged.
     pair : (n_angles, P) int
         Tooth pairs that can touch at each angle; those behind the last one are one below the first.
     amplitude : (n_torques, n_angles, P, slots)

@@ -30,7 +30,8 @@ class SteSweep:
     torque_Nm : (n_torques,)
         At the pinion.
     ste_um : (n_torques, n_angles)
-        (theta_1 - theta_1,kinematic) r_b1 along the line of action; NaN where not converged.
+        (theta_1 - theta_1,kinematic) r_b1 along the line of action, from where plain flanks on aligned axes touch; NaN
+        where not converged.
     pair_share : (n_torques, n_angles, n_pairs)
         Fraction of the pinion's contact torque carried by tooth pair ``pair_index[j]``; 0 for idle pairs.
     pair_index : (n_pairs,) int
@@ -86,6 +87,16 @@ class SteSweep:
         for name, shape in expected.items():
             if getattr(self, name).shape != shape:
                 raise ValueError(f"{name} has shape {getattr(self, name).shape}, expected {shape}")
+
+    @property
+    def deflection_um(self) -> FloatArray:
+        """What the load adds to the transmission error without load, (n_torques, n_angles), um."""
+        return self.ste_um if self.unloaded_um is None else self.ste_um - self.unloaded_um
+
+    @property
+    def first_touch_um(self) -> FloatArray | None:
+        """Least transmission error without load over the angles, (n_torques,), um; None without `unloaded_um`."""
+        return None if self.unloaded_um is None else np.asarray(self.unloaded_um.min(axis=1))
 
     def at_torques(self, rows: slice | IntArray) -> SteSweep:
         """Return a sweep with some of the torques, by their place; it keeps no states."""
@@ -253,8 +264,7 @@ def mesh_stiffness(sweep: SteSweep, base_radius_mm: float, face_width_mm: float)
     face_width_mm : float
     """
     load = 1e3 * sweep.torque_Nm / base_radius_mm / face_width_mm
-    loaded = sweep.ste_um if sweep.unloaded_um is None else sweep.ste_um - sweep.unloaded_um
-    secant = _positive_ratio(np.broadcast_to(load[:, None], sweep.ste_um.shape), loaded)
+    secant = _positive_ratio(np.broadcast_to(load[:, None], sweep.ste_um.shape), sweep.deflection_um)
     if sweep.stiffness_N_per_um is not None:
         return MeshStiffness(secant, sweep.stiffness_N_per_um / face_width_mm, sweep.torque_Nm)
     if len(load) < 2:

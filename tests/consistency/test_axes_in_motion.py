@@ -62,6 +62,6 @@ def test_motion_that_leaves_the_axes_where_they_are_leaves_nothing_out(case):
     motion = {"mesh_cycles": np.linspace(0.0, 1.0, 16), "displacement_um": np.full(16, 12.0), "mesh_force_N": [force],
               "bearing_displacement_um": {s.name: np.full(16, -1e3 * s.lever * force / s.stiffness)
                                           for s in model.supports}}  # fmt: skip
-    assert model_error(still, model, reduced, table, motion) < 1e-3
+    assert model_error(still, model, reduced, table, TORQUE, motion) < 1e-3
     motion["bearing_displacement_um"]["wheel y"] = motion["bearing_displacement_um"]["wheel y"] + 20.0
-    assert model_error(still, model, reduced, table, motion) > 5e-3
+    assert model_error(still, model, reduced, table, TORQUE, motion) > 5e-3

@@ -34,7 +34,7 @@ def _move_parallel(kinematics, gears, roll_position, advance, x, y, motion):
     wheel's angle.
     """
     wheel_rotation = _wheel_rotation(kinematics, gears, roll_position)
-    angle = roll_position + advance + kinematics.first_touch - wheel_rotation
+    angle = roll_position + advance - wheel_rotation
     c, s = np.cos(angle), np.sin(angle)
     rotation, shift = motion.rotation, motion.shift
     rotation[:] = 0.0
@@ -108,13 +108,13 @@ def section_offset(kinematics, gears, z):
         Gap along that line at zero advance, mm.
     """
     x, y = kinematics.offset_x + kinematics.slope_x * z, kinematics.offset_y + kinematics.slope_y * z
-    if x == 0.0 and y == 0.0 and kinematics.first_touch == 0.0:
+    if x == 0.0 and y == 0.0:
         return 0.0, 0.0, 0.0, 0.0
     base, aligned = gears[0].base_radius + gears[1].base_radius, kinematics.centre_distance
     distance = np.hypot(x, aligned + y)
     turn = np.arccos(base / distance) - kinematics.pressure_angle + np.arctan2(x, aligned + y)
     opening = np.sqrt(distance**2 - base**2) - kinematics.action_length - base * turn
-    return x, y, turn, opening - gears[0].base_radius * kinematics.first_touch
+    return x, y, turn, opening
 
 
 @compiled

@@ -30,8 +30,8 @@ class Kinematics(NamedTuple):
     slope_x, slope_y : float
         Slope of the wheel's axis.
     first_touch : float
-        Angle by which the unloaded pinion is ahead when the flanks first touch, at one of the faces, from which the
-        advance counts, rad.
+        Advance at which plain flanks on these axes first touch, rad: contact points are placed there, searches start
+        there. The advance itself counts from plain flanks on aligned axes.
     face_low, face_high : float
         First and last z at which both gears have teeth, mm.
     """

@@ -201,7 +201,7 @@ def _first_touch(case: Case, mesh: MeshModel, phi: float, slave: Slave) -> float
     rolls = gears[0].flank_roll_angle, gears[1].flank_roll_angle
     facets = as_penalty(assemble_pair(replace(case, contact=contact), mesh.meshed.pair, nodes, rolls))
     position = active_patches(facets, phi, 2.0 * surface_error(facets), assembly_of(case))
-    advance = 0.0
+    advance = position.kernel_pair.kinematics.first_touch
     for _ in range(5):
         gap = search_contact(facets, position, np.zeros_like(position.nodes), advance).smallest_gap
         advance += gap / facets.pair.pinion.base_radius

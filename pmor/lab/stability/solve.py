@@ -73,7 +73,8 @@ def solve_variant(
         Loads over the torque that are solved before it; of penalty contact alone.
     """
     radius = meshed.pair.pinion.base_radius
-    start = None if start_mm is None else start_mm / radius
+    touch = meshed.kinematics(condition.misalignment).first_touch
+    start = None if start_mm is None else touch + start_mm / radius
     loads = _under(condition, [*(load * condition.given_torque for load in rising), condition.given_torque])
     ste, states, failures = np.full(len(phi), np.nan), list[_State](), list[str]()
     for i, angle in enumerate(phi.tolist()):

@@ -165,7 +165,7 @@ def closest_approach(kinematics, gears, roll_position, advance, z, forward, back
     """
     section = roll_position + gears[0].twist * z
     turn, opening = section_motion(kinematics, gears, section, advance, z, forward, back)
-    ahead = advance + kinematics.first_touch + turn
+    ahead = advance + turn
     pinion_roll = roll_angle(kinematics, gears, 0, section) + ahead
     wheel_roll = roll_angle(kinematics, gears, 1, section) + turn
     aside = axial_opening(kinematics, gears, pinion_roll)

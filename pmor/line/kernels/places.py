@@ -27,7 +27,7 @@ class Lines(NamedTuple):
     first_pair : ndarray of int, shape (A,)
         Number of the first tooth pair in patches; the others follow.
     gap : ndarray, shape (A, N)
-        Between undeformed flanks without deviations in the kinematic position, mm; infinite far beyond the path.
+        Between undeformed flanks without deviations at advance 0, mm; infinite far beyond the path.
     lever, mate_lever : ndarray, shape (A, N)
         Derivative of the gap by the pinion's rotation, and lever arm of the force on the wheel, mm.
     lever_slope, corner_advance : ndarray, shape (A, N)
@@ -116,13 +116,15 @@ def _place_section(lines, i, n, kinematics, gears, layers, roll_position, z, for
         # So far beyond the path a corner would meet the mate's other side.
         lines.gap[i, n], lines.lever[i, n], lines.mate_lever[i, n] = np.inf, -gears[0].base_radius, gears[1].base_radius
         return
-    contact_point = closest_approach(kinematics, gears, roll_position, 0.0, z, forward, back)
-    lines.gap[i, n], lines.lever[i, n], lines.mate_lever[i, n] = (
-        contact_point.gap,
-        contact_point.lever,
-        contact_point.mate_lever,
+    touch = kinematics.first_touch
+    contact_point = closest_approach(kinematics, gears, roll_position, touch, z, forward, back)
+    # Placed where plain flanks first touch; gaps are those at advance 0.
+    lines.gap[i, n] = contact_point.gap - contact_point.lever * touch
+    lines.lever[i, n], lines.mate_lever[i, n] = contact_point.lever, contact_point.mate_lever
+    lines.lever_slope[i, n], lines.corner_advance[i, n] = (
+        contact_point.lever_slope,
+        touch + contact_point.corner_advance,
     )
-    lines.lever_slope[i, n], lines.corner_advance[i, n] = contact_point.lever_slope, contact_point.corner_advance
     for gear in range(2):
         roll, u = gears[gear].roll, roll_of(contact_point, gear)
         carriers.row[gear] = cubic_rows(roll, u, 0, len(roll) - 1, carriers.weight[gear])

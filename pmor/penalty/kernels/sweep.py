@@ -292,12 +292,14 @@ def _solve_from_neighbour(t, i, applied_loads, pair, family, position, neighbour
     Started from the angle before, else from the torque or advance before, else from the undeformed pair.
     """
     held = settings.held
-    load = Load(0.0 if held else applied_loads[t], settings.approach_rate * applied_loads[t], held)
+    touch = pair.kinematics.first_touch
+    given = applied_loads[t] - touch if held else applied_loads[t]
+    load = Load(0.0 if held else given, settings.approach_rate * given, held)
     scaled = t > 0 and results.converged[t - 1, i]
     solution = Solution(0.0, 0, False, 0, False)
     for cold in range(0 if neighbour.known[t] or scaled else 1, 2):
         if cold == 1:
-            advance = load.approach / pair.gears[0].base_radius
+            advance = touch + load.approach / pair.gears[0].base_radius
             coordinates[:] = 0.0
         elif neighbour.known[t]:
             advance = neighbour.advance[t]
@@ -305,7 +307,7 @@ def _solve_from_neighbour(t, i, applied_loads, pair, family, position, neighbour
         else:
             before = 1.0 if held else applied_loads[t - 1]
             ahead = 1.0 if held else applied_loads[t]
-            advance = results.advance[t - 1, i] * ahead / before
+            advance = touch + (results.advance[t - 1, i] - touch) * ahead / before
             for j in range(len(coordinates)):
                 coordinates[j] *= ahead / before
         if held:

@@ -42,6 +42,7 @@ def live_model(reduced: ReducedPair, assembly: Assembly, angles: int) -> dict[st
         "pair_count": meshed.tooth_pair_count,
         "rate": meshed.expected_approach(1.0),
         "kinematics": _kinematics(meshed),
+        "common_face": list(meshed.pair.common_face),
         "pinion_roll_range": list(meshed.pair.pinion_roll_range),
         "sections": {
             "z": sections.z.tolist(),

@@ -1,5 +1,5 @@
 // Where two involutes meet in a transverse section, with the wheel's axis out of place: a transcript of
-// pmor/contact/kernels/motion.py and sections.py.
+// pmor/gear/kernels/motion.py and pmor/line/kernels/contact_point.py.
 
 const CORNER = 0.01;
 
@@ -8,9 +8,9 @@ function kinematicsAt(model, axes) {
   const width = model.kinematics.face_width;
   const k = {
     ...model.kinematics, offset_y: 1e-3 * axes.centre_distance_um, slope_x: 1e-3 * (axes.out_of_plane_um / width),
-    slope_y: 1e-3 * (axes.in_plane_um / width), first_touch: 0,
+    slope_y: 1e-3 * (axes.in_plane_um / width),
   };
-  const across = Math.min(...[-0.5, 0.5].map(side => sectionOffset(k, model.gears, side * width).opening));
+  const across = Math.min(...model.common_face.map(z => sectionOffset(k, model.gears, z).opening));
   const along = Math.min(...model.pinion_roll_range.map(roll => axialOpening(k, model.gears, roll)));
   // The offsets of the sections are the same at all angles.
   return { ...k, first_touch: (across + along) / model.gears[0].base_radius, offsets: new Map() };
@@ -23,12 +23,12 @@ function rollAngle(k, gears, gear, rollPosition) {
 
 function sectionOffset(k, gears, z) {
   const x = k.slope_x * z, y = k.offset_y + k.slope_y * z;
-  if (x === 0 && y === 0 && k.first_touch === 0) return { x: 0, y: 0, turn: 0, opening: 0 };
+  if (x === 0 && y === 0) return { x: 0, y: 0, turn: 0, opening: 0 };
   const base = gears[0].base_radius + gears[1].base_radius, aligned = k.centre_distance;
   const distance = Math.hypot(x, aligned + y);
   const turn = Math.acos(base / distance) - k.pressure_angle + Math.atan2(x, aligned + y);
   const opening = Math.sqrt(distance ** 2 - base ** 2) - k.action_length - base * turn;
-  return { x, y, turn, opening: opening - gears[0].base_radius * k.first_touch };
+  return { x, y, turn, opening };
 }
 
 function axialOpening(k, gears, pinionRoll) {
@@ -80,7 +80,8 @@ function cornerFoot(gears, slave, motion) {
   return { gap, roll: [u, mateRoll], turn: [ownTurn, mateTurn], lever: slaveArm, leverSlope, cornerLead: 0, slant };
 }
 
-// Closest approach of two undeformed flanks in the section at z; `turn` are the directions in which displacements open
+// Closest approach of two undeformed flanks in the section at z, where plain flanks first touch; the gap is that at
+// advance 0; `turn` are the directions in which displacements open
 // the gap, in the frames of the teeth in that section.
 function closestApproach(k, gears, rollPosition, z) {
   const section = rollPosition + gears[0].twist * z;
@@ -97,13 +98,14 @@ function closestApproach(k, gears, rollPosition, z) {
   } else {
     const near = pinionRoll > gears[0].tip_roll - CORNER;
     meeting = {
-      gap: opening, roll: [pinionRoll, wheelRoll], slant: 0,
+      gap: opening - gears[0].base_radius * k.first_touch, roll: [pinionRoll, wheelRoll], slant: 0,
       turn: [gears[0].half_angle - pinionRoll, gears[1].half_angle - wheelRoll],
       lever: -gears[0].base_radius, leverSlope: near ? cornerFoot(gears, 0, forward()).leverSlope : 0,
       cornerLead: gears[0].tip_roll - pinionRoll,
     };
   }
-  meeting.gap += aside;
+  meeting.gap += aside - meeting.lever * k.first_touch;
+  meeting.cornerLead += k.first_touch;
   return meeting;
 }
 
