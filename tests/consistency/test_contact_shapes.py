@@ -224,11 +224,3 @@ def test_one_training_torque_is_a_basis(whole_model, forces, by_position):
     # The other torque was not trained: close, as load moves little along the flank, but not the same.
     assert_allclose(sweep.ste_um[0], training.ste_um[0, :3], rtol=0.05)
     assert np.abs(sweep.ste_um[0] / training.ste_um[0, :3] - 1.0).max() > TRAINED
-
-
-def test_without_shapes_only_the_penalty_yields(whole_model, forces, by_position):
-    nothing = rebuilt(whole_model, by_position, 0.0 * forces, [0])
-    stiff = sweep_with(nothing, by_position.meshed, np.array([0.05]), [90e3])
-    soft = sweep_ste(by_position.meshed, by_position.elasticity_at, np.array([0.05]), at_torques([90e3]))
-    assert stiff.converged.all()
-    assert stiff.ste_um[0, 0] < soft.ste_um[0, 0]

@@ -7,16 +7,12 @@ import numpy as np
 import pytest
 
 from pmor.case import load_case
-from pmor.dynamics.force_law import forces_at
 from pmor.dynamics.force_table import Watched, table_error, tabulate
 from pmor.dynamics.harmonic_balance import Balance, rest, rms, solve_at
-from pmor.dynamics.inertia import disc, equivalent_mass
-from pmor.dynamics.integration import integrate, state_of
+from pmor.dynamics.integration import integrate
 from pmor.dynamics.operating import mean_stiffness, static_displacement
 from pmor.dynamics.oscillator import along_line_of_action
-from pmor.dynamics.response import response
 from pmor.gear.condition import PLAIN, at_torques
-from pmor.gear.modification import Modification
 from pmor.pair.conditions import assembly_of
 from pmor.pair.model import elastic_model, mesh_model
 from pmor_offline.train import train
@@ -102,52 +98,3 @@ def test_a_section_that_only_just_touches_is_in_equilibrium():
     radius = reduced.meshed.pair.pinion.base_radius
     law = line_force_law(reduced, np.array([0.26407904754068884]), [0.009619448732414413 / radius], assembly_of(case))
     assert law.converged.all()
-
-
-def test_backs_of_teeth_are_flanks_that_run_the_other_way():
-    """In a symmetric pair with its backlash; the teeth are drawn symmetric about the line of centres at angle 0."""
-    table = small_table()._replace(backlash=0.1)
-    assert not forces_at(table, np.zeros(3), np.array([-0.09, -0.05, -0.01]))[0].any()
-    front, back = (forces_at(table, np.array([a]), np.array([x]))[0] for a, x in ((1.0, 0.02), (-1.0, -0.12)))
-    np.testing.assert_allclose(back, -front, rtol=1e-12)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("relieved", "damping", "torque_Nm", "run_up"),
-    [
-        (False, 0.02, 85.0, 0.94), (False, 0.02, 170.0, 0.95), (False, 0.02, 270.0, 0.96), (False, 0.02, 340.0, 0.97),
-        (True, 0.02, 85.0, 0.87), (True, 0.02, 170.0, 0.95), (True, 0.02, 270.0, None), (True, 0.02, 340.0, None),
-        (True, 0.05, 85.0, 0.88), (True, 0.05, 170.0, None), (False, 0.05, 170.0, None),
-    ],
-)  # fmt: skip
-def test_the_ohio_pair_jumps_where_the_prototype_did(relieved, damping, torque_Nm, run_up):
-    """Prototype: the same finite elements, integrated over time; run-up jumps over the natural frequency."""
-    table, radii, inertia = ohio_table(relieved)
-    load, mass = 1e3 * torque_Nm / radii[0], equivalent_mass(inertia, inertia, radii)
-    stiffness = mean_stiffness(table, load, (-0.005, 0.055))
-    natural = np.sqrt(stiffness / mass)
-    oscillator = along_line_of_action(mass, 2.0 * damping * np.sqrt(stiffness * mass), load)
-    found = response(oscillator, table, (0.6 * natural, 1.25 * natural))
-    jumps = [fold.point.speed / natural for fold in found.folds if fold.kind == "run_up"]
-    if run_up is None:
-        assert jumps == []
-    else:
-        np.testing.assert_allclose(jumps[-1], run_up, atol=0.01)  # given to two digits
-    main = found.branches[0]
-    steady = [p for p, stable in zip(main.points, found.stable[0], strict=True) if stable]
-    for point in steady[:: max(len(steady) // 20, 1)]:
-        start = state_of(main.balance, point.unknowns, point.speed)
-        motion = integrate(oscillator, table, start, (point.speed, point.speed), 200)
-        np.testing.assert_allclose(motion.rms[-1], rms(point.unknowns), rtol=5e-3)
-
-
-@cache
-def ohio_table(relieved):
-    case = load_case(Path(__file__).parents[2] / "cases" / "osu_spur.toml")
-    reduced = reduced_pair(train(case, elastic_model(case, mesh_model(case))).basis)
-    assembly = assembly_of(case)
-    assert assembly.pinion != Modification()
-    pair = reduced.meshed.pair
-    table = tabulate(mesh_force_of(reduced, assembly if relieved else PLAIN), -0.01, 0.06)
-    return table, (pair.pinion.base_radius, pair.wheel.base_radius), disc(75.0, 0.0, 20.0, 7810.0)

@@ -123,13 +123,6 @@ def test_a_second_run_takes_all_bases_that_are_there(out, tmp_path, monkeypatch,
         assert model["ste_mean_um"] == pytest.approx(before[model["name"]]["ste_mean_um"], rel=1e-9)
 
 
-def test_a_foreign_file_in_place_of_a_basis_stays_and_is_refused(out, tmp_path, capsys):
-    (out / "basis_paper.h5").write_text("precious")
-    assert main(["compare", write_case(tmp_path, "paper"), "--out", str(out)]) == 2
-    assert "basis_paper.h5: is there, and not known to be written by pmor" in capsys.readouterr().err
-    assert (out / "basis_paper.h5").read_text() == "precious"
-
-
 def fail_facets(monkeypatch, angles):
     """Let full FE of the scheme `paper` fail at the first so many angles that it is solved at."""
     seen = []

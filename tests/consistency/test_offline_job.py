@@ -3,16 +3,14 @@
 import time
 from concurrent.futures import ThreadPoolExecutor
 
-import h5py
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
 import pmor_offline.adaptive
 import pmor_offline.train
-from pmor.app.cli import main
 from pmor.case import basis_key, parse_case
-from pmor.core.errors import ConvergenceError, OutputError
+from pmor.core.errors import ConvergenceError
 from pmor.gear.condition import Condition
 from pmor.jobs.offline import run_offline
 from pmor.storage.basis_file import read_basis
@@ -21,7 +19,7 @@ from pmor.storage.snapshot_file import read_snapshots, write_snapshots
 from pmor_offline.sampling import TrainingPosition
 from pmor_online.errors import estimate_errors
 from tests.support.small_case import case_text, fail_where
-from tests.support.stored_files import results_in
+from tests.support.stored_files import assert_same_basis, results_in
 
 SAME = 1e-12  # the same arithmetic in another order of the angles: equal but for threads of the linear algebra library
 
@@ -64,19 +62,6 @@ def interrupt_after(count, monkeypatch, parts=None, module=pmor_offline.train):
 
     monkeypatch.setattr(module, "solve_snapshots", interrupted)
     return calls
-
-
-def assert_same_basis(path, expected):
-    with h5py.File(path) as found, h5py.File(expected) as file:
-
-        def compare(name, item):
-            if isinstance(item, h5py.Dataset):
-                array = item[()]
-                scale = np.nanmax(np.abs(array.astype(float)), initial=0.0)
-                assert_allclose(found[name][()], array, rtol=0.0, atol=SAME * scale, err_msg=name)
-
-        file.visititems(compare)
-        assert found.attrs["basis_key"] == file.attrs["basis_key"]
 
 
 def test_an_interrupted_run_keeps_its_angles_and_writes_no_basis(tiny, whole, tmp_path, monkeypatch):
@@ -132,16 +117,6 @@ def test_two_at_a_time_give_the_same_basis(tiny, whole, tmp_path):
     assert_same_basis(path, whole)
 
 
-def test_an_existing_basis_is_refused_before_any_work(tiny, tmp_path, monkeypatch):
-    path = tmp_path / "basis.h5"
-    path.write_text("precious")
-    interrupt_after(0, monkeypatch)
-    with pytest.raises(OutputError, match="exists already; .*--overwrite"):
-        run_offline(*tiny, path)
-    assert path.read_text() == "precious"
-    assert list(tmp_path.iterdir()) == [path]
-
-
 def test_an_existing_basis_is_replaced_on_demand(tiny, whole, tmp_path):
     path = tmp_path / "basis.h5"
     path.write_text("old")
@@ -162,17 +137,6 @@ def test_a_solve_that_fails_is_flagged_and_named(tiny, whole, tmp_path, monkeypa
     assert np.isnan(training.ste_um[1, 1])
     # Where one torque fails, all are solved in larger windows: sums of other lengths.
     assert_allclose(training.ste_um[expected], complete.ste_um[expected], rtol=10.0 * SAME)
-
-
-def test_the_command_ends_with_3_and_names_the_solve_that_failed(whole, tmp_path, monkeypatch, capsys):
-    phi = read_basis(whole).training.phi[3]
-    fail_where(lambda p, torque: p == phi and torque == 40e3, monkeypatch)
-    (tmp_path / "tiny.toml").write_text(case_text())
-    assert main(["offline", str(tmp_path / "tiny.toml"), "-o", str(tmp_path / "basis.h5")]) == 3
-    message = capsys.readouterr().err
-    assert f"1 full solves did not converge: phi = {phi:.6g} rad, torque = 40 N m" in message
-    assert len(message.splitlines()) == 1
-    assert read_basis(tmp_path / "basis.h5").training.converged.sum() == 7, "what did converge is kept"
 
 
 def test_nothing_converges(tiny, tmp_path, monkeypatch):

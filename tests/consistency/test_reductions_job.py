@@ -166,27 +166,6 @@ def test_nested_trainings_are_those_of_the_smaller_ones(case, model):
     assert_array_equal([s.ste_um for s in few.snapshots], [s.ste_um for s in many.first(6).snapshots])
 
 
-def test_an_interrupted_run_goes_on_where_it_stopped(case_path, capsys, monkeypatch, undrawn):
-    genuine, measured, out = pmor.lab.comparison.run.worth, [], case_path.parent / "out"
-
-    def counting(reduction, truth):
-        if len(measured) == 3 and not resumed:
-            raise KeyboardInterrupt
-        measured.append(reduction.variant.label)
-        return genuine(reduction, truth)
-
-    monkeypatch.setattr(pmor.lab.comparison.run, "worth", counting)
-    resumed = False
-    assert main(["reductions", str(case_path), "--out", str(out)]) == 130
-    assert "the same command goes on where it stopped" in capsys.readouterr().err
-    assert results_in(out) == {"parts"}
-    resumed = True
-    assert main(["reductions", str(case_path), "--out", str(out)]) == 0
-    labels = [entry["label"] for entry in json.loads((out / "reductions.json").read_text())["entries"]]
-    assert sorted(measured) == sorted(labels)  # each of them once
-    assert not (out / "parts").exists()
-
-
 def test_states_that_do_not_converge_are_named_and_end_with_exit_code_3(case_path, capsys, monkeypatch, model, undrawn):
     few = load_case(case_path)
     states = unseen_states(few.offline, model.mesh.meshed.pair, FEWEST["states"])

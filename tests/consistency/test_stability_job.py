@@ -77,32 +77,6 @@ def test_a_variant_that_crashes_is_named_and_stops_nothing(case_path, capsys, mo
     assert '<p class="warning">' in (out / "report.html").read_text()
 
 
-def test_an_interrupted_run_goes_on_where_it_stopped(case_path, capsys, monkeypatch):
-    genuine, measured = pmor.lab.stability.run.measure, []
-
-    def stopping(variant, *rest):
-        if len(measured) == 2:
-            raise KeyboardInterrupt
-        measured.append(variant.name)
-        return genuine(variant, *rest)
-
-    monkeypatch.setattr(pmor.lab.stability.run, "measure", stopping)
-    code, out = run(case_path, "--only", "cold start")
-    assert code == 130
-    assert "the same command goes on where it stopped" in capsys.readouterr().err
-    assert results_in(out) == {"parts"}
-
-    def counting(variant, *rest):
-        measured.append(variant.name)
-        return genuine(variant, *rest)
-
-    monkeypatch.setattr(pmor.lab.stability.run, "measure", counting)
-    assert run(case_path, "--only", "cold start")[0] == 0
-    names = [entry["name"] for entry in json.loads((out / "stability.json").read_text())["entries"]]
-    assert sorted(measured) == sorted(names)  # each of them once
-    assert not (out / "parts").exists()
-
-
 def test_a_text_that_no_variant_has_is_refused(case_path, capsys):
     code, out = run(case_path, "--only", "no such thing")
     assert code == 2

@@ -23,8 +23,6 @@ pytestmark = pytest.mark.jit
 TORQUES = 4e4, 1e5  # N mm
 TIGHT = {"tolerance": 1e-9}
 SAME_STATE = 1e-8  # of two ways to solve for a state to a residual of 1e-9
-# Forces in a state that takes one step more after a residual of 1e-9, over the largest.
-FORCES = 1e-6
 TILTED = Misalignment(in_plane_um=10.0, out_of_plane_um=-6.0)
 
 

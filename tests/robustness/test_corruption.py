@@ -158,12 +158,3 @@ def test_the_basis_of_another_case_is_refused(basis, tmp_path, tally, capsys):
         )
         tally["other case", "refused"] += 1
     assert not (tmp_path / "out").exists()
-
-
-def test_another_sweep_with_the_same_basis_is_welcome(basis, tmp_path):
-    case = tmp_path / "same.toml"
-    quiet = {"plots": False, "report": False}
-    case.write_text(case_text(mesh={"profile_elements": 5, "width_elements": 2}, offline={"angles_per_pitch": 6},
-                              online={"angles_per_pitch": 7}, output=quiet))  # fmt: skip
-    assert main(["online", str(basis), "--case", str(case), "-o", str(tmp_path / "out")]) == 0
-    assert len((tmp_path / "out" / "ste.csv").read_text().splitlines()) == 8

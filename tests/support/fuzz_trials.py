@@ -33,6 +33,7 @@ from pmor_offline.sampling import planned_positions
 from pmor_offline.snapshots import solve_snapshots
 from tests.support.broken_hdf5 import break_file
 from tests.support.small_case import case_text
+from tests.support.stored_files import assert_same_basis
 
 KINDS = ("basis", "basis", "snapshots")
 SAME = 1e-9
@@ -215,18 +216,11 @@ def _snapshots(place, folder, broken, forged, sound):
     left = [path.name for path in parts.iterdir()] if parts.exists() else []
     if set(left) - {"elsewhere.raw", MANIFEST}:
         raise Wrong(f"left {left}")
-    with h5py.File(place / "resumed.h5") as a, h5py.File(folder / "flank_lines" / "basis.h5") as b:
-        b.visititems(lambda name, item: _same_array(name, item, a))
+    try:
+        assert_same_basis(place / "resumed.h5", folder / "flank_lines" / "basis.h5", SAME)
+    except AssertionError as error:
+        raise Wrong(f"wrong number in the resumed training: {error}") from error
     return ", ".join([*ends, "same"])
-
-
-def _same_array(name, item, file):
-    if isinstance(item, h5py.Dataset):
-        found, expected = file[name][()].astype(float), item[()].astype(float)
-        scale = np.abs(np.nan_to_num(expected)).max(initial=1e-300)
-        alike = {"rtol": 0.0, "atol": SAME * scale, "equal_nan": True}
-        if found.shape != expected.shape or not np.allclose(found, expected, **alike):
-            raise Wrong(f"wrong number: {name} of the resumed training")
 
 
 def _command(arguments, place):

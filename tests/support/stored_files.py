@@ -1,6 +1,8 @@
-"""What the tests of stored files share: conditions to store, and damages."""
+"""What the tests of stored files share: conditions to store, damages, and whether two bases are the same."""
 
 import h5py
+import numpy as np
+from numpy.testing import assert_allclose
 
 from pmor.gear.condition import Condition, Misalignment
 from pmor.storage.manifest import MANIFEST
@@ -15,16 +17,26 @@ def some_conditions(rng, count):
     return tuple(Condition(torque=rng.random(), misalignment=Misalignment(*rng.normal(size=3))) for _ in range(count))
 
 
+def assert_same_basis(path, expected, same=1e-12):
+    """All arrays are the same, to a share of the largest value of each, and so is the key."""
+    with h5py.File(path) as found, h5py.File(expected) as file:
+
+        def compare(name, item):
+            if isinstance(item, h5py.Dataset):
+                array = item[()].astype(float)
+                scale = np.nanmax(np.abs(array), initial=0.0)
+                assert_allclose(found[name][()].astype(float), array, rtol=0.0, atol=same * scale, err_msg=name)
+
+        file.visititems(compare)
+        assert found.attrs["basis_key"] == file.attrs["basis_key"]
+
+
 def is_missing(path):
     path.unlink()
 
 
 def is_truncated(path):
     path.write_bytes(path.read_bytes()[:-200])
-
-
-def is_half(path):
-    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
 
 
 def is_empty(path):

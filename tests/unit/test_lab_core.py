@@ -18,8 +18,6 @@ from pmor.work.pieces import Piece, run_pieces
 from pmor.work.table import percent, table, text_lines
 from tests.support.small_case import case_text
 
-SAME_MODEL = 1e-12
-
 
 def piece(name, run, settings="same"):
     return Piece(name, {}, settings, run)

@@ -5,7 +5,6 @@ from pathlib import Path
 import pytest
 
 from pmor.app.cli import main
-from pmor.case import changed_text, parse_case
 from pmor.core.errors import CaseError
 from pmor.lab.study.cells import study_cases
 from pmor.lab.study.loader import load, parse_study
@@ -64,13 +63,6 @@ def test_cells_become_cases(base):
     assert cases.members[Member(8, 1, 2)].mesh.profile_elements == 8
     # Keys that make no difference to a cell leave its case as the base case has it.
     assert plain.pair == facets.pair
-
-
-def test_the_text_of_a_changed_case_reads_back(base):
-    changed = parse_case(changed_text(case_text(), {"mesh": {"profile_elements": 9}}), "x", "x")
-    plain = parse_case(case_text(), "x", "x")
-    assert changed.mesh.profile_elements == 9
-    assert (changed.pair, changed.contact, changed.offline) == (plain.pair, plain.contact, plain.offline)
 
 
 def test_quick_shortens(base):

@@ -94,16 +94,6 @@ def test_harmonic_balance_of_many_degrees_of_freedom_is_motion_over_time():
     np.testing.assert_allclose(motion.rms[-1], rms(unknowns), rtol=1e-3)
 
 
-def test_stiff_bearings_give_the_answer_of_one_degree_of_freedom():
-    one = along_line_of_action(1.0, 0.1, 1.0)
-    folds = [
-        [fold.point.speed for fold in response(oscillator, LAW, (0.7, 1.3)).folds]
-        for oscillator in (one, on_bearings(1e6))
-    ]
-    assert len(folds[0]) == 2
-    np.testing.assert_allclose(folds[1], folds[0], rtol=1e-5)  # two bearings of 1e6 beside a mesh of 1
-
-
 def test_linear_response_peaks_at_the_natural_frequencies():
     bearings = on_bearings(3.0)
     light = Oscillator(bearings.mass, 1e-3 * bearings.mass, bearings.stiffness, bearings.lever, bearings.load)

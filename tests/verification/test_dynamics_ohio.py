@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pmor.case import change_case, load_case
+from pmor.case import load_case
 from pmor.dynamics.gear_model import gear_model
 from pmor.dynamics.harmonic_balance import solve_at
 from pmor.dynamics.integration import run_through, state_of
@@ -112,25 +112,3 @@ def test_teeth_alone_vary_more_in_stiffness_and_jump_at_five_per_cent():
     print(f"\njumps at 5 % damping: {jumps}")  # noqa: T201
     assert jumps["coupled"] == 0
     assert jumps["slices"] >= 2
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("torque_Nm", [85.0, 340.0])
-def test_stiff_bearings_of_six_and_twelve_degrees_of_freedom_give_the_answer_of_one(torque_Nm):
-    case, reduced = pair_of(True)
-    law = tasks(True)[0].law
-    stiff = {f"{gear}_bearing_stiffness_N_um": [1e8] * 2 for gear in ("pinion", "wheel")}
-    tilting = {f"{gear}_tilting_stiffness_kNm_rad": [1e8] * 2 for gear in ("pinion", "wheel")}
-    found = {}
-    for freedom, bearings in (
-        (1, {}), (6, stiff), (12, {key: [*value, 1e8] for key, value in stiff.items()} | tilting)
-    ):  # fmt: skip
-        asked = change_case(case, dynamics={"degrees_of_freedom": freedom, **bearings})
-        task = task_of(asked, gear_model(asked, reduced.meshed.pair), law, torque_Nm)
-        rest = at_rest(task)
-        limits = tuple(rest.natural * limit for limit in LIMITS)
-        answer = response(rest.oscillator, law, limits)
-        found[freedom] = [rest.natural, *(fold.point.speed for fold in answer.folds)]
-    print(f"\n{torque_Nm:g} N m: natural frequency, folds: {found}")  # noqa: T201
-    for freedom in (6, 12):
-        np.testing.assert_allclose(found[freedom], found[1], rtol=1e-4)

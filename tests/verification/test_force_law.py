@@ -8,7 +8,6 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from pmor.case import parse_case
-from pmor.core.errors import ConvergenceError
 from pmor.gear.condition import ALIGNED, Condition, Misalignment, at_advances, at_torques
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.pair.sweep import force_law, sweep_ste
@@ -86,15 +85,6 @@ def test_the_primal_form_of_a_reduced_model_gives_the_same_force():
     found, expected = (solve_equilibrium(pair.mesh.meshed, position, e, condition) for e in (reduced, full))
     pairs = len(position.pair_index)
     assert_allclose(found.pair_torque(pairs), expected.pair_torque(pairs), rtol=1e-6, atol=1e-6)
-
-
-@every_scheme
-def test_too_few_steps_raise_and_name_the_advance(scheme):
-    pair = model(scheme)
-    position = active_patches(pair.mesh.meshed, 0.1, 0.05)
-    with pytest.raises(ConvergenceError, match=r"no equilibrium at phi = 0.1 rad, advance = 0.0003 rad after 1 Newton"):
-        elasticity = pair.elasticity_at(position)
-        solve_equilibrium(pair.mesh.meshed, position, elasticity, Condition(advance=3e-4), max_steps=1)
 
 
 def test_a_condition_has_one_drive():

@@ -129,24 +129,6 @@ def test_forces_and_moments_on_the_bearings_are_those_of_the_plane_of_action(hel
     assert_allclose(abs(about_wheel) / TORQUE, pair.wheel.teeth / pair.pinion.teeth, rtol=BALANCE)
 
 
-@pytest.mark.parametrize("share", [0.05, 0.4, 0.75])
-def test_torques_follow_from_the_balance_of_energy(share):
-    """T_1 (d phi + d advance) = T_2 d phi z_1 / z_2 + d (energy of gears and layers), by finite differences."""
-    full, step = model(20.0), 1e-4
-    meshed, pair = full.mesh.meshed, full.mesh.meshed.pair
-
-    def state(phi):
-        (found,) = states_at(full, phi, at_torques([TORQUE]))
-        return found, stored_in_lines(meshed, found)
-
-    phi = pair.roll_position_range[0] + share * pair.pitch
-    (before, energy_before), (here, _), (after, energy_after) = (state(phi + s * step) for s in (-1.0, 0.0, 1.0))
-    expected = (after.advance - before.advance - (energy_after - energy_before) / TORQUE) / (2.0 * step)
-    ratio = here.wheel_torque / TORQUE * pair.pinion.teeth / pair.wheel.teeth - 1.0
-    # Measured 2e-4 at 0.75, where a corner carries: the middle of its pressure is a little beside it.
-    assert_allclose(expected, ratio, rtol=0.0, atol=1e-4 if share < 0.5 else 3e-4)
-
-
 # --- limits --------------------------------------------------------------------------------------------------------
 
 

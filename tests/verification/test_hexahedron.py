@@ -14,7 +14,6 @@ from tests.support.gear_models import POISSON, YOUNG
 
 PATCH = 1e-10  # relative; a linear field is exact but for round-off in a solve of some 100 unknowns
 ROUND_OFF = 1e-12  # relative to the largest eigenvalue
-CORNERS = 2.0 * node_places(1) - 1.0
 elements_of_all_kinds = pytest.mark.parametrize("element", ["hex8", "hex8i", "hex20"])
 
 

@@ -12,7 +12,7 @@ from pmor.app.training import load_model, train
 from pmor.case import change_case, parse_case
 from pmor.core.conventions import rotation_z
 from pmor.core.errors import CaseError
-from pmor.gear.condition import PLAIN, Assembly, Condition, at_torques
+from pmor.gear.condition import PLAIN, Assembly, at_torques
 from pmor.gear.kernels.deviation import flank_deviation
 from pmor.gear.modification import UNMODIFIED, Modification
 from pmor.gear.topography import Topography
@@ -101,16 +101,6 @@ def test_nodes_lie_where_the_deviation_says_along_the_transverse_normal():
                 assert_allclose(there - node, amount * toothing.flank_normal(u, there[2]), rtol=0, atol=1e-14)
 
 
-def test_pitch_deviation_shows_when_its_tooth_meshes_and_nowhere_else():
-    meshed, deviations = meshed_pair(PAIR, 8, 2, slave="pinion"), np.zeros(31)
-    deviations[29] = 6.0  # of the wheel: meshes as pair 2, since the wheel turns the other way
-    middle = 0.5 * sum(PAIR.roll_position_range)
-    assembly = Assembly(wheel=Modification(pitch_deviations_um=tuple(deviations)))
-    plain = rigid_ste_um(meshed, middle)
-    shown = [rigid_ste_um(meshed, middle - j * PAIR.pitch, assembly) - plain for j in (1, 2, 3, 2 + 31)]
-    assert shown == pytest.approx([0.0, 6.0, 0.0, 6.0], abs=0.05)
-
-
 @pytest.mark.parametrize("flanks", [(SMALL_RELIEF, UNMODIFIED), (SMALL_RELIEF, SMALL_RELIEF)], ids=["one", "both"])
 def test_compiled_sweep_and_its_slow_twin_agree_on_modified_flanks(small_basis, flanks):
     reduced, phi = reduced_pair(small_basis), np.linspace(0.0, 0.28, 4)
@@ -140,13 +130,6 @@ def test_even_pitch_deviations_change_nothing_and_one_tooth_shows_where_it_meshe
     assert_allclose(single.ste_um[0, ~meshes], plain.ste_um[0, ~meshes], rtol=1e-8)
     assert 5 <= np.count_nonzero(meshes) <= 9  # a contact ratio of 1.6
     assert np.ptp(single.ste_um - plain.ste_um) == pytest.approx(6.0, abs=0.3)
-
-
-def test_conditions_that_share_a_start_share_their_flanks(small_basis):
-    reduced = reduced_pair(small_basis)
-    mixed = [Condition(torque=1e5), Condition(torque=1e5, pinion=SMALL_RELIEF)]
-    with pytest.raises(ValueError, match="need the same axes and flanks, not 2"):
-        sweep_reduced_pair(reduced, np.array([0.1]), mixed)
 
 
 def test_shapes_are_trained_on_flanks_that_differ_over_the_width(tmp_path):
