@@ -19,7 +19,6 @@ from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.model import reduced_pair
 from tests.support.small_case import case_text
 from tests.support.states import states_at
-from tests.support.stored_energy import stored_in_lines
 
 TORQUE = 1e5  # N mm
 BALANCE = 1e-9
