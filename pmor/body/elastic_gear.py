@@ -9,10 +9,8 @@ import scipy.sparse as sp
 
 from pmor.body.fillet_stress import NEIGHBOURS, FilletPoints, FilletStress, sector_stress
 from pmor.core.arrays import FloatArray
-from pmor.core.conventions import rotation_z
-from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.completion import completion, nodes_of_elements
-from pmor.fe.condensation import CondensedSector, back_substitute, condense_sector
+from pmor.fe.condensation import CondensedSector, condense_sector
 from pmor.fe.ring import ring_compliance, symmetric_coordinates
 from pmor.fe.surface_layer import inverse_flank_stiffness
 from pmor.mesh.fillet import FilletMesh
@@ -85,7 +83,7 @@ def elastic_gear(
     neighbours : int
         Neighbouring teeth to cover, on either side.
     keep_rows : bool
-        Keep what `volume_displacement` needs.
+        Keep what `pmor.body.volume` needs.
     layer_columns : int
         Columns of elements below the flank whose local compliance is taken out (`pmor.line.hertz`).
     fillet : FilletMesh, optional
@@ -171,35 +169,3 @@ def _of_the_fillets(mesh: SectorMesh, points: FilletPoints, stress: FloatArray) 
 def _reciprocal(compliance: FloatArray) -> FloatArray:
     """Let reciprocity hold exactly, which the solvers count on, and not to round-off."""
     return np.asarray(0.5 * (compliance + compliance[::-1].transpose(0, 2, 1)))
-
-
-def volume_displacement(gear: ElasticGear, offset: int, flank_forces: FloatArray) -> FloatArray:
-    """Return the displacement of all nodes of sector `offset` under forces on the flank of tooth 0.
-
-    Parameters
-    ----------
-    gear : ElasticGear
-        Assembly with ``keep_rows=True``.
-    offset : int
-        Sector, counted counter-clockwise from the loaded one, within the gear's neighbours.
-    flank_forces : ndarray, shape (n,)
-        Forces on the flank nodes of tooth 0 in its frame, N.
-
-    Returns
-    -------
-    ndarray, shape (n_nodes, 3)
-        In the frame of sector `offset`, mm.
-    """
-    mesh, sector = gear.mesh, gear.sector
-    turn = np.kron(np.eye(len(sector.left) // 3), rotation_z(-2.0 * np.pi / mesh.teeth))
-    index = gear.neighbours + offset
-    on_elements = completion(mesh, mesh.flank).T @ flank_forces
-    left = gear.side_displacement[index + 1] @ on_elements
-    right = turn @ (gear.side_displacement[index] @ on_elements)
-    displacement = np.zeros(3 * len(mesh.nodes))
-    displacement[degrees_of_freedom(mesh.flank)] = gear.tooth_compliance(offset) @ flank_forces
-    retained = np.concatenate([displacement[sector.flank], left, right])
-    solved = back_substitute(sector, retained[:, None], len(displacement))[:, 0]
-    every = np.arange(len(mesh.nodes))
-    own = degrees_of_freedom(nodes_of_elements(mesh, every))
-    return np.asarray(completion(mesh, every) @ solved[own]).reshape(-1, 3)

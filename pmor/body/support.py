@@ -40,10 +40,6 @@ class Support:
     turn: tuple[FloatArray, FloatArray]
     compliance: FloatArray
 
-    def of_tooth(self, gear: int, tooth: int) -> FloatArray:
-        """Return R of a tooth, counted counter-clockwise from tooth 0, shape (n, r); gear 0 is the pinion."""
-        return np.asarray(self.rows[gear] @ np.linalg.matrix_power(self.turn[gear], tooth))
-
     def flexibility(self, rows: FloatArray) -> FloatArray:
         """Return L S L^T of rows of sections, (A, N, r), at A angles: shape (A, N, N), mm/N."""
         return np.asarray(rows @ self.compliance @ rows.transpose(0, 2, 1))

@@ -1,7 +1,8 @@
-"""States that no training has seen, and what full FE and a reduced model say about them."""
+"""States unseen by any training, and the STE of full FE there."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import asdict, dataclass
@@ -16,13 +17,10 @@ from pmor.gear.condition import Condition
 from pmor.gear.meshed_pair import MeshedPair
 from pmor.gear.pair import GearPair
 from pmor.line.full_model import solve_angle
-from pmor.line.layered_pair import LayeredPair, as_layered
+from pmor.line.layered_pair import LayeredPair
 from pmor.penalty.pair import as_penalty
 from pmor.penalty.solve import solve_position
-from pmor.results.sweep import SteSweep
 from pmor_offline.sampling import SEED, sobol_positions
-from pmor_online.model import ReducedPair
-from pmor_online.sweep import sweep_reduced_pair
 
 # The training draws from SEED, the greedy candidates from the one after it.
 UNSEEN_SEED = SEED + 2
@@ -54,22 +52,6 @@ class States:
         }
 
 
-@dataclass(frozen=True)
-class Solved:
-    """Solutions at scattered states.
-
-    Parameters
-    ----------
-    ste_um : ndarray, shape (n,)
-        NaN where not converged.
-    loads : tuple of n dict, or None
-        Line loads of each tooth pair by its index, shape (sections,), N/mm; None without line contact.
-    """
-
-    ste_um: FloatArray
-    loads: tuple[Mapping[int, FloatArray], ...] | None
-
-
 def unseen_states(offline: OfflineCase, pair: GearPair, count: int) -> States:
     """Return states spread over the ranges of a training, none of them in it."""
     positions = sobol_positions(offline, pair, count, UNSEEN_SEED)
@@ -79,8 +61,8 @@ def unseen_states(offline: OfflineCase, pair: GearPair, count: int) -> States:
 def solve_states(
     meshed: MeshedPair, elasticity_at: Callable[..., Any], states: States, executor: Executor | None = None,
     progress: Callable[[], None] = lambda: None,
-) -> Solved:  # fmt: skip
-    """Solve all states with any elastic model.
+) -> FloatArray:  # fmt: skip
+    """Solve all states with full FE.
 
     Parameters
     ----------
@@ -91,84 +73,24 @@ def solve_states(
         Solves several states at a time.
     progress : callable
         Called after each state, for progress.
-    """
-
-    def solve(state: tuple[float, Condition]) -> tuple[float, dict[int, FloatArray]]:
-        return _solve(meshed, elasticity_at, *state)
-
-    found = list(in_order(solve, zip(states.phi.tolist(), states.conditions, strict=True), executor, progress))
-    loads = tuple(load for _, load in found) if isinstance(meshed, LayeredPair) else None
-    return Solved(np.array([ste for ste, _ in found]), loads)
-
-
-def _solve(
-    meshed: MeshedPair, elasticity_at: Callable[..., Any], phi: float, condition: Condition
-) -> tuple[float, dict[int, FloatArray]]:
-    radius, loads = meshed.pair.pinion.base_radius, dict[int, FloatArray]()
-    if not isinstance(meshed, LayeredPair):
-        equilibrium = solve_position(as_penalty(meshed), phi, [condition], elasticity_at).equilibria[0]
-        return float("nan") if equilibrium is None else 1e3 * equilibrium.advance * radius, loads
-    (state,) = solve_angle(meshed, elasticity_at, phi, [condition]).states
-    if state is None:
-        return float("nan"), loads
-    for pair in state.loaded_pairs.tolist():
-        mine, loads[pair] = state.pair == pair, np.zeros(len(meshed.sections.z))
-        loads[pair][state.section[mine]] = state.line_load[mine]
-    return 1e3 * state.advance * radius, loads
-
-
-def sweep_states(reduced: ReducedPair, states: States) -> tuple[Solved, FloatArray]:
-    """Solve all states by the compiled sweep of a reduced model, each by itself.
-
-    Parameters
-    ----------
-    reduced : ReducedPair
-    states : States
 
     Returns
     -------
-    Solved
-    estimate_um : ndarray, shape (n,)
-        What the model says that its STE lacks; NaN where not converged, or without an estimate.
+    ndarray, shape (n,)
+        STE in um; NaN where not converged.
     """
-    meshed = reduced.meshed
-    ste, estimate = np.full((2, len(states.phi)), np.nan)
-    loads = []
-    for i, condition in enumerate(states.conditions):
-        sweep = sweep_reduced_pair(reduced, states.phi[i : i + 1], [condition], recorded=True)
-        ste[i] = sweep.ste_um[0, 0]
-        if sweep.ste_error_um is not None:
-            estimate[i] = sweep.ste_error_um[0, 0]
-        loads.append(_line_loads(meshed, sweep))
-    return Solved(ste, tuple(loads) if isinstance(meshed, LayeredPair) else None), estimate
 
+    def solve(state: tuple[float, Condition]) -> float:
+        phi, condition = state
+        if isinstance(meshed, LayeredPair):
+            (line_state,) = solve_angle(meshed, elasticity_at, phi, [condition]).states
+            advance = None if line_state is None else line_state.advance
+        else:
+            equilibrium = solve_position(as_penalty(meshed), phi, [condition], elasticity_at).equilibria[0]
+            advance = None if equilibrium is None else equilibrium.advance
+        return math.nan if advance is None else 1e3 * advance * meshed.pair.pinion.base_radius
 
-def _line_loads(meshed: MeshedPair, sweep: SteSweep) -> dict[int, FloatArray]:
-    """Line loads of the only state of a sweep."""
-    assert sweep.states is not None
-    found, widths = sweep.states.loads, as_layered(meshed).width
-    loads = {int(index): np.zeros(len(widths)) for index in np.unique(found.pair)}
-    for index, column, force in zip(found.pair, found.column, found.force_N, strict=True):
-        loads[int(index)][column] = force / widths[column]
-    return loads
-
-
-def load_errors_percent(reduced: Solved, full: Solved) -> FloatArray | None:
-    """Return the largest error of any line load of each state over the peak of that state, shape (n,), per cent.
-
-    NaN where either did not converge; None without line contact.
-    """
-    if reduced.loads is None or full.loads is None:
-        return None
-    return np.array([_load_error(r, f) for r, f in zip(reduced.loads, full.loads, strict=True)])
-
-
-def _load_error(reduced: Mapping[int, FloatArray], full: Mapping[int, FloatArray]) -> float:
-    if not reduced or not full:
-        return float("nan")
-    peak = max(float(load.max()) for load in full.values())
-    differences = (np.abs(reduced.get(index, 0.0) - full.get(index, 0.0)) for index in {*reduced, *full})
-    return 100.0 * max(float(np.max(d)) for d in differences) / peak
+    return np.array(list(in_order(solve, zip(states.phi.tolist(), states.conditions, strict=True), executor, progress)))
 
 
 def not_converged(states: States, ste_um: FloatArray, what: str) -> Sequence[str]:

@@ -18,7 +18,7 @@ from pmor.body.elastic_gear import ElasticGear
 from pmor.body.flank_compliance import flank_compliance
 from pmor.core.arrays import FloatArray
 from pmor.gear.condition import Condition
-from pmor.jobs.states import SMALLEST_ERROR_UM, States, solve_states, sweep_states
+from pmor.jobs.states import SMALLEST_ERROR_UM, States, solve_states
 from pmor.pair.conditions import condition_at, training_values
 from pmor.pair.model import ElasticModel
 from pmor.penalty.elasticity import full_elasticity
@@ -29,6 +29,7 @@ from pmor.reduction.basis import Basis
 from pmor.reduction.contact_shapes import ContactShapes, shapes_of
 from pmor.reduction.flank_lines import FlankLineShapes, gear_lines
 from pmor_online.errors import estimate_errors
+from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.model import reduced_pair
 
 Bodies = tuple[ElasticGear, ElasticGear]
@@ -206,7 +207,7 @@ def _unseen_states(basis: Basis, model: ElasticModel, progress: Callable[[], Non
     phi, conditions = _random_states(basis, model)
     ste, estimate = estimate_errors(basis, phi, conditions, TOLERANCE)
     states = States(phi, tuple(conditions))
-    truth = solve_states(model.mesh.meshed, model.elasticity_at, states, progress=progress).ste_um
+    truth = solve_states(model.mesh.meshed, model.elasticity_at, states, progress=progress)
     # Where full FE does not converge there is nothing to hold an estimate against.
     solved = np.isfinite(truth)
     true, estimated = np.abs(truth - ste)[solved], np.abs(estimate)[solved]
@@ -223,8 +224,10 @@ def _exact_states(basis: Basis, model: ElasticModel, progress: Callable[[], None
     """Line loads against full FE at random states: nothing is reduced, so that only round-off may differ."""
     phi, conditions = _random_states(basis, model)
     states = States(phi, tuple(conditions))
-    ste = sweep_states(reduced_pair(basis), states)[0].ste_um
-    truth = solve_states(model.mesh.meshed, model.elasticity_at, states, progress=progress).ste_um
+    reduced = reduced_pair(basis)
+    found = [sweep_line_loads(reduced, phi[i : i + 1], [condition]) for i, condition in enumerate(conditions)]
+    ste = np.array([sweep.ste_um[0, 0] for sweep in found])
+    truth = solve_states(model.mesh.meshed, model.elasticity_at, states, progress=progress)
     solved = np.isfinite(truth)
     value = float(np.max(np.abs(ste / truth - 1.0)[solved], initial=0.0))
     return Check("unseen states", value, EXACT, f"relative; STE against full FE at {solved.sum()} states")

@@ -16,7 +16,6 @@ from pmor.case import Case, basis_key, describe, parse_case, text_of
 from pmor.case.coarser import coarser
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import FileFormatError
-from pmor.gear.pair import GearPair
 from pmor.line.layered_pair import SurfaceLayer
 from pmor.pair.conditions import on_trained_flanks
 from pmor.pair.model import gear_pair
@@ -35,9 +34,9 @@ from pmor.storage.basis_layout import (
     has_shapes,
 )
 from pmor.storage.condition_table import read_conditions, write_conditions
-from pmor.storage.hdf5 import Schema, attribute, create, open_checked, read, set_attributes, write
+from pmor.storage.hdf5 import Schema, attribute, create, open_checked, read, read_all, set_attributes, write_all
 from pmor.storage.layout import check_layout, require
-from pmor.storage.structure import Items, items_of
+from pmor.storage.structure import items_of
 
 BASIS_SCHEMA = Schema("pmor-basis", 8, "make it anew with 'pmor offline'")
 # Not read for a basis: kept for checks and for later enrichment.
@@ -70,14 +69,12 @@ def write_basis(path: Path, basis: Basis, force: FloatArray, overwrite: bool = F
         "offline_s": basis.training.seconds,
     }
     with create(path, BASIS_SCHEMA, attributes, overwrite) as file:
-        for name, array in {**_training_arrays(basis.training), **_arrays(basis), KEPT: force}.items():
-            write(file, name, array, layout[name])
+        write_all(file, {**_training_arrays(basis.training), **_arrays(basis), KEPT: force}, layout)
         write_conditions(file["training"], basis.training.conditions)
         _write_attributes(file, basis)
         if basis.coarser is not None:
             folder, layout = file.create_group(COARSER), coarser_layout(basis.coarser.case)
-            for name, array in _arrays(basis.coarser).items():
-                write(folder, name, array, layout[name])
+            write_all(folder, _arrays(basis.coarser), layout)
             _write_attributes(folder, basis.coarser)
 
 
@@ -139,30 +136,17 @@ def read_basis(path: Path) -> Basis:
     with open_checked(path, BASIS_SCHEMA) as file:
         case = _read_case(file, path)
         pair, coarse = gear_pair(case), coarser(case)
-        items, coarse_items = _by_folder(items_of(file)) if coarse else (items_of(file), {})
+        items = {path: item for path, item in items_of(file).items() if not (coarse and path.startswith(f"{COARSER}/"))}
         layout = basis_layout(case)
         check_layout(items, layout, basis_sizes(case, pair))
         arrays = {name: read(file, name, field) for name, field in layout.items() if name in file and name != KEPT}
         basis = replace(_basis(file, case, arrays), training=_training(file, case, arrays))
         if coarse is not None:
-            basis = replace(basis, coarser=_read_coarser(file, coarse, pair, coarse_items))
+            arrays = read_all(file[COARSER], coarser_layout(coarse), basis_sizes(coarse, pair))
+            basis = replace(basis, coarser=_basis(file[COARSER], coarse, arrays))
         with np.errstate(all="ignore"):  # absurd numbers are refused, not warned of
             check_basis(basis, pair)
         return basis
-
-
-def _by_folder(items: Items) -> tuple[Items, Items]:
-    """Part the items of a file: its own, and those in the folder of the coarser mesh by their paths there."""
-    start = f"{COARSER}/"
-    within = {path.removeprefix(start): item for path, item in items.items() if path.startswith(start)}
-    return {path: item for path, item in items.items() if not path.startswith(start)}, within
-
-
-def _read_coarser(file: h5py.File, case: Case, pair: GearPair, items: Items) -> Basis:
-    layout = coarser_layout(case)
-    check_layout(items, layout, basis_sizes(case, pair))
-    folder = file[COARSER]
-    return _basis(folder, case, {name: read(folder, name, field) for name, field in layout.items() if name in folder})
 
 
 def _read_case(file: h5py.File, path: Path) -> Case:

@@ -9,9 +9,8 @@ import numpy as np
 
 from pmor.body.root_stress import RootStressShapes
 from pmor.storage.basis_layout import COMPLIANCE, ROOT_STRESS
-from pmor.storage.hdf5 import Schema, create, open_checked, read, write
-from pmor.storage.layout import Field, check_layout
-from pmor.storage.structure import items_of
+from pmor.storage.hdf5 import Schema, create, open_checked, read_all, write_all
+from pmor.storage.layout import Field
 
 COMPLIANCE_SCHEMA = Schema("pmor-compliance", 1, "remove it: the gear is solved again")
 STRESS = "root_stress"
@@ -46,12 +45,9 @@ def read_compliance(path: Path) -> SolvedGear:
         When it is missing, foreign, damaged, or of another version.
     """
     with open_checked(path, COMPLIANCE_SCHEMA) as file:
-        check_layout(items_of(file), LAYOUT, {})
-        compliance, stress = read(file, "compliance", LAYOUT["compliance"]), None
-        if STRESS in file:
-            names = (f"{STRESS}/{name}" for name in ROOT_STRESS)
-            stress = RootStressShapes(*(read(file, name, LAYOUT[name]) for name in names))
-        return SolvedGear(compliance, stress)
+        arrays = read_all(file, LAYOUT)
+        stress = RootStressShapes(*(arrays[f"{STRESS}/{name}"] for name in ROOT_STRESS)) if STRESS in file else None
+        return SolvedGear(arrays["compliance"], stress)
 
 
 def write_compliance(path: Path, solved: SolvedGear) -> None:
@@ -64,5 +60,4 @@ def write_compliance(path: Path, solved: SolvedGear) -> None:
     stress = solved.root_stress
     arrays = {} if stress is None else {f"{STRESS}/{name}": getattr(stress, name) for name in ROOT_STRESS}
     with create(path, COMPLIANCE_SCHEMA, {}, overwrite=True, dated=False) as file:
-        for name, array in {"compliance": solved.compliance, **arrays}.items():
-            write(file, name, array, LAYOUT[name])
+        write_all(file, {"compliance": solved.compliance, **arrays}, LAYOUT)

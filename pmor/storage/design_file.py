@@ -8,9 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from pmor.storage.hdf5 import Schema, attribute, create, open_checked, read, write
-from pmor.storage.layout import Field, check_layout
-from pmor.storage.structure import items_of
+from pmor.storage.hdf5 import Schema, attribute, create, open_checked, read_all, write_all
+from pmor.storage.layout import Field
 
 DESIGN_SCHEMA = Schema("pmor-design", 1, "make it anew with 'pmor design'")
 
@@ -68,8 +67,7 @@ def write_design_file(path: Path, content: DesignResults) -> None:
     """
     attributes = {"text": content.text} | {name: ", ".join(getattr(content, name)) for name in NAMES}
     with create(path, DESIGN_SCHEMA, attributes, overwrite=True) as file:
-        for name, array in content.arrays.items():
-            write(file, name, array, DESIGN_LAYOUT[name])
+        write_all(file, content.arrays, DESIGN_LAYOUT)
 
 
 def read_design_file(path: Path) -> DesignResults:
@@ -81,7 +79,6 @@ def read_design_file(path: Path) -> DesignResults:
         When it is missing, foreign, damaged, or of another version.
     """
     with open_checked(path, DESIGN_SCHEMA) as file:
-        check_layout(items_of(file), DESIGN_LAYOUT, {})
-        arrays = {name: read(file, name, field) for name, field in DESIGN_LAYOUT.items() if name in file}
+        arrays = read_all(file, DESIGN_LAYOUT)
         names = {name: tuple(filter(None, attribute(file, name, str).split(", "))) for name in NAMES}
         return DesignResults(text=attribute(file, "text", str), arrays=arrays, **names)

@@ -12,7 +12,7 @@ from __future__ import annotations
 import hashlib
 import platform
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -25,7 +25,7 @@ import numpy as np
 from pmor.core.errors import CaseError, FileFormatError, GeometryError
 from pmor.core.version import __version__
 from pmor.storage.atomic import atomic_path, refuse_existing
-from pmor.storage.layout import Field, check_values
+from pmor.storage.layout import Field, Layout, check_layout, check_values
 from pmor.storage.seal import CONTENTS, DESCRIPTIONS, checksums, contents_checksum, descriptions_checksum
 from pmor.storage.structure import Damaged, check_plain, items_of
 
@@ -109,6 +109,31 @@ def write(group: h5py.Group, name: str, data: Any, field: Field) -> None:
     dataset = group.create_dataset(name, data=array)
     words = {"unit": field.unit, "dims": field.dims, "description": field.description, "sha256": _checksum(array)}
     set_attributes(dataset, **words)
+
+
+def write_all(group: h5py.Group, arrays: Mapping[str, Any], layout: Layout) -> None:
+    """Write datasets by their paths in a layout."""
+    for name, array in arrays.items():
+        write(group, name, array, layout[name])
+
+
+def read_all(group: h5py.Group, layout: Layout, sizes: Mapping[str, int] | None = None) -> dict[str, np.ndarray]:
+    """Read the datasets of a layout that are there, within `open_checked`: names, types, shapes and values fit it.
+
+    Parameters
+    ----------
+    group : h5py.Group
+    layout : mapping of str to Field
+        By the path in the group.
+    sizes : mapping of str to int, optional
+        Lengths of axes that are known beforehand.
+
+    Raises
+    ------
+    Damaged
+    """
+    check_layout(items_of(group), layout, sizes or {})
+    return {name: read(group, name, field) for name, field in layout.items() if name in group}
 
 
 def set_attributes(item: h5py.Group | h5py.Dataset, **values: Any) -> None:

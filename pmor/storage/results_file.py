@@ -16,8 +16,8 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from pmor.storage.hdf5 import Schema, attribute, create, open_checked, read, write
-from pmor.storage.layout import Field, check_layout
+from pmor.storage.hdf5 import Schema, attribute, create, open_checked, read_all, write_all
+from pmor.storage.layout import Field
 from pmor.storage.structure import items_of
 
 RESULTS_SCHEMA = Schema("pmor-results", 1, "make it anew with 'pmor run' or 'pmor online'")
@@ -145,8 +145,7 @@ def write_results_file(path: Path, content: ResultsFile) -> None:
         "case_name": content.case_name, "case_text": content.case_text, "parameters": ", ".join(content.parameters)
     }  # fmt: skip
     with create(path, RESULTS_SCHEMA, attributes, overwrite=True) as file:
-        for name, array in content.arrays.items():
-            write(file, name, array, RESULTS_LAYOUT[name])
+        write_all(file, content.arrays, RESULTS_LAYOUT)
         _write_axes(file, content.arrays)
 
 
@@ -162,8 +161,8 @@ def read_results(path: Path) -> ResultsFile:
         items = items_of(file)
         groups = {*ALWAYS, *(name.partition("/")[0] for name in items if name != "/")}
         layout = {name: field for name, field in RESULTS_LAYOUT.items() if name.partition("/")[0] in groups}
-        check_layout(items, layout | _axes(layout), {"gear": 2, "side": 2, "xyz": 3})
-        arrays = {name: read(file, name, field) for name, field in layout.items() if name in file}
+        found = read_all(file, layout | _axes(layout), {"gear": 2, "side": 2, "xyz": 3})
+        arrays = {name: array for name, array in found.items() if name in layout}
         parameters = attribute(file, "parameters", str)
         return ResultsFile(
             attribute(file, "case_name", str), attribute(file, "case_text", str), arrays,
@@ -203,8 +202,8 @@ def _write_axes(file: h5py.File, arrays: Mapping[str, np.ndarray]) -> None:
         for name, array in arrays.items()
         for axis, length in zip(RESULTS_LAYOUT[name].dims.split(", "), array.shape, strict=True)
     }
-    for path, layout in _axes(arrays).items():
-        write(file, path, along[path], layout)
+    axes = _axes(arrays)
+    write_all(file, {path: along[path] for path in axes}, axes)
     for path in along:
         file[path].make_scale(path.rpartition("/")[2])
     for name in arrays:

@@ -9,9 +9,8 @@ import numpy as np
 from pmor.core.errors import FileFormatError
 from pmor.reduction.snapshots import Snapshots
 from pmor.storage.condition_table import CONDITIONS, NAME, read_conditions, write_conditions
-from pmor.storage.hdf5 import Schema, attribute, create, open_checked, read, write
-from pmor.storage.layout import Field, check_layout, require
-from pmor.storage.structure import items_of
+from pmor.storage.hdf5 import Schema, attribute, create, open_checked, read_all, write_all
+from pmor.storage.layout import Field, require
 
 SNAPSHOT_SCHEMA = Schema("pmor-snapshots", 4, "delete it; 'pmor offline --resume' makes it anew")
 
@@ -41,8 +40,7 @@ def write_snapshots(path: Path, snapshots: Snapshots, basis_key: str) -> None:
             "ste": snapshots.ste_um,
             "converged": snapshots.converged,
         }
-        for name, array in arrays.items():
-            write(file, name, array, SNAPSHOT_LAYOUT[name])
+        write_all(file, arrays, SNAPSHOT_LAYOUT)
         write_conditions(file, [snapshots.conditions])
 
 
@@ -61,8 +59,7 @@ def read_snapshots(path: Path, basis_key: str) -> Snapshots | None:
         with open_checked(path, SNAPSHOT_SCHEMA) as file:
             if attribute(file, "basis_key") != basis_key:
                 return None
-            check_layout(items_of(file), SNAPSHOT_LAYOUT, {"angle": 1, "gear": 2})
-            arrays = {name: read(file, name, field) for name, field in SNAPSHOT_LAYOUT.items()}
+            arrays = read_all(file, SNAPSHOT_LAYOUT, {"angle": 1, "gear": 2})
             (conditions,) = read_conditions(file)
             require(np.array_equal(np.isfinite(arrays["ste"]), arrays["converged"]), "a state is solved and is not")
             return Snapshots(

@@ -138,7 +138,7 @@ def test_counted_solves_are_those_of_the_offline_stage(case, model, compared, tm
         assert done.solved == len(basis.training.phi)
         assert by_label[variant.label]["solves"] == basis.training.converged.size
         ste, _ = estimate_errors(basis, compared.truth.states.phi, compared.truth.states.conditions)
-        assert_allclose(compared.truth.full.ste_um - ste, by_label[variant.label]["ste_error_um"], atol=1e-9)
+        assert_allclose(compared.truth.ste_um - ste, by_label[variant.label]["ste_error_um"], atol=1e-9)
     assert not checked
 
 

@@ -6,7 +6,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import pmor
-from pmor.body.elastic_gear import elastic_gear, volume_displacement
+from pmor.body.elastic_gear import elastic_gear
 from pmor.body.volume import nodal_stress, principal_and_von_mises, sector_displacement
 from pmor.case import parse_case
 from pmor.export import vtkhdf
@@ -18,6 +18,7 @@ from pmor.storage.basis_file import read_basis
 from pmor_online.model import reduced_pair
 from tests.support.gear_models import POISSON, YOUNG, tooth
 from tests.support.small_case import case_text
+from tests.support.whole_gear import volume_displacement
 
 STEPS = 4  # to a pitch
 

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.body.elastic_gear import elastic_gear, volume_displacement
+from pmor.body.elastic_gear import elastic_gear
 from pmor.core.conventions import rotation_z
 from pmor.fe.assembly import assemble, degrees_of_freedom
-from pmor.fe.whole_gear import whole_gear_displacement, whole_gear_mesh
+from pmor.fe.whole_gear import whole_gear_mesh
 from tests.support.gear_models import POISSON, YOUNG, sector, tooth
+from tests.support.whole_gear import volume_displacement, whole_gear_displacement
 
 EQUAL = 1e-9  # relative to the largest entry: two exact routes; the stiffness is conditioned to 1e6
 RECIPROCAL = 1e-12  # made to hold exactly by averaging round-off

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.body.elastic_gear import elastic_gear, volume_displacement
+from pmor.body.elastic_gear import elastic_gear
 from pmor.body.fillet_stress import sector_stress, surface_stress
 from pmor.body.root_stress import root_stress_shapes
 from pmor.lab.rivals.calculix import PROGRAM, calculix_available
@@ -24,6 +24,7 @@ from pmor.mesh.sector import build_sector
 from pmor_online.root_stress import _largest, _measures
 from tests.support.calculix_fillet import fillet_stress, largest_principal
 from tests.support.gear_models import POISSON, WIDTH, YOUNG, gear_pair, tooth
+from tests.support.whole_gear import volume_displacement
 
 BORE = 20.0
 PAPER = tooth(21)

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 
 import pmor.penalty.equilibrium
 import pmor.penalty.solve
-from pmor.body.elastic_gear import elastic_gear, volume_displacement
+from pmor.body.elastic_gear import elastic_gear
 from pmor.case import parse_case
 from pmor.case.width import elements_across, meshed_width, mirrors_at_mid_width, whole_width
 from pmor.core.errors import MeshError
@@ -19,6 +19,7 @@ from pmor.pair.model import elastic_model, mesh_model
 from pmor.pair.sweep import sweep_ste
 from tests.support.gear_models import POISSON, WIDTH, YOUNG, tooth
 from tests.support.small_case import case_text
+from tests.support.whole_gear import volume_displacement
 
 TWO_ROUTES = 1e-12  # of the largest compliance; measured 2e-14
 SAME_ANSWER = 1e-9

@@ -94,7 +94,7 @@ class Comparison:
         states, curves = self.truth.states, self.curves
         return {
             "case": self.case.name,
-            "states": [states.where(i) | {"ste_um": ste} for i, ste in enumerate(self.truth.full.ste_um.tolist())],
+            "states": [states.where(i) | {"ste_um": ste} for i, ste in enumerate(self.truth.ste_um.tolist())],
             "entries": self.entries,
             "decay": curves.points,
             "greedy_estimate": [{"solves": n, "percent": percent} for n, percent in curves.estimate],

@@ -92,7 +92,7 @@ def run(
         for r, (slow, fast) in zip(reductions, online, strict=True)
     ]
     failed = [
-        *not_converged(truth.states, truth.full.ste_um, "full FE"),
+        *not_converged(truth.states, truth.ste_um, "full FE"),
         *(failure for training in trainings.values() for failure in training.failures),
         *(failure for entry in entries for failure in entry["failures"]),
         *failures,
