@@ -235,7 +235,7 @@ def bench(case_path: Path, json_path: Path, jobs: int = 2, overwrite: bool = Fal
     use_one_thread()  # before anything loads numpy
     from pmor.case import load_case
     from pmor.core.errors import OutputError
-    from pmor.lab.bench import bench_text, read_bench, run_bench, write_bench
+    from pmor.lab.bench import read_rows, run
     from pmor.storage.results_folder import results_folder
 
     case = load_case(case_path)
@@ -243,10 +243,9 @@ def bench(case_path: Path, json_path: Path, jobs: int = 2, overwrite: bool = Fal
         raise OutputError(f"{json_path}: is no name for the numbers; choose one that ends in .json")
     names = json_path.name, json_path.with_suffix(".md").name
     with results_folder(json_path.parent, names, (), overwrite, (case_path,)):
-        before = read_bench(json_path)
-        result = run_bench(case, jobs)
-        write_bench(result, before, json_path)
-    print(bench_text(result, before))
+        result = run(case, jobs=jobs, before=read_rows(json_path))
+        result.write(json_path)
+    print(result)
 
 
 def export(

@@ -36,7 +36,7 @@ _EARLIER_KEPT = 3
 
 def kernel_sources() -> list[Path]:
     """Return all files whose text kernels depend on: functions, types and constants."""
-    single = (_PACKAGE / "core" / "compiling.py", _PACKAGE / "core" / "linear.py", _PACKAGE / "lab" / "phases.py")
+    single = (_PACKAGE / "core" / "compiling.py", _PACKAGE / "core" / "linear.py")
     return [*single, *sorted(_PACKAGE.glob("*/kernels/*.py"))]
 
 

@@ -8,7 +8,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -19,7 +19,6 @@ import numpy as np
 
 from pmor.body.elastic_gear import elastic_gear
 from pmor.case import Case, change_case, without_models
-from pmor.core.progress import Progress
 from pmor.core.threads import threads
 from pmor.fe.condensation import condense_sector, sector_stiffness
 from pmor.gear.condition import ALIGNED, Assembly
@@ -27,15 +26,9 @@ from pmor.gear.modification import Modification
 from pmor.jobs.offline import run_offline
 from pmor.lab.core.stages import measure_stages
 from pmor.lab.core.timing import ms_per_position, times_in_turn
-from pmor.lab.phases import PHASES, repeat_phase
 from pmor.line.layered_pair import layers_of
 from pmor.pair.conditions import conditions_of, nominal_condition
 from pmor.pair.model import elastic_model, neighbouring_teeth
-from pmor.penalty.kernels.newton import solve_state
-from pmor.penalty.kernels.state import Load
-from pmor.penalty.kernels.sweep import place_position
-from pmor.penalty.pair import as_penalty
-from pmor.penalty.solve import window_depth
 from pmor.report.data_files import write_summary_json
 from pmor.report.markdown import write_markdown
 from pmor.report.provenance import machine
@@ -44,18 +37,18 @@ from pmor.results.load_distribution import effective_contact_ratio, face_load_fa
 from pmor.results.sweep import SteSweep
 from pmor.storage.basis_file import read_basis
 from pmor.work.cost import meshed_within_memory, stages
+from pmor.work.pace import Pace
 from pmor.work.table import Columns, table, text_lines
 from pmor_online.conditions import sweep_assemblies
 from pmor_online.errors import estimate_errors
 from pmor_online.model import ReducedPair, online_angles, reduced_pair
 from pmor_online.readings import derivatives, flank_maps, forces_on_gears, harris_sweep
-from pmor_online.sweep import TOLERANCE, largest_size, sweep_pair, sweep_reduced_pair
+from pmor_online.sweep import largest_size, sweep_reduced_pair
 
 REPEATS = 15
 ANGLES = 200  # a full pitch
 # Online cost does not depend on how densely the basis was trained: few angles keep the benchmark short.
 TRAINING_ANGLES = 12
-PHASE_LOOPS = 300
 # Angles, and torques, of the sweep that is shared out between threads.
 SWEEP_SIDE = 100
 # Of line loads: how far axes are tilted, what helix the pair gets, and a sweep over modifications.
@@ -76,31 +69,23 @@ class Variant:
 
 
 def variants(case: Case) -> list[Variant]:
-    """Return the case itself and its neighbours in mesh, scheme, refinement and family of shapes."""
-    listed = [Variant("case", _changed(case))]
-    for n in (4, 8, 16, 32):
-        changed = _changed(case, mesh={"profile_elements": n}, contact={"scheme": "line"})
-        listed.append(Variant("elements over the profile", changed))
-    for n, lodm in ((4, 8), (8, 4), (16, 2), (32, 1)):
-        changed = _changed(case, mesh={"profile_elements": n}, contact={"scheme": "direct", "lodm_profile": lodm})
-        listed.append(Variant("elements x LoDM = 32", changed))
-    for lodm in (1, 2, 4, 8):
-        changed = _changed(case, contact={"scheme": "direct", "lodm_profile": lodm})
-        listed.append(Variant("LoDM over the profile", changed))
-    both = {"scheme": "direct", "lodm_profile": 4, "lodm_width": 4}
-    listed.append(Variant("LoDM over both", _changed(case, contact=both)))
-    for width in (2, 4, 8):
-        listed.append(Variant("elements over the width", _changed(case, mesh={"width_elements": width})))
-    listed.append(Variant("whole width", _changed(case, mesh={"width": "whole"})))
-    listed += line_load_variants(case)
-    points = {"scheme": "direct"}
-    for label, reduction in (
-        ("flank lines", {"shapes": "flank_lines"}),
-        ("no error bar", {"shapes": "flank_lines", "error_estimate": False}),
-        ("shapes at positions", {"shapes": "positions"}),
-    ):
-        listed.append(Variant(label, _changed(case, contact=points, reduction=reduction)))
-    return listed
+    """Return the case itself and its neighbours in mesh, scheme and refinement; `pmor reductions` compares shapes."""
+
+    def direct(**lodm: int) -> Case:
+        return _changed(case, contact={"scheme": "direct", **lodm}, reduction={"shapes": "flank_lines"})
+
+    def mesh(**keys: Any) -> Case:
+        return _changed(case, mesh=keys, contact={"scheme": "line"}, reduction={"shapes": "line_loads"})
+
+    return [
+        Variant("case", _changed(case)),
+        *(Variant("elements over the profile", mesh(profile_elements=n)) for n in (4, 8, 16, 32)),
+        *(Variant("elements over the width", mesh(width_elements=n)) for n in (2, 4, 8)),
+        Variant("whole width", mesh(width="whole")),
+        *(Variant("LoDM over the profile", direct(lodm_profile=n)) for n in (1, 2, 4, 8)),
+        Variant("LoDM over both", direct(lodm_profile=4, lodm_width=4)),
+        *line_load_variants(case),
+    ]
 
 
 def line_load_variants(case: Case) -> list[Variant]:
@@ -114,7 +99,62 @@ def line_load_variants(case: Case) -> list[Variant]:
     return [Variant(label, _changed(case, **lines, **more)) for label, more in changes.items()]
 
 
-def run_bench(case: Case, jobs: int) -> dict[str, Any]:
+@dataclass(frozen=True)
+class Bench:
+    """Run times.
+
+    Parameters
+    ----------
+    rows : list of dict
+        Each with ``phase``, ``scheme``, ``n_profile``, ``n_width``, ``lodm_profile``, ``lodm_width``, ``median_ms`` and
+        ``repeats``.
+    machine : dict
+    before : list of dict
+        Rows of an earlier run, for the ratios; empty without one.
+    """
+
+    rows: list[Row]
+    machine: dict[str, Any]
+    before: list[Row]
+
+    def write(self, path: Path) -> None:
+        """Write the JSON file, and the table as Markdown beside it.
+
+        Raises
+        ------
+        OutputError
+        """
+        write_summary_json(path, {"rows": self.rows, "machine": self.machine})
+        write_markdown(path.with_suffix(".md"), "Benchmark", [self._table()])
+
+    def __str__(self) -> str:
+        """The table for the screen."""
+        shown = self._table()
+        return "\n".join([*text_lines(shown), shown.note])
+
+    def _table(self) -> Table:
+        columns: Columns = {
+            "phase": _name,
+            "scheme": "scheme",
+            "mesh": lambda row: f"{row['n_profile']} x {row['n_width']}",
+            "LoDM": lambda row: f"{row['lodm_profile']}, {row['lodm_width']}" if row["lodm_profile"] else "-",
+            "ms": "median_ms",
+            "peak MiB": lambda row: f"{row['peak_mib']:.0f}" if "peak_mib" in row else "",
+            "basis MiB": lambda row: f"{row['basis_mib']:.2g}" if "basis_mib" in row else "",
+            "told": lambda row: f"{row['told_ms']:.0f} ms, {row['told_mib']:.0f} MiB" if "told_ms" in row else "",
+        }
+        if self.before:
+            old = {_key(row): row["median_ms"] for row in self.before}
+            ratios = {key: f"{row['median_ms'] / old[key]:.2f}" for row in self.rows if (key := _key(row)) in old}
+            columns = {**columns, "ratio to the earlier run": lambda row: ratios.get(_key(row), "")}
+        m = self.machine
+        note = f"medians, one thread unless stated; {m['cpu']}, {m['cores']} cores, Python {m['python']}"
+        return table("Run time by phase and by size", columns, self.rows, note)
+
+
+def run(
+    case: Case, *, jobs: int = 2, before: Sequence[Row] = (), progress: Callable[[int], None] | None = None
+) -> Bench:
     """Measure everything.
 
     Parameters
@@ -122,30 +162,25 @@ def run_bench(case: Case, jobs: int) -> dict[str, Any]:
     case : Case
     jobs : int
         Threads of the parallel sweep.
-
-    Returns
-    -------
-    dict
-        ``rows``, each with ``phase``, ``scheme``, ``n_profile``, ``n_width``, ``lodm_profile``, ``lodm_width``,
-        ``median_ms`` and ``repeats``; and ``machine``.
+    before : sequence of dict
+        Rows of an earlier run, to compare with (`read_rows`).
+    progress : callable, optional
+        Called with how many more bases are there.
     """
-    rows = offline_rows(case)
-    listed = variants(case)
-    with tempfile.TemporaryDirectory() as folder, Progress(len(listed), "bases") as progress:
-        models, sizes = [], []
+    rows, listed, step = offline_rows(case), variants(case), progress or (lambda count: None)
+    pace, models, sizes = Pace("bases", len(listed)), list[ReducedPair](), list[float]()
+    with tempfile.TemporaryDirectory() as folder:
         for i, variant in enumerate(listed):
+            pace.tell(variant.label)
             models.append(_basis(variant.case, path := Path(folder) / f"{i}.h5"))
             sizes.append(path.stat().st_size / 2**20)
-            progress.step()
+            pace.step()
+            step(1)
     rows += [row | {"basis_mib": size} for row, size in zip(sweep_rows(listed, models), sizes, strict=True)]
     lines = next(i for i, variant in enumerate(listed) if variant.label == "line loads")
     rows += line_load_rows(listed[lines].case, models[lines])
-    trained = next(i for i, variant in enumerate(listed) if variant.case.reduction.trained)
-    rows += phase_rows(listed[trained].case, models[trained])
     rows += parallel_rows(case, models[0], jobs)
-    rows += start_rows(case)
-    rows += stage_rows(case)
-    return {"rows": rows, "machine": machine()}
+    return Bench([*rows, *start_rows(case), *stage_rows(case)], machine(), list(before))
 
 
 def offline_rows(case: Case) -> list[Row]:
@@ -189,8 +224,7 @@ def sweep_rows(listed: list[Variant], models: list[ReducedPair]) -> list[Row]:
         phi = online_angles(model.meshed.pair.pitch, ANGLES)
         sweep = partial(sweep_reduced_pair, model, phi, [nominal_condition(variant.case)])
         work[i] = partial(ms_per_position, sweep)
-    with Progress(REPEATS, "sweeps") as progress:
-        times = times_in_turn(work, REPEATS, progress.step)
+    times = times_in_turn(work, REPEATS)
     return [
         {**_row(f"position: {variant.label}", variant.case, times[i]), "unknowns": largest_size(models[i])}
         for i, variant in enumerate(listed)
@@ -200,11 +234,9 @@ def sweep_rows(listed: list[Variant], models: list[ReducedPair]) -> list[Row]:
 def line_load_rows(case: Case, model: ReducedPair) -> list[Row]:
     """Time all that line loads take offline, and a sweep over many tip reliefs of both gears."""
 
-    def offline_ms() -> float:
-        start = time.perf_counter()
+    def offline() -> None:
         with tempfile.TemporaryDirectory() as folder:
             _basis(case, Path(folder) / "basis.h5")
-        return 1e3 * (time.perf_counter() - start)
 
     pair, phi = model.meshed.pair, online_angles(model.meshed.pair.pitch, RELIEF_ANGLES)
     starts = [math.degrees(0.3 * active[0] + 0.7 * active[1]) for active in pair.active_rolls]
@@ -214,12 +246,8 @@ def line_load_rows(case: Case, model: ReducedPair) -> list[Row]:
     ]
     torques = [tuple(case.torque_Nm * share for share in RELIEF_LOADS)] * RELIEFS
 
-    def sweep_ms() -> float:
-        start = time.perf_counter()
-        sweep_assemblies(model, phi, assemblies, torques)
-        return 1e3 * (time.perf_counter() - start)
-
-    times = times_in_turn({"offline": offline_ms, "reliefs": sweep_ms}, 3)
+    sweep = partial(sweep_assemblies, model, phi, assemblies, torques)
+    times = times_in_turn({"offline": _timed_ms(offline), "reliefs": _timed_ms(sweep)}, 3)
     what = f"conditions: {RELIEFS} tip reliefs x {RELIEF_ANGLES} angles x {len(RELIEF_LOADS)} torques"
     rows = [_row("offline: line loads, in all", case, times["offline"]), _row(what, case, times["reliefs"])]
     return rows + reading_rows(case, model)
@@ -256,46 +284,6 @@ def reading_rows(case: Case, model: ReducedPair) -> list[Row]:
     return [_row(name, case, found) for name, found in times.items()]
 
 
-def _timed_ms(work: Callable[[], Any]) -> Callable[[], float]:
-    def timed() -> float:
-        start = time.perf_counter()
-        work()
-        return 1e3 * (time.perf_counter() - start)
-
-    return timed
-
-
-def phase_rows(case: Case, model: ReducedPair) -> list[Row]:
-    """Time the phases of one evaluation, averaged over a pitch."""
-    meshed, condition = as_penalty(model.meshed), nominal_condition(case)
-    pair, family, pair_count = sweep_pair(meshed, condition.assembly), model.family, meshed.tooth_pair_count
-    depth = window_depth(meshed, condition)
-    load = Load(condition.given_torque, meshed.expected_approach(condition.given_torque), False)
-    phases = range(len(PHASES))
-    found: dict[int, list[float]] = {phase: [] for phase in phases}
-    points = []
-    for phi in online_angles(meshed.pair.pitch, 20).tolist():
-        position = place_position(phi, depth, pair, family, pair_count, meshed.clearance(condition.assembly))
-        coordinates, start_advance = (
-            np.zeros(position.active_shapes.size),
-            pair.kinematics.first_touch + load.approach / meshed.pair.pinion.base_radius,
-        )
-        advance = solve_state(pair, position, load, coordinates, start_advance, 40, TOLERANCE).advance
-        for phase in phases:
-            arguments = pair, position, family, load, coordinates, advance
-            points.append(repeat_phase(phase, 1, *arguments))
-            start = time.perf_counter()
-            repeat_phase(phase, PHASE_LOOPS, *arguments)
-            found[phase].append(1e3 * (time.perf_counter() - start) / PHASE_LOOPS)
-    sweep = sweep_reduced_pair(model, online_angles(meshed.pair.pitch, ANGLES), [condition])
-    evaluations = float(np.mean(sweep.newton_steps)) + 1.0
-    return [
-        {**_row(f"phase: {PHASES[phase]}", case, [float(np.mean(times))], PHASE_LOOPS),
-         "per_position": evaluations if phase else 1.0, "points": float(np.mean(points))}
-        for phase, times in found.items()
-    ]  # fmt: skip
-
-
 def parallel_rows(case: Case, model: ReducedPair, jobs: int) -> list[Row]:
     """Time a sweep over angles and torques with one thread and with `jobs`; say whether they agree to the bit."""
     phi = online_angles(model.meshed.pair.pitch, SWEEP_SIDE)
@@ -320,12 +308,10 @@ def parallel_rows(case: Case, model: ReducedPair, jobs: int) -> list[Row]:
 def start_rows(case: Case) -> list[Row]:
     """Time how long the command needs to answer at all."""
 
-    def start_ms() -> float:
-        start = time.perf_counter()
+    def answer() -> None:
         subprocess.run([sys.executable, "-m", "pmor", "--help"], check=True, capture_output=True)
-        return 1e3 * (time.perf_counter() - start)
 
-    return [_row("start: pmor --help", case, times_in_turn({"start": start_ms}, 5)["start"])]
+    return [_row("start: pmor --help", case, times_in_turn({"start": _timed_ms(answer)}, 5)["start"])]
 
 
 def stage_rows(case: Case) -> list[Row]:
@@ -338,51 +324,13 @@ def stage_rows(case: Case) -> list[Row]:
     ]  # fmt: skip
 
 
-def bench_table(result: dict[str, Any], before: dict[str, Any] | None) -> Table:
-    """Return the table; with an earlier result, each time as a ratio to the one measured then."""
-    old = {_key(row): row["median_ms"] for row in before["rows"]} if before else {}
-    columns: Columns = {
-        "phase": _name,
-        "scheme": "scheme",
-        "mesh": lambda row: f"{row['n_profile']} x {row['n_width']}",
-        "LoDM": lambda row: f"{row['lodm_profile']}, {row['lodm_width']}" if row["lodm_profile"] else "-",
-        "ms": "median_ms",
-        "peak MiB": lambda row: f"{row['peak_mib']:.0f}" if "peak_mib" in row else "",
-        "basis MiB": lambda row: f"{row['basis_mib']:.2g}" if "basis_mib" in row else "",
-        "told": lambda row: f"{row['told_ms']:.0f} ms, {row['told_mib']:.0f} MiB" if "told_ms" in row else "",
-    }
-    if before:
-        ratios = {key: f"{row['median_ms'] / old[key]:.2f}" for row in result["rows"] if (key := _key(row)) in old}
-        columns = {**columns, "ratio to the earlier run": lambda row: ratios.get(_key(row), "")}
-    m = result["machine"]
-    note = f"medians, one thread unless said; {m['cpu']}, {m['cores']} cores, Python {m['python']}"
-    return table("Run time by phase and by size", columns, result["rows"], note)
-
-
-def bench_text(result: dict[str, Any], before: dict[str, Any] | None) -> str:
-    """Return the table for the screen."""
-    shown = bench_table(result, before)
-    return "\n".join([*text_lines(shown), shown.note])
-
-
-def write_bench(result: dict[str, Any], before: dict[str, Any] | None, path: Path) -> None:
-    """Write the JSON file, and the table as Markdown beside it.
-
-    Raises
-    ------
-    OutputError
-    """
-    write_summary_json(path, result)
-    write_markdown(path.with_suffix(".md"), "Benchmark", [bench_table(result, before)])
-
-
-def read_bench(path: Path) -> dict[str, Any] | None:
-    """Return an earlier result; None when there is none that can be read."""
+def read_rows(path: Path) -> list[Row]:
+    """Return the rows of an earlier run; none where there is none that can be read."""
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
-        return None
-    return found if isinstance(found, dict) and "rows" in found else None
+        return []
+    return found.get("rows", []) if isinstance(found, dict) else []
 
 
 def _name(row: Row) -> str:
@@ -415,3 +363,12 @@ def _changed(case: Case, **changes: dict[str, Any]) -> Case:
 def _basis(case: Case, path: Path) -> ReducedPair:
     run_offline(case, elastic_model(case, meshed_within_memory(case)), path, estimate=estimate_errors)
     return reduced_pair(read_basis(path))
+
+
+def _timed_ms(work: Callable[[], Any]) -> Callable[[], float]:
+    def timed() -> float:
+        start = time.perf_counter()
+        work()
+        return 1e3 * (time.perf_counter() - start)
+
+    return timed

@@ -46,7 +46,7 @@ def no_work(monkeypatch):
 
     monkeypatch.setattr(pmor.pair.model, "elastic_model", never)
     monkeypatch.setattr(pmor.lab.study.run, "run_pieces", never)
-    monkeypatch.setattr(pmor.lab.bench, "run_bench", never)
+    monkeypatch.setattr(pmor.lab.bench, "run", never)
 
 
 def refused(capsys, *arguments):

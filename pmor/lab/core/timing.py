@@ -12,9 +12,8 @@ Key = TypeVar("Key")
 
 
 def times_in_turn(
-    work: Mapping[Key, Callable[[], float]], repeats: int, progress: Callable[[], None] = lambda: None,
-    longest: float = math.inf,
-) -> dict[Key, list[float]]:  # fmt: skip
+    work: Mapping[Key, Callable[[], float]], repeats: int, longest: float = math.inf
+) -> dict[Key, list[float]]:
     """Measure pieces of work in rounds; the first round warms up.
 
     Parameters
@@ -23,15 +22,13 @@ def times_in_turn(
         Each does its work and gives its time, in any unit.
     repeats : int
         Rounds; every other one goes through the work backwards, so that neither neighbour has the warmer cache.
-    progress : callable
-        Called after each round, for progress.
     longest : float
-        Sum of its times after which a piece of work is left out of further rounds.
+        Sum of its times after which a piece of work has no further rounds.
 
     Returns
     -------
     dict
-        What was measured in each round, by key.
+        Times of all rounds, by key.
     """
     found: dict[Key, list[float]] = {key: [] for key in work}
     for run in work.values():
@@ -40,7 +37,6 @@ def times_in_turn(
         for key in list(work)[:: -1 if repeat % 2 else 1]:
             if not repeat or sum(found[key]) <= longest:
                 found[key].append(work[key]())
-        progress()
     return found
 
 
