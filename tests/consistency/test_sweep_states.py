@@ -73,7 +73,7 @@ def test_contact_forces_act_where_the_slow_twin_has_them():
         solved = solve_position(reduced.meshed, angle, at_torques(TORQUES), reduced.elasticity_at)
         for t, equilibrium in enumerate(solved.equilibria):
             state, contact = loads.of(t, i), equilibrium.contact
-            for p, index in enumerate(solved.position.pair_index):
+            for index in solved.position.pair_index:
                 mine = loads.pair[state] == index
                 force = loads.force_N[state][mine]
                 if force.sum() > 0.2 * contact.force.sum():

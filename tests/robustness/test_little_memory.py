@@ -3,7 +3,6 @@
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
@@ -39,38 +38,6 @@ def test_half_the_addresses_end_in_one_line(command, profile_elements, tmp_path)
 
 def _environment():
     return os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
-
-
-def _own_memory_group():
-    """Folder of this process's control group for memory, of the first version; None where there is none to write to."""
-    for line in Path("/proc/self/cgroup").read_text().splitlines():
-        _, controllers, path = line.split(":", 2)
-        folder = Path("/sys/fs/cgroup/memory") / path.lstrip("/")
-        if controllers == "memory" and os.access(folder, os.W_OK):
-            return folder
-    return None
-
-
-@pytest.mark.slow
-def test_half_the_memory_in_a_control_group_ends_in_one_line(tmp_path):
-    parent = _own_memory_group()
-    if parent is None:
-        pytest.skip("needs the right to make control groups (version 1) for memory")
-    case = paper(mesh={"profile_elements": 48, "width": "whole"})
-    path = tmp_path / "case.toml"
-    path.write_text(pmor.case.text_of(case))
-    group = parent / f"pmor_test_{os.getpid()}"
-    group.mkdir()
-    try:
-        half = max(stage.memory for stage in stages(case)) // 2
-        (group / "memory.limit_in_bytes").write_text(str(half))
-        line = f'echo $$ > {group}/cgroup.procs; exec "{sys.executable}" -m pmor run {path}'
-        done = subprocess.run(["bash", "-c", line], cwd=tmp_path, env=_environment(), capture_output=True, text=True)
-    finally:
-        group.rmdir()
-    assert done.returncode == 2, done.stderr
-    assert "the control group (container, batch job) allows" in done.stderr
-    assert len(done.stderr.splitlines()) == 1
 
 
 FACTOR = 2.0

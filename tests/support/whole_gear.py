@@ -1,4 +1,4 @@
-"""Displacement of whole sectors: by one sparse system for the whole gear, slow and obvious, and by the condensed one."""
+"""Displacement of whole sectors: by one sparse system for the whole gear, slow and obvious, and condensed."""
 
 import numpy as np
 import scipy.sparse.linalg as spla

@@ -113,7 +113,13 @@ def test_no_command_meshes_what_does_not_fit(command, little_memory, monkeypatch
 
 @pytest.mark.parametrize(
     "call",
-    [pmor.train, pmor.full_model, pmor.dynamics.solution.reduced_of, ModelStore().model, lambda case: basis_of(case, None)],
+    [
+        pmor.train,
+        pmor.full_model,
+        pmor.dynamics.solution.reduced_of,
+        ModelStore().model,
+        lambda case: basis_of(case, None),
+    ],
     ids=["train", "full_model", "dynamics", "laboratory", "campaign"],
 )
 def test_no_call_meshes_what_does_not_fit(call, little_memory):

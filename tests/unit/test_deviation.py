@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pmor.core.errors import CaseError
 from pmor.gear.flank_deviation import kernel_deviation
 from pmor.gear.kernels.deviation import NO_DEVIATION, deviations_at, flank_deviation
 from pmor.gear.modification import UNMODIFIED, Modification
@@ -163,29 +162,6 @@ def test_topography_reads_from_csv():
     assert read_topography(text) == wanted
     assert read_topography(text.replace(";", ",")) == wanted
     assert hash(read_topography(text)) == hash(wanted)
-
-
-@pytest.mark.parametrize(
-    ("text", "reason"),
-    [
-        ("", "is empty"),
-        (",0,1\n10,1,2\n", "at least 2 x 2"),
-        (",0\n10,1\n20,1\n", "at least 2 x 2"),
-        (",0,1\n10,1,2\n20,1,x\n", 'row 3, column 3: "x" is not a number'),
-        (",0,1\n10,1,2\n20,1,\n", "an empty cell"),
-        (",0,1\n10,1,2\n20,1\n", "1 amounts at the roll angle 20 deg for 2 places"),
-        (",0,1\n10,1,nan\n20,1,2\n", "amount nan um"),
-        (",0,1\n10,1,4000\n20,1,2\n", "amount 4000 um"),
-        (",1,0\n10,1,2\n20,1,2\n", "must ascend"),
-        (",0,1\n10,1,2\n10,1,2\n", "must ascend"),
-        (",0,inf\n10,1,2\n20,1,2\n", "must be a finite number"),
-    ],
-)
-def test_broken_topographies_are_refused_in_one_line(text, reason):
-    with pytest.raises(CaseError) as caught:
-        read_topography(text)
-    assert reason in str(caught.value)
-    assert "\n" not in str(caught.value)
 
 
 def test_topography_swings_little_beyond_its_amounts_however_uneven_its_points_are(pair):
