@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
+from pmor.campaigns.columns import Columns
 from pmor.campaigns.figures import BY_KEY
 from pmor.campaigns.page import CASES, MOST_CASES, blocks_of, case_file, linked_designs
 from pmor.campaigns.relations import text_of_design, unit_of, with_relations
-from pmor.campaigns.result import CampaignResult
 from pmor.campaigns.rows import STATUSES
 from pmor.campaigns.settings import Campaign, Number
 from pmor.campaigns.table import designs_of
@@ -37,7 +37,7 @@ FILES = (*RESULTS, "report.html", "times.json", "times.csv")
 DIGITS = 6  # of seconds
 
 
-def write_campaign(result: CampaignResult, folder: Path, overwrite: bool = False) -> None:
+def write_campaign(result: Columns, folder: Path, overwrite: bool = False) -> None:
     """Write results, times, cases and the page; finished chunks are given up."""
     campaign = result.campaign
     with writing_results(folder, FILES, campaign.text, inputs=campaign.inputs, overwrite=overwrite) as out:
@@ -57,7 +57,7 @@ def refuse_changed_cases(campaign: Campaign, folder: Path, overwrite: bool) -> N
     refuse_in_the_way([folder / CASES / name for name in names if name in there], overwrite, campaign.inputs)
 
 
-def campaign_data(result: CampaignResult) -> dict[str, Any]:
+def campaign_data(result: Columns) -> dict[str, Any]:
     """Return the content of `campaign.json`: designs by status, least and largest results, reasons."""
     reasons = Counter(reason for reason in result.reasons if reason)
     return {
@@ -71,7 +71,7 @@ def campaign_data(result: CampaignResult) -> dict[str, Any]:
     }
 
 
-def campaign_text(result: CampaignResult) -> str:
+def campaign_text(result: Columns) -> str:
     """Return the short summary for the screen: designs by status, the least of each result, failures."""
     effort = result.effort
     counts = ", ".join(f"{result.count(status)} {status}" for status in STATUSES if result.count(status))
@@ -127,7 +127,7 @@ def _write_case(
         temporary.write_text(text, encoding="utf-8")
 
 
-def _write_cases(result: CampaignResult, folder: Path, overwrite: bool) -> None:
+def _write_cases(result: Columns, folder: Path, overwrite: bool) -> None:
     """Write the case files that the page links to; those of another campaign go, unless they were changed."""
     files = {case_file(i + 1): i for i in linked_designs(result)}
     with writing_results(folder, list(files), result.campaign.text, overwrite=overwrite, working=()):
@@ -144,7 +144,7 @@ def _extremes(values: np.ndarray) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def write_csv(path: Path, result: CampaignResult) -> None:
+def write_csv(path: Path, result: Columns) -> None:
     """Write one line per design, one after the other: there may be millions."""
     values = [*((name in result.campaign.whole, column) for name, column in result.inputs.items()),
               *((False, column) for column in result.results.values())]  # fmt: skip
@@ -161,7 +161,7 @@ def _field(value: float, whole: bool) -> str:
     return "" if np.isnan(value) else repr(int(value) if whole else float(value))
 
 
-def write_hdf5(path: Path, result: CampaignResult) -> None:
+def write_hdf5(path: Path, result: Columns) -> None:
     """Write all columns."""
     units = {f"inputs/{name}": unit_of(name) or "1" for name in result.inputs}
     units |= {f"results/{key}": BY_KEY[key].unit for key in result.results}
@@ -174,7 +174,7 @@ def write_hdf5(path: Path, result: CampaignResult) -> None:
     write_campaign_file(path, CampaignFile(campaign.name, campaign.source_text, STATUSES, units, arrays))
 
 
-def _times(result: CampaignResult) -> dict[str, Any]:
+def _times(result: Columns) -> dict[str, Any]:
     """Times of this run; designs that an earlier one had solved count among the solved ones alone."""
     effort = result.effort
     available_s = (effort.workers or 0) * effort.wall_s
@@ -190,7 +190,7 @@ def _times(result: CampaignResult) -> dict[str, Any]:
     }
 
 
-def _write_times(path: Path, result: CampaignResult) -> None:
+def _write_times(path: Path, result: Columns) -> None:
     lines = [f"{i + 1},{seconds:.{DIGITS}f}\n" for i, seconds in enumerate(result.solving_s)]
     with atomic_path(path) as temporary:
         temporary.write_text("design,processor_s\n" + "".join(lines), encoding="utf-8")

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from pmor.campaigns.columns import Columns
 from pmor.campaigns.figures import BY_KEY, Figure
 from pmor.campaigns.relations import split, unit_of
-from pmor.campaigns.result import CampaignResult
 from pmor.campaigns.rows import STATUSES
 from pmor.core.arrays import FloatArray
 from pmor.report.explorer import Column, Designs
@@ -36,7 +36,7 @@ def case_file(number: int) -> str:
     return f"design_{number:06d}.toml"
 
 
-def linked_designs(result: CampaignResult) -> Sequence[int]:
+def linked_designs(result: Columns) -> Sequence[int]:
     """Return the designs, from 0, that get a case file: all that have all their keys, unless they are many."""
     known = np.ones(len(result.codes), dtype=bool)
     for values in result.inputs.values():
@@ -44,7 +44,7 @@ def linked_designs(result: CampaignResult) -> Sequence[int]:
     return np.flatnonzero(known).tolist() if len(known) <= MOST_CASES else []
 
 
-def blocks_of(result: CampaignResult) -> list[Block | Designs]:
+def blocks_of(result: Columns) -> list[Block | Designs]:
     """Return the blocks of the page, in the order of reading."""
     campaign = result.campaign
     counts = {status: result.count(status) for status in STATUSES}
@@ -75,7 +75,7 @@ def label_of(name: str) -> str:
     return f"{section.partition('.')[0]} {UNITS.sub('', key).replace('_', ' ')}"
 
 
-def _explorer(result: CampaignResult) -> list[Block | Designs]:
+def _explorer(result: Columns) -> list[Block | Designs]:
     step = -(-len(result.codes) // MOST_SHOWN)
     shown = np.arange(0, len(result.codes), step)
     linked = set(linked_designs(result))
@@ -97,7 +97,7 @@ def _explorer(result: CampaignResult) -> list[Block | Designs]:
     return [f"{part}{each}", designs]
 
 
-def _shown(result: CampaignResult) -> list[Figure]:
+def _shown(result: Columns) -> list[Figure]:
     """Results that differ between designs by more than round-off, the most telling ones first."""
     differing = [key for key, values in result.results.items() if _differs(values)]
     order = [key for key in FIRST if key in differing] + [key for key in differing if key not in FIRST]
@@ -109,7 +109,7 @@ def _differs(values: FloatArray) -> bool:
     return len(known) > 0 and bool(np.ptp(known) > ROUND_OFF * np.abs(known).max())
 
 
-def _best(result: CampaignResult) -> Table:
+def _best(result: Columns) -> Table:
     """Designs of the least of the first result, one line each."""
     figures = _shown(result)[: len(FIRST)]
     if not figures:
@@ -130,7 +130,7 @@ def _headed(label: str, unit: str) -> str:
     return f"{label}, {unit}" if unit else label
 
 
-def _reasons(result: CampaignResult) -> Table:
+def _reasons(result: Columns) -> Table:
     """Reasons that differ in their numbers alone are one."""
     found: dict[str, list[int]] = {}
     for i, reason in enumerate(result.reasons):

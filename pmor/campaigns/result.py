@@ -1,4 +1,4 @@
-"""The result of a campaign: a column for each key and each result, a value for each design."""
+"""The result of a campaign: its designs and its files."""
 
 from __future__ import annotations
 
@@ -8,81 +8,16 @@ from pathlib import Path
 
 import numpy as np
 
-from pmor.campaigns.rows import STATUSES, Answer, Status
+from pmor.campaigns.columns import Columns, Effort
+from pmor.campaigns.output import campaign_text, write_campaign
+from pmor.campaigns.rows import STATUSES, Answer
 from pmor.campaigns.settings import Campaign
-from pmor.core.arrays import FloatArray, IntArray
-
-
-@dataclass(frozen=True, kw_only=True)
-class Effort:
-    """Work that a campaign took.
-
-    Parameters
-    ----------
-    n_chunks : int
-    resumed : int
-        Number of designs that an earlier run had solved.
-    solving_s : float
-        Processor time of the designs of this run.
-    wall_s : float
-        From the first chunk handed out to the last one back.
-    workers : int or None
-        Number of processes; None where the executor does not tell.
-    """
-
-    n_chunks: int
-    resumed: int
-    solving_s: float
-    wall_s: float
-    workers: int | None
+from pmor.core.arrays import FloatArray
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class CampaignResult:
-    """All designs of a campaign, n of them.
-
-    Parameters
-    ----------
-    campaign : Campaign
-    codes : ndarray of int, shape (n,)
-        Place of the status in `pmor.campaigns.rows.STATUSES`.
-    reasons : tuple of str
-        Why a design has no results; empty where it has.
-    inputs : dict of ndarrays, shape (n,)
-        Keys of the case; NaN where a design has no such value.
-    results : dict of ndarrays, shape (n,)
-        At the nominal torque; NaN of designs without.
-    solving_s : ndarray, shape (n,)
-        Processor time of each design.
-    effort : Effort
-    """
-
-    campaign: Campaign
-    codes: IntArray
-    reasons: tuple[str, ...]
-    inputs: dict[str, FloatArray]
-    results: dict[str, FloatArray]
-    solving_s: FloatArray
-    effort: Effort
-
-    @property
-    def status(self) -> np.ndarray:
-        """Status of each design: "ok", "infeasible", "not converged" or "lost", shape (n,)."""
-        return np.array(STATUSES)[self.codes]
-
-    @property
-    def failed(self) -> IntArray:
-        """Feasible designs without results, counted from 0."""
-        return np.flatnonzero(self.codes >= STATUSES.index("not converged"))
-
-    def count(self, status: Status) -> int:
-        """Return the number of designs with a status."""
-        return int((self.codes == STATUSES.index(status)).sum())
-
-    def design(self, i: int) -> dict[str, int | float]:
-        """Return the keys of design `i`, counted from 0."""
-        return {name: int(values[i]) if name in self.campaign.whole else float(values[i])
-                for name, values in self.inputs.items()}  # fmt: skip
+class CampaignResult(Columns):
+    """All designs of a campaign, as arrays and as files; parameters as in `pmor.campaigns.columns.Columns`."""
 
     def write(self, folder: Path | str, *, overwrite: bool = False) -> None:
         """Write results, times, cases and the page: the files of `pmor campaign`.
@@ -97,16 +32,12 @@ class CampaignResult:
         ------
         OutputError
         """
-        from pmor.campaigns.output import write_campaign
-
         write_campaign(self, Path(folder), overwrite)
 
     def __repr__(self) -> str:
         return f"<CampaignResult of {self.campaign.name!r}: {len(self.codes)} designs>"
 
     def __str__(self) -> str:
-        from pmor.campaigns.output import campaign_text
-
         return campaign_text(self)
 
 

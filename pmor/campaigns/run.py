@@ -9,9 +9,10 @@ from concurrent.futures import Executor
 from pathlib import Path
 
 from pmor.campaigns.chunks import Chunk, ChunkFiles, chunks_of, expected_seconds, key_of_campaign
+from pmor.campaigns.columns import Effort
 from pmor.campaigns.loader import load
 from pmor.campaigns.output import FILES, refuse_changed_cases
-from pmor.campaigns.result import CampaignResult, Effort, gathered
+from pmor.campaigns.result import CampaignResult, gathered
 from pmor.campaigns.rows import Answer, Task
 from pmor.campaigns.settings import Campaign
 from pmor.campaigns.store import Store, open_store, refuse_foreign_store

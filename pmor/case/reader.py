@@ -9,8 +9,9 @@ those of the section that holds it. A field of type `Sections` takes all other k
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
+from functools import cache
 from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated, Any, NoReturn, TypeVar, get_args, get_origin, get_type_hints
@@ -176,7 +177,7 @@ class Reader:
         CaseError
         """
         self.refuse_value(name, table)
-        items = [(item, hint) for item, hint in _annotated(kind) if item.name not in given]
+        items = [pair for pair in _annotated(kind) if pair[0].name not in given]  # type: ignore[arg-type]
         known = {key for item, hint in items for key in _keys(item, hint)}
         others = {key: value for key, value in table.items() if key not in known}
         rest = next((item.name for item, hint in items if hint == Sections), None)
@@ -256,9 +257,10 @@ class Reader:
             self.refuse(place, str(error))
 
 
-def _annotated(kind: type) -> Iterator[tuple[Field[Any], Any]]:
+@cache
+def _annotated(kind: type) -> tuple[tuple[Field[Any], Any], ...]:
     hints = get_type_hints(kind, include_extras=True)
-    return ((item, hints[item.name]) for item in fields(kind))  # type: ignore[arg-type]
+    return tuple((item, hints[item.name]) for item in fields(kind))  # type: ignore[arg-type]
 
 
 def _words(hint: Any) -> list[str]:

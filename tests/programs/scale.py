@@ -23,9 +23,10 @@ from pathlib import Path
 from typing import Any
 
 from pmor.campaigns.chunks import LEAST_S, MOST_CHUNKS, Chunk, ChunkFiles, chunks_of, key_of_campaign
+from pmor.campaigns.columns import Effort
 from pmor.campaigns.loader import load
 from pmor.campaigns.output import write_csv, write_hdf5
-from pmor.campaigns.result import Effort, gathered
+from pmor.campaigns.result import gathered
 from pmor.campaigns.rows import Answer, plain_row
 from pmor.campaigns.run import task_of
 from pmor.campaigns.settings import Campaign
