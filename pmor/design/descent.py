@@ -1,4 +1,4 @@
-"""From a good variant downhill to the best one near it: by exact derivatives, then to what can be made."""
+"""From a good variant downhill to the best one near it: by exact derivatives, then to the steps of manufacture."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SHARPNESS = (10.0, 60.0, 300.0)
 MOST_STEPS, TOLERANCE = 25, 1e-4
 # Of the range of a variable, for the differences by which constraints follow it.
 DIFFERENCE = 1e-3
-# By how much a constraint may be missed, over its bound: what a difference leaves in the last digits.
+# Tolerance of a constraint, over its bound: round-off of differences.
 SLACK = 1e-6
 
 
@@ -35,7 +35,7 @@ class Descent:
         self.span = high - self.low
 
     def run(self, start: FloatArray) -> list[Verdict]:
-        """Return the end of the way down from `start`, and what can be made around it, best first.
+        """Return the end of the descent from `start`, and the variants around it that can be made, best first.
 
         Parameters
         ----------
@@ -80,7 +80,7 @@ class Descent:
             return slack(constraints, at(z)[2])
 
         def rates(z: FloatArray) -> FloatArray:
-            return self._workspace_rates(z, kept_by(z))
+            return self._slack_rates(z, kept_by(z))
 
         held = [{"type": "ineq", "fun": kept_by, "jac": rates}] if constraints else []
         done = minimize(
@@ -91,7 +91,7 @@ class Descent:
         end = end if np.isfinite(end).all() else z
         return end, at(end)[0]
 
-    def _workspace_rates(self, z: FloatArray, here: FloatArray) -> FloatArray:
+    def _slack_rates(self, z: FloatArray, here: FloatArray) -> FloatArray:
         """Derivatives of the constraints by each variable, (C, n): differences, since their kinks are everywhere."""
         constraints, columns = self.judge.design.constraints, []
         for n in range(len(z)):

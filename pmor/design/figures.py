@@ -1,4 +1,4 @@
-"""Pictures of a design: the front, the objective about the best, transmission error over torque, what it depends on."""
+"""Pictures of a design: the front, the objective about the best, transmission error over torque, sensitivities."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-#: what results are called in pictures and tables
+#: names of results in pictures and tables
 WORDS = {
     "peak_to_peak_um": "Peak-to-peak STE [µm]",
     "order_1_um": "First order of the mesh [µm]",
@@ -35,7 +35,7 @@ WORDS = {
 VALUES = {"nominal": "", "expected": "expected ", "percentile_95": "95 % below: "}
 # Points along each axis of a contour, and variables of which all pairs are drawn.
 CONTOUR, MOST_PAIRED, LEVELS = 25, 4, 16
-# Of the two-dimensional normal distribution: within so many standard deviations are 95 % of what is made.
+# Of the two-dimensional normal distribution: within so many standard deviations are 95 % of the gears made.
 ELLIPSE = math.sqrt(-2.0 * math.log(0.05))
 # Torques of the curves over torque, and how far below and above the design's they go.
 TORQUES, BELOW, ABOVE = 33, 0.5, 1.2
@@ -43,7 +43,7 @@ GREY = "#555555"
 
 
 def front_figure(found: Found) -> Figure:
-    """All variants in the plane of the objective and what is weighed against it, and those that nothing beats."""
+    """All variants in the plane of the objective and the result weighed against it, and the Pareto front."""
     design, kept = found.design, found.kept
     objective, against = found.variants.objective, found.against
     with plot_style():
@@ -64,7 +64,7 @@ def front_figure(found: Found) -> Figure:
 
 
 def contour_figure(found: Found) -> Figure | None:
-    """The objective as drawn over each two variables about the best, with the ellipse of 95 % of what is made."""
+    """The objective as drawn over each two variables about the best, with the ellipse of 95 % of the gears made."""
     if found.best is None or len(found.design.variables) < 2:
         return None
     design, best = found.design, found.variants.x[found.best]
@@ -97,7 +97,7 @@ def _contour(axes: Axes, found: Found, judge: Judge, best: FloatArray, first: in
             x = best.copy()
             x[first], x[second] = p, q
             values[i, k] = judge.results(judge.assembly(x))[:, column] @ judge.weights
-    # Even steps would all lie on the slopes; what counts is the valley.
+    # Even steps would all lie on the slopes, and none in the valley.
     levels = np.geomspace(max(float(values.min()), 1e-3), max(float(values.max()), 2e-3), LEVELS)
     shown = axes.contourf(along, across, values, levels=levels, cmap="viridis", extend="min")
     axes.contour(along, across, values, levels=levels, colors="white", linewidths=0.3)
@@ -175,7 +175,7 @@ def sensitivity_figure(rates: Mapping[str, float], objective: str) -> Figure:
 
 
 def harris_figure(rules: Sequence[HarrisRule]) -> Figure:
-    """Peak-to-peak over the amount of tip relief from the highest point of single contact, and what the rule says."""
+    """Peak-to-peak STE over tip relief from the highest point of single contact, and the amount by the rule."""
     with plot_style():
         figure = new_figure(7.2, 4.4)
         axes = figure.subplots()
@@ -210,7 +210,7 @@ def scatter_figure(objectives: Mapping[str, FloatArray], design_words: str) -> F
 
 
 def variable_words(name: str) -> str:
-    """Return what a variable is called along an axis: words, and the unit."""
+    """Return the label of a variable along an axis: words, and the unit."""
     gear, _, key = name.rpartition(".")
     for ending, unit in (("_um", "µm"), ("_roll_deg", "° of roll"), ("_mm", "mm")):
         if key.endswith(ending):

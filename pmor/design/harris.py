@@ -26,7 +26,7 @@ from pmor.pair.conditions import assembly_of
 from pmor_online.model import ReducedPair, online_angles
 from pmor_online.variants import VariantSolver
 
-# Amounts that are looked at, up to so many times that of the rule; angles per pitch.
+# Largest amount tried, over that of the rule, and how many; angles per pitch.
 AMOUNTS, LARGEST_RATIO, ANGLES = 61, 2.5, 64
 
 

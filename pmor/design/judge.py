@@ -1,4 +1,4 @@
-"""What a variant is worth: results under each torque, and the objective with its derivatives, over scatter as drawn."""
+"""The value of a variant: results under each torque, the objective with its derivatives, as drawn or over scatter."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from pmor_online.variants import VariantSolver, VariantState
 
 @dataclass(frozen=True)
 class Verdict:
-    """What is known of a variant; NaN where a position did not converge.
+    """Results of a variant; NaN where a position did not converge.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ class Verdict:
     objective : float
         Over scatter where the design asks for it.
     limits : ndarray, shape (C,)
-        What is constrained, the largest over the torques, of the same kind.
+        Constrained results, the largest over the torques, of the same kind.
     """
 
     x: FloatArray
@@ -44,7 +44,7 @@ class Verdict:
 
 
 class Judge:
-    """Finds what variants of a design are worth; threads may share it.
+    """Judges variants of a design; threads may share it.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ class Judge:
         return Verdict(np.asarray(x, dtype=float), nominal, self._value(objective), limits)
 
     def _value(self, values: FloatArray) -> float:
-        """Return what is asked for of the values of all draws; NaN where one is."""
+        """Return the mean or percentile of the values of all draws, as the design asks; NaN where one is."""
         return float(draw_weights(values, self.design.objective.value) @ values)
 
     def objective_of(self, x: FloatArray, draws: Sequence[Draw]) -> FloatArray:
@@ -136,7 +136,7 @@ class Judge:
         return float(weights @ found), np.asarray(weights @ np.array(slopes)), limits
 
     def limits(self, x: FloatArray) -> FloatArray:
-        """Return what is constrained alone, (C,)."""
+        """Return the constrained results alone, (C,)."""
         found = []
         for draw in self.draws:
             assembly = self.assembly(x, draw)

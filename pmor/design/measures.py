@@ -1,4 +1,4 @@
-r"""What is made small: figures of an STE curve with their derivatives, and their values over scatter.
+r"""Objectives: figures of an STE curve with their derivatives, and their values over scatter.
 
 *Smooth peak-to-peak.* The largest of n values has a kink where two of them are equal, which is just where a good design
 lies. In its place stands, with the sharpness s,
@@ -67,7 +67,7 @@ def percentile_weights(count: int) -> FloatArray:
 
 
 def draw_weights(values: FloatArray, kind: str) -> FloatArray:
-    """Return the weights (m,) by which m draws make the value that is asked for: its derivatives by the draws.
+    """Return the weights (m,) of m draws in the wanted value: its derivatives by the draws.
 
     Parameters
     ----------

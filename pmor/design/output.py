@@ -171,7 +171,7 @@ def _unit(name: str) -> str:
 def _blocks(found: Found, read: Readings) -> list[Block]:
     design = found.design
     pictures = [
-        ("front.png", "What the objective costs elsewhere: nothing beats the variants along the line in both.",
+        ("front.png", "The objective against the other result: no variant beats those along the line in both.",
          front_figure(found)),
         ("contour.png", "The objective of the pair as drawn over each two variables, all others as in the best; within "
          "the dashed ellipse are 95 % of the gears that are made.", contour_figure(found)),
@@ -179,8 +179,8 @@ def _blocks(found: Found, read: Readings) -> list[Block]:
          "sides; the best for all of them lies between.",
          torque_figure(found, {"base case": None} | {name: found.variants.x[n] for name, n in read.chosen.items()})),
         ("ste.png", "STE over the pitch under each torque, as drawn.", ste_figure(found, read.curves)),
-        ("sensitivity.png", "What the objective as drawn answers to about the best: exact derivatives, also by what is "
-         "no variable.", sensitivity_figure(read.rates, design.objective.minimise) if read.rates else None),
+        ("sensitivity.png", "Sensitivity of the objective as drawn, about the best: exact derivatives, also by parameters "
+         "that are no variables.", sensitivity_figure(read.rates, design.objective.minimise) if read.rates else None),
         ("scatter.png", f"{FRESH:,} pairs drawn anew, each solved in full.",
          scatter_figure(read.fresh, WORDS[design.objective.minimise]) if read.fresh else None),
         ("harris.png", "Harris's rule for tip relief, written for coupled pairs: twice by how much the STE without "

@@ -1,4 +1,4 @@
-"""What is read off a finished search: chosen variants, their curves, their scatter, what they answer to."""
+"""Readings of a finished search: chosen variants, their curves, their scatter, their sensitivities."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ FRESH, FRESH_SEED = 2000, SEED + 1
 
 @dataclass(frozen=True)
 class Readings:
-    """What a page tells beside the variants.
+    """Content of a page beside the variants.
 
     Attributes
     ----------
     base : (T, R)
         Results of the case as it is.
     chosen : mapping of str to int
-        Numbers of chosen variants by what they are: "best", "best without scatter", "best at 170 N m".
+        Numbers of chosen variants by name: "best", "best without scatter", "best at 170 N m".
     curves : mapping of str to ndarray, shape (T, A)
         Their STE, um, after that of the base case.
     rates : mapping of str to float
@@ -102,5 +102,5 @@ def _harris(found: Found) -> tuple[HarrisRule, ...]:
 
 
 def percentile_95(values: FloatArray) -> float:
-    """Return what 95 % of values stay below."""
+    """Return the 95th percentile of values."""
     return float(np.percentile(values, 95.0))

@@ -29,13 +29,13 @@ from pmor_online.model import ReducedPair, reduced_pair
 
 # Positions that a chunk of samples solves at least: a second.
 POSITIONS_PER_CHUNK = 100_000
-# Designs for one torque alone that are looked for, to hold the design for all of them against.
+# Most torques for which a design for that torque alone is searched too, for comparison.
 MOST_SINGLE = 6
 
 
 @dataclass(frozen=True)
 class Found:
-    """What a design came to.
+    """All variants of a search.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ class Found:
         For figures of single variants.
     variants : Variants
     evaluations : mapping of str to int
-        Judgements of a variant, by what they were for; one with derivatives counts as one.
+        Judgements of a variant, by stage; one with derivatives counts as one.
     seconds : float
         Of this run, without the finite elements.
     failures : tuple of str
@@ -59,7 +59,7 @@ class Found:
 
     @property
     def design(self) -> Design:
-        """What was asked for."""
+        """Settings of the search."""
         return self.file.design
 
     @property
@@ -75,7 +75,7 @@ class Found:
 
     @property
     def against(self) -> FloatArray:
-        """What is weighed against the objective, the largest over the torques, (V,)."""
+        """Result weighed against the objective, the largest over the torques, (V,)."""
         return np.asarray(
             self.variants.results[:, :, self.design.results.index(self.design.pareto.against)].max(axis=1)
         )
@@ -102,7 +102,7 @@ def trained_pair(file: DesignFile) -> ReducedPair:
     Raises
     ------
     CaseError
-        Where a torque is beyond what the contact holds.
+        Where a torque is beyond the range of the contact.
     """
     case, mesh = file.case, meshed_within_memory(file.case)
     under_load = replace(case, online=replace(case.online, torques_Nm=file.design.load.torques_Nm))
@@ -168,7 +168,7 @@ class _Search:
         self.evaluations: dict[str, int] = {}
         self.failures: tuple[str, ...] = ()
         self.store = Store(file, self.folder)
-        # What results depend on beside the case; titles do not count.
+        # Settings that results depend on beside the case; titles do not count.
         self.settings = asdict(replace(file.design, title="", case=""))
 
     def samples(self) -> Variants:
@@ -205,7 +205,7 @@ class _Search:
         return [from_data(part, design) for part in self._run("descents", pieces)]
 
     def trade_offs(self, samples: Variants, tried: Sequence[Variants]) -> list[Variants]:
-        """Minimise the objective under bounds on what is weighed against it, between its least and that of the best."""
+        """Minimise the objective under bounds on the other result, between its least value and that of the best."""
         design, all_of_them = self.design, together([samples, *tried])
         key, points = design.pareto.against, design.pareto.points
         against = all_of_them.results[:, :, design.results.index(key)].max(axis=1)
@@ -218,7 +218,7 @@ class _Search:
             return []
         pieces = []
         for number, bound in enumerate(np.linspace(least, at_best, points + 2)[1:-1]):
-            # A bound in few digits: what is written in the name of a piece and in a constraint is the same.
+            # A bound in few digits: the same in the name of a piece and in a constraint.
             level = float(f"{bound:.5g}")
             within = good[against[good] <= level]
             start = all_of_them.x[within[0] if len(within) else good[np.nanargmin(against[good])]]
@@ -252,7 +252,7 @@ def _judged(judge: Judge, x: FloatArray, origin: str) -> Result:
 
 
 def _descended(downhill: Judge, judge: Judge, start: FloatArray, origin: str) -> Result:
-    """Go downhill by one judge; what comes out is judged by another."""
+    """Go downhill by one judge; the end is judged by another."""
     way = Descent(downhill)
     best = way.run(np.asarray(start))[0]
     verdict = best if downhill is judge else judge.verdict(best.x)

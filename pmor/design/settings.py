@@ -223,11 +223,11 @@ class Design:
 
     @property
     def scatters(self) -> bool:
-        """Whether values over scatter are asked for."""
+        """Whether the objective is a value over scatter."""
         return self.objective.value != "nominal"
 
     @property
     def results(self) -> tuple[str, ...]:
-        """Results that are found of each variant: root stress where it is asked for alone."""
+        """Results of each variant; root stress only if a constraint or the front needs it."""
         asked = {c.result for c in self.constraints} | {self.pareto.against}
         return tuple(key for key in RESULTS if key != "root_stress_MPa" or key in asked)

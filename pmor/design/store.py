@@ -47,7 +47,7 @@ class Store:
 
 
 def stored(file: DesignFile, variants: Variants) -> DesignResults:
-    """Return what a file holds of variants."""
+    """Return the content of a file of variants."""
     design = file.design
     origins = tuple(dict.fromkeys(variants.origin))
     low, high = np.array([v.range for v in design.variables]).T

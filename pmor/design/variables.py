@@ -1,4 +1,4 @@
-"""From numbers to a pair: the values of the variables, and what scatters about them, as flanks and axes."""
+"""From numbers to a pair: the values of the variables and their scatter, as flanks and axes."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pmor.design.settings import Scatter, Variable
 from pmor.gear.condition import Assembly, Misalignment
 from pmor.gear.modification import Modification
 
-# Decimals to which values are rounded: what a step leaves in the last digits is noise.
+# Decimals to which values are rounded: further digits are noise of the steps.
 DECIMALS = 9
 
 
@@ -44,7 +44,7 @@ def assembly_at(
     Parameters
     ----------
     base : Assembly
-        What the variables leave as it is.
+        Everything that is no variable.
     variables : sequence of Variable
     x : sequence of float
         A value for each.

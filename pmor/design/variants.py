@@ -28,7 +28,7 @@ class Variants:
     objective : ndarray, shape (V,)
     limits : ndarray, shape (V, C)
     origin : tuple of str
-        What each came from: "sample", "descent", "trade-off", "as drawn" (best without scatter), "170 N m" (best for
+        Origin of each: "sample", "descent", "trade-off", "as drawn" (best without scatter), "170 N m" (best for
         that torque alone).
     """
 
@@ -52,7 +52,7 @@ def as_data(verdicts: Sequence[Verdict], origin: str, evaluations: int) -> Resul
 
 
 def from_data(part: Result, design: Design) -> Variants:
-    """Turn what a part file holds into arrays; null is NaN."""
+    """Turn the content of a part file into arrays; null is NaN."""
     count, torques = len(part["x"]), len(design.load.torques_Nm)
     return Variants(
         np.array(part["x"], dtype=float).reshape(count, len(design.variables)),

@@ -191,7 +191,7 @@ def trace(
     ----------
     follow : Follower
     start : Point
-        Its tangent says whither.
+        Its tangent gives the direction.
     limits : tuple of float
         Least and largest mesh frequency.
     over : callable

@@ -14,10 +14,10 @@ CompiledLaw = VaryingStiffness | ForceTable
 
 
 class SolvedLaw(Protocol):
-    """A law that is solved anew wherever it is asked for: dear, and for harmonic balance alone."""
+    """A law without a table, solved anew at each place: expensive, for harmonic balance alone."""
 
     def forces(self, phase: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return forces and stiffnesses at phases and displacements, (n,) each; NaN where it knows nothing."""
+        """Return forces and stiffnesses at phases and displacements, (n,) each; NaN outside its range."""
 
 
 ForceLaw = CompiledLaw | SolvedLaw

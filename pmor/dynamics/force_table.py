@@ -2,8 +2,8 @@
 
 The force has kinks where a further tooth pair comes into contact, along curves that no regular grid follows. Cells are
 therefore halved, over the phase or over the displacement, until a bicubic through 4 x 4 values holds in each; on the
-way to smaller neighbours a cell's own border is kept, so that the force is continuous everywhere. What the table leaves
-out is measured at the points between, and again at places drawn at random.
+way to smaller neighbours a cell's own border is kept, so that the force is continuous everywhere. The
+error of the table is measured at the points between, and again at places drawn at random.
 """
 
 from __future__ import annotations
@@ -23,8 +23,7 @@ from pmor.dynamics.kernels.laws import CELL, DISPLACEMENT, PHASE, ForceTable
 from pmor.dynamics.table_cells import COLUMNS, CYCLE, RANGE, ROWS, Cells, cubics, join, roots, together
 from pmor_online.mesh_force import Forces
 
-# Of the largest force: what cells may leave out at the points between their values. A quarter more was measured
-# elsewhere.
+# Error of cells at the points between their values, over the largest force. A quarter more was measured elsewhere.
 TOLERANCE = 5e-5
 # How far from a watched load a cell counts as beside it, over the range of its own forces: a longer one, lower by this
 # factor at most, gives the cell at the load its border.
@@ -68,8 +67,13 @@ class Watched:
     allowed: float
 
 
+<<<<<<< HEAD
 def range_under(forces: Forces, load: float, spread: float, multiple: float, touch: float = 0.0) -> tuple[float, float]:
-    """Return displacements between which a table knows the motion under a load along the line of action.
+    """Return the range of displacements that a table needs for motion under a load along the line of action.
+=======
+def range_under(forces: Forces, load: float, spread: float, multiple: float) -> tuple[float, float]:
+    """Return the range of displacements that a table needs for motion under a load along the line of action.
+>>>>>>> 8ac2d99 (Motion, designs and work in plain sentences; their changes named)
 
     Parameters
     ----------
@@ -177,7 +181,7 @@ def table_error(table: ForceTable, forces: Forces, places: int, rng: np.random.G
 
 
 class _Law:
-    """A force law at places counted in steps; what was solved once is kept.
+    """A force law at places counted in steps; solved places are kept.
 
     Parameters
     ----------
@@ -236,7 +240,7 @@ def _row(forces: Forces, rows: Sequence[tuple[float, FloatArray]]) -> FloatArray
 
 
 def _allowed(force: FloatArray, limit: float, watched: Sequence[Watched]) -> FloatArray:
-    """What cells may leave out, (n,): less where a watched load is among their forces or those of cells beside."""
+    """Allowed errors of cells, (n,): less where a watched load is among their forces or those of cells beside."""
     low, high = force.min(axis=(1, 2)), force.max(axis=(1, 2))
     margin = BESIDE * (high - low)
     allowed = np.full(len(force), limit)
@@ -247,7 +251,7 @@ def _allowed(force: FloatArray, limit: float, watched: Sequence[Watched]) -> Flo
 
 
 def _interpolation_error(force: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """What bicubics through every other value miss of the rest: between phases, displacements, and both; (n,) each."""
+    """Errors of bicubics through every other value at the rest: between phases, displacements, and both; (n,) each."""
     weights = cubics(_PLACES[1::2] / 6.0)
     known = force[:, ::2, ::2]
     phase, displacement = weights @ known, known @ weights.T

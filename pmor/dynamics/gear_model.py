@@ -74,7 +74,7 @@ class GearModel:
     supports : tuple of Support
         Of the directions that are not rigid.
     rigid : ndarray, shape (2, 3)
-        Levers of the displacements of both gears; what a rigid bearing holds of the mesh force.
+        Levers of the displacements of both gears, and shares of the mesh force on rigid bearings.
     base_radius : float
         Of the pinion, mm.
     """
@@ -172,7 +172,7 @@ def _inertia(dynamics: DynamicsCase, gear: str, drawn: GearCase, tooth: Tooth, w
     mass, polar = (getattr(dynamics, f"{gear}_{key}") for key in ("mass_kg", "inertia_kg_m2"))
     polar = solid.polar_kg_m2 if polar is None else polar
     mass = solid.mass_kg if mass is None else mass
-    # A body of revolution tilts with half of its polar inertia and what its length adds.
+    # A body of revolution tilts with half of its polar inertia and a part from its length.
     tilting = solid.tilting_kg_m2 + 0.5 * (polar - solid.polar_kg_m2)
     return Inertia(mass, polar + getattr(dynamics, f"{gear}_shaft_inertia_kg_m2"), tilting)
 

@@ -125,7 +125,7 @@ def product_rows(factor: FloatArray) -> FloatArray:
     Parameters
     ----------
     factor : ndarray, shape (4 orders + 1,)
-        To twice the orders of the function: what products of cosines and sines reach.
+        To twice the orders of the function: products of cosines and sines go that far.
     """
     orders = (len(factor) - 1) // 4
     cosine, sine = factor[1::2], factor[2::2]

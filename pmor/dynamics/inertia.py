@@ -1,4 +1,4 @@
-"""Inertias of gears that are solid discs, and what the line of action feels of them."""
+"""Inertias of gears as solid discs, and their equivalent mass on the line of action."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Inertia:
-    """Of a gear with what turns, tilts and moves with it.
+    """Of a gear with all parts that move with it.
 
     Parameters
     ----------

@@ -28,8 +28,8 @@ from pmor_online.mesh_force import mesh_force_of
 from pmor_online.model import ReducedPair
 
 LOG = logging.getLogger("pmor")
-# What a table may leave out, of its largest force, and of what makes a static transmission error under the torques of
-# the case off by so much of its peak-to-peak value; no less than this share of the load.
+# Allowed errors of a table: of the force, over the largest; of the static transmission error under the torques of the
+# case, over its peak-to-peak value; the force that this allows, at least, over the load.
 TOLERANCE, STATIC_TOLERANCE, LEAST_TOLERANCE = 5e-5, 5e-5, 4e-6
 # How far a table goes: multiples of the displacement under the largest torque. At 2 % damping motion without relief
 # goes to six or seven times that.
@@ -143,7 +143,7 @@ def force_law(
     Raises
     ------
     CaseError
-        Where a torque is beyond what the contact holds.
+        Where a torque is beyond the range of the contact.
     ConvergenceError
         Where the law has no force within the range that it needs.
     """
@@ -215,7 +215,7 @@ def cycles_of(case: Case, pair: GearPair) -> int:
     Raises
     ------
     CaseError
-        Where they are too many, or the backs of teeth are asked for, of which pitch deviations say nothing.
+        Where they are too many, or backs of teeth are asked for: pitch deviations are those of working flanks.
     """
     teeth = [
         gear.teeth
@@ -231,7 +231,7 @@ def cycles_of(case: Case, pair: GearPair) -> int:
         )
     if teeth and case.dynamics.backlash_um is not None:
         raise CaseError(
-            f"{where}: they say nothing of the backs of teeth, which [dynamics] backlash_um asks for: leave one out"
+            f"{where}: they say nothing of the backs of teeth, which [dynamics] backlash_um needs: leave one out"
         )
     return cycles
 
@@ -265,7 +265,7 @@ def alike_cycles(meshed: MeshedPair, assembly: Assembly) -> tuple[int, ...]:
 def _watched(
     reduced: ReducedPair, torques_Nm: tuple[float, ...], assembly: Assembly, alike: tuple[int, ...]
 ) -> list[Watched]:
-    """Loads whose displacement at rest the table is to know to a share of its peak-to-peak value."""
+    """Loads, and the errors of the force that displace the pair at rest by the allowed share of peak-to-peak."""
     radius, first = reduced.meshed.pair.pinion.base_radius, np.unique(alike, return_index=True)[1]
     cycle = np.arange(STATIC_ANGLES) / STATIC_ANGLES
     exact, stiffness = _static(reduced, 2.0 * np.pi * np.add.outer(first, cycle).ravel(), torques_Nm, assembly)

@@ -1,4 +1,4 @@
-"""What the page of a pair in motion says of its force law."""
+"""The paragraph on the force law of the page of a pair in motion."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def law_paragraph(case: Case, laws: Sequence[MeshLaw], responses: Sequence[Data]
     if cycles > 1:
         sentences.append(
             f"Teeth are out of their places: the mesh repeats after {cycles} cycles. Branches are motion that repeats "
-            "with the mesh, of which there is none: run-up and run-down, by integration over time, are all there is."
+            "with the mesh, so there are none: run-up and run-down are by integration over time."
         )
     else:
         whence = "the line loads themselves, solved at each sample" if case.dynamics.law == "exact" else "the table"
@@ -41,11 +41,11 @@ def _axes(laws: Sequence[MeshLaw], responses: Sequence[Data]) -> list[str]:
     shares = [share for share in (response["axes_left_out_share"] for response in responses) if share is not None]
     if not shares:
         return []
-    misalignment = laws[-1].assembly.misalignment
+    axes = laws[-1].assembly.misalignment
     return [
-        "Line loads are solved with the axes where the mean mesh force holds them (under the largest torque "
-        f"{misalignment.centre_distance_um:+.3g} µm of centre distance, over the face width {misalignment.in_plane_um:+.3g} µm in the "
-        f"plane of the axes and {misalignment.out_of_plane_um:+.3g} µm across it); motion about it acts through levers at the "
-        "pitch point. Solved with the axes where they are at each of some instants of the largest motion, the mesh "
+        "Line loads are solved with the axes displaced by the mean mesh force (under the largest torque "
+        f"{axes.centre_distance_um:+.3g} µm of centre distance, over the face width {axes.in_plane_um:+.3g} µm in the "
+        f"plane of the axes and {axes.out_of_plane_um:+.3g} µm across it); motion about it acts through levers at the "
+        "pitch point. At some instants of the largest motion, solved with the axes displaced as they are then, the mesh "
         f"force differs by {100.0 * max(shares):.2g} % of its mean at most."
     ]

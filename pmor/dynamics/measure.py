@@ -26,7 +26,7 @@ from pmor.dynamics.quantities import UM, cycle_of, quantities
 from pmor.dynamics.response import HARMONICS, Response, response
 
 HZ = 1.0 / (2.0 * np.pi)
-# Cycles at the first speed of a run, in which what its start disturbs dies out.
+# Cycles at the first speed of a run, in which the disturbance by its start dies out.
 SETTLING = 300
 # Highest harmonic at the lowest speed, over the natural frequency.
 BEYOND_NATURAL = 1.6
@@ -61,7 +61,7 @@ class Task:
     in_Hz : bool
     run_cycles : int
     exact : SolvedLaw, optional
-        What branches are found with instead of the table.
+        Law of the branches, instead of the table.
     """
 
     model: GearModel
@@ -94,7 +94,7 @@ class AtRest:
     modes : ndarray
         All of them.
     interval : tuple of float
-        Displacements that the law knows.
+        Range of displacements of the law.
     """
 
     oscillator: Oscillator
@@ -105,7 +105,7 @@ class AtRest:
 
 
 def at_rest(task: Task) -> AtRest:
-    """Return what the response of a task is measured against.
+    """Return the state at rest and the small vibrations of a task.
 
     Raises
     ------
@@ -135,7 +135,7 @@ def needed_harmonics(rest: AtRest, limits: tuple[float, float]) -> int:
 
 
 def solve(task: Task, part: str) -> Data:
-    """Return a part of the response to a torque: keys of `dynamics.json`, and in `lost` what was not found.
+    """Return a part of the response to a torque: keys of `dynamics.json`, and in `lost` the failures.
 
     Parameters
     ----------
@@ -263,7 +263,7 @@ def resting_state(oscillator: Oscillator, law: ForceTable, interval: tuple[float
 
 
 def follow(pieces: Iterable[Motion], cycles: int) -> tuple[list[Data], Data | None]:
-    """Return what is kept of a run, piece by piece, and the spectra along it; None of a short run.
+    """Return the points of a run, piece by piece, and the spectra along it; None for a short run.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The pair at rest under its load, from its force law: what a frequency response is measured against."""
+"""The pair at rest under its load, from its force law: the reference of a frequency response."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Masses on springs and dampers that a mesh acts on, and what the mesh feels of them."""
+"""Masses on springs and dampers under the force of a mesh, and their dynamic stiffness along it."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def static_stiffness_of(oscillator: Oscillator) -> tuple[float, float]:
     Raises
     ------
     ValueError
-        Where the load sets in motion what the mesh does not hold.
+        Where the load moves masses that neither bearings nor mesh hold.
     """
     n, scale = oscillator.size, _scale(oscillator)
     bordered = np.zeros((n + 1, n + 1))
@@ -91,7 +91,7 @@ def static_stiffness_of(oscillator: Oscillator) -> tuple[float, float]:
     # Least squares: the rotation of both gears together is free and does not matter.
     found = np.linalg.lstsq(bordered, right, rcond=None)[0]
     if np.abs(bordered @ found - right).max() > UNBALANCED * max(np.abs(right).max(), 1e-300):
-        raise ValueError("the load sets in motion what neither bearings nor mesh hold")
+        raise ValueError("the load moves masses that neither bearings nor mesh hold")
     return -float(found[n, 1]), float(found[n, 0])
 
 

@@ -138,11 +138,11 @@ def _ratings(found: Dynamics) -> Table:
         "K_v without deviations": "k_v_without_deviations",
     }
     note = (
-        "Largest of each range: of stable motion (where it jumps, that which running down comes to), and K_v of "
+        "Largest of each range: of stable motion (where it jumps, the motion when running down), and K_v of "
         "ISO 6336-1, method B. K_v takes the mean mesh stiffness of this pair and its masses on rigid bearings, a "
         f"damping that is built into its formulas, and deviations within ISO 1328-1, class {grade} ([dynamics] "
-        "accuracy_grade), not run in. Motion is that of the flanks of the case: K_v without deviations is what to "
-        "hold it against."
+        "accuracy_grade), not run in. Motion is that of the flanks of the case: compare it with K_v without "
+        "deviations."
     )
     return table("Dynamic factor beside K_v", columns, rows, note)
 
@@ -157,7 +157,7 @@ def _percent(share: float | None) -> float | None:
 
 
 def _lost(found: Dynamics) -> list[str]:
-    """Say what was not found."""
+    """Sentences on torques and parts that failed."""
     sentences = [f"{response['torque_Nm']:g} N m: {lost}" for response in found.responses for lost in response["lost"]]
     return [*sentences, *found.failures]
 

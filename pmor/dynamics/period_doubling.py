@@ -86,7 +86,7 @@ def embedded(unknowns: FloatArray) -> FloatArray:
 
 
 def between_orders(unknowns: FloatArray) -> float:
-    """Root mean square of the odd harmonics: what motion of twice the period has beyond that of the single one."""
+    """Root mean square of the odd harmonics: zero for motion of the single period."""
     odd = unknowns.copy()
     odd[3::4] = odd[4::4] = 0.0
     return float(rms(odd))

@@ -1,4 +1,4 @@
-"""What an engineer reads off the motion of a pair: transmission error, mesh force, bearings, loss of contact."""
+"""Quantities of the motion of a pair: transmission error, mesh force, forces on bearings, loss of contact."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ def cycle_of(model: GearModel, balance: Balance, unknowns: FloatArray, speed: fl
 
 
 def quantities(model: GearModel, balance: Balance, unknowns: FloatArray, speed: float) -> PointQuantities:
-    """Return what is read off a point of a branch; arguments as in `cycle_of`."""
+    """Return the quantities of a point of a branch; arguments as in `cycle_of`."""
     cycle = cycle_of(model, balance, unknowns, speed)
     orders = np.hypot(unknowns[1::2], unknowns[2::2])[balance.cycles - 1 :: balance.cycles][:ORDERS]
     across = np.hypot(cycle.bearing[:, :, 0], cycle.bearing[:, :, 1]).max(axis=0)

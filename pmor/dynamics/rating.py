@@ -61,7 +61,7 @@ def resonance_Hz(mass: float, response: Data) -> float:
 
 
 def rated(case: Case, pair: GearPair, mass: float, response: Data) -> Data:
-    """Return K_v over the speeds of a response, and what it is made of, for `dynamics.json`."""
+    """Return K_v over the speeds of a response, and its inputs, for `dynamics.json`."""
     factor, resonance = iso_factor(case, pair, response), resonance_Hz(mass, response)
     lowest, highest = response["mesh_frequencies_Hz"]
     frequency = np.linspace(lowest, highest, SPEEDS)

@@ -1,4 +1,4 @@
-"""The response of a pair over its speed: all branches, what is stable, where motion jumps and where it is largest."""
+"""The response of a pair over its speed: all branches, their stability, jumps of motion, and the largest motion."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from pmor.dynamics.stability import monodromy, stability_of
 HARMONICS = 20
 
 
-# Above the upper limit, where motion is looked for that is not found there: by what factor, and how far.
+# If no motion is found at the upper limit, higher frequencies are tried: factor, and how far.
 FARTHER, FARTHEST = 1.3, 3.0
 # Of the unknowns, when two motions at one frequency are the same.
 SAME = 1e-6
@@ -40,7 +40,7 @@ class Response:
     doublings : tuple of Doubling
         Where branches of twice the period begin.
     lost : tuple of str
-        What was not found, and why.
+        Failures, and why.
     """
 
     branches: tuple[Branch, ...]
@@ -58,7 +58,7 @@ class Response:
 def response(
     oscillator: Oscillator, law: ForceLaw, limits: tuple[float, float], harmonics: int = HARMONICS
 ) -> Response:
-    """Follow periodic motion from both ends of the frequency, and what branches off it.
+    """Follow periodic motion from both ends of the frequency, and the motion of twice the period that branches off.
 
     Parameters
     ----------

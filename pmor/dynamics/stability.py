@@ -75,7 +75,7 @@ def _slopes(balance: Balance, unknowns: FloatArray) -> FloatArray:
 def _grown(
     balance: Balance, slope: FloatArray, speed: float, start: FloatArray | None = None
 ) -> tuple[FloatArray, FloatArray]:
-    """Carry disturbances, by default all independent ones, through a period; return them, and what the mesh sees."""
+    """Carry disturbances, by default all independent ones, through a period; return them, and those of the mesh."""
     oscillator, n = balance.oscillator, balance.oscillator.size
     h = 2.0 * np.pi * balance.cycles / len(slope) / speed
     inverse = np.linalg.inv(oscillator.mass)

@@ -22,7 +22,7 @@ CYCLE, RANGE = COLUMNS * SIZE, ROWS * SIZE
 # Values on the border of a cell, and in which directions a cell may lie from there.
 _BORDER = np.array([(a, b) for a in range(4) for b in range(4) if {a, b} & {0, 3}])
 _BESIDE = ((-1, -1), (-1, 1), (1, -1), (1, 1))
-# Corners may hang on borders whose own ends hang on others: so many times over at most, and what change is none.
+# Corners may hang on borders whose own ends hang on others: most rounds, and a change that counts as none.
 _MOST_ROUNDS, _ROUND_OFF = 100, 1e-15
 
 

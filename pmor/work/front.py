@@ -1,4 +1,4 @@
-"""Which variants no other one beats in all that counts."""
+"""Pareto fronts: variants that no other one beats in both of two values."""
 
 from __future__ import annotations
 

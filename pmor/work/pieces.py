@@ -153,7 +153,7 @@ def file_name(label: str) -> str:
 def _answers(
     pieces: Sequence[Piece], executor: Executor | None, pace: Pace
 ) -> Iterator[tuple[Piece, Result | ConvergenceError]]:
-    """Yield results, or why there is none, as they come; what stops one piece stops those that have not begun."""
+    """Yield results, or the reason for none, as they come; an error in one piece stops those that have not begun."""
     if executor is None:
         for piece in pieces:
             pace.tell(piece.name)

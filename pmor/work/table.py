@@ -8,7 +8,7 @@ from typing import Any
 from pmor.report.table import Cell, Table, format_cell
 
 Row = Mapping[str, Any]
-# A key of the row, or what to make of the row.
+# A key of the row, or a function of the row.
 Column = str | Callable[[Any], Cell]
 Columns = Mapping[str, Column]
 

@@ -16,9 +16,9 @@ from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.mesh_force import mesh_force_of
 from pmor_online.model import ReducedPair, online_angles
 
-# Over the nominal torque of the case: what the table reaches to everywhere.
+# Torque up to which the table reaches at every angle, over the nominal torque of the case.
 TORQUE_REACH = 2.0
-# Angles at which the largest advance under a torque, and the first touch, are looked for.
+# Angles for the largest advance under a torque, and for the first touch.
 ANGLES = 100
 
 

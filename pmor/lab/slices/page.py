@@ -126,7 +126,7 @@ def _largest(damped: Data) -> float | None:
 
 
 def _at(law: Data, ratio: float) -> Data:
-    """What was found at a damping ratio."""
+    """Response at a damping ratio."""
     return dict(next(damped for damped in law["responses"] if damped["damping_ratio"] == ratio))
 
 
