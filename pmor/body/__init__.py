@@ -2,11 +2,10 @@
 
 The compliance between flank nodes i and k of the teeth of a gear has two parts,
 
-    C_ik = C_local(i - k) + R_i S R_k^T.                                                                       (A)
+    C_ik = C_local(i - k) + R_i S R_k^T.                                                                 (A)
 
-`elastic_gear` makes the first, cyclic one from one condensed sector that is held at some interface, today its bore;
-`flank_compliance` is the share of it that contact keeps, `section_compliance` that between the sections of line contact.
-The second has the rank of the interface (`support`): what a gear stands on, its hub or its blank. Gears on rigid shafts
-have none. `fillet_stress` and `root_stress` are the stress at the roots under the same forces, `volume` the displacement
-and stress of whole sectors.
+`elastic_gear` makes the first, cyclic one from one condensed sector, held at an interface: today the bore. Contact
+keeps `flank_compliance` of it, line contact `section_compliance` between its sections. The second has the rank of the
+interface (`support`): it is the compliance of hub or blank. Gears on rigid shafts have none. `fillet_stress` and
+`root_stress` are the stress at the roots under the same forces, `volume` the displacement and stress of whole sectors.
 """

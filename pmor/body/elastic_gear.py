@@ -1,4 +1,4 @@
-"""Flank compliance of the whole gear from one condensed sector and the ring of its likes: exact, not a reduction."""
+"""Flank compliance of the whole gear from one condensed sector and the ring of equal ones: exact, not a reduction."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from pmor.mesh.sector import SectorMesh
 
 @dataclass(frozen=True)
 class ElasticGear:
-    """Flank compliance of a gear whose bore is rigid on its shaft.
+    """Cyclic part of a gear's compliance, with its bore held: C_local of equation (A) in `pmor.body`.
 
     Parameters
     ----------
@@ -32,8 +32,8 @@ class ElasticGear:
         the surface layer where that was taken out. On half the width a unit force is shared by a node and its image.
     sector : CondensedSector
     side_displacement : ndarray, shape (2 neighbours + 2, n_left, n)
-        Displacement of the left side face of sectors -neighbours - 1 ... neighbours under unit forces on those of the flank's
-        nodes that elements have, mm/N; of no sectors unless they were asked for.
+        Displacement of the left side face of sectors -neighbours - 1 ... neighbours under unit forces on the flank's
+        nodes that elements have, mm/N; of no sectors unless asked for.
     layer_columns : int
         Columns of elements below the flank whose local compliance was taken out.
     fillet : FilletStress or None

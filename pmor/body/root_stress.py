@@ -1,7 +1,7 @@
 """Root stress in the basis: from the forces on a flank to the stress along the fillets, in few numbers.
 
-Far from the flank hardly more is felt of its forces than a few patterns of them (Saint-Venant). The map of all forces
-(`pmor.body.fillet_stress`) is parted by a singular value decomposition: amplitudes of patterns, and stresses from these.
+Far from the flank few patterns of its forces matter (Saint-Venant). A singular value decomposition parts the map of all
+forces (`pmor.body.fillet_stress`) into amplitudes of patterns and stresses under them.
 """
 
 from __future__ import annotations

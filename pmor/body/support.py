@@ -1,15 +1,15 @@
-"""The part of low rank of a pair's compliance: what the interfaces of both gears stand on.
+"""The part of low rank of a pair's compliance, behind the interfaces of both gears.
 
-The cyclic part of a gear is that of a sector held at an interface: its bore, or the cylinder below its rim. A unit force
-on a flank asks r numbers of the interface, its coordinates: force and moment about a hub, or harmonics of tractions. With R_i
-these numbers for the unknowns of tooth i, and S the compliance of what the interface stands on,
+A gear's cyclic part is that of a sector held at an interface: its bore, or the cylinder below its rim. A unit force on
+a flank makes r reactions there: force and moment about a hub, or harmonics of tractions. With R_i the reactions to unit
+forces on the unknowns of tooth i, and S the compliance behind the interface (shafts and bearings, web and hub),
 
-    C_ik = C_local(i - k) + R_i S R_k^T,                  D = D_local + L S L^T.                               (A)
+    C_ik = C_local(i - k) + R_i S R_k^T,                  D = D_local + L S L^T.                         (A)
 
-L has one row for each placed section: the gradient of its gap times R. Both gears share the coordinates, so that S may
-couple them, as a housing does. From tooth to tooth a row is turned, R_(i+1) = R_i Q with Q orthogonal: S need not look
-alike from each tooth (a web with holes, a bearing that is softer across than up). S is symmetric and not negative, and so
-D stays symmetric and positive definite.
+L has one row for each placed section: the gradient of its gap times R. Both gears share the coordinates: S may couple
+them, as a housing does. Rows turn from tooth to tooth, R_(i+1) = R_i Q with Q orthogonal. So S may differ from tooth to
+tooth (a web with holes, a bearing with unequal stiffness). S is symmetric and not negative: D stays symmetric and
+positive definite.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ from pmor.core.arrays import FloatArray, IntArray
 
 @dataclass(frozen=True)
 class Support:
-    """What the interfaces of pinion and wheel stand on, in r coordinates of both.
+    """Compliance behind the interfaces of pinion and wheel, in r coordinates of both together.
 
     Parameters
     ----------
     rows : two ndarrays, shape (n, r)
-        R of tooth 0 of pinion and wheel: coordinates under unit forces on the flank's unknowns, in its tooth's frame.
+        R of tooth 0 of pinion and wheel: reactions to unit forces on the flank's unknowns, in the tooth's frame.
     turn : two ndarrays, shape (r, r)
         Q of pinion and wheel, from a tooth to the next one counter-clockwise; orthogonal.
     compliance : ndarray, shape (r, r)
-        S: coordinates in the same units, displacement over force. Symmetric, not negative.
+        S: displacements of the interfaces under unit reactions; mm/N where the reactions are forces in N.
     """
 
     rows: tuple[FloatArray, FloatArray]
@@ -49,7 +49,7 @@ def support_rows(
     support: Support, sections: tuple[IntArray, FloatArray], node_rows: tuple[int, int], first_pair: IntArray,
     row: IntArray, gradient: FloatArray,
 ) -> FloatArray:  # fmt: skip
-    """Return L, the rows of placed sections: what a unit force in each asks of the interfaces.
+    """Return L, the rows of placed sections: reactions of the interfaces to a unit force in each.
 
     Parameters
     ----------

@@ -1,15 +1,14 @@
-"""The layer of elements below the loaded flank, and what the law of line contact takes the place of.
+"""The layer of elements below the loaded flank, whose compliance the law of line contact replaces.
 
 The layer is the first columns of elements of the tooth block, counted from the flank, with everything below it held:
-its compliance is the local one, the dent without the bending of the tooth. The law (`pmor.line.hertz`) is
-that of a layer in plane strain, loaded evenly along the width. So of a spur gear what is taken out is the layer of the
-mesh in that very state: all transverse sections deform alike, each moves under the line load in it alone. What the
-layer of the mesh does beyond that stays where it is: neighbouring sections hold each other up where the load changes or
-ends, and at free faces, where plane strain ends, the layer is softer.
+its compliance is the local one, the dent without the bending of the tooth. The law (`pmor.line.hertz`) is that of a
+layer in plane strain, loaded evenly along the width. A spur gear loses the layer of its mesh in that very state: all
+transverse sections deform alike, each under its own line load alone. The rest of the layer stays: neighbouring sections
+hold each other up where the load changes or ends, and at free faces, where plane strain ends, the layer is softer.
 
-Lines of contact on helical flanks run across the rows of nodes, and what the mesh answers depends on where between its
-nodes the load is: there no state of the mesh goes with the law, and the whole layer is taken out. So it is of a mesh in
-plane strain, which has no other state.
+Lines of contact on helical flanks run across the rows of nodes. The answer of the mesh depends on the place of the load
+between its nodes, and no state of the mesh goes with the law: the whole layer is taken out. The same holds for a mesh
+in plane strain, which has no other state.
 """
 
 from __future__ import annotations
@@ -25,8 +24,8 @@ from pmor.fe.nested_dissection import element_places
 from pmor.mesh.element import QUADRATIC_NODES, tributary_widths
 from pmor.mesh.sector import SectorMesh
 
-# Depths of the layer over which line loads are evened out for that, on either side. Columns of nodes that are nearer to
-# each other than the contact is wide would else have less than no compliance between them; it is half a depth at most.
+# Depths of the layer over which line loads are evened out for that, on either side; the contact is half a depth wide at
+# most. For columns of nodes nearer to each other than its width, the difference could become negative.
 EVENED = 1.0
 
 
