@@ -17,16 +17,19 @@ Models
     `run_case`: all that a case asks for, with its files; a `RunResult`.
 Results
     `SweepResult`: transmission error, load sharing, stiffness over angles and torques. `ConditionsResult`: of many
-    assemblies. `RootStress`: along the fillets. `DynamicsResult`: responses over the speed. `DesignResult`: variants of
-    the flank modifications.
-Campaigns
-    `campaign`: solves a table of macro-geometries; a `CampaignResult`.
+    assemblies. `RootStress`: along the fillets.
+Capabilities and experiments, with their files where a folder is given
+    `run_dynamics`: the pair in motion, a `DynamicsResult`. `run_design`: a search for flank modifications, a
+    `DesignResult`. `run_campaign`: a table of macro-geometries, a `CampaignResult`. `run_study`: a grid of meshes and
+    models. `run_convergence`: finer and finer meshes. `run_stability`: extreme variants. `run_reductions`: reductions
+    and samplings. `run_bench`: run times. `write_design_case`, `write_campaign_case`: one of many
+    designs as a case file.
 Conditions
     `Misalignment`: position of the wheel's axis. `Modification`: deviation of a gear's flanks; `Topography`: on a grid.
     `Assembly`: misalignment and both modifications.
 Files
-    `info`: content of a file. `verify`: holds a basis file against full FE, a `Verification`. `export_file`: writes a
-    file in the format of another program.
+    `load_results`: arrays of a results file by name, each a `ResultArray`. `info`: content of a file. `verify`: holds a
+    basis file against full FE, a `Verification`. `export_file`: writes a file in the format of another program.
 Errors
     `PmorError`: base of all that an engineer can mend. `CaseError`, `GeometryError`, `MeshError`: in what is asked for.
     `FileFormatError`, `OutputError`: in files. `ConvergenceError`: no equilibrium found. `ExternalProgramError`: a
@@ -46,16 +49,27 @@ from pmor.core.version import __version__
 
 if TYPE_CHECKING:
     from pmor.app.export import export_file
-    from pmor.app.files import Verification, info, verify
+    from pmor.app.files import Verification, info, load_results, verify
     from pmor.app.full import FullModel, full_model
     from pmor.app.model import ReducedModel
     from pmor.app.plan import plan
     from pmor.app.result import ConditionsResult, SweepResult
     from pmor.app.rexs import import_rexs
+    from pmor.app.rooms import (
+        run_bench,
+        run_campaign,
+        run_convergence,
+        run_design,
+        run_dynamics,
+        run_reductions,
+        run_stability,
+        run_study,
+        write_campaign_case,
+        write_design_case,
+    )
     from pmor.app.run import RunResult, run_case
     from pmor.app.training import compare, load_model, train
     from pmor.campaigns.result import CampaignResult
-    from pmor.campaigns.run import campaign
     from pmor.case import Case, change_case, load_case, make_case
     from pmor.core.errors import (
         CaseError,
@@ -69,6 +83,7 @@ if TYPE_CHECKING:
     )
     from pmor.design.result import DesignResult
     from pmor.dynamics.result import DynamicsResult
+    from pmor.export.tables import ResultArray
     from pmor.gear.condition import Assembly, Misalignment
     from pmor.gear.modification import Modification
     from pmor.gear.topography import Topography
@@ -78,12 +93,15 @@ if TYPE_CHECKING:
 _HOMES = {
     "pmor.design.result": ("DesignResult",),
     "pmor.campaigns.result": ("CampaignResult",),
-    "pmor.campaigns.run": ("campaign",),
     "pmor.app.export": ("export_file",),
-    "pmor.app.files": ("Verification", "info", "verify"),
+    "pmor.app.files": ("Verification", "info", "load_results", "verify"),
     "pmor.app.full": ("FullModel", "full_model"),
     "pmor.app.plan": ("plan",),
     "pmor.app.model": ("ReducedModel",),
+    "pmor.app.rooms": (
+        "run_bench", "run_campaign", "run_convergence", "run_design", "run_dynamics", "run_reductions",
+        "run_stability", "run_study", "write_campaign_case", "write_design_case",
+    ),
     "pmor.app.run": ("RunResult", "run_case"),
     "pmor.app.training": ("compare", "load_model", "train"),
     "pmor.app.rexs": ("import_rexs",),
@@ -95,6 +113,7 @@ _HOMES = {
         "CaseError", "ConvergenceError", "ExternalProgramError", "FileFormatError", "GeometryError", "MeshError",
         "OutputError", "PmorError",
     ),
+    "pmor.export.tables": ("ResultArray",),
     "pmor.gear.modification": ("Modification",),
     "pmor.gear.topography": ("Topography",),
     "pmor.results.root_stress": ("RootStress",),
@@ -122,12 +141,12 @@ __all__ = [
     "OutputError",
     "PmorError",
     "ReducedModel",
+    "ResultArray",
     "RootStress",
     "RunResult",
     "SweepResult",
     "Topography",
     "Verification",
-    "campaign",
     "change_case",
     "compare",
     "export_file",
@@ -136,11 +155,22 @@ __all__ = [
     "info",
     "load_case",
     "load_model",
+    "load_results",
     "make_case",
     "plan",
+    "run_bench",
+    "run_campaign",
     "run_case",
+    "run_convergence",
+    "run_design",
+    "run_dynamics",
+    "run_reductions",
+    "run_stability",
+    "run_study",
     "train",
     "verify",
+    "write_campaign_case",
+    "write_design_case",
     "__version__",
 ]
 

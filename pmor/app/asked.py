@@ -20,8 +20,8 @@ from pmor_online.model import online_angles
 
 
 def asked_case(
-    case: Case, pair: GearPair, torques_Nm: Iterable[float] | None, angles: int | FloatArray | None, misalignment: Misalignment | None,
-    flanks: tuple[Modification | None, Modification | None],
+    case: Case, pair: GearPair, torques_Nm: Iterable[float] | None, angles: int | FloatArray | None,
+    misalignment: Misalignment | None, flanks: tuple[Modification | None, Modification | None],
 ) -> Case:  # fmt: skip
     """Return the case of a model, and of its pair, with the sweep that is asked for.
 

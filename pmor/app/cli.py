@@ -35,6 +35,8 @@ RESUME_HINTS = {
     "design": KEPT,
     "campaign": KEPT,
 }
+# Commands whose run times compare models, or that share out their work: one thread of linear algebra.
+ONE_THREAD = ("study", "convergence", "stability", "reductions", "dynamics", "design", "campaign", "bench")
 SMALLER = "lower the elements, the angles or the torques of the case"
 USUAL_HINT = "no file was left half written; the same command starts again"
 
@@ -55,6 +57,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _run(name: str, arguments: dict[str, Any]) -> int:
     try:
         _ask_for_few_addresses()
+        if name in ONE_THREAD:
+            use_one_thread()  # before anything loads numpy
         getattr(commands, name)(**arguments)
         sys.stdout.flush()
     except PmorError as error:

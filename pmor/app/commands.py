@@ -5,15 +5,10 @@ Imports of what is heavy or belongs to a stage stand inside the functions, so th
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from pmor.app.run import RunResult
-    from pmor.case import Case
-    from pmor.design.result import DesignResult
-    from pmor.dynamics.result import DynamicsResult
-    from pmor.pair.model import MeshModel
+POSITIONS = "positions did not converge"
 
 
 def run(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False) -> None:
@@ -30,10 +25,13 @@ def _run_case(case_path: Path, out: Path | None, jobs: int, overwrite: bool, pag
     from pmor.app.run import run_case
     from pmor.case import load_case
     from pmor.core.threads import threads
+    from pmor.storage.results_folder import default_folder
 
     case = load_case(case_path)
+    folder = out or default_folder(case.name)
     with threads(jobs) as executor:
-        _finish(run_case(case, out, pages=pages, overwrite=overwrite, executor=executor, inputs=(case_path,)))
+        found = run_case(case, folder, pages=pages, overwrite=overwrite, executor=executor, inputs=(case_path,))
+    _finish(found, folder, found.failures, POSITIONS)
 
 
 def plan(case_path: Path) -> None:
@@ -72,128 +70,96 @@ def online(
     model = load_model(basis_path, case=load_case(case_path) if case_path else None)
     folder, inputs = out or default_folder(model.case.name), (case_path,) if case_path else ()
     with threads(jobs) as executor:
-        _finish(model.report(folder, compare=False, overwrite=overwrite, executor=executor, inputs=inputs))
+        found = model.report(folder, compare=False, overwrite=overwrite, executor=executor, inputs=inputs)
+    _finish(found, folder, found.failures, POSITIONS)
 
 
 def study(
     study_path: Path, out: Path | None = None, jobs: int = 1, quick: bool = False, overwrite: bool = False
 ) -> None:
     """Run a study: a grid of meshes and refinements, three models, error against run time, one report."""
-    from pmor.core.threads import use_one_thread
-
-    use_one_thread()  # before anything loads numpy
-    from pmor.core.errors import ConvergenceError
+    from pmor.app.rooms import run_study
     from pmor.core.threads import threads
     from pmor.lab.study.loader import load
-    from pmor.lab.study.run import run
     from pmor.storage.results_folder import default_folder
 
     settings = load(study_path, quick=quick)
     folder = out or default_folder(settings.name, "_quick" * quick)
     with threads(jobs) as executor:
-        result = run(settings, folder=folder, overwrite=overwrite, executor=executor)
-    result.write(folder, overwrite=overwrite)
-    print(f"{result}\n  results in {folder}")
-    if result.failures:
-        raise ConvergenceError(f"{len(result.failures)} did not converge, first: {result.failures[0]}", [])
+        found = run_study(settings, folder, overwrite=overwrite, executor=executor)
+    _finish(found, folder, found.failures, "did not converge")
 
 
 def convergence(case_path: Path, out: Path | None = None, overwrite: bool = False) -> None:
     """Solve a case on finer and finer meshes of each element: what does the mesh cost?"""
-    from pmor.core.threads import use_one_thread
-
-    use_one_thread()  # before anything loads numpy
+    from pmor.app.rooms import run_convergence
     from pmor.case import load_case
-    from pmor.lab.convergence.run import run
     from pmor.storage.results_folder import default_folder
 
     case = load_case(case_path)
     folder = out or default_folder(case.name, "_convergence")
-    found = run(case, folder=folder, overwrite=overwrite)
-    found.write(folder, overwrite=overwrite)
-    print(f"{found}\n  results in {folder}")
+    _finish(run_convergence(case, folder, overwrite=overwrite), folder)
 
 
 def stability(case_path: Path, out: Path | None = None, jobs: int = 1, only: str = "", overwrite: bool = False) -> None:
     """Run stiff and extreme variants of a case: does the program hold, and how well?"""
-    from pmor.core.threads import use_one_thread
-
-    use_one_thread()  # before anything loads numpy
+    from pmor.app.rooms import run_stability
     from pmor.case import load_case
-    from pmor.core.errors import ConvergenceError
     from pmor.core.threads import threads
-    from pmor.lab.stability.run import run
     from pmor.storage.results_folder import default_folder
 
     case = load_case(case_path)
     folder = out or default_folder(case.name, "_stability")
     with threads(jobs) as executor:
-        result = run(case, only=only, folder=folder, overwrite=overwrite, executor=executor)
-    result.write(folder, overwrite=overwrite)
-    print(f"{result}\n  results in {folder}")
-    if result.failed:
-        raise ConvergenceError(f"{len(result.failed)} variants failed, first: {result.failed[0].name}", [])
+        found = run_stability(case, folder, only=only, overwrite=overwrite, executor=executor)
+    _finish(found, folder, [entry.name for entry in found.failed], "variants failed")
 
 
 def reductions(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False) -> None:
     """Compare the reductions and the samplings of their training over the ranges of a case."""
-    from pmor.core.threads import use_one_thread
-
-    use_one_thread()  # before anything loads numpy
+    from pmor.app.rooms import run_reductions
     from pmor.case import load_case
-    from pmor.core.errors import ConvergenceError
     from pmor.core.threads import threads
-    from pmor.lab.comparison.run import run
     from pmor.storage.results_folder import default_folder
 
     case = load_case(case_path)
     folder = out or default_folder(case.name, "_reductions")
     with threads(jobs) as executor:
-        result = run(case, folder=folder, overwrite=overwrite, executor=executor)
-    result.write(folder, overwrite=overwrite)
-    print(f"{result}\n  results in {folder}")
-    if result.failures:
-        raise ConvergenceError(f"{len(result.failures)} states did not converge, first: {result.failures[0]}", [])
+        found = run_reductions(case, folder, overwrite=overwrite, executor=executor)
+    _finish(found, folder, found.failures, "states did not converge")
 
 
 def dynamics(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False) -> None:
     """Find the motion of a pair over its speed: frequency response, run-up and run-down under each torque."""
-    from pmor.core.threads import use_one_thread
-
-    use_one_thread()  # before anything loads numpy
+    from pmor.app.rooms import run_dynamics
     from pmor.case import load_case
     from pmor.core.threads import processes
-    from pmor.dynamics.run import run
     from pmor.storage.results_folder import default_folder
 
     case = load_case(case_path)
     folder = out or default_folder(case.name, "_dynamics")
     with processes(jobs) as executor:
-        result = run(case, folder=folder, overwrite=overwrite, executor=executor)
-    _leave(result, folder, overwrite, "parts of responses are missing")
+        found = run_dynamics(case, folder, overwrite=overwrite, executor=executor)
+    _finish(found, folder, found.failures, "parts of responses are missing")
 
 
 def design(
     design_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False, variant: int | None = None
 ) -> None:
     """Search the flank modifications that a design file asks for, or write one variant as a case file."""
-    from pmor.core.threads import use_one_thread
-
-    use_one_thread()  # before anything loads numpy
+    from pmor.app.rooms import run_design, write_design_case
     from pmor.core.threads import threads
     from pmor.design.loader import load
-    from pmor.design.run import run
-    from pmor.design.variant_case import write_variant
     from pmor.storage.results_folder import default_folder
 
-    file = load(design_path)
-    folder = out or default_folder(file.name)
+    settings = load(design_path)
+    folder = out or default_folder(settings.name)
     if variant is not None:
-        print(f"{write_variant(file, folder, variant, overwrite=overwrite)}: written")
+        print(f"{write_design_case(settings, folder, variant, overwrite=overwrite)}: written")
         return
     with threads(jobs) as executor:
-        result = run(file, folder=folder, overwrite=overwrite, executor=executor)
-    _leave(result, folder, overwrite, "did not converge")
+        found = run_design(settings, folder, overwrite=overwrite, executor=executor)
+    _finish(found, folder, found.failures, "did not converge")
 
 
 def campaign(
@@ -201,51 +167,30 @@ def campaign(
     case_number: int | None = None, overwrite: bool = False,
 ) -> None:  # fmt: skip
     """Solve a table of designs, each with gears of its own, on processes of this machine or on a cluster."""
-    from pmor.core.threads import use_one_thread
-
-    use_one_thread()  # before anything loads numpy
+    from pmor.app.rooms import run_campaign, write_campaign_case
     from pmor.campaigns.cluster import dask_executor
     from pmor.campaigns.loader import load
-    from pmor.campaigns.output import write_design
-    from pmor.campaigns.run import run
     from pmor.campaigns.supervise import LocalProcesses
-    from pmor.core.errors import ConvergenceError
     from pmor.core.progress import Progress
     from pmor.storage.results_folder import default_folder
 
     settings = load(campaign_path)
     if case_number is not None:
-        print(f"{write_design(settings, case_number, out or Path(), overwrite)}: written")
+        print(f"{write_campaign_case(settings, out or Path(), case_number, overwrite=overwrite)}: written")
         return
     folder = out or default_folder(settings.name)
     with dask_executor(dask) if dask else LocalProcesses(jobs) as executor, Progress(settings.count, "designs") as bar:
-        found = run(settings, folder=folder, executor=executor, progress=bar.step, overwrite=overwrite)
-    found.write(folder, overwrite=overwrite)
-    print(found)
-    print(f"  results in {folder}")
-    if len(found.failed):
-        first = f"design {found.failed[0] + 1}: {found.reasons[found.failed[0]]}"
-        raise ConvergenceError(f"{len(found.failed)} designs have no results, first: {first}", [])
+        found = run_campaign(settings, folder, executor=executor, progress=bar.step, overwrite=overwrite)
+    failures = [f"design {number + 1}: {found.reasons[number]}" for number in found.failed]
+    _finish(found, folder, failures, "designs have no results")
 
 
 def bench(case_path: Path, json_path: Path, jobs: int = 2, overwrite: bool = False) -> None:
     """Measure run times by phase and by size, as ratios to an earlier measurement where there is one."""
-    from pmor.core.threads import use_one_thread
-
-    use_one_thread()  # before anything loads numpy
+    from pmor.app.rooms import run_bench
     from pmor.case import load_case
-    from pmor.core.errors import OutputError
-    from pmor.lab.bench import read_rows, run
-    from pmor.storage.results_folder import results_folder
 
-    case = load_case(case_path)
-    if json_path.suffix in ("", ".md"):  # the name of the table beside the numbers, or none at all
-        raise OutputError(f"{json_path}: is no name for the numbers; choose one that ends in .json")
-    names = json_path.name, json_path.with_suffix(".md").name
-    with results_folder(json_path.parent, names, (), overwrite, (case_path,)):
-        result = run(case, jobs=jobs, before=read_rows(json_path))
-        result.write(json_path)
-    print(result)
+    print(run_bench(load_case(case_path), json_path, threads=jobs, overwrite=overwrite, inputs=(case_path,)))
 
 
 def export(
@@ -274,18 +219,8 @@ def info(path: Path, verify: bool = False) -> None:
             )
 
 
-def _meshed_case(case_path: Path) -> tuple[Case, MeshModel]:
-    """Read a case and mesh it: refuses what cannot be meshed before any folder is made."""
-    from pmor.case import load_case
-
-    case = load_case(case_path)
-    from pmor.work.cost import meshed_within_memory
-
-    return case, meshed_within_memory(case)
-
-
-def _leave(result: DynamicsResult | DesignResult, folder: Path, overwrite: bool, what_failed: str) -> None:
-    """Write a result and print it.
+def _finish(result: object, folder: Path, failures: Sequence[str] = (), what_failed: str = "") -> None:
+    """Print a result, and where its files are.
 
     Raises
     ------
@@ -294,18 +229,7 @@ def _leave(result: DynamicsResult | DesignResult, folder: Path, overwrite: bool,
     """
     from pmor.core.errors import ConvergenceError
 
-    result.write(folder, overwrite=overwrite)
     print(result)
     print(f"  results in {folder}")
-    if failures := result.failures:
+    if failures:
         raise ConvergenceError(f"{len(failures)} {what_failed}, first: {failures[0]}", [])
-
-
-def _finish(result: RunResult) -> None:
-    """Print the result of a run and where its files are; exit with 3 where a position did not converge."""
-    from pmor.core.errors import ConvergenceError
-
-    print(result)
-    print(f"  results in {result.folder}")
-    if result.failures:
-        raise ConvergenceError(f"{len(result.failures)} positions did not converge, first: {result.failures[0]}", [])

@@ -11,7 +11,7 @@ from pmor.storage.atomic import atomic_path, ensure_folder, refuse_existing
 from pmor.storage.results_folder import refuse_in_the_way, results_folder
 
 if TYPE_CHECKING:
-    from pmor.export.tables import Entry
+    from pmor.export.tables import ResultArray
     from pmor.gear.pair import GearPair
     from pmor.results.sweep import SteSweep
     from pmor_online.model import ReducedPair
@@ -141,7 +141,7 @@ def _tables(source: Path, folder: Path, overwrite: bool) -> None:
 
 
 def _write_tables(
-    entries: dict[str, Entry], source: str, folder: Path, overwrite: bool, inputs: tuple[Path, ...]
+    entries: dict[str, ResultArray], source: str, folder: Path, overwrite: bool, inputs: tuple[Path, ...]
 ) -> None:
     from pmor.export.tables import csv_tables
 

@@ -8,6 +8,8 @@ from pathlib import Path
 from pmor.app.full import FullModel, full_model
 from pmor.campaigns.describe import folder_text
 from pmor.core.progress import Progress, Steps, quietly
+from pmor.export.file_tables import file_entries
+from pmor.export.tables import ResultArray
 from pmor.jobs.verify import UNSEEN_STATES, Check, checks_text, verify_basis
 from pmor.storage.basis_file import read_basis
 from pmor.storage.describe import file_text
@@ -34,6 +36,26 @@ class Verification:
 
     def __str__(self) -> str:
         return checks_text(self.checks)
+
+
+def load_results(path: Path | str) -> dict[str, ResultArray]:
+    """Read the file with all results of a run, `results.h5`; xarray reads it too, group by group.
+
+    Parameters
+    ----------
+    path : Path or str
+
+    Returns
+    -------
+    dict of str to ResultArray
+        By name, such as ``"ste/ste"``; each with ``values``, ``unit``, ``dims`` and ``description``.
+
+    Raises
+    ------
+    FileFormatError
+        When the file is foreign, damaged, or of another version.
+    """
+    return file_entries(Path(path))
 
 
 def info(path: Path | str) -> str:

@@ -25,7 +25,7 @@ from pmor.report.run_page import page_files, write_pages
 from pmor.report.screen import result_text
 from pmor.report.summary import result_files, summary, write_results
 from pmor.results.root_stress import RootStress
-from pmor.storage.results_folder import default_folder, results_folder, start_results
+from pmor.storage.results_folder import results_folder, start_results
 from pmor.work.cost import meshed_within_memory, refuse_beyond_memory
 from pmor_online.compare import Comparison
 from pmor_online.model import ReducedPair
@@ -90,7 +90,7 @@ class RunResult:
 
 
 def run_case(
-    case: Case, folder: Path | str | None = None, *, pages: bool = True, overwrite: bool = False,
+    case: Case, folder: Path | str, *, pages: bool = True, overwrite: bool = False,
     executor: Executor | None = None, progress: Steps = quietly, inputs: Sequence[Path] = (),
 ) -> RunResult:  # fmt: skip
     """Do everything that a case asks for, and leave what `pmor run` leaves.
@@ -100,8 +100,8 @@ def run_case(
     Parameters
     ----------
     case : Case
-    folder : Path or str, optional
-        For the results, made unless it is there; ``out/<name of the case>`` by default.
+    folder : Path or str
+        For the results, made unless it is there.
     pages : bool
         Write pictures and report page too, as far as the case asks for them; without, it is `pmor compare`.
     overwrite : bool
@@ -126,9 +126,8 @@ def run_case(
     OutputError
         When somebody else's file is in the way, or the folder cannot be written to.
     """
-    target = default_folder(case.name) if folder is None else Path(folder)
     names = basis_names(case) if overwrite else ()
-    return _run_models(case, target, None, None, names, pages, overwrite, executor, progress, inputs)
+    return _run_models(case, Path(folder), None, None, names, pages, overwrite, executor, progress, inputs)
 
 
 def run_model(

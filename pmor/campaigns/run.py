@@ -9,8 +9,11 @@ from concurrent.futures import Executor
 from pathlib import Path
 
 from pmor.campaigns.chunks import Chunk, ChunkFiles, chunks_of, expected_seconds, key_of_campaign
+<<<<<<< HEAD
 from pmor.campaigns.columns import Effort
 from pmor.campaigns.loader import load
+=======
+>>>>>>> a9bdd2a (Capabilities and experiments are functions of pmor that commands call; results files are read by name)
 from pmor.campaigns.output import FILES, refuse_changed_cases
 from pmor.campaigns.result import CampaignResult, gathered
 from pmor.campaigns.rows import Answer, Task
@@ -27,39 +30,6 @@ LOG = logging.getLogger("pmor")
 SAY_EVERY_S = 60.0
 
 
-def campaign(
-    path: Path | str, folder: Path | str, *, executor: Executor | None = None,
-    progress: Callable[[int], None] | None = None, overwrite: bool = False,
-) -> CampaignResult:  # fmt: skip
-    """Solve all designs of a campaign file, and write the files of `pmor campaign`.
-
-    Parameters
-    ----------
-    path : Path or str
-        Campaign file.
-    folder : Path or str
-        For the results; chunks of designs are kept there until all are solved.
-    executor : concurrent.futures.Executor, optional
-        Of threads, processes or a cluster: it hands out chunks, and each of its threads has a process of its own that
-        solves. The results are the same to the last bit. By default one process on this machine.
-    progress : callable, optional
-        Called with how many more designs are there, first with those of an earlier run.
-    overwrite : bool
-        Replace files there, whoever wrote them.
-
-    Raises
-    ------
-    CaseError
-        When the file asks for something impossible.
-    OutputError
-    ExternalProgramError
-        When the executor does no more work.
-    """
-    found = run(load(path), folder=folder, executor=executor, progress=progress, overwrite=overwrite)
-    found.write(folder, overwrite=overwrite)
-    return found
-
-
 def run(
     campaign: Campaign, *, folder: Path | str | None = None, executor: Executor | None = None,
     progress: Callable[[int], None] | None = None, overwrite: bool = False,
@@ -71,8 +41,13 @@ def run(
     campaign : Campaign
     folder : Path or str, optional
         Of the results: finished chunks are kept there until these are written. None: a temporary folder.
-    executor, progress, overwrite
-        As in `pmor.campaign`.
+    executor : concurrent.futures.Executor, optional
+        Of threads, processes or a cluster: it hands out chunks, and each of its threads has a process of its own that
+        solves. The results are the same to the last bit. By default one process on this machine.
+    progress : callable, optional
+        Called with how many more designs are there, first with those of an earlier run.
+    overwrite : bool
+        Replace files there, whoever wrote them.
 
     Raises
     ------

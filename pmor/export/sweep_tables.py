@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pmor.export.tables import Entry
+from pmor.export.tables import ResultArray
 from pmor.gear.pair import GearPair
 from pmor.results.sweep import SteSweep, mesh_stiffness, orders_of
 
@@ -12,7 +12,7 @@ STATE = ("torque", "angle")
 TORQUE_TEXT = "on the pinion"
 
 
-def sweep_entries(sweep: SteSweep, pair: GearPair) -> dict[str, Entry]:
+def sweep_entries(sweep: SteSweep, pair: GearPair) -> dict[str, ResultArray]:
     """Return transmission error, load sharing, stiffness and orders of a sweep by their names.
 
     Parameters
@@ -20,30 +20,38 @@ def sweep_entries(sweep: SteSweep, pair: GearPair) -> dict[str, Entry]:
     sweep : SteSweep
     pair : GearPair
     """
-    torque = Entry(sweep.torque_Nm, "N m", STATE[:1], TORQUE_TEXT)
-    angle = Entry(sweep.phi_rad, "rad", STATE[1:], "pinion angle")
+    torque = ResultArray(sweep.torque_Nm, "N m", STATE[:1], TORQUE_TEXT)
+    angle = ResultArray(sweep.phi_rad, "rad", STATE[1:], "pinion angle")
     rotation = 1e3 * sweep.ste_um / pair.pinion.base_radius
     stiffness = mesh_stiffness(sweep, pair.pinion.base_radius, pair.common_width).secant
     found = {
         "ste/torque": torque, "ste/phi": angle,
-        "ste/ste": Entry(sweep.ste_um, "um", STATE, "static transmission error along the transverse line of action"),
-        "ste/rotation": Entry(rotation, "urad", STATE, "the same as rotation of the pinion"),
-        "ste/converged": Entry(sweep.converged, "1", STATE, "1 where the position converged"),
-        "ste/pair_index": Entry(sweep.pair_index, "1", ("pair",), "tooth pair: at the roll position phi + 2 pi j / z1"),
-        "ste/pair_share": Entry(sweep.pair_share, "1", (*STATE, "pair"), "share of the torque that a pair carries"),
+        "ste/ste": ResultArray(
+            sweep.ste_um, "um", STATE, "static transmission error along the transverse line of action"
+        ),
+        "ste/rotation": ResultArray(rotation, "urad", STATE, "the same as rotation of the pinion"),
+        "ste/converged": ResultArray(sweep.converged, "1", STATE, "1 where the position converged"),
+        "ste/pair_index": ResultArray(
+            sweep.pair_index, "1", ("pair",), "tooth pair: at the roll position phi + 2 pi j / z1"
+        ),
+        "ste/pair_share": ResultArray(
+            sweep.pair_share, "1", (*STATE, "pair"), "share of the torque that a pair carries"
+        ),
         "stiffness/torque": torque, "stiffness/phi": angle,
-        "stiffness/secant": Entry(stiffness, "N/(mm um)", STATE, "force along the line of action per width over STE"),
+        "stiffness/secant": ResultArray(
+            stiffness, "N/(mm um)", STATE, "force along the line of action per width over STE"
+        ),
     }  # fmt: skip
     if sweep.unloaded_um is not None:
-        found["ste/unloaded"] = Entry(sweep.unloaded_um, "um", STATE, "transmission error of rigid flanks")
+        found["ste/unloaded"] = ResultArray(sweep.unloaded_um, "um", STATE, "transmission error of rigid flanks")
     bar = sweep.error_bar_um
     if bar is not None:
-        found["ste/error_bar"] = Entry(bar, "um", STATE, "estimated error of reduction and mesh")
+        found["ste/error_bar"] = ResultArray(bar, "um", STATE, "estimated error of reduction and mesh")
     if sweep.converged.all():
         orders = [orders_of(sweep, row) for row in range(len(sweep.torque_Nm))]
         found |= {
             "orders/torque": torque,
-            "orders/order": Entry(orders[0].order, "1", ("order",), "periods per turn of the pinion"),
+            "orders/order": ResultArray(orders[0].order, "1", ("order",), "periods per turn of the pinion"),
             "orders/amplitude": _of_orders(
                 "um", "of the transmission error, zero to peak", [o.amplitude for o in orders]
             ),
@@ -52,5 +60,5 @@ def sweep_entries(sweep: SteSweep, pair: GearPair) -> dict[str, Entry]:
     return found
 
 
-def _of_orders(unit: str, text: str, rows: list[np.ndarray]) -> Entry:
-    return Entry(np.stack(rows), unit, ("torque", "order"), text)
+def _of_orders(unit: str, text: str, rows: list[np.ndarray]) -> ResultArray:
+    return ResultArray(np.stack(rows), unit, ("torque", "order"), text)

@@ -21,25 +21,25 @@ MOST_ROWS = 1_048_576
 
 
 @dataclass(frozen=True)
-class Entry:
+class ResultArray:
     """An array with its unit, axes and description.
 
     Parameters
     ----------
     values : ndarray
     unit : str
-    axes : tuple of str
+    dims : tuple of str
         Names of its axes; none of a single number.
-    text : str
+    description : str
     """
 
     values: np.ndarray
     unit: str
-    axes: tuple[str, ...]
-    text: str
+    dims: tuple[str, ...]
+    description: str
 
 
-def csv_tables(entries: Mapping[str, Entry], source: str) -> tuple[dict[str, str], list[str]]:
+def csv_tables(entries: Mapping[str, ResultArray], source: str) -> tuple[dict[str, str], list[str]]:
     """Return tables as text by file name, and the names of arrays too long for a table.
 
     Parameters
@@ -65,21 +65,21 @@ def csv_tables(entries: Mapping[str, Entry], source: str) -> tuple[dict[str, str
     return tables, too_long
 
 
-def _together(entries: Mapping[str, Entry]) -> dict[tuple[str, tuple[str, ...]], list[str]]:
+def _together(entries: Mapping[str, ResultArray]) -> dict[tuple[str, tuple[str, ...]], list[str]]:
     found: dict[tuple[str, tuple[str, ...]], list[str]] = {}
     for name, entry in entries.items():
-        if entry.values.ndim != len(entry.axes):
-            raise ValueError(f"{name}: {entry.values.ndim} axes, and names for {len(entry.axes)}")
-        found.setdefault((name.rpartition("/")[0].replace("/", "_"), entry.axes), []).append(name)
+        if entry.values.ndim != len(entry.dims):
+            raise ValueError(f"{name}: {entry.values.ndim} axes, and names for {len(entry.dims)}")
+        found.setdefault((name.rpartition("/")[0].replace("/", "_"), entry.dims), []).append(name)
     return found
 
 
-def _place_of(axis: str, group: str, entries: Mapping[str, Entry], length: int) -> tuple[str, Entry]:
+def _place_of(axis: str, group: str, entries: Mapping[str, ResultArray], length: int) -> tuple[str, ResultArray]:
     """Column of an axis: an ascending array along it alone, or the torques and angles of the sweep; else an index."""
     found = {
         name: entry
         for name, entry in entries.items()
-        if entry.axes == (axis,) and len(entry.values) == length and (np.diff(entry.values.astype(float)) > 0.0).all()
+        if entry.dims == (axis,) and len(entry.values) == length and (np.diff(entry.values.astype(float)) > 0.0).all()
     }
     own = [name for name in found if name.rpartition("/")[0].replace("/", "_") == group]
     if own:
@@ -87,20 +87,20 @@ def _place_of(axis: str, group: str, entries: Mapping[str, Entry], length: int) 
     common = COMMON.get(axis, "")
     if common in found:
         return common.rpartition("/")[2], found[common]
-    return axis, Entry(np.arange(length), "1", (axis,), "index, from 0")
+    return axis, ResultArray(np.arange(length), "1", (axis,), "index, from 0")
 
 
 def _text(
-    source: str, places: Mapping[str, tuple[str, Entry]], columns: Mapping[str, Entry], shape: Sequence[int]
+    source: str, places: Mapping[str, tuple[str, ResultArray]], columns: Mapping[str, ResultArray], shape: Sequence[int]
 ) -> str:
     indices = np.indices(shape).reshape(len(shape), -1) if shape else np.zeros((0, 1), dtype=int)
-    shown = dict[str, tuple[Entry, np.ndarray]]()
+    shown = dict[str, tuple[ResultArray, np.ndarray]]()
     for (name, entry), index in zip(places.values(), indices, strict=True):
         shown[name] = entry, entry.values[index]
     for name, entry in columns.items():
         shown[name] = entry, entry.values.reshape(-1)
     lines = [f"# {source}, pmor {__version__}"]
-    lines += [f"# {name} [{entry.unit}]: {entry.text}" for name, (entry, _) in shown.items()]
+    lines += [f"# {name} [{entry.unit}]: {entry.description}" for name, (entry, _) in shown.items()]
     lines.append(",".join(shown))
     lines += [",".join(map(_cell, row)) for row in zip(*(values.tolist() for _, values in shown.values()), strict=True)]
     return "\n".join(lines) + "\n"

@@ -10,7 +10,11 @@ import pytest
 
 import pmor
 from pmor.app.cli import main
+from pmor.design import figures, readings
+from pmor.dynamics import law
+from pmor.lab.convergence import run as convergence
 from tests.support.small_case import case_text
+from tests.support.small_design import DESIGN, written
 from tests.support.stored_files import results_in
 
 LINES = {"contact": {"scheme": "line", "lodm_profile": 1}, "reduction": {"shapes": "line_loads"}}
@@ -139,6 +143,15 @@ def test_online(run, model, tmp_path):
     assert_alike(tmp_path / "six", tmp_path / "also")
 
 
+def test_results_files_are_read_by_name(run, model):
+    _, folder = run
+    found = pmor.load_results(folder / "results.h5")
+    ste = found["ste/ste"]
+    assert (ste.unit, ste.dims) == ("um", ("torque", "angle"))
+    np.testing.assert_array_equal(ste.values, model.sweep().ste_um)
+    assert {"lines/pressure", "face/k_h_beta", "root_stress/max_principal"} < set(found)
+
+
 def test_a_model_without_a_file_is_left_beside_its_sweep(model, tmp_path):
     pmor.ReducedModel(model.basis, model.force or pmor.train(model.case).force).report(tmp_path / "out", compare=False)
     assert "basis.h5" in results_in(tmp_path / "out")
@@ -147,3 +160,63 @@ def test_a_model_without_a_file_is_left_beside_its_sweep(model, tmp_path):
 def test_to_resume_takes_a_file(model):
     with pytest.raises(pmor.CaseError, match="resume = True: takes a file"):
         pmor.train(model.case, resume=True)
+
+
+# --- capabilities and experiments ------------------------------------------------------------------------------------
+
+DYNAMICS = {"torques_Nm": [100.0], "mesh_frequency_ratio": [0.9, 1.1], "run_cycles": 100}
+
+
+def test_stability(tmp_path):
+    path = small(tmp_path)
+    assert main(["stability", str(path), "--only", "torque zero", "--out", str(tmp_path / "command")]) == 0
+    pmor.run_stability(pmor.load_case(path), tmp_path / "python", only="torque zero")
+    assert_alike(tmp_path / "command", tmp_path / "python")
+
+
+def test_convergence(tmp_path, monkeypatch, capsys):
+    """A ladder whose finite elements would all take too long: what it leaves then takes no time."""
+    monkeypatch.setattr(convergence, "LONGEST_S", 0.0)
+    path = small(tmp_path, **LINES)
+    assert main(["convergence", str(path), "--out", str(tmp_path / "command")]) == 0
+    found = pmor.run_convergence(pmor.load_case(path), tmp_path / "python")
+    assert_alike(tmp_path / "command", tmp_path / "python")
+    assert capsys.readouterr().out == f"{found}\n  results in {tmp_path / 'command'}\n"
+
+
+def test_dynamics(tmp_path, monkeypatch):
+    monkeypatch.setattr(law, "TOLERANCE", 1e-3)
+    monkeypatch.setattr(law, "STATIC_TOLERANCE", 1e-3)
+    monkeypatch.setattr(law, "CHECKED", 10)
+    path = small(tmp_path, **LINES, dynamics=DYNAMICS)
+    assert main(["dynamics", str(path), "--out", str(tmp_path / "command")]) == 0
+    pmor.run_dynamics(pmor.load_case(path), tmp_path / "python")
+    assert_alike(tmp_path / "command", tmp_path / "python")
+
+
+def test_design(tmp_path, undrawn, monkeypatch):
+    monkeypatch.setattr(readings, "FRESH", 64)
+    monkeypatch.setattr(figures, "CONTOUR", 4)
+    path = written(tmp_path, DESIGN.replace("descents = 2", "descents = 1").replace("points = 2", "points = 1"))
+    assert main(["design", str(path), "--out", str(tmp_path / "command")]) == 0
+    found = pmor.run_design(path, tmp_path / "python")
+    assert_alike(tmp_path / "command", tmp_path / "python")
+    assert main(["design", str(path), "--out", str(tmp_path / "command"), "--case", "0"]) == 0
+    case = pmor.write_design_case(path, tmp_path / "python", 0)
+    assert (tmp_path / "command" / case.name).read_text() == case.read_text()
+    assert found.failures == ()
+
+
+def test_campaign(tmp_path):
+    (tmp_path / "base.toml").write_text(case_text(**LINES, results={"root_stress": False, "maps": False}))
+    path = tmp_path / "campaign.toml"
+    path.write_text('case = "base.toml"\n[designs]\nmethod = "grid"\n'
+                    "pair.face_width_mm = { from = 15.0, to = 20.0, steps = 2 }\n"
+                    f'[store]\nfolder = "{tmp_path / "store"}"\n')  # fmt: skip
+    assert main(["campaign", str(path), "--out", str(tmp_path / "command")]) == 0
+    found = pmor.run_campaign(path, tmp_path / "python")
+    assert results_in(tmp_path / "command") == results_in(tmp_path / "python")
+    assert found.count("ok") == 2
+    assert main(["campaign", str(path), "--out", str(tmp_path / "case"), "--case", "2"]) == 0
+    case = pmor.write_campaign_case(path, tmp_path / "again", 2)
+    assert (tmp_path / "case" / case.name).read_text() == case.read_text()

@@ -6,20 +6,20 @@ import numpy as np
 import pytest
 
 from pmor.export import tables
-from pmor.export.tables import Entry, csv_tables
+from pmor.export.tables import ResultArray, csv_tables
 
 
 def some():
     return {
-        "ste/torque": Entry(np.array([50.0, 100.0]), "N m", ("torque",), "on the pinion"),
-        "ste/phi": Entry(np.array([0.0, 0.1, 0.3]), "rad", ("angle",), "pinion angle"),
-        "ste/ste": Entry(np.arange(6.0).reshape(2, 3) / 7.0, "um", ("torque", "angle"), "transmission error"),
-        "ste/converged": Entry(np.ones((2, 3), dtype=bool), "1", ("torque", "angle"), "1 where it converged"),
-        "forces/force": Entry(np.array([[1.0, np.nan]]), "N", ("torque", "xyz"), "on the pinion"),
-        "lines/load": Entry(np.zeros((2, 2)), "N/mm", ("torque", "section"), "line load"),
-        "lines/width": Entry(np.array([2.0, 1.0]), "mm", ("section",), "of sections"),
-        "lines/z": Entry(np.array([-1.0, 1.0]), "mm", ("section",), "places"),
-        "teeth": Entry(np.array(21), "1", (), "of the pinion"),
+        "ste/torque": ResultArray(np.array([50.0, 100.0]), "N m", ("torque",), "on the pinion"),
+        "ste/phi": ResultArray(np.array([0.0, 0.1, 0.3]), "rad", ("angle",), "pinion angle"),
+        "ste/ste": ResultArray(np.arange(6.0).reshape(2, 3) / 7.0, "um", ("torque", "angle"), "transmission error"),
+        "ste/converged": ResultArray(np.ones((2, 3), dtype=bool), "1", ("torque", "angle"), "1 where it converged"),
+        "forces/force": ResultArray(np.array([[1.0, np.nan]]), "N", ("torque", "xyz"), "on the pinion"),
+        "lines/load": ResultArray(np.zeros((2, 2)), "N/mm", ("torque", "section"), "line load"),
+        "lines/width": ResultArray(np.array([2.0, 1.0]), "mm", ("section",), "of sections"),
+        "lines/z": ResultArray(np.array([-1.0, 1.0]), "mm", ("section",), "places"),
+        "teeth": ResultArray(np.array(21), "1", (), "of the pinion"),
     }
 
 
@@ -60,7 +60,7 @@ def test_what_is_longer_than_a_table_is_left_out_by_name(monkeypatch):
 
 def test_axes_have_to_be_named():
     with pytest.raises(ValueError, match="a/b: 1 axes, and names for 2"):
-        csv_tables({"a/b": Entry(np.zeros(3), "1", ("x", "y"), "")}, "x")
+        csv_tables({"a/b": ResultArray(np.zeros(3), "1", ("x", "y"), "")}, "x")
 
 
 def split(text):

@@ -1,0 +1,194 @@
+"""Front doors of the capabilities, and of the experiments on the program: each runs, and leaves its files if asked to.
+
+All take a case or a file of settings (or the settings that `load` of the room made of it), a folder, and by keyword:
+
+``executor``
+    A `concurrent.futures.Executor` that shares out the work; by default it is done here, one piece after the other.
+``progress``
+    Called with the number of further pieces that are done.
+``overwrite``
+    Replace files in the folder, whoever wrote them.
+
+With a folder, finished pieces are kept there until the results are written: an interrupted run goes on where it
+stopped. Without, `write` of the result leaves the files. Its ``failures``, or ``failed``, name what did not converge.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol, TypeVar
+
+from pmor.core.errors import OutputError
+from pmor.core.progress import Steps
+
+if TYPE_CHECKING:
+    from pmor.campaigns.result import CampaignResult
+    from pmor.campaigns.settings import Campaign
+    from pmor.case import Case
+    from pmor.design.loader import DesignFile
+    from pmor.design.result import DesignResult
+    from pmor.dynamics.result import DynamicsResult
+    from pmor.lab.bench import Bench
+    from pmor.lab.comparison.result import Comparison as ReductionsResult
+    from pmor.lab.convergence.result import Convergence as ConvergenceResult
+    from pmor.lab.stability.result import Stability as StabilityResult
+    from pmor.lab.study.result import StudyResult
+    from pmor.lab.study.settings import Study
+
+Place = Path | str
+
+
+class _Result(Protocol):
+    def write(self, folder: Place, *, overwrite: bool = False) -> None: ...
+
+
+_Found = TypeVar("_Found", bound=_Result)
+
+
+def run_dynamics(
+    case: Case, folder: Place | None = None, *, executor: Executor | None = None, progress: Steps | None = None,
+    overwrite: bool = False,
+) -> DynamicsResult:  # fmt: skip
+    """Find the motion of a pair over its speed, as `pmor dynamics`; the executor is one of processes."""
+    from pmor.dynamics.run import run
+
+    found = run(case, folder=folder, overwrite=overwrite, executor=executor, progress=progress)
+    return _written(found, folder, overwrite)
+
+
+def run_design(
+    file: Place | DesignFile, folder: Place | None = None, *, executor: Executor | None = None,
+    progress: Steps | None = None, overwrite: bool = False,
+) -> DesignResult:  # fmt: skip
+    """Search the flank modifications that a design file asks for, as `pmor design`; the executor is one of threads."""
+    from pmor.design.loader import load
+    from pmor.design.run import run
+
+    settings = load(Path(file)) if isinstance(file, str | Path) else file
+    found = run(settings, folder=folder, overwrite=overwrite, executor=executor, progress=progress)
+    return _written(found, folder, overwrite)
+
+
+def run_campaign(
+    file: Place | Campaign, folder: Place | None = None, *, executor: Executor | None = None,
+    progress: Steps | None = None, overwrite: bool = False,
+) -> CampaignResult:  # fmt: skip
+    """Solve all designs of a campaign file, as `pmor campaign`.
+
+    The executor may be one of threads, processes or a cluster: it hands out chunks of designs, and each of its threads
+    has a process of its own that solves. The results are the same to the last bit.
+    """
+    from pmor.campaigns.loader import load
+    from pmor.campaigns.run import run
+
+    settings = load(file) if isinstance(file, str | Path) else file
+    found = run(settings, folder=folder, executor=executor, progress=progress, overwrite=overwrite)
+    return _written(found, folder, overwrite)
+
+
+def run_study(
+    file: Place | Study, folder: Place | None = None, *, quick: bool = False, executor: Executor | None = None,
+    progress: Steps | None = None, overwrite: bool = False,
+) -> StudyResult:  # fmt: skip
+    """Solve the grid of meshes, refinements and models of a study file, or its quick variant, as `pmor study`."""
+    from pmor.lab.study.loader import load
+    from pmor.lab.study.run import run
+
+    settings = load(Path(file), quick=quick) if isinstance(file, str | Path) else file
+    found = run(settings, folder=folder, overwrite=overwrite, executor=executor, progress=progress)
+    return _written(found, folder, overwrite)
+
+
+def run_convergence(
+    case: Case, folder: Place | None = None, *, executor: Executor | None = None, progress: Steps | None = None,
+    overwrite: bool = False,
+) -> ConvergenceResult:  # fmt: skip
+    """Solve a case on finer and finer meshes of each element, as `pmor convergence`."""
+    from pmor.lab.convergence.run import run
+
+    found = run(case, folder=folder, overwrite=overwrite, executor=executor, progress=progress)
+    return _written(found, folder, overwrite)
+
+
+def run_stability(
+    case: Case, folder: Place | None = None, *, only: str = "", executor: Executor | None = None,
+    progress: Steps | None = None, overwrite: bool = False,
+) -> StabilityResult:  # fmt: skip
+    """Run stiff and extreme variants of a case, those with a text in name or group, as `pmor stability`."""
+    from pmor.lab.stability.run import run
+
+    found = run(case, only=only, folder=folder, overwrite=overwrite, executor=executor, progress=progress)
+    return _written(found, folder, overwrite)
+
+
+def run_reductions(
+    case: Case, folder: Place | None = None, *, executor: Executor | None = None, progress: Steps | None = None,
+    overwrite: bool = False,
+) -> ReductionsResult:  # fmt: skip
+    """Compare the reductions, and the samplings of their training, over the ranges of a case, as `pmor reductions`."""
+    from pmor.lab.comparison.run import run
+
+    found = run(case, folder=folder, overwrite=overwrite, executor=executor, progress=progress)
+    return _written(found, folder, overwrite)
+
+
+def run_bench(
+    case: Case, file: Place | None = None, *, threads: int = 2, overwrite: bool = False, inputs: Sequence[Path] = ()
+) -> Bench:
+    """Measure run times by phase and size, as `pmor bench`.
+
+    Parameters
+    ----------
+    case : Case
+    file : Path or str, optional
+        JSON file to write; one that is there is compared with first.
+    threads : int
+        Of the parallel sweep.
+    overwrite : bool
+        Replace the file, whoever wrote it.
+    inputs : sequence of Path
+        Files that are not replaced at any rate.
+
+    Raises
+    ------
+    OutputError
+    """
+    from pmor.lab.bench import read_rows, run
+    from pmor.storage.results_folder import results_folder
+
+    if file is None:
+        return run(case, jobs=threads, before=[])
+    path = Path(file)
+    if path.suffix in ("", ".md"):  # the name of the table beside the numbers, or none at all
+        raise OutputError(f"{path}: is no name for the numbers; choose one that ends in .json")
+    names = path.name, path.with_suffix(".md").name
+    with results_folder(path.parent, names, (), overwrite, inputs):
+        found = run(case, jobs=threads, before=read_rows(path))
+        found.write(path)
+    return found
+
+
+def write_design_case(file: Place | DesignFile, folder: Place, variant: int, *, overwrite: bool = False) -> Path:
+    """Write a variant of the finished results of a design file in a folder as a case file, and return its path."""
+    from pmor.design.loader import load
+    from pmor.design.variant_case import write_variant
+
+    settings = load(Path(file)) if isinstance(file, str | Path) else file
+    return write_variant(settings, Path(folder), variant, overwrite=overwrite)
+
+
+def write_campaign_case(file: Place | Campaign, folder: Place, number: int, *, overwrite: bool = False) -> Path:
+    """Write the case file of a design of a campaign into a folder, and return its path; numbers start at 1."""
+    from pmor.campaigns.loader import load
+    from pmor.campaigns.output import write_design
+
+    settings = load(file) if isinstance(file, str | Path) else file
+    return write_design(settings, number, Path(folder), overwrite)
+
+
+def _written(found: _Found, folder: Place | None, overwrite: bool) -> _Found:
+    if folder is not None:
+        found.write(folder, overwrite=overwrite)
+    return found
