@@ -67,13 +67,8 @@ class Watched:
     allowed: float
 
 
-<<<<<<< HEAD
 def range_under(forces: Forces, load: float, spread: float, multiple: float, touch: float = 0.0) -> tuple[float, float]:
     """Return the range of displacements that a table needs for motion under a load along the line of action.
-=======
-def range_under(forces: Forces, load: float, spread: float, multiple: float) -> tuple[float, float]:
-    """Return the range of displacements that a table needs for motion under a load along the line of action.
->>>>>>> 8ac2d99 (Motion, designs and work in plain sentences; their changes named)
 
     Parameters
     ----------
