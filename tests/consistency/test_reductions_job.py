@@ -15,8 +15,8 @@ from pmor.case import load_case, parse_case
 from pmor.jobs.offline import run_offline
 from pmor.jobs.states import unseen_states
 from pmor.lab.comparison.result import FILES
-from pmor.lab.comparison.training import greedy_training, grid_training, nested_trainings, sobol_training
-from pmor.lab.comparison.variants import changed, grid_keys, nested_grids, variants
+from pmor.lab.comparison.training import greedy_training
+from pmor.lab.comparison.variants import changed, variants
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.storage.basis_file import read_basis
 from pmor_offline.gather import make_basis
@@ -153,17 +153,6 @@ def test_the_beginning_of_a_greedy_training_is_one_with_fewer_solves(case, model
         for own, other in zip(found.shapes.gears, expected.shapes.gears, strict=True):
             assert_array_equal(own.start, other.start)
             assert_array_equal(own.displacement, other.displacement)
-
-
-def test_nested_trainings_are_those_of_the_smaller_ones(case, model):
-    grids = nested_grids(case.offline, 32)[0]
-    assert [grid.solves for grid in grids] == [16, 32]
-    sets = [grid_training(changed(case, grid_keys(grid)), model) for grid in grids]
-    for own, alone in zip(nested_trainings(sets[-1], grids), sets, strict=True):
-        assert own.solves == alone.solves
-        assert_allclose([s.ste_um for s in own.snapshots], [s.ste_um for s in alone.snapshots], rtol=1e-12)
-    few, many = (sobol_training(case, model, count) for count in (6, 20))
-    assert_array_equal([s.ste_um for s in few.snapshots], [s.ste_um for s in many.first(6).snapshots])
 
 
 def test_states_that_do_not_converge_are_named_and_end_with_exit_code_3(case_path, capsys, monkeypatch, model, undrawn):

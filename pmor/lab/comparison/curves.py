@@ -1,4 +1,4 @@
-"""How the error falls with the number of full solves: greedy sampling, Sobol sequence, full-factorial grids."""
+"""How the error falls with the number of full solves: greedy sampling and Sobol sequence."""
 
 from __future__ import annotations
 
@@ -8,32 +8,30 @@ from typing import Any
 
 from pmor.case import Case
 from pmor.lab.comparison.measure import Row, Truth
-from pmor.lab.comparison.training import TrainingSet, grid_training, nested_trainings, sobol_training
-from pmor.lab.comparison.variants import Variant, changed, counts_up_to, grid_keys, nested_grids
+from pmor.lab.comparison.training import TrainingSet, sobol_training
+from pmor.lab.comparison.variants import Variant, changed, counts_up_to
 from pmor_offline.gather import make_basis
 
-SAMPLINGS = ("greedy", "sobol", "grid")
+SAMPLINGS = ("greedy", "sobol")
 
 
 @dataclass(frozen=True)
 class Point:
-    """A basis of flank lines on the curve of a sampling; `label` says which grid.
+    """A basis of flank lines on the curve of a sampling.
 
     Parameters
     ----------
     variant : Variant
     training : TrainingSet
-    label : str
     """
 
     variant: Variant
     training: TrainingSet
-    label: str
 
     @property
     def name(self) -> str:
         """Unique."""
-        return f"decay {self.variant.sampling} {self.label} {self.training.solves}"
+        return f"decay {self.variant.sampling} {self.training.solves}"
 
     def measure(self, truth: Truth) -> Row:
         """Compare it with full FE."""
@@ -41,7 +39,6 @@ class Point:
         found = truth.errors(basis)
         return {
             "solves": self.training.solves,
-            "label": self.label,
             "max_percent": found["ste_error_max_percent"],
             "rms_percent": found["ste_error_rms_percent"],
             "effectivity": found["effectivity"],
@@ -55,8 +52,7 @@ class Curves:
     Parameters
     ----------
     points : mapping
-        Rows by sampling, in the order of the solves: ``solves``, ``label``, ``max_percent``, ``rms_percent`` and
-        ``effectivity``.
+        Rows by sampling, in the order of the solves: ``solves``, ``max_percent``, ``rms_percent`` and ``effectivity``.
     estimate : list of (solves, per cent)
         Largest error by the estimate of the greedy sampling, after so many solves.
     target_percent : float
@@ -86,7 +82,7 @@ def points_of_curves(
     greedy : TrainingSet
         The end of its curve.
     most_solves : int
-        Of the other samplings.
+        Of the Sobol sequence.
 
     Returns
     -------
@@ -98,13 +94,7 @@ def points_of_curves(
     failures, points = sobol.failures, []
     for sampling, training in (("greedy", greedy), ("sobol", sobol)):
         own = Variant("flank_lines", sampling, None, None, changed(case, {"sampling": sampling}))
-        points += [Point(own, training.first(n), "") for n in counts_up_to(training.solves)]
-    for grids in nested_grids(case.offline, most_solves):
-        listed = [Variant("flank_lines", "grid", None, grid, changed(case, grid_keys(grid))) for grid in grids]
-        largest = grid_training(listed[-1].case, truth.model)
-        failures += largest.failures
-        trainings = nested_trainings(largest, grids)
-        points += [Point(*found) for found in zip(listed, trainings, (grid.label for grid in grids), strict=True)]
+        points += [Point(own, training.first(n)) for n in counts_up_to(training.solves)]
     return points, failures
 
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-SAMPLING_COLOURS = dict(zip((*SAMPLINGS, "none"), COLOURS, strict=False))
+SAMPLING_COLOURS = dict(zip((*SAMPLINGS, "grid", "none"), COLOURS, strict=False))
 SAMPLING_MARKERS = {"greedy": "o", "sobol": "s", "grid": "^", "none": "D"}
 SAMPLING_NAMES = {"greedy": "greedy", "sobol": "Sobol sequence", "grid": "full-factorial grid", "none": "no training"}
 # One more than colours, so that no pair of the two comes twice.
@@ -61,12 +61,7 @@ def decay_figure(curves: Curves) -> Figure:
             for sampling, points in curves.points.items():
                 solves, error = np.array([(p["solves"], p[key]) for p in points], dtype=float).T
                 style = {"color": SAMPLING_COLOURS[sampling], "marker": SAMPLING_MARKERS[sampling], "ms": 4.5}
-                if sampling == "grid":
-                    axes.plot(solves, error, ls="", alpha=0.45, label="grids, each", **style)  # type: ignore[arg-type]
-                    best = np.minimum.accumulate(error)
-                    axes.plot(solves, best, color=style["color"], label="grids, best so far")
-                else:
-                    axes.plot(solves, error, label=SAMPLING_NAMES[sampling], **style)  # type: ignore[arg-type]
+                axes.plot(solves, error, label=SAMPLING_NAMES[sampling], **style)  # type: ignore[arg-type]
             axes.set(title=f"STE error, {title}", xlabel="Full solves [-]")
         if curves.estimate:
             shown[0].plot(*zip(*curves.estimate, strict=True), ":", color=SAMPLING_COLOURS["greedy"],

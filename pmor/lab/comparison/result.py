@@ -57,8 +57,7 @@ CAPTIONS = {
     "error_run_time": "Largest STE error over the unseen states against the run time of a position. Static modes, "
     "without training, show the error of the solver alone.",
     "decay": "STE error of flank lines over the number of full solves, four points per doubling. The greedy sampling "
-    "goes on beyond the tolerance of the case. Grids differ in their numbers of angles and of values of each "
-    "parameter; the line joins the best of those with no more solves.",
+    "goes on beyond the tolerance of the case.",
     "estimate": f"Error estimate against true error at all unseen states. Solid: equal; dashed: {LOW:g} and {HIGH:g} "
     f"times; dotted: {SMALLEST_ERROR_UM:g} µm, below which errors are not counted.",
 }

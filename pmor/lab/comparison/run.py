@@ -45,7 +45,7 @@ def run(
     repeats : int
         Sweeps whose median is the run time.
     most_solves : int
-        End of the curves of the samplings that are not greedy.
+        End of the curve of the Sobol sequence.
     folder : Path or str, optional
         Of the results: finished reductions are kept there until these are written.
     overwrite : bool

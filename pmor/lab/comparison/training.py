@@ -7,7 +7,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from pmor.case import Case
-from pmor.lab.comparison.variants import Grid
 from pmor.pair.model import ElasticModel
 from pmor.reduction.snapshots import Snapshots
 from pmor_offline.adaptive import greedy_snapshots
@@ -46,11 +45,6 @@ class TrainingSet:
             return self
         return TrainingSet(self.snapshots[:positions], (*self.seconds[:positions], self.seconds[positions - 1]))
 
-    def every(self, step: int) -> TrainingSet:
-        """Return every so many-th position; all of them take equally long."""
-        kept = self.snapshots[::step]
-        return TrainingSet(kept, (*self.seconds[: len(kept)], self.seconds[-1] / step))
-
 
 def greedy_training(case: Case, model: ElasticModel) -> TrainingSet:
     """Solve each state where the error estimate is largest."""
@@ -72,11 +66,6 @@ def solves_until(greedy: TrainingSet, tolerance_percent: float) -> int:
     """Return after how many solves a greedy sampling with a larger tolerance would have ended."""
     below = (i for i, s in enumerate(greedy.snapshots) if s.estimate_percent <= tolerance_percent)
     return next(below, greedy.solves)
-
-
-def nested_trainings(largest: TrainingSet, grids: Sequence[Grid]) -> list[TrainingSet]:
-    """Return the trainings of nested grids, smallest first, from that of the largest."""
-    return [largest.every(grids[-1].angles // grid.angles) for grid in grids]
 
 
 def _solved(model: ElasticModel, positions: Sequence[TrainingPosition]) -> TrainingSet:

@@ -166,18 +166,6 @@ def table_grids(offline: OfflineCase) -> tuple[Grid, Grid]:
     return possible[min(1, len(possible) - 1)], possible[-1]
 
 
-def nested_grids(offline: OfflineCase, most_solves: int) -> list[list[Grid]]:
-    """Return grids of up to `most_solves` states, by family; the angles double, so that each holds those before."""
-    families = []
-    for values in grid_families(offline):
-        angles, grids = FEWEST_ANGLES, []
-        while Grid(angles, values).solves <= most_solves:
-            grids.append(Grid(angles, values))
-            angles *= 2
-        families.append(grids)
-    return [grids for grids in families if grids]
-
-
 def counts_up_to(last: int, first: int = 8) -> Sequence[int]:
     """Return numbers of solves to look at, four to an octave, with the last one."""
     if last <= first:

@@ -1,4 +1,4 @@
-"""Pictures of the matrix: the law of the penalty, and Newton steps and condition over all variants."""
+"""The picture of the matrix: the law of the penalty."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pmor.lab.stability.measure import MOST_STEPS, Entry
 from pmor.report.style import COLOURS, new_figure, plot_style
 
 if TYPE_CHECKING:
@@ -29,22 +28,4 @@ def penalty_figure(penalties: Sequence[float], above_limit_um: Sequence[float]) 
         axes.set_xlabel("Contact penalty k [N/mm³]")
         axes.set_ylabel("STE above the limit k → ∞ [µm]")
         axes.legend()
-    return figure
-
-
-def steps_figure(entries: tuple[Entry, ...]) -> Figure:
-    """Newton steps over the condition of the Newton matrix, one marker per variant."""
-    points = [(e.condition, e.newton_steps, e.ok) for e in entries if e.condition and e.newton_steps is not None]
-    with plot_style():
-        figure = new_figure(7.2, 3.6)
-        axes = figure.add_subplot()
-        for good, colour, label in ((True, COLOURS[0], "ok"), (False, COLOURS[1], "failed")):
-            chosen = [(condition, steps) for condition, steps, ok in points if ok is good]
-            if chosen:
-                axes.semilogx(*zip(*chosen, strict=True), "o", ms=4, color=colour, alpha=0.7, label=label)
-        axes.axhline(MOST_STEPS, color="0.4", ls="--", lw=1.0, label=f"allowed: {MOST_STEPS}")
-        axes.set_ylim(0, None)
-        axes.set_xlabel("Condition of the Newton matrix (estimate)")
-        axes.set_ylabel("Newton steps, largest")
-        axes.legend(loc="lower right")
     return figure

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from pmor.case import Case
 from pmor.core.progress import format_time
-from pmor.lab.stability.figures import penalty_figure, steps_figure
+from pmor.lab.stability.figures import penalty_figure
 from pmor.lab.stability.matrix import matrix
 from pmor.lab.stability.measure import MOST_STEPS, Entry
 from pmor.lab.stability.variants import REFERENCES
@@ -18,7 +18,7 @@ from pmor.work.results import Report, writing_results
 from pmor.work.table import Columns, table, two_digits
 
 #: files that `Stability.write` may leave
-FILES = ("stability.json", "stability.md", "report.html", "penalty.png", "steps.png")
+FILES = ("stability.json", "stability.md", "report.html", "penalty.png")
 MEANINGS = (
     ("result", f"ok: converged everywhere in at most {MOST_STEPS} Newton steps, balanced, and as close to its "
      "reference as it should be; refused: a check before the solution says why; limit: solved, with a warning that "
@@ -134,9 +134,6 @@ class Stability:
             )
             yield Heading("Penalty")
             yield Picture("penalty.png", caption, penalty_figure(self.law.penalty, self.law.above_limit_um))
-        if any(entry.condition for entry in self.entries):
-            caption = "Newton steps over the condition of the matrix that they factor, largest of all positions."
-            yield Picture("steps.png", caption, steps_figure(self.entries))
         yield Heading("All variants")
         columns = _columns({variant.name: variant.against for variant in matrix(base)})
         for group in dict.fromkeys(entry.group for entry in self.entries):

@@ -14,7 +14,7 @@ from pmor.lab.study.table import Row, StudyTable
 from pmor.lab.study.variants import variant_pictures
 from pmor.report.page import Picture
 from pmor.report.panels import log_log, name_points, panels
-from pmor.report.style import COLOURS, new_figure, plot_style
+from pmor.report.style import COLOURS
 from pmor.work.front import pareto_front
 
 if TYPE_CHECKING:
@@ -56,10 +56,6 @@ def study_pictures(parts: StudyParts, found: StudyTable) -> list[Picture]:
                 "the same error. Offline time is not in it: see the break-even numbers. Below the dashed line the "
                 "reference itself is uncertain; what lies far below it is not shown.",
                 _error_over_time(found))  # fmt: skip
-    if study.rungs:
-        add("ladder", "The ladder of contact schemes on coarse meshes: error against the reference, noise where one "
-            "pair carries the load, and run time per position. Filled: condensed full FE; open: reduced model.",
-            _ladder(parts, found))  # fmt: skip
     return pictures
 
 
@@ -76,35 +72,6 @@ def _ste_by_detail(parts: StudyParts, details: Sequence[int]) -> Figure:
             axes.set(title=f"E{detail}", xlabel="Pinion roll angle [deg]", xlim=(0.0, float(phi[-1])))
             axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2)
         shown[0].set_ylabel("Static transmission error [µm]")
-    return figure
-
-
-def _ladder(parts: StudyParts, table: StudyTable) -> Figure:
-    study, colours = parts.study, _mesh_colours(parts)
-    names = [rung.name for rung in study.rungs]
-    panels = (
-        ("shape_error_um", "Shape error [µm]"), ("mean_error_um", "Mean error,\nmagnitude [µm]"),
-        ("ripple_um", "Ripple [µm]"), ("ms_per_position", "Run time per\nposition [ms]"),
-    )  # fmt: skip
-    with plot_style():
-        figure = new_figure(8.0, 9.0)
-        for axes, (key, label) in zip(figure.subplots(len(panels), 1, sharex=True), panels, strict=True):
-            for n in sorted({cell.n_profile for rung in study.rungs for cell in rung.cells}):
-                for model, fill in (("condensed", colours[n]), ("reduced", "white")):
-                    found = {
-                        row["variant"]: abs(row[key]) for row in table.rows
-                        if row["model"] == model and row["n_profile"] == n and row["variant"] in names
-                        and row[key] is not None
-                    }  # fmt: skip
-                    places = [i for i, name in enumerate(names) if name in found]
-                    axes.plot(places, [found[names[i]] for i in places], "o-" if model == "condensed" else "s:",
-                              color=colours[n], mfc=fill, ms=6, lw=1.2,
-                              label=f"{n} elements, {model}")  # fmt: skip
-            axes.set_yscale("log")
-            axes.set_ylabel(label)
-            axes.set_xticks(range(len(names)), [name.replace(" ", "\n", 1) for name in names])
-            axes.margins(x=0.06, y=0.15)
-        figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return figure
 
 

@@ -49,7 +49,6 @@ def study_blocks(study: Study, found: StudyTable, pictures: Sequence[Picture]) -
         INTRODUCTION,
         *([Heading("Transmission error over one pitch"), *figure5] if figure5 else []),
         *(_ladder(study, found) if study.rungs else []),
-        *picture("ladder"),
         *claim_blocks([*found.claims, *found.time_claims]),
         Heading("Error against run time"),
         *picture("error_run_time"),

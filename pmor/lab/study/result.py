@@ -14,7 +14,7 @@ from pmor.work.table import Columns, percent, table, text_lines
 
 #: files that `StudyResult.write` may leave
 FILES = (
-    "study.json", "study.md", "report.html", "figure5.png", "error_run_time.png", "ladder.png", "curves.png",
+    "study.json", "study.md", "report.html", "figure5.png", "error_run_time.png", "curves.png",
     "overlap.png",
 )  # fmt: skip
 
