@@ -117,12 +117,12 @@ class ReducedPair:
             step = shapes.roll_position[1] - shapes.roll_position[0]
             positions = PositionShapes(shapes.roll_position[0], step, shapes.loaded, shapes.displacement, shapes.gram)
             none = GearLines(np.zeros(1, dtype=np.int64), np.empty((1, 0, 0)), np.empty((1, 0, 0)))
-            return Family(False, (none, none), positions, 0)
+            return Family(False, (none, none), positions)
         pinion, wheel = (GearLines(gear.start, gear.displacement, gear.gram) for gear in shapes.gears)
         nowhere = PositionShapes(
             0.0, 1.0, np.zeros((0, 0), dtype=bool), np.empty((0, 0, 2, 1, 0)), np.empty((0, 0, 2, 2, 0, 0)),
         )  # fmt: skip
-        return Family(True, (pinion, wheel), nowhere, int(shapes.beside))
+        return Family(True, (pinion, wheel), nowhere)
 
     @property
     def kernel_compliance(self) -> tuple[FloatArray, FloatArray]:

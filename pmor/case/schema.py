@@ -211,7 +211,7 @@ class ReductionCase:
         Of flank lines: a further load distribution over the width is kept where it carries more than this share of the
         first one's forces. Smaller for misaligned axes, whose distributions vary.
     error_estimate : bool
-        Keep the data of an error bar on every online result in the basis (`pmor.reduction.error_estimate`). Line loads
+        Keep the data of an error bar on every online result in the basis (`pmor.penalty.kernels.estimate`). Line loads
         have no error to estimate.
     """
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from functools import partial
@@ -12,13 +11,12 @@ import numpy as np
 
 from pmor.core.arrays import FloatArray, IntArray
 from pmor.core.threads import in_order
-from pmor.gear.condition import ALIGNED, Condition, Misalignment, at_advances
+from pmor.gear.condition import Condition
 from pmor.gear.meshed_pair import MeshedPair
 from pmor.line.full_model import sweep_full
 from pmor.line.layered_pair import LayeredPair
 from pmor.penalty.pair import as_penalty
 from pmor.penalty.solve import ElasticityAt, SolvedPosition, solve_position
-from pmor.results.force_law import ForceLaw
 from pmor.results.sweep import SteSweep
 
 
@@ -51,39 +49,6 @@ def sweep_ste(
         return sweep_full(meshed, elasticity_at, phi, conditions, progress, executor)
     solved = solve_positions(meshed, elasticity_at, phi, conditions, progress, executor)
     return collect_sweep(meshed, solved, phi, conditions, sum(position.seconds for position in solved))
-
-
-def force_law(
-    meshed: MeshedPair, elasticity_at: ElasticityAt, phi: FloatArray, advances: Sequence[float], misalignment: Misalignment = ALIGNED,
-    progress: Callable[[], None] = lambda: None, executor: Executor | None = None,
-) -> ForceLaw:  # fmt: skip
-    """Find the torque that the contact forces make where the pinion's advance is given: F(phi, advance, axes).
-
-    Parameters
-    ----------
-    advances : sequence of float
-        rad; rising ones take the fewest steps, since each solution starts from the one before.
-    misalignment : Misalignment
-    meshed, elasticity_at, phi, progress, executor
-        As in `sweep_ste`.
-
-    Returns
-    -------
-    ForceLaw
-    """
-    start = time.perf_counter()
-    solved = solve_positions(meshed, elasticity_at, phi, at_advances(advances, misalignment), progress, executor)
-    torque, steps, pairs = _torques(solved, len(advances))
-    converged = np.asarray(np.isfinite(torque).all(axis=2))
-    return ForceLaw(
-        phi_rad=np.asarray(phi, dtype=float),
-        advance_rad=np.asarray(advances, dtype=float),
-        pair_torque_Nm=1e-3 * torque,
-        pair_index=pairs,
-        newton_steps=steps,
-        converged=converged,
-        seconds=time.perf_counter() - start,
-    )
 
 
 def solve_positions(

@@ -39,11 +39,8 @@ class Elasticity(Protocol):
     def coordinates_of(self, contact: Contact, force: FloatArray) -> FloatArray:
         """Return the coordinates in equilibrium with given point forces."""
 
-    def newton_step(self, contact: Contact, free_gap: FloatArray, torque: float | None) -> tuple[FloatArray, float]:
-        """Return the coordinates and the additional rotation that solve the linearised equations.
-
-        Without a torque the pinion's rotation is given: the last row and column are left out, the rotation is 0.
-        """
+    def newton_step(self, contact: Contact, free_gap: FloatArray, torque: float) -> tuple[FloatArray, float]:
+        """Return the coordinates and the additional rotation that solve the linearised equations."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +67,7 @@ class FullElasticity:
     def coordinates_of(self, contact: Contact, force: FloatArray) -> FloatArray:
         return contact.nodal_forces(force, len(self.compliance) // 3).ravel()
 
-    def newton_step(self, contact: Contact, free_gap: FloatArray, torque: float | None) -> tuple[FloatArray, float]:
+    def newton_step(self, contact: Contact, free_gap: FloatArray, torque: float) -> tuple[FloatArray, float]:
         import scipy.linalg as la  # not at the start of every sweep, which seldom gets here
 
         nodes, inverse = np.unique(contact.index, return_inverse=True)
@@ -82,8 +79,6 @@ class FullElasticity:
         flexibility = gradient @ self.compliance[np.ix_(dofs, dofs)] @ gradient.T
         flexibility[np.diag_indices(n)] += 1.0 / contact.stiffness
         solution = la.cho_solve(la.cho_factor(flexibility), np.stack([-free_gap, contact.lever], axis=1))
-        if torque is None:
-            return self.coordinates_of(contact, solution[:, 0]), 0.0
         rotation = (torque + contact.lever @ solution[:, 0]) / (contact.lever @ solution[:, 1])
         return self.coordinates_of(contact, solution[:, 0] - rotation * solution[:, 1]), float(rotation)
 
@@ -112,18 +107,15 @@ class ReducedElasticity:
     def coordinates_of(self, contact: Contact, force: FloatArray) -> FloatArray:
         return np.asarray(force @ contact.gap_change(self.basis))
 
-    def newton_step(self, contact: Contact, free_gap: FloatArray, torque: float | None) -> tuple[FloatArray, float]:
+    def newton_step(self, contact: Contact, free_gap: FloatArray, torque: float) -> tuple[FloatArray, float]:
         import scipy.linalg as la
 
         columns = contact.gap_change(self.basis)
         size = columns.shape[1]
-        if torque is not None:
-            columns = np.concatenate([columns, contact.lever[:, None]], axis=1)
+        columns = np.concatenate([columns, contact.lever[:, None]], axis=1)
         weighted = columns.T * contact.stiffness
         matrix, rhs = weighted @ columns, -weighted @ free_gap
         matrix[np.diag_indices(size)] += 1.0
-        if torque is None:
-            return la.solve(matrix, rhs, assume_a="pos"), 0.0
         rhs[-1] += torque
         # The last unknown is an angle: bring its row to the scale of the others before factoring.
         scale = np.ones(len(rhs))

@@ -1,14 +1,10 @@
-"""Static equilibrium of the pair under a torque on the pinion or with its advance given: Newton on the geometry, guarded.
+"""Static equilibrium of the pair under a torque on the pinion: Newton on the geometry, guarded.
 
-The wheel is held. With the advance given it is the same solution with one row less, and the torque that the contact forces
-make is the result: the force law by displacement. This solves full FE, and any other elastic model behind the same
-interface; of the reduced model it takes what the compiled sweep (`pmor_online.sweep`) leaves to it. A step solves the
-contact problem that is linearised about the present geometry, unilateral as it is: which points carry load is settled
-on the linearised gaps, of all points that penetrate or nearly do. What is left to iterate is the geometry alone, so
-that a stiff penalty costs no more steps than a soft one. Residual *forces* would be no guide there: they are the
-penalty times errors of the gap, and off by orders of magnitude in a state whose forces are right to a per mille. What
-counts instead is the correction that the next step would make, in the energy norm: the error itself, whatever the
-penalty.
+The wheel is held. A step solves the contact problem that is linearised about the present geometry, unilateral as it is:
+which points carry load is settled on the linearised gaps, of all points that penetrate or nearly do. The geometry alone is
+left to iterate, so that a stiff penalty costs no more steps than a soft one. Residual *forces* would be no guide there: they
+are the penalty times errors of the gap, and off by orders of magnitude in a state whose forces are right to a per mille. The
+measure is the correction that the next step would make, in the energy norm: the error itself, whatever the penalty.
 """
 
 from __future__ import annotations
@@ -42,8 +38,6 @@ PIVOT_PATIENCE, MOST_PIVOTS = 3, 20
 # Shares of the penalty by which it is softened and hardened again where that does not end, and the smallest.
 SOFTER, HARDER, SOFTEST = 1e-2, 10.0, 1e-9
 HALVINGS = 8
-# Torque whose approach is the least that counts, N mm: a measure where the advance keeps the flanks apart.
-LEAST_TORQUE = 1.0
 # Penetration of a start, over the expected approach, above which it is turned back.
 DEEP = 3.0
 # Corrections that fall by less than this factor fall linearly; the last ones, so many, then say where they advance.
@@ -139,7 +133,7 @@ def solve_equilibrium(
     tolerance: float = 1e-9,
     remember: bool = False,
 ) -> Equilibrium:
-    """Solve for the elastic coordinates and, under a torque, for the pinion's advance.
+    """Solve for the elastic coordinates and the pinion's advance.
 
     Parameters
     ----------
@@ -150,7 +144,6 @@ def solve_equilibrium(
         With the axes and flanks of the position.
     start : (ndarray, float), optional
         Elastic coordinates and advance (rad) to start from; by default the undeformed pair at the expected approach.
-        An advance that the condition gives stays as it is.
     max_steps : int
     tolerance : float
         On the relative corrections of the coordinates (energy norm) and of the advance.
@@ -162,32 +155,26 @@ def solve_equilibrium(
     Returns
     -------
     Equilibrium
-        Where the advance is given and nothing touches, without any contact.
 
     Raises
     ------
     ConvergenceError
-        With the history of corrections, when the tolerance is not reached or, under a torque, nothing touches.
+        With the history of corrections, when the tolerance is not reached, or nothing touches.
     """
-    base_radius, driven = meshed.pair.pinion.base_radius, condition.advance is None
-    approach = expected_approach(meshed, condition)
-    tolerance = max(tolerance, _round_off(meshed, approach))
-    if driven:
-        torque = condition.given_torque
-        approach = meshed.expected_closing(torque, position.assembly.misalignment) + expected_penetration(
-            meshed, torque
-        )
-
+    base_radius, torque = meshed.pair.pinion.base_radius, condition.given_torque
+    tolerance = max(tolerance, round_off_residual(meshed, torque))
+    closing = meshed.expected_closing(torque, position.assembly.misalignment)
+    approach = closing + expected_penetration(meshed, torque)
     workspace = search_workspace(position.kernel_pair, position.patches) if remember else None
     search = partial(search_contact, meshed, position, workspace=workspace)
 
     def evaluate(coordinates: FloatArray, advance: float, depth: float) -> _State:
-        return _evaluate(search, meshed, elasticity, condition.torque, approach, coordinates, advance, depth)
+        return _evaluate(search, meshed, elasticity, torque, approach, coordinates, advance, depth)
 
     touch = position.kernel_pair.kinematics.first_touch
     coordinates, advance = start or (elasticity.zero(), touch + approach / base_radius)
-    state = evaluate(coordinates, advance if condition.advance is None else condition.advance, NEARBY * approach)
-    if driven and state.smallest_gap < -DEEP * approach:
+    state = evaluate(coordinates, advance, NEARBY * approach)
+    if state.smallest_gap < -DEEP * approach:
         # So deep inside each other the flanks' nearest points say nothing: begin where they should be.
         advance = state.advance + (state.smallest_gap + approach) / base_radius
         state = evaluate(state.coordinates, advance, NEARBY * approach)
@@ -205,9 +192,6 @@ def solve_equilibrium(
             limit = min(max(max(s.error) for s in passed[-PATIENCE:]), MOST_GROWTH * max(state.error))
             state = _guarded_step(state, target, limit, evaluate, approach)
             continue
-        if not driven:
-            state = evaluate(elasticity.zero(), state.advance, NEARBY * approach)
-            continue
         if not math.isfinite(state.smallest_gap):
             raise ConvergenceError(f"no flank faces its mate at phi = {position.phi:.6g} rad", history)
         advance = state.advance + (state.smallest_gap + approach) / base_radius
@@ -221,24 +205,8 @@ def solve_equilibrium(
 
 def round_off_residual(meshed: PenaltyPair, torque: float) -> float:
     """Return the relative error below which a state under a pinion torque (N mm) is round-off of the coordinates."""
-    return _round_off(meshed, meshed.expected_approach(torque))
-
-
-def _round_off(meshed: PenaltyPair, approach: float) -> float:
     coordinate_error = np.finfo(float).eps * meshed.pair.centre_distance
-    return float(ROUND_OFF_FACTOR * coordinate_error / approach)
-
-
-def expected_approach(meshed: PenaltyPair, condition: Condition) -> float:
-    """Return the approach of the flanks to expect in a condition, mm.
-
-    Of line contact it is where to start: an undeformed tooth would take all of an advance by its dent, which is steep, so
-    that too little is better than too much. An advance that keeps the flanks apart still has a small one, as a measure.
-    """
-    if condition.advance is None:
-        return meshed.expected_approach(condition.given_torque)
-    beyond = condition.advance - meshed.kinematics(condition.misalignment).first_touch
-    return max(beyond * meshed.pair.pinion.base_radius, meshed.expected_approach(LEAST_TORQUE))
+    return float(ROUND_OFF_FACTOR * coordinate_error / meshed.expected_approach(torque))
 
 
 def expected_penetration(meshed: PenaltyPair, torque: float) -> float:
@@ -256,7 +224,7 @@ def _evaluate(
     search: Callable[..., Contact],
     meshed: PenaltyPair,
     elasticity: Elasticity,
-    torque: float | None,
+    torque: float,
     approach: float,
     coordinates: FloatArray,
     advance: float,
@@ -271,12 +239,8 @@ def _evaluate(
     present = contact.gap - contact.lever * ahead
     free = present - contact.gap_change(displacement)
     round_off = np.finfo(float).eps * meshed.pair.centre_distance
-    apart = torque is None and not (free < -round_off).any()
-    if apart or not len(contact.gap):
-        # With a given advance that is the answer, if the flanks are not merely deformed apart by what we started from.
-        error = 0.0 if apart and not coordinates.any() else math.inf
-        nothing = _select(contact, np.zeros(len(free), dtype=bool))
-        return _State(advance, coordinates, nothing, elasticity.zero(), 0.0, (error, error), smallest_gap)
+    if not len(contact.gap):
+        return _State(advance, coordinates, contact, elasticity.zero(), 0.0, (math.inf, math.inf), smallest_gap)
 
     def solve(active: np.ndarray, hardness: float) -> _Linear:
         points = _select(contact, active)

@@ -14,7 +14,7 @@ from pmor.core.arrays import FloatArray
 from pmor.core.errors import ConvergenceError
 from pmor.gear.condition import Condition, common_build
 from pmor.penalty.elasticity import Elasticity
-from pmor.penalty.equilibrium import Equilibrium, expected_approach, expected_penetration, solve_equilibrium
+from pmor.penalty.equilibrium import Equilibrium, expected_penetration, solve_equilibrium
 from pmor.penalty.pair import PenaltyPair
 from pmor.penalty.position import Position, active_patches
 
@@ -90,7 +90,7 @@ def _solve_within(
     failures: list[str] = []
     previous: tuple[Equilibrium, Condition] | None = None
     for condition in conditions:
-        ratio = _ratio(condition, previous[1], touch) if previous else 0.0
+        ratio = condition.given_torque / previous[1].given_torque if previous else 0.0
         start = previous[0].scaled_start(ratio, touch) if previous and 1.0 / FAR <= ratio <= FAR else None
         try:
             solve = partial(solve_equilibrium, meshed, position, elasticity, condition)
@@ -114,18 +114,9 @@ def _solve_persistently(solve: Callable[..., Equilibrium], start: tuple[FloatArr
         return solve(remember=True)
 
 
-def _ratio(condition: Condition, before: Condition, touch: float) -> float:
-    """How much further a condition drives the pair than the one before, to begin with."""
-    if condition.torque is not None and before.torque is not None:
-        return condition.torque / before.torque
-    if condition.advance is None or before.advance is None or before.advance == touch:
-        return 1.0
-    return (condition.advance - touch) / (before.advance - touch)
-
-
 def window_depth(meshed: PenaltyPair, condition: Condition) -> float:
     """Return the approach of the flanks for which windows are first cut, mm."""
-    return WINDOW_MARGIN * expected_approach(meshed, condition) + standing_depth(meshed, condition)
+    return WINDOW_MARGIN * meshed.expected_approach(condition.given_torque) + standing_depth(meshed, condition)
 
 
 def standing_depth(meshed: PenaltyPair, condition: Condition) -> float:
@@ -136,9 +127,8 @@ def standing_depth(meshed: PenaltyPair, condition: Condition) -> float:
 
     Where the penetration is less than the elastic approach, the margin of the windows covers it.
     """
-    excess = 0.0
-    if condition.torque is not None:
-        excess = expected_penetration(meshed, condition.torque) - meshed.expected_approach(condition.torque)
+    torque = condition.given_torque
+    excess = expected_penetration(meshed, torque) - meshed.expected_approach(torque)
     spread = condition.assembly.misalignment.spread + CORNER_MARGIN * condition.assembly.flank_spread
     return surface_error(meshed) + spread + WINDOW_MARGIN * max(excess, 0.0)
 

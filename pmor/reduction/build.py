@@ -60,7 +60,7 @@ def build_shapes(
     if reduction.shapes == "flank_lines":
         return flank_line_shapes(bodies, force, flank_nodes, reduction.distribution_tolerance)
     if reduction.shapes == "static_modes":
-        return static_mode_shapes(bodies, flank_nodes, case.contact.kind != "nodal")
+        return static_mode_shapes(bodies, flank_nodes)
     if reduction.shapes == "positions":
         return contact_shapes(*bodies, grid, per_pitch, force, reduction.interpolation)
     if reduction.shapes == "pod":

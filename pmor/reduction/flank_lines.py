@@ -3,7 +3,7 @@
 A flank line is a row of flank nodes of equal roll angle. Contact runs over the lines one after the other. What changes
 quickly with the roll position is *which* lines carry load and how much; how the load of a line spreads over the face
 width hardly changes. So the training gives each line its load distribution (the leading singular vectors of its forces
-over all trained positions and torques), and online each line withwithin range has its own amplitude. Nothing is
+over all trained positions and torques), and online each active line has its own amplitude. Nothing is
 interpolated over the angle, and the local dent moves with the contact as finely as the mesh allows. Shapes that belong
 to roll positions must instead be interpolated between dents at different places, which fails as soon as the contact
 passes more than about one element between two trained positions.
@@ -64,13 +64,9 @@ class FlankLineShapes:
     ----------
     gears : two GearLines
         Pinion and wheel.
-    beside : bool
-        Whether the lines beside the elements of a window have amplitudes too. Exact flanks hand some per cent of a load
-        near a window's border over to them; without, the STE of the paper's pair misses 0.002 % at most.
     """
 
     gears: tuple[GearLines, GearLines]
-    beside: bool = False
 
     @property
     def neighbours(self) -> int:
@@ -138,7 +134,7 @@ def line_elasticity(shapes: FlankLineShapes, position: Position) -> ReducedElast
     pairs = range(len(position.pair_index))
     bases = []
     for gear, lines in enumerate(shapes.gears):
-        active_shapes = [_window_shapes(lines, position, p, gear, shapes.beside) for p in pairs]
+        active_shapes = [_window_shapes(lines, position, p, gear) for p in pairs]
         size = sum(map(len, active_shapes))
         raw, gram = np.zeros((len(position.nodes), 3, size)), np.zeros((size, size))
         column = np.concatenate([[0], np.cumsum([len(m) for m in active_shapes])])
@@ -183,12 +179,11 @@ def independent_shapes(gram: FloatArray) -> IntArray:
     return np.array(kept, dtype=np.int64)
 
 
-def _window_shapes(lines: GearLines, position: Position, pair: int, gear: int, beside: bool) -> IntArray:
-    """Shapes of the lines that bound the window's elements, and of those beside them."""
+def _window_shapes(lines: GearLines, position: Position, pair: int, gear: int) -> IntArray:
+    """Shapes of the lines that bound the window's elements."""
     first = position.windows[pair, gear, FIRST_ROW]
     last = first + position.windows[pair, gear, ELEMENT_ROWS]
-    low, high = max(first - beside, 0), min(last + beside, len(lines.start) - 2)
-    return np.arange(lines.start[low], lines.start[high + 1])
+    return np.arange(lines.start[first], lines.start[last + 1])
 
 
 def _distributions(

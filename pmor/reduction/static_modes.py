@@ -23,7 +23,6 @@ from pmor.reduction.flank_lines import FlankLineShapes, gear_lines
 def static_mode_shapes(
     bodies: tuple[ElasticGear, ElasticGear],
     flank_nodes: tuple[FloatArray, FloatArray],
-    beside: bool,
 ) -> FlankLineShapes:
     """Build the unit-force shapes.
 
@@ -33,15 +32,13 @@ def static_mode_shapes(
         Pinion and wheel.
     flank_nodes : two ndarrays, shape (lines, columns, 3)
         mm.
-    beside : bool
-        See `FlankLineShapes`.
 
     Returns
     -------
     FlankLineShapes
     """
     pinion, wheel = (gear_lines(body, *_unit_forces(nodes)) for body, nodes in zip(bodies, flank_nodes, strict=True))
-    return FlankLineShapes((pinion, wheel), beside)
+    return FlankLineShapes((pinion, wheel))
 
 
 def _unit_forces(nodes: FloatArray) -> tuple[IntArray, FloatArray]:

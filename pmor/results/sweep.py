@@ -43,7 +43,7 @@ class SteSweep:
     pitch_rad : float
         2 pi / z1.
     ste_error_um : (n_torques, n_angles) or None
-        Estimated error of the reduced model's STE (`pmor.reduction.error_estimate`), um; None where there is none.
+        Estimated error of the reduced model's STE (`pmor.penalty.kernels.estimate`), um; None where there is none.
     states : SweepStates or None
         Leads, amplitudes and contact forces of a reduced sweep that was asked to keep them.
     unloaded_um : (n_torques, n_angles) or None

@@ -68,7 +68,7 @@ def check_basis(basis: Basis, pair: GearPair) -> None:
         if basis.compliance is not None:
             _check_forces_behind(basis.shapes, basis.compliance)
     elif basis.shapes is not None:
-        _check_lines(case, basis.shapes, basis.compliance)
+        _check_lines(basis.shapes, basis.compliance)
     if basis.compliance is not None:
         _check_compliance(case, basis.compliance)
     _check_root_stress(basis, pair)
@@ -97,9 +97,7 @@ def _check_layer(layer: SurfaceLayer, gear: GearCase) -> None:
     require(layer.columns >= 1, f"its surface layer is {layer.columns} elements deep")
 
 
-def _check_lines(case: Case, shapes: FlankLineShapes, compliance: FlankCompliance | None) -> None:
-    beside = case.reduction.shapes == "static_modes" and case.contact.kind != "nodal"
-    require(shapes.beside is beside, "its shapes have other neighbours than the case says")
+def _check_lines(shapes: FlankLineShapes, compliance: FlankCompliance | None) -> None:
     for gear, lines in enumerate(shapes.gears):
         name, count = GEARS[gear], len(lines.force)
         require(lines.start[0] == 0 and lines.start[-1] == count, f"the lines of the {name} do not share its shapes")
@@ -122,8 +120,6 @@ def _moves(compliance: FlankCompliance, gear: int, lines: GearLines) -> bool:
     """Whether the compliance moves the loaded flank components as the shapes say."""
     parts, blocks = compliance.components, compliance.gears[gear]
     force = lines.force.reshape(len(lines.force), -1, 3)
-    if force[..., parts:].any():
-        return True  # of an exact flank, where the estimate needs less than the shapes
     mixed = _mix(len(force))
     loads, neighbours = mixed @ force[..., :parts].reshape(len(force), -1), len(blocks) - 1
     moved = [blocks[k] @ loads if k >= 0 else loads @ blocks[-k] for k in range(-neighbours, neighbours + 1)]

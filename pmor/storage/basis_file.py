@@ -83,8 +83,6 @@ def _write_attributes(folder: h5py.Group, basis: Basis) -> None:
         set_attributes(folder[f"layer/{gear}"], compliance=layer.compliance, columns=layer.columns)
     if isinstance(basis.shapes, ContactShapes):
         set_attributes(folder["shapes"], angles_per_pitch=basis.shapes.angles_per_pitch)
-    elif basis.shapes is not None:
-        set_attributes(folder["shapes"], beside=basis.shapes.beside)
     if basis.compliance is not None:
         set_attributes(folder[compliance_group(basis.case)], components=basis.compliance.components)
 
@@ -162,7 +160,7 @@ def _shapes(
 ) -> FlankLineShapes | ContactShapes:
     if case.reduction.by_line:
         lines = GearLines(**of("shapes/pinion")), GearLines(**of("shapes/wheel"))
-        return FlankLineShapes(lines, attribute(group, "beside", bool))
+        return FlankLineShapes(lines)
     return ContactShapes(**of("shapes"), angles_per_pitch=attribute(group, "angles_per_pitch", int))
 
 

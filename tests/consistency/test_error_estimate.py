@@ -13,13 +13,13 @@ from pmor.gear.condition import ALIGNED, Condition, Misalignment, at_torques
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.pair.sweep import sweep_ste
 from pmor.penalty.solve import solve_position
-from pmor.reduction.error_estimate import discarded_energy_slope
 from pmor_offline.gather import make_basis
 from pmor_offline.sampling import TrainingPosition, sobol_positions
 from pmor_offline.snapshots import solve_snapshots
 from pmor_online.errors import estimate_errors
 from pmor_online.model import reduced_pair
 from pmor_online.sweep import sweep_reduced_pair
+from tests.support.discarded_energy import discarded_energy_slope
 from tests.support.small_case import case_text
 
 pytestmark = pytest.mark.jit

@@ -16,11 +16,10 @@ LINES, COLUMNS = MESH[0] + 1, MESH[1] + 1
 def shapes():
     bodies = tuple(body(gear, *MESH) for gear in GEARS)
     nodes = tuple(sector(gear, *MESH).flank_nodes for gear in GEARS)
-    return static_mode_shapes(bodies, nodes, beside=True)
+    return static_mode_shapes(bodies, nodes)
 
 
 def test_each_line_has_two_shapes_for_each_of_its_nodes(shapes):
-    assert shapes.beside
     for gear in shapes.gears:
         assert np.array_equal(gear.start, 2 * COLUMNS * np.arange(LINES + 1))
         for line, shape in np.ndindex(LINES, 2 * COLUMNS):

@@ -1,4 +1,4 @@
-"""What a reduced sweep gives beside STE: contact forces, amplitudes, and the force law where the advance is given."""
+"""What a reduced sweep gives beside STE: contact forces and amplitudes."""
 
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-import pmor_online.sweep
 from pmor.case import parse_case
 from pmor.gear.condition import ALIGNED, Condition, Misalignment, at_torques
 from pmor.pair.model import elastic_model, mesh_model
@@ -103,22 +102,3 @@ def test_threads_do_not_change_what_is_recorded():
     for name, values in vars(one.states.loads).items():
         assert np.array_equal(values, getattr(two.states.loads, name)), name
     assert np.array_equal(one.states.amplitude, two.states.amplitude)
-
-
-@pytest.mark.parametrize("scheme", ["facet", "direct"])
-def test_what_is_left_to_the_slow_twin_is_recorded_too(scheme, monkeypatch):
-    reduced = reduced_with(scheme)
-    phi = angles(reduced)
-    compiled = sweep_reduced_pair(reduced, phi, at_torques(TORQUES), recorded=True, **TIGHT)
-    monkeypatch.setattr(pmor_online.sweep, "MAX_STEPS", 0)
-    slow = sweep_reduced_pair(reduced, phi, at_torques(TORQUES), recorded=True, **TIGHT)
-    a, b = compiled.states, slow.states
-    assert_allclose(b.advance_rad, a.advance_rad, rtol=1e-6)
-    assert np.array_equal(b.loads.count, a.loads.count)
-    assert_allclose(b.loads.force_N, a.loads.force_N, rtol=0.0, atol=1e-5 * a.loads.force_N.max())
-    assert_allclose(b.loads.z_mm, a.loads.z_mm, atol=1e-9)
-    # The twins may list another number of idle pairs; those that carry load come first.
-    first = [np.argmax(states.pair == 0, axis=1) for states in (a, b)]
-    for i in range(len(phi)):
-        mine, other = a.amplitude[:, i, first[0][i]], b.amplitude[:, i, first[1][i]]
-        assert_allclose(other, mine, rtol=0.0, atol=1e-4 * np.abs(mine).max())

@@ -74,7 +74,7 @@ def broken(basis, model):
 def with_pinion(basis, **changes):
     """The basis with other arrays in the shapes of the pinion's lines."""
     pinion, wheel = basis.shapes.gears
-    return replace(basis, shapes=FlankLineShapes((replace(pinion, **changes), wheel), basis.shapes.beside))
+    return replace(basis, shapes=FlankLineShapes((replace(pinion, **changes), wheel)))
 
 
 @pytest.mark.parametrize("reduction", FAMILIES, ids=lambda r: " ".join(r.values()) or "flank_lines")

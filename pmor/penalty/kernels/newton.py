@@ -1,8 +1,7 @@
-"""The reduced pair in equilibrium: damped Newton on forces, under a torque or at a given advance.
+"""The reduced pair in equilibrium under a torque: damped Newton on forces.
 
-The equilibrium of the penalty law and of line contact is the minimum of an energy; halving a step that neither lowers
-it nor the residuals keeps Newton from losing contact. What the unknowns are is in `ActiveShapes`. Where the advance is given
-the last row of the linear systems, the balance of the torque, drops out.
+The equilibrium of the penalty law is the minimum of an energy; halving a step that neither lowers it nor the residuals
+keeps Newton from losing contact. The unknowns are the amplitudes of `ActiveShapes`, and the advance.
 """
 
 from __future__ import annotations
@@ -18,8 +17,9 @@ from pmor.penalty.kernels.types import NODE_ROWS, OFFSET
 
 # Points are listed that stand off by this share of the gap that counts as clear.
 NEARBY = 0.4
-# Rounds in which points may change sides within a linearised problem; halvings of a step.
-ROUNDS, HALVINGS = 8, 12
+# Rounds in which points may change sides within a linearised problem, and those without progress before they change
+# singly (Portugal, Judice & Vicente, Math. Comp. 63 (1994) 625); halvings of a step.
+ROUNDS, PATIENCE, HALVINGS = 20, 3, 12
 
 
 class State(NamedTuple):
@@ -38,8 +38,7 @@ class State(NamedTuple):
     residual : float
         The larger of the force's (energy norm) and the torque's, relative.
     potential : float
-        Elastic energy, half the points' forces times their penetrations, less the work of the torque, N mm. Of line
-        contact, whose law is not linear, it says which way is down near a state, not how deep.
+        Elastic energy, half the points' forces times their penetrations, less the work of the torque, N mm.
     """
 
     listed: int
@@ -74,7 +73,7 @@ class Solution(NamedTuple):
 
 @compiled
 def deform(pair, position, coordinates):
-    """Fill ``work.nodes``: deformed nodes, or displacements alone where ``work.undeformed`` is zero."""
+    """Fill ``work.nodes`` with the deformed nodes."""
     patches, work, ranges, fields = (
         position.patches,
         position.work,
@@ -150,8 +149,7 @@ def residuals(count, active_shapes, work, coordinates, advance, load):
         target_norm += target[i] ** 2
     scale = max(target_norm, norm)
     residual = np.sqrt(unbalanced / scale) if scale > 0.0 else 0.0
-    if not load.held:
-        residual = max(residual, abs(moment + load.torque) / load.torque)
+    residual = max(residual, abs(moment + load.torque) / load.torque)
     return touching, residual, potential + 0.5 * norm
 
 
@@ -172,14 +170,14 @@ def _add_point(n, sign, size, work):
 
 @compiled
 def newton_step(count, active_shapes, work, coordinates, load):
-    """Fill ``work.solution``: amplitudes and rotation that solve the linearised problem, active points and all.
+    """Fill ``work.solution``: amplitudes and rotation that solve the linearised problem, and its gaps; active points and all.
 
     The geometry is the expensive part of a step, so which points are active is settled on the linearised gaps; points
     that stand off a little are in the lists for that.
     """
     size, gram, slope, points = active_shapes.size, active_shapes.gram, work.slope, work.workspace.points
     solution, rhs, matrix, active, free_gap = work.solution, work.rhs, work.matrix, work.active, work.free_gap
-    unknowns = size if load.held else size + 1
+    unknowns = size + 1
     for i in range(size):
         for j in range(i, size):
             matrix[i, j] = gram[i, j]
@@ -192,24 +190,30 @@ def newton_step(count, active_shapes, work, coordinates, load):
             free_gap[n] -= slope[n, j] * coordinates[j]
         if active[n]:
             _add_point(n, 1.0, size, work)
+    fewest, patience = count + 1, PATIENCE
     for _ in range(ROUNDS):
         cholesky(matrix, unknowns, work.factor)
-        solution[size] = 0.0
         for i in range(unknowns):
             solution[i] = rhs[i]
         solve_factored(work.factor, unknowns, solution)
-        # Without any point a torque has nothing to balance it; a pinion that is held may well stand free.
-        changed, left = False, load.held
+        wrong, last, touching = 0, 0, 0
         for n in range(count):
-            predicted = free_gap[n] + points.lever[n] * solution[size]
+            gap = free_gap[n] + points.lever[n] * solution[size]
             for j in range(size):
-                predicted += slope[n, j] * solution[j]
-            left = left or predicted < 0.0
-            if active[n] != (predicted < 0.0):
-                changed, active[n] = True, predicted < 0.0
-                _add_point(n, 1.0 if active[n] else -1.0, size, work)
-        if not changed or not left:
+                gap += slope[n, j] * solution[j]
+            points.gap[n] = gap
+            touching += gap < 0.0
+            if active[n] != (gap < 0.0):
+                wrong, last = wrong + 1, n
+        # Without any point the torque has nothing to balance it.
+        if wrong == 0 or touching == 0:
             return
+        patience = PATIENCE if wrong < fewest else patience - 1
+        fewest = min(fewest, wrong)
+        for n in range(last if patience < 0 else 0, last + 1):
+            if active[n] != (points.gap[n] < 0.0):
+                active[n] = points.gap[n] < 0.0
+                _add_point(n, 1.0 if active[n] else -1.0, size, work)
 
 
 @compiled
@@ -219,6 +223,9 @@ def evaluate(pair, position, coordinates, advance, load):
     deform(pair, position, coordinates)
     found = search_all(pair, patches, advance, work.nodes, NEARBY * patches.clear, work.workspace)
     project_points(found.listed, active_shapes, work)
+    if load.hardness != 1.0:
+        for n in range(found.listed):
+            work.workspace.points.stiffness[n] *= load.hardness
     touching, residual, potential = residuals(found.listed, active_shapes, work, coordinates, advance, load)
     return State(found.listed, touching, found.smallest, found.border, residual, potential)
 
@@ -230,14 +237,9 @@ def _last_step(count, active_shapes, work, coordinates, load):
     A step costs a fifth of an evaluation and gains a factor of about 40 close to the solution.
     """
     newton_step(count, active_shapes, work, coordinates, load)
-    solution, points, size = work.solution, work.workspace.points, active_shapes.size
-    for n in range(count):
-        points.gap[n] = work.free_gap[n] + points.lever[n] * solution[size]
-        for j in range(size):
-            points.gap[n] += work.slope[n, j] * solution[j]
-    for j in range(size):
-        coordinates[j] = solution[j]
-    return solution[size]
+    for j in range(active_shapes.size):
+        coordinates[j] = work.solution[j]
+    return work.solution[active_shapes.size]
 
 
 @compiled
@@ -255,7 +257,7 @@ def solve_state(pair, position, load, coordinates, advance, max_steps, tolerance
     coordinates : ndarray, shape (active_shapes,)
         Amplitudes to start from; updated.
     advance : float
-        To start from, or the given one, rad.
+        To start from, rad.
     max_steps : int
     tolerance : float
 
@@ -270,7 +272,7 @@ def solve_state(pair, position, load, coordinates, advance, max_steps, tolerance
         if state.residual <= tolerance:
             advance += _last_step(state.listed, active_shapes, work, coordinates, load)
             return Solution(advance, step, np.isfinite(advance), state.listed, state.border)
-        if state.touching == 0 and not load.held:
+        if state.touching == 0:
             if not np.isfinite(state.smallest):
                 return Solution(advance, step, False, state.listed, state.border)
             advance += (state.smallest + load.approach) / pair.gears[0].base_radius
@@ -284,7 +286,7 @@ def solve_state(pair, position, load, coordinates, advance, max_steps, tolerance
             state = evaluate(pair, position, trial, advance + fraction * rotation, load)
             better = state.residual < before.residual or state.potential < before.potential
             # A step that loses contact altogether is no progress, however low its potential.
-            if better and (state.touching > 0 or load.held):
+            if better and state.touching > 0:
                 break
             fraction *= 0.5
         advance += fraction * rotation

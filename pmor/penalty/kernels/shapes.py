@@ -34,7 +34,7 @@ def _most_active_shapes(family, patches):
         for i in range(len(start) - 1):
             widest = max(widest, start[i + 1] - start[i])
         for p in range(patches.pairs):
-            total += widest * (patches.windows[p, gear, ELEMENT_ROWS] + 1 + 2 * family.beside)
+            total += widest * (patches.windows[p, gear, ELEMENT_ROWS] + 1)
     return total
 
 
@@ -116,7 +116,7 @@ def _gather_lines(gears, patches, family, active_shapes):
 
 @compiled
 def _list_lines(gear, patches, family, size, before, slot, first):
-    """List the shapes of the lines that bound the windows' elements, and of those beside them.
+    """List the shapes of the lines that bound the windows' elements.
 
     Fills the `slot` of each from number `size` on, and the `first` number of each pair, shape (pairs + 1,). `before` is
     the first slot of the gear.
@@ -124,9 +124,7 @@ def _list_lines(gear, patches, family, size, before, slot, first):
     start, slots = family.lines[gear].start, shape_slots(family)
     for p in range(patches.pairs):
         first[p], window = size, patches.windows[p, gear]
-        low = max(window[FIRST_ROW] - family.beside, 0)
-        high = min(window[FIRST_ROW] + window[ELEMENT_ROWS] + family.beside, len(start) - 2)
-        for shape in range(start[low], start[high + 1]):
+        for shape in range(start[window[FIRST_ROW]], start[window[FIRST_ROW] + window[ELEMENT_ROWS] + 1]):
             slot[size] = p * slots + before + shape
             size += 1
     first[patches.pairs] = size

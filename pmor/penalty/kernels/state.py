@@ -74,10 +74,9 @@ class Points(NamedTuple):
         Number of the tooth pair among those that can touch.
     slave : ndarray of int, shape (n,)
         Gear whose point it is.
-    node : ndarray of int, shape (n, K)
-        Window nodes that carry the point: half of them of the slave, half of the master; four each, or four in each of
-        the columns between which a section lies.
-    weight : ndarray, shape (n, K, 3)
+    node : ndarray of int, shape (n, 8)
+        Window nodes that carry the point: four of the slave, four of the master.
+    weight : ndarray, shape (n, 8, 3)
         Gradient of the gap by the displacements of these nodes.
     gap : ndarray, shape (n,)
         mm.
@@ -171,14 +170,11 @@ class Family(NamedTuple):
     lines : two GearLines
         Of pinion and wheel.
     positions : PositionShapes
-    beside : int
-        How many lines beside the elements of a window have active shapes too: 0 or 1.
     """
 
     by_line: bool
     lines: tuple[GearLines, GearLines]
     positions: PositionShapes
-    beside: int
 
 
 class ActiveShapes(NamedTuple):
@@ -212,8 +208,7 @@ class Work(NamedTuple):
     Attributes
     ----------
     undeformed, nodes : ndarray, shape (nodes, 3)
-        Window nodes, mm; for exact flanks zero and the displacements alone, which small loads would lose among the
-        digits of the coordinates.
+        Window nodes, mm.
     slope : ndarray, shape (points, active_shapes)
         Derivatives of the gaps by the active shapes' amplitudes.
     free_gap : ndarray, shape (points,)
@@ -249,18 +244,18 @@ class Position(NamedTuple):
 
 
 class Load(NamedTuple):
-    """What holds the pinion.
+    """What loads the pair.
 
     Attributes
     ----------
     torque : float
-        N mm; 0 where its advance is given instead.
+        On the pinion, N mm.
     approach : float
         Approach of the flanks to expect, mm.
-    held : bool
-        Whether the advance is given.
+    hardness : float
+        Share of the penalty that is used.
     """
 
     torque: float
     approach: float
-    held: bool
+    hardness: float

@@ -16,20 +16,23 @@ from pmor.penalty.kernels.shapes import cubic_weights, gather_active_shapes, sha
 from pmor.penalty.kernels.state import Load, Position, Work
 from pmor.penalty.kernels.windows import load_windows, place_windows
 
+# Where Newton starts, one after the other until it converges.
+FROM_NEIGHBOUR, FROM_NOTHING, HARDENED = range(3)
+# Share of the penalty with which the last of them begins, by which it grows, and the steps of each share.
+SOFTEST, HARDER, PATIENT_STEPS = 1e-6, 10.0, 40
+
 
 class Settings(NamedTuple):
     """How a sweep is solved.
 
     Attributes
     ----------
-    held : bool
-        The pinion's advances are given, not torques.
     recorded : bool
         Amplitudes and loads are kept as well.
     pair_count : int
         Tooth pairs that can touch at most: P.
     approach_rate : float
-        Approach of the flanks to expect per torque, mm / (N mm), or per advance, mm / rad.
+        Approach of the flanks to expect per torque, mm / (N mm).
     depth : float
         Approach for which windows are cut, mm.
     clearance : float
@@ -39,7 +42,6 @@ class Settings(NamedTuple):
         Of Newton.
     """
 
-    held: bool
     recorded: bool
     pair_count: int
     approach_rate: float
@@ -50,7 +52,7 @@ class Settings(NamedTuple):
 
 
 class Results(NamedTuple):
-    """What a sweep over D torques or advances gives; filled by it.
+    """What a sweep over D torques gives; filled by it.
 
     Attributes
     ----------
@@ -222,14 +224,14 @@ def _pair_torques(count, points, out):
 
 @allocating
 def sweep_reduced(phi, applied_loads, pair, family, compliance, settings, results):
-    """Reduced equilibria over angles and torques, or advances, each started from its neighbour.
+    """Reduced equilibria over angles and torques, each started from its neighbour.
 
     Parameters
     ----------
     phi : ndarray
         Pinion angles, rad.
     applied_loads : ndarray
-        Torques, N mm, or advances, rad.
+        Torques, N mm.
     pair : Pair
     family : Family
     compliance : two ndarrays
@@ -287,32 +289,34 @@ def sweep_reduced(phi, applied_loads, pair, family, compliance, settings, result
 
 @merged
 def _solve_from_neighbour(t, i, applied_loads, pair, family, position, neighbour, coordinates, settings, results):
-    """Solve for torque or advance number `t` at angle number `i`; fill the results, return the `Solution`.
+    """Solve for torque number `t` at angle number `i`; fill the results, return the `Solution`.
 
-    Started from the angle before, else from the torque or advance before, else from the undeformed pair.
+    Started from the angle before, else from the torque before, else from the undeformed pair; at last with a penalty that
+    hardens from step to step.
     """
-    held = settings.held
-    touch = pair.kinematics.first_touch
-    given = applied_loads[t] - touch if held else applied_loads[t]
-    load = Load(0.0 if held else given, settings.approach_rate * given, held)
+    torque, touch, radius = applied_loads[t], pair.kinematics.first_touch, pair.gears[0].base_radius
+    approach = settings.approach_rate * torque
     scaled = t > 0 and results.converged[t - 1, i]
     solution = Solution(0.0, 0, False, 0, False)
-    for cold in range(0 if neighbour.known[t] or scaled else 1, 2):
-        if cold == 1:
-            advance = touch + load.approach / pair.gears[0].base_radius
+    for start in range(FROM_NEIGHBOUR if neighbour.known[t] or scaled else FROM_NOTHING, HARDENED + 1):
+        hardness, most = (SOFTEST, PATIENT_STEPS) if start == HARDENED else (1.0, settings.max_steps)
+        if start > FROM_NEIGHBOUR:
+            advance = touch + approach / radius
             coordinates[:] = 0.0
         elif neighbour.known[t]:
             advance = neighbour.advance[t]
             carry_along(t, family, position, neighbour, coordinates)
         else:
-            before = 1.0 if held else applied_loads[t - 1]
-            ahead = 1.0 if held else applied_loads[t]
-            advance = touch + (results.advance[t - 1, i] - touch) * ahead / before
+            advance = touch + (results.advance[t - 1, i] - touch) * torque / applied_loads[t - 1]
             for j in range(len(coordinates)):
-                coordinates[j] *= ahead / before
-        if held:
-            advance = applied_loads[t]
-        solution = solve_state(pair, position, load, coordinates, advance, settings.max_steps, settings.tolerance)
+                coordinates[j] *= torque / applied_loads[t - 1]
+        while True:
+            load = Load(torque, approach, hardness)
+            solution = solve_state(pair, position, load, coordinates, advance, most, settings.tolerance)
+            advance = solution.advance
+            if hardness >= 1.0:
+                break
+            hardness = min(HARDER * hardness, 1.0)
         if solution.converged:
             break
     results.advance[t, i], results.steps[t, i] = solution.advance, solution.steps
