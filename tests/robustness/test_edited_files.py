@@ -54,32 +54,6 @@ def test_a_changed_or_removed_attribute_is_refused(small_basis_path, basis, orig
                 check(basis, original, tally, "an attribute edited", own.get(name, OF_NAMES))
 
 
-def removed(name):
-    def change(file):
-        del file[name]
-
-    return change
-
-
-def renamed(name):
-    def change(file):
-        file.move(name, name + "_old")
-
-    return change
-
-
-def replaced(name, make):
-    """Replace a dataset by another one with the same attributes."""
-
-    def change(file):
-        data, attributes = file[name][()], dict(file[name].attrs)
-        del file[name]
-        file[name] = make(data)
-        file[name].attrs.update(attributes)
-
-    return change
-
-
 def swapped(name, other):
     def change(file):
         file.move(name, "aside")
@@ -89,17 +63,12 @@ def swapped(name, other):
     return change
 
 
+# Of many more kinds at random: test_fuzz.
 EDITS = {
-    "dataset removed": removed("flank/wheel/nodes"),
-    "group removed": removed("training"),
-    "dataset renamed": renamed("training/phi"),
-    "dataset reshaped": replaced("shapes/pinion/force", lambda data: data.T),
-    "dataset in single precision": replaced("training/phi", lambda data: data.astype(np.float32)),
-    "same bytes of another type": replaced("training/phi", lambda data: data.view(np.int64)),
-    "dataset emptied": replaced("training/phi", lambda data: data[:0]),
+    "dataset removed": lambda file: file.__delitem__("flank/wheel/nodes"),
+    "dataset renamed": lambda file: file.move("training/phi", "training/phi_old"),
     "two datasets swapped": swapped("shapes/pinion/displacement", "shapes/wheel/displacement"),
     "dataset added": lambda file: file.create_dataset("more", data=np.zeros(3)),
-    "group added": lambda file: file.create_group("more"),
     "attribute added": lambda file: set_attributes(file, note="checked by me"),
 }
 
@@ -108,18 +77,6 @@ EDITS = {
 def test_a_changed_table_of_contents_is_refused(change, basis, original, tally):
     edit(basis, change)
     check(basis, original, tally, "contents edited", OF_NAMES)
-
-
-OF_OTHER_KINDS = {
-    "dataset as text": (replaced("training/phi", lambda data: "phi"), "training/phi is not stored number by number"),
-    "text of any length": (lambda file: file.attrs.create("note", "mine"), "the attribute note of / is neither"),
-}
-
-
-@pytest.mark.parametrize(("change", "words"), OF_OTHER_KINDS.values(), ids=OF_OTHER_KINDS.keys())
-def test_what_this_program_never_writes_is_refused(change, words, basis, original, tally):
-    edit(basis, change)
-    check(basis, original, tally, "of another kind", words)
 
 
 def test_an_edited_unit_is_refused_where_units_are_shown(basis, tally):
