@@ -9,11 +9,7 @@ from concurrent.futures import Executor
 from pathlib import Path
 
 from pmor.campaigns.chunks import Chunk, ChunkFiles, chunks_of, expected_seconds, key_of_campaign
-<<<<<<< HEAD
 from pmor.campaigns.columns import Effort
-from pmor.campaigns.loader import load
-=======
->>>>>>> a9bdd2a (Capabilities and experiments are functions of pmor that commands call; results files are read by name)
 from pmor.campaigns.output import FILES, refuse_changed_cases
 from pmor.campaigns.result import CampaignResult, gathered
 from pmor.campaigns.rows import Answer, Task
