@@ -1,4 +1,4 @@
-"""Run time by phase and by size: what a position of the reduced model costs, and where the offline time goes."""
+"""Run time by phase and by size: cost of a position of the reduced model, and of the offline stage."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ ANGLES = 200  # a full pitch
 TRAINING_ANGLES = 12
 # Angles, and torques, of the sweep that is shared out between threads.
 SWEEP_SIDE = 100
-# Of line loads: how far axes are tilted, what helix the pair gets, and a sweep over modifications.
+# Of line loads: tilt of the axes, helix of the pair, and a sweep over modifications.
 TILT_UM, HELIX_DEG = 20.0, 20.0
 RELIEFS, RELIEF_ANGLES, RELIEF_LOADS = 1000, 32, (0.5, 1.0, 1.5)
 # Of the sweep that results are read off.
@@ -89,7 +89,7 @@ def variants(case: Case) -> list[Variant]:
 
 
 def line_load_variants(case: Case) -> list[Variant]:
-    """Return what line loads are timed on: a case itself, its axes tilted, and with a helix and sixteen sections."""
+    """Return the cases of line loads: the case itself, with tilted axes, and with a helix and sixteen sections."""
     changes: dict[str, dict[str, Any]] = {
         "line loads": {},
         "line loads, tilted axes": {"misalignment": {"in_plane_um": TILT_UM}},
@@ -254,7 +254,7 @@ def line_load_rows(case: Case, model: ReducedPair) -> list[Row]:
 
 
 def reading_rows(case: Case, model: ReducedPair) -> list[Row]:
-    """Time what is read off line loads beside the transmission error, together with the sweep and without it."""
+    """Time the results of line loads beyond the transmission error, with the sweep and without it."""
     conditions = conditions_of(case, [case.torque_Nm * share for share in RELIEF_LOADS])
     phi = online_angles(model.meshed.pair.pitch, READ_ANGLES)
 
@@ -315,7 +315,7 @@ def start_rows(case: Case) -> list[Row]:
 
 
 def stage_rows(case: Case) -> list[Row]:
-    """Time the stages of a run, with their peak memory, beside what was told of them beforehand."""
+    """Time the stages of a run, with their peak memory, beside the estimates of `pmor plan`."""
     told = {stage.name: stage for stage in stages(case)}
     return [
         {**_row(f"run: {name}", case, [1e3 * found["seconds"]]), "peak_mib": found["peak_mib"],

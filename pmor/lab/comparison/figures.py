@@ -99,7 +99,7 @@ def estimate_figure(entries: Sequence[Row]) -> Figure:
 
 
 def _guide_lines(axes: Axes, ends: FloatArray) -> None:
-    """Diagonal, the wanted range about it, and the error above which it counts; the caption says what is what."""
+    """Diagonal, the wanted range about it, and the error above which it counts; the caption explains them."""
     axes.plot(ends, ends, color="black", lw=0.9)
     for factor in WANTED_EFFECTIVITY:
         axes.plot(ends, factor * ends, color="black", lw=0.8, ls="--")

@@ -1,4 +1,4 @@
-"""The trainings that the reductions share: each state is solved once, its time is counted for all who use it."""
+"""The trainings that the reductions share: each state is solved once, its time counts for each of them."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class TrainingSet:
         return tuple(f"full FE at {failure}" for s in self.snapshots for failure in s.failures)
 
     def first(self, positions: int) -> TrainingSet:
-        """Return what was there after so many positions."""
+        """Return the training after so many positions."""
         if positions >= len(self.snapshots):
             return self
         return TrainingSet(self.snapshots[:positions], (*self.seconds[:positions], self.seconds[positions - 1]))

@@ -1,4 +1,4 @@
-"""What is compared: reductions with the samplings of their training, and the grids that uniform sampling offers."""
+"""Reductions with the samplings of their training, and the grids of uniform sampling."""
 
 from __future__ import annotations
 

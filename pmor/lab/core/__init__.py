@@ -1,1 +1,1 @@
-"""What all laboratories share: models, states, pieces of work that are kept, timing, tables, pictures, results."""
+"""Shared by the laboratories: models, changes of a case, measures, timing."""

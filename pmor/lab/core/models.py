@@ -14,7 +14,7 @@ from pmor.work.cost import meshed_within_memory
 
 @dataclass
 class ModelStore:
-    """Elastic models by what they depend on: most variants change the contact alone, and share one.
+    """Elastic models by the keys that they depend on: most variants change the contact alone, and share one.
 
     Line contact takes the surface layer's compliance out of the elastic model, and has its own.
 

@@ -1,8 +1,8 @@
-"""What the stages of a run take: time and peak memory, measured in a process of their own.
+"""Time and peak memory of the stages of a run, measured in a process of their own.
 
     python -m pmor.lab.core.stages CASE
 
-prints them as JSON. Kernels are expected to be compiled: what that takes is no property of a case.
+prints them as JSON. Kernels are expected to be compiled: compiling is no property of a case.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def measure_stages(case: Case) -> dict[str, dict[str, float]]:
 
 
 def run_stages(case: Case, folder: Path) -> dict[str, dict[str, float]]:
-    """Do in this process, stage by stage, what `pmor run` does; results as in `measure_stages`."""
+    """Do the stages of `pmor run` in this process, one by one; results as in `measure_stages`."""
     found: dict[str, dict[str, float]] = {}
 
     def measured(name: str, work: Callable[[], Result]) -> Result:

@@ -1,4 +1,4 @@
-"""Changes of a case by section and key: what every laboratory varies."""
+"""Changes of a case by section and key: all laboratories vary these."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What others do: conventional finite-element contact, and an independent solver."""
+"""Rivals: conventional finite-element contact, and an independent solver."""

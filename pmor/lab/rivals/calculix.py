@@ -6,12 +6,12 @@ position with the pinion a little ahead. The wheel's bore is fixed. The pinion's
 unknown, the path s of its base circle: u = (s / r_b) e_z x X; the torque T is the force T / r_b on that unknown.
 Strains are linear.
 
-What CalculiX does differently:
+Differences of CalculiX:
 
 * Its surface is the faces of the elements. Those of linear ones are our ``scheme = "facet"``, ``lodm_profile = 1``.
 * ``node_to_surface`` is our nodal scheme: penalty times area at the nodes of one gear, the slave. It counts a node
   wholly or not at all at the tip edge of the mate, where ours weights it by the area that faces the mate.
-* ``surface_to_surface`` integrates the pressure over the facets: what our facets with ever more LoDM converge to.
+* ``surface_to_surface`` integrates the pressure over the facets: the limit of our facets with ever more LoDM.
 * ``hex8`` is its C3D8. Its C3D8I is ``hex8i`` without the factor det(J_0) / det(J) on the incompatible gradients.
 * ``hex20`` is its C3D20 with the dilatation projected, to round-off where there is no lateral contraction. Their faces,
   curved through eight nodes, are none of our surfaces: with pressure integrated over them the STE differs from that of

@@ -1,6 +1,6 @@
 """The conventional way to static contact: both whole gears in one sparse system, factored anew in every Newton step.
 
-This is what a general finite-element code does, and what the condensed and the reduced model are measured against. It
+A general finite-element code solves contact so; the condensed and the reduced model are compared with it. It
 solves the same discrete problem as the condensed model (`pmor.penalty.solve`), from the stiffness itself: with x the
 displacements of all nodes and, last, the pinion's rotation times its base radius, p = k max(-g, 0) the point forces,
 B = dg/dx the gradient of the gaps and t the torque over the base radius in the last row,

@@ -1,6 +1,6 @@
 """Whole gears as they are built: their flank nodes where modifications put them, for programs that know only meshes.
 
-pmor itself leaves the bodies as drawn and puts what flanks deviate by into the gap. The body that loses some hundredths
+pmor itself leaves the bodies as drawn and puts deviations of the flanks into the gap. The body that loses some hundredths
 of a millimetre is another one only to second order.
 """
 

@@ -32,7 +32,7 @@ FINER = 1.5
 
 @dataclass(frozen=True)
 class Entry:
-    """What became of a variant; the numbers are None where there is nothing to measure.
+    """Measures and verdict of a variant; numbers are None where there is nothing to measure.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ class Entry:
     explained : bool
         Refused by a check that says why, or known not to hold, with a warning beforehand.
     note : str
-        What is wrong, or worth knowing.
+        Complaints and remarks.
     """
 
     name: str
@@ -139,13 +139,13 @@ def _known(value: float) -> float | None:
 def _reference(
     variant: Variant, case: Case, model: ElasticModel, phi: FloatArray, base: Case, store: ModelStore
 ) -> FloatArray:
-    """STE of what a variant is held against, um."""
+    """STE of the reference of a variant, um."""
     meshed, condition = model.mesh.meshed, nominal_condition(case)
     if variant.against == "base":
         return _ste_of(base, phi, store)
     if variant.against == "finer":
         fine = _ste_of(_finer(case), phi, store)
-        # What the coarse mesh misses anyway, it misses in the base case too.
+        # The error of the coarse mesh is that of the base case too.
         return np.asarray(fine * _ste_of(base, phi, store) / _ste_of(_finer(base), phi, store))
     if variant.against == "mirror":
         return _mirrored(case, model, phi)
@@ -195,7 +195,7 @@ def _reduced(case: Case, model: ElasticModel, phi: FloatArray, way: str) -> Solv
 
 
 def _complaints(variant: Variant, solved: Solved, difference: float) -> list[str]:
-    """Say what is wrong with a variant; nothing when it is as it should be."""
+    """Return the complaints about a variant."""
     complaints = []
     if solved.failures:
         complaints.append(f"{len(solved.failures)} solutions did not converge, first: {solved.failures[0]}")

@@ -20,7 +20,7 @@ class StudyCases:
     members : mapping of Member to Case
         The reference's family.
     peer : Case or None
-        What the independent solver is given.
+        Of the independent solver.
     """
 
     cells: Mapping[Cell, Case]
@@ -34,7 +34,7 @@ def study_cases(study: Study) -> StudyCases:
     Raises
     ------
     CaseError
-        When the base case or what a cell makes of it is refused.
+        When the base case, or a cell's change of it, is refused.
     """
     base = text_of(without_models(load_case(study.base)))
 

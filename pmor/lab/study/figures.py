@@ -54,7 +54,7 @@ def study_pictures(parts: StudyParts, found: StudyTable) -> list[Picture]:
             add("error_run_time", "Error against the reference over run time per position, one marker per cell and "
                 "model, with the Pareto front. Conventional and condensed full FE solve the same equations and have "
                 "the same error. Offline time is not in it: see the break-even numbers. Below the dashed line the "
-                "reference itself is uncertain; what lies far below it is not shown.",
+                "reference itself is uncertain; errors far below it are not shown.",
                 _error_over_time(found))  # fmt: skip
     return pictures
 

@@ -40,7 +40,7 @@ def parse_study(text: str, name: str, where: str, folder: Path) -> Study:
     name : str
         Name of the study.
     where : str
-        What error messages call the text, usually the path.
+        Name of the text in error messages, usually the path.
     folder : Path
         Where the base case is looked for.
     """

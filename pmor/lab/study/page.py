@@ -1,4 +1,4 @@
-"""What the report of a study says, from its table and its pictures."""
+"""The report of a study, from its table and its pictures."""
 
 from __future__ import annotations
 
@@ -139,7 +139,7 @@ def _reduced_errors(found: StudyTable) -> Table:
         "FE unknowns": "fe_unknowns",
         "basis, MiB": "basis_mib",
     }
-    note = "This says what the reduction costs, and nothing about the mesh: that is the table above."
+    note = "This is the error of the reduction; that of the mesh is in the table above."
     title = "STE of the reduced model against condensed full FE, same mesh"
     return table(title, columns, found.rows_of("reduced"), note)
 
@@ -169,7 +169,7 @@ def _run_times(found: StudyTable) -> list[Block]:
         "break-even b": lambda row: row.get("time_break_even_positions_condensed"),
     }
     note = "Break-even: positions from which the offline stage has paid."
-    title = "Run times per position, ratios, and what the offline stage costs"
+    title = "Run times per position, ratios, and cost of the offline stage"
     return [
         text,
         table(title, columns, found.rows_of("reduced"), note),

@@ -1,4 +1,4 @@
-"""What Cosco et al. (ISMA 2016) say, held against a study: its claims."""
+"""Claims of Cosco et al. (ISMA 2016), checked on a study."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def claim_blocks(claims: Sequence[Row]) -> list[Block]:
 
 
 def _measured(claim: Row) -> str:
-    """Each number as the reader says it, `shape_error_um` as shape error (um), beside that of the yardstick."""
+    """Write each number with its name in words, beside that of the yardstick."""
     texts = []
     for key, value in claim["measured"].items():
         name, unit = (key[:-3], " (µm)") if key.endswith("_um") else (key.removeprefix("time_ratio_"), "")

@@ -197,7 +197,7 @@ class PeerSettings:
 
 @dataclass(frozen=True, kw_only=True)
 class QuickSettings:
-    """What ``--quick`` runs instead (section ``[quick]``), on a coarser grid of angles.
+    """The short variant of ``--quick`` (section ``[quick]``), on a coarser grid of angles.
 
     Parameters
     ----------
@@ -220,7 +220,7 @@ class Study:
     name : str
         Stem of the file name; it names the output folder.
     where : str
-        What error messages call the file.
+        Name of the file in error messages.
     changes : mapping
         Keys of the base case that differ in every cell: those that ``--quick`` shortens.
     title : str

@@ -86,7 +86,7 @@ def compare_at(reduced: ReducedPair, sweep: SteSweep) -> dict[str, Any]:
 
 
 def sweep_data(sweep: SteSweep) -> dict[str, Any]:
-    """What a part file keeps of a sweep: everything but its duration."""
+    """Return the data of a sweep for a part file: everything but its duration."""
     names = ("phi_rad", "torque_Nm", "ste_um", "pair_share", "pair_index", "newton_steps", "pitch_rad")
     return {name: np.asarray(getattr(sweep, name)).tolist() for name in names}
 

@@ -184,7 +184,7 @@ def grid_rows(parts: StudyParts) -> list[Row]:
 
 
 def peer_row(parts: StudyParts) -> Row | None:
-    """Return what the independent solver found, or None when it is not asked for or not installed."""
+    """Return the solution of the independent solver; None when it is not asked for or not installed."""
     peer = parts.study.peer
     part = parts.results.get(f"peer {peer.cell.label}") if peer is not None else None
     return dict(part) if part is not None else None

@@ -55,7 +55,7 @@ def time_cells(cells: Mapping[Cell, tuple[Case, Path]], store: ModelStore) -> di
 def _sweeps(
     cells: Mapping[Cell, tuple[Case, Path]], store: ModelStore, executor: Executor | None
 ) -> dict[tuple[str, str], Callable[[], float]]:
-    """What is timed, in milliseconds per position, by the label of the cell and the name of the model."""
+    """Return the timed sweeps (ms per position) by the label of the cell and the name of the model."""
     work: dict[tuple[str, str], Callable[[], float]] = {}
     for cell, (case, basis_path) in cells.items():
         model, _ = store.model(case)
