@@ -16,7 +16,7 @@ import numpy as np
 from pmor.core.arrays import FloatArray, IntArray
 from pmor.lab.core.measures import statistic
 
-# Orders that refinement can show: below, the error falls too slowly to extrapolate; above, the differences are mere chance.
+# Orders that refinement can show: below, the error falls too slowly to extrapolate; above, differences are mere chance.
 OBSERVABLE_ORDERS = (0.3, 6.0)
 # Linear elements converge no faster than this in the long run: a larger observed order is not extrapolated with.
 LARGEST_TRUSTED_ORDER = 2.0
