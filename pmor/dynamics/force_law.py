@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -30,6 +31,30 @@ def forces_at(law: ForceLaw, phase: FloatArray, x: FloatArray) -> tuple[FloatArr
     force, slope = np.empty_like(x), np.empty_like(x)
     mesh_forces(law, phase, x, force, slope)
     return force, slope
+
+
+@dataclass(frozen=True)
+class Shifted:
+    """A law that counts displacements from another place.
+
+    Parameters
+    ----------
+    law : SolvedLaw
+    shift : float
+        New displacement less that of the law.
+    """
+
+    law: SolvedLaw
+    shift: float
+
+    def forces(self, phase: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return forces and stiffnesses at phases and displacements, (n,) each."""
+        return self.law.forces(phase, x - self.shift)
+
+
+def shifted(table: ForceTable, shift: float) -> ForceTable:
+    """Return a table for displacements that are larger by `shift` at the same force."""
+    return table._replace(low=table.low + shift, high=table.high + shift, backlash=table.backlash - 2.0 * shift)
 
 
 def cycles_of(law: CompiledLaw) -> int:

@@ -141,10 +141,10 @@ def gear_model(case: Case, pair: GearPair) -> GearModel:
         _inertia(dynamics, "wheel", gears[1], teeth[1], case.pair.face_width_mm),
     )
     radii = pair.pinion.base_radius, pair.wheel.base_radius
-    levers = _levers(pair)
-    supports = [support for gear in range(2) for support in _supports(dynamics, gear, inertias[gear], radii, levers)]
+    own = levers(pair)
+    supports = [support for gear in range(2) for support in _supports(dynamics, gear, inertias[gear], radii, own)]
     mass = equivalent_mass(*inertias, radii)
-    return GearModel(inertias, mass, tuple(supports), levers[:, :3], radii[0])
+    return GearModel(inertias, mass, tuple(supports), own[:, :3], radii[0])
 
 
 def natural_modes(oscillator: Oscillator, mesh_stiffness: float) -> tuple[FloatArray, FloatArray]:
@@ -155,8 +155,8 @@ def natural_modes(oscillator: Oscillator, mesh_stiffness: float) -> tuple[FloatA
     return np.sqrt(squares), np.asarray(share)
 
 
-def _levers(pair: GearPair) -> FloatArray:
-    """Displacement along the line of action per displacement and tilt of each gear, (2, 5)."""
+def levers(pair: GearPair) -> FloatArray:
+    """Return the displacement along the line of action per displacement and tilt of each gear, shape (2, 5)."""
     angle, helix = pair.working_pressure_angle, pair.base_helix_angle
     normal = np.array([-math.cos(angle), math.sin(angle), -math.tan(helix)])
     rows = []

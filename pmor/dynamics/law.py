@@ -12,10 +12,11 @@ import numpy as np
 from pmor.case import Case
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError, ConvergenceError
+from pmor.dynamics.force_law import shifted
 from pmor.dynamics.force_table import TableError, Watched, range_under, table_error, tabulate
 from pmor.dynamics.gear_model import GearModel
 from pmor.dynamics.kernels.laws import ForceTable
-from pmor.dynamics.moved_axes import assembly_under
+from pmor.dynamics.moved_axes import assembly_under, shift_of
 from pmor.dynamics.operating import static_displacement
 from pmor.gear.condition import Assembly, at_torques
 from pmor.gear.meshed_pair import MeshedPair
@@ -55,6 +56,9 @@ class MeshLaw:
         In the table, N.
     assembly : Assembly
         With the axes where the mean mesh force holds them.
+    shift : float
+        Displacement of the oscillator less that of the line loads, mm: the first counts the displacements of the
+        bearings too; see `pmor.dynamics.moved_axes`.
     static_error_um, static_peak_to_peak_um : float
         Of the static transmission error of the table under the torque, and that of the line loads.
     """
@@ -64,6 +68,7 @@ class MeshLaw:
     error: TableError
     largest_force: float
     assembly: Assembly
+    shift: float
     static_error_um: float
     static_peak_to_peak_um: float
 
@@ -109,7 +114,8 @@ def mesh_laws(
             failures.append(f"{torque:g} N m: {lost}")
             first = first or lost
         else:
-            laws.append(MeshLaw(torque, table, error, largest, assembly, *static))
+            shift = shift_of(case, reduced.meshed.pair, assembly.misalignment)
+            laws.append(MeshLaw(torque, shifted(table, shift), error, largest, assembly, shift, *static))
     if first and not laws:
         raise first
     return tuple(laws), tuple(failures)

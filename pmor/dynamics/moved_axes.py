@@ -1,11 +1,16 @@
-"""Where gears on bearings carry their axes, and what the mesh makes of it.
+"""Axes of gears that move on their bearings, and their effect on the mesh.
 
 Under its mean force the mesh moves both axes. There the line loads are solved: the force law of a torque is that of the
-axes under that torque. Motion about it acts on the mesh through its levers at the pitch point alone, linear; what that
-leaves out, of load that moves over the width as gears tilt, is measured where motion is largest.
+axes under that torque. Motion about it acts on the mesh through its levers at the pitch point alone, linear; the rest,
+load that moves over the width as gears tilt, is measured where motion is largest.
 
-The levers are those at mid width, so that the mean force alone says where the axes go; the moment by which a load off
-mid width tilts the gears is not in it.
+Line loads count displacements s of the pinion alone, from plain involutes on the axes of the case, and have the
+displaced axes in their gaps. The oscillator counts x = s + (levers times displacements of the bearings). Its law at x is
+therefore that of the line loads at x less levers times the displacement of the wheel's axis against the pinion's. Other
+displacements, across the plane of the axes and along them, are in no gap: they act as a rotation does.
+
+The levers are those at mid width, so that the mean force alone gives the position of the axes; the moment of a load off
+mid width, which tilts the gears, is neglected.
 """
 
 from __future__ import annotations
@@ -17,7 +22,7 @@ import numpy as np
 from pmor.case import Case
 from pmor.core.arrays import FloatArray
 from pmor.dynamics.force_law import forces_at
-from pmor.dynamics.gear_model import GearModel
+from pmor.dynamics.gear_model import GearModel, levers
 from pmor.dynamics.kernels.laws import ForceTable
 from pmor.dynamics.measure import Data
 from pmor.gear.condition import Assembly, Misalignment
@@ -28,7 +33,7 @@ from pmor_online.model import ReducedPair
 
 # Instants of the largest motion at which the mesh force is solved with the axes where they then are.
 INSTANTS = 16
-AXES = Y, ABOUT_X, ABOUT_Y = 1, 3, 4
+Y, ABOUT_X, ABOUT_Y = 1, 3, 4
 
 
 def displaced(
@@ -66,24 +71,38 @@ def displaced(
     )
 
 
+def shift_of(case: Case, pair: GearPair, misalignment: Misalignment) -> float:
+    """Return the displacement of the oscillator less that of line loads on displaced axes, mm.
+
+    Parameters
+    ----------
+    case : Case
+        With the axes without load.
+    pair : GearPair
+    misalignment : Misalignment
+        Displaced axes.
+    """
+    before, lever, width_mm = assembly_of(case).misalignment, levers(pair)[1], case.pair.face_width_mm
+    tilt = pair.wheel.base_radius / width_mm
+    return 1e-3 * float(
+        lever[Y] * (misalignment.centre_distance_um - before.centre_distance_um)
+        - lever[ABOUT_X] * tilt * (misalignment.in_plane_um - before.in_plane_um)
+        + lever[ABOUT_Y] * tilt * (misalignment.out_of_plane_um - before.out_of_plane_um)
+    )
+
+
 def assembly_under(case: Case, model: GearModel, pair: GearPair, torque_Nm: float) -> Assembly:
-    """Return how the pair of a case is built, with its axes where the mean mesh force of a torque holds them."""
-    assembly, positions = assembly_of(case), mean_positions(model, pair, torque_Nm)
+    """Return the assembly of a case, with its axes displaced by the mean mesh force of a torque."""
+    assembly = assembly_of(case)
+    force = 1e3 * torque_Nm / pair.pinion.base_radius
+    positions = np.array([-support.lever * force / support.stiffness for support in model.supports])
     return replace(
         assembly, misalignment=displaced(assembly.misalignment, model, pair, case.pair.face_width_mm, positions)
     )
 
 
-def mean_positions(model: GearModel, pair: GearPair, torque_Nm: float) -> FloatArray:
-    """Return where the mean mesh force of a torque holds the supports, (supports,), mm; tilts times the base radius."""
-    force = 1e3 * torque_Nm / pair.pinion.base_radius
-    return np.array([-support.lever * force / support.stiffness for support in model.supports])
-
-
-def model_error(
-    case: Case, model: GearModel, reduced: ReducedPair, table: ForceTable, torque_Nm: float, largest: Data
-) -> float:
-    """Return the most that the force is off, over its mean, since the table does not follow the axes.
+def model_error(case: Case, model: GearModel, reduced: ReducedPair, table: ForceTable, largest: Data) -> float:
+    """Return the largest error of the force, over its mean: the table does not follow the axes.
 
     Parameters
     ----------
@@ -91,8 +110,7 @@ def model_error(
     model : GearModel
     reduced : ReducedPair
     table : ForceTable
-        With the axes where the mean force of the torque holds them.
-    torque_Nm : float
+        By displacements of the oscillator.
     largest : dict
         The largest motion under a torque, as `dynamics.json` holds it.
     """
@@ -100,16 +118,10 @@ def model_error(
     phase, x = 2.0 * np.pi * np.array(largest["mesh_cycles"]), 1e-3 * np.array(largest["displacement_um"])
     positions = 1e-3 * np.array([largest["bearing_displacement_um"][support.name] for support in model.supports])
     found = forces_at(table, phase, x)[0]
-    # Supports take part in the displacement by their levers, from where the mean force holds them. Those that are axes
-    # out of place here do so by geometry instead: the law counts from aligned axes.
-    held = mean_positions(model, pair, torque_Nm)
-    levers = np.array([support.lever if support.direction in AXES else 0.0 for support in model.supports])
-    rotation = x - levers @ (positions - held[:, None])
     missed = []
     for i in range(0, len(phase), max(len(phase) // INSTANTS, 1)):
         misalignment = displaced(assembly.misalignment, model, pair, case.pair.face_width_mm, positions[:, i])
-        exact = mesh_force_of(reduced, replace(assembly, misalignment=misalignment))(
-            float(phase[i]), rotation[i : i + 1]
-        )[0]
+        forces = mesh_force_of(reduced, replace(assembly, misalignment=misalignment))
+        exact = forces(float(phase[i]), x[i : i + 1] - shift_of(case, pair, misalignment))[0]
         missed.append(abs(found[i] - max(float(exact), 0.0)))
     return max(missed) / float(np.mean(largest["mesh_force_N"]))

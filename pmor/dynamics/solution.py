@@ -10,6 +10,7 @@ from pathlib import Path
 
 from pmor.case import Case, change_case, without_models
 from pmor.core.errors import CaseError
+from pmor.dynamics.force_law import Shifted, shifted
 from pmor.dynamics.gear_model import GearModel, gear_model
 from pmor.dynamics.kernels.laws import ForceTable
 from pmor.dynamics.law import MeshLaw, backlash_of, cycles_of, mesh_laws
@@ -131,7 +132,7 @@ def run_dynamics(
             response = joined(dict(found[name]) for part in parts if (name := _name(task, part)) in found)
             known = model.supports and response["largest"] is not None
             response["axes_left_out_share"] = (
-                model_error(case, model, reduced, law.table, law.torque_Nm, response["largest"]) if known else None
+                model_error(case, model, reduced, law.table, response["largest"]) if known else None
             )
             responses.append(response)
     return Dynamics(case, pair, model, backlash_of(case, pair), laws, tuple(responses), (*failures, *lost))
@@ -139,10 +140,11 @@ def run_dynamics(
 
 def _with_law(task: Task, law: MeshLaw, reduced: ReducedPair, case: Case) -> Task:
     """Return a task with the line loads behind its table where the case asks for them."""
-    table = law.table
     if case.dynamics.law != "exact":
         return task
-    return replace(task, exact=LineLoadLaw(reduced, law.assembly, table.low, table.high, table.backlash))
+    table = shifted(law.table, -law.shift)
+    exact = LineLoadLaw(reduced, law.assembly, table.low, table.high, table.backlash)
+    return replace(task, exact=Shifted(exact, law.shift))
 
 
 def _name(task: Task, part: str) -> str:
