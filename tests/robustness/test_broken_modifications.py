@@ -21,9 +21,9 @@ bore_radius_mm = 20.0
 [mesh]
 profile_elements = 6
 width_elements = 2
-[reduction]
-shapes = "flank_lines"
 """
+# Its shapes are trained, and half the width stands for the whole in all states.
+TRAINED = GOOD + '[contact]\nscheme = "direct"\n'
 RELIEF = "[pinion.modification]\ntip_relief_um = 20.0\n"
 TOPOGRAPHY = '[pinion.modification]\ntopography = "flank.csv"\n'
 WHOLE = '[mesh]\nprofile_elements = 6\nwidth_elements = 2\nwidth = "whole"\n'
@@ -72,7 +72,7 @@ BROKEN = {
         "[pinion.modification]\npitch_deviations_um = 3", ["pitch_deviations_um = 3", "must be a list"],
     ),
     "pitch deviations with a word": ('[pinion.modification]\npitch_deviations_um = ["a"]', ["each value must be"]),
-    "uneven halves on half a mesh": (TILTED_HALVES, ["halves of the face differ", 'width = "whole"']),
+    "uneven halves on half a mesh": (TRAINED + TILTED_HALVES, ["halves of the face differ", 'width = "whole"']),
     "crowning in plane strain": (
         GOOD.replace("width_elements = 2", 'width = "plane_strain"') + "[pinion.modification]\nhelix_crowning_um = 4",
         ["differs over the width", 'write "whole"'],
@@ -114,8 +114,12 @@ BROKEN = {
         '[[condition]]\nname = "low"\n[condition.wheel]\ntip_relief_um = 5\ntip_relief_start_roll_deg = 44',
         ['[condition.wheel] of "low"', "lower it"],
     ),
-    "condition beyond the training": ('[[condition]]\nname = "high"\ntorque_Nm = 900', ['"high"', "900", "[offline]"]),
-    "condition with tilted axes on half a mesh": ("[[condition]]\nin_plane_um = 5", ['"condition 1"', "in_plane_um"]),
+    "condition beyond the training": (
+        TRAINED + '[[condition]]\nname = "high"\ntorque_Nm = 900', ['"high"', "900", "[offline]"],
+    ),
+    "condition with tilted axes on half a mesh": (
+        TRAINED + "[[condition]]\nin_plane_um = 5", ['"condition 1"', "in_plane_um"],
+    ),
     "a whole number of pitches": ("[online]\npitches = 1.5", ["pitches = 1.5", "whole number"]),
     "pitches in another word": ('[online]\npitches = "revolutions"', ["did you mean revolution?"]),
 }  # fmt: skip
