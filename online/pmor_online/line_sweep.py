@@ -10,18 +10,17 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
 
 import numpy as np
 
 from pmor.core.arrays import FloatArray, IntArray
 from pmor.core.threads import in_order
 from pmor.gear.condition import PLAIN, Assembly, Condition, at_advances, common_misalignment
-from pmor.gear.kernels.deviation import Deviation
-from pmor.gear.meshed_pair import MeshedPair
-from pmor.line.kernels.loads import LineResults, solve_lines
-from pmor.line.kernels.places import Lines, line_deviations
+from pmor.line.kernels.loads import LineResults
+from pmor.line.kernels.places import Lines
 from pmor.line.kernels.pressure import PATCH_FIELDS, line_patches
+from pmor.line.layered_pair import place_flanks_of
+from pmor.line.pair import LinePair
 from pmor.results.force_law import ForceLaw
 from pmor.results.loads import ContactLoads, LineStates, SweepStates
 from pmor.results.sweep import SteSweep
@@ -62,7 +61,7 @@ def sweep_line_loads(
     SteSweep
     """
     start = time.perf_counter()
-    lines, found = _solve(reduced, phi, conditions, executor, progress, recorded)
+    lines, found = _solve(reduced.lines, phi, conditions, executor, progress, recorded)
     advance = np.where(found.converged, found.advance, np.nan)
     share, pair_index = _shares(lines, found, len(reduced.layered.sections.z))
     return SteSweep(
@@ -82,7 +81,9 @@ def sweep_line_loads(
 
 def sections_near(reduced: ReducedPair, phi: FloatArray, condition: Condition) -> int:
     """Return how many sections, at most over the angles, come within the approach that a torque makes expect."""
-    gap = reduced.placed(phi, condition.assembly.misalignment).gap
+    layered = reduced.layered
+    places = place_flanks_of(layered, phi, condition.assembly.misalignment)
+    gap = places.gap
     near = gap - gap.min(axis=1, keepdims=True) < reduced.layered.expected_approach(condition.given_torque)
     return int(near.sum(axis=1).max())
 
@@ -109,7 +110,7 @@ def line_force_law(
     """
     start = time.perf_counter()
     conditions = at_advances(advances, assembly.misalignment, assembly.pinion, assembly.wheel)
-    lines, found = _solve(reduced, phi, conditions, executor, progress, False)
+    lines, found = _solve(reduced.lines, phi, conditions, executor, progress, False)
     torque, pairs = _pair_torques(lines, found, len(reduced.layered.sections.z))
     torque[~found.converged] = np.nan
     return ForceLaw(
@@ -123,89 +124,44 @@ def line_force_law(
     )
 
 
-@dataclass(frozen=True)
-class _Case:
-    """Conditions that differ in nothing but what loads them.
-
-    Parameters
-    ----------
-    index : ndarray of int
-        Which of all conditions they are.
-    loads : ndarray
-        Torques, N mm, or advances, rad.
-    flanks : (Deviation, Deviation) or None
-        Of pinion and wheel; None where they do not deviate.
-    """
-
-    index: IntArray
-    loads: FloatArray
-    flanks: tuple[Deviation, Deviation] | None
-
-
 def _solve(
-    reduced: ReducedPair, phi: FloatArray, conditions: Sequence[Condition], executor: Executor | None,
+    pair: LinePair, phi: FloatArray, conditions: Sequence[Condition], executor: Executor | None,
     progress: Callable[[int], None], recorded: bool,
 ) -> tuple[Lines, LineResults]:  # fmt: skip
-    """Solve block by block; the sections come back without flexibilities and gradients, which nobody reads again."""
+    """Solve block by block."""
     angles, misalignment = np.ascontiguousarray(phi, dtype=float), common_misalignment(conditions)
-    cases = _cases(reduced.layered, conditions)
+    held = conditions[0].torque is None
+    loads = np.array([c.given_torque if c.advance is None else c.advance for c in conditions], dtype=float)
+    alike: dict[Assembly, list[int]] = {}
+    for number, condition in enumerate(conditions):
+        alike.setdefault(condition.assembly, []).append(number)
 
     def solve(block: slice) -> tuple[Lines, LineResults]:
-        lines = reduced.placed(angles[block], misalignment)
-        found = _solve_block(reduced, lines, cases, len(conditions), conditions[0].torque is None, recorded)
-        nothing = np.empty((0, 0, 0))
-        return lines._replace(gradient=np.empty((0, 0, 0, 0)), flexibility=nothing), found
+        placed = pair.place(angles[block], misalignment)
+        parts = [
+            placed.solve(loads[numbers], held, placed.deviation(assembly), recorded)
+            for assembly, numbers in alike.items()
+        ]
+        found = parts[0] if len(parts) == 1 else _in_order(parts, [n for numbers in alike.values() for n in numbers])
+        return placed.lines, found
 
     blocks = [slice(i, i + ANGLES_PER_BLOCK) for i in range(0, len(angles), ANGLES_PER_BLOCK)]
     solved = []
     for part in in_order(solve, blocks, executor):
         solved.append(part)
         progress(len(part[0].first_pair))
+    if len(solved) == 1:
+        return solved[0]
     lines = Lines(*(np.concatenate(arrays) for arrays in zip(*(part[0] for part in solved), strict=True)))
     found = LineResults(*(np.concatenate(a, axis=1) for a in zip(*(part[1] for part in solved), strict=True)))
     return lines, found
 
 
-def _cases(meshed: MeshedPair, conditions: Sequence[Condition]) -> list[_Case]:
-    by_flanks: dict[Assembly, list[int]] = {}
-    for number, condition in enumerate(conditions):
-        by_flanks.setdefault(condition.assembly, []).append(number)
-    loads = np.array([c.given_torque if c.advance is None else c.advance for c in conditions], dtype=float)
-    cases = []
-    for assembly, numbers in by_flanks.items():
-        index = np.array(numbers)
-        cases.append(_Case(index, loads[index], meshed.deviations(assembly) if assembly.modified else None))
-    return cases
-
-
-def _solve_block(
-    reduced: ReducedPair, lines: Lines, cases: Sequence[_Case], count: int, held: bool, recorded: bool
-) -> LineResults:
-    """Solve the angles of placed sections under all cases, with `count` conditions in all."""
-    meshed, sections = reduced.layered, reduced.layered.sections
-    width, rate, corners = meshed.width, meshed.expected_approach(1.0), meshed.corners
-    angles, size = lines.gap.shape
-    whole, deviation = no_results(count, angles, size, recorded), np.empty((angles, size))
-    for case in cases:
-        if case.flanks is not None:
-            line_deviations(lines, sections.z, *case.flanks, deviation)
-        found = whole if len(case.index) == count else no_results(len(case.index), angles, size, recorded)
-        added = np.empty((0, 0)) if case.flanks is None else deviation
-        solve_lines(lines, added, case.loads, held, rate, width, reduced.section_compliance, corners, found)
-        if found is not whole:
-            for all_of_it, part in zip(whole, found, strict=True):
-                if part.size:
-                    all_of_it[case.index] = part
-    return whole
-
-
-def no_results(conditions: int, angles: int, size: int, recorded: bool) -> LineResults:
-    """Return room for the results of `solve_lines`: so many sections, with their sensitivities where `recorded`."""
-    grid = conditions, angles
-    return LineResults(
-        np.zeros(grid), np.zeros(grid, dtype=np.int64), np.zeros(grid, dtype=bool), np.zeros((*grid, size)),
-        np.zeros(grid), np.zeros((*grid, size) if recorded else (0, 0, 0)),
-    )  # fmt: skip
+def _in_order(parts: Sequence[LineResults], numbers: Sequence[int]) -> LineResults:
+    """Put results of conditions with other flanks in the order in which these were given."""
+    order = np.argsort(numbers)
+    joined = LineResults(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
+    return LineResults._make(array[order] if array.size else array for array in joined)
 
 
 def _stiffness(reduced: ReducedPair, found: LineResults) -> FloatArray:

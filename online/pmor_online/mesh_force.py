@@ -4,19 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property
 
 import numpy as np
 
 from pmor.core.arrays import FloatArray
 from pmor.gear.condition import PLAIN, Assembly
-from pmor.gear.kernels.deviation import Deviation
-from pmor.gear.kernels.types import Gear, Kinematics
-from pmor.line.kernels.loads import solve_advances, solve_lines
-from pmor.line.kernels.places import Lines, line_deviations, place_lines
-from pmor.line.kernels.tip_corner import Corner
-from pmor.line.kernels.types import Layer
-from pmor_online.line_sweep import levers_of, no_results
+from pmor.line.pair import LinePair, PlacedSections
 from pmor_online.model import ReducedPair
 
 #: forces at a phase (rad) and at displacements along the line of action: (displacements,) to (displacements,)
@@ -41,14 +34,15 @@ def mesh_force_of(reduced: ReducedPair, assembly: Assembly = PLAIN) -> Forces:
     assembly : Assembly
         Where the axes are, what the flanks are like; deviations of pitch do not repeat over one mesh cycle.
     """
-    return _MeshForce(_mesh(reduced, assembly))
+    return _MeshForce(reduced.lines, assembly)
 
 
 @dataclass(frozen=True)
 class _MeshForce:
     """A force law that can be pickled: processes share out its phases."""
 
-    mesh: _Mesh
+    pair: LinePair
+    assembly: Assembly
 
     def __call__(self, phase: float, displacement: FloatArray) -> FloatArray:
         found = self._solved(phase, displacement)
@@ -58,13 +52,9 @@ class _MeshForce:
         return found
 
     def _solved(self, phase: float, displacement: FloatArray) -> FloatArray:
-        mesh = self.mesh
-        lines, deviation = mesh.placed(np.array([phase]))
-        advance = np.asarray(displacement) / mesh.radius
-        found = no_results(len(advance), 1, lines.gap.shape[1], False)
-        solve_lines(lines, deviation, advance, True, mesh.rate, mesh.width, mesh.compliance, mesh.corners, found)
-        torque = -(levers_of(lines, found) * found.force)[:, 0].sum(axis=1)
-        return np.where(found.converged[:, 0], torque / mesh.radius, np.nan)
+        radius, placed = self.pair.base_radius, place_phases(self.pair, np.array([phase]), self.assembly)
+        found = placed.solve(np.asarray(displacement) / radius, True, placed.deviation(self.assembly))
+        return np.where(found.converged[:, 0], found.torque[:, 0] / radius, np.nan)
 
 
 @dataclass(frozen=True)
@@ -90,7 +80,7 @@ class LineLoadLaw:
     low: float
     high: float
     backlash: float = np.inf
-    _placed: dict[bytes, _Placed] = field(default_factory=dict, repr=False, compare=False)
+    _known: dict[bytes, _Known] = field(default_factory=dict, repr=False, compare=False)
 
     def forces(self, phase: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return forces, N, and stiffnesses, N/mm, at phases and displacements, (n,) each; NaN where there are none."""
@@ -102,80 +92,41 @@ class LineLoadLaw:
         return force, slope
 
     def _of_flanks(self, phase: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        mesh, touches = self._mesh, (x > self.low) & (x <= self.high)
+        radius, touches = self.reduced.lines.base_radius, (x > self.low) & (x <= self.high)
         force = np.where(x > self.high, np.nan, 0.0)
         slope = force.copy()
         for start in range(0, len(phase), PHASES_AT_ONCE):
             part = slice(start, start + PHASES_AT_ONCE)
-            near, placed = touches[part], self._at(np.ascontiguousarray(phase[part]))
-            torque, stiffness = np.empty(len(near)), np.empty(len(near))
-            solve_advances(
-                placed.lines, placed.deviation, np.where(near, x[part], self.low) / mesh.radius, mesh.rate, mesh.width,
-                mesh.compliance, mesh.corners, placed.force, torque, stiffness,
-            )  # fmt: skip
-            force[part] = np.where(near, torque / mesh.radius, force[part])
-            slope[part] = np.where(near, stiffness / mesh.radius**2, slope[part])
+            near, known = touches[part], self._at(np.ascontiguousarray(phase[part]))
+            advance = np.where(near, x[part], self.low) / radius
+            found = known.placed.solve(advance[None], True, known.deviation, force=known.force)
+            known.force[:] = found.force
+            torque = np.where(found.converged[0], found.torque[0], np.nan)
+            stiffness = np.where(found.converged[0], found.stiffness[0], np.nan)
+            force[part] = np.where(near, torque / radius, force[part])
+            slope[part] = np.where(near, stiffness / radius**2, slope[part])
         return force, slope
 
-    @cached_property
-    def _mesh(self) -> _Mesh:
-        return _mesh(self.reduced, self.assembly)
-
-    def _at(self, phase: FloatArray) -> _Placed:
+    def _at(self, phase: FloatArray) -> _Known:
         key = phase.tobytes()
-        if key not in self._placed:
-            if sum(placed.lines.flexibility.nbytes for placed in self._placed.values()) > MOST_BYTES:
-                self._placed.clear()
-            lines, deviation = self._mesh.placed(phase)
-            self._placed[key] = _Placed(lines, deviation, np.zeros_like(lines.gap))
-        return self._placed[key]
+        if key not in self._known:
+            if sum(known.placed.flexibility.between.nbytes for known in self._known.values()) > MOST_BYTES:
+                self._known.clear()
+            placed = place_phases(self.reduced.lines, phase, self.assembly)
+            force = np.zeros((1, *placed.lines.gap.shape))
+            self._known[key] = _Known(placed, placed.deviation(self.assembly), force)
+        return self._known[key]
 
 
 @dataclass(frozen=True)
-class _Placed:
-    """Sections at some phases, what their flanks deviate by, and the forces found there last."""
+class _Known:
+    """Sections at some phases, what their flanks deviate by, and the forces found there last: a law's own."""
 
-    lines: Lines
+    placed: PlacedSections
     deviation: FloatArray
     force: FloatArray
 
 
-@dataclass(frozen=True)
-class _Mesh:
-    """What the kernels need to know of a pair, made once for all phases; see `place_lines` and `solve_lines`."""
-
-    radius: float
-    pitch: float
-    kinematics: Kinematics
-    gears: tuple[Gear, Gear]
-    layers: tuple[Layer, Layer]
-    deviations: tuple[Deviation, Deviation] | None
-    z: FloatArray
-    pair_count: int
-    components: int
-    rate: float
-    width: FloatArray
-    compliance: tuple[FloatArray, FloatArray]
-    corners: tuple[Corner, Corner]
-
-    def placed(self, phase: FloatArray) -> tuple[Lines, FloatArray]:
-        """Return the sections at phases, and what their flanks deviate by."""
-        angle = phase / (2.0 * np.pi) * self.pitch
-        lines: Lines = place_lines(
-            angle, self.kinematics, self.gears, self.layers, self.z, self.pair_count, self.components
-        )
-        if self.deviations is None:
-            return lines, np.empty((0, 0))
-        deviation = np.empty_like(lines.gap)
-        line_deviations(lines, self.z, *self.deviations, deviation)
-        return lines, deviation
-
-
-def _mesh(reduced: ReducedPair, assembly: Assembly) -> _Mesh:
-    meshed, gears = reduced.layered, reduced.layered.gears
-    return _Mesh(
-        meshed.pair.pinion.base_radius, meshed.pair.pitch, meshed.kinematics(assembly.misalignment), gears, meshed.kernel_layers,
-        meshed.deviations(assembly) if assembly.modified else None, meshed.sections.z, meshed.tooth_pair_count,
-        reduced.components, meshed.expected_approach(1.0), meshed.width,
-        reduced.section_compliance, meshed.corners,
-    )  # fmt: skip
+def place_phases(pair: LinePair, phase: FloatArray, assembly: Assembly) -> PlacedSections:
+    """Place the sections of line loads at phases (A,) of the mesh cycle, rad."""
+    return pair.place(phase / (2.0 * np.pi) * pair.meshed.pair.pitch, assembly.misalignment)

@@ -16,10 +16,10 @@ from pmor.body.support import support_rows
 from pmor.case import Case
 from pmor.case.width import mirrors_at_mid_width
 from pmor.core.arrays import FloatArray
-from pmor.gear.condition import Misalignment
 from pmor.gear.meshed_pair import MeshedPair
 from pmor.line.kernels.places import Lines
-from pmor.line.layered_pair import LayeredPair, as_layered, place_sections
+from pmor.line.layered_pair import LayeredPair, as_layered
+from pmor.line.pair import LinePair
 from pmor.pair.model import assemble_pair, gear_pair
 from pmor.penalty.elasticity import ReducedElasticity
 from pmor.penalty.kernels.state import Family, GearLines, PositionShapes
@@ -98,16 +98,20 @@ class ReducedPair:
         sections = self.layered.sections.column, self.layered.sections.share
         return section_compliance(self.flank_compliance, sections, rows)
 
-    def placed(self, phi: FloatArray, misalignment: Misalignment) -> Lines:
-        """Place the sections of line loads at pinion angles (rad), on what the gears stand on."""
-        lines = place_sections(self.layered, phi, misalignment, self.components)
+    @cached_property
+    def lines(self) -> LinePair:
+        """The pair prepared for line loads, on what the gears stand on."""
         support = self.flank_compliance.support
-        if support is not None:
-            rows = len(self.meshed.pinion.roll_angle), len(self.meshed.wheel.roll_angle)
-            sections = self.layered.sections.column, self.layered.sections.share
+        if support is None:
+            return LinePair(self.layered, self.section_compliance, self.components)
+        rows = len(self.meshed.pinion.roll_angle), len(self.meshed.wheel.roll_angle)
+        sections = self.layered.sections.column, self.layered.sections.share
+
+        def flexibility(lines: Lines) -> FloatArray:
             placed = support_rows(support, sections, rows, lines.first_pair, lines.row, lines.gradient)
-            lines.flexibility[:] = support.flexibility(placed)
-        return lines
+            return support.flexibility(placed)
+
+        return LinePair(self.layered, self.section_compliance, self.components, flexibility)
 
     @cached_property
     def family(self) -> Family:

@@ -16,12 +16,10 @@ import numpy as np
 
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.gear.condition import Assembly, Misalignment
-from pmor.gear.flank_deviation import kernel_deviation
-from pmor.gear.kernels.deviation import Deviation
-from pmor.line.kernels.loads import LineResults, solve_lines
-from pmor.line.kernels.places import Lines, line_deviations
+from pmor.line.kernels.loads import LineResults
+from pmor.line.kernels.places import Lines
 from pmor.line.kernels.pressure import PATCH_FIELDS, line_patches
-from pmor_online.line_sweep import no_results
+from pmor.line.pair import PlacedSections
 from pmor_online.model import ReducedPair
 
 # A patch of contact that is off its middle by more than this has been cut off, or carried round, by an edge, mm.
@@ -86,7 +84,7 @@ class VariantSolver:
         self._torques = np.array([1e3 * torque for torque in torques_Nm])
         # Found once: where active profiles begin and end takes as long as a position.
         self._active = reduced.layered.pair.active_rolls
-        self._idle: dict[Misalignment, list[Lines]] = {}
+        self._idle: dict[Misalignment, list[PlacedSections]] = {}
         self._lock = threading.Lock()
 
     def solve(self, assembly: Assembly, differentiated: bool = False) -> VariantState:
@@ -99,27 +97,13 @@ class VariantSolver:
         differentiated : bool
             With the derivatives of the STE.
         """
-        meshed = self.reduced.layered
-        sections, width = meshed.sections, meshed.width
-        with self._placed(assembly.misalignment) as lines:
-            angles, size = lines.gap.shape
-            deviation = np.empty((angles, size))
-            line_deviations(lines, sections.z, *self._deviations(assembly), deviation)
-            found = no_results(len(self._torques), angles, size, differentiated)
-            corners = meshed.corners
-            solve_lines(
-                lines, deviation, self._torques, False, meshed.expected_approach(1.0), width,
-                self.reduced.section_compliance, corners, found,
-            )  # fmt: skip
-        return self._state(lines, found, width)
+        with self._placed(assembly.misalignment) as placed:
+            found = placed.solve(self._torques, False, placed.deviation(assembly), differentiated)
+        return self._state(placed.lines, found)
 
-    def _deviations(self, assembly: Assembly) -> tuple[Deviation, Deviation]:
-        pair, active = self.reduced.layered.pair, self._active
-        pinion = kernel_deviation(assembly.pinion, pair.pinion, active[0], pair.faces[0])
-        return pinion, kernel_deviation(assembly.wheel, pair.wheel, active[1], pair.faces[1])
-
-    def _state(self, lines: Lines, found: LineResults, width: FloatArray) -> VariantState:
+    def _state(self, lines: Lines, found: LineResults) -> VariantState:
         meshed = self.reduced.layered
+        width = meshed.width
         radius, sections = meshed.pair.pinion.base_radius, meshed.sections
         grid = *found.advance.shape, -1, len(sections.z)
         load = np.where(found.converged[..., None], found.force, 0.0).reshape(grid) / width
@@ -143,15 +127,15 @@ class VariantSolver:
         )
 
     @contextmanager
-    def _placed(self, misalignment: Misalignment) -> Iterator[Lines]:
+    def _placed(self, misalignment: Misalignment) -> Iterator[PlacedSections]:
         """Lend the sections on some axes: solving makes flexibilities ready in them, which is for one at a time."""
         with self._lock:
             idle = self._idle.setdefault(misalignment, [])
-            lines = idle.pop() if idle else None
-        if lines is None:
-            lines = self.reduced.placed(self.phi, misalignment)
+            placed = idle.pop() if idle else None
+        if placed is None:
+            placed = self.reduced.lines.place(self.phi, misalignment)
         try:
-            yield lines
+            yield placed
         finally:
             with self._lock:
-                idle.append(lines)
+                idle.append(placed)

@@ -21,7 +21,7 @@ from pmor.dynamics.operating import static_displacement
 from pmor.gear.condition import Assembly, at_torques
 from pmor.gear.meshed_pair import MeshedPair
 from pmor.gear.pair import ROUNDING, GearPair
-from pmor.line.layered_pair import as_layered, place_sections
+from pmor.line.layered_pair import as_layered, place_flanks_of
 from pmor.pair.conditions import assembly_of
 from pmor.pair.model import refuse_loads
 from pmor_online.line_sweep import sweep_line_loads
@@ -252,7 +252,7 @@ def alike_cycles(meshed: MeshedPair, assembly: Assembly) -> tuple[int, ...]:
         return (0,)
     cycles = math.lcm(*(len(deviations) for deviations in (pinion, wheel) if any(deviations)))
     pitch = meshed.pair.pitch
-    lines = place_sections(as_layered(meshed), np.array([0.0, np.nextafter(pitch, 0.0)]), assembly.misalignment)
+    lines = place_flanks_of(meshed, np.array([0.0, np.nextafter(pitch, 0.0)]), assembly.misalignment)
     pair_count = lines.gap.shape[1] // len(as_layered(meshed).sections.z)
     pairs = range(int(lines.first_pair.min()), int(lines.first_pair.max()) + pair_count)
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeVar
 
 from pmor.core.arrays import FloatArray
 from pmor.gear.condition import Assembly, Misalignment
@@ -12,9 +14,16 @@ from pmor.gear.flank_deviation import kernel_deviation
 from pmor.gear.kernels.deviation import NO_DEVIATION, Deviation
 from pmor.gear.kernels.motion import axial_opening, section_offset
 from pmor.gear.kernels.types import Gear, Kinematics
+from pmor.gear.modification import Modification
 from pmor.gear.pair import GearPair
 from pmor.gear.tip_edge import TipEdge
 from pmor.gear.tooth import Tooth
+
+K = TypeVar("K")
+V = TypeVar("V")
+
+# Places of axes, and flanks, of which what the kernels know of them is kept.
+MOST_KEPT = 64
 
 
 @dataclass(frozen=True)
@@ -74,6 +83,9 @@ class MeshedPair:
 
     def kinematics(self, misalignment: Misalignment) -> Kinematics:
         """Kinematics for the kernels, with the wheel's axis in a place."""
+        return _kept(self._kinematics, misalignment, self._make_kinematics)
+
+    def _make_kinematics(self, misalignment: Misalignment) -> Kinematics:
         pair, width = self.pair, self.pair.face_width
         (start, end), (low, high) = pair.roll_position_range, pair.common_face
         kinematics = Kinematics(
@@ -95,6 +107,14 @@ class MeshedPair:
         return kinematics._replace(first_touch=(across + along) / pair.pinion.base_radius)
 
     @cached_property
+    def _kinematics(self) -> dict[Misalignment, Kinematics]:
+        return {}
+
+    @cached_property
+    def _deviations(self) -> dict[tuple[Modification, Modification], tuple[Deviation, Deviation]]:
+        return {}
+
+    @cached_property
     def gears(self) -> tuple[Gear, Gear]:
         """Flanks of pinion and wheel for the kernels."""
         flanks, teeth = (self.pinion, self.wheel), (self.pair.pinion, self.pair.wheel)
@@ -105,9 +125,13 @@ class MeshedPair:
         """Return what the flanks of pinion and wheel deviate by, for the kernels."""
         if not assembly.modified:
             return NO_DEVIATION, NO_DEVIATION
-        pair = self.pair
-        pinion = kernel_deviation(assembly.pinion, pair.pinion, pair.active_rolls[0], pair.faces[0])
-        return pinion, kernel_deviation(assembly.wheel, pair.wheel, pair.active_rolls[1], pair.faces[1])
+        return _kept(self._deviations, (assembly.pinion, assembly.wheel), self._make_deviations)
+
+    def _make_deviations(self, modifications: tuple[Modification, Modification]) -> tuple[Deviation, Deviation]:
+        pair, (pinion, wheel) = self.pair, modifications
+        active, faces = pair.active_rolls, pair.faces
+        of_pinion = kernel_deviation(pinion, pair.pinion, active[0], faces[0])
+        return of_pinion, kernel_deviation(wheel, pair.wheel, active[1], faces[1])
 
     def expected_approach(self, torque: float) -> float:
         """Return the approach of the flanks to expect under a pinion torque (N mm), mm."""
@@ -120,6 +144,15 @@ class MeshedPair:
         """
         approach, spread = self.expected_approach(torque), misalignment.spread
         return approach + 0.5 * spread if approach > 0.5 * spread else math.sqrt(2.0 * approach * spread)
+
+
+def _kept(known: dict[K, V], key: K, make: Callable[[K], V]) -> V:
+    """Return what was made before of the same, or make it; a full store is emptied."""
+    if key not in known:
+        if len(known) >= MOST_KEPT:
+            known.clear()
+        known[key] = make(key)
+    return known[key]
 
 
 def _gear(flank: Flank, tooth: Tooth, edge: TipEdge) -> Gear:

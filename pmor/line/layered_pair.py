@@ -13,7 +13,7 @@ from pmor.gear.condition import ALIGNED, Misalignment
 from pmor.gear.meshed_pair import MeshedPair
 from pmor.gear.tip_edge import TipEdge
 from pmor.gear.tooth import Tooth
-from pmor.line.kernels.places import Lines, place_lines
+from pmor.line.kernels.places import Lines, Places, place_flanks, place_lines
 from pmor.line.kernels.tip_corner import Corner
 from pmor.line.kernels.types import Layer, Sections
 from pmor.line.sections import flank_sections
@@ -98,6 +98,25 @@ def sections_of(meshed: MeshedPair) -> Sections:
     """Return where line contact of a pair is evaluated."""
     helical = meshed.pair.pinion.helix_angle != 0.0
     return flank_sections(meshed.pinion.nodes[0, :, 2], meshed.wheel.nodes[0, :, 2], helical, meshed.order)
+
+
+def place_flanks_of(
+    meshed: MeshedPair, phi: FloatArray, misalignment: Misalignment = ALIGNED, z: FloatArray | None = None
+) -> Places:
+    """Find where the flanks of a pair meet, of any contact: its flanks are taken for the involutes that they stand for.
+
+    Parameters
+    ----------
+    meshed : MeshedPair
+    phi : ndarray, shape (n,)
+        Pinion angles, rad.
+    misalignment : Misalignment
+    z : ndarray, shape (S,), optional
+        By default of the sections in which line contact is evaluated, mm.
+    """
+    z = sections_of(meshed).z if z is None else z
+    places: Places = place_flanks(phi, meshed.kinematics(misalignment), meshed.gears, z, meshed.tooth_pair_count)
+    return places
 
 
 def place_sections(

@@ -14,12 +14,12 @@ import numpy as np
 from pmor.core.arrays import FloatArray
 from pmor.gear.condition import PLAIN, Assembly, Condition, common_misalignment
 from pmor.gear.meshed_pair import MeshedPair
-from pmor.line.kernels.places import Lines, line_deviations
-from pmor.line.layered_pair import LayeredPair, SurfaceLayer, place_sections
+from pmor.line.kernels.places import Places, line_deviations
+from pmor.line.layered_pair import place_flanks_of, sections_of
 from pmor.results.sweep import SteSweep
 
-# Sections are placed for so many angles at a time: room is made for their flexibility, of which nothing is needed.
-ANGLES_PER_BLOCK = 25
+# Sections are placed for so many angles at a time: their arrays stay within megabytes.
+ANGLES_PER_BLOCK = 500
 
 
 def with_unloaded(sweep: SteSweep, meshed: MeshedPair, conditions: Sequence[Condition]) -> SteSweep:
@@ -57,40 +57,31 @@ def unloaded_ste_um(meshed: MeshedPair, phi: FloatArray, assemblies: Sequence[As
     ndarray, shape (m, n)
         um along the line of action, from where the loaded one counts.
     """
-    if not isinstance(
-        meshed, LayeredPair
-    ):  # sections are placed with the law of their load, which nothing rigid asks for
-        layers = _layer(meshed.pinion.element_rows), _layer(meshed.wheel.element_rows)
-        meshed = LayeredPair(meshed.pair, meshed.pinion, meshed.wheel, meshed.stiffness_estimate, meshed.mirrored,
-                             meshed.order, layers=layers)  # fmt: skip
     misalignment = common_misalignment(assemblies)
     deviations = [meshed.deviations(one) if one.modified else None for one in assemblies]
+    z = sections_of(meshed).z
     angles, advance = np.ascontiguousarray(phi, dtype=float), np.empty((len(assemblies), len(phi)))
     for start in range(0, len(angles), ANGLES_PER_BLOCK):
         block = slice(start, start + ANGLES_PER_BLOCK)
-        lines = place_sections(meshed, angles[block], misalignment)
+        places = place_flanks_of(meshed, angles[block], misalignment, z)
         for number, flanks in enumerate(deviations):
-            removed = np.zeros_like(lines.gap)
+            removed = np.zeros_like(places.gap)
             if flanks is not None:
-                line_deviations(lines, meshed.sections.z, *flanks, removed)
-            advance[number, block] = _touching_advance(lines, removed).min(axis=1)
+                line_deviations(places, z, *flanks, removed)
+            advance[number, block] = _touching_advance(places, removed).min(axis=1)
     return np.asarray(1e3 * meshed.pair.pinion.base_radius * advance)
 
 
-def _touching_advance(lines: Lines, removed: FloatArray) -> FloatArray:
-    """Lead at which each section closes, (A, N), rad; infinite where it never does.
+def _touching_advance(places: Places, removed: FloatArray) -> FloatArray:
+    """Advance at which each section closes, (A, N), rad; infinite where it never does.
 
     Under the pinion's corner the lever turns with the advance, and the gap is a parabola.
     """
-    advance, near = np.full(lines.gap.shape, np.inf), np.isfinite(lines.gap)
-    gap, lever = lines.gap[near] + removed[near], lines.lever[near]
-    slope, corner = lines.lever_slope[near], lines.corner_advance[near]
+    advance, near = np.full(places.gap.shape, np.inf), np.isfinite(places.gap)
+    gap, lever = places.gap[near] + removed[near], places.lever[near]
+    slope, corner = places.lever_slope[near], places.corner_advance[near]
     straight, at_corner = gap / -lever, gap + lever * corner
     root = lever**2 - 2.0 * slope * at_corner
     turned = corner + 2.0 * at_corner / (np.sqrt(np.maximum(root, 0.0)) - lever)
     advance[near] = np.where(straight <= corner, straight, np.where(root >= 0.0, turned, np.inf))
     return advance
-
-
-def _layer(rows: int) -> SurfaceLayer:
-    return SurfaceLayer(np.ones(rows + 1), 1.0, np.ones(rows + 1), 0, 0.0)

@@ -8,8 +8,8 @@ from numpy.testing import assert_allclose
 
 from pmor.body.support import Support
 from pmor.gear.condition import Misalignment, at_torques
+from pmor.line.pair import LinePair
 from pmor_online.line_sweep import sweep_line_loads
-from pmor_online.model import ReducedPair
 from tests.support.line_pairs import TORQUE, models
 
 SAME = 1e-12
@@ -67,32 +67,34 @@ def test_a_part_of_low_rank_is_the_compliance_of_all_rows_together(name, monkeyp
     reduced = replace(rigid, basis=replace(rigid.basis, compliance=compliance))
     phi, conditions = rigid.meshed.pair.pitch * rng.random(ANGLES), at_torques([0.3 * TORQUE, TORQUE])
     conditions = [replace(condition, misalignment=Misalignment(8.0, -5.0)) for condition in conditions]
-    placed, place = [], ReducedPair.placed
+    placed, place = [], LinePair.place
 
     def keeping(self, phi, misalignment):
         placed.append(place(self, phi, misalignment))
         return placed[-1]
 
     def of_all_nodes(self, phi, misalignment):
-        lines = place(rigid, phi, misalignment)
+        sections = place(rigid.lines, phi, misalignment)
         for angle in range(len(phi)):
-            lines.flexibility[angle] = flexibility_of_all_nodes(rigid, support, lines, angle)
-        return lines._replace(ready=np.ones_like(lines.ready))
+            sections.flexibility.between[angle] = flexibility_of_all_nodes(rigid, support, sections.lines, angle)
+        sections.flexibility.ready[:] = True
+        return sections
 
-    monkeypatch.setattr(ReducedPair, "placed", keeping)
+    monkeypatch.setattr(LinePair, "place", keeping)
     found = sweep_line_loads(reduced, phi, conditions, recorded=True)
-    monkeypatch.setattr(ReducedPair, "placed", of_all_nodes)
+    monkeypatch.setattr(LinePair, "place", of_all_nodes)
     expected = sweep_line_loads(reduced, phi, conditions, recorded=True)
     assert found.converged.all()
-    (lines,) = placed
+    (sections,) = placed
+    lines, flexibility = sections.lines, sections.flexibility
     for angle in range(ANGLES):
-        ready = np.ix_(lines.ready[angle], lines.ready[angle])
+        ready = np.ix_(flexibility.ready[angle], flexibility.ready[angle])
         whole = flexibility_of_all_nodes(rigid, support, lines, angle)[ready]
-        assert_allclose(lines.flexibility[angle][ready], whole, rtol=0.0, atol=SAME * whole.max())
+        assert_allclose(flexibility.between[angle][ready], whole, rtol=0.0, atol=SAME * whole.max())
     assert_allclose(found.ste_um, expected.ste_um, rtol=SAME)
     loads, expected_loads = (s.states.lines.load_N_per_mm for s in (found, expected))
     assert_allclose(loads, expected_loads, rtol=0.0, atol=SAME * expected_loads.max())
-    monkeypatch.setattr(ReducedPair, "placed", place)
+    monkeypatch.setattr(LinePair, "place", place)
     stiff = sweep_line_loads(rigid, phi, conditions, recorded=True)
     assert (found.ste_um > 1.02 * stiff.ste_um).all(), "it gives"
     assert np.abs(stiff.states.lines.load_N_per_mm - loads).max() > 0.05 * loads.max()

@@ -49,6 +49,20 @@ ROUND_OFF = 1e-9
 LEAST, BEGINNING = LineLaw._fields.index("least"), 0.5
 
 
+class Flexibility(NamedTuple):
+    """Workspace of `solve_lines` that further solutions at the same angles take up again.
+
+    Attributes
+    ----------
+    between : ndarray, shape (A, N, N)
+        D, of the sections that are `ready`, mm/N; of the others the part of low rank alone.
+    ready : ndarray of bool, shape (A, N)
+    """
+
+    between: FloatArray
+    ready: BoolArray
+
+
 class LineResults(NamedTuple):
     """What `solve_lines` fills, for D torques or advances.
 
@@ -59,7 +73,9 @@ class LineResults(NamedTuple):
     steps : ndarray of int, shape (D, A)
     converged : ndarray of bool, shape (D, A)
     force : ndarray, shape (D, A, N)
-        Along the transverse line of action, N.
+        Along the transverse line of action, N; 0 where not converged.
+    torque : ndarray, shape (D, A)
+        Of the forces on the pinion, N mm.
     stiffness : ndarray, shape (D, A)
         Tangent d torque / d advance of the nonlinear solution, N mm / rad; 0 where nothing carries.
     sensitivity : ndarray, shape (D, A, N) or (0, 0, 0)
@@ -70,6 +86,7 @@ class LineResults(NamedTuple):
     steps: IntArray
     converged: BoolArray
     force: FloatArray
+    torque: FloatArray
     stiffness: FloatArray
     sensitivity: FloatArray
 
@@ -139,19 +156,19 @@ def _between(lines, i, n, m, compliance, sections):
 
 
 @compiled
-def _make_ready(lines, i, n, compliance, sections):
+def _make_ready(lines, flexibility, i, n, compliance, sections):
     """Add the flexibility of the gears' cyclic part between section `n` and all those that are ready."""
-    flexibility = lines.flexibility[i]
-    lines.ready[i, n] = True
-    for m in range(len(lines.gap[i])):
-        if lines.ready[i, m]:
-            value = flexibility[n, m] + _between(lines, i, n, m, compliance, sections)
-            flexibility[n, m] = flexibility[m, n] = value
+    between, ready = flexibility.between[i], flexibility.ready[i]
+    ready[n] = True
+    for m in range(len(ready)):
+        if ready[m]:
+            value = between[n, m] + _between(lines, i, n, m, compliance, sections)
+            between[n, m] = between[m, n] = value
 
 
 @compiled
-def _make_likely_ready(lines, deviation, load, held, rate, force, width, compliance, likely, workspace):
-    """Make those sections ready that a load lets begin to carry, at all angles.
+def _make_likely_ready(lines, flexibility, deviation, loads, held, rate, width, compliance, likely, workspace):
+    """Make those sections ready that the largest load lets begin to carry, at all angles.
 
     The compliance between two sections is larger than the memory next to the processor: it is read once for all angles.
     """
@@ -159,20 +176,23 @@ def _make_likely_ready(lines, deviation, load, held, rate, force, width, complia
     count = 0
     for i in range(angles):
         _set_free(lines, i, deviation, workspace)
-        _start(lines, i, load, held, rate, force, False, workspace)
+        largest = loads[0, i]
+        for d in range(1, len(loads)):
+            largest = max(largest, loads[d, i])
+        _start(lines, i, largest, held, rate, workspace.loaded, False, workspace)
         for n in range(size):
-            likely[i, n] = workspace.carries[n] and not lines.ready[i, n]
+            likely[i, n] = workspace.carries[n] and not flexibility.ready[i, n]
             count += likely[i, n]
     if count == 0:
         return
     for n in range(size):
         for i in range(angles):
-            lines.ready[i, n] |= likely[i, n]
+            flexibility.ready[i, n] |= likely[i, n]
         for m in range(n + 1):
             for i in range(angles):
-                if lines.ready[i, n] and lines.ready[i, m] and (likely[i, n] or likely[i, m]):
-                    value = lines.flexibility[i, n, m] + _between(lines, i, n, m, compliance, len(width))
-                    lines.flexibility[i, n, m] = lines.flexibility[i, m, n] = value
+                if flexibility.ready[i, n] and flexibility.ready[i, m] and (likely[i, n] or likely[i, m]):
+                    value = flexibility.between[i, n, m] + _between(lines, i, n, m, compliance, len(width))
+                    flexibility.between[i, n, m] = flexibility.between[i, m, n] = value
 
 
 @inlined
@@ -182,19 +202,22 @@ def _set_free(lines, i, deviation, workspace):
 
 
 @allocating
-def solve_lines(lines, deviation, loads, held, rate, width, compliance, corners, results):
-    """Solve all angles under all torques or advances.
+def solve_lines(lines, flexibility, deviation, loads, held, warm, rate, width, compliance, corners, results):
+    """Solve all angles under torques or advances.
 
     Parameters
     ----------
     lines : Lines
-        Flexibilities are made ready as they are needed.
+    flexibility : Flexibility
+        Workspace of these lines; made ready as it is needed.
     deviation : ndarray, shape (A, N) or (0, 0)
         What both flanks deviate by, mm.
-    loads : ndarray, shape (D,)
-        Torques (N mm) or advances (rad).
+    loads : ndarray, shape (D, A)
+        Torques (N mm) or advances (rad) at each angle.
     held : bool
         Whether they are advances.
+    warm : bool
+        Whether to begin with the forces that the results hold; where these are 0, and where that fails, it begins cold.
     rate : float
         Approach of the flanks to expect per torque, mm / (N mm).
     width : ndarray, shape (S,)
@@ -211,71 +234,51 @@ def solve_lines(lines, deviation, loads, held, rate, width, compliance, corners,
         np.empty(size), np.empty(size, dtype=np.bool_), np.empty(size, dtype=np.int64), np.empty((size, size)),
         np.empty((size, size)), np.empty(size), np.empty(size),
     )  # fmt: skip
-    likely = np.empty(lines.gap.shape, dtype=np.bool_)
-    _make_likely_ready(
-        lines, deviation, np.max(loads), held, rate, results.force[0, 0], width, compliance, likely, workspace
-    )
+    if not warm:
+        likely = np.empty(lines.gap.shape, dtype=np.bool_)
+        _make_likely_ready(lines, flexibility, deviation, loads, held, rate, width, compliance, likely, workspace)
     for i in range(len(lines.first_pair)):
         _set_free(lines, i, deviation, workspace)
         for d in range(len(loads)):
-            force = results.force[d, i]
-            advance, steps, count, stiffness = _solve(
-                lines, i, loads[d], held, rate, width, compliance, corners, force, False, workspace
-            )
+            force, load, count = results.force[d, i], loads[d, i], -1
+            advance, steps, stiffness = 0.0, 0, 0.0
+            if warm and np.max(force) > 0.0:
+                advance, steps, count, stiffness = _solve(
+                    lines, flexibility, i, load, held, rate, width, compliance, corners, force, True, workspace
+                )
+            # If the active set empties, restart cold.
+            if count <= 0:
+                advance, steps, count, stiffness = _solve(
+                    lines, flexibility, i, load, held, rate, width, compliance, corners, force, False, workspace
+                )
             results.advance[d, i], results.steps[d, i], results.converged[d, i] = advance, steps, count >= 0
             results.stiffness[d, i] = stiffness
             if results.sensitivity.size > 0 and count > 0:
                 results.stiffness[d, i] = _differentiate(
-                    lines, i, advance, force, width, compliance, corners, workspace, results.sensitivity[d, i]
+                    lines,
+                    flexibility,
+                    i,
+                    advance,
+                    force,
+                    width,
+                    compliance,
+                    corners,
+                    workspace,
+                    results.sensitivity[d, i],
                 )
-
-
-@allocating
-def solve_advances(lines, deviation, advances, rate, width, compliance, corners, force, torque, stiffness):
-    """Solve each angle under an advance of its own, from the forces found there before.
-
-    Parameters
-    ----------
-    lines, deviation, rate, width, compliance, corners
-        As in `solve_lines`.
-    advances : ndarray, shape (A,)
-        rad.
-    force : ndarray, shape (A, N)
-        Replaced: forces to begin with, N; an angle where all are 0 starts cold.
-    torque, stiffness : ndarray, shape (A,)
-        Filled: N mm, and its derivative by the advance, N mm / rad; NaN where it does not converge.
-    """
-    size = lines.gap.shape[1]
-    workspace = _Workspace(
-        np.empty(size), np.empty(size, dtype=np.bool_), np.empty(size, dtype=np.int64), np.empty((size, size)),
-        np.empty((size, size)), np.empty(size), np.empty(size),
-    )  # fmt: skip
-    for i in range(len(advances)):
-        _set_free(lines, i, deviation, workspace)
-        warm, count, slope = np.max(force[i]) > 0.0, -1, 0.0
-        if warm:
-            _, _, count, slope = _solve(
-                lines, i, advances[i], True, rate, width, compliance, corners, force[i], True, workspace
-            )
-        # Sections that all let go on the way may find no way back.
-        if count <= 0:
-            _, _, count, slope = _solve(
-                lines, i, advances[i], True, rate, width, compliance, corners, force[i], False, workspace
-            )
-        torque[i], stiffness[i] = 0.0, slope
-        for n in range(size):
-            further, turning = _turning(lines, i, n, advances[i])
-            torque[i] -= (lines.lever[i, n] + turning * further) * force[i, n]
-        if count < 0:
-            torque[i] = stiffness[i] = np.nan
-            force[i] = 0.0
+            results.torque[d, i] = 0.0
+            for n in range(size):
+                if count < 0:
+                    force[n] = 0.0
+                further, turning = _turning(lines, i, n, advance)
+                results.torque[d, i] -= (lines.lever[i, n] + turning * further) * force[n]
 
 
 @compiled
-def _differentiate(lines, i, advance, force, width, compliance, corners, workspace, sensitivity):
+def _differentiate(lines, flexibility, i, advance, force, width, compliance, corners, workspace, sensitivity):
     """Fill the derivatives of the advance at a solution; return the stiffness there."""
     # The factor of the last step is that of the state before it, and makes them up to 1e-5 wrong.
-    count = _linearise(lines, i, advance, force, width, compliance, corners, workspace)
+    count = _linearise(lines, flexibility, i, advance, force, width, compliance, corners, workspace)
     for a in range(count):
         sensitivity[workspace.active[a]] = workspace.levered[a]
     solve_factored(workspace.factor, count, workspace.levered)
@@ -316,7 +319,7 @@ def _start(lines, i, load, held, rate, force, warm, workspace):
 
 
 @compiled
-def _solve(lines, i, load, held, rate, width, compliance, corners, force, warm, workspace):
+def _solve(lines, flexibility, i, load, held, rate, width, compliance, corners, force, warm, workspace):
     """Newton with an active set at one angle; return advance, steps, sections that carry, and the stiffness.
 
     `force` is filled, and ``workspace.levered`` with M^-1 l of the sections that carry; there are -1 where it does not
@@ -324,14 +327,17 @@ def _solve(lines, i, load, held, rate, width, compliance, corners, force, warm, 
     """
     advance, nearby = _start(lines, i, load, held, rate, force, warm, workspace)
     for step in range(1, MAX_STEPS + 1):
-        count = _linearise(lines, i, advance, force, width, compliance, corners, workspace)
+        count = _linearise(lines, flexibility, i, advance, force, width, compliance, corners, workspace)
         if count == 0:
             return advance, step, 0 if held else -1, 0.0
         advance, stiffness = _newton_step(lines, i, load, held, advance, force, count, workspace)
         settled, error = _accept(lines, i, count, width, force, workspace)
         single = step > PATIENCE
         if not (single and error > TOLERANCE):
-            settled = _touch(lines, i, advance, nearby, count, width, compliance, force, single, workspace) and settled
+            settled = (
+                _touch(lines, flexibility, i, advance, nearby, count, width, compliance, force, single, workspace)
+                and settled
+            )
         if settled and error <= TOLERANCE:
             return advance, step, count, stiffness
     return advance, MAX_STEPS, -1, 0.0
@@ -345,14 +351,14 @@ def _turning(lines, i, n, advance):
 
 
 @compiled
-def _linearise(lines, i, advance, force, width, compliance, corners, workspace):
+def _linearise(lines, flexibility, i, advance, force, width, compliance, corners, workspace):
     """Gather the linearised equations of the sections that carry; return their number."""
-    sections, law, flexibility, active = len(width), lines.law[i], lines.flexibility[i], workspace.active
+    sections, law, between, active = len(width), lines.law[i], flexibility.between[i], workspace.active
     count = 0
     for n in range(len(workspace.free)):
         if workspace.carries[n]:
-            if not lines.ready[i, n]:
-                _make_ready(lines, i, n, compliance, sections)
+            if not flexibility.ready[i, n]:
+                _make_ready(lines, flexibility, i, n, compliance, sections)
             active[count] = n
             count += 1
     for a in range(count):
@@ -368,7 +374,7 @@ def _linearise(lines, i, advance, force, width, compliance, corners, workspace):
         workspace.levered[a] = lines.lever[i, n] + turning * further
         line = workspace.matrix[a]
         for b in range(a, count):
-            line[b] = flexibility[n, active[b]]
+            line[b] = between[n, active[b]]
         line[a] += slope / across
     cholesky(workspace.matrix, count, workspace.factor)
     return count
@@ -415,7 +421,7 @@ def _accept(lines, i, count, width, force, workspace):
 
 
 @compiled
-def _touch(lines, i, advance, nearby, count, width, compliance, force, single, workspace):
+def _touch(lines, flexibility, i, advance, nearby, count, width, compliance, force, single, workspace):
     """Let sections carry whose gaps have closed, one at a time where `single`; return whether there was none."""
     settled, size = True, len(workspace.free)
     for n in range(size):
@@ -423,9 +429,9 @@ def _touch(lines, i, advance, nearby, count, width, compliance, force, single, w
         rigid = workspace.free[n] + lines.lever[i, n] * advance + 0.5 * turning * further**2
         if workspace.carries[n] or rigid > nearby:
             continue
-        if not lines.ready[i, n]:
-            _make_ready(lines, i, n, compliance, len(width))
-        gap, line = rigid, lines.flexibility[i, n]
+        if not flexibility.ready[i, n]:
+            _make_ready(lines, flexibility, i, n, compliance, len(width))
+        gap, line = rigid, flexibility.between[i, n]
         for a in range(count):
             gap += line[workspace.active[a]] * force[workspace.active[a]]
         if gap < -ROUND_OFF * nearby:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmor.core.arrays import BoolArray, FloatArray, IntArray
+from pmor.core.arrays import FloatArray, IntArray
 from pmor.core.compiling import allocating, compiled
 from pmor.gear.kernels.deviation import flank_deviation
 from pmor.gear.kernels.types import Motion
@@ -19,13 +19,13 @@ from pmor.line.kernels.tip_corner import LAW_FIELDS, store_law
 from pmor.line.kernels.types import Carriers
 
 
-class Lines(NamedTuple):
-    """Sections of all tooth pairs that can touch over A pinion angles: P pairs of S sections, N = P S unknowns at most.
+class Places(NamedTuple):
+    """Where the flanks of all tooth pairs that can touch meet over A pinion angles: P pairs of S sections, N = P S.
 
     Attributes
     ----------
     first_pair : ndarray of int, shape (A,)
-        Number of the first tooth pair in patches; the others follow.
+        Number of the first tooth pair; the others follow.
     gap : ndarray, shape (A, N)
         Between undeformed flanks without deviations at advance 0, mm; infinite far beyond the path.
     lever, mate_lever : ndarray, shape (A, N)
@@ -34,15 +34,30 @@ class Lines(NamedTuple):
         Derivative of the lever by the pinion's rotation, mm, from an advance (rad) on that brings its corner into contact.
     roll : ndarray, shape (A, N, 2)
         Roll angles on pinion and wheel, rad.
+    """
+
+    first_pair: IntArray
+    gap: FloatArray
+    lever: FloatArray
+    mate_lever: FloatArray
+    lever_slope: FloatArray
+    corner_advance: FloatArray
+    roll: FloatArray
+
+
+class Lines(NamedTuple):
+    """Sections as `Places` has them, with their laws, and how nodes carry them.
+
+    Attributes
+    ----------
+    first_pair, gap, lever, mate_lever, lever_slope, corner_advance, roll : ndarray
+        As in `Places`.
     law : ndarray, shape (A, N, 12)
         `LineLaw` of each section, in the order of its fields.
     row : ndarray of int, shape (A, N, 2)
         First of the four rows of nodes that carry a section, on each gear.
     gradient : ndarray, shape (A, N, 2, 4 c)
         Gradient of the gap by the c components of displacement in these rows.
-    flexibility : ndarray, shape (A, N, N)
-        D, of the sections that are `ready`; of others the part of low rank alone, L S L^T, mm/N (`pmor.body.support`).
-    ready : ndarray of bool, shape (A, N)
     """
 
     first_pair: IntArray
@@ -55,8 +70,41 @@ class Lines(NamedTuple):
     law: FloatArray
     row: IntArray
     gradient: FloatArray
-    flexibility: FloatArray
-    ready: BoolArray
+
+
+@allocating
+def place_flanks(phi, kinematics, gears, z, pair_count):
+    """Find where the flanks of all tooth pairs that can touch meet at some pinion angles.
+
+    Parameters
+    ----------
+    phi : ndarray, shape (A,)
+        rad.
+    kinematics : Kinematics
+    gears : two Gear
+    z : ndarray, shape (S,)
+        Of the sections, mm.
+    pair_count : int
+        Tooth pairs that can touch at most: P.
+
+    Returns
+    -------
+    Places
+    """
+    angles, sections = len(phi), len(z)
+    grid = angles, pair_count * sections
+    places = Places(
+        first_pair=np.zeros(angles, dtype=np.int64), gap=np.zeros(grid), lever=np.zeros(grid), mate_lever=np.zeros(grid),
+        lever_slope=np.zeros(grid), corner_advance=np.zeros(grid), roll=np.zeros((angles, grid[1], 2)),
+    )  # fmt: skip
+    forward, back = Motion(np.empty((3, 3)), np.empty(3)), Motion(np.empty((3, 3)), np.empty(3))
+    for i in range(angles):
+        places.first_pair[i] = _first_pair(phi[i], kinematics, pair_count)
+        for n in range(grid[1]):
+            roll_position = phi[i] + (places.first_pair[i] + n // sections) * kinematics.pitch
+            if _within(places, i, n, kinematics, gears, roll_position, z[n % sections]):
+                _place(places, i, n, kinematics, gears, roll_position, z[n % sections], forward, back)
+    return places
 
 
 @allocating
@@ -65,73 +113,80 @@ def place_lines(phi, kinematics, gears, layers, z, pair_count, components):
 
     Parameters
     ----------
-    phi : ndarray, shape (A,)
-        rad.
-    kinematics : Kinematics
-    gears : two Gear
+    phi, kinematics, gears, z, pair_count
+        As in `place_flanks`.
     layers : two Layer
-    z : ndarray, shape (S,)
-        Of the sections, mm.
-    pair_count : int
-        Tooth pairs that can touch at most: P.
     components : int
         Of displacement: 2 without, 3 with those along the axis.
 
     Returns
     -------
     Lines
-        With no section ready, on gears that stand on nothing that gives.
     """
     angles, sections = len(phi), len(z)
     size = pair_count * sections
+    grid = angles, size
     lines = Lines(
-        np.zeros(angles, dtype=np.int64), np.zeros((angles, size)), np.zeros((angles, size)), np.zeros((angles, size)),
-        np.zeros((angles, size)), np.zeros((angles, size)),
-        np.zeros((angles, size, 2)), np.zeros((angles, size, LAW_FIELDS)), np.zeros((angles, size, 2), dtype=np.int64),
-        np.zeros((angles, size, 2, 4 * components)), np.zeros((angles, size, size)),
-        np.zeros((angles, size), dtype=np.bool_),
+        first_pair=np.zeros(angles, dtype=np.int64), gap=np.zeros(grid), lever=np.zeros(grid), mate_lever=np.zeros(grid),
+        lever_slope=np.zeros(grid), corner_advance=np.zeros(grid), roll=np.zeros((angles, size, 2)),
+        law=np.zeros((angles, size, LAW_FIELDS)), row=np.zeros((angles, size, 2), dtype=np.int64),
+        gradient=np.zeros((angles, size, 2, 4 * components)),
     )  # fmt: skip
     forward, back = Motion(np.empty((3, 3)), np.empty(3)), Motion(np.empty((3, 3)), np.empty(3))
-    carriers = Carriers(np.empty(2, dtype=np.int64), np.empty((2, 4)))
-    middle, alike = 0.5 * (kinematics.path_start + kinematics.path_end), sections_alike(kinematics, gears)
+    carriers, alike = Carriers(np.empty(2, dtype=np.int64), np.empty((2, 4))), sections_alike(kinematics, gears)
     for i in range(angles):
-        # As many pairs as can touch, about the middle of the path.
-        first = int(np.ceil((middle - phi[i]) / kinematics.pitch - 0.5 * pair_count))
-        lines.first_pair[i] = first
-        for p in range(pair_count):
-            roll_position = phi[i] + (first + p) * kinematics.pitch
-            for s in range(sections):
-                n = p * sections + s
-                if s > 0 and alike:
-                    _copy_section(lines, i, n)
-                else:
-                    _place_section(lines, i, n, kinematics, gears, layers, roll_position, z[s], forward, back, carriers)
+        lines.first_pair[i] = _first_pair(phi[i], kinematics, pair_count)
+        for n in range(size):
+            if alike and n % sections > 0:
+                _copy_section(lines, i, n)
+                continue
+            roll_position = phi[i] + (lines.first_pair[i] + n // sections) * kinematics.pitch
+            if _within(lines, i, n, kinematics, gears, roll_position, z[n % sections]):
+                contact_point = _place(lines, i, n, kinematics, gears, roll_position, z[n % sections], forward, back)
+                _carry(lines, i, n, gears, layers, contact_point, carriers)
     return lines
 
 
 @compiled
-def _place_section(lines, i, n, kinematics, gears, layers, roll_position, z, forward, back, carriers):
-    parts, section, margin = lines.gradient.shape[3] // 4, roll_position + gears[0].twist * z, 0.5 * kinematics.pitch
-    if section < kinematics.path_start - margin or section > kinematics.path_end + margin:
-        # So far beyond the path a corner would meet the mate's other side.
-        lines.gap[i, n], lines.lever[i, n], lines.mate_lever[i, n] = np.inf, -gears[0].base_radius, gears[1].base_radius
-        return
+def _first_pair(phi, kinematics, pair_count):
+    """As many pairs as can touch, about the middle of the path."""
+    middle = 0.5 * (kinematics.path_start + kinematics.path_end)
+    return int(np.ceil((middle - phi) / kinematics.pitch - 0.5 * pair_count))
+
+
+@compiled
+def _within(places, i, n, kinematics, gears, roll_position, z):
+    """Whether a section can touch; so far beyond the path a corner would meet the mate's other side."""
+    section, margin = roll_position + gears[0].twist * z, 0.5 * kinematics.pitch
+    if kinematics.path_start - margin <= section <= kinematics.path_end + margin:
+        return True
+    places.gap[i, n], places.lever[i, n], places.mate_lever[i, n] = np.inf, -gears[0].base_radius, gears[1].base_radius
+    return False
+
+
+@compiled
+def _place(places, i, n, kinematics, gears, roll_position, z, forward, back):
     touch = kinematics.first_touch
     contact_point = closest_approach(kinematics, gears, roll_position, touch, z, forward, back)
     # Placed where plain flanks first touch; gaps are those at advance 0.
-    lines.gap[i, n] = contact_point.gap - contact_point.lever * touch
-    lines.lever[i, n], lines.mate_lever[i, n] = contact_point.lever, contact_point.mate_lever
-    lines.lever_slope[i, n], lines.corner_advance[i, n] = (
-        contact_point.lever_slope,
-        touch + contact_point.corner_advance,
-    )
+    places.gap[i, n] = contact_point.gap - contact_point.lever * touch
+    places.lever[i, n], places.mate_lever[i, n] = contact_point.lever, contact_point.mate_lever
+    places.lever_slope[i, n] = contact_point.lever_slope
+    places.corner_advance[i, n] = touch + contact_point.corner_advance
+    places.roll[i, n, 0], places.roll[i, n, 1] = contact_point.pinion_roll, contact_point.wheel_roll
+    return contact_point
+
+
+@compiled
+def _carry(lines, i, n, gears, layers, contact_point, carriers):
+    parts = lines.gradient.shape[3] // 4
     for gear in range(2):
         roll, u = gears[gear].roll, roll_of(contact_point, gear)
         carriers.row[gear] = cubic_rows(roll, u, 0, len(roll) - 1, carriers.weight[gear])
         # Four rows in any case: of a flank with fewer elements the first ones have no share.
         row = min(carriers.row[gear], len(roll) - 4)
         behind = carriers.row[gear] - row
-        lines.roll[i, n, gear], lines.row[i, n, gear] = u, row
+        lines.row[i, n, gear] = row
         x, y, axial = opening_of(contact_point, gear)
         for a in range(4 - behind):
             weight, at = carriers.weight[gear, a], parts * (a + behind)
@@ -161,7 +216,7 @@ def line_deviations(lines, z, pinion, wheel, out):
 
     Parameters
     ----------
-    lines : Lines
+    lines : Lines or Places
     z : ndarray, shape (S,)
         Of the sections, mm.
     pinion, wheel : Deviation

@@ -1,0 +1,129 @@
+"""A pair prepared for line loads, and its sections placed at some angles: what every user of line contact solves with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from pmor.core.arrays import FloatArray
+from pmor.gear.condition import Assembly, Misalignment
+from pmor.line.kernels.loads import Flexibility, LineResults, solve_lines
+from pmor.line.kernels.places import Lines, line_deviations
+from pmor.line.layered_pair import LayeredPair, place_sections
+
+NONE = np.empty((0, 0))
+
+
+@dataclass(frozen=True)
+class LinePair:
+    """Flanks on their layers, and the compliance between their sections.
+
+    Parameters
+    ----------
+    meshed : LayeredPair
+    compliance : two ndarrays, shape (neighbours + 1, S, S, r c, r c)
+        Between sections of the flanks of teeth 0, 1, ... apart, of pinion and wheel, mm/N (`section_compliance`).
+    components : int
+        c, of displacement: 2 without, 3 with those along the axis.
+    support : callable, optional
+        Flexibility between placed sections by what the gears stand on, (A, N, N), mm/N.
+    """
+
+    meshed: LayeredPair
+    compliance: tuple[FloatArray, FloatArray]
+    components: int
+    support: Callable[[Lines], FloatArray] | None = None
+
+    @property
+    def base_radius(self) -> float:
+        """Of the pinion, mm."""
+        return self.meshed.pair.pinion.base_radius
+
+    def place(self, phi: FloatArray, misalignment: Misalignment) -> PlacedSections:
+        """Place the sections of all tooth pairs that can touch at pinion angles (A,), rad."""
+        return PlacedSections(self, place_sections(self.meshed, phi, misalignment, self.components))
+
+
+@dataclass(frozen=True)
+class PlacedSections:
+    """Sections at A angles, ready to be solved under any load and with any flanks; for one thread at a time.
+
+    Parameters
+    ----------
+    pair : LinePair
+    lines : Lines
+    flexibility : Flexibility
+        Its own workspace: of the sections that solutions have asked for.
+    """
+
+    pair: LinePair
+    lines: Lines
+    flexibility: Flexibility = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        """Make room for the flexibilities."""
+        angles, size = self.lines.gap.shape
+        room = Flexibility(np.zeros((angles, size, size)), np.zeros((angles, size), dtype=bool))
+        if self.pair.support is not None:
+            room.between[:] = self.pair.support(self.lines)
+        object.__setattr__(self, "flexibility", room)
+
+    def deviation(self, assembly: Assembly) -> FloatArray:
+        """Return what both flanks deviate by in all sections, mm, (A, N); empty where they do not."""
+        if not assembly.modified:
+            return NONE
+        found = np.empty_like(self.lines.gap)
+        line_deviations(self.lines, self.pair.meshed.sections.z, *self.pair.meshed.deviations(assembly), found)
+        return found
+
+    def solve(
+        self, loads: FloatArray, held: bool = False, deviation: FloatArray = NONE, differentiated: bool = False,
+        force: FloatArray | None = None,
+    ) -> LineResults:  # fmt: skip
+        """Solve all angles.
+
+        Parameters
+        ----------
+        loads : ndarray, shape (D,) or (D, A)
+            Torques, N mm, or advances, rad.
+        held : bool
+            Whether they are advances.
+        deviation : ndarray
+            As `deviation` gives it.
+        differentiated : bool
+            With the derivatives of the advance by deviations.
+        force : ndarray, shape (D, A, N), optional
+            Forces to begin with, N.
+
+        Returns
+        -------
+        LineResults
+        """
+        angles, size = self.lines.gap.shape
+        wanted = np.ascontiguousarray(
+            np.broadcast_to(loads[:, None] if loads.ndim == 1 else loads, (len(loads), angles))
+        )
+        found, meshed = no_results(len(loads), angles, size, differentiated), self.pair.meshed
+        if force is not None:
+            found.force[:] = force
+        solve_lines(
+            self.lines, self.flexibility, deviation, wanted, held, force is not None, meshed.expected_approach(1.0),
+            meshed.width, self.pair.compliance, meshed.corners, found,
+        )  # fmt: skip
+        return found
+
+
+def no_results(conditions: int, angles: int, size: int, differentiated: bool) -> LineResults:
+    """Return room for the results of `solve_lines`: so many sections, with their sensitivities where `differentiated`."""
+    grid = conditions, angles
+    return LineResults(
+        advance=np.zeros(grid),
+        steps=np.zeros(grid, dtype=np.int64),
+        converged=np.zeros(grid, dtype=bool),
+        force=np.zeros((*grid, size)),
+        torque=np.zeros(grid),
+        stiffness=np.zeros(grid),
+        sensitivity=np.zeros((*grid, size) if differentiated else (0, 0, 0)),
+    )
