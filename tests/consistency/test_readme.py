@@ -50,6 +50,7 @@ def test_the_main_command_prints_what_the_readme_says(checkout, capsys):
     assert main(shlex.split(command.rpartition("&&")[2])[1:]) == 0
     printed = capsys.readouterr().out.splitlines()
     shown = [line.strip() for line in TEXT.splitlines() if line.startswith("      ")]
+    assert shown
     # Times, and the round-off by which exact line loads differ from full FE.
     timed = ("online time", "full FE time", "offline time", "reduced vs full")
     for line in shown:
