@@ -267,7 +267,7 @@ def test_unreadable_file(tmp_path, capsys, monkeypatch):
 def test_as_a_process(text, tmp_path):
     path = tmp_path / "broken.toml"
     path.write_text(text, encoding="utf-8")
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(map(str, (ROOT, ROOT / "offline", ROOT / "online")))}
     done = subprocess.run(
         [sys.executable, "-m", "pmor.app.cli", "run", path.name],
         cwd=tmp_path,
