@@ -179,8 +179,9 @@ def _blocks(found: Found, read: Readings) -> list[Block]:
          "sides; the best for all of them lies between.",
          torque_figure(found, {"base case": None} | {name: found.variants.x[n] for name, n in read.chosen.items()})),
         ("ste.png", "STE over the pitch under each torque, as drawn.", ste_figure(found, read.curves)),
-        ("sensitivity.png", "Sensitivity of the objective as drawn, about the best: exact derivatives, also by parameters "
-         "that are no variables.", sensitivity_figure(read.rates, design.objective.minimise) if read.rates else None),
+        ("sensitivity.png", "Sensitivity of the objective as drawn, about the best: exact derivatives, also by "
+         "parameters that are no variables.",
+         sensitivity_figure(read.rates, design.objective.minimise) if read.rates else None),
         ("scatter.png", f"{FRESH:,} pairs drawn anew, each solved in full.",
          scatter_figure(read.fresh, WORDS[design.objective.minimise]) if read.fresh else None),
         ("harris.png", "Harris's rule for tip relief, written for coupled pairs: twice by how much the STE without "
