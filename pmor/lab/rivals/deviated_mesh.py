@@ -1,7 +1,7 @@
 """Whole gears as they are built: their flank nodes where modifications put them, for programs that know only meshes.
 
-pmor itself leaves the bodies as drawn and puts deviations of the flanks into the gap: the body without some hundredths of
-a millimetre is another one only to second order.
+pmor itself leaves the bodies as drawn and puts deviations of the flanks into the gap: without some hundredths of a
+millimetre a body is another one only to second order.
 """
 
 from __future__ import annotations
