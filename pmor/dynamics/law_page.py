@@ -46,6 +46,6 @@ def _axes(laws: Sequence[MeshLaw], responses: Sequence[Data]) -> list[str]:
         "Line loads are solved with the axes displaced by the mean mesh force (under the largest torque "
         f"{axes.centre_distance_um:+.3g} µm of centre distance, over the face width {axes.in_plane_um:+.3g} µm in the "
         f"plane of the axes and {axes.out_of_plane_um:+.3g} µm across it); motion about it acts through levers at the "
-        "pitch point. At some instants of the largest motion, solved with the axes displaced as they are then, the mesh "
+        "pitch point. At some instants of the largest motion, with the axes displaced as they are then, the mesh "
         f"force differs by {100.0 * max(shares):.2g} % of its mean at most."
     ]

@@ -5,9 +5,9 @@ axes under that torque. Motion about it acts on the mesh through its levers at t
 load that moves over the width as gears tilt, is measured where motion is largest.
 
 Line loads count displacements s of the pinion alone, from plain involutes on the axes of the case, and have the
-displaced axes in their gaps. The oscillator counts x = s + (levers times displacements of the bearings). Its law at x is
-therefore that of the line loads at x less levers times the displacement of the wheel's axis against the pinion's. Other
-displacements, across the plane of the axes and along them, are in no gap: they act as a rotation does.
+displaced axes in their gaps. The oscillator counts x = s + (levers times displacements of the bearings). Its law at x
+is therefore that of the line loads at x less levers times the displacement of the wheel's axis against the pinion's.
+Other displacements, across the plane of the axes and along them, are in no gap: they act as a rotation does.
 
 The levers are those at mid width, so that the mean force alone gives the position of the axes; the moment of a load off
 mid width, which tilts the gears, is neglected.
