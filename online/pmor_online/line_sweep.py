@@ -63,7 +63,7 @@ def sweep_line_loads(
     start = time.perf_counter()
     lines, found = _solve(reduced.lines, phi, conditions, executor, progress, recorded)
     advance = np.where(found.converged, found.advance, np.nan)
-    share, pair_index = _shares(lines, found, len(reduced.layered.sections.z))
+    share, pair_index = _shares(lines, found)
     return SteSweep(
         phi_rad=np.asarray(phi, dtype=float),
         torque_Nm=np.array([condition.torque_Nm for condition in conditions]),
@@ -111,7 +111,7 @@ def line_force_law(
     start = time.perf_counter()
     conditions = at_advances(advances, assembly.misalignment, assembly.pinion, assembly.wheel)
     lines, found = _solve(reduced.lines, phi, conditions, executor, progress, False)
-    torque, pairs = _pair_torques(lines, found, len(reduced.layered.sections.z))
+    torque, pairs = _pair_torques(lines, found)
     torque[~found.converged] = np.nan
     return ForceLaw(
         phi_rad=np.asarray(phi, dtype=float),
@@ -176,19 +176,20 @@ def levers_of(lines: Lines, found: LineResults) -> FloatArray:
     return np.asarray(lines.lever + lines.lever_slope * further)
 
 
-def _pair_torques(lines: Lines, found: LineResults, sections: int) -> tuple[FloatArray, IntArray]:
+def _pair_torques(lines: Lines, found: LineResults) -> tuple[FloatArray, IntArray]:
     """Torque on the pinion that each tooth pair carries, (D, A, pairs), N mm, and the pairs that ever do."""
-    by_place = (-levers_of(lines, found) * found.force).reshape(*found.advance.shape, -1, sections).sum(axis=3)
-    pairs = lines.first_pair[:, None] + np.arange(by_place.shape[2])
-    used = np.unique(pairs[(by_place > 0.0).any(axis=0)])
+    pairs = lines.first_pair[:, None] + np.arange(found.torque.shape[2])
+    used = np.unique(pairs[(found.torque > 0.0).any(axis=0)])
+    if len(lines.first_pair) == 1:
+        return found.torque[:, :, used - lines.first_pair[0]], used
     torque = np.zeros((*found.advance.shape, len(used)))
     for column, index in enumerate(used):
-        torque[:, :, column] = np.where(pairs == index, by_place, 0.0).sum(axis=2)
+        torque[:, :, column] = np.where(pairs == index, found.torque, 0.0).sum(axis=2)
     return torque, used
 
 
-def _shares(lines: Lines, found: LineResults, sections: int) -> tuple[FloatArray, IntArray]:
-    torque, pairs = _pair_torques(lines, found, sections)
+def _shares(lines: Lines, found: LineResults) -> tuple[FloatArray, IntArray]:
+    torque, pairs = _pair_torques(lines, found)
     total = torque.sum(axis=2, keepdims=True)
     return np.divide(torque, total, out=np.zeros_like(torque), where=(total > 0.0) & found.converged[..., None]), pairs
 

@@ -54,7 +54,7 @@ class _MeshForce:
     def _solved(self, phase: float, displacement: FloatArray) -> FloatArray:
         radius, placed = self.pair.base_radius, place_phases(self.pair, np.array([phase]), self.assembly)
         found = placed.solve(np.asarray(displacement) / radius, True, placed.deviation(self.assembly))
-        return np.where(found.converged[:, 0], found.torque[:, 0] / radius, np.nan)
+        return np.where(found.converged[:, 0], found.torque[:, 0].sum(axis=1) / radius, np.nan)
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,7 @@ class LineLoadLaw:
             advance = np.where(near, x[part], self.low) / radius
             found = known.placed.solve(advance[None], True, known.deviation, force=known.force)
             known.force[:] = found.force
-            torque = np.where(found.converged[0], found.torque[0], np.nan)
+            torque = np.where(found.converged[0], found.torque[0].sum(axis=1), np.nan)
             stiffness = np.where(found.converged[0], found.stiffness[0], np.nan)
             force[part] = np.where(near, torque / radius, force[part])
             slope[part] = np.where(near, stiffness / radius**2, slope[part])

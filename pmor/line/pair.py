@@ -105,7 +105,8 @@ class PlacedSections:
         wanted = np.ascontiguousarray(
             np.broadcast_to(loads[:, None] if loads.ndim == 1 else loads, (len(loads), angles))
         )
-        found, meshed = no_results(len(loads), angles, size, differentiated), self.pair.meshed
+        meshed = self.pair.meshed
+        found = no_results(len(loads), angles, size, size // len(meshed.width), differentiated)
         if force is not None:
             found.force[:] = force
         solve_lines(
@@ -115,15 +116,15 @@ class PlacedSections:
         return found
 
 
-def no_results(conditions: int, angles: int, size: int, differentiated: bool) -> LineResults:
-    """Return room for the results of `solve_lines`: so many sections, with their sensitivities where `differentiated`."""
+def no_results(conditions: int, angles: int, size: int, pairs: int, differentiated: bool) -> LineResults:
+    """Return room for the results of `solve_lines`: `size` sections, with their sensitivities where `differentiated`."""
     grid = conditions, angles
     return LineResults(
         advance=np.zeros(grid),
         steps=np.zeros(grid, dtype=np.int64),
         converged=np.zeros(grid, dtype=bool),
         force=np.zeros((*grid, size)),
-        torque=np.zeros(grid),
+        torque=np.zeros((*grid, pairs)),
         stiffness=np.zeros(grid),
         sensitivity=np.zeros((*grid, size) if differentiated else (0, 0, 0)),
     )

@@ -74,8 +74,8 @@ class LineResults(NamedTuple):
     converged : ndarray of bool, shape (D, A)
     force : ndarray, shape (D, A, N)
         Along the transverse line of action, N; 0 where not converged.
-    torque : ndarray, shape (D, A)
-        Of the forces on the pinion, N mm.
+    torque : ndarray, shape (D, A, P)
+        On the pinion by the forces of each tooth pair, N mm.
     stiffness : ndarray, shape (D, A)
         Tangent d torque / d advance of the nonlinear solution, N mm / rad; 0 where nothing carries.
     sensitivity : ndarray, shape (D, A, N) or (0, 0, 0)
@@ -266,12 +266,13 @@ def solve_lines(lines, flexibility, deviation, loads, held, warm, rate, width, c
                     workspace,
                     results.sensitivity[d, i],
                 )
-            results.torque[d, i] = 0.0
+            torque = results.torque[d, i]
+            torque[:] = 0.0
             for n in range(size):
                 if count < 0:
                     force[n] = 0.0
                 further, turning = _turning(lines, i, n, advance)
-                results.torque[d, i] -= (lines.lever[i, n] + turning * further) * force[n]
+                torque[n // len(width)] -= (lines.lever[i, n] + turning * further) * force[n]
 
 
 @compiled
