@@ -16,8 +16,8 @@ from pmor.gear.condition import PLAIN, at_torques
 from pmor.pair.conditions import assembly_of
 from pmor.pair.model import elastic_model, mesh_model
 from pmor_offline.train import train
-from pmor_online.line_sweep import line_force_law, sweep_line_loads
-from pmor_online.mesh_force import LineLoadLaw, mesh_force_of
+from pmor_online.line_sweep import sweep_line_loads
+from pmor_online.mesh_force import LineLoadLaw, mesh_force_of, place_phases
 from pmor_online.model import reduced_pair
 from tests.support.line_pairs import small_pair
 
@@ -37,10 +37,10 @@ def test_the_force_law_at_the_advance_under_a_torque_is_that_torque():
     reduced, torque = small_pair(), 1e5
     phi = np.array([0.0, 0.1, 0.25])
     sweep = sweep_line_loads(reduced, phi, at_torques([torque]))
-    advances = sweep.ste_um[0] * 1e-3 / reduced.meshed.pair.pinion.base_radius
-    for angle, advance in zip(phi, advances, strict=True):
-        law = line_force_law(reduced, np.array([angle]), [advance])
-        np.testing.assert_allclose(1e3 * law.torque_Nm[0, 0], torque, rtol=1e-8)
+    pair, force = reduced.meshed.pair, mesh_force_of(reduced)
+    for angle, ste_um in zip(phi, sweep.ste_um[0], strict=True):
+        found = force(2.0 * np.pi * angle / pair.pitch, 1e-3 * ste_um * np.ones(1))
+        np.testing.assert_allclose(pair.pinion.base_radius * found, torque, rtol=1e-8)
 
 
 def test_slow_motion_of_a_pair_is_its_static_transmission_error():
@@ -95,6 +95,7 @@ def test_a_section_that_only_just_touches_is_in_equilibrium():
     """
     case = load_case(Path(__file__).parents[2] / "cases" / "paper_relief.toml")
     reduced = reduced_pair(train(case, elastic_model(case, mesh_model(case))).basis)
-    radius = reduced.meshed.pair.pinion.base_radius
-    law = line_force_law(reduced, np.array([0.26407904754068884]), [0.009619448732414413 / radius], assembly_of(case))
-    assert law.converged.all()
+    pair, assembly = reduced.meshed.pair, assembly_of(case)
+    placed = place_phases(reduced.lines, np.array([2.0 * np.pi * 0.26407904754068884 / pair.pitch]), assembly)
+    advance = np.array([0.009619448732414413 / pair.pinion.base_radius])
+    assert placed.solve(advance, True, placed.deviation(assembly)).converged.all()
