@@ -72,7 +72,7 @@ class DynamicsResult:
         """The largest stable motion of each torque, in the phase plane and over the mesh cycle."""
         return motion_figure(self.found.responses)
 
-    def to_json(self, path: Path | str, overwrite: bool = False) -> None:
+    def to_json(self, path: Path | str, *, overwrite: bool = False) -> None:
         """Write the content of `dynamics.json`.
 
         Raises
