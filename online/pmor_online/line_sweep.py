@@ -15,13 +15,12 @@ import numpy as np
 
 from pmor.core.arrays import FloatArray, IntArray
 from pmor.core.threads import in_order
-from pmor.gear.condition import PLAIN, Assembly, Condition, at_advances, common_misalignment
+from pmor.gear.condition import Assembly, Condition, common_misalignment
 from pmor.line.kernels.loads import LineResults
 from pmor.line.kernels.places import Lines
 from pmor.line.kernels.pressure import PATCH_FIELDS, line_patches
 from pmor.line.layered_pair import place_flanks_of
 from pmor.line.pair import LinePair
-from pmor.results.force_law import ForceLaw
 from pmor.results.loads import ContactLoads, LineStates, SweepStates
 from pmor.results.sweep import SteSweep
 from pmor_online.model import ReducedPair
@@ -86,42 +85,6 @@ def sections_near(reduced: ReducedPair, phi: FloatArray, condition: Condition) -
     gap = places.gap
     near = gap - gap.min(axis=1, keepdims=True) < reduced.layered.expected_approach(condition.given_torque)
     return int(near.sum(axis=1).max())
-
-
-def line_force_law(
-    reduced: ReducedPair,
-    phi: FloatArray,
-    advances: Sequence[float],
-    assembly: Assembly = PLAIN,
-    executor: Executor | None = None,
-    progress: Callable[[int], None] = lambda n: None,
-) -> ForceLaw:
-    """Find the torque that the line loads make where the pinion's advance is given; arguments as in `sweep_line_loads`.
-
-    Parameters
-    ----------
-    advances : sequence of float
-        rad, from where plain flanks on aligned axes touch.
-    assembly : Assembly
-
-    Returns
-    -------
-    ForceLaw
-    """
-    start = time.perf_counter()
-    conditions = at_advances(advances, assembly.misalignment, assembly.pinion, assembly.wheel)
-    lines, found = _solve(reduced.lines, phi, conditions, executor, progress, False)
-    torque, pairs = _pair_torques(lines, found)
-    torque[~found.converged] = np.nan
-    return ForceLaw(
-        phi_rad=np.asarray(phi, dtype=float),
-        advance_rad=np.asarray(advances, dtype=float),
-        pair_torque_Nm=1e-3 * torque,
-        pair_index=pairs,
-        newton_steps=found.steps,
-        converged=found.converged,
-        seconds=time.perf_counter() - start,
-    )
 
 
 def _solve(
