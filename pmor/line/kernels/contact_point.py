@@ -139,14 +139,40 @@ def involute_foot(gears, slave, u, radius, motion):
     if slave == 1:
         # The mate's normal is at its base radius wherever the corner is: nothing turns with the pinion.
         return ContactPoint(
-            gap, mate_roll, u, -nx, -ny, -axial, own_x, own_y, axial, -mate.base_radius, -slave_arm, 0.0, 0.0, slant
+            gap=gap,
+            pinion_roll=mate_roll,
+            wheel_roll=u,
+            pinion_x=-nx,
+            pinion_y=-ny,
+            pinion_z=-axial,
+            wheel_x=own_x,
+            wheel_y=own_y,
+            wheel_z=axial,
+            lever=-mate.base_radius,
+            mate_lever=-slave_arm,
+            lever_slope=0.0,
+            corner_advance=0.0,
+            slant=slant,
         )
     arm_x, arm_y = x - shift[0], y - shift[1]
     # By how much the normal turns as the corner moves over the mate, (-arm_y, arm_x) for each radian.
     turning = (x * arm_x + y * arm_y) / (x * x + y * y) - (y * arm_x - x * arm_y) / ((x * x + y * y) * roll)
     slope = (arm_x * nx + arm_y * ny) * (turning - 1.0)
     return ContactPoint(
-        gap, u, mate_roll, own_x, own_y, axial, -nx, -ny, -axial, slave_arm, mate.base_radius, slope, 0.0, slant
+        gap=gap,
+        pinion_roll=u,
+        wheel_roll=mate_roll,
+        pinion_x=own_x,
+        pinion_y=own_y,
+        pinion_z=axial,
+        wheel_x=-nx,
+        wheel_y=-ny,
+        wheel_z=-axial,
+        lever=slave_arm,
+        mate_lever=mate.base_radius,
+        lever_slope=slope,
+        corner_advance=0.0,
+        slant=slant,
     )
 
 
@@ -179,10 +205,21 @@ def closest_approach(kinematics, gears, roll_position, advance, z, forward, back
     pinion, wheel = gears[0].half_angle - pinion_roll, gears[1].half_angle - wheel_roll
     axial = gears[0].twist * gears[0].base_radius
     contact_point = ContactPoint(
-        opening - gears[0].base_radius * advance, pinion_roll, wheel_roll, np.cos(pinion), np.sin(pinion), axial,
-        np.cos(wheel), np.sin(wheel), -axial, -gears[0].base_radius, gears[1].base_radius, slope,
-        gears[0].tip_roll - pinion_roll, 0.0,
-    )  # fmt: skip
+        gap=opening - gears[0].base_radius * advance,
+        pinion_roll=pinion_roll,
+        wheel_roll=wheel_roll,
+        pinion_x=np.cos(pinion),
+        pinion_y=np.sin(pinion),
+        pinion_z=axial,
+        wheel_x=np.cos(wheel),
+        wheel_y=np.sin(wheel),
+        wheel_z=-axial,
+        lever=-gears[0].base_radius,
+        mate_lever=gears[1].base_radius,
+        lever_slope=slope,
+        corner_advance=gears[0].tip_roll - pinion_roll,
+        slant=0.0,
+    )
     return _turned(contact_point, gears, z, aside)
 
 
@@ -202,7 +239,18 @@ def _turned(contact_point, gears, z, aside):
         s * contact_point.wheel_x + c * contact_point.wheel_y,
     )
     return ContactPoint(
-        contact_point.gap + aside, contact_point.pinion_roll, contact_point.wheel_roll, pinion_x, pinion_y, contact_point.pinion_z, wheel_x,
-        wheel_y, contact_point.wheel_z, contact_point.lever, contact_point.mate_lever, contact_point.lever_slope, contact_point.corner_advance,
-        contact_point.slant,
+        gap=contact_point.gap + aside,
+        pinion_roll=contact_point.pinion_roll,
+        wheel_roll=contact_point.wheel_roll,
+        pinion_x=pinion_x,
+        pinion_y=pinion_y,
+        pinion_z=contact_point.pinion_z,
+        wheel_x=wheel_x,
+        wheel_y=wheel_y,
+        wheel_z=contact_point.wheel_z,
+        lever=contact_point.lever,
+        mate_lever=contact_point.mate_lever,
+        lever_slope=contact_point.lever_slope,
+        corner_advance=contact_point.corner_advance,
+        slant=contact_point.slant,
     )  # fmt: skip

@@ -1,4 +1,4 @@
-// What flanks deviate by: a transcript of pmor/contact/deviation.py and pmor/contact/kernels/deviation.py.
+// What flanks deviate by: a transcript of pmor/gear/flank_deviation.py and pmor/gear/kernels/deviation.py.
 // A modification has the keys and units of a case file; `flank` is what the model knows of the gear's flank.
 
 function deviationOf(modification, flank) {

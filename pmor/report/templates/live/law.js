@@ -1,5 +1,5 @@
-// Law of line contact where a tip corner may carry. Equations (1) to (5): pmor/contact/kernels/tip_corner.py, of which
-// this is a transcript, as of approach_of and line_law in pmor/contact/kernels/line.py.
+// Law of line contact where a tip corner may carry. Equations (1) to (5): pmor/line/kernels/tip_corner.py, of which
+// this is a transcript, as of approach_of and line_law in pmor/line/kernels/law.py.
 
 const SHORT = 0.2, LONGEST = 0.5;
 

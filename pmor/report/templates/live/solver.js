@@ -1,5 +1,5 @@
 // Line contact with the line loads as unknowns: Newton with an active set, a transcript of
-// pmor/contact/kernels/line_places.py and line_loads.py, whose equation (1) it solves.
+// pmor/line/kernels/places.py and loads.py, whose equation (1) it solves.
 
 const MAX_STEPS = 60, PATIENCE = 20, TOLERANCE = 1e-11, NEARBY = 0.2, ROUND_OFF = 1e-9;
 
