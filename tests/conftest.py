@@ -93,7 +93,7 @@ def small_model(small_models):
 @pytest.fixture(scope="session")
 def small_basis_file(small_models, tmp_path_factory):
     """Function from the meshed width and the keys of [reduction] to a basis file; copy it before changing it."""
-    from pmor.jobs.offline import run_offline
+    from pmor.work.offline import run_offline
     from tests.support.small_case import small_case
 
     @cache

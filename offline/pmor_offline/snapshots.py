@@ -33,7 +33,9 @@ def solve_snapshots(
     solved: list[SolvedPosition] = []
     for _, conditions in groupby(training.conditions, lambda condition: condition.assembly):
         # Torques that follow each other with the same axes and flanks share windows, and start from each other.
-        solved.append(solve_position(as_penalty(model.mesh.meshed), training.phi, list(conditions), model.elasticity_at))
+        solved.append(
+            solve_position(as_penalty(model.mesh.meshed), training.phi, list(conditions), model.elasticity_at)
+        )
     pairs = np.unique(np.concatenate([s.position.pair_index for s in solved]))
     count = len(training.conditions)
     force = np.zeros((count, len(pairs), 2, model.pinion.compliance.shape[1]))

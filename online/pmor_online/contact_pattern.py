@@ -158,7 +158,9 @@ def _line_pattern(meshed: LayeredPair, state: LineState, pair: int) -> ContactPa
     force[:, section] = np.diff(below, axis=0) * (load / strips)[:, None]
     force *= load.sum() / force.sum() / np.cos(meshed.pair.base_helix_angle)  # loads are in the transverse plane
     share = float(state.torque[mine].sum() / state.torque.sum())
-    return _on_whole_face(meshed, 0, share, np.sqrt(2.0 * edges / tooth.base_radius), across, force.reshape(len(force), -1))
+    return _on_whole_face(
+        meshed, 0, share, np.sqrt(2.0 * edges / tooth.base_radius), across, force.reshape(len(force), -1)
+    )
 
 
 def _inclined(z: FloatArray, roll: FloatArray, places: FloatArray, tooth: Tooth) -> FloatArray:

@@ -10,9 +10,9 @@ from pmor.campaigns.describe import folder_text
 from pmor.core.progress import Progress, Steps, quietly
 from pmor.export.file_tables import file_entries
 from pmor.export.tables import ResultArray
-from pmor.jobs.verify import UNSEEN_STATES, Check, checks_text, verify_basis
 from pmor.storage.basis_file import read_basis
 from pmor.storage.describe import file_text
+from pmor.work.verify import UNSEEN_STATES, Check, checks_text, verify_basis
 
 
 @dataclass(frozen=True)

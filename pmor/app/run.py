@@ -15,10 +15,7 @@ from pmor.case import Case, text_of
 from pmor.case.live_page import takes_whole_width
 from pmor.case.width import whole_width
 from pmor.core.progress import Steps, quietly
-from pmor.jobs.live import live_pair
-from pmor.jobs.models import OWN_BASIS, basis_names, meshed_models, run_models, unfinished
-from pmor.jobs.online import run_online
-from pmor.mesh.sector import SectorMesh
+from pmor.fe.sector import SectorMesh
 from pmor.pair.conditions import assembly_of
 from pmor.pair.model import ElasticModel, refuse_loads
 from pmor.report.run_page import page_files, write_pages
@@ -27,6 +24,9 @@ from pmor.report.summary import result_files, summary, write_results
 from pmor.results.root_stress import RootStress
 from pmor.storage.results_folder import results_folder, start_results
 from pmor.work.cost import meshed_within_memory, refuse_beyond_memory
+from pmor.work.live import live_pair
+from pmor.work.models import OWN_BASIS, basis_names, meshed_models, run_models, unfinished
+from pmor.work.online import run_online
 from pmor_online.compare import Comparison
 from pmor_online.model import ReducedPair
 from pmor_online.run import OnlineResult

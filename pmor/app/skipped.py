@@ -16,10 +16,10 @@ from pmor.case.coarser import coarser
 from pmor.case.width import meshed_width, mirrors_without_tilt
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.completion import nodes_of_elements
+from pmor.fe.fillet import build_fillet
+from pmor.fe.sector import SectorMesh
 from pmor.gear.pair import GearPair
 from pmor.line.sections import loaded_components
-from pmor.mesh.fillet import build_fillet
-from pmor.mesh.sector import SectorMesh
 from pmor.pair.conditions import full_solves
 from pmor.pair.limits import range_warnings
 from pmor.pair.model import approach_estimate, contact_scheme, gear_pair, neighbouring_teeth, same_body, sector_meshes

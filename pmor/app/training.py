@@ -13,11 +13,11 @@ from pmor.app.model import ReducedModel
 from pmor.case import Case
 from pmor.core.errors import CaseError
 from pmor.core.progress import Steps, quietly
-from pmor.jobs.offline import OfflineSummary, parts_of, run_offline
 from pmor.storage.atomic import ensure_writable, refuse_existing
 from pmor.storage.basis_file import read_basis, require_made_from
 from pmor.storage.results_folder import refuse_foreign_folder, refuse_in_the_way
 from pmor.work.cost import meshed_within_memory, refuse_large_basis
+from pmor.work.offline import OfflineSummary, parts_of, run_offline
 from pmor_offline.train import train as train_basis
 from pmor_online.compare import Comparison, compare_models
 from pmor_online.errors import estimate_errors

@@ -11,10 +11,10 @@ from pmor.body.fillet_stress import NEIGHBOURS, FilletPoints, FilletStress, sect
 from pmor.core.arrays import FloatArray
 from pmor.fe.completion import completion, nodes_of_elements
 from pmor.fe.condensation import CondensedSector, condense_sector
+from pmor.fe.fillet import FilletMesh
 from pmor.fe.ring import ring_compliance, symmetric_coordinates
+from pmor.fe.sector import SectorMesh
 from pmor.fe.surface_layer import inverse_flank_stiffness
-from pmor.mesh.fillet import FilletMesh
-from pmor.mesh.sector import SectorMesh
 
 
 @dataclass(frozen=True)

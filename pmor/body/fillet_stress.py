@@ -1,7 +1,7 @@
 """Stress along the root fillets under unit forces on the flanks: a linear map, found once and for all.
 
 The sector's mesh resolves how a tooth bends, not the notch at its foot. So the material around the fillet has a fine
-mesh of its own (`pmor.mesh.fillet`), whose cut follows the displacement of the sector, and the strain along the surface
+mesh of its own (`pmor.fe.fillet`), whose cut follows the displacement of the sector, and the strain along the surface
 is taken from the displacement of the surface itself. No traction acts there: two strains and a shear in the surface are
 all that is needed (plane stress in the tangent plane). The stresses, as functions of the sector's displacement, are
 carried through its elimination (`pmor.fe.carried_functions`), whatever the number of forces on flanks.
@@ -30,11 +30,11 @@ from pmor.core.errors import MeshError
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.carried_functions import CarriedFunctions
 from pmor.fe.condensation import uncouple
+from pmor.fe.element import QUADRATIC_NODES
 from pmor.fe.elimination import condense
+from pmor.fe.fillet import FilletMesh
 from pmor.fe.hexahedron import element_stiffness, shape_functions, shape_gradient
-from pmor.mesh.element import QUADRATIC_NODES
-from pmor.mesh.fillet import FilletMesh
-from pmor.mesh.sector import SectorMesh
+from pmor.fe.sector import SectorMesh
 
 # Teeth on either side of a loaded one whose fillets feel it. *Measured*, helical pair with three teeth in mesh: those
 # next to it 5 %, those beyond 0.6 % of the stress in its own.

@@ -12,9 +12,9 @@ from pmor.core.conventions import rotation_z
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.completion import completion, nodes_of_elements
 from pmor.fe.condensation import back_substitute
+from pmor.fe.element import QUADRATIC_NODES, node_places
 from pmor.fe.hexahedron import shape_functions, shape_gradient
-from pmor.mesh.element import QUADRATIC_NODES, node_places
-from pmor.mesh.sector import SectorMesh
+from pmor.fe.sector import SectorMesh
 
 # Of a symmetric tensor, in VTK's order.
 COMPONENTS = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))

@@ -15,9 +15,9 @@ from pmor.campaigns.store import Store, key_of
 from pmor.case import Case, GearCase
 from pmor.case.coarser import coarser
 from pmor.core.errors import CaseError, ConvergenceError, GeometryError, MeshError
+from pmor.fe.sector import SectorMesh
 from pmor.line.layered_pair import LayeredPair, layers_of
 from pmor.line.sections import loaded_components
-from pmor.mesh.sector import SectorMesh
 from pmor.pair.model import neighbouring_teeth, per_gear, solved_gear
 from pmor.reduction.basis import Basis, untrained
 from pmor.storage.compliance_file import SolvedGear

@@ -23,10 +23,10 @@ from pmor.core.arrays import FloatArray, IntArray
 from pmor.core.conventions import rotation_z
 from pmor.core.errors import ConvergenceError
 from pmor.core.version import __version__
+from pmor.fe.element import QUADRATIC_NODES, tributary_widths
+from pmor.fe.sector import SectorMesh
 from pmor.line.full_model import solve_angle
 from pmor.line.layered_pair import LayeredPair
-from pmor.mesh.element import QUADRATIC_NODES, tributary_widths
-from pmor.mesh.sector import SectorMesh
 from pmor.pair.conditions import nominal_condition
 from pmor.pair.model import mesh_model, neighbouring_teeth, per_gear
 from pmor.penalty.pair import as_penalty

@@ -1,1 +1,1 @@
-"""Linear elastic finite elements: element, assembly, cyclic condensation and the brute-force oracle."""
+"""Linear elastic finite elements: sector meshes, elements, assembly, condensation."""

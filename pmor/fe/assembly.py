@@ -6,8 +6,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from pmor.core.arrays import FloatArray, IntArray
+from pmor.fe.element import QUADRATIC_NODES
 from pmor.fe.hexahedron import element_stiffness
-from pmor.mesh.element import QUADRATIC_NODES
 
 
 def degrees_of_freedom(node_ids: IntArray) -> IntArray:

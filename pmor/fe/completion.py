@@ -12,9 +12,9 @@ import numpy as np
 import scipy.sparse as sp
 
 from pmor.core.arrays import FloatArray, IntArray
+from pmor.fe.element import QUADRATIC_NODES, node_places
 from pmor.fe.hexahedron import shape_functions
-from pmor.mesh.element import QUADRATIC_NODES, node_places
-from pmor.mesh.sector import SectorMesh
+from pmor.fe.sector import SectorMesh
 
 
 def nodes_of_elements(mesh: SectorMesh, nodes: IntArray) -> IntArray:

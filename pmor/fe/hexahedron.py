@@ -22,7 +22,7 @@ import numpy as np
 
 from pmor.core.arrays import FloatArray, IntArray
 from pmor.core.errors import MeshError
-from pmor.mesh.element import node_places
+from pmor.fe.element import node_places
 
 # Elements whose matrices are integrated at a time: they stay in the cache.
 BLOCK = 64
@@ -67,7 +67,7 @@ def element_stiffness(
     nodes : ndarray, shape (n_nodes, 3)
         mm.
     elements : ndarray of int, shape (n_elements, 8) or (n_elements, 20)
-        Nodes in the order of `pmor.mesh.element`.
+        Nodes in the order of `pmor.fe.element`.
     youngs_modulus : float
         MPa.
     poisson_ratio : float

@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from pmor.core.arrays import IntArray
-from pmor.mesh.element import QUADRATIC_NODES
-from pmor.mesh.sector import SectorMesh
+from pmor.fe.element import QUADRATIC_NODES
+from pmor.fe.sector import SectorMesh
 
 # A plane leaves at least this share of the elements on either side.
 BALANCE = 0.25

@@ -13,7 +13,7 @@ import scipy.sparse as sp
 
 from pmor.core.arrays import FloatArray, IntArray
 from pmor.fe.elimination import inverse
-from pmor.mesh.sector import SectorMesh
+from pmor.fe.sector import SectorMesh
 
 
 def symmetric_coordinates(mesh: SectorMesh, side: IntArray) -> tuple[sp.csr_array, int]:

@@ -9,10 +9,10 @@ import scipy.sparse.linalg as spla
 from pmor.core.conventions import rotation_z
 from pmor.fe.assembly import assemble, degrees_of_freedom
 from pmor.fe.completion import completion, nodes_of_elements
+from pmor.fe.element import QUADRATIC_NODES
 from pmor.fe.nested_dissection import elimination_order
+from pmor.fe.sector import SectorMesh
 from pmor.fe.whole_gear import whole_gear_mesh
-from pmor.mesh.element import QUADRATIC_NODES
-from pmor.mesh.sector import SectorMesh
 
 
 def assemble_arc(

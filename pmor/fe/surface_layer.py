@@ -19,10 +19,10 @@ import scipy.linalg as la
 from pmor.core.arrays import FloatArray
 from pmor.fe.assembly import added_up, degrees_of_freedom
 from pmor.fe.completion import completion, nodes_of_elements
+from pmor.fe.element import QUADRATIC_NODES, tributary_widths
 from pmor.fe.elimination import condense, inverse
 from pmor.fe.nested_dissection import element_places
-from pmor.mesh.element import QUADRATIC_NODES, tributary_widths
-from pmor.mesh.sector import SectorMesh
+from pmor.fe.sector import SectorMesh
 
 # Depths of the layer over which line loads are evened out for that, on either side; the contact is half a depth wide at
 # most. For columns of nodes nearer to each other than its width, the difference could become negative.

@@ -7,7 +7,7 @@ import numpy as np
 from pmor.core.arrays import FloatArray, IntArray
 from pmor.core.conventions import rotation_z
 from pmor.core.errors import MeshError
-from pmor.mesh.sector import SectorMesh
+from pmor.fe.sector import SectorMesh
 
 
 def whole_gear_mesh(mesh: SectorMesh) -> tuple[FloatArray, IntArray, IntArray]:

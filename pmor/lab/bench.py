@@ -23,7 +23,6 @@ from pmor.core.threads import threads
 from pmor.fe.condensation import condense_sector, sector_stiffness
 from pmor.gear.condition import ALIGNED, Assembly
 from pmor.gear.modification import Modification
-from pmor.jobs.offline import run_offline
 from pmor.lab.core.stages import measure_stages
 from pmor.lab.core.timing import ms_per_position, times_in_turn
 from pmor.line.layered_pair import layers_of
@@ -37,6 +36,7 @@ from pmor.results.load_distribution import effective_contact_ratio, face_load_fa
 from pmor.results.sweep import SteSweep
 from pmor.storage.basis_file import read_basis
 from pmor.work.cost import meshed_within_memory, stages
+from pmor.work.offline import run_offline
 from pmor.work.pace import Pace
 from pmor.work.table import Columns, table, text_lines
 from pmor_online.conditions import sweep_assemblies

@@ -15,6 +15,10 @@ from pmor.case.checks import refuse_uneven_sections
 from pmor.case.width import meshed_width
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import GeometryError, MeshError
+from pmor.fe.fillet import build_fillet
+from pmor.fe.layer import surface_layer
+from pmor.fe.quality import MeshQuality, mesh_quality
+from pmor.fe.sector import SectorMesh, build_sector
 from pmor.gear.clearance import refuse_interference
 from pmor.gear.meshed_pair import Flank, MeshedPair
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance
@@ -22,10 +26,6 @@ from pmor.gear.tip_edge import TipEdge, tip_edge
 from pmor.gear.tooth import Tooth
 from pmor.line.hertz import approach_constants, check_half_width, line_compliance
 from pmor.line.layered_pair import LayeredPair, SurfaceLayer, layers_of
-from pmor.mesh.fillet import build_fillet
-from pmor.mesh.layer import surface_layer
-from pmor.mesh.quality import MeshQuality, mesh_quality
-from pmor.mesh.sector import SectorMesh, build_sector
 from pmor.pair.limits import refuse_bent_blank, refuse_impossible_load, refuse_lost_load
 from pmor.pair.modifications import refuse_modifications_off_the_flank
 from pmor.penalty.elasticity import full_elasticity
@@ -135,9 +135,7 @@ def contact_scheme(case: Case) -> ContactScheme:
     surface = "facet" if c.scheme == "facet" else "hermite"
     projection = "facet" if c.scheme == "paper" else "patch"
     edge_normals = c.edge_normals or ("average" if c.scheme == "paper" else "parabolic")
-    return ContactScheme(
-        surface, projection, c.slave, edge_normals, c.lodm_profile, c.lodm_width, c.penalty_N_mm3
-    )
+    return ContactScheme(surface, projection, c.slave, edge_normals, c.lodm_profile, c.lodm_width, c.penalty_N_mm3)
 
 
 def stiffness_estimate(case: Case, pair: GearPair) -> float:

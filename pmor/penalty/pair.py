@@ -84,7 +84,6 @@ class ContactScheme:
         return SMOOTH_CLEARANCE if self.smooth else FACET_CLEARANCE
 
 
-
 @dataclass(frozen=True, kw_only=True)
 class PenaltyPair(MeshedPair):
     """A meshed pair with a scheme of penalty contact.

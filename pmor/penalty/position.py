@@ -102,8 +102,9 @@ def active_patches(meshed: PenaltyPair, phi: float, depth: float, assembly: Asse
     """
     clear, pair_count = meshed.clearance(assembly) * depth, meshed.tooth_pair_count
     kernel_pair = meshed.for_kernels(assembly)
-    patches, _ = windows.place_windows(phi, depth, clear, pair_count, kernel_pair.kinematics, kernel_pair.gears,
-                                        kernel_pair.limits)
+    patches, _ = windows.place_windows(
+        phi, depth, clear, pair_count, kernel_pair.kinematics, kernel_pair.gears, kernel_pair.limits
+    )
     flank_nodes, coordinates = [], []
     for pair in patches.windows[: patches.pairs]:
         numbers = []

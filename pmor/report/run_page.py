@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pmor.case import Case, describe, model_names, short_list
+from pmor.fe.sector import SectorMesh
 from pmor.gear.classical.formulas import classical_results
 from pmor.gear.classical.iso6336_root import nominal_root_stress
-from pmor.mesh.sector import SectorMesh
 from pmor.pair.conditions import nominal_condition
 from pmor.report.condition_figure import conditions_figure
 from pmor.report.condition_table import condition_table
@@ -149,7 +149,7 @@ def write_pages(
     mesh : SectorMesh or None
     out : Path
     live : ReducedPair or str, optional
-        What the page solves itself, of line loads, or why it does not (`pmor.jobs.live`).
+        What the page solves itself, of line loads, or why it does not (`pmor.work.live`).
 
     Raises
     ------

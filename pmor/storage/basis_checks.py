@@ -6,7 +6,7 @@ shapes give back its forces' work, and the compliance of the flanks moves them a
 
 Products of large matrices are held against what is stored by one random combination of their rows: products with a
 vector find a wrong entry as surely (Freivalds, IFIP 1977, 839), and the laws take less than a twentieth of the time of
-reading a file. `pmor.jobs.verify` holds all entries against full FE.
+reading a file. `pmor.work.verify` holds all entries against full FE.
 """
 
 from __future__ import annotations

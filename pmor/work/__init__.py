@@ -1,1 +1,1 @@
-"""What the capabilities share: pieces of work that resume, progress in the log, the shell of a result, cost, tables."""
+"""Work with files: the two stages, pieces that resume, progress in the log, folders of results, cost, tables."""

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 from pmor.case import Case
 from pmor.case.width import intervals_across
+from pmor.fe.fillet import MOST_COLUMNS
+from pmor.fe.sector import build_sector
 from pmor.gear.pair import GearPair
 from pmor.gear.tooth import Tooth
 from pmor.line.sections import loaded_components
-from pmor.mesh.fillet import MOST_COLUMNS
-from pmor.mesh.sector import build_sector
 from pmor.pair.conditions import assembly_of, full_solves, misalignments, training_values
 from pmor.pair.model import approach_estimate, contact_scheme, neighbouring_teeth
 from pmor.penalty.pair import LOCAL_SHARE

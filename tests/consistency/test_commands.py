@@ -11,8 +11,8 @@ from pathlib import Path
 import h5py
 import pytest
 
-import pmor.jobs.offline
 import pmor.pair.model
+import pmor.work.offline
 from pmor.app.cli import main
 from pmor.core.errors import MeshError
 from pmor.storage.basis_file import read_basis
@@ -67,17 +67,17 @@ def forbid_offline(monkeypatch):
     def never(*_arguments, **_more):
         pytest.fail("the basis was there: no full solve is needed")
 
-    monkeypatch.setattr(pmor.jobs.offline, "run_offline", never)
+    monkeypatch.setattr(pmor.work.offline, "run_offline", never)
 
 
 def count_offline(monkeypatch):
-    calls, run_offline = [], pmor.jobs.offline.run_offline
+    calls, run_offline = [], pmor.work.offline.run_offline
 
     def counted(*arguments, **more):
         calls.append(arguments)
         return run_offline(*arguments, **more)
 
-    monkeypatch.setattr(pmor.jobs.offline, "run_offline", counted)
+    monkeypatch.setattr(pmor.work.offline, "run_offline", counted)
     return calls
 
 

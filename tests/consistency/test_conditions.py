@@ -148,9 +148,7 @@ def test_a_condition_that_fails_is_named(finished):
 
 
 def test_a_plan_counts_the_solves_of_conditions():
-    line = next(
-        line for line in plan(parse_case(text() + LISTED, "c", "c")).splitlines() if "conditions, 8" in line
-    )
+    line = next(line for line in plan(parse_case(text() + LISTED, "c", "c")).splitlines() if "conditions, 8" in line)
     assert line.split()[:3] == ["online,", "conditions", "40"]
 
 

@@ -10,10 +10,10 @@ from pmor.app.cli import main
 from pmor.case import basis_key, beyond_training, parse_case
 from pmor.core.errors import CaseError
 from pmor.gear.condition import Condition, Misalignment
-from pmor.jobs.offline import run_offline
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.pair.sweep import sweep_ste
 from pmor.storage.basis_file import read_basis
+from pmor.work.offline import run_offline
 from pmor_online.model import reduced_pair
 from pmor_online.sweep import sweep_reduced_pair
 from tests.support.small_case import case_text

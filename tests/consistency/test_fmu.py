@@ -22,6 +22,8 @@ from tests.support.small_case import case_text
 
 pytestmark = pytest.mark.jit  # thousands of states
 COARSE = 1e-3  # of the largest force; a unit's own table is ten times finer, and takes ten times as long
+
+
 @cache
 def small_pair(**pair):
     mesh = {"profile_elements": 5, "width_elements": 2, "width": "whole"}

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from pmor.case import parse_case
-from pmor.jobs import kernels
+from pmor.work import kernels
 from tests.support.small_case import case_text, small_case
 
 

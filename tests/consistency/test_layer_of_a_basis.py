@@ -8,10 +8,10 @@ from numpy.testing import assert_array_equal
 
 import pmor.pair.model
 from pmor.case import parse_case
-from pmor.jobs.offline import run_offline
 from pmor.pair.conditions import nominal_condition
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.storage.basis_file import read_basis
+from pmor.work.offline import run_offline
 from pmor_online.model import reduced_pair
 from pmor_online.sweep import sweep_reduced_pair
 from tests.support.small_case import case_text

@@ -20,13 +20,13 @@ from pmor.case.width import whole_width
 from pmor.gear.condition import Condition, Misalignment
 from pmor.gear.modification import Modification
 from pmor.gear.topography import Topography
-from pmor.jobs.live import live_pair
-from pmor.jobs.online import run_online
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.report.live.compliance import packed_compliance
 from pmor.report.live.section import live_section
 from pmor.report.page import page_html
 from pmor.report.run_page import run_blocks
+from pmor.work.live import live_pair
+from pmor.work.online import run_online
 from pmor_offline.gather import make_basis
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.model import online_angles, reduced_pair

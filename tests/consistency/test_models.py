@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-import pmor.jobs.offline
 import pmor.pair.model
+import pmor.work.offline
 from pmor.app.cli import main
 from pmor.app.plan import plan
 from pmor.body.elastic_gear import with_layer
@@ -103,7 +103,7 @@ def test_each_basis_is_the_one_that_its_model_has_alone(finished, tmp_path):
     """Whoever solves the finite elements: here they are those of line contact, with the layer put back."""
     case = parse_case(case_text(), "alone", "alone")  # Hermite patches, flank lines
     model = elastic_model(case, mesh_model(case))
-    pmor.jobs.offline.run_offline(case, model, tmp_path / "basis.h5")
+    pmor.work.offline.run_offline(case, model, tmp_path / "basis.h5")
     alone, found = read_basis(tmp_path / "basis.h5"), read_basis(finished / "basis_direct.h5")
     assert basis_key(found.case) == basis_key(case)
     assert_allclose(found.training.ste_um, alone.training.ste_um, rtol=1e-9)
@@ -112,7 +112,7 @@ def test_each_basis_is_the_one_that_its_model_has_alone(finished, tmp_path):
 
 
 def test_a_second_run_takes_all_bases_that_are_there(out, tmp_path, monkeypatch, finished):
-    monkeypatch.setattr(pmor.jobs.offline, "run_offline", lambda *_a, **_m: pytest.fail("the bases were there"))
+    monkeypatch.setattr(pmor.work.offline, "run_offline", lambda *_a, **_m: pytest.fail("the bases were there"))
     case = write_case(tmp_path, "direct", "paper", output=QUIET)
     assert main(["compare", case, "--out", str(out)]) == 0
     assert results_in(out) == NUMBERS

@@ -12,10 +12,10 @@ import pmor_offline.train
 from pmor.case import basis_key, parse_case
 from pmor.core.errors import ConvergenceError
 from pmor.gear.condition import Condition
-from pmor.jobs.offline import run_offline
 from pmor.storage.basis_file import read_basis
 from pmor.storage.results_folder import working_folder
 from pmor.storage.snapshot_file import read_snapshots, write_snapshots
+from pmor.work.offline import run_offline
 from pmor_offline.sampling import TrainingPosition
 from pmor_online.errors import estimate_errors
 from tests.support.small_case import case_text, fail_where

@@ -13,7 +13,6 @@ import pmor.report.run_page
 from pmor.app.skipped import scene, skipped
 from pmor.core.errors import ConvergenceError
 from pmor.gear.condition import Condition
-from pmor.jobs.online import run_online
 from pmor.report.page import Picture
 from pmor.report.provenance import provenance
 from pmor.report.run_page import page_files, run_blocks, run_pictures, write_pages
@@ -21,6 +20,7 @@ from pmor.report.screen import result_text
 from pmor.report.summary import summary, summary_rows, write_results
 from pmor.report.sweep_figures import error_figure, few_torques
 from pmor.results.sweep import peak_to_peak_um, ste_mean_um
+from pmor.work.online import run_online
 from pmor_online.compare import Comparison
 from pmor_online.contact_pattern import contact_patterns
 from pmor_online.model import online_angles, reduced_pair, unseen_angles

@@ -13,7 +13,6 @@ from pmor.app.model import ReducedModel
 from pmor.case import change_case
 from pmor.core.errors import FileFormatError, GeometryError
 from pmor.gear.modification import Modification
-from pmor.jobs.online import run_online
 from pmor.pair.model import refuse_loads
 from pmor.report.readings_blocks import readings_picture_names, readings_pictures, readings_tables
 from pmor.report.results_data import HARRIS, RESULTS
@@ -22,6 +21,7 @@ from pmor.report.summary import result_files, summary, summary_rows, write_resul
 from pmor.results.sweep import orders_of
 from pmor.storage.describe import file_text
 from pmor.storage.results_file import RESULTS_LAYOUT, RESULTS_SCHEMA, read_results
+from pmor.work.online import run_online
 from pmor_online.model import reduced_pair
 from tests.support.line_pairs import models
 

@@ -7,10 +7,10 @@ import pytest
 
 from pmor.case import load_case, parse_case
 from pmor.gear.condition import at_torques
-from pmor.jobs.offline import run_offline
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.pair.sweep import sweep_ste
 from pmor.storage.basis_file import read_basis
+from pmor.work.offline import run_offline
 from pmor_online.compare import compare_models
 from pmor_online.model import reduced_pair
 from pmor_online.sweep import sweep_reduced_pair

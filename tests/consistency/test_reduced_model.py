@@ -9,13 +9,13 @@ from numpy.testing import assert_allclose
 
 from pmor.case import changed_text, parse_case
 from pmor.gear.condition import Condition, at_torques
-from pmor.jobs.offline import run_offline
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.pair.sweep import sweep_ste
 from pmor.penalty.position import active_patches
 from pmor.penalty.solve import solve_position, window_depth
 from pmor.reduction import flank_lines
 from pmor.storage.basis_file import read_basis
+from pmor.work.offline import run_offline
 from pmor_online.compare import compare_models
 from pmor_online.model import reduced_pair
 from pmor_online.sweep import largest_size, sweep_reduced_pair

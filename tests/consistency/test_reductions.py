@@ -10,13 +10,13 @@ from numpy.testing import assert_allclose
 import pmor_offline.train
 from pmor.case import parse_case
 from pmor.gear.condition import at_torques
-from pmor.jobs.offline import run_offline
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.pair.sweep import sweep_ste
 from pmor.reduction.build import same_everywhere
 from pmor.reduction.contact_shapes import contact_shapes, reduced_elasticity, shapes_of
 from pmor.reduction.pod import global_modes, local_modes
 from pmor.storage.basis_file import read_basis
+from pmor.work.offline import run_offline
 from pmor_online.compare import compare_models
 from pmor_online.model import reduced_pair, unseen_angles
 from pmor_online.sweep import sweep_reduced_pair

@@ -12,13 +12,13 @@ from numpy.testing import assert_allclose, assert_array_equal
 import pmor.lab.comparison.run
 from pmor.app.cli import main
 from pmor.case import load_case, parse_case
-from pmor.jobs.offline import run_offline
-from pmor.jobs.states import unseen_states
 from pmor.lab.comparison.result import FILES
 from pmor.lab.comparison.training import greedy_training
 from pmor.lab.comparison.variants import changed, variants
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.storage.basis_file import read_basis
+from pmor.work.offline import run_offline
+from pmor.work.states import unseen_states
 from pmor_offline.gather import make_basis
 from pmor_online.errors import estimate_errors
 from tests.support.small_case import case_text, fail_where

@@ -17,7 +17,7 @@ from pmor.body.fillet_stress import sector_stress
 from pmor.body.volume import sector_displacement
 from pmor.case import basis_key, parse_case
 from pmor.core.errors import FileFormatError
-from pmor.mesh.fillet import build_fillet
+from pmor.fe.fillet import build_fillet
 from pmor.pair.conditions import conditions_of
 from pmor.pair.model import mesh_model
 from pmor.report.data_files import STRESS_COLUMNS, write_stress_csv

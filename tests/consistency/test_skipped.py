@@ -13,12 +13,12 @@ from pmor.case import change_case, load_case, parse_case
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.condensation import condense_sector
 from pmor.gear.condition import Condition
-from pmor.jobs.offline import run_offline
 from pmor.pair.conditions import full_solves
 from pmor.pair.model import elastic_model, mesh_model, neighbouring_teeth
 from pmor.penalty.position import active_patches
 from pmor.penalty.solve import window_depth
 from pmor.storage.basis_file import read_basis
+from pmor.work.offline import run_offline
 from pmor.work.sizes import rows_in_contact
 from pmor_online.errors import estimate_errors
 from tests.support.small_case import case_text

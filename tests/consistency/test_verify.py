@@ -6,18 +6,18 @@ import h5py
 import numpy as np
 import pytest
 
-import pmor.jobs.verify
+import pmor.work.verify
 import pmor_online.model
 from pmor.app.cli import main
 from pmor.case import parse_case
 from pmor.gear.condition import Condition
-from pmor.jobs.offline import run_offline
-from pmor.jobs.verify import Check, checks_text, verify_basis
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.penalty.elasticity import ReducedElasticity
 from pmor.reduction.flank_lines import FlankLineShapes
 from pmor.storage.basis_file import read_basis, write_basis
 from pmor.storage.snapshot_file import write_snapshots
+from pmor.work.offline import run_offline
+from pmor.work.verify import Check, checks_text, verify_basis
 from pmor_offline.sampling import TrainingPosition
 from pmor_offline.snapshots import solve_snapshots
 from pmor_online.errors import estimate_errors
@@ -184,12 +184,12 @@ def test_an_error_bar_that_is_far_from_the_error(factor, basis, model, monkeypat
         ste, _ = estimate_errors(*arguments)
         return 1.001 * ste, factor * 0.001 * ste
 
-    monkeypatch.setattr(pmor.jobs.verify, "estimate_errors", wrong)
+    monkeypatch.setattr(pmor.work.verify, "estimate_errors", wrong)
     assert "unseen states" in broken(basis, model)
 
 
 def test_states_that_the_reduced_model_cannot_solve(basis, model, monkeypatch):
-    monkeypatch.setattr(pmor.jobs.verify, "estimate_errors", lambda basis, phi, *_: np.full((2, len(phi)), np.nan))
+    monkeypatch.setattr(pmor.work.verify, "estimate_errors", lambda basis, phi, *_: np.full((2, len(phi)), np.nan))
     assert broken(basis, model) == {"training states", "unseen states"}
 
 
@@ -205,7 +205,7 @@ def test_the_command_prints_the_laws(basis_file, capsys):
 
 
 def test_without_the_flag_nothing_is_solved(basis_file, capsys, monkeypatch):
-    monkeypatch.setattr(pmor.jobs.verify, "verify_basis", lambda *_: pytest.fail("verified"))
+    monkeypatch.setattr(pmor.work.verify, "verify_basis", lambda *_: pytest.fail("verified"))
     assert main(["info", str(basis_file())]) == 0
     assert "Laws" not in capsys.readouterr().out
 

@@ -11,9 +11,9 @@ from pmor.body.volume import nodal_stress, principal_and_von_mises, sector_displ
 from pmor.case import parse_case
 from pmor.export import vtkhdf
 from pmor.export.vtkhdf import FIELDS, export, flank_forces, step_angles
+from pmor.fe.element import QUADRATIC_NODES
 from pmor.fe.hexahedron import shape_functions
-from pmor.mesh.element import QUADRATIC_NODES
-from pmor.mesh.sector import build_sector
+from pmor.fe.sector import build_sector
 from pmor.storage.basis_file import read_basis
 from pmor_online.model import reduced_pair
 from tests.support.gear_models import POISSON, YOUNG, tooth

@@ -8,10 +8,10 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from pmor.core.errors import GeometryError, MeshError
+from pmor.fe.outline import tooth_outline
+from pmor.fe.quality import mesh_quality
+from pmor.fe.sector import build_sector
 from pmor.gear.tooth import Tooth
-from pmor.mesh.outline import tooth_outline
-from pmor.mesh.quality import mesh_quality
-from pmor.mesh.sector import build_sector
 
 PARAMETERS = {
     "teeth": st.one_of(st.integers(10, 60), st.integers(6, 1000)),

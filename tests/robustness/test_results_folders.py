@@ -137,7 +137,7 @@ def test_a_folder_or_a_link_in_the_way_is_refused_even_to_be_overwritten(case_fi
 
 
 def test_a_foreign_file_in_place_of_the_basis_is_kept(case_file, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr("pmor.jobs.offline.run_offline", lambda *_a: pytest.fail("not before the work"))
+    monkeypatch.setattr("pmor.work.offline.run_offline", lambda *_a: pytest.fail("not before the work"))
     (tmp_path / "basis.h5").write_text("mine")
     assert "basis.h5: is there, and not known to be written by pmor: no basis to replace" in refused(
         capsys, "run", case_file, "--out", tmp_path

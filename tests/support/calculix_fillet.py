@@ -14,10 +14,10 @@ from unittest.mock import patch
 import numpy as np
 
 from pmor.core.conventions import rotation_z
+from pmor.fe import sector
+from pmor.fe.element import tributary_widths
+from pmor.fe.outline import tooth_outline
 from pmor.lab.rivals.calculix import PROGRAM
-from pmor.mesh import sector
-from pmor.mesh.element import tributary_widths
-from pmor.mesh.outline import tooth_outline
 
 FREE_ROWS, FREE_FILLET = 3, 8
 # Elements of the loaded tooth: below the surface and their growth, over the flank on either side of the load.

@@ -17,9 +17,9 @@ from unittest.mock import patch
 import numpy as np
 
 from pmor.core.conventions import rotation_z
+from pmor.fe import sector
+from pmor.fe.outline import tooth_outline
 from pmor.lab.rivals.calculix import BRICK_FACES, PROGRAM
-from pmor.mesh import sector
-from pmor.mesh.outline import tooth_outline
 
 # Rows of elements of teeth that are free, elements along a fillet and root land, growth of columns and rows.
 FREE_ROWS, FILLET, COLUMN_GROWTH, ROW_GROWTH, COARSEST = 3, 12, 1.6, 0.8, 0.8

@@ -23,12 +23,12 @@ import numpy as np
 from pmor.app.cli import main
 from pmor.case import basis_key, load_case
 from pmor.core.errors import PmorError
-from pmor.jobs.offline import parts_of, run_offline
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.storage.basis_file import read_basis
 from pmor.storage.manifest import MANIFEST, record
 from pmor.storage.results_folder import working_folder
 from pmor.storage.snapshot_file import write_snapshots
+from pmor.work.offline import parts_of, run_offline
 from pmor_offline.sampling import planned_positions
 from pmor_offline.snapshots import solve_snapshots
 from tests.support.broken_hdf5 import break_file

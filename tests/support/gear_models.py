@@ -4,10 +4,10 @@ import math
 from functools import cache
 
 from pmor.body.elastic_gear import elastic_gear
+from pmor.fe.sector import build_sector
 from pmor.gear.meshed_pair import Flank
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance
 from pmor.gear.tooth import Tooth
-from pmor.mesh.sector import build_sector
 from pmor.penalty.pair import ContactScheme, PenaltyPair
 
 MODULE, ALPHA, WIDTH = 4.0, math.radians(20.0), 20.0

@@ -117,9 +117,7 @@ def test_work_is_timed_in_turn_after_a_warm_up_and_what_takes_long_less_often():
         done.append(name)
         return seconds
 
-    times = times_in_turn(
-        {"slow": lambda: work("slow", 3.0), "fast": lambda: work("fast", 1.0)}, 3, longest=2.0
-    )
+    times = times_in_turn({"slow": lambda: work("slow", 3.0), "fast": lambda: work("fast", 1.0)}, 3, longest=2.0)
     assert times == {"slow": [3.0], "fast": [1.0, 1.0, 1.0]}
     assert done == ["slow", "fast"] * 2 + ["fast"] * 2
 

@@ -8,11 +8,11 @@ from numpy.testing import assert_allclose
 
 from pmor.core.conventions import rotation_z
 from pmor.core.errors import MeshError
+from pmor.fe.element import node_places
 from pmor.fe.hexahedron import shape_gradient
-from pmor.mesh.element import node_places
-from pmor.mesh.outline import tooth_outline
-from pmor.mesh.quality import mesh_quality
-from pmor.mesh.sector import build_sector
+from pmor.fe.outline import tooth_outline
+from pmor.fe.quality import mesh_quality
+from pmor.fe.sector import build_sector
 from tests.support.gear_models import MODULE, tooth
 
 EXACT = 1e-12  # relative; the same formula, or a sum of a few terms

@@ -22,10 +22,10 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.case import parse_case
+from pmor.fe import sector
+from pmor.fe.outline import tooth_outline
 from pmor.gear.topography import Topography
 from pmor.lab.rivals.calculix import PROGRAM, calculix_available, calculix_ste
-from pmor.mesh import sector
-from pmor.mesh.outline import tooth_outline
 from pmor.pair.conditions import nominal_condition
 from pmor.pair.model import elastic_model, mesh_model
 from tests.support.small_case import case_text

@@ -11,8 +11,8 @@ import pmor
 from pmor.body.elastic_gear import elastic_gear
 from pmor.case import parse_case
 from pmor.fe.assembly import assemble
+from pmor.fe.sector import build_sector
 from pmor.gear.condition import at_torques
-from pmor.mesh.sector import build_sector
 from pmor.pair.limits import range_warnings
 from pmor.pair.model import approach_estimate, elastic_model, gear_pair, mesh_model
 from pmor.pair.sweep import sweep_ste

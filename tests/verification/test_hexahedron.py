@@ -8,8 +8,8 @@ from numpy.testing import assert_allclose
 
 from pmor.core.errors import MeshError
 from pmor.fe.assembly import assemble, degrees_of_freedom
+from pmor.fe.element import QUADRATIC_NODES, node_places
 from pmor.fe.hexahedron import element_stiffness
-from pmor.mesh.element import QUADRATIC_NODES, node_places
 from tests.support.gear_models import POISSON, YOUNG
 
 PATCH = 1e-10  # relative; a linear field is exact but for round-off in a solve of some 100 unknowns

@@ -12,12 +12,12 @@ from pmor.core.errors import GeometryError
 from pmor.fe.assembly import assemble, degrees_of_freedom
 from pmor.fe.completion import completion
 from pmor.fe.condensation import sector_stiffness
+from pmor.fe.element import tributary_widths
+from pmor.fe.layer import surface_layer
+from pmor.fe.sector import build_sector
 from pmor.fe.surface_layer import layer_compliance
 from pmor.line.hertz import approach_constants, line_compliance
 from pmor.line.kernels.law import approach_of
-from pmor.mesh.element import tributary_widths
-from pmor.mesh.layer import surface_layer
-from pmor.mesh.sector import build_sector
 from pmor.pair.model import mesh_model
 from tests.support.gear_models import MODULE, POISSON, YOUNG, tooth
 from tests.support.line_laws import NO_CORNERS, plain_law

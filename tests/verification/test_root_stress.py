@@ -16,11 +16,11 @@ from numpy.testing import assert_allclose
 from pmor.body.elastic_gear import elastic_gear
 from pmor.body.fillet_stress import sector_stress, surface_stress
 from pmor.body.root_stress import root_stress_shapes
+from pmor.fe import fillet, outline
+from pmor.fe.element import tributary_widths
+from pmor.fe.fillet import build_fillet
+from pmor.fe.sector import build_sector
 from pmor.lab.rivals.calculix import PROGRAM, calculix_available
-from pmor.mesh import fillet, outline
-from pmor.mesh.element import tributary_widths
-from pmor.mesh.fillet import build_fillet
-from pmor.mesh.sector import build_sector
 from pmor_online.root_stress import _largest, _measures
 from tests.support.calculix_fillet import fillet_stress, largest_principal
 from tests.support.gear_models import POISSON, WIDTH, YOUNG, gear_pair, tooth

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.mesh.outline import tooth_outline
+from pmor.fe.outline import tooth_outline
 from pmor.penalty.kernels.state import Surface as KernelSurface
 from pmor.penalty.kernels.surface import refine, surface_point
 from tests.support.gear_models import tooth

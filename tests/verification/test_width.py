@@ -12,9 +12,9 @@ from pmor.body.elastic_gear import elastic_gear
 from pmor.case import parse_case
 from pmor.case.width import elements_across, meshed_width, mirrors_at_mid_width, whole_width
 from pmor.core.errors import MeshError
+from pmor.fe.sector import build_sector
 from pmor.gear.condition import at_torques
 from pmor.lab.rivals.conventional import conventional_pair
-from pmor.mesh.sector import build_sector
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.pair.sweep import sweep_ste
 from tests.support.gear_models import POISSON, WIDTH, YOUNG, tooth
@@ -31,6 +31,8 @@ SCHEMES = {
     "line": {"scheme": "line"},
     "direct": {"scheme": "direct", "lodm_profile": 2},
 }
+
+
 def case_of(width, across=ACROSS, contact=None, **sections):
     mesh = {"profile_elements": 6, "width_elements": across, "width": width}
     return parse_case(case_text(mesh=mesh, contact=contact or SCHEMES["line"], **sections), width, "case")

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmor.core.arrays import FloatArray
-from pmor.jobs.states import SMALLEST_ERROR_UM
+from pmor.work.states import SMALLEST_ERROR_UM
 
 # Effectivities that serve an engineer: the right order of magnitude, rather too large than too small.
 WANTED_EFFECTIVITY = (0.3, 5.0)

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pmor.core.arrays import FloatArray
-from pmor.jobs.states import SMALLEST_ERROR_UM
 from pmor.lab.comparison.curves import SAMPLINGS, Curves
 from pmor.lab.comparison.effectivity import WANTED_EFFECTIVITY
 from pmor.lab.comparison.measure import Row
 from pmor.report.panels import log_log, name_points, panels
 from pmor.report.style import COLOURS
+from pmor.work.states import SMALLEST_ERROR_UM
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from pmor.core.arrays import FloatArray
-from pmor.jobs.states import States, not_converged
 from pmor.lab.comparison.effectivity import effectivity
 from pmor.lab.comparison.training import TrainingSet
 from pmor.lab.comparison.variants import Variant
@@ -24,6 +23,7 @@ from pmor.pair.conditions import nominal_condition
 from pmor.pair.model import ElasticModel
 from pmor.reduction.basis import Basis
 from pmor.storage.basis_file import write_basis
+from pmor.work.states import States, not_converged
 from pmor_offline.gather import make_basis
 from pmor_online.errors import estimate_errors
 from pmor_online.model import online_angles, reduced_pair

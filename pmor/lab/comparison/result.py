@@ -9,7 +9,6 @@ from typing import Any
 
 from pmor.case import Case
 from pmor.core.progress import format_time
-from pmor.jobs.states import SMALLEST_ERROR_UM, state_text
 from pmor.lab.comparison.curves import SAMPLINGS, Curves
 from pmor.lab.comparison.effectivity import WANTED_EFFECTIVITY
 from pmor.lab.comparison.figures import SAMPLING_NAMES, decay_figure, estimate_figure, run_time_figure
@@ -18,6 +17,7 @@ from pmor.lab.comparison.variants import PARAMETERS
 from pmor.report.page import Block, Heading, Picture, Warning
 from pmor.report.provenance import machine
 from pmor.work.results import Report, writing_results
+from pmor.work.states import SMALLEST_ERROR_UM, state_text
 from pmor.work.table import Columns, table, text_lines
 
 #: files that `Comparison.write` leaves

@@ -11,7 +11,6 @@ from pathlib import Path
 
 from pmor.case import Case
 from pmor.core.errors import CaseError, ConvergenceError
-from pmor.jobs.states import not_converged, solve_states, unseen_states
 from pmor.lab.comparison.curves import Point, curves_of, points_of_curves
 from pmor.lab.comparison.measure import Reduction, Row, Truth, build, effort, online_times_ms, worth
 from pmor.lab.comparison.result import FILES, Comparison
@@ -21,6 +20,7 @@ from pmor.pair.model import elastic_model
 from pmor.work.cost import meshed_within_memory
 from pmor.work.pieces import Piece, run_pieces
 from pmor.work.results import pieces_folder
+from pmor.work.states import not_converged, solve_states, unseen_states
 from pmor_offline.sampling import first_positions
 from pmor_offline.snapshots import solve_snapshots
 

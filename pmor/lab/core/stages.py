@@ -55,18 +55,18 @@ def run_stages(case: Case, folder: Path) -> dict[str, dict[str, float]]:
         return result
 
     def load() -> Any:
-        import pmor.jobs.offline
         import pmor.report.run_page
+        import pmor.work.offline
 
         return pmor
 
     measured("start", load)
-    from pmor.jobs.live import live_pair
-    from pmor.jobs.offline import run_offline
     from pmor.pair.model import elastic_model, mesh_model
     from pmor.report.run_page import write_pages
     from pmor.report.summary import write_results
     from pmor.storage.basis_file import read_basis
+    from pmor.work.live import live_pair
+    from pmor.work.offline import run_offline
     from pmor_online.compare import compare_models
     from pmor_online.conditions import sweep_listed
     from pmor_online.errors import estimate_errors

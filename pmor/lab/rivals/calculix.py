@@ -39,12 +39,12 @@ from pmor.core.arrays import FloatArray, IntArray
 from pmor.core.conventions import rotation_z
 from pmor.core.errors import ConvergenceError, ExternalProgramError
 from pmor.fe.completion import nodes_of_elements
+from pmor.fe.element import QUADRATIC_NODES
+from pmor.fe.sector import SectorMesh
 from pmor.fe.whole_gear import whole_gear_mesh
 from pmor.gear.kernels.deviation import Deviation
 from pmor.gear.tooth import Tooth
 from pmor.lab.rivals.deviated_mesh import flank_shift
-from pmor.mesh.element import QUADRATIC_NODES
-from pmor.mesh.sector import SectorMesh
 from pmor.pair.conditions import assembly_of
 from pmor.pair.model import MeshModel, assemble_pair
 from pmor.penalty.pair import as_penalty

@@ -26,10 +26,10 @@ from pmor.case import Case, GearCase
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError, ConvergenceError
 from pmor.fe.assembly import degrees_of_freedom
+from pmor.fe.sector import SectorMesh
 from pmor.fe.sparse_direct import assemble_arc, factorise
 from pmor.gear.condition import Condition
 from pmor.line.layered_pair import LayeredPair
-from pmor.mesh.sector import SectorMesh
 from pmor.pair.model import MeshModel, per_gear
 from pmor.penalty.equilibrium import round_off_residual
 from pmor.penalty.pair import PenaltyPair, as_penalty

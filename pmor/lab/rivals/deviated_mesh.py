@@ -12,9 +12,9 @@ import numpy as np
 
 from pmor.core.arrays import FloatArray
 from pmor.core.conventions import rotation_z
+from pmor.fe.sector import SectorMesh
 from pmor.gear.kernels.deviation import Deviation, deviations_at
 from pmor.gear.tooth import Tooth
-from pmor.mesh.sector import SectorMesh
 
 
 def flank_shift(mesh: SectorMesh, tooth: Tooth, deviation: Deviation) -> FloatArray:

@@ -14,7 +14,6 @@ from pmor.case import Case, basis_key
 from pmor.core.arrays import FloatArray
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.gear.condition import Condition
-from pmor.jobs.offline import run_offline
 from pmor.lab.core.measures import max_and_rms
 from pmor.lab.core.models import ModelStore
 from pmor.lab.study.settings import Study
@@ -23,6 +22,7 @@ from pmor.pair.model import ElasticModel, MeshModel, elastic_model, mesh_model
 from pmor.pair.sweep import sweep_ste
 from pmor.results.sweep import SteSweep, ripple_um
 from pmor.storage.basis_file import read_basis
+from pmor.work.offline import run_offline
 from pmor_online.compare import training_failures
 from pmor_online.errors import estimate_errors
 from pmor_online.model import ReducedPair, online_angles, reduced_pair, unseen_angles

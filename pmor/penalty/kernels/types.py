@@ -24,7 +24,6 @@ OFFSET, NODE_ROWS, FIRST, ELEMENT_ROWS, AT_ROOT, AT_TIP, FIRST_ROW = range(7)
 TO_ROOT, TO_TIP, TO_LOW_Z, TO_HIGH_Z = range(4)
 
 
-
 class NodalScheme(NamedTuple):
     """Contact of refined surface points under the penalty law.
 

@@ -18,7 +18,6 @@ from pmor.body.elastic_gear import ElasticGear
 from pmor.body.flank_compliance import flank_compliance
 from pmor.core.arrays import FloatArray
 from pmor.gear.condition import Condition
-from pmor.jobs.states import SMALLEST_ERROR_UM, States, solve_states
 from pmor.pair.conditions import condition_at, training_values
 from pmor.pair.model import ElasticModel
 from pmor.penalty.elasticity import full_elasticity
@@ -28,6 +27,7 @@ from pmor.penalty.solve import window_depth
 from pmor.reduction.basis import Basis
 from pmor.reduction.contact_shapes import ContactShapes, shapes_of
 from pmor.reduction.flank_lines import FlankLineShapes, gear_lines
+from pmor.work.states import SMALLEST_ERROR_UM, States, solve_states
 from pmor_online.errors import estimate_errors
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.model import reduced_pair

@@ -17,17 +17,17 @@ import numpy as np
 
 from pmor.case import Case, make_case, other_models
 from pmor.core.keeping import is_kept, kernels_folder
-from pmor.jobs.offline import run_offline
-from pmor.jobs.online import run_online
 from pmor.pair.conditions import nominal_condition
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.pair.sweep import sweep_ste
 from pmor.penalty.kernels.sweep import sweep_reduced
 from pmor.penalty.kernels.windows import place_windows
 from pmor.storage.basis_file import read_basis
+from pmor.work.offline import run_offline
+from pmor.work.online import run_online
 from pmor_online.model import reduced_pair
 
-_COMMAND = "import sys; from pmor.jobs.kernels import compile_kernels; compile_kernels(*sys.argv[1:])"
+_COMMAND = "import sys; from pmor.work.kernels import compile_kernels; compile_kernels(*sys.argv[1:])"
 # Kernels that tell whether those of full FE, and those of trained shapes, were compiled before.
 _OF_FULL, _OF_SHAPES = place_windows, sweep_reduced
 

@@ -17,19 +17,19 @@ from pathlib import Path
 from pmor.case import Case, other_models
 from pmor.core.errors import CaseError, ConvergenceError, FileFormatError, GeometryError, MeshError, OutputError
 from pmor.core.progress import Steps, quietly
-from pmor.jobs import offline
-from pmor.jobs.kernels import kernels_beside
-from pmor.jobs.online import run_online
 from pmor.pair.model import ElasticModel, MeshModel, mesh_model, model_of_solved
 from pmor.reduction.basis import Basis
 from pmor.storage.basis_file import BASIS_SCHEMA, read_basis, require_made_from
 from pmor.storage.hdf5 import schema_name
 from pmor.storage.manifest import foreign_words, is_ours
+from pmor.work import offline
+from pmor.work.kernels import kernels_beside
+from pmor.work.online import run_online
 from pmor_online.model import reduced_pair
 from pmor_online.run import LostModel, OnlineResult
 
 OWN_BASIS = "basis.h5"
-_LOG = logging.getLogger("pmor.jobs")
+_LOG = logging.getLogger("pmor.work")
 
 
 @dataclass(frozen=True)

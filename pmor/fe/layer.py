@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from pmor.core.arrays import FloatArray
+from pmor.fe.outline import tooth_outline
+from pmor.fe.sector import tooth_block
 from pmor.gear.tooth import Tooth
-from pmor.mesh.outline import tooth_outline
-from pmor.mesh.sector import tooth_block
 
 
 def surface_layer(
@@ -20,7 +20,7 @@ def surface_layer(
     tooth : Tooth
     profile_elements : int
     spacing : {"roll_angle", "arc_length"}
-        As in `pmor.mesh.sector.build_sector`.
+        As in `pmor.fe.sector.build_sector`.
     depth : float
         mm.
     order : int

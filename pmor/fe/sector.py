@@ -22,9 +22,9 @@ import numpy as np
 
 from pmor.core.arrays import FloatArray, IntArray
 from pmor.core.errors import MeshError
+from pmor.fe.element import QUADRATIC_NODES, node_places
+from pmor.fe.outline import Outline, tooth_outline
 from pmor.gear.tooth import Tooth, twist_sections
-from pmor.mesh.element import QUADRATIC_NODES, node_places
-from pmor.mesh.outline import Outline, tooth_outline
 
 THICKNESS_GROWTH = 1.2
 RIM_GROWTH = 1.3
@@ -45,7 +45,7 @@ class SectorMesh:
         In the tooth frame, mm.
     elements : ndarray of int, shape (n_elements, 8) or (n_elements, 27)
         Hexahedra in the usual order (four nodes at the lower z, counter-clockwise, then the four above them). Quadratic
-        ones go on as in `pmor.mesh.element`, with the nodes in the middle of faces, that are not theirs, at the end.
+        ones go on as in `pmor.fe.element`, with the nodes in the middle of faces, that are not theirs, at the end.
     flank : ndarray of int, shape (n + 1, m + 1)
         Nodes of the loaded flank: from the start of the involute to the tip, along the face width.
     flank_roll_angle : ndarray, shape (n + 1,)

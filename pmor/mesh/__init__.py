@@ -1,1 +1,0 @@
-"""Structured hexahedral mesh of one tooth sector, and its quality measures."""
