@@ -30,9 +30,9 @@ from pmor_online.model import ReducedPair, online_angles
 
 # A block starts cold: long enough that this does not count, short enough to share out between threads.
 ANGLES_PER_BLOCK = 25
-# Three or four steps are usual, and ever more the stiffer the penalty; beyond these the kernel begins again with a softer
-# one. Measured on the paper's pair, 400 angles: 1e10 N/mm3 converges up to four times the nominal torque, 1e12 at the
-# nominal one; states that do not converge are flagged.
+# Three or four steps are usual, and ever more the stiffer the penalty; beyond these the kernel begins again with a
+# softer one. Measured on the paper's pair, 400 angles: 1e10 N/mm3 converges up to four times the nominal torque, 1e12
+# at the nominal one; states that do not converge are flagged.
 MAX_STEPS = 12
 # On the residuals before the last step. Measured on the paper's pair, its STE then differs from one that was solved to
 # 1e-9 by 4e-7 at most with 200 angles per pitch, far below the error of any basis. A tighter one costs evaluations (at

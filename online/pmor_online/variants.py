@@ -28,7 +28,7 @@ OFF_MIDDLE = 1e-9
 
 @dataclass(frozen=True)
 class VariantState:
-    """State of a pair that is built in one way: D torques, A angles, P tooth pairs that can touch, S sections over the width.
+    """State of one assembly: D torques, A angles, P tooth pairs that can touch, S sections over the width.
 
     Attributes
     ----------

@@ -69,8 +69,8 @@ def _check_reduction(case: Case, where: str) -> None:
         )
     if reduction.shapes != "line_loads" and scheme == "line":
         raise CaseError(
-            f'{where}: [reduction] shapes = "{reduction.shapes}": line contact has no trained shapes, its line loads are '
-            'exact: write shapes = "line_loads", or a penalty scheme such as [contact] scheme = "direct"'
+            f'{where}: [reduction] shapes = "{reduction.shapes}": line contact has no trained shapes; its line loads '
+            'are exact: write shapes = "line_loads", or a penalty scheme such as [contact] scheme = "direct"'
         )
 
 

@@ -1,10 +1,11 @@
 """The condition that a gear pair is in: what drives it, and where its parts are.
 
 A pair *is* its gears, their meshes and the way contact is evaluated (`pmor.gear.meshed_pair.MeshedPair`). The state it
-comes to depends on the pinion's angle and on a condition: the torque on the pinion, or its advance; and where the wheel's
-axis is. Shafts and housings give way and are not machined exactly: the wheel's axis is then off by some hundredths of a
-millimetre. The finite-element models of the gears know nothing of it, since each is made in its own frame, so that
-axes out of place are a parameter like the torque, and so are deviations of the flanks, which are as small.
+comes to depends on the pinion's angle and on a condition: the torque on the pinion, or its advance; and where the
+wheel's axis is. Shafts and housings give way and are not machined exactly: the wheel's axis is then off by some
+hundredths of a millimetre. The finite-element models of the gears know nothing of it, since each is made in its own
+frame, so that axes out of place are a parameter like the torque, and so are deviations of the flanks, which are as
+small.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Line contact on the compliance of all flank nodes: slow and obvious, what the compiled solver is measured against.
 
-The equations are those of `pmor.line.kernels.loads`, with the flexibility D = W C W^T multiplied out from the compliance
-C of whole flanks for each position, and Newton's method on forces and advance together.
+The equations are those of `pmor.line.kernels.loads`, with the flexibility D = W C W^T multiplied out from the
+compliance C of whole flanks for each position, and Newton's method on forces and advance together.
 """
 
 from __future__ import annotations
@@ -330,8 +330,8 @@ class _Flanks:
                 solution = np.linalg.solve(bordered, np.append(-free, -torque))
                 new, advance = solution[:-1], advance + float(solution[-1])
             pulls = new <= 0.0
-            change = float(np.max((new - force[active]) ** 2 / (np.maximum(new, least[active]) * new.max()), initial=0.0,
-                                  where=~pulls))  # fmt: skip
+            changes = (new - force[active]) ** 2 / (np.maximum(new, least[active]) * new.max())
+            change = float(np.max(changes, initial=0.0, where=~pulls))
             settled = change <= TOLERANCE and not pulls.any()
             # The law is steeper the smaller the load: what pulls here may still push there.
             carries[active[pulls]] = force[active[pulls]] > least[active[pulls]]

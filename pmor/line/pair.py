@@ -1,4 +1,4 @@
-"""A pair prepared for line loads, and its sections placed at some angles: what every user of line contact solves with."""
+"""A pair prepared for line loads, and its sections placed at some angles."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ class PlacedSections:
 
 
 def no_results(conditions: int, angles: int, size: int, pairs: int, differentiated: bool) -> LineResults:
-    """Return room for the results of `solve_lines`: `size` sections, with their sensitivities where `differentiated`."""
+    """Return empty results of `solve_lines`: `size` sections, with their sensitivities where `differentiated`."""
     grid = conditions, angles
     return LineResults(
         advance=np.zeros(grid),

@@ -1,7 +1,7 @@
 """Transmission error without load: where rigid flanks touch.
 
-Of all sections of all tooth pairs that can touch the one that closes first stops the pinion: its advance is the lower envelope
-of theirs. Under ever smaller torques the loaded transmission error comes down to it.
+Of all sections of all tooth pairs that can touch the one that closes first stops the pinion: its advance is the lower
+envelope of theirs. Under ever smaller torques the loaded transmission error comes down to it.
 """
 
 from __future__ import annotations

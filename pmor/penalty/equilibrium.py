@@ -1,10 +1,11 @@
 """Static equilibrium of the pair under a torque on the pinion: Newton on the geometry, guarded.
 
 The wheel is held. A step solves the contact problem that is linearised about the present geometry, unilateral as it is:
-which points carry load is settled on the linearised gaps, of all points that penetrate or nearly do. The geometry alone is
-left to iterate, so that a stiff penalty costs no more steps than a soft one. Residual *forces* would be no guide there: they
-are the penalty times errors of the gap, and off by orders of magnitude in a state whose forces are right to a per mille. The
-measure is the correction that the next step would make, in the energy norm: the error itself, whatever the penalty.
+which points carry load is settled on the linearised gaps, of all points that penetrate or nearly do. The geometry alone
+is left to iterate, so that a stiff penalty costs no more steps than a soft one. Residual *forces* would be no guide
+there: they are the penalty times errors of the gap, and off by orders of magnitude in a state whose forces are right to
+a per mille. The measure is the correction that the next step would make, in the energy norm: the error itself, whatever
+the penalty.
 """
 
 from __future__ import annotations

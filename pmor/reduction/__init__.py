@@ -21,7 +21,7 @@ width; online, each active line of the contact has an amplitude of its own, on p
 comes out of the solution. Nothing is interpolated over the angle, so that the dent moves with the contact. It is the
 one that is good with any scheme, mesh and training, and the only one that may be trained greedily and still be small.
 `interpolation` of `positions` and `pod` over the roll position: `linear`, or `cubic` for dense training where all is
-smooth. Geodesics between the subspaces (Grassmann; Amsallem & Farhat, AIAA J. 46 (2008) 1803) were no better than linear
-with aligned modes: 0.37 % against 0.31 % with Hermite patches. Both move in the same planes.
-The error bar on every result, and where it is no bound: `pmor.penalty.kernels.estimate`.
+smooth. Geodesics between the subspaces (Grassmann; Amsallem & Farhat, AIAA J. 46 (2008) 1803) were no better than
+linear with aligned modes: 0.37 % against 0.31 % with Hermite patches. Both move in the same planes. The error bar on
+every result, and where it is no bound: `pmor.penalty.kernels.estimate`.
 """

@@ -2,9 +2,9 @@
 
 One family of shapes *per tooth pair*: the force field that the flanks exchange at a roll position under a training
 torque, on pinion and wheel together, and the displacements it causes on the loaded and the neighbouring teeth. By
-cyclic symmetry the family serves every tooth pair; online each pair in mesh takes the active shapes at its own roll position,
-so that load sharing comes out of the solution. Force and displacement are interpolated with the same weights and
-therefore stay consistent (Blockmans, Tamarozzi, Naets & Desmet, IJNME 102 (2015) 1162).
+cyclic symmetry the family serves every tooth pair; online each pair in mesh takes the active shapes at its own roll
+position, so that load sharing comes out of the solution. Force and displacement are interpolated with the same weights
+and therefore stay consistent (Blockmans, Tamarozzi, Naets & Desmet, IJNME 102 (2015) 1162).
 """
 
 from __future__ import annotations

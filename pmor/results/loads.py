@@ -55,7 +55,7 @@ class ContactLoads:
 
 @dataclass(frozen=True)
 class LineStates:
-    """Line contact in all states of a sweep: D torques, A angles, P tooth pairs that can touch, S sections over the width.
+    """Line contact in all states of a sweep: D torques, A angles, P tooth pairs, S sections over the width.
 
     Where half the width is meshed, sections stand for their mirror images too: these have the same line load. A state
     that did not converge carries nothing here.

@@ -1,7 +1,7 @@
 """How the transmission error answers to each parameter of a flank modification: exact first derivatives.
 
-The advance depends on a deviation of the flanks only through the gaps of the sections, and what it does to each is known
-from the solution (`pmor.line.kernels.loads`, equation 2):
+The advance depends on a deviation of the flanks only through the gaps of the sections, and what it does to each is
+known from the solution (`pmor.line.kernels.loads`, equation 2):
 
     d STE / d parameter = sum_n (d STE / d e_n) (d e_n / d parameter).
 

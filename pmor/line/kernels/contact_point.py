@@ -39,8 +39,8 @@ class ContactPoint(NamedTuple):
     lever, mate_lever : float
         Derivative of the gap by the pinion's rotation; lever arm of the force on the wheel, mm.
     lever_slope, corner_advance : float
-        Derivative of the lever by the pinion's rotation, mm, from an advance (rad) on that brings its corner to the line of
-        action, and turns the lever; 0 where that is far.
+        Derivative of the lever by the pinion's rotation, mm, from an advance (rad) on that brings its corner to the
+        line of action, and turns the lever; 0 where that is far.
     slant : float
         Angle between the flank of the gear whose corner meets the mate and the mate's, rad; 0 between the tips.
     """

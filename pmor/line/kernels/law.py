@@ -96,7 +96,7 @@ def _from_corner(flank, corner, roll, cosine):
 
 @compiled
 def _law_near_corner(gears, layers, contact_point, near, inside, cosine, law):
-    """Complete a law with the corner of the gear `near`, the flanks contact_point `inside` (mm) of its edge or at it."""
+    """Complete a law with the corner of the gear `near`; the flanks meet `inside` (mm) of its edge or at it."""
     flank, mate, corner = gears[near], gears[1 - near], layers[near].corner
     share = layers[near].compliance / (layers[0].compliance + layers[1].compliance)
     place, influence_length, edge = corner.place, corner.influence_length * corner.depth * cosine, 0.0

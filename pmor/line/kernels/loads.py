@@ -17,11 +17,11 @@ Neither D nor g_0 depends on torque or deviations.
 Derivatives follow from a factor of the same matrix: with M = D + delta'/width of the sections that carry, l_t the
 slopes of levers that turn, and y = M^-1 l,
 
-    d torque / d advance = l y - l_t F,    d advance / d e_n = -y_n / (d torque / d advance),                               (2)
+    d torque / d advance = l y - l_t F,    d advance / d e_n = -y_n / (d torque / d advance),                       (2)
 
-the second at the same torque: a deviation moves the advance as the torque moves the section that deviates (Maxwell). They
-are those of the present sections: both jump a little where one begins to carry, as soft as the law's delta' under the
-least load, and where a patch of contact comes to a sharp edge, with the law's slope there.
+the second at the same torque: a deviation moves the advance as the torque moves the section that deviates (Maxwell).
+They are those of the present sections: both jump a little where one begins to carry, as soft as the law's delta' under
+the least load, and where a patch of contact comes to a sharp edge, with the law's slope there.
 """
 
 from __future__ import annotations
@@ -346,7 +346,7 @@ def _solve(lines, flexibility, i, load, held, rate, width, compliance, corners, 
 
 @compiled
 def _turning(lines, i, n, advance):
-    """How far the advance is beyond the one that brings the pinion's corner into contact, and the lever's slope there."""
+    """Advance beyond the one that brings the pinion's corner into contact, and the lever's slope there."""
     further = advance - lines.corner_advance[i, n]
     return (further, lines.lever_slope[i, n]) if further > 0.0 else (0.0, 0.0)
 
@@ -383,7 +383,7 @@ def _linearise(lines, flexibility, i, advance, force, width, compliance, corners
 
 @compiled
 def _newton_step(lines, i, load, held, advance, force, count, workspace):
-    """Solve the linearised equations; return the advance and the stiffness. New forces are left in ``workspace.loaded``."""
+    """Solve the linearised equations; return advance and stiffness. New forces are in ``workspace.loaded``."""
     solve_factored(workspace.factor, count, workspace.loaded)
     solve_factored(workspace.factor, count, workspace.levered)
     torque, stiffness = load, 0.0

@@ -31,7 +31,8 @@ class Places(NamedTuple):
     lever, mate_lever : ndarray, shape (A, N)
         Derivative of the gap by the pinion's rotation, and lever arm of the force on the wheel, mm.
     lever_slope, corner_advance : ndarray, shape (A, N)
-        Derivative of the lever by the pinion's rotation, mm, from an advance (rad) on that brings its corner into contact.
+        Derivative of the lever by the pinion's rotation, mm, from an advance (rad) on that brings its corner into
+        contact.
     roll : ndarray, shape (A, N, 2)
         Roll angles on pinion and wheel, rad.
     """
@@ -94,8 +95,8 @@ def place_flanks(phi, kinematics, gears, z, pair_count):
     angles, sections = len(phi), len(z)
     grid = angles, pair_count * sections
     places = Places(
-        first_pair=np.zeros(angles, dtype=np.int64), gap=np.zeros(grid), lever=np.zeros(grid), mate_lever=np.zeros(grid),
-        lever_slope=np.zeros(grid), corner_advance=np.zeros(grid), roll=np.zeros((angles, grid[1], 2)),
+        first_pair=np.zeros(angles, dtype=np.int64), gap=np.zeros(grid), lever=np.zeros(grid),
+        mate_lever=np.zeros(grid), lever_slope=np.zeros(grid), corner_advance=np.zeros(grid), roll=np.zeros((angles, grid[1], 2)),
     )  # fmt: skip
     forward, back = Motion(np.empty((3, 3)), np.empty(3)), Motion(np.empty((3, 3)), np.empty(3))
     for i in range(angles):
@@ -127,8 +128,8 @@ def place_lines(phi, kinematics, gears, layers, z, pair_count, components):
     size = pair_count * sections
     grid = angles, size
     lines = Lines(
-        first_pair=np.zeros(angles, dtype=np.int64), gap=np.zeros(grid), lever=np.zeros(grid), mate_lever=np.zeros(grid),
-        lever_slope=np.zeros(grid), corner_advance=np.zeros(grid), roll=np.zeros((angles, size, 2)),
+        first_pair=np.zeros(angles, dtype=np.int64), gap=np.zeros(grid), lever=np.zeros(grid),
+        mate_lever=np.zeros(grid), lever_slope=np.zeros(grid), corner_advance=np.zeros(grid), roll=np.zeros((angles, size, 2)),
         law=np.zeros((angles, size, LAW_FIELDS)), row=np.zeros((angles, size, 2), dtype=np.int64),
         gradient=np.zeros((angles, size, 2, 4 * components)),
     )  # fmt: skip

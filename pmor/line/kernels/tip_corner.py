@@ -29,9 +29,9 @@ Across the edge of an arc, with cos(beta) = m / l and D = kappa_e - kappa:
 All of them follow each other with their slopes: Hertz's patch touches the corner with theta = -kappa l, and (4) becomes
 (3) as the radius of the edge goes to nothing.
 
-*The layer's end* adds H to the compliance of this gear (`tests.programs.ended_layer`), a wedge at the corner and nothing a
-depth inside. The complementary energy is stationary in the pressure, so to first order it grows by that of the pressure
-above, 1/2 \iint p H p, and the approach by its derivative by w, in which dp/dw = q:
+*The layer's end* adds H to the compliance of this gear (`tests.programs.ended_layer`), a wedge at the corner and
+nothing a depth inside. The complementary energy is stationary in the pressure, so to first order it grows by that of
+the pressure above, 1/2 \iint p H p, and the approach by its derivative by w, in which dp/dw = q:
 
     delta_H = (c / C) [W M_0 + W_1 M_1 + W_2 M_2],    M_k = \iint q T_k H q.                                       (5)
 

@@ -29,10 +29,9 @@ by factors of 10 and in sign on tilted axes, where (2) stayed within a factor of
 
 *Where (1) is a bound.* Where psi is convex and g linear. Points transfer forces by bilinear shares that are not the
 derivative of their gaps, and at a tip corner the levers turn with the advance: there it is an estimate. (2) is an
-estimate everywhere, with a sign. Points that have only just come to carry let r grow steeply with the torque until the row
-is complete, and (2) with it, while the STE goes on as before: up to 0.17 um on 6 x 2 elements, where the largest error
-was 0.01 um.
-What full FE itself misses, by its mesh, is no part of either.
+estimate everywhere, with a sign. Points that have only just come to carry let r grow steeply with the torque until the
+row is complete, and (2) with it, while the STE goes on as before: up to 0.17 um on 6 x 2 elements, where the largest
+error was 0.01 um. What full FE itself misses, by its mesh, is no part of either.
 """
 
 from __future__ import annotations
@@ -67,7 +66,7 @@ class _Patch(NamedTuple):
 
 @inlined
 def _exchanged_work(block, force, change, to, by, work):
-    """Sum of f_to^T C f'_by and f'_to^T C f_by for the forces f and f' on two patches; `work` is workspace for two rows."""
+    """Sum of f_to^T C f'_by and f'_to^T C f_by for the forces f and f' on two patches; `work` holds two rows."""
     width = by.high - by.low
     if width <= 0 or to.high <= to.low:
         return 0.0
@@ -91,8 +90,8 @@ def discarded_energy_slope(count, pair, position, coordinates, compliance):
     """Derivative by the torque of the energy of the contact forces that the active shapes do not carry, rad.
 
     With r the nodal forces that are left over, it is r^T C dr/dT (eq. 2). How all changes
-    with the torque follows from the last Newton matrix, and what the active shapes carry from that step's solution, which
-    balances the forces on them.
+    with the torque follows from the last Newton matrix, and what the active shapes carry from that step's solution,
+    which balances the forces on them.
 
     Parameters
     ----------

@@ -170,7 +170,7 @@ def _add_point(n, sign, size, work):
 
 @compiled
 def newton_step(count, active_shapes, work, coordinates, load):
-    """Fill ``work.solution``: amplitudes and rotation that solve the linearised problem, and its gaps; active points and all.
+    """Fill ``work.solution``, amplitudes and rotation of the linearised problem, its gaps and active points.
 
     The geometry is the expensive part of a step, so which points are active is settled on the linearised gaps; points
     that stand off a little are in the lists for that.

@@ -44,7 +44,7 @@ def search_workspace(pair, patches):
 
 @allocating
 def facing_flanks(pair, patches, p, slave, workspace):
-    """How the flank of one gear of tooth pair `p` faces that of its mate: `Facing`, with the motion from `workspace`."""
+    """Flank of one gear of tooth pair `p` facing that of its mate: `Facing`, with the motion from `workspace`."""
     kinematics, gears, scheme, master = pair.kinematics, pair.gears, pair.scheme, 1 - slave
     own, mate = patches.windows[p, slave], patches.windows[p, master]
     first, roll_position = own[FIRST_ROW] * scheme.lodm_profile, patches.phi + patches.tooth_pair[p] * kinematics.pitch
@@ -65,8 +65,8 @@ def facing_flanks(pair, patches, p, slave, workspace):
         master_centre[column] = element_row(kinematics, gears, master, own_position) - mate[FIRST_ROW]
         across[column] = (section - mate_z[0]) / column_width
     return Facing(
-        own, mate, len(z), len(mate_z), extents, workspace.forward if slave == 0 else workspace.back, slave == 0, penalty,
-        slave_centre, master_centre, across, column_width, patches.clear,
+        own, mate, len(z), len(mate_z), extents, workspace.forward if slave == 0 else workspace.back, slave == 0,
+        penalty, slave_centre, master_centre, across, column_width, patches.clear,
     )  # fmt: skip
 
 

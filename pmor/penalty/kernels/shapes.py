@@ -40,7 +40,7 @@ def _most_active_shapes(family, patches):
 
 @compiled
 def _drop_dependent(low, high, slot, gram, factor):
-    """Keep the active shapes from `low` on that are independent to working precision, with their Gram matrix and its factor.
+    """Keep the active shapes from `low` on that are independent, with their Gram matrix and its factor.
 
     Without the local dent, loads on lines that are close together move the tooth alike. A dropped line's load is
     carried by the others; what that misses of its energy is below the tolerance.
@@ -203,7 +203,7 @@ def shape_weights(positions, roll_position, weights):
 
 @allocating
 def _interpolate_positions(pair, patches, positions, active_shapes):
-    """Interpolate the shapes of all pairs that can touch over their roll positions; fill `active_shapes`, return their number."""
+    """Interpolate the shapes of all pairs over their roll positions; fill `active_shapes`, return their number."""
     shapes, stencil = positions.displacement.shape[1], positions.gram.shape[2]
     weights, places = np.zeros((patches.pairs, stencil, shapes)), np.empty(patches.pairs, dtype=np.int64)
     for p in range(patches.pairs):

@@ -291,8 +291,8 @@ def sweep_reduced(phi, applied_loads, pair, family, compliance, settings, result
 def _solve_from_neighbour(t, i, applied_loads, pair, family, position, neighbour, coordinates, settings, results):
     """Solve for torque number `t` at angle number `i`; fill the results, return the `Solution`.
 
-    Started from the angle before, else from the torque before, else from the undeformed pair; at last with a penalty that
-    hardens from step to step.
+    Started from the angle before, else from the torque before, else from the undeformed pair; at last with a penalty
+    that hardens from step to step.
     """
     torque, touch, radius = applied_loads[t], pair.kinematics.first_touch, pair.gears[0].base_radius
     approach = settings.approach_rate * torque

@@ -1,4 +1,4 @@
-"""What the kernels of penalty contact know of a pair: named tuples of arrays and scalars, and columns of arrays by name.
+"""A pair for the kernels of penalty contact: named tuples of arrays and scalars, array columns by name.
 
 P is the number of tooth pairs that can touch together.
 
