@@ -96,7 +96,8 @@ def place_flanks(phi, kinematics, gears, z, pair_count):
     grid = angles, pair_count * sections
     places = Places(
         first_pair=np.zeros(angles, dtype=np.int64), gap=np.zeros(grid), lever=np.zeros(grid),
-        mate_lever=np.zeros(grid), lever_slope=np.zeros(grid), corner_advance=np.zeros(grid), roll=np.zeros((angles, grid[1], 2)),
+        mate_lever=np.zeros(grid), lever_slope=np.zeros(grid), corner_advance=np.zeros(grid),
+        roll=np.zeros((angles, grid[1], 2)),
     )  # fmt: skip
     forward, back = Motion(np.empty((3, 3)), np.empty(3)), Motion(np.empty((3, 3)), np.empty(3))
     for i in range(angles):
@@ -129,7 +130,8 @@ def place_lines(phi, kinematics, gears, layers, z, pair_count, components):
     grid = angles, size
     lines = Lines(
         first_pair=np.zeros(angles, dtype=np.int64), gap=np.zeros(grid), lever=np.zeros(grid),
-        mate_lever=np.zeros(grid), lever_slope=np.zeros(grid), corner_advance=np.zeros(grid), roll=np.zeros((angles, size, 2)),
+        mate_lever=np.zeros(grid), lever_slope=np.zeros(grid), corner_advance=np.zeros(grid),
+        roll=np.zeros((angles, size, 2)),
         law=np.zeros((angles, size, LAW_FIELDS)), row=np.zeros((angles, size, 2), dtype=np.int64),
         gradient=np.zeros((angles, size, 2, 4 * components)),
     )  # fmt: skip
