@@ -20,9 +20,9 @@ Results
     assemblies. `RootStress`: along the fillets.
 Capabilities and experiments, with their files where a folder is given
     `run_dynamics`: the pair in motion, a `DynamicsResult`. `run_design`: a search for flank modifications, a
-    `DesignResult`. `run_campaign`: a table of macro-geometries, a `CampaignResult`. `run_study`: a grid of meshes and
-    models. `run_convergence`: finer and finer meshes. `run_stability`: extreme variants. `run_reductions`: reductions
-    and samplings. `run_bench`: run times. `write_design_case`, `write_campaign_case`: one of many
+    `DesignResult`. `campaign`: a table of macro-geometries, a `CampaignResult`. `study`: a grid of meshes and
+    models. `convergence`: finer and finer meshes. `stability`: extreme variants. `reductions`: reductions
+    and samplings. `bench`: run times. `write_design_case`, `write_campaign_case`: one of many
     designs as a case file.
 Conditions
     `Misalignment`: position of the wheel's axis. `Modification`: deviation of a gear's flanks; `Topography`: on a grid.
@@ -56,14 +56,14 @@ if TYPE_CHECKING:
     from pmor.app.result import ConditionsResult, SweepResult
     from pmor.app.rexs import import_rexs
     from pmor.app.rooms import (
-        run_bench,
-        run_campaign,
-        run_convergence,
+        bench,
+        campaign,
+        convergence,
+        reductions,
         run_design,
         run_dynamics,
-        run_reductions,
-        run_stability,
-        run_study,
+        stability,
+        study,
         write_campaign_case,
         write_design_case,
     )
@@ -99,8 +99,8 @@ _HOMES = {
     "pmor.app.plan": ("plan",),
     "pmor.app.model": ("ReducedModel",),
     "pmor.app.rooms": (
-        "run_bench", "run_campaign", "run_convergence", "run_design", "run_dynamics", "run_reductions",
-        "run_stability", "run_study", "write_campaign_case", "write_design_case",
+        "bench", "campaign", "convergence", "reductions", "run_design", "run_dynamics", "stability", "study",
+        "write_campaign_case", "write_design_case",
     ),
     "pmor.app.run": ("RunResult", "run_case"),
     "pmor.app.training": ("compare", "load_model", "train"),
@@ -147,8 +147,11 @@ __all__ = [
     "SweepResult",
     "Topography",
     "Verification",
+    "bench",
+    "campaign",
     "change_case",
     "compare",
+    "convergence",
     "export_file",
     "full_model",
     "import_rexs",
@@ -158,15 +161,12 @@ __all__ = [
     "load_results",
     "make_case",
     "plan",
-    "run_bench",
-    "run_campaign",
+    "reductions",
     "run_case",
-    "run_convergence",
     "run_design",
     "run_dynamics",
-    "run_reductions",
-    "run_stability",
-    "run_study",
+    "stability",
+    "study",
     "train",
     "verify",
     "write_campaign_case",

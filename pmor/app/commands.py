@@ -78,7 +78,7 @@ def study(
     study_path: Path, out: Path | None = None, jobs: int = 1, quick: bool = False, overwrite: bool = False
 ) -> None:
     """Run a study: a grid of meshes and refinements, three models, error against run time, one report."""
-    from pmor.app.rooms import run_study
+    from pmor.app import rooms
     from pmor.core.threads import threads
     from pmor.lab.study.loader import load
     from pmor.storage.results_folder import default_folder
@@ -86,24 +86,24 @@ def study(
     settings = load(study_path, quick=quick)
     folder = out or default_folder(settings.name, "_quick" * quick)
     with threads(jobs) as executor:
-        found = run_study(settings, folder, overwrite=overwrite, executor=executor)
+        found = rooms.study(settings, folder, overwrite=overwrite, executor=executor)
     _finish(found, folder, found.failures, "did not converge")
 
 
 def convergence(case_path: Path, out: Path | None = None, overwrite: bool = False) -> None:
     """Solve a case on finer and finer meshes of each element: what does the mesh cost?"""
-    from pmor.app.rooms import run_convergence
+    from pmor.app import rooms
     from pmor.case import load_case
     from pmor.storage.results_folder import default_folder
 
     case = load_case(case_path)
     folder = out or default_folder(case.name, "_convergence")
-    _finish(run_convergence(case, folder, overwrite=overwrite), folder)
+    _finish(rooms.convergence(case, folder, overwrite=overwrite), folder)
 
 
 def stability(case_path: Path, out: Path | None = None, jobs: int = 1, only: str = "", overwrite: bool = False) -> None:
     """Run stiff and extreme variants of a case: does the program hold, and how well?"""
-    from pmor.app.rooms import run_stability
+    from pmor.app import rooms
     from pmor.case import load_case
     from pmor.core.threads import threads
     from pmor.storage.results_folder import default_folder
@@ -111,13 +111,13 @@ def stability(case_path: Path, out: Path | None = None, jobs: int = 1, only: str
     case = load_case(case_path)
     folder = out or default_folder(case.name, "_stability")
     with threads(jobs) as executor:
-        found = run_stability(case, folder, only=only, overwrite=overwrite, executor=executor)
+        found = rooms.stability(case, folder, only=only, overwrite=overwrite, executor=executor)
     _finish(found, folder, [entry.name for entry in found.failed], "variants failed")
 
 
 def reductions(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False) -> None:
     """Compare the reductions and the samplings of their training over the ranges of a case."""
-    from pmor.app.rooms import run_reductions
+    from pmor.app import rooms
     from pmor.case import load_case
     from pmor.core.threads import threads
     from pmor.storage.results_folder import default_folder
@@ -125,13 +125,13 @@ def reductions(case_path: Path, out: Path | None = None, jobs: int = 1, overwrit
     case = load_case(case_path)
     folder = out or default_folder(case.name, "_reductions")
     with threads(jobs) as executor:
-        found = run_reductions(case, folder, overwrite=overwrite, executor=executor)
+        found = rooms.reductions(case, folder, overwrite=overwrite, executor=executor)
     _finish(found, folder, found.failures, "states did not converge")
 
 
 def dynamics(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False) -> None:
     """Find the motion of a pair over its speed: frequency response, run-up and run-down under each torque."""
-    from pmor.app.rooms import run_dynamics
+    from pmor.app import rooms
     from pmor.case import load_case
     from pmor.core.threads import processes
     from pmor.storage.results_folder import default_folder
@@ -139,7 +139,7 @@ def dynamics(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite:
     case = load_case(case_path)
     folder = out or default_folder(case.name, "_dynamics")
     with processes(jobs) as executor:
-        found = run_dynamics(case, folder, overwrite=overwrite, executor=executor)
+        found = rooms.run_dynamics(case, folder, overwrite=overwrite, executor=executor)
     _finish(found, folder, found.failures, "parts of responses are missing")
 
 
@@ -147,7 +147,7 @@ def design(
     design_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False, variant: int | None = None
 ) -> None:
     """Search the flank modifications that a design file asks for, or write one variant as a case file."""
-    from pmor.app.rooms import run_design, write_design_case
+    from pmor.app import rooms
     from pmor.core.threads import threads
     from pmor.design.loader import load
     from pmor.storage.results_folder import default_folder
@@ -155,10 +155,10 @@ def design(
     settings = load(design_path)
     folder = out or default_folder(settings.name)
     if variant is not None:
-        print(f"{write_design_case(settings, folder, variant, overwrite=overwrite)}: written")
+        print(f"{rooms.write_design_case(settings, folder, variant, overwrite=overwrite)}: written")
         return
     with threads(jobs) as executor:
-        found = run_design(settings, folder, overwrite=overwrite, executor=executor)
+        found = rooms.run_design(settings, folder, overwrite=overwrite, executor=executor)
     _finish(found, folder, found.failures, "did not converge")
 
 
@@ -167,7 +167,7 @@ def campaign(
     case_number: int | None = None, overwrite: bool = False,
 ) -> None:  # fmt: skip
     """Solve a table of designs, each with gears of its own, on processes of this machine or on a cluster."""
-    from pmor.app.rooms import run_campaign, write_campaign_case
+    from pmor.app import rooms
     from pmor.campaigns.cluster import dask_executor
     from pmor.campaigns.loader import load
     from pmor.campaigns.supervise import LocalProcesses
@@ -176,21 +176,21 @@ def campaign(
 
     settings = load(campaign_path)
     if case_number is not None:
-        print(f"{write_campaign_case(settings, out or Path(), case_number, overwrite=overwrite)}: written")
+        print(f"{rooms.write_campaign_case(settings, out or Path(), case_number, overwrite=overwrite)}: written")
         return
     folder = out or default_folder(settings.name)
     with dask_executor(dask) if dask else LocalProcesses(jobs) as executor, Progress(settings.count, "designs") as bar:
-        found = run_campaign(settings, folder, executor=executor, progress=bar.step, overwrite=overwrite)
+        found = rooms.campaign(settings, folder, executor=executor, progress=bar.step, overwrite=overwrite)
     failures = [f"design {number + 1}: {found.reasons[number]}" for number in found.failed]
     _finish(found, folder, failures, "designs have no results")
 
 
 def bench(case_path: Path, json_path: Path, jobs: int = 2, overwrite: bool = False) -> None:
     """Measure run times by phase and by size, as ratios to an earlier measurement where there is one."""
-    from pmor.app.rooms import run_bench
+    from pmor.app import rooms
     from pmor.case import load_case
 
-    print(run_bench(load_case(case_path), json_path, threads=jobs, overwrite=overwrite, inputs=(case_path,)))
+    print(rooms.bench(load_case(case_path), json_path, threads=jobs, overwrite=overwrite, inputs=(case_path,)))
 
 
 def export(

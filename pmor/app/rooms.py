@@ -71,7 +71,7 @@ def run_design(
     return _written(found, folder, overwrite)
 
 
-def run_campaign(
+def campaign(
     file: Place | Campaign, folder: Place | None = None, *, executor: Executor | None = None,
     progress: Steps | None = None, overwrite: bool = False,
 ) -> CampaignResult:  # fmt: skip
@@ -88,7 +88,7 @@ def run_campaign(
     return _written(found, folder, overwrite)
 
 
-def run_study(
+def study(
     file: Place | Study, folder: Place | None = None, *, quick: bool = False, executor: Executor | None = None,
     progress: Steps | None = None, overwrite: bool = False,
 ) -> StudyResult:  # fmt: skip
@@ -101,7 +101,7 @@ def run_study(
     return _written(found, folder, overwrite)
 
 
-def run_convergence(
+def convergence(
     case: Case, folder: Place | None = None, *, executor: Executor | None = None, progress: Steps | None = None,
     overwrite: bool = False,
 ) -> ConvergenceResult:  # fmt: skip
@@ -112,7 +112,7 @@ def run_convergence(
     return _written(found, folder, overwrite)
 
 
-def run_stability(
+def stability(
     case: Case, folder: Place | None = None, *, only: str = "", executor: Executor | None = None,
     progress: Steps | None = None, overwrite: bool = False,
 ) -> StabilityResult:  # fmt: skip
@@ -123,7 +123,7 @@ def run_stability(
     return _written(found, folder, overwrite)
 
 
-def run_reductions(
+def reductions(
     case: Case, folder: Place | None = None, *, executor: Executor | None = None, progress: Steps | None = None,
     overwrite: bool = False,
 ) -> ReductionsResult:  # fmt: skip
@@ -134,7 +134,7 @@ def run_reductions(
     return _written(found, folder, overwrite)
 
 
-def run_bench(
+def bench(
     case: Case, file: Place | None = None, *, threads: int = 2, overwrite: bool = False, inputs: Sequence[Path] = ()
 ) -> Bench:
     """Measure run times by phase and size, as `pmor bench`.

@@ -166,13 +166,13 @@ def test_a_design_that_fails_twice_has_a_row_that_says_so_and_costs_no_other(fol
 
 @pytest.mark.parametrize("kind", [ThreadPoolExecutor, ProcessPoolExecutor])
 def test_any_executor_gives_the_same_bytes(folder, faulty, kind):
-    plain = pmor.run_campaign("campaign.toml", "plain")
+    plain = pmor.campaign("campaign.toml", "plain")
     if kind is ProcessPoolExecutor:  # its processes do not know what was replaced here
         starting = {"initializer": partial(_be_faulty, FAULTY)}
     else:
         starting = {}
     with kind(2, **starting) as executor:
-        found = pmor.run_campaign("campaign.toml", "other", executor=executor)
+        found = pmor.campaign("campaign.toml", "other", executor=executor)
     assert results(folder / "other") == results(folder / "plain")
     assert found.status.tolist() == plain.status.tolist() == ["ok", "ok", "infeasible"] * (DESIGNS // 3)
     assert found.inputs["pair.face_width_mm"][:2].tolist() == [15.0, 16.0]
@@ -270,8 +270,8 @@ def test_an_interruption_leaves_no_process_behind(folder, faulty, processes, req
 
 def test_the_end_of_a_campaign_ends_no_process_of_another_one(folder, faulty, processes):
     with supervise_module.LocalProcesses(1) as going_on:
-        assert pmor.run_campaign("campaign.toml", "first", executor=going_on).count("ok") == 16
-        pmor.run_campaign("campaign.toml", "second")
+        assert pmor.campaign("campaign.toml", "first", executor=going_on).count("ok") == 16
+        pmor.campaign("campaign.toml", "second")
         assert [process.poll() is None for process in processes] == [True, False]
     assert all(process.poll() is not None for process in processes)
 

@@ -170,7 +170,7 @@ DYNAMICS = {"torques_Nm": [100.0], "mesh_frequency_ratio": [0.9, 1.1], "run_cycl
 def test_stability(tmp_path):
     path = small(tmp_path)
     assert main(["stability", str(path), "--only", "torque zero", "--out", str(tmp_path / "command")]) == 0
-    pmor.run_stability(pmor.load_case(path), tmp_path / "python", only="torque zero")
+    pmor.stability(pmor.load_case(path), tmp_path / "python", only="torque zero")
     assert_alike(tmp_path / "command", tmp_path / "python")
 
 
@@ -179,7 +179,7 @@ def test_convergence(tmp_path, monkeypatch, capsys):
     monkeypatch.setitem(convergence.run.__kwdefaults__, "profile_elements", (2, 4, 8))
     path = small(tmp_path, **LINES)
     assert main(["convergence", str(path), "--out", str(tmp_path / "command")]) == 0
-    found = pmor.run_convergence(pmor.load_case(path), tmp_path / "python")
+    found = pmor.convergence(pmor.load_case(path), tmp_path / "python")
     assert_alike(tmp_path / "command", tmp_path / "python")
     assert len(capsys.readouterr().out.splitlines()) == len(str(found).splitlines()) + 1
 
@@ -214,7 +214,7 @@ def test_campaign(tmp_path):
                     "pair.face_width_mm = { from = 15.0, to = 20.0, steps = 2 }\n"
                     f'[store]\nfolder = "{tmp_path / "store"}"\n')  # fmt: skip
     assert main(["campaign", str(path), "--out", str(tmp_path / "command")]) == 0
-    found = pmor.run_campaign(path, tmp_path / "python")
+    found = pmor.campaign(path, tmp_path / "python")
     assert results_in(tmp_path / "command") == results_in(tmp_path / "python")
     assert found.count("ok") == 2
     assert main(["campaign", str(path), "--out", str(tmp_path / "case"), "--case", "2"]) == 0
