@@ -72,12 +72,9 @@ def with_assembly(case: Case, assembly: Assembly) -> Case:
 def listed(case: Case, number: int, assembly: Assembly) -> ConditionCase:
     """Return the condition by which messages call a pair, from its number in the list that was given."""
     return ConditionCase(
-        name=f"assemblies[{number}]",
-        torque_Nm=case.torque_Nm,
-        misalignment=assembly.misalignment,
-        pinion=assembly.pinion,
-        wheel=assembly.wheel,
-    )
+        name=f"assemblies[{number}]", torque_Nm=case.torque_Nm, misalignment=assembly.misalignment,
+        pinion=assembly.pinion, wheel=assembly.wheel
+    )  # fmt: skip
 
 
 def positions(case: Case, meshed: MeshedPair, angles: int | FloatArray | None) -> FloatArray:

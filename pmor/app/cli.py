@@ -6,8 +6,9 @@ Exit codes: 0 done, 2 the engineer can mend it (case file, output folder, argume
 import argparse
 import errno
 import logging
+import math
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -24,21 +25,144 @@ INTERRUPTED = 130
 # Measured: numpy, scipy, numba and h5py with one thread take 480 MiB before anything is solved.
 FEWEST_ADDRESSES = 520 * 2**20
 OUT_OF_SPACE = (errno.ENOSPC, errno.EDQUOT)
-KEPT = "finished pieces are kept; the same command goes on where it stopped"
+# Commands that keep finished pieces. Their run times compare models, or they share out their work: one thread of
+# linear algebra.
+IN_PIECES = ("study", "stability", "convergence", "reductions", "dynamics", "design", "campaign")
+ONE_THREAD = (*IN_PIECES, "bench")
 RESUME_HINTS = {
     "offline": "the same command with --resume goes on where it stopped",
-    "study": KEPT,
-    "stability": KEPT,
-    "convergence": KEPT,
-    "reductions": KEPT,
-    "dynamics": KEPT,
-    "design": KEPT,
-    "campaign": KEPT,
+    **dict.fromkeys(IN_PIECES, "finished pieces are kept; the same command goes on where it stopped"),
 }
-# Commands whose run times compare models, or that share out their work: one thread of linear algebra.
-ONE_THREAD = ("study", "convergence", "stability", "reductions", "dynamics", "design", "campaign", "bench")
 SMALLER = "lower the elements, the angles or the torques of the case"
 USUAL_HINT = "no file was left half written; the same command starts again"
+
+
+def _path(text: str) -> Path:
+    if not text:
+        raise argparse.ArgumentTypeError("an empty name: write . for the current folder")
+    return Path(text)
+
+
+def _number(kind: type[int] | type[float], above: float, rule: str) -> Callable[[str], float]:
+    """Give a function that reads a finite number above a bound."""
+
+    def read(text: str) -> float:
+        try:
+            number = kind(text)
+        except ValueError:
+            number = kind(above)
+        if not above < number < math.inf:
+            raise argparse.ArgumentTypeError(f"{text!r} is not a {rule}")
+        return number
+
+    return read
+
+
+_positive = _number(int, 0, "whole number of at least 1")
+_whole = _number(int, -1, "whole number of at least 0")
+_torque = _number(float, 0.0, "positive number")
+Option = tuple[tuple[str, ...], dict[str, Any]]
+
+
+def _option(*flags: str, **settings: Any) -> Option:
+    return flags, settings
+
+
+def _out(flag: str = "--out", usual: str = "out/<name of the case>") -> Option:
+    text = f"folder for the results (default: {usual})"
+    return _option(flag, dest="out", metavar="DIR", type=_path, help=text)
+
+
+def _jobs(what: str = "angles") -> Option:
+    return _option("--jobs", metavar="N", type=_positive, default=1, help=f"{what} solved at a time (default: 1)")
+
+
+CASE = _option("case_path", metavar="CASE", type=_path, help="case file (TOML)")
+OVERWRITE = _option("--overwrite", action="store_true", help="replace results that are there, whoever wrote them")
+# What each command is for, and its options: arguments of the function of its name in `pmor.app.commands`.
+COMMANDS: dict[str, tuple[str, *tuple[Option, ...]]] = {
+    "run": ("everything the case asks for: basis, sweep, comparison, report", CASE, _out(), _jobs(), OVERWRITE),
+    "plan": ("show what will run and all settings; runs nothing", CASE),
+    "offline": (
+        "generate the reduced basis only", CASE,
+        _option("-o", dest="basis_path", metavar="BASIS.h5", type=_path, required=True, help="file to write"),
+        _option("--resume", action="store_true", help="go on where an interrupted run stopped"), _jobs(), OVERWRITE,
+    ),
+    "online": (
+        "sweep the transmission error with a basis",
+        _option("basis_path", metavar="BASIS.h5", type=_path, help="file that `pmor offline` wrote"), _out("-o"),
+        _option("--case", dest="case_path", metavar="CASE", type=_path,
+                help="sweep that this case asks for, instead of the one that the basis was made from"),
+        _jobs(), OVERWRITE,
+    ),
+    "compare": ("reduced against full FE: error and run time", CASE, _out(), _jobs(), OVERWRITE),
+    "study": (
+        "a grid of meshes, refinements and models: error against run time, in one report",
+        _option("study_path", metavar="STUDY", type=_path, help="study file (TOML)"), _out(), _jobs(),
+        _option("--quick", action="store_true", help="the short variant that the study file describes"), OVERWRITE,
+    ),
+    "convergence": (
+        "what the mesh costs: finer and finer meshes against their limit", CASE,
+        _out(usual="out/<name of the case>_convergence"), OVERWRITE,
+    ),
+    "stability": (
+        "stiff and extreme variants of a case: does it hold, and how well", CASE,
+        _out(usual="out/<name of the case>_stability"), _jobs("variants"),
+        _option("--only", metavar="TEXT", default="", help="variants with this text in their name or group"),
+        OVERWRITE,
+    ),
+    "reductions": (
+        "reductions and samplings compared with full FE at equal conditions", CASE,
+        _out(usual="out/<name of the case>_reductions"), _jobs("unseen states"), OVERWRITE,
+    ),
+    "dynamics": (
+        "the pair in motion: frequency response, run-up and run-down, dynamic factor", CASE,
+        _out(usual="out/<name of the case>_dynamics"), _jobs("torques"), OVERWRITE,
+    ),
+    "design": (
+        "flank modifications searched over ranges, with tolerances: Pareto front",
+        _option("design_path", metavar="DESIGN", type=_path, help="design file (TOML)"),
+        _out(usual="out/<name of the design>"), _jobs("pieces of the search"),
+        _option("--case", dest="variant", metavar="N", type=_whole,
+                help="write variant N of finished results as a case file"),
+        OVERWRITE,
+    ),
+    "campaign": (
+        "many macro-geometries, each with finite elements of its own",
+        _option("campaign_path", metavar="CAMPAIGN", type=_path, help="campaign file (TOML)"),
+        _out(usual="out/<name of the campaign file>"), _jobs("designs"),
+        _option("--dask", metavar="ADDRESS",
+                help="scheduler of a Dask cluster whose workers solve the designs instead"),
+        _option("--case", dest="case_number", metavar="N", type=_positive,
+                help="write the case file of design N, into the current folder or that of --out, and solve nothing"),
+        OVERWRITE,
+    ),
+    "bench": (
+        "run time by phase and by size", CASE,
+        _option("--json", dest="json_path", metavar="FILE", type=_path, required=True,
+                help="file to write; one that is there is compared with first"),
+        _option("--jobs", metavar="N", type=_positive, default=2, help="threads of the parallel sweep (default: 2)"),
+        OVERWRITE,
+    ),
+    "export": (
+        "a basis, a gearbox or results in the formats of other programs",
+        _option("source", metavar="FILE", type=_path, help="a basis, or a REXS file for --to case"),
+        _option("--to", choices=("case", "csv", "fmu", "rexs", "vtkhdf"), required=True, help="format to write"),
+        _option("-o", dest="target", metavar="PATH", type=_path,
+                help="file to write, or folder for tables (default: named after FILE, in the current folder)"),
+        _option("--stage", metavar="ID", type=_positive, help="stage of a REXS file that has several"),
+        _option("--torque", dest="torque_Nm", metavar="N_M", type=_torque,
+                help="torque on the pinion up to which the force law of an FMU reaches "
+                "(default: twice that of the case)"),
+        OVERWRITE,
+    ),
+    "info": (
+        "what is in an HDF5 file",
+        _option("path", metavar="FILE.h5", type=_path,
+                help="a basis or another HDF5 file of pmor; or the folder of a campaign"),
+        _option("--verify", action="store_true", help="hold a basis against full FE of its case: seconds"),
+    ),
+}  # fmt: skip
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -92,140 +216,11 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"pmor {__version__}")
     subparsers = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
-
-    def command(name: str, text: str) -> argparse.ArgumentParser:
-        return subparsers.add_parser(name, help=text, description=text[0].upper() + text[1:] + ".")
-
-    run = command("run", "everything the case asks for: basis, sweep, comparison, report")
-    _add_case(run)
-    _add_out(run, "--out")
-    _add_jobs(run)
-    _add_overwrite(run)
-
-    _add_case(command("plan", "show what will run and all settings; runs nothing"))
-
-    offline = command("offline", "generate the reduced basis only")
-    _add_case(offline)
-    offline.add_argument("-o", dest="basis_path", metavar="BASIS.h5", type=_path, required=True, help="file to write")
-    offline.add_argument("--resume", action="store_true", help="go on where an interrupted run stopped")
-    _add_jobs(offline)
-    _add_overwrite(offline)
-
-    online = command("online", "sweep the transmission error with a basis")
-    online.add_argument("basis_path", metavar="BASIS.h5", type=_path, help="file that `pmor offline` wrote")
-    _add_out(online, "-o")
-    online.add_argument(
-        "--case", dest="case_path", metavar="CASE", type=_path,
-        help="sweep that this case asks for, instead of the one that the basis was made from",
-    )  # fmt: skip
-    _add_jobs(online)
-    _add_overwrite(online)
-
-    compare = command("compare", "reduced against full FE: error and run time")
-    _add_case(compare)
-    _add_out(compare, "--out")
-    _add_jobs(compare)
-    _add_overwrite(compare)
-
-    study = command("study", "a grid of meshes, refinements and models: error against run time, in one report")
-    study.add_argument("study_path", metavar="STUDY", type=_path, help="study file (TOML)")
-    _add_out(study, "--out")
-    _add_jobs(study)
-    study.add_argument("--quick", action="store_true", help="the short variant that the study file describes")
-    _add_overwrite(study)
-
-    convergence = command("convergence", "what the mesh costs: finer and finer meshes against their limit")
-    _add_case(convergence)
-    _add_out(convergence, "--out", "out/<name of the case>_convergence")
-    _add_overwrite(convergence)
-
-    stability = command("stability", "stiff and extreme variants of a case: does it hold, and how well")
-    _add_case(stability)
-    _add_out(stability, "--out", "out/<name of the case>_stability")
-    _add_jobs(stability, "variants")
-    stability.add_argument("--only", metavar="TEXT", default="", help="variants with this text in their name or group")
-    _add_overwrite(stability)
-
-    reductions = command("reductions", "reductions and samplings compared with full FE at equal conditions")
-    _add_case(reductions)
-    _add_out(reductions, "--out", "out/<name of the case>_reductions")
-    _add_jobs(reductions, "unseen states")
-    _add_overwrite(reductions)
-
-    dynamics = command("dynamics", "the pair in motion: frequency response, run-up and run-down, dynamic factor")
-    _add_case(dynamics)
-    _add_out(dynamics, "--out", "out/<name of the case>_dynamics")
-    _add_jobs(dynamics, "torques")
-    _add_overwrite(dynamics)
-
-    design = command("design", "flank modifications searched over ranges, with tolerances: Pareto front")
-    design.add_argument("design_path", metavar="DESIGN", type=_path, help="design file (TOML)")
-    _add_out(design, "--out", "out/<name of the design>")
-    _add_jobs(design, "pieces of the search")
-    design.add_argument(
-        "--case", dest="variant", metavar="N", type=_whole, help="write variant N of finished results as a case file"
-    )
-    _add_overwrite(design)
-    campaign = command("campaign", "many macro-geometries, each with finite elements of its own")
-    campaign.add_argument("campaign_path", metavar="CAMPAIGN", type=_path, help="campaign file (TOML)")
-    _add_out(campaign, "--out", "out/<name of the campaign file>")
-    _add_jobs(campaign, "designs")
-    campaign.add_argument(
-        "--dask", metavar="ADDRESS", help="scheduler of a Dask cluster whose workers solve the designs instead"
-    )
-    campaign.add_argument(
-        "--case", dest="case_number", metavar="N", type=_positive,
-        help="write the case file of design N, into the current folder or that of --out, and solve nothing",
-    )  # fmt: skip
-    _add_overwrite(campaign)
-
-    bench = command("bench", "run time by phase and by size")
-    _add_case(bench)
-    bench.add_argument(
-        "--json", dest="json_path", metavar="FILE", type=_path, required=True,
-        help="file to write; one that is there is compared with first",
-    )  # fmt: skip
-    bench.add_argument(
-        "--jobs", metavar="N", type=_positive, default=2, help="threads of the parallel sweep (default: 2)"
-    )
-    _add_overwrite(bench)
-
-    export = command("export", "a basis, a gearbox or results in the formats of other programs")
-    export.add_argument("source", metavar="FILE", type=_path, help="a basis, or a REXS file for --to case")
-    export.add_argument("--to", choices=("case", "csv", "fmu", "rexs", "vtkhdf"), required=True, help="format to write")
-    export.add_argument(
-        "-o", dest="target", metavar="PATH", type=_path,
-        help="file to write, or folder for tables (default: named after FILE, in the current folder)",
-    )  # fmt: skip
-    export.add_argument("--stage", metavar="ID", type=_positive, help="stage of a REXS file that has several")
-    export.add_argument(
-        "--torque", dest="torque_Nm", metavar="N_M", type=_positive_number,
-        help="torque on the pinion up to which the force law of an FMU reaches (default: twice that of the case)",
-    )  # fmt: skip
-    _add_overwrite(export)
-
-    info = command("info", "what is in an HDF5 file")
-    info.add_argument(
-        "path", metavar="FILE.h5", type=_path, help="a basis or another HDF5 file of pmor; or the folder of a campaign"
-    )
-    info.add_argument("--verify", action="store_true", help="hold a basis against full FE of its case: seconds")
+    for name, (text, *options) in COMMANDS.items():
+        command = subparsers.add_parser(name, help=text, description=text[0].upper() + text[1:] + ".")
+        for flags, settings in options:
+            command.add_argument(*flags, **settings)
     return parser
-
-
-def _add_case(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("case_path", metavar="CASE", type=_path, help="case file (TOML)")
-
-
-def _add_out(parser: argparse.ArgumentParser, flag: str, usual: str = "out/<name of the case>") -> None:
-    parser.add_argument(flag, dest="out", metavar="DIR", type=_path, help=f"folder for the results (default: {usual})")
-
-
-def _add_jobs(parser: argparse.ArgumentParser, what: str = "angles") -> None:
-    parser.add_argument("--jobs", metavar="N", type=_positive, default=1, help=f"{what} solved at a time (default: 1)")
-
-
-def _add_overwrite(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--overwrite", action="store_true", help="replace results that are there, whoever wrote them")
 
 
 def _ask_for_few_addresses() -> None:
@@ -275,38 +270,6 @@ class _Line(logging.Formatter):
 
 def _one_line(text: str) -> str:
     return printable(" ".join(text.splitlines()))
-
-
-def _path(text: str) -> Path:
-    if not text:
-        raise argparse.ArgumentTypeError("an empty name: write . for the current folder")
-    return Path(text)
-
-
-def _positive(text: str) -> int:
-    try:
-        number = int(text)
-    except ValueError:
-        number = 0
-    if number < 1:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of at least 1")
-    return number
-
-
-def _whole(text: str) -> int:
-    if not text.isdecimal():
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of at least 0")
-    return int(text)
-
-
-def _positive_number(text: str) -> float:
-    try:
-        number = float(text)
-    except ValueError:
-        number = 0.0
-    if not 0.0 < number < float("inf"):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a positive number")
-    return number
 
 
 if __name__ == "__main__":

@@ -91,56 +91,40 @@ def study(
 
 
 def convergence(case_path: Path, out: Path | None = None, overwrite: bool = False) -> None:
-    """Solve a case on finer and finer meshes of each element: what does the mesh cost?"""
-    from pmor.app import rooms
-    from pmor.case import load_case
-    from pmor.storage.results_folder import default_folder
-
-    case = load_case(case_path)
-    folder = out or default_folder(case.name, "_convergence")
-    _finish(rooms.convergence(case, folder, overwrite=overwrite), folder)
+    """Solve a case on finer and finer meshes of each element."""
+    _of_case("convergence", case_path, out, 1, overwrite)
 
 
 def stability(case_path: Path, out: Path | None = None, jobs: int = 1, only: str = "", overwrite: bool = False) -> None:
-    """Run stiff and extreme variants of a case: does the program hold, and how well?"""
-    from pmor.app import rooms
-    from pmor.case import load_case
-    from pmor.core.threads import threads
-    from pmor.storage.results_folder import default_folder
-
-    case = load_case(case_path)
-    folder = out or default_folder(case.name, "_stability")
-    with threads(jobs) as executor:
-        found = rooms.stability(case, folder, only=only, overwrite=overwrite, executor=executor)
-    _finish(found, folder, [entry.name for entry in found.failed], "variants failed")
+    """Run stiff and extreme variants of a case."""
+    _of_case("stability", case_path, out, jobs, overwrite, "variants failed", only=only)
 
 
 def reductions(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False) -> None:
     """Compare the reductions and the samplings of their training over the ranges of a case."""
-    from pmor.app import rooms
-    from pmor.case import load_case
-    from pmor.core.threads import threads
-    from pmor.storage.results_folder import default_folder
-
-    case = load_case(case_path)
-    folder = out or default_folder(case.name, "_reductions")
-    with threads(jobs) as executor:
-        found = rooms.reductions(case, folder, overwrite=overwrite, executor=executor)
-    _finish(found, folder, found.failures, "states did not converge")
+    _of_case("reductions", case_path, out, jobs, overwrite, "states did not converge")
 
 
 def dynamics(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False) -> None:
     """Find the motion of a pair over its speed: frequency response, run-up and run-down under each torque."""
+    _of_case("run_dynamics", case_path, out, jobs, overwrite, "parts of responses are missing")
+
+
+def _of_case(
+    room: str, case_path: Path, out: Path | None, jobs: int, overwrite: bool, what_failed: str = "", **options: str
+) -> None:
+    """Call a function of `pmor.app.rooms` with a case, and leave its files."""
     from pmor.app import rooms
     from pmor.case import load_case
-    from pmor.core.threads import processes
+    from pmor.core.threads import processes, threads
     from pmor.storage.results_folder import default_folder
 
     case = load_case(case_path)
-    folder = out or default_folder(case.name, "_dynamics")
-    with processes(jobs) as executor:
-        found = rooms.run_dynamics(case, folder, overwrite=overwrite, executor=executor)
-    _finish(found, folder, found.failures, "parts of responses are missing")
+    folder = out or default_folder(case.name, f"_{room.removeprefix('run_')}")
+    with (processes if room == "run_dynamics" else threads)(jobs) as executor:
+        found = getattr(rooms, room)(case, folder, overwrite=overwrite, executor=executor, **options)
+    failures = [one.name for one in found.failed] if room == "stability" else getattr(found, "failures", ())
+    _finish(found, folder, failures, what_failed)
 
 
 def design(

@@ -41,10 +41,6 @@ class Verification:
 def load_results(path: Path | str) -> dict[str, ResultArray]:
     """Read the file with all results of a run, `results.h5`; xarray reads it too, group by group.
 
-    Parameters
-    ----------
-    path : Path or str
-
     Returns
     -------
     dict of str to ResultArray
@@ -80,10 +76,6 @@ def verify(path: Path | str, full: FullModel | None = None, *, progress: Steps =
         Of the case in the file; made anew by default.
     progress : callable
         Called with the number of full solutions done.
-
-    Returns
-    -------
-    Verification
 
     Raises
     ------

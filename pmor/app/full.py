@@ -39,16 +39,10 @@ class FullModel:
     elastic: ElasticModel
 
     def sweep(
-        self,
-        torques_Nm: Iterable[float] | None = None,
-        angles: int | FloatArray | None = None,
-        *,
-        misalignment: Misalignment | None = None,
-        executor: Executor | None = None,
-        progress: Steps = quietly,
-        pinion: Modification | None = None,
-        wheel: Modification | None = None,
-    ) -> SweepResult:
+        self, torques_Nm: Iterable[float] | None = None, angles: int | FloatArray | None = None, *,
+        misalignment: Misalignment | None = None, executor: Executor | None = None, progress: Steps = quietly,
+        pinion: Modification | None = None, wheel: Modification | None = None
+    ) -> SweepResult:  # fmt: skip
         """Solve full contact over angles and torques; see `ReducedModel.sweep`."""
         meshed = self.elastic.mesh.meshed
         case = asked_case(self.case, meshed.pair, torques_Nm, angles, misalignment, (pinion, wheel))

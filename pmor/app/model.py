@@ -79,17 +79,10 @@ class ReducedModel:
         return largest_size(self.reduced)
 
     def sweep(
-        self,
-        torques_Nm: Iterable[float] | None = None,
-        angles: int | FloatArray | None = None,
-        *,
-        misalignment: Misalignment | None = None,
-        extrapolate: bool = False,
-        executor: Executor | None = None,
-        progress: Steps = quietly,
-        pinion: Modification | None = None,
-        wheel: Modification | None = None,
-    ) -> SweepResult:
+        self, torques_Nm: Iterable[float] | None = None, angles: int | FloatArray | None = None, *,
+        misalignment: Misalignment | None = None, extrapolate: bool = False, executor: Executor | None = None,
+        progress: Steps = quietly, pinion: Modification | None = None, wheel: Modification | None = None
+    ) -> SweepResult:  # fmt: skip
         """Solve for the static transmission error over angles and torques.
 
         Parameters
@@ -108,10 +101,6 @@ class ReducedModel:
             Called with the number of angles done.
         pinion, wheel : Modification, optional
             Of their flanks; as the case says by default.
-
-        Returns
-        -------
-        SweepResult
 
         Raises
         ------
@@ -141,15 +130,10 @@ class ReducedModel:
         return self.sweep(torques, online_angles(self.reduced.meshed.pair.pitch, count), executor=executor)
 
     def sweep_conditions(
-        self,
-        assemblies: Sequence[Assembly],
-        torques_Nm: Iterable[float] | None = None,
-        angles: int | FloatArray | None = None,
-        *,
-        extrapolate: bool = False,
-        executor: Executor | None = None,
-        progress: Steps = quietly,
-    ) -> ConditionsResult:
+        self, assemblies: Sequence[Assembly], torques_Nm: Iterable[float] | None = None,
+        angles: int | FloatArray | None = None, *, extrapolate: bool = False, executor: Executor | None = None,
+        progress: Steps = quietly
+    ) -> ConditionsResult:  # fmt: skip
         """Sweep the pair as it is built in several ways: other axes, other flanks, thousands of them in one call.
 
         Parameters
@@ -160,10 +144,6 @@ class ReducedModel:
             As in `sweep`, the same for all.
         progress : callable
             Called with the number of angles done, counted for each way of building.
-
-        Returns
-        -------
-        ConditionsResult
 
         Raises
         ------
@@ -187,13 +167,9 @@ class ReducedModel:
         return ConditionsResult(tuple(assemblies), tuple(SweepResult(sweep, meshed.pair) for sweep in sweeps))
 
     def dynamics(
-        self,
-        *,
-        folder: Path | str | None = None,
-        executor: Executor | None = None,
-        progress: Callable[[int], None] | None = None,
-        **settings: Any,
-    ) -> DynamicsResult:
+        self, *, folder: Path | str | None = None, executor: Executor | None = None,
+        progress: Callable[[int], None] | None = None, **settings: Any
+    ) -> DynamicsResult:  # fmt: skip
         """Find the motion over the speed: frequency response, folds, run-up and run-down under each torque.
 
         Parameters
@@ -222,13 +198,9 @@ class ReducedModel:
         return run(asked, reduced=self.reduced, folder=folder, executor=executor, progress=progress)
 
     def design(
-        self,
-        *,
-        folder: Path | str | None = None,
-        executor: Executor | None = None,
-        progress: Callable[[int], None] | None = None,
-        **settings: Any,
-    ) -> DesignResult:
+        self, *, folder: Path | str | None = None, executor: Executor | None = None,
+        progress: Callable[[int], None] | None = None, **settings: Any
+    ) -> DesignResult:  # fmt: skip
         """Search for flank modifications over ranges, with tolerances, as `pmor design` does.
 
         Parameters
@@ -255,15 +227,10 @@ class ReducedModel:
         return run(file, reduced=self.reduced, folder=folder, executor=executor, progress=progress)
 
     def root_stress(
-        self,
-        torques_Nm: Iterable[float] | None = None,
-        angles: int | FloatArray | None = None,
-        *,
-        misalignment: Misalignment | None = None,
-        executor: Executor | None = None,
-        pinion: Modification | None = None,
-        wheel: Modification | None = None,
-    ) -> RootStress:
+        self, torques_Nm: Iterable[float] | None = None, angles: int | FloatArray | None = None, *,
+        misalignment: Misalignment | None = None, executor: Executor | None = None, pinion: Modification | None = None,
+        wheel: Modification | None = None
+    ) -> RootStress:  # fmt: skip
         """Find the stress along both root fillets of all loaded teeth, over angles and torques.
 
         Parameters
@@ -375,10 +342,6 @@ class ReducedModel:
             Called with the number of positions solved.
         inputs : sequence of Path
             Files that are not replaced at any rate.
-
-        Returns
-        -------
-        RunResult
 
         Raises
         ------

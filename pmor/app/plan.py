@@ -52,10 +52,6 @@ def plan_parts(case: Case) -> Iterator[str]:
 def plan(case: Case) -> str:
     """Return what a case will run and what it leaves out, with sizes, peak memory and time, as `pmor plan` prints it.
 
-    Parameters
-    ----------
-    case : Case
-
     Raises
     ------
     CaseError
@@ -98,11 +94,9 @@ def _sizes(case: Case) -> list[str]:
     if contact.kind == "line":
         contact_points = f"  {f'sections over {width}':<30} {across + 1:>8}  (a line load each, on exact flanks)"
     return [
-        "Sizes",
-        f"  flank nodes per tooth          {flank_nodes:>8}  ({grid})",
-        f"  flank unknowns per tooth       {3 * flank_nodes:>8}",
-        contact_points,
-    ]
+        "Sizes", f"  flank nodes per tooth          {flank_nodes:>8}  ({grid})",
+        f"  flank unknowns per tooth       {3 * flank_nodes:>8}", contact_points
+    ]  # fmt: skip
 
 
 def _work(case: Case) -> list[str]:

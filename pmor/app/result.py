@@ -20,14 +20,7 @@ from pmor.results.load_distribution import effective_contact_ratio, face_load_fa
 from pmor.results.loads import LineStates
 from pmor.results.mesh_forces import MeshForces
 from pmor.results.sensitivity import Sensitivities
-from pmor.results.sweep import (
-    MeshStiffness,
-    SteSweep,
-    mesh_orders,
-    mesh_stiffness,
-    peak_to_peak_um,
-    ste_mean_um,
-)
+from pmor.results.sweep import MeshStiffness, SteSweep, mesh_orders, mesh_stiffness, peak_to_peak_um, ste_mean_um
 from pmor_online.model import ReducedPair
 from pmor_online.readings import derivatives, flank_maps, forces_on_gears
 

@@ -34,13 +34,7 @@ from pmor_online.run import OnlineResult
 
 @dataclass(frozen=True, repr=False)
 class RunResult:
-    """What a run has found, and the folder with its files.
-
-    Parameters
-    ----------
-    found : OnlineResult
-    folder : Path
-    """
+    """What a run has found, and the folder with its files."""
 
     found: OnlineResult
     folder: Path
@@ -112,10 +106,6 @@ def run_case(
         Called with the number of positions solved.
     inputs : sequence of Path
         Files that are not replaced at any rate, such as that of the case.
-
-    Returns
-    -------
-    RunResult
 
     Raises
     ------

@@ -6,7 +6,7 @@ Every line is what the code does for this very case, with sizes from its mesh; n
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -28,6 +28,10 @@ from pmor.work.sizes import rows_in_contact
 
 DOUBLE = 8  # bytes
 PICTURES = "curves, load sharing, spectrum, error, contact pattern, mesh"
+WHY_UNTRAINED = {
+    "static_modes": "unit forces on all flank nodes",
+    "line_loads": "all that line contact asks of the teeth is the compliance of their flanks",
+}
 
 
 @dataclass(frozen=True)
@@ -117,8 +121,7 @@ def computed(scene: Scene) -> list[tuple[str, str]]:
 
 def skipped(scene: Scene) -> list[Skipped]:
     """List what is left out, in the order of the work."""
-    found = (rule(scene) for rule in RULES)
-    return [item for item in found if item is not None]
+    return [item for part in (_of_bodies, _of_training, _of_contact, _of_output) for item in part(scene)]
 
 
 def remarks(scene: Scene) -> tuple[str, ...]:
@@ -133,130 +136,80 @@ def unknowns(sector: SectorMesh) -> int:
     return 3 * len(sector.nodes) - len(np.unique(np.concatenate(held)))
 
 
-def _other_model(scene: Scene) -> Skipped | None:
-    if len(scene.bodies) == 2:
-        return None
-    return Skipped(
-        "the wheel's finite elements", "the gears are identical",
-        f"{unknowns(scene.sectors[1])} unknowns, {scene.flank_unknowns} right-hand sides",
-    )  # fmt: skip
-
-
-def _other_bodies(scene: Scene) -> Skipped | None:
-    shared = sharing_bodies(scene.case)
-    if not shared:
-        return None
-    size = f"{sum(map(unknowns, scene.bodies))} unknowns, {scene.flank_unknowns * len(scene.bodies)} right-hand sides"
-    return Skipped(
-        "finite elements of models", f"{', '.join(shared)}: the same gears, whatever the contact",
-        f"{len(shared)} x {size}",
-    )  # fmt: skip
-
-
-def _other_flanks(scene: Scene) -> Skipped:
-    forces = scene.flank_unknowns * len(scene.bodies)
-    return Skipped("the flanks that carry no load", "the pinion drives one way", f"{forces} right-hand sides")
-
-
-def _far_teeth(scene: Scene) -> Skipped | None:
-    kept = 2 * neighbouring_teeth(scene.pair) + 1
-    matrices = sum(max(0, sector.teeth - kept) for sector in scene.bodies)
-    if not matrices:
-        return None
-    return Skipped(
-        "the compliance of distant teeth", f"only {kept} teeth can feel each other's load in one contact",
-        f"{matrices} matrices, {_mib(matrices * scene.flank_unknowns**2 * DOUBLE)}",
-    )  # fmt: skip
-
-
-def _volume(scene: Scene) -> Skipped:
+def _of_bodies(scene: Scene) -> Iterator[Skipped]:
+    right_sides, kept = scene.flank_unknowns * len(scene.bodies), 2 * neighbouring_teeth(scene.pair) + 1
+    if len(scene.bodies) == 1:
+        saving = f"{unknowns(scene.sectors[1])} unknowns, {scene.flank_unknowns} right-hand sides"
+        yield Skipped("the wheel's finite elements", "the gears are identical", saving)
+    if shared := sharing_bodies(scene.case):
+        saving = f"{len(shared)} x {sum(map(unknowns, scene.bodies))} unknowns, {right_sides} right-hand sides"
+        why = f"{', '.join(shared)}: the same gears, whatever the contact"
+        yield Skipped("finite elements of models", why, saving)
+    yield Skipped("the flanks that carry no load", "the pinion drives one way", f"{right_sides} right-hand sides")
+    if matrices := sum(max(0, sector.teeth - kept) for sector in scene.bodies):
+        why = f"only {kept} teeth can feel each other's load in one contact"
+        saving = f"{matrices} matrices, {_mib(matrices * scene.flank_unknowns**2 * DOUBLE)}"
+        yield Skipped("the compliance of distant teeth", why, saving)
     # Every line has at least one shape, with a displacement field for each neighbouring tooth.
     inside = [unknowns(sector) - int(np.count_nonzero(~sector.flank_held_axially)) for sector in scene.sectors]
-    fields = 2 * neighbouring_teeth(scene.pair) + 1
-    return Skipped(
-        "displacements inside the gears", "contact sees the flanks alone",
-        f"{_mib(scene.lines * fields * sum(inside) * DOUBLE)} of shapes at least",
-    )  # fmt: skip
+    saving = f"{_mib(scene.lines * kept * sum(inside) * DOUBLE)} of shapes at least"
+    yield Skipped("displacements inside the gears", "contact sees the flanks alone", saving)
 
 
-def _training(scene: Scene) -> Skipped | None:
-    case = scene.case
-    if case.reduction.trained:
-        return None
-    saved = full_solves(replace(case, reduction=replace(case.reduction, shapes="flank_lines")))
-    why = {
-        "static_modes": "unit forces on all flank nodes",
-        "line_loads": "all that line contact asks of the teeth is the compliance of their flanks",
-    }[case.reduction.shapes]
-    why = f'shapes = "{case.reduction.shapes}": {why}'
-    others = any(other.reduction.trained for _, other in other_models(case))
-    what = "training of the case's own model" if others else "the training"
-    return Skipped(what, why, f"{saved} full solves, those of [offline]")
-
-
-def _coarser_mesh(scene: Scene) -> Skipped | None:
-    asked = coarser(replace(scene.case, mesh=replace(scene.case.mesh, error_bar=True)))
-    if scene.case.mesh.error_bar or asked is None:
-        return None
-    return Skipped(
-        "the error bar of the mesh", "[mesh] error_bar is off", f"finite elements on {_elements(asked)} elements"
-    )
-
-
-def _root_stress(scene: Scene) -> Skipped | None:
-    if scene.case.root_stress:
-        return None
-    off = not scene.case.results.root_stress
-    why = "[results] root_stress is off" if off else "found from exact line loads alone"
-    return Skipped("the root stress", why, _fillets(scene))
-
-
-def _torques(scene: Scene) -> Skipped | None:
+def _of_training(scene: Scene) -> Iterator[Skipped]:
     case, offline = scene.case, scene.case.offline
-    if len(offline.torques_Nm) > 1 or not case.reduction.trained or offline.sampling != "grid":
-        return None
-    return Skipped(
-        "training at further torques", "one torque is trained", f"{full_solves(case)} full solves for each of them"
-    )
+    if not case.reduction.trained:
+        saved = full_solves(replace(case, reduction=replace(case.reduction, shapes="flank_lines")))
+        others = any(other.reduction.trained for _, other in other_models(case))
+        what = "training of the case's own model" if others else "the training"
+        why = f'shapes = "{case.reduction.shapes}": {WHY_UNTRAINED[case.reduction.shapes]}'
+        yield Skipped(what, why, f"{saved} full solves, those of [offline]")
+    asked = coarser(replace(case, mesh=replace(case.mesh, error_bar=True)))
+    if asked is not None and not case.mesh.error_bar:
+        saving = f"finite elements on {_elements(asked)} elements"
+        yield Skipped("the error bar of the mesh", "[mesh] error_bar is off", saving)
+    if not case.root_stress:
+        asked_for = case.results.root_stress
+        why = "found from exact line loads alone" if asked_for else "[results] root_stress is off"
+        yield Skipped("the root stress", why, _fillets(scene))
+    if case.reduction.trained and offline.sampling == "grid" and len(offline.torques_Nm) == 1:
+        saving = f"{full_solves(case)} full solves for each of them"
+        yield Skipped("training at further torques", "one torque is trained", saving)
 
 
-def _idle_pairs(scene: Scene) -> Skipped | None:
+def _of_contact(scene: Scene) -> Iterator[Skipped]:
+    case, contact, rows = scene.case, scene.case.contact, scene.case.mesh.profile_intervals
     most = math.floor(scene.pair.total_contact_ratio + 1.0) + 1
     teeth = min(sector.teeth for sector in scene.sectors)
-    if most >= teeth:
-        return None
-    why = f"{_contact_ratios(scene.pair)}: at most {most} pairs can touch at a time"
-    return Skipped("tooth pairs out of mesh", why, f"{teeth - most} of {teeth} pairs in every position")
+    if most < teeth:
+        why = f"{_contact_ratios(scene.pair)}: at most {most} pairs can touch at a time"
+        yield Skipped("tooth pairs out of mesh", why, f"{teeth - most} of {teeth} pairs in every position")
+    if (kept := rows_in_contact(case, scene.pair)) < rows:
+        saving = f"about {rows - kept} of {rows} rows of elements, neither deformed nor refined"
+        yield Skipped("flank patches without contact", f"contact strip at {case.torque_Nm:g} N m", saving)
+    if meshed_width(case) != "whole":
+        yield _width(scene)
+    if contact.scheme == "line":
+        saving = f"all but one load on each of {scene.columns} sections of a tooth pair, whatever the mesh"
+        yield Skipped("contact points and penalty", 'scheme = "line": exact flanks', saving)
+    if contact.lodm_width < contact.lodm_profile and contact.kind == "nodal":
+        points = (scene.lines - 1) * contact.lodm_profile + 1
+        points *= (scene.columns - 1) * (contact.lodm_profile - contact.lodm_width)
+        why = f"lodm_width = {contact.lodm_width}, {contact.lodm_profile} over the profile"
+        yield Skipped("contact points over the width", why, f"{points} per flank")
 
 
-def _idle_patches(scene: Scene) -> Skipped | None:
-    rows, kept = scene.case.mesh.profile_intervals, rows_in_contact(scene.case, scene.pair)
-    if kept >= rows:
-        return None
-    return Skipped(
-        "flank patches without contact", f"contact strip at {scene.case.torque_Nm:g} N m",
-        f"about {rows - kept} of {rows} rows of elements, neither deformed nor refined",
-    )  # fmt: skip
-
-
-def _width(scene: Scene) -> Skipped | None:
-    width = meshed_width(scene.case)
-    if width == "whole":
-        return None
-    if width == "half":
+def _width(scene: Scene) -> Skipped:
+    what, why = "all but one layer over the width", '[mesh] width = "plane_strain"'
+    if meshed_width(scene.case) == "half":
         what, why = "half the face width", "spur teeth, nodes at mid width: symmetric"
-    else:
-        what, why = "all but one layer over the width", '[mesh] width = "plane_strain"'
-    mesh, (profile, subdivided) = scene.case.mesh, _subdivisions(scene.case)
+    mesh, scheme = scene.case.mesh, contact_scheme(scene.case)
     columns = mesh.order * mesh.width_elements + 1
     saved = columns - scene.columns
-    points = ((scene.lines - 1) * profile + 1) * saved * subdivided
+    points = ((scene.lines - 1) * scheme.lodm_profile + 1) * saved * scheme.lodm_width
     carried = f"{points} contact points per flank" if scene.case.contact.kind == "nodal" else "as many sections"
-    whole = sum(_unknowns_of_the_whole(sector, mesh.width_elements) for sector in scene.bodies)
-    return Skipped(
-        what, why,
-        f"{saved} of {columns} columns of nodes, {whole - sum(map(unknowns, scene.bodies))} unknowns, {carried}",
-    )  # fmt: skip
+    less = sum(_unknowns_of_the_whole(sector, mesh.width_elements) - unknowns(sector) for sector in scene.bodies)
+    return Skipped(what, why, f"{saved} of {columns} columns of nodes, {less} unknowns, {carried}")
 
 
 def _unknowns_of_the_whole(sector: SectorMesh, elements: int) -> int:
@@ -267,77 +220,21 @@ def _unknowns_of_the_whole(sector: SectorMesh, elements: int) -> int:
     return int(3 * ((elements + 1) * nodes[0] + (sector.order - 1) * elements * nodes[1]))
 
 
-def _subdivisions(case: Case) -> tuple[int, int]:
-    """Level-of-detail magnification over profile and width; exact flanks need none."""
-    scheme = contact_scheme(case)
-    return scheme.lodm_profile, scheme.lodm_width
-
-
-def _refinement(scene: Scene) -> Skipped | None:
-    if scene.case.contact.scheme != "line":
-        return None
-    return Skipped(
-        "contact points and penalty", 'scheme = "line": exact flanks',
-        f"all but one load on each of {scene.columns} sections of a tooth pair, whatever the mesh",
-    )  # fmt: skip
-
-
-def _width_refinement(scene: Scene) -> Skipped | None:
-    contact = scene.case.contact
-    if contact.lodm_width >= contact.lodm_profile or contact.kind != "nodal":
-        return None
-    rows = (scene.lines - 1) * contact.lodm_profile + 1
-    points = rows * (scene.columns - 1) * (contact.lodm_profile - contact.lodm_width)
-    why = f"lodm_width = {contact.lodm_width}, {contact.lodm_profile} over the profile"
-    return Skipped("contact points over the width", why, f"{points} per flank")
-
-
-def _read_off(scene: Scene) -> Skipped | None:
-    shapes = scene.case.reduction.shapes
-    if shapes == "line_loads":
-        return None
-    return Skipped(
-        "flank pressure, K_Hbeta, sensitivities", f'shapes = "{shapes}": they are read off exact line loads',
-        "flank maps, forces and Harris map too",
-    )  # fmt: skip
-
-
-def _maps(scene: Scene) -> Skipped | None:
-    case = scene.case
-    if case.results.maps or case.reduction.shapes != "line_loads":
-        return None
-    return Skipped(
-        "flank maps and contact pattern", "[results] maps is off",
-        f"a sweep of {case.online.angles_per_pitch} angles at a hundredth of the torque, and three pictures",
-    )  # fmt: skip
-
-
-def _pictures(scene: Scene) -> Skipped | None:
-    output = scene.case.output
-    if output.plots or output.report:
-        return None
-    return Skipped("all pictures", "[output] plots and report are off", f"no {PICTURES}; contact patterns not solved")
-
-
-def _picture_files(scene: Scene) -> Skipped | None:
-    output = scene.case.output
-    if output.plots or not output.report:
-        return None
-    return Skipped("picture files", "[output] plots is off", "they are drawn for the page alone")
-
-
-def _page(scene: Scene) -> Skipped | None:
-    output = scene.case.output
-    if output.report or not output.plots:
-        return None
-    return Skipped("the report page", "[output] report is off", "classical formulas not evaluated, no page")
-
-
-RULES: tuple[Callable[[Scene], Skipped | None], ...] = (
-    _other_model, _other_bodies, _other_flanks, _far_teeth, _volume, _training, _coarser_mesh, _root_stress, _torques,
-    _idle_pairs, _idle_patches, _width, _refinement, _width_refinement, _read_off, _maps, _pictures, _picture_files,
-    _page,
-)  # fmt: skip
+def _of_output(scene: Scene) -> Iterator[Skipped]:
+    case, output, shapes = scene.case, scene.case.output, scene.case.reduction.shapes
+    if shapes != "line_loads":
+        why = f'shapes = "{shapes}": they are read off exact line loads'
+        yield Skipped("flank pressure, K_Hbeta, sensitivities", why, "flank maps, forces and Harris map too")
+    elif not case.results.maps:
+        saving = f"a sweep of {case.online.angles_per_pitch} angles at a hundredth of the torque, and three pictures"
+        yield Skipped("flank maps and contact pattern", "[results] maps is off", saving)
+    if not (output.plots or output.report):
+        saving = f"no {PICTURES}; contact patterns not solved"
+        yield Skipped("all pictures", "[output] plots and report are off", saving)
+    elif not output.plots:
+        yield Skipped("picture files", "[output] plots is off", "they are drawn for the page alone")
+    elif not output.report:
+        yield Skipped("the report page", "[output] report is off", "classical formulas not evaluated, no page")
 
 
 def _contact_ratios(pair: GearPair) -> str:

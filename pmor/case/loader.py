@@ -112,25 +112,18 @@ def parse_case(text: str, name: str, where: str, folder: Path | None = None) -> 
     contact = section("contact")
     usual = {"torque_Nm": torque_Nm, **vars(misalignment)}
     case = Case(
-        name=name,
-        title=title,
-        torque_Nm=torque_Nm,
-        pair=section("pair", {"pinion": pinion, "wheel": wheel}),
-        pinion_modification=modifications[0],
-        wheel_modification=modifications[1],
-        conditions=_read_conditions(reader, document.get(CONDITION, []), usual, modifications),
-        mesh=section("mesh"),
-        contact=contact,
-        misalignment=misalignment,
+        name=name, title=title, torque_Nm=torque_Nm, pair=section("pair", {"pinion": pinion, "wheel": wheel}),
+        pinion_modification=modifications[0], wheel_modification=modifications[1],
+        conditions=_read_conditions(reader, document.get(CONDITION, []), usual, modifications), mesh=section("mesh"),
+        contact=contact, misalignment=misalignment,
         reduction=section("reduction", shapes=DEFAULT_SHAPES.get(contact.scheme, OTHER_SHAPES)),
         offline=section("offline", torques_Nm=_multiples(torque_Nm, OFFLINE_TORQUES)),
         online=section("online", torques_Nm=_multiples(torque_Nm, ONLINE_TORQUES)),
         compare=section("compare", torques_Nm=_multiples(torque_Nm, COMPARE_TORQUES)),
         results=section("results", harris_torques_Nm=_multiples(torque_Nm, HARRIS_TORQUES)),
-        dynamics=section("dynamics", torques_Nm=_multiples(torque_Nm, DYNAMICS_TORQUES)),
-        output=section("output"),
-        text=text,
-    )
+        dynamics=section("dynamics", torques_Nm=_multiples(torque_Nm, DYNAMICS_TORQUES)), output=section("output"),
+        text=text
+    )  # fmt: skip
     check_together(case, document, where)
     return case
 

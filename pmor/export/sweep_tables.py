@@ -13,13 +13,7 @@ TORQUE_TEXT = "on the pinion"
 
 
 def sweep_entries(sweep: SteSweep, pair: GearPair) -> dict[str, ResultArray]:
-    """Return transmission error, load sharing, stiffness and orders of a sweep by their names.
-
-    Parameters
-    ----------
-    sweep : SteSweep
-    pair : GearPair
-    """
+    """Return transmission error, load sharing, stiffness and orders of a sweep by their names."""
     torque = ResultArray(sweep.torque_Nm, "N m", STATE[:1], TORQUE_TEXT)
     angle = ResultArray(sweep.phi_rad, "rad", STATE[1:], "pinion angle")
     rotation = 1e3 * sweep.ste_um / pair.pinion.base_radius

@@ -120,16 +120,7 @@ class Designs:
 
 
 def explorer(designs: Designs) -> str:
-    """Return the section as HTML with its style, data and script.
-
-    Parameters
-    ----------
-    designs : Designs
-
-    Returns
-    -------
-    str
-    """
+    """Return the section as HTML with its style, data and script."""
     return html_template("explorer/explorer.html").render(block=designs)
 
 

@@ -64,10 +64,6 @@ def run_pictures(result: OnlineResult, mesh: SectorMesh | None) -> list[Picture]
     result : OnlineResult
     mesh : SectorMesh or None
         The pinion's mesh, when there is one to show.
-
-    Returns
-    -------
-    list of Picture
     """
     sweep, comparison = result.sweep, result.comparison
     models = "reduced model (lines)" + (", full FE at unseen angles (markers)" if comparison else "")
@@ -179,20 +175,13 @@ def run_blocks(
     ]
     shown: list[Block | LiveSection] = [Heading("Pictures"), *pictures] if pictures else []
     return [
-        *map(Warning, warnings(result)),
-        Heading("Results"),
-        Table("Summary", ("quantity", "value", "unit", "note"), results),
-        _error_table(result),
-        model_table(result),
+        *map(Warning, warnings(result)), Heading("Results"),
+        Table("Summary", ("quantity", "value", "unit", "note"), results), _error_table(result), model_table(result),
         Table("Which model to take", ("model", "take it"), advice(result)),
-        *([condition_table(result)] if result.conditions else []),
-        *readings_tables(result),
-        _classical_table(result),
-        *_live(result, live),
-        *shown,
-        *provenance(case),
-        Table("Case settings", ("setting", "value", "source"), settings),
-    ]
+        *([condition_table(result)] if result.conditions else []), *readings_tables(result), _classical_table(result),
+        *_live(result, live), *shown, *provenance(case),
+        Table("Case settings", ("setting", "value", "source"), settings)
+    ]  # fmt: skip
 
 
 def _live(result: OnlineResult, live: ReducedPair | str | None) -> list[Block | LiveSection]:

@@ -84,13 +84,10 @@ def load_sharing_figure(sweep: SteSweep) -> Figure:
         for panel, torque, share in zip(panels, sweep.torque_Nm, sweep.pair_share, strict=True):
             for colour, j in enumerate(ever):
                 panel.plot(
-                    np.degrees(phi),
-                    100.0 * _close_share(sweep, share, int(j)),
-                    marker=_position_marker(phi),
-                    color=SHARE_COLOURS[colour % len(SHARE_COLOURS)],
-                    ls=SHARE_LINES[colour % len(SHARE_LINES)],
-                    label=f"pair {sweep.pair_index[j]:+d}" if sweep.pair_index[j] else "pair 0",
-                )
+                    np.degrees(phi), 100.0 * _close_share(sweep, share, int(j)), marker=_position_marker(phi),
+                    color=SHARE_COLOURS[colour % len(SHARE_COLOURS)], ls=SHARE_LINES[colour % len(SHARE_LINES)],
+                    label=f"pair {sweep.pair_index[j]:+d}" if sweep.pair_index[j] else "pair 0"
+                )  # fmt: skip
             panel.set_ylim(-4, 104)
             panel.set_yticks([0, 25, 50, 75, 100])
             panel.set_ylabel(f"Share of {torque:g} N m [%]")

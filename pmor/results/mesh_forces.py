@@ -52,10 +52,6 @@ def mesh_forces(
         Axes that are tilted by some micrometres are taken for parallel.
     twist_rad_per_mm : float
         Of the pinion: tan(beta_b) / r_b.
-
-    Returns
-    -------
-    MeshForces
     """
     force, about_pinion = loads.force_N, -loads.lever_mm
     turned = force * about_pinion

@@ -49,10 +49,6 @@ def sensitivities(sweep: SteSweep, rates: Mapping[str, FloatArray]) -> Sensitivi
     sweep : SteSweep
     rates : mapping of str to ndarray, shape (A, P, S)
         d e_n / d parameter in um per unit (`pmor.gear.deviation_rates`).
-
-    Returns
-    -------
-    Sensitivities
     """
     lines = line_states(sweep)
     torques, angles = sweep.ste_um.shape

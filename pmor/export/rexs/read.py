@@ -115,11 +115,7 @@ class _Draft:
             if not math.isclose(one, other, rel_tol=1e-6, abs_tol=1e-6):
                 said = f"{other:g} of {wheel.label} where its mate asks for {one:g}"
                 raise CaseError(f"{self.where}: {what}: {said}: no pair")
-        pair: dict[str, Any] = {
-            "module_mm": module,
-            "pressure_angle_deg": _rounded(angle),
-            "helix_angle_deg": helix,
-        }
+        pair: dict[str, Any] = {"module_mm": module, "pressure_angle_deg": _rounded(angle), "helix_angle_deg": helix}
         faces = self._faces()
         pair["face_width_mm"] = _rounded(faces[0][2])
         tooth = [self._tooth(gear, flank, module, helix) for gear, flank in zip(self.gears, self.flanks, strict=True)]
