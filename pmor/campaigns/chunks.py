@@ -100,10 +100,8 @@ class ChunkFiles:
 
     Parameters
     ----------
-    folder : Path
     key : str
         Of the campaign (`key_of_campaign`).
-    chunks : sequence of Chunk
     """
 
     def __init__(self, folder: Path, key: str, chunks: Sequence[Chunk]) -> None:

@@ -17,7 +17,6 @@ class Effort:
 
     Parameters
     ----------
-    n_chunks : int
     resumed : int
         Number of designs that an earlier run had solved.
     solving_s : float
@@ -41,7 +40,6 @@ class Columns:
 
     Parameters
     ----------
-    campaign : Campaign
     codes : ndarray of int, shape (n,)
         Place of the status in `pmor.campaigns.rows.STATUSES`.
     reasons : tuple of str
@@ -52,7 +50,6 @@ class Columns:
         At the nominal torque; NaN of designs without.
     solving_s : ndarray, shape (n,)
         Processor time of each design.
-    effort : Effort
     """
 
     campaign: Campaign

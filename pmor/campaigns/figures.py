@@ -24,7 +24,6 @@ class Figure:
         In tables, with its unit.
     label : str
         For readers.
-    unit : str
     """
 
     key: ResultKey
@@ -70,10 +69,8 @@ def figures_of(reduced: ReducedPair, sweep: SteSweep, stress: RootStress | None)
 
     Parameters
     ----------
-    reduced : ReducedPair
     sweep : SteSweep
         Recorded, with the error bar of the mesh where there is one.
-    stress : RootStress or None
     """
     case, pair = reduced.basis.case, reduced.meshed.pair
     i, lines = case.online.torques_Nm.index(case.torque_Nm), line_states(sweep)

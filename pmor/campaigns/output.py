@@ -92,10 +92,8 @@ def write_design(campaign: Campaign, number: int, folder: Path, overwrite: bool 
 
     Parameters
     ----------
-    campaign : Campaign
     number : int
         Of the design, from 1.
-    folder : Path
     overwrite : bool
         Replace a file there.
 

@@ -43,7 +43,6 @@ def with_relations(base_text: str, design: Mapping[str, Number], relations: Rela
         TOML text of the base case.
     design : mapping
         Values by section and key.
-    relations : Relations
 
     Raises
     ------
@@ -63,7 +62,6 @@ def case_of(base_text: str, design: Mapping[str, Number], name: str) -> Case:
 
     Parameters
     ----------
-    base_text : str
     design : mapping
         As `with_relations` gives it.
     name : str

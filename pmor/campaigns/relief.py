@@ -29,7 +29,6 @@ def best_relief(reduced: ReducedPair, sweep: SteSweep) -> dict[str, float]:
 
     Parameters
     ----------
-    reduced : ReducedPair
     sweep : SteSweep
         Of its case.
 

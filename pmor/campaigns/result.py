@@ -24,7 +24,6 @@ class CampaignResult(Columns):
 
         Parameters
         ----------
-        folder : Path or str
         overwrite : bool
             Replace files there, whoever wrote them.
 

@@ -24,11 +24,8 @@ class Task:
     ----------
     base_text : str
         TOML text of the base case.
-    relations : Relations
     columns : tuple of str
         Keys of the case in the rows.
-    results : tuple of str
-    workers : Workers
     store : str
         Folder of the store.
     store_bytes : float

@@ -34,7 +34,6 @@ def run(
 
     Parameters
     ----------
-    campaign : Campaign
     folder : Path or str, optional
         Of the results: finished chunks are kept there until these are written. None: a temporary folder.
     executor : concurrent.futures.Executor, optional

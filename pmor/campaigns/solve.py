@@ -32,12 +32,10 @@ def row_of(task: Task, number: int, design: Mapping[str, Number], store: Store) 
 
     Parameters
     ----------
-    task : Task
     number : int
         Of the design, from 1.
     design : mapping
         Values by section and key.
-    store : Store
 
     Returns
     -------
@@ -64,8 +62,6 @@ def results_of(case: Case, store: Store, relief: bool = False) -> tuple[dict[str
 
     Parameters
     ----------
-    case : Case
-    store : Store
     relief : bool
         Find the tip relief that suits it too.
 

@@ -39,7 +39,6 @@ class Store:
 
     Parameters
     ----------
-    folder : Path
     limit_bytes : float
         0: nothing is kept.
     """

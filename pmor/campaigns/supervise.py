@@ -42,7 +42,6 @@ class Order:
 
     Parameters
     ----------
-    task : Task
     designs : tuple of (int, mapping)
         Numbers, from 1, and the keys that they change.
     chunk : int

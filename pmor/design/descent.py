@@ -22,12 +22,7 @@ SLACK = 1e-6
 
 
 class Descent:
-    """One way downhill.
-
-    Parameters
-    ----------
-    judge : Judge
-    """
+    """One way downhill."""
 
     def __init__(self, judge: Judge) -> None:
         self.judge, self.evaluations = judge, 0

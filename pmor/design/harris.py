@@ -36,7 +36,6 @@ class HarrisRule:
 
     Parameters
     ----------
-    torque_Nm : float
     amount_um, peak_to_peak_um : ndarray, shape (n,)
     rule_um : float
         Amount by the rule.
@@ -63,7 +62,6 @@ def harris_rule(reduced: ReducedPair, torque_Nm: float) -> HarrisRule:
     ----------
     reduced : ReducedPair
         Of a pair that `obeys`.
-    torque_Nm : float
     """
     from scipy.optimize import minimize_scalar
 

@@ -50,7 +50,6 @@ class Judge:
     ----------
     reduced : ReducedPair
         Of line loads.
-    design : Design
     base : Assembly
         The pair of the case.
     solver : VariantSolver, optional

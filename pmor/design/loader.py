@@ -36,7 +36,6 @@ class DesignFile:
         Stem of the file name.
     text : str
         Of the file and of the case that it names.
-    design : Design
     case : Case
         Ready to be trained for it.
     inputs : tuple of Path
@@ -79,7 +78,6 @@ def read_design(document: Mapping[str, Any], case: Case, name: str, where: str) 
     ----------
     document : mapping
         As TOML reads it.
-    case : Case
     name : str
         Title where it has none.
     where : str

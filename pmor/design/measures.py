@@ -31,7 +31,6 @@ def smooth_peak_to_peak(ste_um: FloatArray, sharpness: float) -> tuple[FloatArra
 
     Parameters
     ----------
-    ste_um : ndarray
     sharpness : float
         1/um.
     """

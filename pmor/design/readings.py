@@ -46,12 +46,7 @@ class Readings:
 
 
 def read_off(found: Found) -> Readings:
-    """Read all of it off a search.
-
-    Parameters
-    ----------
-    found : Found
-    """
+    """Read all of it off a search."""
     judge, x = found.judge, found.variants.x
     chosen = _chosen(found)
     curves = {"base case": judge.solver.solve(judge.base).ste_um}

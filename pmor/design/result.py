@@ -19,13 +19,7 @@ from pmor.work.results import writing_results
 
 @dataclass(frozen=True, repr=False)
 class DesignResult:
-    """Variants of the flank modifications of a pair: V of n variables under T torques.
-
-    Parameters
-    ----------
-    found : Found
-    read : Readings
-    """
+    """Variants of the flank modifications of a pair: V of n variables under T torques."""
 
     found: Found
     read: Readings
@@ -75,7 +69,6 @@ class DesignResult:
 
         Parameters
         ----------
-        folder : Path or str
         overwrite : bool
             Replace files of these names whoever wrote them.
 

@@ -55,7 +55,6 @@ def run(
 
     Parameters
     ----------
-    settings : DesignFile
     reduced : ReducedPair, optional
         Reduced model of the pair, by line loads; by default it is made.
     folder : Path or str, optional

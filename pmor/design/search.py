@@ -39,15 +39,12 @@ class Found:
 
     Parameters
     ----------
-    file : DesignFile
     judge : Judge
         For figures of single variants.
-    variants : Variants
     evaluations : mapping of str to int
         Judgements of a variant, by stage; one with derivatives counts as one.
     seconds : float
         Of this run, without the finite elements.
-    failures : tuple of str
     """
 
     file: DesignFile
@@ -122,7 +119,6 @@ def run_design(
 
     Parameters
     ----------
-    file : DesignFile
     reduced : ReducedPair
         Of its case.
     pieces_folder : Path

@@ -22,7 +22,6 @@ class Store:
 
     Parameters
     ----------
-    file : DesignFile
     folder : Path
         Of finished pieces.
     """

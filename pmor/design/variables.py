@@ -25,7 +25,6 @@ class Draw:
     ----------
     pinion, wheel : mapping of str to float
         By the keys of a modification.
-    misalignment : Misalignment
     """
 
     pinion: Mapping[str, float] = field(default_factory=dict)
@@ -45,10 +44,8 @@ def assembly_at(
     ----------
     base : Assembly
         Everything that is no variable.
-    variables : sequence of Variable
     x : sequence of float
         A value for each.
-    draw : Draw
     """
     flanks = [
         _modified(getattr(base, gear), {v.key: float(value) for v, value in zip(variables, x, strict=True)
@@ -123,8 +120,6 @@ def drawn(scatter: Scatter, count: int, seed: int = SEED) -> tuple[Draw, ...]:
 
     Parameters
     ----------
-    scatter : Scatter
-    count : int
     seed : int
         Other ones give others: fresh draws to hold a result against.
     """

@@ -18,10 +18,8 @@ def write_variant(file: DesignFile, folder: Path, number: int, *, overwrite: boo
 
     Parameters
     ----------
-    file : DesignFile
     folder : Path
         Of the results.
-    number : int
     overwrite : bool
         Replace the file whoever wrote it.
 

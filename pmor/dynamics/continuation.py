@@ -57,7 +57,6 @@ class Fold:
 
     Parameters
     ----------
-    point : Point
     kind : "run_up" or "run_down"
         In which direction of the speed motion comes to its end there.
     """
@@ -72,9 +71,6 @@ class Branch:
 
     Parameters
     ----------
-    balance : Balance
-    points : tuple of Point
-    folds : tuple of Fold
     ended : str
         Why it ends where it ends.
     """
@@ -189,7 +185,6 @@ def trace(
 
     Parameters
     ----------
-    follow : Follower
     start : Point
         Its tangent gives the direction.
     limits : tuple of float

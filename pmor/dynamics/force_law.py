@@ -39,7 +39,6 @@ class Shifted:
 
     Parameters
     ----------
-    law : SolvedLaw
     shift : float
         New displacement less that of the law.
     """

@@ -41,12 +41,7 @@ _PLACES = np.arange(7)
 
 @dataclass(frozen=True)
 class TableError:
-    """Table less law, between the values of cells, over the largest force.
-
-    Parameters
-    ----------
-    largest, rms : float
-    """
+    """Table less law, between the values of cells, over the largest force."""
 
     largest: float
     rms: float
@@ -58,7 +53,6 @@ class Watched:
 
     Parameters
     ----------
-    load : float
     allowed : float
         Error of the force where it is about that load.
     """
@@ -72,18 +66,12 @@ def range_under(forces: Forces, load: float, spread: float, multiple: float, tou
 
     Parameters
     ----------
-    forces : callable
-    load : float
     spread : float
         Most that flanks deviate by: nothing touches as far as that before the flanks of the drawing do.
     multiple : float
         Of the displacement that the load makes, from where flanks touch: how far motion may go beyond them.
     touch : float
         Displacement at which plain flanks on the same axes first touch.
-
-    Returns
-    -------
-    tuple of float
 
     Raises
     ------
@@ -112,10 +100,8 @@ def tabulate(
 
     Parameters
     ----------
-    forces : callable
     lowest, highest : float
         Range of displacements: flanks touch at none of the phases below the first.
-    watched : sequence of Watched
     tolerance : float
         Of the largest force in the range.
     backlash : float
@@ -125,10 +111,6 @@ def tabulate(
         first of a kind is solved; cycles of a kind have neighbours of the same kinds.
     executor : concurrent.futures.Executor, optional
         Shares out the phases; of processes where `forces` can be pickled, or of threads.
-
-    Returns
-    -------
-    ForceTable
 
     Raises
     ------
@@ -180,12 +162,10 @@ class _Law:
 
     Parameters
     ----------
-    forces : callable
     first : ndarray of int
         The first mesh cycle of each kind.
     lowest, step : float
         Displacement at 0, and per step.
-    executor : concurrent.futures.Executor or None
     """
 
     def __init__(

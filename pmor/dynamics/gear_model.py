@@ -45,7 +45,6 @@ class Support:
         0 pinion, 1 wheel.
     direction : int
         See `DIRECTIONS`.
-    mass, stiffness, damping, lever : float
     """
 
     gear: int
@@ -90,7 +89,6 @@ class GearModel:
 
         Parameters
         ----------
-        torque_Nm : float
         mesh_damping : float
             N s/mm.
         """
@@ -110,7 +108,6 @@ class GearModel:
 
         Parameters
         ----------
-        oscillator : Oscillator
         states : ndarray, shape (s, 2n)
             Displacements and velocities.
         force : ndarray, shape (s,)

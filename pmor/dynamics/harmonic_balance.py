@@ -37,8 +37,6 @@ class Balance:
 
     Parameters
     ----------
-    oscillator : Oscillator
-    law : ForceLaw
     cycles : int
         Mesh cycles p after which the motion repeats.
     harmonics : int

@@ -13,7 +13,6 @@ class Inertia:
 
     Parameters
     ----------
-    mass_kg : float
     polar_kg_m2 : float
         About its axis.
     tilting_kg_m2 : float
@@ -32,12 +31,6 @@ def disc(radius_mm: float, bore_radius_mm: float, width_mm: float, density_kg_m3
     ----------
     radius_mm : float
         Of the cylinder that stands for the teeth: the reference cylinder.
-    bore_radius_mm, width_mm : float
-    density_kg_m3 : float
-
-    Returns
-    -------
-    Inertia
     """
     outer, inner, width = 1e-3 * radius_mm, 1e-3 * bore_radius_mm, 1e-3 * width_mm
     mass = float(np.pi * (outer**2 - inner**2) * width * density_kg_m3)

@@ -40,7 +40,6 @@ class Motion:
         Displacements and velocities.
     displacement, force : ndarray, shape (s,)
         Along the line of action.
-    steps : int
     """
 
     phase: FloatArray
@@ -74,13 +73,10 @@ def integrate(
 
     Parameters
     ----------
-    oscillator : Oscillator
-    law : CompiledLaw
     start : ndarray, shape (2n,)
         Displacements and velocities.
     speeds : tuple of float
         Mesh frequencies at the beginning and at the end.
-    cycles : int
     tolerance : float
         Error of a step, relative to the largest displacement or velocity at the start, and to the state.
 

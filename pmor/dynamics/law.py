@@ -48,8 +48,6 @@ class MeshLaw:
 
     Parameters
     ----------
-    torque_Nm : float
-    table : ForceTable
     error : TableError
         Over the largest force.
     largest_force : float
@@ -80,9 +78,6 @@ def mesh_laws(
 
     Parameters
     ----------
-    case : Case
-    reduced : ReducedPair
-    model : GearModel
     executor : concurrent.futures.Executor, optional
         As for `pmor.dynamics.force_table.tabulate`.
 
@@ -132,8 +127,6 @@ def force_law(
 
     Parameters
     ----------
-    case : Case
-    reduced : ReducedPair
     executor : concurrent.futures.Executor, optional
         As for `pmor.dynamics.force_table.tabulate`.
     assembly : Assembly, optional
@@ -141,8 +134,6 @@ def force_law(
 
     Returns
     -------
-    ForceTable
-    TableError
     largest_force : float
         In the table, N.
 
@@ -177,9 +168,6 @@ def static_error_um(
 
     Parameters
     ----------
-    table : ForceTable
-    reduced : ReducedPair
-    torque_Nm : float
     assembly : Assembly
         Of which the table is.
 

@@ -50,16 +50,10 @@ class Task:
 
     Parameters
     ----------
-    model : GearModel
-    law : ForceTable
-    torque_Nm : float
     mesh_damping : float or None
         N s/mm; None by the ratio.
-    damping_ratio : float
     limits : tuple of float
         Mesh frequencies, Hz or over the natural one.
-    in_Hz : bool
-    run_cycles : int
     exact : SolvedLaw, optional
         Law of the branches, instead of the table.
     """
@@ -86,7 +80,6 @@ class AtRest:
 
     Parameters
     ----------
-    oscillator : Oscillator
     stiffness : float
         Of the mesh, mean of the tangent over the cycle, N/mm.
     natural : float
@@ -139,7 +132,6 @@ def solve(task: Task, part: str) -> Data:
 
     Parameters
     ----------
-    task : Task
     part : str
         BRANCHES, or one of RUNS.
 

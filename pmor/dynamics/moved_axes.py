@@ -45,8 +45,6 @@ def displaced(
     ----------
     misalignment : Misalignment
         Without load.
-    model : GearModel
-    pair : GearPair
     width_mm : float
         Face width over which deviations of axes count.
     positions : ndarray, shape (supports,)
@@ -78,7 +76,6 @@ def shift_of(case: Case, pair: GearPair, misalignment: Misalignment) -> float:
     ----------
     case : Case
         With the axes without load.
-    pair : GearPair
     misalignment : Misalignment
         Displaced axes.
     """
@@ -106,9 +103,6 @@ def model_error(case: Case, model: GearModel, reduced: ReducedPair, table: Force
 
     Parameters
     ----------
-    case : Case
-    model : GearModel
-    reduced : ReducedPair
     table : ForceTable
         By displacements of the oscillator.
     largest : dict

@@ -19,7 +19,6 @@ def static_displacement(law: CompiledLaw, load: float, phase: FloatArray, interv
 
     Parameters
     ----------
-    law : CompiledLaw
     load : float
         Along the line of action, positive.
     phase : ndarray, shape (n,)

@@ -17,12 +17,7 @@ FIRST_STEP, VANISHED = 0.02, 0.005
 
 @dataclass(frozen=True)
 class Doubling:
-    """A place of a branch where a multiplier is -1.
-
-    Parameters
-    ----------
-    point : Point
-    """
+    """A place of a branch where a multiplier is -1."""
 
     point: Point
 
@@ -32,8 +27,6 @@ def doublings(branch: Branch, follow: Follower, grown: FloatArray) -> tuple[Doub
 
     Parameters
     ----------
-    branch : Branch
-    follow : Follower
     grown : ndarray, shape (points, 2n, 2n)
         Monodromy matrices along the branch.
     """
@@ -52,7 +45,6 @@ def doubled_branch(doubling: Doubling, follow: Follower, limits: tuple[float, fl
 
     Parameters
     ----------
-    doubling : Doubling
     follow : Follower
         Of the branch that it was found on.
     limits : tuple of float

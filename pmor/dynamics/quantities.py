@@ -79,9 +79,6 @@ def cycle_of(model: GearModel, balance: Balance, unknowns: FloatArray, speed: fl
 
     Parameters
     ----------
-    model : GearModel
-    balance : Balance
-    unknowns : ndarray
     speed : float
         Mesh frequency, angular.
     """

@@ -28,8 +28,6 @@ def iso_factor(case: Case, pair: GearPair, response: Data) -> DynamicFactor:
 
     Parameters
     ----------
-    case : Case
-    pair : GearPair
     response : dict
         As in `dynamics.json`.
     """
@@ -55,7 +53,6 @@ def resonance_Hz(mass: float, response: Data) -> float:
     ----------
     mass : float
         On the line of action, t.
-    response : dict
     """
     return HZ * math.sqrt(1e3 * response["mesh_stiffness_mean_N_per_um"] / mass)
 

@@ -62,16 +62,10 @@ def response(
 
     Parameters
     ----------
-    oscillator : Oscillator
-    law : ForceLaw
     limits : tuple of float
         Mesh frequencies, angular.
     harmonics : int
         Of the mesh frequency.
-
-    Returns
-    -------
-    Response
 
     Raises
     ------

@@ -24,12 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class DynamicsResult:
-    """Responses of a pair over its speed, one per torque.
-
-    Parameters
-    ----------
-    found : Dynamics
-    """
+    """Responses of a pair over its speed, one per torque."""
 
     found: Dynamics
 
@@ -88,7 +83,6 @@ class DynamicsResult:
 
         Parameters
         ----------
-        folder : Path or str
         overwrite : bool
             Replace files of these names whoever wrote them.
 

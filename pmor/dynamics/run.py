@@ -27,7 +27,6 @@ def run(
 
     Parameters
     ----------
-    settings : Case
     reduced : ReducedPair, optional
         Reduced model of the pair, by line loads; by default it is made.
     folder : Path or str, optional

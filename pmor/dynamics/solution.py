@@ -31,9 +31,6 @@ class Dynamics:
 
     Parameters
     ----------
-    case : Case
-    pair : GearPair
-    model : GearModel
     backlash : float or None
         See `backlash_of`.
     laws : tuple of MeshLaw
@@ -100,8 +97,6 @@ def run_dynamics(
 
     Parameters
     ----------
-    case : Case
-    reduced : ReducedPair
     pieces_folder : Path
         Of finished pieces, taken over by the next run.
     executor : concurrent.futures.Executor, optional

@@ -28,8 +28,6 @@ class UnitLaw:
 
     Parameters
     ----------
-    case : Case
-    pair : GearPair
     table : ForceTable
         Over the pinion's kinematic angle in mesh cycles, and the displacement along the line of action, mm.
     torque_Nm : float

@@ -37,8 +37,6 @@ def write_fmu(law: UnitLaw, path: Path, overwrite: bool = False) -> bool:
 
     Parameters
     ----------
-    law : UnitLaw
-    path : Path
     overwrite : bool
         As in `pmor.storage.atomic.atomic_path`.
 
