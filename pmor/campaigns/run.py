@@ -32,17 +32,8 @@ def run(
 ) -> CampaignResult:  # fmt: skip
     """Solve all designs of a campaign that are not solved yet; the log "pmor" tells how far it has come.
 
-    Parameters
-    ----------
-    folder : Path or str, optional
-        Of the results: finished chunks are kept there until these are written. None: a temporary folder.
-    executor : concurrent.futures.Executor, optional
-        Of threads, processes or a cluster: it hands out chunks, and each of its threads has a process of its own that
-        solves. The results are the same to the last bit. By default one process on this machine.
-    progress : callable, optional
-        Called with how many more designs are there, first with those of an earlier run.
-    overwrite : bool
-        Replace files there, whoever wrote them.
+    `folder`, `executor`, `progress` and `overwrite` are as in `pmor.app.rooms`; by default one process on this machine
+    solves.
 
     Raises
     ------

@@ -43,33 +43,17 @@ def settings_of(case: Case, sections: Mapping[str, Any]) -> DesignFile:
 
 
 def run(
-    settings: DesignFile,
-    *,
-    reduced: ReducedPair | None = None,
-    folder: Path | str | None = None,
-    overwrite: bool = False,
-    executor: Executor | None = None,
-    progress: Callable[[int], None] | None = None,
-) -> DesignResult:
-    """Search flank modifications over ranges, with tolerances.
+    settings: DesignFile, *, reduced: ReducedPair | None = None, folder: Path | str | None = None,
+    overwrite: bool = False, executor: Executor | None = None, progress: Callable[[int], None] | None = None,
+) -> DesignResult:  # fmt: skip
+    """Search flank modifications over ranges, with tolerances; variants without a solution are in `failures`.
 
     Parameters
     ----------
     reduced : ReducedPair, optional
         Reduced model of the pair, by line loads; by default it is made.
-    folder : Path or str, optional
-        Of the results: finished pieces are kept there, and taken over by the next run.
-    overwrite : bool
-        Files in the folder may be replaced later, whoever wrote them; otherwise they are refused before the work.
-    executor : concurrent.futures.Executor, optional
-        Of threads, for the pieces of work; by default they are done here, one after the other.
-    progress : callable, optional
-        Called with how many more pieces are there; their number grows with each stage of the search.
-
-    Returns
-    -------
-    DesignResult
-        Of all variants; those without a solution are named in `failures`.
+    folder, overwrite, executor, progress
+        As in `pmor.app.rooms`; the executor is one of threads, and the number of pieces grows with each stage.
 
     Raises
     ------

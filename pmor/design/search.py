@@ -108,30 +108,10 @@ def trained_pair(file: DesignFile) -> ReducedPair:
 
 
 def run_design(
-    file: DesignFile,
-    reduced: ReducedPair,
-    pieces_folder: Path,
-    *,
-    executor: Executor | None = None,
+    file: DesignFile, reduced: ReducedPair, pieces_folder: Path, *, executor: Executor | None = None,
     progress: Callable[[int], None] | None = None,
-) -> Found:
-    """Search a design.
-
-    Parameters
-    ----------
-    reduced : ReducedPair
-        Of its case.
-    pieces_folder : Path
-        Of finished pieces, taken over by the next run.
-    executor : concurrent.futures.Executor, optional
-        Of threads. None: one piece after the other.
-    progress : callable, optional
-        Called with how many more pieces are there.
-
-    Raises
-    ------
-    OutputError
-    """
+) -> Found:  # fmt: skip
+    """Search a design by a reduced model of its case; the rest as in `pmor.design.run.run`."""
     start = time.perf_counter()
     judge = Judge(reduced, file.design, file.base)
     search = _Search(file, judge, pieces_folder, executor, progress)

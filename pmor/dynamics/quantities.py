@@ -86,13 +86,10 @@ def cycle_of(model: GearModel, balance: Balance, unknowns: FloatArray, speed: fl
     states = _states(balance, unknowns, speed, force)
     lever = oscillator.lever
     return Cycle(
-        phase=balance.phase,
-        displacement=states[:, : oscillator.size] @ lever,
-        velocity=states[:, oscillator.size :] @ lever,
-        force=force,
-        bearing=model.bearing_forces(oscillator, states, force),
-        positions=states[:, 1 : oscillator.size],
-    )
+        phase=balance.phase, displacement=states[:, : oscillator.size] @ lever,
+        velocity=states[:, oscillator.size :] @ lever, force=force,
+        bearing=model.bearing_forces(oscillator, states, force), positions=states[:, 1 : oscillator.size],
+    )  # fmt: skip
 
 
 def quantities(model: GearModel, balance: Balance, unknowns: FloatArray, speed: float) -> PointQuantities:

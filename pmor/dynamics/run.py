@@ -15,33 +15,17 @@ from pmor_online.model import ReducedPair
 
 
 def run(
-    settings: Case,
-    *,
-    reduced: ReducedPair | None = None,
-    folder: Path | str | None = None,
-    overwrite: bool = False,
-    executor: Executor | None = None,
-    progress: Callable[[int], None] | None = None,
-) -> DynamicsResult:
-    """Find the motion of the pair of a case over its speed, under each torque.
+    settings: Case, *, reduced: ReducedPair | None = None, folder: Path | str | None = None, overwrite: bool = False,
+    executor: Executor | None = None, progress: Callable[[int], None] | None = None,
+) -> DynamicsResult:  # fmt: skip
+    """Find the motion of the pair of a case over its speed, under each torque; torques without one are in `failures`.
 
     Parameters
     ----------
     reduced : ReducedPair, optional
         Reduced model of the pair, by line loads; by default it is made.
-    folder : Path or str, optional
-        Of the results: finished pieces are kept there, and taken over by the next run.
-    overwrite : bool
-        Files in the folder may be replaced later, whoever wrote them; otherwise they are refused before the work.
-    executor : concurrent.futures.Executor, optional
-        Of processes, for the pieces of work; by default they are done here, one after the other.
-    progress : callable, optional
-        Called with how many more pieces are there.
-
-    Returns
-    -------
-    DynamicsResult
-        Of all torques that have a response; the others are named in `failures`.
+    folder, overwrite, executor, progress
+        As in `pmor.app.rooms`; the executor is one of processes.
 
     Raises
     ------

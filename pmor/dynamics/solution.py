@@ -86,31 +86,10 @@ def task_of(case: Case, model: GearModel, law: ForceTable, torque_Nm: float) -> 
 
 
 def run_dynamics(
-    case: Case,
-    reduced: ReducedPair,
-    pieces_folder: Path,
-    *,
-    executor: Executor | None = None,
+    case: Case, reduced: ReducedPair, pieces_folder: Path, *, executor: Executor | None = None,
     progress: Callable[[int], None] | None = None,
-) -> Dynamics:
-    """Solve all torques of a case; branches and runs of each are pieces of work.
-
-    Parameters
-    ----------
-    pieces_folder : Path
-        Of finished pieces, taken over by the next run.
-    executor : concurrent.futures.Executor, optional
-        Of processes: Python's lock stops threads. None: here, one piece after the other.
-    progress : callable, optional
-        Called with how many more pieces are there.
-
-    Raises
-    ------
-    CaseError
-    ConvergenceError
-        Where no torque has a force law.
-    OutputError
-    """
+) -> Dynamics:  # fmt: skip
+    """Solve all torques of a case; branches and runs of each are pieces of work. Errors as in `pmor.dynamics.run`."""
     pair = reduced.meshed.pair
     model = gear_model(case, pair)
     parts = (BRANCHES, *(RUNS if case.dynamics.run_cycles else ()))
