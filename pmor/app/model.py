@@ -221,7 +221,8 @@ class ReducedModel:
         CaseError
             Where a setting is none, or the model does not suffice for it.
         """
-        from pmor.design.run import run, settings_of
+        from pmor.design.loader import settings_of
+        from pmor.design.run import run
 
         file = settings_of(self.case, settings)
         return run(file, reduced=self.reduced, folder=folder, executor=executor, progress=progress)

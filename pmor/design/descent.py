@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pmor.core.arrays import FloatArray
+from pmor.core.arrays import FloatArray, IntArray
 from pmor.design.judge import Judge, Verdict
 from pmor.design.settings import Constraint
 from pmor.design.variables import limits, steps_around
@@ -112,8 +112,11 @@ def kept(constraints: Sequence[Constraint], found: FloatArray) -> FloatArray:
 def ranked(verdicts: Sequence[Verdict], constraints: Sequence[Constraint]) -> list[Verdict]:
     """Return verdicts with the best first: those that keep the constraints, by the objective; unknown ones last."""
 
-    def key(verdict: Verdict) -> tuple[bool, bool, float]:
-        unknown = not np.isfinite(verdict.objective)
-        return unknown, not bool(kept(constraints, verdict.limits)), verdict.objective if not unknown else 0.0
+    objective, limits = (np.array([getattr(verdict, name) for verdict in verdicts]) for name in ("objective", "limits"))
+    return [verdicts[n] for n in best_first(objective, limits, constraints)]
 
-    return sorted(verdicts, key=key)
+
+def best_first(objective: FloatArray, limits: FloatArray, constraints: Sequence[Constraint]) -> IntArray:
+    """Return the numbers of variants as `ranked` orders them, by objectives (V,) and constrained results (V, C)."""
+    unknown, broken = ~np.isfinite(objective), np.logical_not(kept(constraints, limits))
+    return np.asarray(np.lexsort((np.where(unknown, np.inf, objective), broken, unknown)), dtype=np.int64)

@@ -20,6 +20,8 @@ from pmor.pair.conditions import assembly_of
 from pmor.pair.model import gear_pair
 from pmor.pair.modifications import refuse_modifications_off_the_flank
 
+# Place of a design without a file, in messages.
+WHERE = "design"
 # Keys that load the halves of the face differently.
 UNEVEN = ("helix_slope_um", "twist_um", "in_plane_um", "out_of_plane_um")
 # More variables have too many corners of their ranges to check each, 2 to their number.
@@ -71,23 +73,15 @@ def load(path: Path | str) -> DesignFile:
     return DesignFile(path.stem, f"{text}\n{case.text}", design, case_of(design, case, where), (path, base))
 
 
-def read_design(document: Mapping[str, Any], case: Case, name: str, where: str) -> Design:
-    """Check a design against its case.
-
-    Parameters
-    ----------
-    document : mapping
-        As TOML reads it.
-    name : str
-        Title where it has none.
-    where : str
-        What messages call it.
+def settings_of(case: Case, sections: Mapping[str, Any]) -> DesignFile:
+    """Return the settings that a design file with these sections, as TOML reads them, would give for a base case.
 
     Raises
     ------
     CaseError
     """
-    return _complete(_read(document, where, title=name, case=case.name), case, where)
+    design = _complete(_read(sections, WHERE, title=case.name, case=case.name), case, WHERE)
+    return DesignFile(case.name, f"{sections!r}\n{case.text}", design, case_of(design, case, WHERE), ())
 
 
 def _read(document: Mapping[str, Any], where: str, **filled: str) -> Design:

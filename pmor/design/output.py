@@ -23,7 +23,7 @@ from pmor.design.figures import (
 from pmor.design.readings import FRESH, Readings, percentile_95
 from pmor.design.search import Found
 from pmor.design.settings import RESULTS
-from pmor.design.store import stored
+from pmor.design.variants import stored
 from pmor.report.data_files import write_table_csv
 from pmor.report.explorer import Column, Designs
 from pmor.report.page import Block, Heading, Picture, Warning

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
-from pmor.case import Case
 from pmor.case.width import meshed_width
 from pmor.core.errors import CaseError
-from pmor.design.loader import DesignFile, case_of, read_design
+from pmor.design.loader import DesignFile
 from pmor.design.output import FILES
 from pmor.design.readings import read_off
 from pmor.design.result import DesignResult
@@ -19,27 +17,6 @@ from pmor.design.search import run_design, trained_pair
 from pmor.pair.model import refuse_loads
 from pmor.work.results import pieces_folder
 from pmor_online.model import ReducedPair
-
-# Place of a design without a file, in messages.
-WHERE = "design"
-
-
-def settings_of(case: Case, sections: Mapping[str, Any]) -> DesignFile:
-    """Return the settings that a design file with these sections would give.
-
-    Parameters
-    ----------
-    case : Case
-        Base case.
-    sections : mapping
-        As TOML reads them.
-
-    Raises
-    ------
-    CaseError
-    """
-    design = read_design(sections, case, case.name, WHERE)
-    return DesignFile(case.name, f"{sections!r}\n{case.text}", design, case_of(design, case, WHERE), ())
 
 
 def run(

@@ -13,13 +13,12 @@ from typing import Any
 import numpy as np
 
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
-from pmor.design.descent import Descent, kept
+from pmor.design.descent import Descent, best_first, kept
 from pmor.design.judge import Judge, at_torque, nominal
 from pmor.design.loader import DesignFile
 from pmor.design.settings import Constraint, Design
-from pmor.design.store import Store, all_kept
 from pmor.design.variables import spread_evenly
-from pmor.design.variants import Variants, as_data, best_first, from_data, together
+from pmor.design.variants import Store, Variants, all_kept, as_data, from_data, together
 from pmor.pair.model import elastic_model, refuse_loads
 from pmor.work.cost import meshed_within_memory
 from pmor.work.front import pareto_front
@@ -162,8 +161,10 @@ class _Search:
 
     def descents(self, samples: Variants) -> list[Variants]:
         """Go downhill from the best samples, and from that for each torque alone, and as drawn."""
-        design, pieces = self.design, []
-        for number, n in enumerate(best_first(samples, design.constraints)[: design.search.descents]):
+        design, constraints, pieces = self.design, self.design.constraints, []
+        for number, n in enumerate(
+            best_first(samples.objective, samples.limits, constraints)[: design.search.descents]
+        ):
             work = partial(_descended, self.judge, self.judge, samples.x[n], "descent")
             pieces.append(self._piece(f"descent {number:03d}", samples.x[n].tolist(), work))
         others = [] if not design.scatters else [("as drawn", nominal(design))]
@@ -175,7 +176,7 @@ class _Search:
             chosen = [torques.index(torque) for torque in other.load.torques_Nm]
             weights = np.array(other.load.weights) / sum(other.load.weights)
             value = samples.results[:, chosen, column] @ weights
-            start = samples.x[best_first(replace(samples, objective=value), design.constraints)[0]]
+            start = samples.x[best_first(value, samples.limits, constraints)[0]]
             work = partial(_descended, self.judge.alike(other), self.judge, start, name)
             pieces.append(self._piece(f"best {name}", start.tolist(), work))
         return [from_data(part, design) for part in self._run("descents", pieces)]
@@ -185,7 +186,7 @@ class _Search:
         design, all_of_them = self.design, together([samples, *tried])
         key, points = design.pareto.against, design.pareto.points
         against = all_of_them.results[:, :, design.results.index(key)].max(axis=1)
-        order = best_first(all_of_them, design.constraints)
+        order = best_first(all_of_them.objective, all_of_them.limits, design.constraints)
         good = order[kept(design.constraints, all_of_them.limits[order])]
         if not points or not len(good):
             return []

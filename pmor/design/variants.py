@@ -1,18 +1,23 @@
-"""Many variants in arrays, and as plain data in the files of finished pieces."""
+"""Many variants: in arrays, as plain data of finished pieces, and in a file to be read at any time meanwhile."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
-from pmor.core.arrays import FloatArray, IntArray
+from pmor.core.arrays import BoolArray, FloatArray
 from pmor.design.descent import kept
 from pmor.design.judge import Verdict
-from pmor.design.settings import Constraint, Design
+from pmor.design.loader import DesignFile
+from pmor.design.settings import Design
+from pmor.storage.design_file import DesignResults, write_design_file
 from pmor.work.pieces import Result
 
+#: name of the file of all variants that are finished, in the folder of finished pieces
+STORE = "variants.h5"
 ARRAYS = ("x", "results", "objective", "limits")
 
 
@@ -69,8 +74,48 @@ def together(parts: Sequence[Variants]) -> Variants:
     return Variants(origin=tuple(origin for part in parts for origin in part.origin), **arrays)
 
 
-def best_first(variants: Variants, constraints: Sequence[Constraint]) -> IntArray:
-    """Return the numbers of variants, best first: those that keep the constraints, by the objective."""
-    unknown = np.logical_not(np.isfinite(variants.objective))
-    broken = np.logical_not(kept(constraints, variants.limits))
-    return np.asarray(np.lexsort((np.where(unknown, np.inf, variants.objective), broken, unknown)), dtype=np.int64)
+class Store:
+    """Keeps a file of all variants that are finished, in the folder of finished pieces."""
+
+    def __init__(self, file: DesignFile, folder: Path) -> None:
+        self._file, self._path = file, folder / STORE
+        self._parts: list[Variants] = []
+
+    def take_over(self, variants: Variants) -> None:
+        """Add variants of an earlier run; they are written with the next new ones."""
+        self._parts.append(variants)
+
+    def add(self, variants: Variants) -> None:
+        """Add variants and write the file."""
+        self._parts.append(variants)
+        write_design_file(self._path, stored(self._file, together(self._parts)))
+
+
+def stored(file: DesignFile, variants: Variants) -> DesignResults:
+    """Return the content of a file of variants."""
+    design = file.design
+    origins = tuple(dict.fromkeys(variants.origin))
+    low, high = np.array([v.range for v in design.variables]).T
+    weight = np.array(design.load.weights)
+    arrays = {
+        "torque": np.array(design.load.torques_Nm),
+        "weight": weight / weight.sum(),
+        "lowest": low,
+        "highest": high,
+        "x": variants.x,
+        "results": variants.results,
+        "objective": variants.objective,
+        "kept": all_kept(design, variants),
+        "origin": np.array([origins.index(o) for o in variants.origin], dtype=np.int64),
+    }
+    if design.constraints:
+        arrays["limits"] = variants.limits
+    constraints = tuple(f"{c.result} at most {c.at_most:g}" for c in design.constraints)
+    return DesignResults(
+        file.text, tuple(v.name for v in design.variables), design.results, constraints, origins, (), arrays
+    )
+
+
+def all_kept(design: Design, variants: Variants) -> BoolArray:
+    """Return whether variants are known and keep all constraints, (V,)."""
+    return np.asarray(kept(design.constraints, variants.limits) & np.isfinite(variants.objective))

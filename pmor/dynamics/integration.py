@@ -14,9 +14,8 @@ import numpy as np
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import ConvergenceError
 from pmor.dynamics.force_law import CompiledLaw, cycles_of, forces_at
-from pmor.dynamics.harmonic_balance import Balance, harmonics_of
 from pmor.dynamics.kernels.motion import DONE, EquationOfMotion, move
-from pmor.dynamics.oscillator import Oscillator, motion_of, position_under
+from pmor.dynamics.oscillator import Oscillator
 
 # Samples per mesh cycle, and cycles that are integrated at a time.
 SAMPLES, CYCLES_PER_PIECE = 64, 100
@@ -58,11 +57,6 @@ class Motion:
     def cycle_speed(self) -> FloatArray:
         """Mean mesh frequency of each cycle, (cycles,)."""
         return np.asarray(self.speed.reshape(-1, SAMPLES).mean(axis=1))
-
-    @property
-    def contact_loss(self) -> float:
-        """Share of the time without any force of the mesh."""
-        return float((self.force == 0.0).mean())
 
 
 def integrate(
@@ -120,17 +114,6 @@ def run_through(
         piece = integrate(oscillator, law, state, (ends[0], ends[1]), count, RUN_TOLERANCE)
         state, done = piece.states[-1], done + count
         yield piece
-
-
-def state_of(balance: Balance, unknowns: FloatArray, speed: float) -> FloatArray:
-    """Return displacements and velocities at phase 0 of motion that harmonic balance found, (2n,)."""
-    oscillator = balance.oscillator
-    coefficients = harmonics_of(balance.forces(unknowns)[0], balance.orders)
-    frequency = speed * np.arange(1, balance.orders + 1) / balance.cycles
-    moved = motion_of(oscillator, frequency, coefficients[1::2] - 1j * coefficients[2::2])
-    mean = position_under(oscillator, float(coefficients[0]), float(unknowns[0]))
-    velocity = (1j * frequency[:, None] * moved).real.sum(axis=0)
-    return np.concatenate([mean + moved.real.sum(axis=0), velocity])
 
 
 def _equation(oscillator: Oscillator, speed: float, rate: float) -> EquationOfMotion:

@@ -185,7 +185,7 @@ def _branches(task: Task) -> Data:
              "kind": fold.kind}
             for fold in found.folds
         ],
-        "period_doublings_Hz": [_hz(doubling.point.speed) for doubling in found.doublings],
+        "period_doublings_Hz": [_hz(point.speed) for point in found.doublings],
         "largest": _largest(task.model, found),
         "lost": lost,
     }  # fmt: skip

@@ -38,20 +38,6 @@ class Oscillator:
         return len(self.lever)
 
 
-def along_line_of_action(mass: float, damping: float, load: float) -> Oscillator:
-    """Return the one degree of freedom of a pair that is rigid but for its mesh: m x'' + c x' + F(psi, x) = f.
-
-    Parameters
-    ----------
-    mass : float
-        I1 I2 / (I1 rb2^2 + I2 rb1^2) of two gears with moments of inertia I and base radii rb.
-    damping, load : float
-        Along the line of action.
-    """
-    one = np.ones((1, 1))
-    return Oscillator(mass * one, damping * one, 0.0 * one, np.ones(1), np.array([load]))
-
-
 def mesh_stiffness_of(oscillator: Oscillator, frequency: FloatArray) -> tuple[NDArray[np.complex128], ...]:
     """Return the dynamic stiffness d that the mesh feels, d x + F = 0 for motion at these frequencies, and d' by them.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,14 +15,7 @@ from pmor.dynamics.stability import alternating, monodromy
 FIRST_STEP, VANISHED = 0.02, 0.005
 
 
-@dataclass(frozen=True)
-class Doubling:
-    """A place of a branch where a multiplier is -1."""
-
-    point: Point
-
-
-def doublings(branch: Branch, follow: Follower, grown: FloatArray) -> tuple[Doubling, ...]:
+def doublings(branch: Branch, follow: Follower, grown: FloatArray) -> tuple[Point, ...]:
     """Find where multipliers pass -1 along a branch: there det(monodromy + 1) changes its sign.
 
     Parameters
@@ -36,11 +29,11 @@ def doublings(branch: Branch, follow: Follower, grown: FloatArray) -> tuple[Doub
         if values[i] * values[i + 1] < 0.0:
             point = branch.points[i]
             step = follow.length(point, branch.points[i + 1])
-            found.append(Doubling(follow.refine(point, step, lambda p: _distance(branch.balance, p))))
+            found.append(follow.refine(point, step, lambda p: _distance(branch.balance, p)))
     return tuple(found)
 
 
-def doubled_branch(doubling: Doubling, follow: Follower, limits: tuple[float, float]) -> Branch:
+def doubled_branch(point: Point, follow: Follower, limits: tuple[float, float]) -> Branch:
     """Follow the motion of twice the period that begins at a doubling, until it ends at another one.
 
     Parameters
@@ -60,7 +53,7 @@ def doubled_branch(doubling: Doubling, follow: Follower, limits: tuple[float, fl
     ConvergenceError
         Where no such motion is found beside the doubling.
     """
-    old, point = follow.balance, doubling.point
+    old = follow.balance
     new = replace(old, cycles=2 * old.cycles)
     twice = Follower(new, np.append(np.full(new.size, follow.scale[0]), follow.scale[-1]))
     direction = np.append(_direction(old, new, point), 0.0)

@@ -10,9 +10,9 @@ from pmor.core.arrays import BoolArray, FloatArray
 from pmor.core.errors import ConvergenceError
 from pmor.dynamics.continuation import Branch, Fold, Follower, Point, first_point, follower, trace
 from pmor.dynamics.force_law import ForceLaw
-from pmor.dynamics.harmonic_balance import Balance, rest, rms, solve_at
+from pmor.dynamics.harmonic_balance import Balance, rest, solve_at
 from pmor.dynamics.oscillator import Oscillator
-from pmor.dynamics.period_doubling import Doubling, doubled_branch, doublings
+from pmor.dynamics.period_doubling import doubled_branch, doublings
 from pmor.dynamics.stability import monodromy, stability_of
 
 # Harmonics of the mesh frequency: on the benchmark the last quarter of them makes 4e-5 of the motion where it is
@@ -37,7 +37,7 @@ class Response:
         at the lower limit, the one from there upwards; then those of twice the period.
     stable : tuple of ndarray of bool
         By point, of each branch.
-    doublings : tuple of Doubling
+    doublings : tuple of Point
         Where branches of twice the period begin.
     lost : tuple of str
         Failures, and why.
@@ -45,7 +45,7 @@ class Response:
 
     branches: tuple[Branch, ...]
     stable: tuple[BoolArray, ...]
-    doublings: tuple[Doubling, ...]
+    doublings: tuple[Point, ...]
     lost: tuple[str, ...]
 
     @property
@@ -85,7 +85,7 @@ def response(
             branches.append(doubled)
             grown.append(growth)
         except ConvergenceError as error:
-            lost.append(f"twice the period at mesh frequency {place.point.speed:.6g}: {error}")
+            lost.append(f"twice the period at mesh frequency {place.speed:.6g}: {error}")
     return Response(tuple(branches), tuple(map(stability_of, grown)), tuple(places), tuple(lost))
 
 
@@ -141,22 +141,3 @@ def _known(branch: Branch) -> tuple[Branch, FloatArray]:
                 raise
             return replace(branch, points=branch.points[: len(found)], ended=str(error)), np.array(found)
     return branch, np.array(found)
-
-
-def monodromies(branch: Branch) -> FloatArray:
-    """Return the growth of disturbances over a period at all points of a branch, (points, 2n, 2n)."""
-    return np.array([monodromy(branch.balance, point.unknowns, point.speed) for point in branch.points])
-
-
-def largest(branch: Branch, follow: Follower) -> Point:
-    """Return the point of a branch at which the root mean square of its motion is largest."""
-    size: FloatArray = rms(branch.unknowns)
-    top = int(size.argmax())
-
-    def growth(point: Point) -> float:
-        return float(point.unknowns[1:] @ point.tangent[1:-1])
-
-    for i in (top - 1, top):
-        if 0 <= i < len(size) - 1 and growth(branch.points[i]) * growth(branch.points[i + 1]) < 0.0:
-            return follow.refine(branch.points[i], follow.length(branch.points[i], branch.points[i + 1]), growth)
-    return branch.points[top]

@@ -38,12 +38,6 @@ def monodromy(balance: Balance, unknowns: FloatArray, speed: float) -> FloatArra
     return (4.0 * fine - coarse) / 3.0
 
 
-def multipliers(balance: Balance, unknowns: FloatArray, speed: float) -> FloatArray:
-    """Return the Floquet multipliers, the largest first, complex, (2n,)."""
-    found = np.linalg.eigvals(monodromy(balance, unknowns, speed))
-    return np.asarray(found[np.argsort(-np.abs(found))])
-
-
 def stability_of(grown: FloatArray) -> BoolArray:
     """Whether small disturbances die out, or at least do not grow, by monodromy matrices (points, 2n, 2n)."""
     return np.asarray(np.abs(np.linalg.eigvals(grown)).max(axis=1) <= 1.0 + GROWTH)

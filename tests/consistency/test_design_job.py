@@ -19,7 +19,7 @@ from pmor.design.judge import Judge
 from pmor.design.loader import load
 from pmor.design.output import FILES
 from pmor.design.search import run_design, trained_pair
-from pmor.design.store import STORE
+from pmor.design.variants import STORE
 from pmor.storage.describe import file_text
 from pmor.storage.design_file import read_design_file
 from pmor.work.pieces import PARTS

@@ -11,7 +11,6 @@ from pmor.dynamics.force_table import Watched, table_error, tabulate
 from pmor.dynamics.harmonic_balance import Balance, rest, rms, solve_at
 from pmor.dynamics.integration import integrate
 from pmor.dynamics.operating import mean_stiffness, static_displacement
-from pmor.dynamics.oscillator import along_line_of_action
 from pmor.gear.condition import PLAIN, at_torques
 from pmor.pair.conditions import assembly_of
 from pmor.pair.model import elastic_model, mesh_model
@@ -20,6 +19,7 @@ from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.mesh_force import LineLoadLaw, mesh_force_of, place_phases
 from pmor_online.model import reduced_pair
 from tests.support.line_pairs import small_pair
+from tests.support.motion import along_line_of_action
 
 
 @cache

@@ -15,9 +15,10 @@ from pmor.core.errors import ConvergenceError
 from pmor.dynamics import law, solution
 from pmor.dynamics.gear_model import gear_model
 from pmor.dynamics.harmonic_balance import Balance, rest, solve_at
-from pmor.dynamics.integration import integrate, state_of
+from pmor.dynamics.integration import integrate
 from pmor.dynamics.measure import at_rest, needed_harmonics, speeds_of
 from pmor.dynamics.response import response
+from tests.support.motion import state_of
 from tests.support.small_case import case_text
 
 BEARINGS = "pinion_bearing_stiffness_N_um", "wheel_bearing_stiffness_N_um"

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pmor.dynamics.inertia import Inertia, disc, equivalent_mass
+from pmor.dynamics.gear_model import Inertia, disc, equivalent_mass
 
 
 def test_the_steel_discs_of_the_ohio_pair_weigh_what_its_papers_say():

@@ -9,12 +9,13 @@ from pmor.dynamics.force_law import forces_at
 from pmor.dynamics.force_table import table_error, tabulate
 from pmor.dynamics.gear_model import natural_modes
 from pmor.dynamics.harmonic_balance import Balance, rest, rms, solve_at
-from pmor.dynamics.integration import integrate, state_of
+from pmor.dynamics.integration import integrate
 from pmor.dynamics.kernels.laws import VaryingStiffness
 from pmor.dynamics.operating import mean_stiffness, static_displacement
-from pmor.dynamics.oscillator import Oscillator, along_line_of_action, static_stiffness_of
+from pmor.dynamics.oscillator import Oscillator, static_stiffness_of
 from pmor.dynamics.response import response
 from pmor.dynamics.stability import monodromy
+from tests.support.motion import along_line_of_action, state_of
 
 LAW = VaryingStiffness(stiffness=1.0, variation=0.2, pulls=False)
 
@@ -46,7 +47,7 @@ def test_integration_over_time_is_that_of_another_program():
     acceleration = accelerations(oscillator, lambda t, x: (1.0 + 0.2 * np.cos(speed * t)) * max(x, 0.0))
     start = np.array([1.5, 0.3, -0.2, 0.0, 0.5, 0.0])
     motion = integrate(oscillator, LAW, start, (speed, speed), 5, tolerance=1e-10)
-    assert motion.contact_loss > 0.05
+    assert (motion.force == 0.0).mean() > 0.05
     slow = solve_ivp(
         lambda t, y: np.append(y[n:], acceleration(y[:n], y[n:], t)), (0.0, 10.0 * np.pi / speed), start,
         "DOP853", motion.phase / speed - 1e-14, rtol=1e-11, atol=1e-11,

@@ -92,7 +92,7 @@ def test_momentum_and_energy_are_kept_without_damping(dynamics):
     start[0] = 4.0 * oscillator.load[0] / STIFFNESS
     speed = math.sqrt(STIFFNESS / model.mass)
     motion = integrate(oscillator, law, start, (speed, speed), 100, tolerance=1e-10)
-    assert motion.contact_loss > 0.1
+    assert (motion.force == 0.0).mean() > 0.1
     q, v = motion.states[:, :n], motion.states[:, n:]
     energy = (
         0.5 * np.einsum("si,ij,sj->s", v, oscillator.mass, v)

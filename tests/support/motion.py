@@ -1,0 +1,49 @@
+"""A pair of one degree of freedom, and readings of its branches."""
+
+import numpy as np
+
+from pmor.dynamics.harmonic_balance import harmonics_of, rms
+from pmor.dynamics.oscillator import Oscillator, motion_of, position_under
+from pmor.dynamics.stability import monodromy
+
+
+def along_line_of_action(mass, damping, load):
+    """m x'' + c x' + F(psi, x) = f: a pair that is rigid but for its mesh."""
+    one = np.ones((1, 1))
+    return Oscillator(mass * one, damping * one, 0.0 * one, np.ones(1), np.array([load]))
+
+
+def state_of(balance, unknowns, speed):
+    """Return displacements and velocities at phase 0 of motion that harmonic balance found, (2n,)."""
+    oscillator = balance.oscillator
+    coefficients = harmonics_of(balance.forces(unknowns)[0], balance.orders)
+    frequency = speed * np.arange(1, balance.orders + 1) / balance.cycles
+    moved = motion_of(oscillator, frequency, coefficients[1::2] - 1j * coefficients[2::2])
+    mean = position_under(oscillator, float(coefficients[0]), float(unknowns[0]))
+    velocity = (1j * frequency[:, None] * moved).real.sum(axis=0)
+    return np.concatenate([mean + moved.real.sum(axis=0), velocity])
+
+
+def monodromies(branch):
+    """Return the growth of disturbances over a period at all points of a branch, (points, 2n, 2n)."""
+    return np.array([monodromy(branch.balance, point.unknowns, point.speed) for point in branch.points])
+
+
+def largest(branch, follow):
+    """Return the point of a branch at which the root mean square of its motion is largest."""
+    size = rms(branch.unknowns)
+    top = int(size.argmax())
+
+    def growth(point):
+        return float(point.unknowns[1:] @ point.tangent[1:-1])
+
+    for i in (top - 1, top):
+        if 0 <= i < len(size) - 1 and growth(branch.points[i]) * growth(branch.points[i + 1]) < 0.0:
+            return follow.refine(branch.points[i], follow.length(branch.points[i], branch.points[i + 1]), growth)
+    return branch.points[top]
+
+
+def multipliers(balance, unknowns, speed):
+    """Return the Floquet multipliers, the largest first, complex, (2n,)."""
+    found = np.linalg.eigvals(monodromy(balance, unknowns, speed))
+    return found[np.argsort(-np.abs(found))]
