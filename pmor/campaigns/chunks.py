@@ -109,24 +109,14 @@ class ChunkFiles:
         self._ready: set[Path] = set()
 
     def begin(self, name: str) -> None:
-        """Write the plan: the campaign that is being solved, by its name.
-
-        Raises
-        ------
-        OutputError
-        """
+        """Write the plan: the campaign that is being solved, by its name."""
         working_folder(self._folder)
         chunks = [(chunk.first, chunk.count) for chunk in self._chunks]
         plan = {"campaign": name, "key": self._key, "chunks": chunks}
         write_summary_json(self._folder / PLAN, plan, overwrite=True)
 
     def write(self, chunk: Chunk, answer: Answer) -> None:
-        """Keep the answer of a chunk.
-
-        Raises
-        ------
-        OutputError
-        """
+        """Keep the answer of a chunk."""
         path = self._path(chunk)
         if path.parent not in self._ready:
             self._ready.add(working_folder(path.parent))

@@ -66,10 +66,6 @@ def case_of(base_text: str, design: Mapping[str, Number], name: str) -> Case:
         As `with_relations` gives it.
     name : str
         Of the case, and in messages.
-
-    Raises
-    ------
-    CaseError
     """
     return parse_case(text_of_design(base_text, design), name, name)
 

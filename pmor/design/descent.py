@@ -111,7 +111,6 @@ def kept(constraints: Sequence[Constraint], found: FloatArray) -> FloatArray:
 
 def ranked(verdicts: Sequence[Verdict], constraints: Sequence[Constraint]) -> list[Verdict]:
     """Return verdicts with the best first: those that keep the constraints, by the objective; unknown ones last."""
-
     objective, limits = (np.array([getattr(verdict, name) for verdict in verdicts]) for name in ("objective", "limits"))
     return [verdicts[n] for n in best_first(objective, limits, constraints)]
 

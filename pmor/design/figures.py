@@ -114,10 +114,9 @@ def _contour(axes: Axes, found: Found, judge: Judge, best: FloatArray, first: in
         angle = np.linspace(0.0, 2.0 * np.pi, 100)
         axes.plot(best[first] + ELLIPSE * sizes[0] * np.cos(angle), best[second] + ELLIPSE * sizes[1] * np.sin(angle),
                   color=COLOURS[1], lw=1.4, ls="--", label="95 % of the gears made")  # fmt: skip
-    axes.set_xlim(low[first], high[first])
-    axes.set_ylim(low[second], high[second])
-    axes.set_xlabel(variable_words(design.variables[first].name))
-    axes.set_ylabel(variable_words(design.variables[second].name))
+    axes.set(xlim=(low[first], high[first]), ylim=(low[second], high[second]),
+             xlabel=variable_words(design.variables[first].name),
+             ylabel=variable_words(design.variables[second].name))  # fmt: skip
     axes.grid(False)
 
 
@@ -138,9 +137,8 @@ def torque_figure(found: Found, chosen: Mapping[str, FloatArray | None]) -> Figu
             )
         for torque in torques:
             axes.axvline(torque, color=GREY, lw=0.6, ls=":")
-        axes.set_xlabel("Torque on the pinion [N m]; dotted: those of the design")
-        axes.set_ylabel(WORDS["peak_to_peak_um"])
-        axes.set_ylim(bottom=0.0)
+        axes.set(xlabel="Torque on the pinion [N m]; dotted: those of the design",
+                 ylabel=WORDS["peak_to_peak_um"], ylim=(0.0, None))  # fmt: skip
         figure.legend(loc="outside lower center", ncols=4)
     return figure
 
@@ -153,8 +151,7 @@ def ste_figure(found: Found, curves: Mapping[str, FloatArray]) -> Figure:
             for number, (torque, curve) in enumerate(zip(found.design.load.torques_Nm, ste, strict=True)):
                 place.plot(np.append(share, 1.0), np.append(curve, curve[0]) - curve.mean(),
                            color=COLOURS[number % len(COLOURS)], label=f"{torque:g} N m")  # fmt: skip
-            place.set_title(name)
-            place.set_xlabel("Pinion angle [pitches]")
+            place.set(title=name, xlabel="Pinion angle [pitches]")
         axes[0].set_ylabel("STE about its mean [µm]")
     return figure
 
@@ -183,10 +180,8 @@ def harris_figure(rules: Sequence[HarrisRule]) -> Figure:
             colour = COLOURS[number % len(COLOURS)]
             axes.plot(rule.amount_um, rule.peak_to_peak_um, color=colour, label=f"{rule.torque_Nm:g} N m")
             axes.axvline(rule.rule_um, color=colour, lw=1.0, ls="--")
-        axes.set_xlabel("Tip relief of both gears, from the highest point of single contact [µm]; dashed: the rule")
-        axes.set_ylabel(WORDS["peak_to_peak_um"])
-        axes.set_xlim(left=0.0)
-        axes.set_ylim(bottom=0.0)
+        axes.set(xlabel="Tip relief of both gears, from the highest point of single contact [µm]; dashed: the rule",
+                 ylabel=WORDS["peak_to_peak_um"], xlim=(0.0, None), ylim=(0.0, None))  # fmt: skip
         figure.legend(loc="outside lower center", ncols=6)
     return figure
 
@@ -202,9 +197,8 @@ def scatter_figure(objectives: Mapping[str, FloatArray], design_words: str) -> F
             axes.plot(np.sort(values), share, color=colour, label=name)
             axes.axvline(float(np.percentile(values, 95.0)), color=colour, lw=0.8, ls="--")
         axes.axhline(95.0, color=GREY, lw=0.6, ls=":")
-        axes.set_xlabel(f"{design_words}, mean over torques; dashed: 95 % stay below")
-        axes.set_ylabel("Pairs made that stay below [%]")
-        axes.set_ylim(0.0, 100.0)
+        axes.set(xlabel=f"{design_words}, mean over torques; dashed: 95 % stay below",
+                 ylabel="Pairs made that stay below [%]", ylim=(0.0, 100.0))  # fmt: skip
         figure.legend(loc="outside lower center", ncols=3)
     return figure
 

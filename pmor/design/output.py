@@ -9,17 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from pmor.design.figures import (
-    WORDS,
-    contour_figure,
-    front_figure,
-    harris_figure,
-    scatter_figure,
-    sensitivity_figure,
-    ste_figure,
-    torque_figure,
-    variable_words,
-)
+from pmor.design import figures
+from pmor.design.figures import WORDS, variable_words
 from pmor.design.readings import FRESH, Readings, percentile_95
 from pmor.design.search import Found
 from pmor.design.settings import RESULTS
@@ -42,12 +33,7 @@ MOST_ON_PAGE = 10_000
 
 
 def write_design(found: Found, read: Readings, out: Path) -> None:
-    """Write numbers, pictures and pages.
-
-    Raises
-    ------
-    OutputError
-    """
+    """Write numbers, pictures and pages."""
     write_design_file(out / "design.h5", _stored(found, read))
     write_table_csv(out / "design.csv", _rows(found))
     title, all_variants = f"Design: {found.design.title}", [Heading("All variants"), _designs(found)]
@@ -172,20 +158,20 @@ def _blocks(found: Found, read: Readings) -> list[Block]:
     design = found.design
     pictures = [
         ("front.png", "The objective against the other result: no variant beats those along the line in both.",
-         front_figure(found)),
+         figures.front_figure(found)),
         ("contour.png", "The objective of the pair as drawn over each two variables, all others as in the best; within "
-         "the dashed ellipse are 95 % of the gears that are made.", contour_figure(found)),
+         "the dashed ellipse are 95 % of the gears that are made.", figures.contour_figure(found)),
         ("torque.png", "Peak-to-peak STE over torque. A design for one torque has its valley there and climbs on both "
          "sides; the best for all of them lies between.",
-         torque_figure(found, {"base case": None} | {name: found.variants.x[n] for name, n in read.chosen.items()})),
-        ("ste.png", "STE over the pitch under each torque, as drawn.", ste_figure(found, read.curves)),
+         figures.torque_figure(found, {"base case": None} | {name: found.variants.x[n] for name, n in read.chosen.items()})),
+        ("ste.png", "STE over the pitch under each torque, as drawn.", figures.ste_figure(found, read.curves)),
         ("sensitivity.png", "Sensitivity of the objective as drawn, about the best: exact derivatives, also by "
          "parameters that are no variables.",
-         sensitivity_figure(read.rates, design.objective.minimise) if read.rates else None),
+         figures.sensitivity_figure(read.rates, design.objective.minimise) if read.rates else None),
         ("scatter.png", f"{FRESH:,} pairs drawn anew, each solved in full.",
-         scatter_figure(read.fresh, WORDS[design.objective.minimise]) if read.fresh else None),
+         figures.scatter_figure(read.fresh, WORDS[design.objective.minimise]) if read.fresh else None),
         ("harris.png", "Harris's rule for tip relief, written for coupled pairs: twice by how much the STE without "
-         "relief differs between single and double contact.", harris_figure(read.harris) if read.harris else None),
+         "relief differs between single and double contact.", figures.harris_figure(read.harris) if read.harris else None),
     ]  # fmt: skip
     blocks: list[Block] = [_count_words(found)]
     if found.best is None:

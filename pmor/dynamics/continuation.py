@@ -124,21 +124,11 @@ class Follower:
         return LARGEST_STEP if pace * LARGEST_STEP <= LARGEST_PACE * point.speed else LARGEST_PACE * point.speed / pace
 
     def advance(self, point: Point, step: float) -> tuple[Point, int]:
-        """Go a step along the tangent and correct; return the new point and the corrections it took.
-
-        Raises
-        ------
-        ConvergenceError
-        """
+        """Go a step along the tangent and correct; return the new point and the corrections it took."""
         return self.correct(self.at(point.unknowns, point.speed) + step * point.tangent, point.tangent)
 
     def correct(self, y: FloatArray, along: FloatArray) -> tuple[Point, int]:
-        """Come to the branch at right angles to a direction.
-
-        Raises
-        ------
-        ConvergenceError
-        """
+        """Come to the branch at right angles to a direction."""
         for count in range(1, MAX_CORRECTIONS + 1):
             residual, matrix = self.equations(y)
             change = np.linalg.solve(np.vstack([matrix, along]), np.append(-residual, 0.0))

@@ -49,8 +49,7 @@ def response_figure(responses: Sequence[Data], factors: Sequence[Data]) -> Figur
         for (colour, _), factor in zip(_coloured(responses), factors, strict=True):
             below.plot(1e-3 * np.array(factor["mesh_frequency_Hz"]), factor["k_v"], color=colour, lw=0.9, ls="-.")
         above.set_ylabel("Dynamic transmission error, rms [µm]")
-        below.set_ylabel("Largest over mean mesh force [-]")
-        below.set_xlabel("Mesh frequency [kHz]")
+        below.set(ylabel="Largest over mean mesh force [-]", xlabel="Mesh frequency [kHz]")
         above.set_ylim(bottom=0.0)
         _legend(figure, responses, runs=True, iso=True)
     return figure
@@ -66,8 +65,7 @@ def contact_figure(responses: Sequence[Data]) -> Figure:
                 _branch(above, branch, "contact_loss", colour, 100.0)
                 _branch(below, branch, "bearing_force_N", colour, 1e-3, place=0)
         above.set_ylabel("Cycle without contact [%]")
-        below.set_ylabel("Largest force of the\npinion on its bearings [kN]")
-        below.set_xlabel("Mesh frequency [kHz]")
+        below.set(ylabel="Largest force of the\npinion on its bearings [kN]", xlabel="Mesh frequency [kHz]")
         _legend(figure, responses, runs=False)
     return figure
 
@@ -93,9 +91,8 @@ def waterfall_figure(responses: Sequence[Data]) -> Figure | None:
                 1e-3 * np.array(spectra["mesh_frequency_Hz"]), spectra["order"], amplitude, norm=norm, cmap="viridis",
                 shading="nearest", rasterized=True,
             )  # fmt: skip
-            axes.set_title(f"{found['torque_Nm']:g} N m, run-up")
-            axes.set_xlabel("Mesh frequency [kHz]")
-            axes.set_ylabel("Order of the mesh frequency [-]")
+            axes.set(title=f"{found['torque_Nm']:g} N m, run-up", xlabel="Mesh frequency [kHz]",
+                     ylabel="Order of the mesh frequency [-]")  # fmt: skip
         for axes in list(panels)[len(shown) :]:
             axes.set_visible(False)
         figure.colorbar(mesh, ax=figure.axes, label="DTE amplitude, zero to peak [µm]")
@@ -123,11 +120,9 @@ def motion_figure(responses: Sequence[Data]) -> Figure | None:
             force.plot(cycles, 1e-3 * pushed, color=colour)
         plane.axvline(0.0, color="#555555", lw=0.8, ls="--")
         along.axhline(0.0, color="#555555", lw=0.8, ls="--")
-        plane.set_xlabel("Displacement along the line of action [µm]")
-        plane.set_ylabel("Velocity [mm/s]")
+        plane.set(xlabel="Displacement along the line of action [µm]", ylabel="Velocity [mm/s]")
         along.set_ylabel("Displacement [µm]")
-        force.set_ylabel("Mesh force [kN]")
-        force.set_xlabel("Mesh cycles [-]")
+        force.set(ylabel="Mesh force [kN]", xlabel="Mesh cycles [-]")
         _legend(figure, [found for _, found in shown], runs=False, branches=False)
     return figure
 

@@ -44,10 +44,6 @@ def write_fmu(law: UnitLaw, path: Path, overwrite: bool = False) -> bool:
     -------
     bool
         Whether it has a binary for this computer; else whoever takes it compiles the source.
-
-    Raises
-    ------
-    OutputError
     """
     name = "pmor_" + re.sub(r"\W", "_", law.case.name, flags=re.ASCII)
     source = files("pmor.dynamics.fmu").joinpath("mesh.c").read_text(encoding="utf-8")
