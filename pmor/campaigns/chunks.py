@@ -40,15 +40,7 @@ SWEEP = "sweep"
 
 @dataclass(frozen=True)
 class Chunk:
-    """Designs one after the other.
-
-    Parameters
-    ----------
-    number : int
-        From 0.
-    first, count : int
-        First design, from 0, and how many.
-    """
+    """Designs one after the other: number of the chunk and of its first design, both from 0, and how many."""
 
     number: int
     first: int
@@ -82,27 +74,13 @@ def _seconds(campaign: Campaign, design: Design) -> float:
 
 
 def chunks_of(count: int, seconds: float) -> list[Chunk]:
-    """Part designs into chunks.
-
-    Parameters
-    ----------
-    count : int
-        Of designs.
-    seconds : float
-        That one takes.
-    """
+    """Part so many designs, each of so many seconds, into chunks."""
     size = max(math.ceil(LEAST_S / seconds), math.ceil(count / MOST_CHUNKS))
     return [Chunk(k, first, min(size, count - first)) for k, first in enumerate(range(0, count, size))]
 
 
 class ChunkFiles:
-    """Files of finished chunks, under deterministic names; files of others, or of another campaign, do not count.
-
-    Parameters
-    ----------
-    key : str
-        Of the campaign (`key_of_campaign`).
-    """
+    """Files of finished chunks, by number; files of others, or of another `key_of_campaign`, do not count."""
 
     def __init__(self, folder: Path, key: str, chunks: Sequence[Chunk]) -> None:
         self._folder, self._key, self._chunks = folder, key, chunks
@@ -154,13 +132,7 @@ def key_of_campaign(campaign: Campaign) -> str:
 
 
 def planned_files(folder: Path) -> tuple[str, ChunkFiles, Sequence[Chunk]]:
-    """Return the name of the campaign that a folder of chunks is of, its files and its chunks.
-
-    Raises
-    ------
-    FileFormatError
-        When the plan is of another version.
-    """
+    """Return name of the campaign, files and chunks of a folder; FileFormatError for a plan of another version."""
     try:
         plan = json.loads((folder / PLAN).read_text(encoding="utf-8"))
         chunks = [Chunk(k, first, count) for k, (first, count) in enumerate(plan["chunks"])]

@@ -16,12 +16,7 @@ PATIENCE_S = 20
 
 @contextmanager
 def dask_executor(address: str) -> Iterator[Executor]:
-    """Give an executor of the workers of a Dask cluster.
-
-    Parameters
-    ----------
-    address : str
-        Of its scheduler, such as ``tcp://10.0.0.1:8786``, or the path of a scheduler file.
+    """Give an executor of the workers of a Dask cluster, by its scheduler or the path of a scheduler file.
 
     Raises
     ------

@@ -15,13 +15,7 @@ from pmor.work.pieces import PARTS
 
 
 def folder_text(folder: Path) -> str:
-    """Describe a folder.
-
-    Raises
-    ------
-    FileFormatError
-        When it is neither results of a campaign nor a store.
-    """
+    """Describe a folder; FileFormatError when it is neither results of a campaign nor a store."""
     if is_store(folder):
         found = entries(folder)
         size = memory_text(sum(path.stat().st_size for path in found))

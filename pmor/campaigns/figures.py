@@ -16,15 +16,7 @@ from pmor_online.model import ReducedPair
 
 @dataclass(frozen=True)
 class Figure:
-    """Name of a result.
-
-    Parameters
-    ----------
-    key : ResultKey
-        In tables, with its unit.
-    label : str
-        For readers.
-    """
+    """Name of a result: key in tables, with its unit; label for readers; unit."""
 
     key: ResultKey
     label: str
@@ -65,13 +57,7 @@ ORDERS = 3
 
 
 def figures_of(reduced: ReducedPair, sweep: SteSweep, stress: RootStress | None) -> dict[str, float | None]:
-    """Return all figures at the nominal torque; None where the case does not ask for it.
-
-    Parameters
-    ----------
-    sweep : SteSweep
-        Recorded, with the error bar of the mesh where there is one.
-    """
+    """Return all figures at the nominal torque of a recorded sweep; None where the case does not ask for it."""
     case, pair = reduced.basis.case, reduced.meshed.pair
     i, lines = case.online.torques_Nm.index(case.torque_Nm), line_states(sweep)
     orders, spans = mesh_orders(sweep, i), peak_to_peak_um(sweep)

@@ -88,14 +88,7 @@ def campaign_text(result: Columns) -> str:
 
 
 def write_design(campaign: Campaign, number: int, folder: Path, overwrite: bool = False) -> Path:
-    """Write the case file of a design into a folder and return its path.
-
-    Parameters
-    ----------
-    number : int
-        Of the design, from 1.
-    overwrite : bool
-        Replace a file there.
+    """Write the case file of a design, numbered from 1, into a folder and return its path.
 
     Raises
     ------

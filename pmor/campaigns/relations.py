@@ -35,20 +35,7 @@ def unit_of(name: str) -> str:
 
 
 def with_relations(base_text: str, design: Mapping[str, Number], relations: Relations) -> dict[str, Number]:
-    """Return the keys of a design with those that follow from relations.
-
-    Parameters
-    ----------
-    base_text : str
-        TOML text of the base case.
-    design : mapping
-        Values by section and key.
-
-    Raises
-    ------
-    GeometryError
-        When they cannot be met.
-    """
+    """Return the keys of a design with those that follow from relations; GeometryError when these cannot be met."""
     found = dict(design)
     if relations.ratio is not None:
         found["wheel.teeth"] = _mating_teeth(int(_setting(base_text, found, "pinion.teeth")), relations)
@@ -58,15 +45,7 @@ def with_relations(base_text: str, design: Mapping[str, Number], relations: Rela
 
 
 def case_of(base_text: str, design: Mapping[str, Number], name: str) -> Case:
-    """Return the case of a design, relations and all.
-
-    Parameters
-    ----------
-    design : mapping
-        As `with_relations` gives it.
-    name : str
-        Of the case, and in messages.
-    """
+    """Return the case of a design, keys as `with_relations` gives them, under a name that stands in messages."""
     return parse_case(text_of_design(base_text, design), name, name)
 
 

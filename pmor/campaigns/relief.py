@@ -22,20 +22,11 @@ SAMPLES = 32
 
 
 def best_relief(reduced: ReducedPair, sweep: SteSweep) -> dict[str, float]:
-    """Return the tip relief of the least peak-to-peak STE, the mean over the torques of the sweep.
+    """Return the tip relief of the least peak-to-peak STE, the mean over the torques of the sweep of a case.
 
     The best of a few samples is followed downhill by the exact derivatives (`pmor.design.descent`). What else the
-    flanks of the case have stays as it is.
-
-    Parameters
-    ----------
-    sweep : SteSweep
-        Of its case.
-
-    Returns
-    -------
-    dict
-        By the keys of `pmor.campaigns.settings.ReliefKey`; NaN where a position did not converge.
+    flanks of the case have stays as it is. Keys are those of `pmor.campaigns.settings.ReliefKey`; values are NaN where
+    a position did not converge.
     """
     case, rolls = reduced.basis.case, reduced.meshed.pair.active_rolls
     most = MOST_AMOUNT * float(np.nanmax(sweep.ste_um))

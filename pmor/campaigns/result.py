@@ -41,13 +41,7 @@ class CampaignResult(Columns):
 
 
 def gathered(campaign: Campaign, answers: Iterable[Answer], effort: Effort) -> CampaignResult:
-    """Return the result of answers that come in the order of the designs.
-
-    Raises
-    ------
-    ValueError
-        When there are more or fewer.
-    """
+    """Return the result of answers that come in the order of the designs; ValueError when there are more or fewer."""
     total = campaign.count
 
     def empty() -> FloatArray:

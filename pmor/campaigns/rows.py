@@ -18,19 +18,7 @@ NAME = "design"
 
 @dataclass(frozen=True, kw_only=True)
 class Task:
-    """All that the designs of a campaign have in common.
-
-    Parameters
-    ----------
-    base_text : str
-        TOML text of the base case.
-    columns : tuple of str
-        Keys of the case in the rows.
-    store : str
-        Folder of the store.
-    store_bytes : float
-        Its largest size; 0: none.
-    """
+    """All that the designs of a campaign have in common, their base case, rows and store."""
 
     base_text: str
     relations: Relations
@@ -49,15 +37,7 @@ class Task:
 
 @dataclass(frozen=True)
 class Answer:
-    """The answer to a chunk.
-
-    Parameters
-    ----------
-    rows : tuple of dict
-        Of its designs, in order: they do not depend on the executor.
-    seconds : tuple of float
-        Processor time that each took.
-    """
+    """Rows of the designs of a chunk, in order, the same under each executor, and their processor times, s."""
 
     rows: tuple[Row, ...]
     seconds: tuple[float, ...]

@@ -28,20 +28,7 @@ from pmor_online.run import root_stress_of_case, sweep_case
 
 
 def row_of(task: Task, number: int, design: Mapping[str, Number], store: Store) -> Row:
-    """Solve a design.
-
-    Parameters
-    ----------
-    number : int
-        Of the design, from 1.
-    design : mapping
-        Values by section and key.
-
-    Returns
-    -------
-    dict
-        Plain data, and always the same for the same design: number, status, reason, inputs, results.
-    """
+    """Solve a design, numbered from 1; return its row, plain data, always the same for the same design."""
     complete = dict(design)
     try:
         complete = with_relations(task.base_text, design, task.relations)
@@ -59,11 +46,6 @@ def row_of(task: Task, number: int, design: Mapping[str, Number], store: Store) 
 
 def results_of(case: Case, store: Store, relief: bool = False) -> tuple[dict[str, float | None], tuple[str, ...]]:
     """Return the figures of a case, and the positions of its sweep that did not converge.
-
-    Parameters
-    ----------
-    relief : bool
-        Find the tip relief that suits it too.
 
     Raises
     ------

@@ -35,13 +35,7 @@ GIB = 2**30
 
 @dataclass(frozen=True)
 class Store:
-    """A folder of compliances.
-
-    Parameters
-    ----------
-    limit_bytes : float
-        0: nothing is kept.
-    """
+    """A folder of compliances, and its largest size; of 0 bytes nothing is kept."""
 
     folder: Path
     limit_bytes: float
@@ -68,13 +62,7 @@ def refuse_foreign_store(folder: Path) -> None:
 
 
 def open_store(folder: Path, limit_gib: float) -> Store:
-    """Make a folder a store unless it is one.
-
-    Raises
-    ------
-    OutputError
-        When it holds something else, or cannot be written to.
-    """
+    """Make a folder a store unless it is one; OutputError when it holds something else, or cannot be written to."""
     if not limit_gib:
         return Store(folder, 0.0)
     refuse_foreign_store(folder)

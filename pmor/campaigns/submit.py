@@ -21,27 +21,11 @@ def submit_all(
     executor: Executor, work: Callable[[Item], Answer], items: Iterator[Item],
     keep: Callable[[Item, Answer], None], lost: Callable[[Item, str], Answer], in_flight: int = IN_FLIGHT,
 ) -> None:  # fmt: skip
-    """Do a piece of work for each item.
+    """Do a piece of work for each item; `keep` has each item and its answer, in the order in which they come.
 
-    Parameters
-    ----------
-    executor : concurrent.futures.Executor
-        Of threads, processes or machines.
-    work : callable
-        Done there, with an item.
-    items : iterator
-        Asked for the next item only when it is handed out.
-    keep : callable
-        Called here with each item and its answer, in the order in which they come.
-    lost : callable
-        Gives the answer for an item that failed twice, from the item and the reason.
-    in_flight : int
-        Pieces of work that the executor has at most.
-
-    Raises
-    ------
-    ExternalProgramError
-        When the executor does no more work; answers by then are kept.
+    Items are asked for only when they are handed out, `in_flight` at most at a time. `lost` gives the answer for an
+    item that failed twice, from the item and the reason. ExternalProgramError when the executor does no more work;
+    answers by then are kept.
     """
     done: queue.SimpleQueue[tuple[Item, int, Future[Answer]]] = queue.SimpleQueue()
     again: list[tuple[Item, int]] = []

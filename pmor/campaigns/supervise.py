@@ -38,17 +38,7 @@ _OWN = threading.local()
 
 @dataclass(frozen=True)
 class Order:
-    """A chunk with all that it takes to solve it: plain data, for whichever machine.
-
-    Parameters
-    ----------
-    designs : tuple of (int, mapping)
-        Numbers, from 1, and the keys that they change.
-    chunk : int
-        Its number.
-    version : str
-        Of the program that gives it.
-    """
+    """A chunk with all that it takes to solve it: plain data, for whichever machine. Designs are numbered from 1."""
 
     task: Task
     designs: tuple[tuple[int, Mapping[str, Number]], ...]
@@ -65,13 +55,7 @@ class Solvers:
         atexit.register(self.close)
 
     def start(self) -> subprocess.Popen[str]:
-        """Start a process.
-
-        Raises
-        ------
-        Ended
-            When they are being closed.
-        """
+        """Start a process; Ended when they are being closed."""
         one_thread = dict.fromkeys((*VARIABLES, "NUMBA_NUM_THREADS"), "1")
         # From the same folders as this process, and not from the one that it happens to be in.
         path = {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
@@ -122,13 +106,7 @@ _SHARED = Solvers()
 
 
 class LocalProcesses(ThreadPoolExecutor):
-    """An executor of solving processes on this machine: threads, each with one of them.
-
-    Parameters
-    ----------
-    jobs : int
-        Number of processes.
-    """
+    """An executor of so many solving processes on this machine: threads, each with one of them."""
 
     def __init__(self, jobs: int) -> None:
         self.jobs, self._solvers = jobs, Solvers()

@@ -56,13 +56,7 @@ def obeys(pair: GearPair) -> bool:
 
 
 def harris_rule(reduced: ReducedPair, torque_Nm: float) -> HarrisRule:
-    """Hold the rule against the least peak-to-peak under one torque.
-
-    Parameters
-    ----------
-    reduced : ReducedPair
-        Of a pair that `obeys`.
-    """
+    """Hold the rule against the least peak-to-peak of a pair that `obeys`, under one torque."""
     from scipy.optimize import minimize_scalar
 
     pair, misalignment = reduced.meshed.pair, assembly_of(reduced.basis.case).misalignment

@@ -115,11 +115,7 @@ class Judge:
     def smooth(self, x: FloatArray, sharpness: float) -> tuple[float, FloatArray, FloatArray]:
         """Return the objective made smooth, its exact derivative by each variable, and the limits (C,).
 
-        Parameters
-        ----------
-        x : ndarray, shape (n,)
-        sharpness : float
-            Of the peak-to-peak, 1/um (`pmor.design.measures`).
+        The sharpness, 1/um, is that of `pmor.design.measures`.
         """
         values, slopes, limited = [], [], []
         for draw in self.draws:

@@ -99,13 +99,7 @@ def _complete(design: Design, case: Case, where: str) -> Design:
 
 
 def case_of(design: Design, case: Case, where: str) -> Case:
-    """Return the case as a design trains it: of the whole width where halves of the face are going to differ.
-
-    Raises
-    ------
-    CaseError
-        Where it has no line loads.
-    """
+    """Return the case as a design trains it, of the whole width if need be; CaseError without line loads."""
     if case.reduction.shapes != "line_loads":
         raise CaseError(
             f'{where}: case: {case.name} has [reduction] shapes = "{case.reduction.shapes}": designs take line loads: '

@@ -27,13 +27,7 @@ def peak_to_peak(ste_um: FloatArray) -> FloatArray:
 
 
 def smooth_peak_to_peak(ste_um: FloatArray, sharpness: float) -> tuple[FloatArray, FloatArray]:
-    """Return the smooth peak-to-peak (...,) of curves (..., n), um, and its derivative by each value (..., n).
-
-    Parameters
-    ----------
-    sharpness : float
-        1/um.
-    """
+    """Return the smooth peak-to-peak (...,) of curves (..., n), um, and its derivatives (..., n); sharpness in 1/um."""
     top, high = _smooth_top(ste_um, sharpness)
     bottom, low = _smooth_top(-ste_um, sharpness)
     return np.asarray(top + bottom), np.asarray(high - low)
@@ -66,14 +60,7 @@ def percentile_weights(count: int) -> FloatArray:
 
 
 def draw_weights(values: FloatArray, kind: str) -> FloatArray:
-    """Return the weights (m,) of m draws in the wanted value: its derivatives by the draws.
-
-    Parameters
-    ----------
-    values : ndarray, shape (m,)
-    kind : {"nominal", "expected", "percentile_95"}
-        Of `nominal` there is one draw.
-    """
+    """Return the weights (m,) of m draws in the wanted value: its derivatives by the draws."""
     if kind != "percentile_95":
         return np.full(len(values), 1.0 / len(values))
     weights = np.empty(len(values))

@@ -155,7 +155,7 @@ def _unit(name: str) -> str:
 
 
 def _blocks(found: Found, read: Readings) -> list[Block]:
-    design = found.design
+    design, chosen = found.design, {name: found.variants.x[n] for name, n in read.chosen.items()}
     pictures = [
         ("front.png", "The objective against the other result: no variant beats those along the line in both.",
          figures.front_figure(found)),
@@ -163,7 +163,7 @@ def _blocks(found: Found, read: Readings) -> list[Block]:
          "the dashed ellipse are 95 % of the gears that are made.", figures.contour_figure(found)),
         ("torque.png", "Peak-to-peak STE over torque. A design for one torque has its valley there and climbs on both "
          "sides; the best for all of them lies between.",
-         figures.torque_figure(found, {"base case": None} | {name: found.variants.x[n] for name, n in read.chosen.items()})),
+         figures.torque_figure(found, {"base case": None, **chosen})),
         ("ste.png", "STE over the pitch under each torque, as drawn.", figures.ste_figure(found, read.curves)),
         ("sensitivity.png", "Sensitivity of the objective as drawn, about the best: exact derivatives, also by "
          "parameters that are no variables.",
@@ -171,7 +171,8 @@ def _blocks(found: Found, read: Readings) -> list[Block]:
         ("scatter.png", f"{FRESH:,} pairs drawn anew, each solved in full.",
          figures.scatter_figure(read.fresh, WORDS[design.objective.minimise]) if read.fresh else None),
         ("harris.png", "Harris's rule for tip relief, written for coupled pairs: twice by how much the STE without "
-         "relief differs between single and double contact.", figures.harris_figure(read.harris) if read.harris else None),
+         "relief differs between single and double contact.",
+         figures.harris_figure(read.harris) if read.harris else None),
     ]  # fmt: skip
     blocks: list[Block] = [_count_words(found)]
     if found.best is None:

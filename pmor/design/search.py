@@ -93,13 +93,7 @@ class Found:
 
 
 def trained_pair(file: DesignFile) -> ReducedPair:
-    """Return the reduced pair of a design: finite elements of the gears, line loads as unknowns.
-
-    Raises
-    ------
-    CaseError
-        Where a torque is beyond the range of the contact.
-    """
+    """Return the reduced pair of a design, by line loads; CaseError where a torque is beyond their range."""
     case, mesh = file.case, meshed_within_memory(file.case)
     under_load = replace(case, online=replace(case.online, torques_Nm=file.design.load.torques_Nm))
     refuse_loads(under_load, mesh.meshed)

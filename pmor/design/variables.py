@@ -19,13 +19,7 @@ DECIMALS = 9
 
 @dataclass(frozen=True)
 class Draw:
-    """By how much one pair of those that are made is off its drawing.
-
-    Parameters
-    ----------
-    pinion, wheel : mapping of str to float
-        By the keys of a modification.
-    """
+    """By how much one pair of those that are made is off its drawing, by the keys of a modification, and its axes."""
 
     pinion: Mapping[str, float] = field(default_factory=dict)
     wheel: Mapping[str, float] = field(default_factory=dict)
@@ -38,15 +32,7 @@ AS_DRAWN = Draw()
 def assembly_at(
     base: Assembly, variables: Sequence[Variable], x: Sequence[float] | FloatArray, draw: Draw = AS_DRAWN
 ) -> Assembly:
-    """Return the pair at some values of the variables, off by a draw.
-
-    Parameters
-    ----------
-    base : Assembly
-        Everything that is no variable.
-    x : sequence of float
-        A value for each.
-    """
+    """Return a pair with values for its variables, everything else as in the base, off by a draw."""
     flanks = [
         _modified(getattr(base, gear), {v.key: float(value) for v, value in zip(variables, x, strict=True)
                                         if gear in v.gears}, getattr(draw, gear))
@@ -116,13 +102,7 @@ SEED = 19
 
 
 def drawn(scatter: Scatter, count: int, seed: int = SEED) -> tuple[Draw, ...]:
-    """Return `count` draws of a scatter, spread as evenly as a Sobol sequence does.
-
-    Parameters
-    ----------
-    seed : int
-        Other ones give others: fresh draws to hold a result against.
-    """
+    """Return `count` draws of a scatter, as even as a Sobol sequence; another seed gives fresh ones."""
     from scipy.stats import norm, qmc
 
     modifications, misalignment = scatter.modifications, scatter.axes

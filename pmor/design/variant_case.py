@@ -14,14 +14,7 @@ from pmor.storage.results_folder import results_folder
 
 
 def write_variant(file: DesignFile, folder: Path, number: int, *, overwrite: bool = False) -> Path:
-    """Write the case file of a variant beside its results, and return its path.
-
-    Parameters
-    ----------
-    folder : Path
-        Of the results.
-    overwrite : bool
-        Replace the file whoever wrote it.
+    """Write the case file of a variant into the folder of its results, and return its path.
 
     Raises
     ------

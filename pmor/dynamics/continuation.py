@@ -53,13 +53,7 @@ class Point:
 
 @dataclass(frozen=True)
 class Fold:
-    """A place where the frequency turns back: there motion that is stable ends, and jumps.
-
-    Parameters
-    ----------
-    kind : "run_up" or "run_down"
-        In which direction of the speed motion comes to its end there.
-    """
+    """A place where the frequency turns back: there stable motion ends, and jumps, on a "run_up" or a "run_down"."""
 
     point: Point
     kind: str
@@ -67,13 +61,7 @@ class Fold:
 
 @dataclass(frozen=True)
 class Branch:
-    """Periodic motions along a curve.
-
-    Parameters
-    ----------
-    ended : str
-        Why it ends where it ends.
-    """
+    """Periodic motions along a curve, and why it ends where it ends."""
 
     balance: Balance
     points: tuple[Point, ...]
@@ -171,21 +159,9 @@ def first_point(follow: Follower, unknowns: FloatArray, speed: float, upwards: b
 def trace(
     follow: Follower, start: Point, limits: tuple[float, float], over: Callable[[Point], bool] = lambda point: False
 ) -> Branch:
-    """Follow a branch from a point until it leaves the limits of the frequency.
+    """Follow a branch from a point along its tangent, until it leaves the limits of the frequency or is `over`.
 
-    Parameters
-    ----------
-    start : Point
-        Its tangent gives the direction.
-    limits : tuple of float
-        Least and largest mesh frequency.
-    over : callable
-        Whether the branch is to end at a point.
-
-    Returns
-    -------
-    Branch
-        Its last point may lie outside the limits, by less than a step.
+    The last point may lie outside the limits, by less than a step.
     """
     points, step = [start], FIRST_STEP
     folds: list[Fold] = []

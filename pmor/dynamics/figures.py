@@ -25,15 +25,7 @@ CYCLES = 2
 
 
 def response_figure(responses: Sequence[Data], factors: Sequence[Data]) -> Figure:
-    """Transmission error and dynamic factor over the mesh frequency.
-
-    Parameters
-    ----------
-    responses : sequence of dict
-        Their runs are marks on the transmission error.
-    factors : sequence of dict
-        K_v of each; see `pmor.dynamics.rating.rated`.
-    """
+    """Transmission error, marks for the runs, and dynamic factor beside K_v, over the mesh frequency."""
     with plot_style():
         figure = new_figure(8.2, 7.0)
         above, below = figure.subplots(2, 1, sharex=True)

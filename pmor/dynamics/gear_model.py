@@ -53,15 +53,7 @@ class Inertia:
 
 @dataclass(frozen=True)
 class Support:
-    """A direction in which a gear moves on its bearings.
-
-    Parameters
-    ----------
-    gear : int
-        0 pinion, 1 wheel.
-    direction : int
-        See `DIRECTIONS`.
-    """
+    """A direction (`DIRECTIONS`) in which a gear, 0 pinion, 1 wheel, moves on its bearings."""
 
     gear: int
     direction: int
@@ -101,13 +93,7 @@ class GearModel:
     base_radius: float
 
     def oscillator(self, torque_Nm: float, mesh_damping: float) -> Oscillator:
-        """Return the equations of motion under a mean torque on the pinion.
-
-        Parameters
-        ----------
-        mesh_damping : float
-            N s/mm.
-        """
+        """Return the equations of motion under a mean torque on the pinion; damping of the mesh in N s/mm."""
         lever = np.array([1.0, *(support.lever for support in self.supports)])
         load = np.zeros(len(lever))
         load[0] = NM * torque_Nm / self.base_radius
@@ -161,13 +147,7 @@ def gear_model(case: Case, pair: GearPair) -> GearModel:
 
 
 def disc(radius_mm: float, bore_radius_mm: float, width_mm: float, density_kg_m3: float) -> Inertia:
-    """Return the inertias of a ring; bore 0 for a gear in one piece with its shaft.
-
-    Parameters
-    ----------
-    radius_mm : float
-        Of the cylinder that stands for the teeth: the reference cylinder.
-    """
+    """Return the inertias of a ring up to the reference circle; bore 0 for a gear in one piece with its shaft."""
     outer, inner, width = 1e-3 * radius_mm, 1e-3 * bore_radius_mm, 1e-3 * width_mm
     mass = float(np.pi * (outer**2 - inner**2) * width * density_kg_m3)
     square = outer**2 + inner**2

@@ -83,10 +83,7 @@ class Balance:
     def residual(self, unknowns: FloatArray, speed: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Residual of (1) at a mesh frequency, its derivatives by the unknowns, and by the frequency.
 
-        Raises
-        ------
-        ConvergenceError
-            Where the displacement leaves the range of the law.
+        ConvergenceError where the displacement leaves the range of the law.
         """
         force, slope = self.forces(unknowns)
         if not np.isfinite(force).all():
@@ -120,10 +117,7 @@ def harmonics_of(values: FloatArray, orders: int) -> FloatArray:
 def product_rows(factor: FloatArray) -> FloatArray:
     """Return the matrix that multiplies a function with `factor`, both by mean, cosines and sines.
 
-    Parameters
-    ----------
-    factor : ndarray, shape (4 orders + 1,)
-        To twice the orders of the function: products of cosines and sines go that far.
+    The factor, (4 orders + 1,), has twice the orders of the function: products of cosines and sines go that far.
     """
     orders = (len(factor) - 1) // 4
     cosine, sine = factor[1::2], factor[2::2]
@@ -147,13 +141,7 @@ def fourier_rows(angle: FloatArray, orders: int) -> FloatArray:
 
 
 def solve_at(balance: Balance, speed: float, start: FloatArray) -> FloatArray:
-    """Find periodic motion at a mesh frequency by Newton steps with a guard against too long ones.
-
-    Raises
-    ------
-    ConvergenceError
-        Where there is none to be found from the start.
-    """
+    """Find periodic motion at a mesh frequency by guarded Newton steps, or raise ConvergenceError."""
     unknowns, history = start.copy(), []
     residual, matrix, _ = balance.residual(unknowns, speed)
     for _ in range(MAX_STEPS):

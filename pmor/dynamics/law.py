@@ -76,22 +76,8 @@ def mesh_laws(
 ) -> tuple[tuple[MeshLaw, ...], tuple[str, ...]]:
     """Tabulate the force laws of the pair of a case, one per torque; on rigid bearings all share one table.
 
-    Parameters
-    ----------
-    executor : concurrent.futures.Executor, optional
-        As for `pmor.dynamics.force_table.tabulate`.
-
-    Returns
-    -------
-    laws : tuple of MeshLaw
-        At least one.
-    failures : tuple of str
-        Torques without a law, and why.
-
-    Raises
-    ------
-    CaseError, ConvergenceError
-        As `force_law` does; the second where no torque has a law.
+    Returns laws, at least one, and the torques without a law, with the reason. Errors are those of `force_law`, where
+    no torque has a law.
     """
     laws, failures = list[MeshLaw](), list[str]()
     first: ConvergenceError | None = None
@@ -123,19 +109,9 @@ def _under(case: Case, torque_Nm: float) -> Case:
 def force_law(
     case: Case, reduced: ReducedPair, executor: Executor | None = None, assembly: Assembly | None = None
 ) -> tuple[ForceTable, TableError, float]:
-    """Tabulate the force law of the pair of a case, and hold the table against the law.
+    """Tabulate the force law of a case, or of its pair in another assembly, and hold the table against the law.
 
-    Parameters
-    ----------
-    executor : concurrent.futures.Executor, optional
-        As for `pmor.dynamics.force_table.tabulate`.
-    assembly : Assembly, optional
-        By default that of the case.
-
-    Returns
-    -------
-    largest_force : float
-        In the table, N.
+    Returns the table, its error, and the largest force in it, N.
 
     Raises
     ------
@@ -164,17 +140,9 @@ def force_law(
 def static_error_um(
     table: ForceTable, reduced: ReducedPair, torque_Nm: float, assembly: Assembly
 ) -> tuple[float, float]:
-    """Return by how much the table's static transmission error is off, um, and the peak-to-peak value of the exact one.
+    """Return by how much the table of an assembly misses the static transmission error, um, and its peak-to-peak value.
 
-    Parameters
-    ----------
-    assembly : Assembly
-        Of which the table is.
-
-    Raises
-    ------
-    ConvergenceError
-        Where the torque is borne by the table or by the line loads alone.
+    ConvergenceError where the torque is borne by the table or by the line loads alone.
     """
     radius = reduced.meshed.pair.pinion.base_radius
     phase = np.random.default_rng(SEED).uniform(0.0, 2.0 * np.pi * len(table.root), STATIC_ANGLES * len(table.root))
@@ -206,10 +174,7 @@ def with_pitch(assembly: Assembly) -> bool:
 def cycles_of(case: Case, pair: GearPair) -> int:
     """Return after how many mesh cycles the force law of a case repeats.
 
-    Raises
-    ------
-    CaseError
-        Where they are too many, or backs of teeth are asked for: pitch deviations are those of working flanks.
+    CaseError where they are too many, or backs of teeth are asked for: pitch deviations are those of working flanks.
     """
     teeth = [
         gear.teeth

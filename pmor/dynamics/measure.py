@@ -98,13 +98,7 @@ class AtRest:
 
 
 def at_rest(task: Task) -> AtRest:
-    """Return the state at rest and the small vibrations of a task.
-
-    Raises
-    ------
-    ConvergenceError
-        Where the table does not bear the torque.
-    """
+    """Return the state at rest and the small vibrations; ConvergenceError where the table does not bear the torque."""
     interval = task.law.low, task.law.high
     load = float(task.model.oscillator(task.torque_Nm, 0.0).load[0])
     stiffness = mean_stiffness(task.law, load, interval)
@@ -128,17 +122,9 @@ def needed_harmonics(rest: AtRest, limits: tuple[float, float]) -> int:
 
 
 def solve(task: Task, part: str) -> Data:
-    """Return a part of the response to a torque: keys of `dynamics.json`, and in `lost` the failures.
+    """Return a part, BRANCHES or one of RUNS, of a response: keys of `dynamics.json`, and failures in `lost`.
 
-    Parameters
-    ----------
-    part : str
-        BRANCHES, or one of RUNS.
-
-    Raises
-    ------
-    ConvergenceError
-        Of branches, where the table does not bear the torque.
+    ConvergenceError for branches, where the table does not bear the torque.
     """
     return _branches(task) if part == BRANCHES else _run(task, part)
 
@@ -257,12 +243,7 @@ def resting_state(oscillator: Oscillator, law: ForceTable, interval: tuple[float
 def follow(pieces: Iterable[Motion], cycles: int) -> tuple[list[Data], Data | None]:
     """Return the points of a run, piece by piece, and the spectra along it; None for a short run.
 
-    Parameters
-    ----------
-    pieces : iterable of Motion
-        A long run has more samples than memory.
-    cycles : int
-        In all.
+    A long run, of so many cycles in all, has more samples than memory.
     """
     kept, spectra = list[FloatArray](), list[tuple[float, FloatArray]]()
     stride, due, done = max(SPECTRUM_CYCLES, cycles // SPECTRA), 0, 0

@@ -41,14 +41,7 @@ def displaced(
 ) -> Misalignment:
     """Return the axes when gears have moved on their bearings.
 
-    Parameters
-    ----------
-    misalignment : Misalignment
-        Without load.
-    width_mm : float
-        Face width over which deviations of axes count.
-    positions : ndarray, shape (supports,)
-        Of the supports, mm; tilts times the base radius.
+    Positions are those of the supports, mm, tilts times the base radius; deviations of axes count over the width.
     """
     moved = np.zeros(3)
     for support, position in zip(model.supports, positions, strict=True):
@@ -70,15 +63,7 @@ def displaced(
 
 
 def shift_of(case: Case, pair: GearPair, misalignment: Misalignment) -> float:
-    """Return the displacement of the oscillator less that of line loads on displaced axes, mm.
-
-    Parameters
-    ----------
-    case : Case
-        With the axes without load.
-    misalignment : Misalignment
-        Displaced axes.
-    """
+    """Return the displacement of the oscillator less that of line loads on displaced axes, mm."""
     before, lever, width_mm = assembly_of(case).misalignment, levers(pair)[1], case.pair.face_width_mm
     tilt = pair.wheel.base_radius / width_mm
     return 1e-3 * float(
@@ -101,12 +86,7 @@ def assembly_under(case: Case, model: GearModel, pair: GearPair, torque_Nm: floa
 def model_error(case: Case, model: GearModel, reduced: ReducedPair, table: ForceTable, largest: Data) -> float:
     """Return the largest error of the force, over its mean: the table does not follow the axes.
 
-    Parameters
-    ----------
-    table : ForceTable
-        By displacements of the oscillator.
-    largest : dict
-        The largest motion under a torque, as `dynamics.json` holds it.
+    The table is by displacements of the oscillator; the largest motion is as `dynamics.json` holds it.
     """
     pair, assembly = reduced.meshed.pair, assembly_of(case)
     phase, x = 2.0 * np.pi * np.array(largest["mesh_cycles"]), 1e-3 * np.array(largest["displacement_um"])

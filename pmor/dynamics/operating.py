@@ -15,20 +15,9 @@ BISECTIONS = 50
 
 
 def static_displacement(law: CompiledLaw, load: float, phase: FloatArray, interval: tuple[float, float]) -> FloatArray:
-    """Return the displacement along the line of action under a load at rest: the static transmission error.
+    """Return the displacement along the line of action under a load at rest, within an interval, at phases (n,).
 
-    Parameters
-    ----------
-    load : float
-        Along the line of action, positive.
-    phase : ndarray, shape (n,)
-    interval : tuple of float
-        Displacements between which it lies.
-
-    Raises
-    ------
-    ConvergenceError
-        Where it does not lie there.
+    That is the static transmission error. ConvergenceError where it does not lie in the interval.
     """
     low, high = (np.full_like(phase, end) for end in interval)
     borne = (forces_at(law, phase, low)[0] < load) & (forces_at(law, phase, high)[0] > load)

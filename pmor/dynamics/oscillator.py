@@ -39,18 +39,9 @@ class Oscillator:
 
 
 def mesh_stiffness_of(oscillator: Oscillator, frequency: FloatArray) -> tuple[NDArray[np.complex128], ...]:
-    """Return the dynamic stiffness d that the mesh feels, d x + F = 0 for motion at these frequencies, and d' by them.
+    """Return the dynamic stiffness d that the mesh feels, d x + F = 0, and its derivative by the frequency.
 
-    With Z = K - w^2 M + i w C it is 1 / (l . Z^-1 l).
-
-    Parameters
-    ----------
-    frequency : ndarray, shape (k,)
-        Angular, positive.
-
-    Returns
-    -------
-    ndarray of complex, shape (k,), twice
+    With Z = K - w^2 M + i w C it is 1 / (l . Z^-1 l); complex, (k,) each, by angular frequencies (k,).
     """
     w = np.asarray(frequency, dtype=float)[:, None, None]
     impedance = oscillator.stiffness - w**2 * oscillator.mass + 1j * w * oscillator.damping
@@ -63,10 +54,7 @@ def mesh_stiffness_of(oscillator: Oscillator, frequency: FloatArray) -> tuple[ND
 def static_stiffness_of(oscillator: Oscillator) -> tuple[float, float]:
     """Return stiffness d and force f that the mesh feels at rest, d x + F = f; d = 0 where nothing but it holds.
 
-    Raises
-    ------
-    ValueError
-        Where the load moves masses that neither bearings nor mesh hold.
+    ValueError where the load moves masses that neither bearings nor mesh hold.
     """
     n, scale = oscillator.size, _scale(oscillator)
     bordered = np.zeros((n + 1, n + 1))

@@ -16,12 +16,9 @@ FIRST_STEP, VANISHED = 0.02, 0.005
 
 
 def doublings(branch: Branch, follow: Follower, grown: FloatArray) -> tuple[Point, ...]:
-    """Find where multipliers pass -1 along a branch: there det(monodromy + 1) changes its sign.
+    """Find where multipliers pass -1 along a branch of monodromy matrices `grown`, (points, 2n, 2n).
 
-    Parameters
-    ----------
-    grown : ndarray, shape (points, 2n, 2n)
-        Monodromy matrices along the branch.
+    There det(monodromy + 1) changes its sign.
     """
     values = np.linalg.det(grown + np.eye(grown.shape[1]))
     found = []
@@ -36,22 +33,7 @@ def doublings(branch: Branch, follow: Follower, grown: FloatArray) -> tuple[Poin
 def doubled_branch(point: Point, follow: Follower, limits: tuple[float, float]) -> Branch:
     """Follow the motion of twice the period that begins at a doubling, until it ends at another one.
 
-    Parameters
-    ----------
-    follow : Follower
-        Of the branch that it was found on.
-    limits : tuple of float
-        Least and largest mesh frequency.
-
-    Returns
-    -------
-    Branch
-        Its balance has twice the cycles.
-
-    Raises
-    ------
-    ConvergenceError
-        Where no such motion is found beside the doubling.
+    The follower is that of the branch it was found on. ConvergenceError where no such motion is found beside it.
     """
     old = follow.balance
     new = replace(old, cycles=2 * old.cycles)

@@ -75,13 +75,7 @@ class PointQuantities:
 
 
 def cycle_of(model: GearModel, balance: Balance, unknowns: FloatArray, speed: float) -> Cycle:
-    """Return the motion over its period that harmonic balance found.
-
-    Parameters
-    ----------
-    speed : float
-        Mesh frequency, angular.
-    """
+    """Return the motion over its period that harmonic balance found at an angular mesh frequency."""
     oscillator, force = balance.oscillator, balance.forces(unknowns)[0]
     states = _states(balance, unknowns, speed, force)
     lever = oscillator.lever

@@ -24,13 +24,7 @@ SPEEDS = 200
 
 
 def iso_factor(case: Case, pair: GearPair, response: Data) -> DynamicFactor:
-    """Return K_v of a pair under the torque of a response, with the mean mesh stiffness that the response has.
-
-    Parameters
-    ----------
-    response : dict
-        As in `dynamics.json`.
-    """
+    """Return K_v of a pair under the torque of a response, with the mean mesh stiffness that the response has."""
     grade, teeth = case.dynamics.accuracy_grade, (pair.pinion, pair.wheel)
     pitch, form = np.max([tolerances_um(t.module, 2.0 * t.reference_radius, grade) for t in teeth], axis=0)
     reliefs = case.pinion_modification.tip_relief_um, case.wheel_modification.tip_relief_um
@@ -47,13 +41,7 @@ def iso_factor(case: Case, pair: GearPair, response: Data) -> DynamicFactor:
 
 
 def resonance_Hz(mass: float, response: Data) -> float:
-    """Return the mesh frequency of resonance ratio 1: gears on rigid bearings, equation (6) of the standard.
-
-    Parameters
-    ----------
-    mass : float
-        On the line of action, t.
-    """
+    """Return the mesh frequency of resonance ratio 1, equation (6) of the standard; mass on rigid bearings, t."""
     return HZ * math.sqrt(1e3 * response["mesh_stiffness_mean_N_per_um"] / mass)
 
 

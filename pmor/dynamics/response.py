@@ -60,17 +60,7 @@ def response(
 ) -> Response:
     """Follow periodic motion from both ends of the frequency, and the motion of twice the period that branches off.
 
-    Parameters
-    ----------
-    limits : tuple of float
-        Mesh frequencies, angular.
-    harmonics : int
-        Of the mesh frequency.
-
-    Raises
-    ------
-    ConvergenceError
-        Where no motion is found at the upper frequency.
+    Limits are angular mesh frequencies. ConvergenceError where no motion is found at the upper one.
     """
     balance = Balance(oscillator, law, cycles=1, harmonics=harmonics)
     follow, start = _from_above(balance, limits[1])
@@ -90,13 +80,7 @@ def response(
 
 
 def _from_above(balance: Balance, high: float) -> tuple[Follower, Point]:
-    """Return the motion at the upper limit, headed downwards; amid a resonance it is come to from higher frequencies.
-
-    Raises
-    ------
-    ConvergenceError
-        Where no motion is found at any of them.
-    """
+    """Return the motion at the upper limit, headed downwards; amid a resonance come to from above."""
     speed = high
     while True:
         try:

@@ -51,13 +51,7 @@ class Dynamics:
 
 
 def reduced_of(case: Case) -> ReducedPair:
-    """Return the reduced pair of a case: finite elements of the gears, line loads as unknowns.
-
-    Raises
-    ------
-    CaseError
-        As `refuse_other_models` does.
-    """
+    """Return the reduced pair of a case, by line loads; errors as in `refuse_other_models`."""
     refuse_other_models(case)
     # Motion needs neither error bars nor the other models of a comparison.
     bare = change_case(without_models(case), mesh={"error_bar": False})

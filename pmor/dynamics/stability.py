@@ -28,10 +28,7 @@ GROWTH = 1e-6
 def monodromy(balance: Balance, unknowns: FloatArray, speed: float) -> FloatArray:
     """Return the matrix by which displacements and velocities of a disturbance grow over a period, (2n, 2n).
 
-    Raises
-    ------
-    ConvergenceError
-        Where the motion leaves the force law between the samples of the balance.
+    ConvergenceError where the motion leaves the force law between the samples of the balance.
     """
     slope = _slopes(balance, unknowns)
     fine, coarse = (_grown(balance, means, speed)[0] for means in (slope, slope.reshape(-1, 2).mean(axis=1)))

@@ -76,14 +76,7 @@ def cubics(t: FloatArray) -> FloatArray:
 def join(table: ForceTable, cells: Cells, alike: IntArray) -> None:
     """Make the force of a table continuous: values on borders become those of the longest border there.
 
-    Parameters
-    ----------
-    table : ForceTable
-        Its values are changed.
-    cells : Cells
-        Those that have values, in the same order.
-    alike : ndarray of int, shape (C,)
-        Kinds of the mesh cycles.
+    The cells are those that have values, in the same order; `alike` has the kinds of the mesh cycles.
     """
     own, border = np.divmod(np.arange(len(cells.phase) * len(_BORDER)), len(_BORDER))
     a, b = _BORDER[border].T
