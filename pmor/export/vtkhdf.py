@@ -193,11 +193,9 @@ def _fields(
             pressure[body.mesh.flank.ravel(), 0] += _pressure(body.mesh, forces[place.gear, number])
         yield {
             "displacement_mm": np.einsum("ij,njm->nim", place.rotation, displacement)[own],
-            "stress_MPa": _turned(stress, place.rotation)[own],
-            "max_principal_MPa": principal[own, None],
-            "von_mises_MPa": von_mises[own, None],
-            "flank_pressure_MPa": pressure[own],
-        }
+            "stress_MPa": _turned(stress, place.rotation)[own], "max_principal_MPa": principal[own, None],
+            "von_mises_MPa": von_mises[own, None], "flank_pressure_MPa": pressure[own]
+        }  # fmt: skip
 
 
 def _pressure(mesh: SectorMesh, force: FloatArray) -> FloatArray:

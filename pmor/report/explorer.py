@@ -110,13 +110,9 @@ class Designs:
         """Return the data of the script."""
         reasons, of = np.unique(np.concatenate([[""], self.reasons]), return_inverse=True)
         return {
-            "columns": [column.data() for column in self.columns],
-            "names": self.names.tolist(),
-            "links": self.links.tolist(),
-            "reasons": reasons.tolist(),
-            "reason": of[1:].tolist(),
-            "colours": COLOURS,
-        }
+            "columns": [column.data() for column in self.columns], "names": self.names.tolist(),
+            "links": self.links.tolist(), "reasons": reasons.tolist(), "reason": of[1:].tolist(), "colours": COLOURS
+        }  # fmt: skip
 
 
 def explorer(designs: Designs) -> str:

@@ -27,17 +27,10 @@ def machine() -> dict[str, Any]:
     import scipy
 
     return {
-        "cpu": _cpu_model(),
-        "cores": os.cpu_count(),
-        "system": f"{platform.system()} {platform.machine()}",
-        "python": sys.version.split()[0],
-        "linear_algebra_threads": linear_algebra_threads(),
-        "pmor": __version__,
-        "numpy": np.__version__,
-        "scipy": scipy.__version__,
-        "numba": numba.__version__,
-        "h5py": h5py.__version__,
-    }
+        "cpu": _cpu_model(), "cores": os.cpu_count(), "system": f"{platform.system()} {platform.machine()}",
+        "python": sys.version.split()[0], "linear_algebra_threads": linear_algebra_threads(), "pmor": __version__,
+        "numpy": np.__version__, "scipy": scipy.__version__, "numba": numba.__version__, "h5py": h5py.__version__
+    }  # fmt: skip
 
 
 def provenance(case: Case | None = None, measured_on: Mapping[str, Any] | None = None) -> list[Block]:

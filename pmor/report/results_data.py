@@ -66,39 +66,26 @@ def _orders(result: OnlineResult) -> Arrays:
     }
 
 
-def _lines(result: OnlineResult) -> Arrays:
-    if result.readings is None:
+def _readings(result: OnlineResult) -> Arrays:
+    """What is read off exact line loads: lines, face, forces, sensitivities, flank maps and Harris map."""
+    readings = result.readings
+    if readings is None:
         return {}
-    lines = line_states(result.sweep)
-    return {
+    lines, rates, harris = line_states(result.sweep), readings.sensitivities, readings.harris
+    found = {
         "lines/pair": lines.pair, "lines/z": lines.z_mm, "lines/width": lines.width_mm, "lines/roll": lines.roll_rad,
         "lines/load": lines.load_N_per_mm, "lines/half_width": lines.half_width_mm,
         "lines/pressure": lines.pressure_MPa, "lines/sensitivity": lines.sensitivity,
+        "face/k_h_beta": readings.face_load_factor,
+        "face/effective_contact_ratio": readings.effective_contact_ratio,
+        "forces/force": readings.forces.force_N, "forces/moment": readings.forces.moment_Nm,
+        "sensitivity/ste": rates.ste, "sensitivity/mean": rates.mean, "sensitivity/peak_to_peak": rates.peak_to_peak,
+        "harris/phi": harris.phi_rad, "harris/torque": harris.torque_Nm, "harris/ste": harris.ste_um,
+        "harris/peak_to_peak": peak_to_peak_um(harris),
     }  # fmt: skip
-
-
-def _face(result: OnlineResult) -> Arrays:
-    if result.readings is None:
-        return {}
-    return {
-        "face/k_h_beta": result.readings.face_load_factor,
-        "face/effective_contact_ratio": result.readings.effective_contact_ratio,
-    }
-
-
-def _forces(result: OnlineResult) -> Arrays:
-    if result.readings is None:
-        return {}
-    return {"forces/force": result.readings.forces.force_N, "forces/moment": result.readings.forces.moment_Nm}
-
-
-def _sensitivity(result: OnlineResult) -> Arrays:
-    if result.readings is None:
-        return {}
-    found = result.readings.sensitivities
-    return {
-        "sensitivity/ste": found.ste, "sensitivity/mean": found.mean, "sensitivity/peak_to_peak": found.peak_to_peak
-    }  # fmt: skip
+    if readings.light is not None:
+        found |= _flanks("maps", readings.maps) | _flanks("light", (readings.light,))
+    return found
 
 
 def _root_stress(result: OnlineResult) -> Arrays:
@@ -119,13 +106,6 @@ def _root_stress(result: OnlineResult) -> Arrays:
     return found
 
 
-def _maps(result: OnlineResult) -> Arrays:
-    if result.readings is None or result.readings.light is None:
-        return {}
-    maps, light = result.readings.maps, result.readings.light
-    return _flanks("maps", maps) | _flanks("light", (light,))
-
-
 def _flanks(folder: str, maps: Sequence[tuple[FlankMap, FlankMap]]) -> Arrays:
     found: Arrays = {}
     for gear, name in enumerate(GEARS):
@@ -140,19 +120,9 @@ def _flanks(folder: str, maps: Sequence[tuple[FlankMap, FlankMap]]) -> Arrays:
     return found
 
 
-def _harris(result: OnlineResult) -> Arrays:
-    if result.readings is None:
-        return {}
-    harris = result.readings.harris
-    return {
-        "harris/phi": harris.phi_rad, "harris/torque": harris.torque_Nm, "harris/ste": harris.ste_um,
-        "harris/peak_to_peak": peak_to_peak_um(harris),
-    }  # fmt: skip
-
-
 # Each gives the arrays of a group of the file; a further kind of result is one more.
 GROUPS: tuple[Callable[[OnlineResult], Arrays], ...] = (
-    _ste, _stiffness, _orders, _lines, _face, _forces, _sensitivity, _root_stress, _maps, _harris,
+    _ste, _stiffness, _orders, _readings, _root_stress,
 )  # fmt: skip
 
 

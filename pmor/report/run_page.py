@@ -253,21 +253,14 @@ def _classical_arguments(case: Case, face_width_mm: float) -> dict[str, Any]:
         return getattr(gears[0], name), getattr(gears[1], name)
 
     return {
-        "teeth": both("teeth"),
-        "module_mm": pair.module_mm,
-        "pressure_angle_rad": math.radians(pair.pressure_angle_deg),
-        "face_width_mm": face_width_mm,
-        "bore_radius_mm": both("bore_radius_mm"),
-        "torque_Nm": case.torque_Nm,
+        "teeth": both("teeth"), "module_mm": pair.module_mm,
+        "pressure_angle_rad": math.radians(pair.pressure_angle_deg), "face_width_mm": face_width_mm,
+        "bore_radius_mm": both("bore_radius_mm"), "torque_Nm": case.torque_Nm,
         "youngs_modulus_MPa": tuple(1e3 * gear.youngs_modulus_GPa for gear in gears),
-        "poissons_ratio": both("poisson_ratio"),
-        "profile_shift": both("profile_shift"),
-        "addendum": both("addendum"),
-        "dedendum": both("dedendum"),
-        "rack_tip_radius": both("rack_tip_radius"),
-        "helix_angle_rad": math.radians(pair.helix_angle_deg),
-        "centre_distance_mm": pair.centre_distance_mm,
-    }
+        "poissons_ratio": both("poisson_ratio"), "profile_shift": both("profile_shift"), "addendum": both("addendum"),
+        "dedendum": both("dedendum"), "rack_tip_radius": both("rack_tip_radius"),
+        "helix_angle_rad": math.radians(pair.helix_angle_deg), "centre_distance_mm": pair.centre_distance_mm
+    }  # fmt: skip
 
 
 def _middles(result: OnlineResult) -> list[int]:

@@ -70,34 +70,25 @@ def figures(result: OnlineResult) -> dict[str, Any]:
     case, sweep, comparison, i = result.reduced.basis.case, result.sweep, result.comparison, result.nominal
     unloaded = None if sweep.unloaded_um is None else sweep.unloaded_um[i]
     return {
-        "case": case.name,
-        "n_profile": case.mesh.profile_elements,
-        "scheme": case.contact.scheme,
-        "lodm": case.contact.lodm_profile if case.contact.kind == "nodal" else None,
-        "n_angles": len(sweep.phi_rad),
-        "torque_Nm": case.torque_Nm,
-        "ste_mean_um": ste_mean_um(sweep)[i],
+        "case": case.name, "n_profile": case.mesh.profile_elements, "scheme": case.contact.scheme,
+        "lodm": case.contact.lodm_profile if case.contact.kind == "nodal" else None, "n_angles": len(sweep.phi_rad),
+        "torque_Nm": case.torque_Nm, "ste_mean_um": ste_mean_um(sweep)[i],
         "ste_peak_to_peak_um": peak_to_peak_um(sweep)[i],
         "unloaded_ste_mean_um": float(np.mean(unloaded)) if unloaded is not None else None,
         "unloaded_ste_peak_to_peak_um": float(np.ptp(unloaded)) if unloaded is not None else None,
         "first_touch_um": None if sweep.first_touch_um is None else float(sweep.first_touch_um[i]),
-        "ste_ripple_um": ripple_um(sweep, i),
-        "ste_torque_exponent": torque_exponent(sweep),
+        "ste_ripple_um": ripple_um(sweep, i), "ste_torque_exponent": torque_exponent(sweep),
         "ste_error_estimate_max_um": largest_error_um(sweep),
         "ste_mesh_error_percent": None if sweep.mesh_error_percent is None else float(sweep.mesh_error_percent[i]),
-        "extrapolated": beyond_training(case),
-        "rom_size": largest_size(result.reduced),
+        "extrapolated": beyond_training(case), "rom_size": largest_size(result.reduced),
         "rom_vs_full_ste_max_rel": comparison.max_relative_error if comparison else None,
         "rom_vs_full_ste_rms_rel": comparison.rms_relative_error if comparison else None,
         "online_ms_per_position": ms_per_position(sweep),
         "full_ms_per_position": ms_per_position(comparison.full) if comparison else None,
-        "offline_s": result.reduced.basis.training.seconds,
-        "basis_mib": result.basis_mib,
-        "n_positions_failed": len(result.failures),
-        **_read_off(result),
-        **root_stress_figures(result),
-        "conditions": [row for listed in result.conditions for row in condition_rows(listed)] or None,
-    }
+        "offline_s": result.reduced.basis.training.seconds, "basis_mib": result.basis_mib,
+        "n_positions_failed": len(result.failures), **_read_off(result), **root_stress_figures(result),
+        "conditions": [row for listed in result.conditions for row in condition_rows(listed)] or None
+    }  # fmt: skip
 
 
 def _read_off(result: OnlineResult) -> dict[str, Any]:

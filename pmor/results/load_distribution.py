@@ -47,15 +47,7 @@ class SectionLoads(Protocol):
 
 def face_load_factor(lines: SectionLoads) -> FloatArray:
     """Return K_Hbeta of each torque, shape (D,), see the module; NaN where nothing carries."""
-    return _over_mean(lines, lines.load_N_per_mm.sum(axis=(1, 2)))
-
-
-def face_load_factor_of_states(lines: SectionLoads) -> FloatArray:
-    """Return the same of each state by itself, loads added up over tooth pairs alone, shape (D, A)."""
-    return _over_mean(lines, lines.load_N_per_mm.sum(axis=2))
-
-
-def _over_mean(lines: SectionLoads, load: FloatArray) -> FloatArray:
+    load = lines.load_N_per_mm.sum(axis=(1, 2))
     mean = load @ lines.width_mm / lines.width_mm.sum()
     return np.divide(load.max(axis=-1), mean, out=np.full(mean.shape, np.nan), where=mean > 0.0)
 

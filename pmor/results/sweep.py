@@ -74,11 +74,8 @@ class SteSweep:
         """Refuse arrays that do not belong together: a wrong shape would broadcast silently further on."""
         grid = (len(self.torque_Nm), len(self.phi_rad))
         expected = {
-            "ste_um": grid,
-            "pair_share": (*grid, len(self.pair_index)),
-            "newton_steps": grid,
-            "converged": grid,
-        }
+            "ste_um": grid, "pair_share": (*grid, len(self.pair_index)), "newton_steps": grid, "converged": grid
+        }  # fmt: skip
         for name in ("ste_error_um", "unloaded_um", "stiffness_N_per_um"):
             if getattr(self, name) is not None:
                 expected[name] = grid

@@ -177,13 +177,11 @@ def _modifications(one: Modification, tooth: Tooth, width: float) -> list[tuple[
 def _found(results: StageResults) -> dict[str, Value]:
     return {
         "meshing_stiffness_characteristic": results.stiffness_N_per_mm,
-        "face_load_factor_contact_stress": results.face_load_factor,
-        "load_distribution_node_positions": results.z_mm,
+        "face_load_factor_contact_stress": results.face_load_factor, "load_distribution_node_positions": results.z_mm,
         "load_distribution_along_face_width": results.load_N_per_mm,
-        "custom_pmor_pinion_angle": np.degrees(results.phi_rad),
-        "custom_pmor_transmission_error": results.ste_um,
-        "custom_pmor_transmission_error_peak_to_peak": float(np.ptp(results.ste_um)),
-    }
+        "custom_pmor_pinion_angle": np.degrees(results.phi_rad), "custom_pmor_transmission_error": results.ste_um,
+        "custom_pmor_transmission_error_peak_to_peak": float(np.ptp(results.ste_um))
+    }  # fmt: skip
 
 
 def _points(document: Document, pair: GearPair, flank: int, results: StageResults) -> None:

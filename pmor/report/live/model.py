@@ -84,14 +84,11 @@ def _flank(meshed: MeshedPair, assembly: Assembly, number: int) -> dict[str, Any
     tooth: Tooth = (pair.pinion, pair.wheel)[number]
     points = {"roll": deviation.grid_roll, "z": deviation.grid_z, "points": deviation.grid}
     return {
-        "tip_circle_roll": tooth.tip_roll_angle,
-        "form_roll": tooth.form_roll_angle,
-        "active_roll": list(pair.active_rolls[number]),
-        "middle_z": deviation.middle_z,
-        "width": deviation.width,
+        "tip_circle_roll": tooth.tip_roll_angle, "form_roll": tooth.form_roll_angle,
+        "active_roll": list(pair.active_rolls[number]), "middle_z": deviation.middle_z, "width": deviation.width,
         "pitch": deviation.pitch.tolist(),
-        "grid": {name: array.tolist() for name, array in points.items()} if deviation.grid.size else None,
-    }
+        "grid": {name: array.tolist() for name, array in points.items()} if deviation.grid.size else None
+    }  # fmt: skip
 
 
 def _bodies(reduced: ReducedPair) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
