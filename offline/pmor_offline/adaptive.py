@@ -104,18 +104,7 @@ def _candidates(case: Case, model: ElasticModel) -> tuple[TrainingPosition, ...]
 def _update(
     percent: FloatArray, candidates: tuple[TrainingPosition, ...], basis: Basis, estimate: Estimate, largest: float
 ) -> None:
-    """Estimate candidates anew, those with the largest known error first, until the others are below the largest found.
-
-    Parameters
-    ----------
-    percent : ndarray, shape (n,)
-        Error estimate over the STE as last known, per cent; updated.
-    candidates : tuple of n TrainingPosition
-    basis : Basis
-    estimate : callable
-    largest : float
-        Known error below which nothing is estimated anew; minus infinity for all.
-    """
+    """Update the errors of candidates, the largest first, until the others are below `largest` or one just found."""
     order = np.argsort(-percent, kind="stable")
     every = np.isneginf(largest)
     for start in range(0, len(order), BATCH):

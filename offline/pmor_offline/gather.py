@@ -52,15 +52,11 @@ def make_basis(
         force = _loaded_pairs(snapshots)
     shapes = build_shapes(case, (model.pinion, model.wheel), roll_positions, force, flanks)
     basis = Basis(
-        case=case,
-        flank_nodes=flanks,
-        flank_roll_angle=(mesh.pinion.flank_roll_angle, mesh.wheel.flank_roll_angle),
-        layers=layers_of(mesh.meshed),
-        shapes=shapes,
-        training=_training(snapshots, case.offline.sampling == "greedy", seconds),
-        compliance=_compliance(case, model),
+        case=case, flank_nodes=flanks, flank_roll_angle=(mesh.pinion.flank_roll_angle, mesh.wheel.flank_roll_angle),
+        layers=layers_of(mesh.meshed), shapes=shapes,
+        training=_training(snapshots, case.offline.sampling == "greedy", seconds), compliance=_compliance(case, model),
         root_stress=_root_stress(case, model),
-    )
+    )  # fmt: skip
     return basis, force
 
 
@@ -85,13 +81,11 @@ def _training(snapshots: Sequence[Snapshots], greedy: bool, seconds: float) -> T
     if not snapshots:
         return untrained(seconds, greedy)
     return Training(
-        phi=np.array([s.phi for s in snapshots]),
-        conditions=tuple(s.conditions for s in snapshots),
+        phi=np.array([s.phi for s in snapshots]), conditions=tuple(s.conditions for s in snapshots),
         ste_um=np.stack([s.ste_um for s in snapshots], axis=1),
         converged=np.stack([s.converged for s in snapshots], axis=1),
-        estimate_percent=np.array([s.estimate_percent for s in snapshots]) if greedy else None,
-        seconds=seconds,
-    )
+        estimate_percent=np.array([s.estimate_percent for s in snapshots]) if greedy else None, seconds=seconds,
+    )  # fmt: skip
 
 
 def _compliance(case: Case, model: ElasticModel) -> FlankCompliance | None:

@@ -25,10 +25,6 @@ def solve_snapshots(
     training : TrainingPosition
     estimate_percent : float
         Error estimate for which the position was chosen.
-
-    Returns
-    -------
-    Snapshots
     """
     solved: list[SolvedPosition] = []
     for _, conditions in groupby(training.conditions, lambda condition: condition.assembly):
@@ -51,14 +47,9 @@ def solve_snapshots(
     # What holds nodes in their plane takes that component up, and it does no work.
     force[..., model.mesh.pinion.flank_held_axially] = 0.0
     return Snapshots(
-        phi=training.phi,
-        conditions=training.conditions,
-        pair_index=pairs,
-        force=force,
-        ste_um=ste,
-        converged=np.isfinite(ste),
-        estimate_percent=estimate_percent,
-    )
+        phi=training.phi, conditions=training.conditions, pair_index=pairs, force=force, ste_um=ste,
+        converged=np.isfinite(ste), estimate_percent=estimate_percent,
+    )  # fmt: skip
 
 
 def _scatter(solved: SolvedPosition, nodal: FloatArray, places: np.ndarray, force: FloatArray) -> None:

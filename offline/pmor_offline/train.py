@@ -67,10 +67,6 @@ def train(
     started : float, optional
         ``time.perf_counter()`` at the start of the offline stage, when meshing and finite elements shall count.
 
-    Returns
-    -------
-    Trained
-
     Raises
     ------
     ConvergenceError

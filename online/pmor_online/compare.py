@@ -65,10 +65,6 @@ def compare_models(
         Called after each angle of the full model, for progress.
     executor : concurrent.futures.Executor, optional
         Solves several angles of the full model at a time.
-
-    Returns
-    -------
-    Comparison
     """
     case, pair = reduced.basis.case, reduced.meshed.pair
     phi = unseen_angles(pair.meshing_range[0], pair.pitch, case.compare.angles, case.offline.angles_per_pitch)

@@ -31,13 +31,9 @@ ANGLES_PER_BLOCK = 50
 
 
 def sweep_line_loads(
-    reduced: ReducedPair,
-    phi: FloatArray,
-    conditions: Sequence[Condition],
-    executor: Executor | None = None,
-    progress: Callable[[int], None] = lambda n: None,
-    recorded: bool = False,
-) -> SteSweep:
+    reduced: ReducedPair, phi: FloatArray, conditions: Sequence[Condition], executor: Executor | None = None,
+    progress: Callable[[int], None] = lambda n: None, recorded: bool = False,
+) -> SteSweep:  # fmt: skip
     """Solve all angles under all conditions.
 
     Parameters
@@ -54,28 +50,18 @@ def sweep_line_loads(
         Called with the number of angles done, for progress.
     recorded : bool
         Keep advances and line loads of all states too.
-
-    Returns
-    -------
-    SteSweep
     """
     start = time.perf_counter()
     lines, found = _solve(reduced.lines, phi, conditions, executor, progress, recorded)
     advance = np.where(found.converged, found.advance, np.nan)
     share, pair_index = _shares(lines, found)
     return SteSweep(
-        phi_rad=np.asarray(phi, dtype=float),
-        torque_Nm=np.array([condition.torque_Nm for condition in conditions]),
-        ste_um=advance * reduced.layered.pair.pinion.base_radius * 1e3,
-        pair_share=share,
-        pair_index=pair_index,
-        newton_steps=found.steps,
-        converged=found.converged,
-        seconds=time.perf_counter() - start,
-        pitch_rad=reduced.layered.pair.pitch,
-        states=_states(reduced, lines, found, advance) if recorded else None,
+        phi_rad=np.asarray(phi, dtype=float), torque_Nm=np.array([condition.torque_Nm for condition in conditions]),
+        ste_um=advance * reduced.layered.pair.pinion.base_radius * 1e3, pair_share=share, pair_index=pair_index,
+        newton_steps=found.steps, converged=found.converged, seconds=time.perf_counter() - start,
+        pitch_rad=reduced.layered.pair.pitch, states=_states(reduced, lines, found, advance) if recorded else None,
         stiffness_N_per_um=_stiffness(reduced, found),
-    )
+    )  # fmt: skip
 
 
 def sections_near(reduced: ReducedPair, phi: FloatArray, condition: Condition) -> int:
@@ -83,7 +69,7 @@ def sections_near(reduced: ReducedPair, phi: FloatArray, condition: Condition) -
     layered = reduced.layered
     places = place_flanks_of(layered, phi, condition.assembly.misalignment)
     gap = places.gap
-    near = gap - gap.min(axis=1, keepdims=True) < reduced.layered.expected_approach(condition.given_torque)
+    near = gap - gap.min(axis=1, keepdims=True) < reduced.layered.expected_approach(condition.torque)
     return int(near.sum(axis=1).max())
 
 
@@ -93,8 +79,7 @@ def _solve(
 ) -> tuple[Lines, LineResults]:  # fmt: skip
     """Solve block by block."""
     angles, misalignment = np.ascontiguousarray(phi, dtype=float), common_misalignment(conditions)
-    held = conditions[0].torque is None
-    loads = np.array([c.given_torque if c.advance is None else c.advance for c in conditions], dtype=float)
+    loads = np.array([condition.torque for condition in conditions], dtype=float)
     alike: dict[Assembly, list[int]] = {}
     for number, condition in enumerate(conditions):
         alike.setdefault(condition.assembly, []).append(number)
@@ -102,7 +87,7 @@ def _solve(
     def solve(block: slice) -> tuple[Lines, LineResults]:
         placed = pair.place(angles[block], misalignment)
         parts = [
-            placed.solve(loads[numbers], held, placed.deviation(assembly), recorded)
+            placed.solve(loads[numbers], False, placed.deviation(assembly), recorded)
             for assembly, numbers in alike.items()
         ]
         found = parts[0] if len(parts) == 1 else _in_order(parts, [n for numbers in alike.values() for n in numbers])
@@ -165,17 +150,11 @@ def _states(reduced: ReducedPair, lines: Lines, found: LineResults, advance: Flo
     after = np.cumsum(count.ravel()).reshape(count.shape)
     column = place % len(z)
     loads = ContactLoads(
-        first=after - count,
-        count=count,
-        pair=lines.first_pair[angle] + place // len(z),
-        slave=np.zeros(len(place), dtype=np.int64),
-        column=column,
-        force_N=found.force[carried],
-        lever_mm=levers[carried],
-        mate_lever_mm=lines.mate_lever[angle, place],
-        roll_rad=lines.roll[angle, place],
+        first=after - count, count=count, pair=lines.first_pair[angle] + place // len(z),
+        slave=np.zeros(len(place), dtype=np.int64), column=column, force_N=found.force[carried],
+        lever_mm=levers[carried], mate_lever_mm=lines.mate_lever[angle, place], roll_rad=lines.roll[angle, place],
         z_mm=z[column],
-    )
+    )  # fmt: skip
     pair_count = lines.gap.shape[1] // len(z)
     pairs = lines.first_pair[:, None] + np.arange(pair_count)
     of_lines = _line_states(reduced, lines, found, pairs, levers)
@@ -193,16 +172,8 @@ def _line_states(
     line_patches(lines.law.reshape(-1, lines.law.shape[2]), load.reshape(len(load), -1), patches)
     half_width, offset, pressure = np.moveaxis(patches.reshape(*grid, PATCH_FIELDS), -1, 0)
     return LineStates(
-        pair=pairs,
-        z_mm=sections.z,
-        width_mm=sections.width,
-        mirrored=meshed.mirrored,
-        roll_rad=lines.roll.reshape(*grid[1:], 2),
-        load_N_per_mm=load,
-        half_width_mm=half_width,
-        offset_mm=offset,
-        pressure_MPa=pressure,
-        lever_mm=levers.reshape(grid),
-        mate_lever_mm=lines.mate_lever.reshape(grid[1:]),
+        pair=pairs, z_mm=sections.z, width_mm=sections.width, mirrored=meshed.mirrored,
+        roll_rad=lines.roll.reshape(*grid[1:], 2), load_N_per_mm=load, half_width_mm=half_width, offset_mm=offset,
+        pressure_MPa=pressure, lever_mm=levers.reshape(grid), mate_lever_mm=lines.mate_lever.reshape(grid[1:]),
         sensitivity=radius * found.sensitivity.reshape(grid),
-    )
+    )  # fmt: skip

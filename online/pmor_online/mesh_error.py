@@ -36,10 +36,6 @@ def with_mesh_error(sweep: SteSweep, reduced: ReducedPair, conditions: Sequence[
         What it was made with.
     conditions : sequence of Condition
         Those of the sweep.
-
-    Returns
-    -------
-    SteSweep
     """
     if reduced.coarser is None:
         return sweep

@@ -136,16 +136,7 @@ class ReducedPair:
 
 
 def reduced_pair(basis: Basis) -> ReducedPair:
-    """Make a basis ready to answer.
-
-    Parameters
-    ----------
-    basis : Basis
-
-    Returns
-    -------
-    ReducedPair
-    """
+    """Make a basis ready to answer."""
     pair = gear_pair(basis.case)
     half = mirrors_at_mid_width(basis.case)
     flanks = basis.flank_nodes, basis.flank_roll_angle

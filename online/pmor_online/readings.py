@@ -79,14 +79,11 @@ def read_off(reduced: ReducedPair, sweep: SteSweep, executor: Executor | None = 
     case, lines = reduced.basis.case, line_states(sweep)
     maps = tuple(flank_maps(reduced.meshed, sweep, d) for d in range(len(sweep.torque_Nm))) if case.results.maps else ()
     return Readings(
-        face_load_factor=face_load_factor(lines),
-        effective_contact_ratio=effective_contact_ratio(sweep),
-        forces=forces_on_gears(reduced.meshed, sweep),
-        sensitivities=derivatives(reduced, sweep, assembly_of(case)),
-        maps=maps,
-        light=_light_maps(reduced, executor) if case.results.maps else None,
+        face_load_factor=face_load_factor(lines), effective_contact_ratio=effective_contact_ratio(sweep),
+        forces=forces_on_gears(reduced.meshed, sweep), sensitivities=derivatives(reduced, sweep, assembly_of(case)),
+        maps=maps, light=_light_maps(reduced, executor) if case.results.maps else None,
         harris=harris_sweep(reduced, executor),
-    )
+    )  # fmt: skip
 
 
 def forces_on_gears(meshed: MeshedPair, sweep: SteSweep) -> MeshForces:

@@ -76,13 +76,9 @@ def root_stress(
 
 
 def _nodal_forces(
-    reduced: ReducedPair,
-    phi: FloatArray,
-    misalignment: Misalignment,
-    loads: ContactLoads,
-    block: slice,
+    reduced: ReducedPair, phi: FloatArray, misalignment: Misalignment, loads: ContactLoads, block: slice,
     pairs: IntArray,
-) -> tuple[FloatArray, FloatArray]:
+) -> tuple[FloatArray, FloatArray]:  # fmt: skip
     """Forces on the unknowns of the flanks of pinion and wheel, each (D, A, P, n), N: what line loads are made of."""
     meshed, sections = reduced.layered, reduced.layered.sections
     lines = place_sections(meshed, np.ascontiguousarray(phi[block], dtype=float), misalignment, reduced.components)

@@ -44,14 +44,9 @@ FOOT_STEP = 1e-4
 
 
 def sweep_reduced_pair(
-    reduced: ReducedPair,
-    phi: FloatArray,
-    conditions: Sequence[Condition],
-    executor: Executor | None = None,
-    tolerance: float = TOLERANCE,
-    progress: Callable[[int], None] = lambda n: None,
-    recorded: bool = False,
-) -> SteSweep:
+    reduced: ReducedPair, phi: FloatArray, conditions: Sequence[Condition], executor: Executor | None = None,
+    tolerance: float = TOLERANCE, progress: Callable[[int], None] = lambda n: None, recorded: bool = False,
+) -> SteSweep:  # fmt: skip
     """Solve all angles under all conditions with the reduced model.
 
     Parameters
@@ -69,10 +64,6 @@ def sweep_reduced_pair(
         Called with the number of angles done, for progress.
     recorded : bool
         Keep advance, amplitudes and contact forces of all states too.
-
-    Returns
-    -------
-    SteSweep
     """
     if reduced.basis.shapes is None:
         return sweep_line_loads(reduced, phi, conditions, executor, progress, recorded)
@@ -82,18 +73,12 @@ def sweep_reduced_pair(
     advance = np.where(found.converged, found.advance, np.nan)
     share, pair_index = _shares(found.pair, found.pair_torque)
     return SteSweep(
-        phi_rad=np.asarray(phi, dtype=float),
-        torque_Nm=np.array([condition.torque_Nm for condition in conditions]),
-        ste_um=advance * base_radius * 1e3,
-        pair_share=share,
-        pair_index=pair_index,
-        newton_steps=found.steps,
-        converged=found.converged,
-        seconds=time.perf_counter() - start,
-        pitch_rad=reduced.meshed.pair.pitch,
+        phi_rad=np.asarray(phi, dtype=float), torque_Nm=np.array([condition.torque_Nm for condition in conditions]),
+        ste_um=advance * base_radius * 1e3, pair_share=share, pair_index=pair_index, newton_steps=found.steps,
+        converged=found.converged, seconds=time.perf_counter() - start, pitch_rad=reduced.meshed.pair.pitch,
         ste_error_um=1e3 * base_radius * found.slope if reduced.basis.compliance else None,
         states=SweepStates(advance, found.pair, found.amplitude, loads) if loads is not None else None,
-    )
+    )  # fmt: skip
 
 
 def sweep_pair(meshed: MeshedPair, assembly: Assembly) -> Pair:
@@ -147,7 +132,7 @@ def _settings(
 ) -> tuple[Settings, FloatArray]:
     """How the kernel solves for some conditions, and their torques, N mm."""
     meshed = as_penalty(reduced.meshed)
-    torques = np.array([condition.given_torque for condition in conditions])
+    torques = np.array([condition.torque for condition in conditions])
     hardest, rate = conditions[int(np.argmax(torques))], meshed.expected_approach(1.0)
     depth = WINDOW_MARGIN * rate * torques.max() + standing_depth(meshed, hardest)
     tolerance = max(tolerance, round_off_residual(meshed, float(torques.min())))
@@ -158,17 +143,12 @@ def _settings(
 def _no_results(applied_loads: int, angles: int, pair_count: int, slots: int) -> Results:
     grid = applied_loads, angles
     return Results(
-        advance=np.zeros(grid),
-        steps=np.zeros(grid, dtype=np.int64),
-        converged=np.zeros(grid, dtype=bool),
-        pair=np.zeros((angles, pair_count), dtype=np.int64),
-        active_shapes=np.zeros(angles, dtype=np.int64),
-        pair_torque=np.zeros((*grid, pair_count)),
-        slope=np.full(grid, np.nan),
-        amplitude=np.zeros((*grid, pair_count, slots)),
-        load_first=np.zeros(grid, dtype=np.int64),
+        advance=np.zeros(grid), steps=np.zeros(grid, dtype=np.int64), converged=np.zeros(grid, dtype=bool),
+        pair=np.zeros((angles, pair_count), dtype=np.int64), active_shapes=np.zeros(angles, dtype=np.int64),
+        pair_torque=np.zeros((*grid, pair_count)), slope=np.full(grid, np.nan),
+        amplitude=np.zeros((*grid, pair_count, slots)), load_first=np.zeros(grid, dtype=np.int64),
         load_count=np.zeros(grid, dtype=np.int64),
-    )
+    )  # fmt: skip
 
 
 def _in_order(results: Results, listed: list[Loads]) -> ContactLoads:

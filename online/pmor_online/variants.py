@@ -113,18 +113,13 @@ class VariantSolver:
         at_edge = np.abs(patches[..., 1].reshape(load.shape)) > OFF_MIDDLE
         place = grid[1:]
         return VariantState(
-            ste_um=np.where(found.converged, 1e3 * radius * found.advance, np.nan),
-            converged=found.converged,
-            load_N_per_mm=load,
-            edge_load_N_per_mm=np.where(at_edge, load, 0.0).reshape(by_state).max(axis=2),
+            ste_um=np.where(found.converged, 1e3 * radius * found.advance, np.nan), converged=found.converged,
+            load_N_per_mm=load, edge_load_N_per_mm=np.where(at_edge, load, 0.0).reshape(by_state).max(axis=2),
             pressure_MPa=np.nan_to_num(patches[..., 2]).reshape(by_state).max(axis=2),
             sensitivity=radius * found.sensitivity.reshape(grid) if found.sensitivity.size else None,
-            roll_rad=lines.roll.reshape(*place, 2),
-            pair=lines.first_pair[:, None] + np.arange(load.shape[2]),
-            z_mm=sections.z,
-            width_mm=sections.width,
-            mirrored=meshed.mirrored,
-        )
+            roll_rad=lines.roll.reshape(*place, 2), pair=lines.first_pair[:, None] + np.arange(load.shape[2]),
+            z_mm=sections.z, width_mm=sections.width, mirrored=meshed.mirrored,
+        )  # fmt: skip
 
     @contextmanager
     def _placed(self, misalignment: Misalignment) -> Iterator[PlacedSections]:

@@ -62,15 +62,9 @@ class ElasticGear:
 
 
 def elastic_gear(
-    mesh: SectorMesh,
-    youngs_modulus: float,
-    poisson_ratio: float,
-    element: str,
-    neighbours: int = 1,
-    keep_rows: bool = False,
-    layer_columns: int = 0,
-    fillet: FilletMesh | None = None,
-) -> ElasticGear:
+    mesh: SectorMesh, youngs_modulus: float, poisson_ratio: float, element: str, neighbours: int = 1,
+    keep_rows: bool = False, layer_columns: int = 0, fillet: FilletMesh | None = None,
+) -> ElasticGear:  # fmt: skip
     """Build the elastic model of a gear from one sector.
 
     Parameters
@@ -88,10 +82,6 @@ def elastic_gear(
         Columns of elements below the flank whose local compliance is taken out (`pmor.line.hertz`).
     fillet : FilletMesh, optional
         Where the stress along the fillets is asked for too.
-
-    Returns
-    -------
-    ElasticGear
     """
     points, carried = sector_stress(fillet, mesh, youngs_modulus, poisson_ratio) if fillet else (None, ())
     sector = condense_sector(mesh, youngs_modulus, poisson_ratio, element, keep_rows, layer_columns, carried)

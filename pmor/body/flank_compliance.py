@@ -52,10 +52,6 @@ def flank_compliance(bodies: tuple[ElasticGear, ElasticGear], components: int) -
         Pinion and wheel; the same object when they are identical.
     components : int
         Of the displacement at a node: 2 or 3.
-
-    Returns
-    -------
-    FlankCompliance
     """
     pinion, wheel = bodies
     first = _loaded_part(pinion, components)

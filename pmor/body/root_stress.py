@@ -54,10 +54,6 @@ def root_stress_shapes(fillet: FilletStress, components: int) -> RootStressShape
     fillet : FilletStress
     components : int
         Of the forces: the first of x, y and z in the tooth's frame.
-
-    Returns
-    -------
-    RootStressShapes
     """
     shape = fillet.shapes.shape
     over_nodes = fillet.shapes.reshape(*shape[:-1], -1, 3)[..., :components]

@@ -70,10 +70,6 @@ def condense_sector(
         Columns of elements of a surface layer whose compliance is asked for too; 0 for none.
     carried : sequence of CarriedFunctions
         Of the displacement, which are to be known from that of the retained unknowns.
-
-    Returns
-    -------
-    CondensedSector
     """
     elements, places = mesh.elements[:, :QUADRATIC_NODES], element_places(mesh)
     stiffness = sector_stiffness(mesh, youngs_modulus, poisson_ratio, element)

@@ -61,13 +61,9 @@ class _Left(NamedTuple):
 
 
 def condense(
-    stiffness: FloatArray,
-    elements: IntArray,
-    places: IntArray,
-    retained: IntArray,
-    held: IntArray,
+    stiffness: FloatArray, elements: IntArray, places: IntArray, retained: IntArray, held: IntArray,
     visit: Callable[[EliminatedPart], None] | None = None,
-) -> FloatArray:
+) -> FloatArray:  # fmt: skip
     """Condense elements onto some of their nodes.
 
     Parameters

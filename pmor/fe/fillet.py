@@ -72,17 +72,7 @@ class FilletMesh:
 
 
 def build_fillet(tooth: Tooth, sector: SectorMesh) -> FilletMesh:
-    """Mesh the material around the loaded flank's root fillet, on the columns of a sector.
-
-    Parameters
-    ----------
-    tooth : Tooth
-    sector : SectorMesh
-
-    Returns
-    -------
-    FilletMesh
-    """
+    """Mesh the material around the loaded flank's root fillet, on the columns of a sector."""
     module = tooth.module
     outline, arc, start, end = _outline(tooth)
     places, first, shortest = _along(outline, arc, start, end, module)

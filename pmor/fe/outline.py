@@ -56,10 +56,6 @@ def tooth_outline(tooth: Tooth, profile_elements: int, spacing: str, order: int 
     order : int
         Intervals between nodes along the edge of an element.
 
-    Returns
-    -------
-    Outline
-
     Raises
     ------
     MeshError
@@ -89,11 +85,9 @@ def tooth_outline(tooth: Tooth, profile_elements: int, spacing: str, order: int 
     lengths = _arc_length(upper)[-1], _arc_length(lower)[-1]
     upper_elements = min(max(2, round(elements * lengths[0] / sum(lengths))), elements - 2)
     return Outline(
-        flank=flank,
-        flank_roll_angle=roll,
-        upper_fillet=_resample(upper, order * upper_elements)[::-1],
+        flank=flank, flank_roll_angle=roll, upper_fillet=_resample(upper, order * upper_elements)[::-1],
         lower_fillet=_resample(lower, order * (elements - upper_elements))[::-1],
-    )
+    )  # fmt: skip
 
 
 def _handover_index(fillet: FloatArray) -> int:

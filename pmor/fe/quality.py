@@ -42,10 +42,6 @@ def mesh_quality(nodes: FloatArray, elements: IntArray) -> MeshQuality:
     elements : ndarray of int, shape (n_elements, 8 or more)
         Corners first.
 
-    Returns
-    -------
-    MeshQuality
-
     Raises
     ------
     MeshError

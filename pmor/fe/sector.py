@@ -123,16 +123,9 @@ class SectorMesh:
 
 
 def build_sector(
-    tooth: Tooth,
-    bore_radius: float,
-    face_width: float,
-    profile_elements: int,
-    width_elements: int,
-    spacing: str = "roll_angle",
-    width: str = "whole",
-    offset: float = 0.0,
-    order: int = 1,
-) -> SectorMesh:
+    tooth: Tooth, bore_radius: float, face_width: float, profile_elements: int, width_elements: int,
+    spacing: str = "roll_angle", width: str = "whole", offset: float = 0.0, order: int = 1,
+) -> SectorMesh:  # fmt: skip
     """Mesh one tooth sector.
 
     Parameters
@@ -151,10 +144,6 @@ def build_sector(
         Middle of the face along z, mm; half a width takes none.
     order : int
         1 for linear elements, 2 for quadratic ones.
-
-    Returns
-    -------
-    SectorMesh
 
     Raises
     ------
@@ -195,21 +184,13 @@ def build_sector(
         return (np.asarray(section_ids)[..., None] * layers + np.arange(layers)).astype(np.int64)
 
     return SectorMesh(
-        nodes=nodes,
-        elements=elements,
-        flank=through_width(tooth_id[-order * profile_elements - 1 :, 0]),
-        flank_roll_angle=outline.flank_roll_angle,
-        z=z,
-        left=through_width(ring_id[:-1, 0]).ravel(),
-        right=through_width(ring_id[:-1, -1]).ravel(),
-        bore=through_width(ring_id[-1]).ravel(),
+        nodes=nodes, elements=elements, flank=through_width(tooth_id[-order * profile_elements - 1 :, 0]),
+        flank_roll_angle=outline.flank_roll_angle, z=z, left=through_width(ring_id[:-1, 0]).ravel(),
+        right=through_width(ring_id[:-1, -1]).ravel(), bore=through_width(ring_id[-1]).ravel(),
         tooth_rows=tuple(through_width(row).ravel() for row in tooth_id),
-        ring_rows=tuple(through_width(row).ravel() for row in ring_id),
-        teeth=tooth.teeth,
-        width=width,
-        order=order,
+        ring_rows=tuple(through_width(row).ravel() for row in ring_id), teeth=tooth.teeth, width=width, order=order,
         twist_per_length=tooth.twist_per_length,
-    )
+    )  # fmt: skip
 
 
 def tooth_block(outline: Outline, module: float, order: int = 1) -> FloatArray:

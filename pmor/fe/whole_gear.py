@@ -13,10 +13,6 @@ from pmor.fe.sector import SectorMesh
 def whole_gear_mesh(mesh: SectorMesh) -> tuple[FloatArray, IntArray, IntArray]:
     """Repeat a sector around the axis and merge the side faces.
 
-    Parameters
-    ----------
-    mesh : SectorMesh
-
     Returns
     -------
     nodes : ndarray, shape (n_nodes, 3)

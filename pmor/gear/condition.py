@@ -1,11 +1,10 @@
 """The condition that a gear pair is in: what drives it, and where its parts are.
 
 A pair *is* its gears, their meshes and the way contact is evaluated (`pmor.gear.meshed_pair.MeshedPair`). The state it
-comes to depends on the pinion's angle and on a condition: the torque on the pinion, or its advance; and where the
-wheel's axis is. Shafts and housings give way and are not machined exactly: the wheel's axis is then off by some
-hundredths of a millimetre. The finite-element models of the gears know nothing of it, since each is made in its own
-frame, so that axes out of place are a parameter like the torque, and so are deviations of the flanks, which are as
-small.
+comes to depends on the pinion's angle and on a condition: the torque on the pinion, and where the wheel's axis is.
+Shafts and housings give way and are not machined exactly: the wheel's axis is then off by some hundredths of a
+millimetre. The finite-element models of the gears know nothing of it, since each is made in its own frame, so that
+axes out of place are a parameter like the torque, and so are deviations of the flanks, which are as small.
 """
 
 from __future__ import annotations
@@ -101,33 +100,17 @@ class Condition:
 
     Parameters
     ----------
-    torque : float, optional
+    torque : float
         On the pinion, N mm, positive.
-    advance : float, optional
-        Rotation of the pinion ahead of where plain flanks on aligned axes touch, rad: instead of the torque, which then
-        follows from the contact forces.
     misalignment : Misalignment
     pinion, wheel : Modification
         Of their loaded flanks.
-
-    Raises
-    ------
-    ValueError
-        Unless one of torque and advance is given.
     """
 
-    torque: float | None = None
-    advance: float | None = None
+    torque: float
     misalignment: Misalignment = ALIGNED
     pinion: Modification = UNMODIFIED
     wheel: Modification = UNMODIFIED
-
-    def __post_init__(self) -> None:
-        """Refuse a pair that nothing drives, or two things at once."""
-        if (self.torque is None) == (self.advance is None):
-            raise ValueError(
-                f"give either the torque or the advance, not torque = {self.torque}, advance = {self.advance}"
-            )
 
     @property
     def assembly(self) -> Assembly:
@@ -135,21 +118,14 @@ class Condition:
         return Assembly(self.misalignment, self.pinion, self.wheel)
 
     @property
-    def given_torque(self) -> float:
-        """The torque, N mm; ValueError where the advance is given instead."""
-        if self.torque is None:
-            raise ValueError(f"needs a condition with a torque, not with the advance {self.advance} rad")
-        return self.torque
-
-    @property
     def torque_Nm(self) -> float:
         """The torque in N m as it was written: rid of what changing its unit to and fro leaves in the last digits."""
-        return float(f"{1e-3 * self.given_torque:.12g}")
+        return float(f"{1e-3 * self.torque:.12g}")
 
     @property
     def load_text(self) -> str:
         """The load of the pair, for messages."""
-        return f"advance = {self.advance:.6g} rad" if self.torque is None else f"torque = {self.torque * 1e-3:.6g} N m"
+        return f"torque = {self.torque * 1e-3:.6g} N m"
 
 
 def at_torques(
@@ -161,18 +137,6 @@ def at_torques(
     """Return a condition for each torque (N mm), with the same axes and flanks."""
     return tuple(
         Condition(torque=float(torque), misalignment=misalignment, pinion=pinion, wheel=wheel) for torque in torques
-    )
-
-
-def at_advances(
-    advances: Iterable[float],
-    misalignment: Misalignment = ALIGNED,
-    pinion: Modification = UNMODIFIED,
-    wheel: Modification = UNMODIFIED,
-) -> tuple[Condition, ...]:
-    """Return a condition for each advance (rad), with the same axes and flanks."""
-    return tuple(
-        Condition(advance=float(advance), misalignment=misalignment, pinion=pinion, wheel=wheel) for advance in advances
     )
 
 

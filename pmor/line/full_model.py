@@ -161,16 +161,10 @@ def collect_sweep(
                 advance[d, i], steps[d, i] = state.advance, state.steps
                 np.add.at(share[d, i], np.searchsorted(pairs, state.pair), state.torque / state.torque.sum())
     return SteSweep(
-        phi_rad=np.asarray(phi, dtype=float),
-        torque_Nm=np.array([condition.torque_Nm for condition in conditions]),
-        ste_um=1e3 * meshed.pair.pinion.base_radius * advance,
-        pair_share=share,
-        pair_index=pairs,
-        newton_steps=steps,
-        converged=np.isfinite(advance),
-        seconds=seconds,
-        pitch_rad=meshed.pair.pitch,
-    )
+        phi_rad=np.asarray(phi, dtype=float), torque_Nm=np.array([condition.torque_Nm for condition in conditions]),
+        ste_um=1e3 * meshed.pair.pinion.base_radius * advance, pair_share=share, pair_index=pairs, newton_steps=steps,
+        converged=np.isfinite(advance), seconds=seconds, pitch_rad=meshed.pair.pitch,
+    )  # fmt: skip
 
 
 def solve_angle(
@@ -241,11 +235,8 @@ class _Flanks:
 
     def weights(self, gear: int, n: int) -> FloatArray:
         """Gradient of the gap of section `n` by the displacements of its flank, (unknowns of the flank,)."""
-        nodes, sections, place = (
-            (self.meshed.pinion, self.meshed.wheel)[gear].nodes,
-            self.meshed.sections,
-            n % self.sections,
-        )
+        nodes = (self.meshed.pinion, self.meshed.wheel)[gear].nodes
+        sections, place = self.meshed.sections, n % self.sections
         weights = np.zeros((*nodes.shape[:2], self.components))
         rows = self.lines.gradient[0, n, gear].reshape(4, self.components)
         for a, gradient in enumerate(rows):
@@ -282,14 +273,9 @@ class _Flanks:
         ------
         ConvergenceError
         """
-        held = condition.advance is not None
         lever, touch = self.lines.lever[0], float(np.min(self.free / -self.lines.lever[0]))
-        if held:
-            assert condition.advance is not None
-            advance = condition.advance
-        else:
-            advance = touch + self.meshed.expected_approach(condition.given_torque) / -float(lever[0])
-            advance = advance if start is None else max(start, advance)
+        advance = touch + self.meshed.expected_approach(condition.torque) / -float(lever[0])
+        advance = advance if start is None else max(start, advance)
         largest = max(advance, touch)
         for _ in range(MAX_STEPS):
             rigid = self.rigid_gap(largest)
@@ -306,16 +292,12 @@ class _Flanks:
         flexibility, width = self.flexibility(candidates), self.width[candidates]
         laws, free = [self.laws[n] for n in candidates], self.rigid_gap(advance)[candidates]
         least = np.array([law.least for law in laws]) * width
-        carries, held = free < 0.0, condition.torque is None
-        torque = 0.0 if condition.torque is None else condition.torque
-        begin = torque or depth / self.meshed.expected_approach(1.0)
-        force = np.where(carries, begin / self.meshed.pair.pinion.base_radius / max(int(carries.sum()), 1), 0.0)
+        carries, torque = free < 0.0, condition.torque
+        force = np.where(carries, torque / self.meshed.pair.pinion.base_radius / max(int(carries.sum()), 1), 0.0)
         matrix = np.zeros((0, 0))
         for step in range(1, MAX_STEPS + 1):
             active, rigid = np.flatnonzero(carries), self.rigid_gap(advance)[candidates]
             if not len(active):
-                if held:
-                    return _Solution(candidates, carries, force, advance, step, 1.0)
                 break
             law = np.array([approach_of(force[n] / width[n], laws[n], self.meshed.corners) for n in active])
             matrix = flexibility[np.ix_(active, active)] + np.diag(law[:, 1] / width[active])
@@ -323,12 +305,9 @@ class _Flanks:
             places = candidates[active]
             lever = self.lever(advance)[places]
             turning = np.where(advance > self.lines.corner_advance[0, places], self.lines.lever_slope[0, places], 0.0)
-            if held:
-                new = np.linalg.solve(matrix, -free)
-            else:
-                bordered = np.block([[matrix, lever[:, None]], [lever[None], np.array([[turning @ force[active]]])]])
-                solution = np.linalg.solve(bordered, np.append(-free, -torque))
-                new, advance = solution[:-1], advance + float(solution[-1])
+            bordered = np.block([[matrix, lever[:, None]], [lever[None], np.array([[turning @ force[active]]])]])
+            solution = np.linalg.solve(bordered, np.append(-free, -torque))
+            new, advance = solution[:-1], advance + float(solution[-1])
             pulls = new <= 0.0
             changes = (new - force[active]) ** 2 / (np.maximum(new, least[active]) * new.max())
             change = float(np.max(changes, initial=0.0, where=~pulls))
@@ -362,19 +341,9 @@ class _Flanks:
             displacement.append(moved.reshape(shape))
         lever = self.lever(newton.advance)[places]
         return LineState(
-            advance=newton.advance,
-            steps=newton.steps,
-            pair=first + pair,
-            section=places % self.sections,
-            force=force,
-            line_load=force / self.width[places],
-            lever=lever,
-            mate_lever=self.lines.mate_lever[0, places],
-            lever_change=lever - self.lines.lever[0, places],
-            law=self.lines.law[0, places],
-            roll=self.lines.roll[0, places],
-            loaded_pairs=first + pairs,
-            nodal_force=(nodal[0], nodal[1]),
-            displacement=(displacement[0], displacement[1]),
-            condition_number=newton.condition_number,
-        )
+            advance=newton.advance, steps=newton.steps, pair=first + pair, section=places % self.sections, force=force,
+            line_load=force / self.width[places], lever=lever, mate_lever=self.lines.mate_lever[0, places],
+            lever_change=lever - self.lines.lever[0, places], law=self.lines.law[0, places],
+            roll=self.lines.roll[0, places], loaded_pairs=first + pairs, nodal_force=(nodal[0], nodal[1]),
+            displacement=(displacement[0], displacement[1]), condition_number=newton.condition_number,
+        )  # fmt: skip

@@ -36,7 +36,7 @@ def listed_conditions(case: Case) -> tuple[Condition, ...]:
             misalignment=condition.misalignment,
             pinion=condition.pinion,
             wheel=condition.wheel,
-        )
+        )  # fmt: skip
         for condition in case.conditions
     )
 

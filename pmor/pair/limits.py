@@ -50,13 +50,7 @@ def refuse_impossible_load(case: Case, approach_mm: float) -> None:
 
 
 def refuse_bent_blank(case: Case, pair: GearPair) -> None:
-    """Raise CaseError when the axial force of helical flanks would bend a blank as no linear body bends.
-
-    Parameters
-    ----------
-    case : Case
-    pair : GearPair
-    """
+    """Raise CaseError when the axial force of helical flanks would bend a blank as no linear body bends."""
     torque = max(case.swept_torques_Nm)
     force = 1e3 * torque / pair.pinion.base_radius * math.tan(abs(pair.base_helix_angle))
     gears = (("pinion", case.pair.pinion, pair.pinion), ("wheel", case.pair.wheel, pair.wheel))

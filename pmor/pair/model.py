@@ -204,13 +204,9 @@ def refuse_loads(case: Case, meshed: MeshedPair) -> None:
 
 
 def assemble_pair(
-    case: Case,
-    pair: GearPair,
-    nodes: tuple[FloatArray, FloatArray],
-    roll_angles: tuple[FloatArray, FloatArray],
-    layers: tuple[SurfaceLayer, ...] = (),
-    mirrored: bool = False,
-) -> MeshedPair:
+    case: Case, pair: GearPair, nodes: tuple[FloatArray, FloatArray], roll_angles: tuple[FloatArray, FloatArray],
+    layers: tuple[SurfaceLayer, ...] = (), mirrored: bool = False,
+) -> MeshedPair:  # fmt: skip
     """Put two meshed flanks (pinion first) and the case's contact scheme together.
 
     Parameters
@@ -225,10 +221,6 @@ def assemble_pair(
         Below the flanks, of the scheme "line" alone.
     mirrored : bool
         The flanks are halves up to a plane of symmetry at their last column.
-
-    Returns
-    -------
-    MeshedPair
 
     Raises
     ------
@@ -261,10 +253,6 @@ def elastic_model(case: Case, mesh: MeshModel, keep_volume: bool = False) -> Ela
     mesh : MeshModel
     keep_volume : bool
         Keep what back-substitution to the volume needs.
-
-    Returns
-    -------
-    ElasticModel
     """
 
     def build(sector: SectorMesh, gear: GearCase) -> ElasticGear:
@@ -287,10 +275,6 @@ def solved_gear(
     gear : GearCase
     keep_volume : bool
         Keep what back-substitution to the volume needs.
-
-    Returns
-    -------
-    ElasticGear
     """
     from pmor.body.elastic_gear import elastic_gear  # with scipy, which a sweep with a basis does without
 
@@ -314,10 +298,6 @@ def model_of_solved(case: Case, mesh: MeshModel, solved: ElasticModel) -> Elasti
     mesh : MeshModel
         Of the case.
     solved : ElasticModel
-
-    Returns
-    -------
-    ElasticModel
     """
     from pmor.body.elastic_gear import with_layer
 
@@ -367,15 +347,10 @@ def _same_blank(case: Case) -> bool:
 
 def _tooth(case: Case, gear: GearCase, hand: float) -> Tooth:
     return Tooth(
-        teeth=gear.teeth,
-        module=case.pair.module_mm,
-        pressure_angle=math.radians(case.pair.pressure_angle_deg),
-        helix_angle=hand * math.radians(case.pair.helix_angle_deg),
-        profile_shift=gear.profile_shift,
-        addendum=gear.addendum,
-        dedendum=gear.dedendum,
-        rack_tip_radius=gear.rack_tip_radius,
-    )
+        teeth=gear.teeth, module=case.pair.module_mm, pressure_angle=math.radians(case.pair.pressure_angle_deg),
+        helix_angle=hand * math.radians(case.pair.helix_angle_deg), profile_shift=gear.profile_shift,
+        addendum=gear.addendum, dedendum=gear.dedendum, rack_tip_radius=gear.rack_tip_radius,
+    )  # fmt: skip
 
 
 def _sector(case: Case, gear: GearCase, tooth: Tooth, face: tuple[float, float]) -> SectorMesh:

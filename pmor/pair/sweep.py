@@ -56,7 +56,7 @@ def solve_positions(
     progress: Callable[[], None] = lambda: None, executor: Executor | None = None,
 ) -> list[SolvedPosition]:  # fmt: skip
     """Solve all angles, each by itself under all conditions; arguments as in `sweep_ste`."""
-    solve = partial(_solve, meshed, conditions, elasticity_at)
+    solve = partial(solve_position, as_penalty(meshed), conditions=conditions, elasticity_at=elasticity_at)
     return list(in_order(solve, map(float, phi), executor, progress))
 
 
@@ -72,22 +72,10 @@ def collect_sweep(
     advances = [[np.nan if e is None else e.advance for e in position.equilibria] for position in solved]
     used = np.flatnonzero(share.any(axis=(0, 1)))
     return SteSweep(
-        phi_rad=np.asarray(phi, dtype=float),
-        torque_Nm=np.array([condition.torque_Nm for condition in conditions]),
-        ste_um=np.array(advances).T * meshed.pair.pinion.base_radius * 1e3,
-        pair_share=share[..., used],
-        pair_index=pairs[used],
-        newton_steps=steps,
-        converged=converged,
-        seconds=seconds,
-        pitch_rad=meshed.pair.pitch,
-    )
-
-
-def _solve(
-    meshed: MeshedPair, conditions: Sequence[Condition], elasticity_at: ElasticityAt, phi: float
-) -> SolvedPosition:
-    return solve_position(as_penalty(meshed), phi, conditions, elasticity_at)
+        phi_rad=np.asarray(phi, dtype=float), torque_Nm=np.array([condition.torque_Nm for condition in conditions]),
+        ste_um=np.array(advances).T * meshed.pair.pinion.base_radius * 1e3, pair_share=share[..., used],
+        pair_index=pairs[used], newton_steps=steps, converged=converged, seconds=seconds, pitch_rad=meshed.pair.pitch,
+    )  # fmt: skip
 
 
 def _torques(solved: Sequence[SolvedPosition], count: int) -> tuple[FloatArray, IntArray, IntArray]:

@@ -132,10 +132,6 @@ def full_elasticity(pinion: ElasticGear, wheel: ElasticGear, position: Position)
     pinion, wheel : ElasticGear
         Their patches must cover the position's tooth pairs.
     position : Position
-
-    Returns
-    -------
-    FullElasticity
     """
     size = 3 * len(position.nodes)
     compliance = np.zeros((size, size))

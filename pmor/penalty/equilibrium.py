@@ -1,11 +1,10 @@
 """Static equilibrium of the pair under a torque on the pinion: Newton on the geometry, guarded.
 
-The wheel is held. A step solves the contact problem that is linearised about the present geometry, unilateral as it is:
-which points carry load is settled on the linearised gaps, of all points that penetrate or nearly do. The geometry alone
-is left to iterate, so that a stiff penalty costs no more steps than a soft one. Residual *forces* would be no guide
-there: they are the penalty times errors of the gap, and off by orders of magnitude in a state whose forces are right to
-a per mille. The measure is the correction that the next step would make, in the energy norm: the error itself, whatever
-the penalty.
+The wheel is held. A step solves the unilateral contact problem linearised about the present geometry: which points
+carry load is settled on the linearised gaps of all points that penetrate or nearly do. The geometry alone is left to
+iterate: a stiff penalty costs no more steps than a soft one. Residual *forces* are no guide: the penalty times errors
+of the gap, they are off by orders of magnitude where forces are right to a per mille. The measure is the correction of
+the next step in the energy norm: the error itself, whatever the penalty.
 """
 
 from __future__ import annotations
@@ -92,31 +91,15 @@ class Equilibrium:
 
 @dataclass(frozen=True)
 class _State:
-    """A state, and how far the linearised contact problem about it says that it is from equilibrium.
-
-    Parameters
-    ----------
-    advance, coordinates
-        As in `Equilibrium`.
-    contact : Contact
-        Points that carry load in the linearised problem, with its gaps: their forces balance the torque.
-    correction : ndarray
-        Of the coordinates.
-    rotation : float
-        Correction of the advance, rad.
-    error : (float, float)
-        The two corrections: energy norm over that of the solution, and advance over approach; infinite without contact.
-    smallest_gap : float
-        mm; infinite where no flank faces its mate.
-    """
+    """A state, and how far the linearised contact problem about it says that it is from equilibrium."""
 
     advance: float
     coordinates: FloatArray
-    contact: Contact
-    correction: FloatArray
-    rotation: float
-    error: tuple[float, float]
-    smallest_gap: float
+    contact: Contact  # points that carry load in the linearised problem, with its gaps
+    correction: FloatArray  # of the coordinates
+    rotation: float  # correction of the advance, rad
+    error: tuple[float, float]  # both corrections over solution and approach; infinite without contact
+    smallest_gap: float  # mm; infinite where no flank faces its mate
 
 
 Evaluate = Callable[[FloatArray, float, float], _State]
@@ -125,15 +108,9 @@ _Linear = tuple[FloatArray, float, FloatArray]
 
 
 def solve_equilibrium(
-    meshed: PenaltyPair,
-    position: Position,
-    elasticity: Elasticity,
-    condition: Condition,
-    start: tuple[FloatArray, float] | None = None,
-    max_steps: int = 40,
-    tolerance: float = 1e-9,
-    remember: bool = False,
-) -> Equilibrium:
+    meshed: PenaltyPair, position: Position, elasticity: Elasticity, condition: Condition,
+    start: tuple[FloatArray, float] | None = None, max_steps: int = 40, tolerance: float = 1e-9, remember: bool = False,
+) -> Equilibrium:  # fmt: skip
     """Solve for the elastic coordinates and the pinion's advance.
 
     Parameters
@@ -153,16 +130,12 @@ def solve_equilibrium(
         patch, so that a point at their border can go to and fro between them for ever; on either side of it there is
         an equilibrium.
 
-    Returns
-    -------
-    Equilibrium
-
     Raises
     ------
     ConvergenceError
         With the history of corrections, when the tolerance is not reached, or nothing touches.
     """
-    base_radius, torque = meshed.pair.pinion.base_radius, condition.given_torque
+    base_radius, torque = meshed.pair.pinion.base_radius, condition.torque
     tolerance = max(tolerance, round_off_residual(meshed, torque))
     closing = meshed.expected_closing(torque, position.assembly.misalignment)
     approach = closing + expected_penetration(meshed, torque)
@@ -222,15 +195,9 @@ def expected_penetration(meshed: PenaltyPair, torque: float) -> float:
 
 
 def _evaluate(
-    search: Callable[..., Contact],
-    meshed: PenaltyPair,
-    elasticity: Elasticity,
-    torque: float,
-    approach: float,
-    coordinates: FloatArray,
-    advance: float,
-    depth: float,
-) -> _State:
+    search: Callable[..., Contact], meshed: PenaltyPair, elasticity: Elasticity, torque: float, approach: float,
+    coordinates: FloatArray, advance: float, depth: float,
+) -> _State:  # fmt: skip
     """Solve the contact problem linearised about a state, with all points that penetrate `depth` (mm) further ahead."""
     base_radius = meshed.pair.pinion.base_radius
     displacement = elasticity.displacement(coordinates)
@@ -269,22 +236,8 @@ def _unilateral(
     """Solve a linear contact problem: the points that carry load penetrate, the others do not.
 
     Under a stiff penalty, and with more points than nodes, the points that carry are hard to tell from those that just
-    do not. Then the problem is first solved with a softer penalty, which is hardened step by step.
-
-    Parameters
-    ----------
-    solve : callable
-        Solution, rotation and gaps (mm) for given points that carry load, and a share of the penalty.
-    present : ndarray
-        Gaps that say which points to begin with, mm.
-    round_off : float
-        Gaps below it have no sign, mm.
-
-    Returns
-    -------
-    active : ndarray of bool
-    linear : tuple
-        As `solve` gives it for these.
+    do not. Then the problem is first solved with a softer penalty, which is hardened step by step. Gaps `present` say
+    which points to begin with; those below `round_off` have no sign.
     """
     start = present < 0.0 if (present < 0.0).any() else present <= present.min()
     active, linear, done = _pivot(solve, start, 1.0, round_off)

@@ -108,25 +108,16 @@ class PenaltyPair(MeshedPair):
         """What windows are cut by."""
         spacing = 2.0 * max(float(extents[:, :, :2].max()) for extents in self.extents)
         return WindowLimits(
-            least_radius=least_radius(self),
-            local_share=LOCAL_SHARE if self.scheme.smooth else 1.0,
-            row_spacing=spacing,
+            least_radius=least_radius(self), local_share=LOCAL_SHARE if self.scheme.smooth else 1.0, row_spacing=spacing
         )
 
     @cached_property
     def _kernel_scheme(self) -> NodalScheme:
         s = self.scheme
         return NodalScheme(
-            mirrored=self.mirrored,
-            penalty=s.penalty,
-            pinion_share=PINION_SHARE[s.slave],
-            lodm_profile=s.lodm_profile,
-            lodm_width=s.lodm_width,
-            smooth=s.smooth,
-            direct=s.direct,
-            parabolic=s.parabolic,
-            foot_step=FOOT_STEP,
-        )
+            mirrored=self.mirrored, penalty=s.penalty, pinion_share=PINION_SHARE[s.slave], lodm_profile=s.lodm_profile,
+            lodm_width=s.lodm_width, smooth=s.smooth, direct=s.direct, parabolic=s.parabolic, foot_step=FOOT_STEP,
+        )  # fmt: skip
 
     def for_kernels(self, assembly: Assembly) -> Pair:
         """Return the pair as the kernels see it, with the wheel's axis in a place and flanks that deviate."""

@@ -17,16 +17,7 @@ from pmor.gear.kernels import motion
 from pmor.gear.kernels.types import Motion
 from pmor.gear.meshed_pair import MeshedPair
 from pmor.penalty.kernels import windows
-from pmor.penalty.kernels.types import (
-    AT_ROOT,
-    AT_TIP,
-    FIRST,
-    FIRST_ROW,
-    NODE_ROWS,
-    OFFSET,
-    ActivePatches,
-    Pair,
-)
+from pmor.penalty.kernels.types import AT_ROOT, AT_TIP, FIRST, FIRST_ROW, NODE_ROWS, OFFSET, ActivePatches, Pair
 from pmor.penalty.pair import PenaltyPair, least_radius
 
 
@@ -95,10 +86,6 @@ def active_patches(meshed: PenaltyPair, phi: float, depth: float, assembly: Asse
     depth : float
         Largest approach of the flanks to allow for: deflection, penetration and surface error, mm.
     assembly : Assembly
-
-    Returns
-    -------
-    Position
     """
     clear, pair_count = meshed.clearance(assembly) * depth, meshed.tooth_pair_count
     kernel_pair = meshed.for_kernels(assembly)

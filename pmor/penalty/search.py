@@ -89,10 +89,6 @@ def search_contact(
     workspace : SearchWorkspace, optional
         Of this position, from earlier searches: a point begins on the patch where it was found the last time, so that
         one at the border between two patches stays where it is.
-
-    Returns
-    -------
-    Contact
     """
     nodes = position.nodes + displacement
     pair, patches = position.kernel_pair, position.patches

@@ -65,10 +65,6 @@ def solve_position(
         With the same axes and flanks: they share windows, and each solution starts from the one before.
     elasticity_at : callable
         Gives the elastic model of a position's windows.
-
-    Returns
-    -------
-    SolvedPosition
     """
     start, assembly = time.perf_counter(), common_build(conditions)
     depth = max(window_depth(meshed, condition) for condition in conditions)
@@ -90,7 +86,7 @@ def _solve_within(
     failures: list[str] = []
     previous: tuple[Equilibrium, Condition] | None = None
     for condition in conditions:
-        ratio = condition.given_torque / previous[1].given_torque if previous else 0.0
+        ratio = condition.torque / previous[1].torque if previous else 0.0
         start = previous[0].scaled_start(ratio, touch) if previous and 1.0 / FAR <= ratio <= FAR else None
         try:
             solve = partial(solve_equilibrium, meshed, position, elasticity, condition)
@@ -116,7 +112,7 @@ def _solve_persistently(solve: Callable[..., Equilibrium], start: tuple[FloatArr
 
 def window_depth(meshed: PenaltyPair, condition: Condition) -> float:
     """Return the approach of the flanks for which windows are first cut, mm."""
-    return WINDOW_MARGIN * meshed.expected_approach(condition.given_torque) + standing_depth(meshed, condition)
+    return WINDOW_MARGIN * meshed.expected_approach(condition.torque) + standing_depth(meshed, condition)
 
 
 def standing_depth(meshed: PenaltyPair, condition: Condition) -> float:
@@ -127,7 +123,7 @@ def standing_depth(meshed: PenaltyPair, condition: Condition) -> float:
 
     Where the penetration is less than the elastic approach, the margin of the windows covers it.
     """
-    torque = condition.given_torque
+    torque = condition.torque
     excess = expected_penetration(meshed, torque) - meshed.expected_approach(torque)
     spread = condition.assembly.misalignment.spread + CORNER_MARGIN * condition.assembly.flank_spread
     return surface_error(meshed) + spread + WINDOW_MARGIN * max(excess, 0.0)

@@ -45,7 +45,7 @@ class Training:
     @property
     def torque(self) -> FloatArray:
         """Pinion torques, shape (T, n), N mm."""
-        torques = [[condition.given_torque for condition in there] for there in self.conditions]
+        torques = [[condition.torque for condition in there] for there in self.conditions]
         return np.array(torques).reshape(len(torques), -1).T if torques else np.empty((0, 0))
 
 

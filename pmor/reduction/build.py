@@ -24,12 +24,9 @@ from pmor.reduction.static_modes import static_mode_shapes
 
 
 def build_shapes(
-    case: Case,
-    bodies: tuple[ElasticGear, ElasticGear],
-    grid: FloatArray,
-    force: FloatArray,
+    case: Case, bodies: tuple[ElasticGear, ElasticGear], grid: FloatArray, force: FloatArray,
     flank_nodes: tuple[FloatArray, FloatArray],
-) -> FlankLineShapes | ContactShapes | None:
+) -> FlankLineShapes | ContactShapes | None:  # fmt: skip
     """Build the shapes that a case asks for; line loads have none.
 
     Parameters

@@ -107,13 +107,9 @@ def cubic_weights(fraction: float) -> FloatArray:
 
 
 def contact_shapes(
-    pinion: ElasticGear,
-    wheel: ElasticGear,
-    roll_position: FloatArray,
-    angles_per_pitch: int,
-    force: FloatArray,
+    pinion: ElasticGear, wheel: ElasticGear, roll_position: FloatArray, angles_per_pitch: int, force: FloatArray,
     interpolation: str = "linear",
-) -> ContactShapes:
+) -> ContactShapes:  # fmt: skip
     """Build the family from the raw force fields of the training, one shape for each.
 
     Parameters
@@ -126,10 +122,6 @@ def contact_shapes(
     force : ndarray, shape (M, T, 2, f)
         Nodal forces on the pinion's and the wheel's flank, each in its tooth's frame, N; zero where the pair is idle.
     interpolation : {"linear", "cubic"}
-
-    Returns
-    -------
-    ContactShapes
     """
     # Over the whole width: a force on several images of a node is shared by them.
     shared = force.reshape(*force.shape[:3], -1, len(pinion.mesh.z), 3) / np.sqrt(pinion.mesh.images)[:, None]
@@ -139,12 +131,9 @@ def contact_shapes(
 
 
 def shapes_of(
-    bodies: tuple[ElasticGear, ElasticGear],
-    roll_position: FloatArray,
-    angles_per_pitch: int,
-    force: FloatArray,
+    bodies: tuple[ElasticGear, ElasticGear], roll_position: FloatArray, angles_per_pitch: int, force: FloatArray,
     interpolation: str,
-) -> ContactShapes:
+) -> ContactShapes:  # fmt: skip
     """Build the family from the force fields of its shapes.
 
     Parameters
@@ -156,10 +145,6 @@ def shapes_of(
     force : ndarray, shape (M, T, 2, f)
         Of each shape, as it is; zero where there is none.
     interpolation : {"linear", "cubic"}
-
-    Returns
-    -------
-    ContactShapes
     """
     positions, shapes, _, size = force.shape
     neighbours = bodies[0].neighbours
@@ -183,10 +168,6 @@ def reduced_elasticity(shapes: ContactShapes, position: Position, pitch: float) 
     position : Position
     pitch : float
         rad.
-
-    Returns
-    -------
-    ReducedElasticity
     """
     before = shapes.stencil // 2 - 1
     active_shapes = [shapes.weights(position.phi + index * pitch) for index in position.pair_index]

@@ -75,11 +75,9 @@ class FlankLineShapes:
 
 
 def flank_line_shapes(
-    bodies: tuple[ElasticGear, ElasticGear],
-    force: FloatArray,
-    flank_nodes: tuple[FloatArray, FloatArray],
+    bodies: tuple[ElasticGear, ElasticGear], force: FloatArray, flank_nodes: tuple[FloatArray, FloatArray],
     tolerance: float,
-) -> FlankLineShapes:
+) -> FlankLineShapes:  # fmt: skip
     """Build the shapes from the force fields of the training.
 
     Parameters
@@ -95,10 +93,6 @@ def flank_line_shapes(
         A further distribution of a line is kept when it carries more than this share of the first one's forces.
         Measured on the paper's pair with parallel axes: the second carries 1-3 %, and without it the STE misses full FE
         by 0.01 %.
-
-    Returns
-    -------
-    FlankLineShapes
 
     Raises
     ------
@@ -120,17 +114,7 @@ def gear_lines(body: ElasticGear, start: IntArray, force: FloatArray) -> GearLin
 
 
 def line_elasticity(shapes: FlankLineShapes, position: Position) -> ReducedElasticity:
-    """Gather the shapes of all lines within range and make them orthonormal in energy.
-
-    Parameters
-    ----------
-    shapes : FlankLineShapes
-    position : Position
-
-    Returns
-    -------
-    ReducedElasticity
-    """
+    """Gather the shapes of all lines within range and make them orthonormal in energy."""
     pairs = range(len(position.pair_index))
     bases = []
     for gear, lines in enumerate(shapes.gears):
@@ -162,10 +146,6 @@ def independent_shapes(gram: FloatArray) -> IntArray:
     ----------
     gram : ndarray, shape (m, m)
         Energy products.
-
-    Returns
-    -------
-    ndarray of int
     """
     kept: list[int] = []
     rows = np.zeros_like(gram)  # of the Cholesky factor of those that are kept

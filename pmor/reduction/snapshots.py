@@ -39,4 +39,4 @@ class Snapshots:
     def failures(self) -> tuple[str, ...]:
         """Name the solutions that are missing."""
         missing = (c for c, ok in zip(self.conditions, self.converged, strict=True) if not ok)
-        return tuple(f"phi = {self.phi:.6g} rad, torque = {1e-3 * c.given_torque:g} N m" for c in missing)
+        return tuple(f"phi = {self.phi:.6g} rad, torque = {1e-3 * c.torque:g} N m" for c in missing)

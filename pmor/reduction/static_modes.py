@@ -21,8 +21,7 @@ from pmor.reduction.flank_lines import FlankLineShapes, gear_lines
 
 
 def static_mode_shapes(
-    bodies: tuple[ElasticGear, ElasticGear],
-    flank_nodes: tuple[FloatArray, FloatArray],
+    bodies: tuple[ElasticGear, ElasticGear], flank_nodes: tuple[FloatArray, FloatArray]
 ) -> FlankLineShapes:
     """Build the unit-force shapes.
 
@@ -32,10 +31,6 @@ def static_mode_shapes(
         Pinion and wheel.
     flank_nodes : two ndarrays, shape (lines, columns, 3)
         mm.
-
-    Returns
-    -------
-    FlankLineShapes
     """
     pinion, wheel = (gear_lines(body, *_unit_forces(nodes)) for body, nodes in zip(bodies, flank_nodes, strict=True))
     return FlankLineShapes((pinion, wheel))

@@ -221,7 +221,7 @@ def _check_training(case: Case, pair: GearPair, training: Training) -> None:
     require(len(training.conditions) == len(training.phi), "its training has angles without conditions")
     ranges = np.array([(values[0], values[-1]) for values in training_values(case.offline)])
     found = np.array([
-        [*(getattr(c.misalignment, name) for name in DEVIATIONS), 1e-3 * c.given_torque]
+        [*(getattr(c.misalignment, name) for name in DEVIATIONS), 1e-3 * c.torque]
         for there in training.conditions for c in there
     ])  # fmt: skip
     slack = ROUND_OFF * np.abs(ranges).max(axis=1)

@@ -26,6 +26,7 @@ from pmor.storage.basis_checks import check_basis
 from pmor.storage.basis_layout import (
     COARSER,
     GEARS,
+    POSITIONS,
     ROOT_STRESS,
     basis_layout,
     basis_sizes,
@@ -61,14 +62,8 @@ def write_basis(path: Path, basis: Basis, force: FloatArray, overwrite: bool = F
     """
     case, layout = basis.case, basis_layout(basis.case)
     text = text_of(case)
-    attributes = {
-        "case_name": case.name,
-        "case_text": text,
-        "case_sha256": _digest(text),
-        "basis_key": basis_key(case),
-        "offline_s": basis.training.seconds,
-    }
-    with create(path, BASIS_SCHEMA, attributes, overwrite) as file:
+    origin = {"case_name": case.name, "case_text": text, "case_sha256": _digest(text), "basis_key": basis_key(case)}
+    with create(path, BASIS_SCHEMA, {**origin, "offline_s": basis.training.seconds}, overwrite) as file:
         write_all(file, {**_training_arrays(basis.training), **_arrays(basis), KEPT: force}, layout)
         write_conditions(file["training"], basis.training.conditions)
         _write_attributes(file, basis)
@@ -105,8 +100,7 @@ def _arrays(basis: Basis) -> dict[str, np.ndarray]:
     for gear, layer in zip(GEARS, basis.layers, strict=False):
         arrays |= {f"layer/{gear}/depth": layer.depth, f"layer/{gear}/constant": layer.constant}
     if isinstance(shapes, ContactShapes):
-        arrays |= {f"shapes/{name}": getattr(shapes, name) for name in ("roll_position", "loaded")}
-        arrays |= {f"shapes/{name}": getattr(shapes, name) for name in ("displacement", "gram")}
+        arrays |= {f"shapes/{name}": getattr(shapes, name) for name in POSITIONS}
     elif shapes is not None:
         for gear, lines in zip(GEARS, shapes.gears, strict=True):
             arrays |= {f"shapes/{gear}/{name}": array for name, array in vars(lines).items()}
@@ -168,11 +162,9 @@ def _training(file: h5py.File, case: Case, arrays: dict[str, np.ndarray]) -> Tra
     return Training(
         phi=arrays["training/phi"],
         conditions=tuple(on_trained_flanks(case, there) for there in read_conditions(file["training"])),
-        ste_um=arrays["training/ste"],
-        converged=arrays["training/converged"],
-        estimate_percent=arrays.get("training/estimate"),
-        seconds=attribute(file, "offline_s", float),
-    )
+        ste_um=arrays["training/ste"], converged=arrays["training/converged"],
+        estimate_percent=arrays.get("training/estimate"), seconds=attribute(file, "offline_s", float),
+    )  # fmt: skip
 
 
 def _basis(file: h5py.Group, case: Case, arrays: dict[str, np.ndarray]) -> Basis:
@@ -195,15 +187,11 @@ def _basis(file: h5py.Group, case: Case, arrays: dict[str, np.ndarray]) -> Basis
     found = [of(f"root_stress/{gear}") for gear in GEARS]
     stresses = [RootStressShapes(**arrays) for arrays in found if len(arrays) == len(ROOT_STRESS)]
     return Basis(
-        case=case,
-        flank_nodes=(flanks[0]["nodes"], flanks[1]["nodes"]),
-        flank_roll_angle=(flanks[0]["roll_angle"], flanks[1]["roll_angle"]),
-        layers=tuple(layers),
-        shapes=_shapes(file["shapes"], case, of) if has_shapes(case) else None,
-        training=untrained(),
-        compliance=compliance,
-        root_stress=(stresses[0], stresses[-1]) if stresses else None,
-    )
+        case=case, flank_nodes=(flanks[0]["nodes"], flanks[1]["nodes"]),
+        flank_roll_angle=(flanks[0]["roll_angle"], flanks[1]["roll_angle"]), layers=tuple(layers),
+        shapes=_shapes(file["shapes"], case, of) if has_shapes(case) else None, training=untrained(),
+        compliance=compliance, root_stress=(stresses[0], stresses[-1]) if stresses else None,
+    )  # fmt: skip
 
 
 def _digest(text: str) -> str:

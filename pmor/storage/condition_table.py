@@ -48,7 +48,7 @@ def read_conditions(group: h5py.Group) -> tuple[tuple[Condition, ...], ...]:
 
 
 def _row(condition: Condition) -> list[float]:
-    return [condition.given_torque, *(getattr(condition.misalignment, field) for field in AXES.values())]
+    return [condition.torque, *(getattr(condition.misalignment, field) for field in AXES.values())]
 
 
 def _condition(values: dict[str, float]) -> Condition:

@@ -86,16 +86,11 @@ def create(
     with atomic_path(path, overwrite) as temporary:
         with h5py.File(temporary.name, "w", driver="core", backing_store=False, libver=FORMAT) as file:
             set_attributes(
-                file,
-                schema=schema.name,
-                schema_version=schema.version,
+                file, schema=schema.name, schema_version=schema.version,
                 **({"created": datetime.now(UTC).isoformat(timespec="seconds")} if dated else {}),
-                pmor_version=__version__,
-                numpy_version=np.__version__,
-                h5py_version=h5py.__version__,
-                python_version=platform.python_version(),
-                **attributes,
-            )
+                pmor_version=__version__, numpy_version=np.__version__, h5py_version=h5py.__version__,
+                python_version=platform.python_version(), **attributes,
+            )  # fmt: skip
             yield file
             set_attributes(file, **checksums(file))
             file.flush()

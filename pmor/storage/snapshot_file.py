@@ -34,13 +34,8 @@ def write_snapshots(path: Path, snapshots: Snapshots, basis_key: str) -> None:
     """
     attributes = {"phi": snapshots.phi, "basis_key": basis_key, "estimate_percent": snapshots.estimate_percent}
     with create(path, SNAPSHOT_SCHEMA, attributes, overwrite=True) as file:
-        arrays = {
-            "pair_index": snapshots.pair_index,
-            "force": snapshots.force,
-            "ste": snapshots.ste_um,
-            "converged": snapshots.converged,
-        }
-        write_all(file, arrays, SNAPSHOT_LAYOUT)
+        own = snapshots.pair_index, snapshots.force, snapshots.ste_um, snapshots.converged
+        write_all(file, dict(zip(("pair_index", "force", "ste", "converged"), own, strict=True)), SNAPSHOT_LAYOUT)
         write_conditions(file, [snapshots.conditions])
 
 
@@ -63,13 +58,9 @@ def read_snapshots(path: Path, basis_key: str) -> Snapshots | None:
             (conditions,) = read_conditions(file)
             require(np.array_equal(np.isfinite(arrays["ste"]), arrays["converged"]), "a state is solved and is not")
             return Snapshots(
-                phi=attribute(file, "phi", float),
-                conditions=conditions,
-                pair_index=arrays["pair_index"],
-                force=arrays["force"],
-                ste_um=arrays["ste"],
-                converged=arrays["converged"],
+                phi=attribute(file, "phi", float), conditions=conditions, pair_index=arrays["pair_index"],
+                force=arrays["force"], ste_um=arrays["ste"], converged=arrays["converged"],
                 estimate_percent=attribute(file, "estimate_percent", float),
-            )
+            )  # fmt: skip
     except FileFormatError:
         return None  # a damaged part is computed again, as if it had never been there

@@ -14,10 +14,6 @@ def live_pair(reduced: ReducedPair) -> ReducedPair | str | None:
 
     Where half the width stands for the whole, the finite elements of the whole are solved.
 
-    Parameters
-    ----------
-    reduced : ReducedPair
-
     Returns
     -------
     ReducedPair, str or None

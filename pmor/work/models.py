@@ -9,7 +9,7 @@ from __future__ import annotations
 import logging
 import os
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -111,7 +111,7 @@ def run_models(
     common = 0.0 if started is None else time.perf_counter() - started
     kept = {OWN_BASIS: case} if given or not overwrite else {}
     kept |= {} if overwrite else {other.basis_name: other.case for other in others}
-    bases = _valid_bases(folder, kept)
+    bases = {name: _valid_basis(folder / name, own) for name, own in kept.items()}  # before any work is begun
 
     def run(case: Case, model: ElasticModel, name: str) -> OnlineResult:
         path, basis = folder / name, bases.get(name)
@@ -136,12 +136,6 @@ def run_models(
             except ConvergenceError as error:  # the others have their results
                 found.append(LostModel(other.case, str(error)))
     return replace(own, others=tuple(found))
-
-
-def _valid_bases(folder: Path, cases: Mapping[str, Case]) -> dict[str, Basis]:
-    """Return the bases that are there already, by the names of their files, before any work is begun."""
-    found = {name: _valid_basis(folder / name, case) for name, case in cases.items()}
-    return {name: basis for name, basis in found.items() if basis is not None}
 
 
 def _valid_basis(path: Path, case: Case) -> Basis | None:

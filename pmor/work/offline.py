@@ -72,10 +72,6 @@ def run_offline(
     progress : callable
         Called with the number of positions solved.
 
-    Returns
-    -------
-    OfflineSummary
-
     Raises
     ------
     OutputError

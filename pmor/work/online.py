@@ -31,10 +31,6 @@ def run_online(
         Of threads: shares out the angles.
     progress : callable
         Called with the number of angles solved: of the sweep, of the listed conditions, of the comparison.
-
-    Returns
-    -------
-    OnlineResult
     """
     case, comparison = reduced.basis.case, None
     scheme, angles = case.contact.scheme, len(sweep_angles(case))

@@ -66,13 +66,9 @@ class Piece:
 
 
 def run_pieces(
-    pieces: Sequence[Piece],
-    folder: Path,
-    *,
-    executor: Executor | None = None,
-    progress: Callable[[int], None] | None = None,
-    what: str = "pieces",
-) -> tuple[dict[str, Result], tuple[str, ...]]:
+    pieces: Sequence[Piece], folder: Path, *, executor: Executor | None = None,
+    progress: Callable[[int], None] | None = None, what: str = "pieces",
+) -> tuple[dict[str, Result], tuple[str, ...]]:  # fmt: skip
     """Do all pieces of work that are not finished yet; the log "pmor" tells how far they have come.
 
     Parameters

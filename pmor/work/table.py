@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from pmor.report.table import Cell, Table, format_cell
@@ -43,9 +43,5 @@ def text_lines(shown: Table) -> list[str]:
     """Return heading and rows of a table as lines for the screen; all but the first column stand right."""
     rows = [list(shown.columns), *([format_cell(cell) for cell in row] for row in shown.rows)]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return ["  ".join([f"{row[0]:<{widths[0]}}", *(f"{cell:>{width}}" for cell, width in _rest(row, widths))]).rstrip()
-            for row in rows]  # fmt: skip
-
-
-def _rest(row: Sequence[str], widths: Sequence[int]) -> Iterable[tuple[str, int]]:
-    return zip(row[1:], widths[1:], strict=True)
+    lines = [[f"{row[0]:<{widths[0]}}", *map("{:>{}}".format, row[1:], widths[1:])] for row in rows]
+    return ["  ".join(line).rstrip() for line in lines]

@@ -250,20 +250,7 @@ def _factors(estimated: FloatArray, true: FloatArray) -> FloatArray:
 
 
 def _forces_behind(compliance: FloatArray, displacement: FloatArray) -> FloatArray:
-    """Return forces that cause displacements.
-
-    Parameters
-    ----------
-    compliance : ndarray, shape (n, n)
-        Symmetric, not negative; nodes that are held in a direction make it singular.
-    displacement : ndarray, shape (n, m)
-        In the range of the compliance.
-
-    Returns
-    -------
-    ndarray, shape (n, m)
-        Zero where they are not determined.
-    """
+    """Forces behind displacements (n, m); zero where held nodes, which make the compliance singular, leave them open."""
     import scipy.linalg as la
 
     factor, pivots, rank, _ = la.lapack.dpstrf(compliance, tol=LEAST_COMPLIANCE * compliance.diagonal().max(), lower=1)

@@ -61,7 +61,7 @@ def test_a_variant_that_crashes_is_named_and_stops_nothing(case_path, capsys, mo
     genuine = pmor.lab.stability.measure.solve_variant
 
     def sometimes(meshed, elasticity_at, phi, condition, *rest):
-        if condition.given_torque == 1e3:
+        if condition.torque == 1e3:
             raise RuntimeError("made to crash")
         return genuine(meshed, elasticity_at, phi, condition, *rest)
 

@@ -4,7 +4,7 @@ import h5py
 import numpy as np
 import pytest
 
-from pmor.gear.condition import Condition, Misalignment, at_advances, at_torques
+from pmor.gear.condition import Condition, Misalignment, at_torques
 from pmor.storage.condition_table import read_conditions, write_conditions
 from pmor.storage.hdf5 import Field, set_attributes, write
 
@@ -41,8 +41,3 @@ def test_columns_that_nobody_knows_or_that_are_missing_are_refused(columns, file
     write_table(file, columns, np.zeros((1, 1, 2)))
     with pytest.raises(ValueError, match="known are torque, in_plane"):
         read_conditions(file)
-
-
-def test_a_given_advance_is_no_training_condition(file):
-    with pytest.raises(ValueError, match="needs a condition with a torque"):
-        write_conditions(file, [at_advances([1e-4])])

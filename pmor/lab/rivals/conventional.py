@@ -210,7 +210,7 @@ def solve_conventional(
     ConvergenceError
         With the residual history, when the tolerance is not reached or nothing touches.
     """
-    start, meshed, torque = time.perf_counter(), pair.meshed, condition.given_torque
+    start, meshed, torque = time.perf_counter(), pair.meshed, condition.torque
     tolerance = max(tolerance, round_off_residual(meshed, torque))
     depth = window_depth(meshed, condition)
     factor_seconds: list[float] = []

@@ -75,7 +75,7 @@ def solve_variant(
     radius = meshed.pair.pinion.base_radius
     touch = meshed.kinematics(condition.misalignment).first_touch
     start = None if start_mm is None else touch + start_mm / radius
-    loads = _under(condition, [*(load * condition.given_torque for load in rising), condition.given_torque])
+    loads = _under(condition, [*(load * condition.torque for load in rising), condition.torque])
     ste, states, failures = np.full(len(phi), np.nan), list[_State](), list[str]()
     for i, angle in enumerate(phi.tolist()):
         if isinstance(meshed, LayeredPair):
@@ -98,7 +98,7 @@ def _solve_lines(
     state = solved.states[0]
     if state is None:
         return None, solved.failures
-    imbalance = line_torque_imbalance(meshed, state, condition.given_torque)
+    imbalance = line_torque_imbalance(meshed, state, condition.torque)
     return _State(state.advance, state.steps, state.condition_number, imbalance), solved.failures
 
 
@@ -117,7 +117,7 @@ def _solve_points(
             state = solve_equilibrium(as_penalty(meshed), solved.position, elasticity, loads[-1], far)
         except ConvergenceError as error:
             return None, (*solved.failures, str(error))
-    imbalance = torque_imbalance(solved.position, elasticity, state, loads[-1].given_torque)
+    imbalance = torque_imbalance(solved.position, elasticity, state, loads[-1].torque)
     return _State(
         state.advance, max(steps, state.steps), newton_condition(elasticity, state), imbalance
     ), solved.failures
@@ -131,7 +131,7 @@ def ste_from_other_load(
     meshed: MeshedPair, elasticity_at: Callable[..., Any], phi: FloatArray, condition: Condition
 ) -> FloatArray:
     """Return the STE, um, when each position is first solved under half the torque; NaN where that fails."""
-    torques = [OTHER_LOAD * condition.given_torque, condition.given_torque]
+    torques = [OTHER_LOAD * condition.torque, condition.torque]
     return np.asarray(sweep_ste(meshed, elasticity_at, phi, _under(condition, torques)).ste_um[-1])
 
 
