@@ -250,7 +250,7 @@ def _factors(estimated: FloatArray, true: FloatArray) -> FloatArray:
 
 
 def _forces_behind(compliance: FloatArray, displacement: FloatArray) -> FloatArray:
-    """Forces behind displacements (n, m); zero where held nodes, which make the compliance singular, leave them open."""
+    """Forces behind displacements (n, m); zero where held nodes make the compliance singular."""
     import scipy.linalg as la
 
     factor, pivots, rank, _ = la.lapack.dpstrf(compliance, tol=LEAST_COMPLIANCE * compliance.diagonal().max(), lower=1)
