@@ -154,7 +154,8 @@ def test_warm_starts_need_fewer_steps():
     for share in (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9):
         position, elasticity, cold = model.solve(model.phi(share))
         usual, more = at_torques([TORQUE, 1.02 * TORQUE])
-        warm = solve_equilibrium(model.meshed, position, elasticity, more, cold.scaled_start(1.02))
+        start = cold.scaled_start(1.02, position.kernel_pair.kinematics.first_touch)
+        warm = solve_equilibrium(model.meshed, position, elasticity, more, start)
         cold_steps, warm_steps = cold_steps + cold.steps, warm_steps + warm.steps
         again = solve_equilibrium(model.meshed, position, elasticity, usual, (cold.coordinates, cold.advance))
         assert again.steps == 0
