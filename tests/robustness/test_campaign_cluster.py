@@ -12,23 +12,9 @@ import pytest
 
 from pmor.campaigns.output import RESULTS
 from tests.support.processes import ROOT, finish, start
-from tests.support.small_case import case_text
+from tests.support.small_campaign import written
 
 pytestmark = [pytest.mark.slow, pytest.mark.jit]
-BASE = case_text(contact={"scheme": "line"}, reduction=None, mesh={"width": "plane_strain"},
-                 online={"angles_per_pitch": 60})  # fmt: skip
-# Three bores and twelve modules around a centre distance: a third or so of the designs are infeasible.
-CAMPAIGN = """
-case = "base.toml"
-[designs]
-method = "grid"
-pair.module_mm = { from = 3.86, to = 4.35, steps = 12 }
-pinion.bore_radius_mm = [18.0, 20.0, 22.0]
-[relations]
-centre_distance_mm = 86.5
-[store]
-limit_GiB = 0.0
-"""
 
 
 @pytest.fixture
@@ -58,13 +44,12 @@ def cluster(tmp_path):
 
 
 def test_a_cluster_gives_the_bytes_of_local_processes_also_after_its_scheduler_was_killed(cluster, tmp_path):
-    (tmp_path / "base.toml").write_text(BASE)
-    (tmp_path / "campaign.toml").write_text(CAMPAIGN)
+    path = written(tmp_path, "[store]\nlimit_GiB = 0.0\n")
     local, dask = tmp_path / "local", tmp_path / "dask_out"
-    code, _, errors = finish(start("campaign", tmp_path / "campaign.toml", "--out", local, "--jobs", "2"), 1200)
+    code, _, errors = finish(start("campaign", path, "--out", local, "--jobs", "2"), 1200)
     assert code == 0, errors
     scheduler, file = cluster()
-    process = start("campaign", tmp_path / "campaign.toml", "--out", dask, "--dask", file)
+    process = start("campaign", path, "--out", dask, "--dask", file)
     while process.poll() is None and not list(dask.glob("parts/*/chunk_*.json")):
         time.sleep(0.05)
     scheduler.kill()
@@ -73,6 +58,6 @@ def test_a_cluster_gives_the_bytes_of_local_processes_also_after_its_scheduler_w
     assert "Traceback" not in errors
     if code == 0:
         shutil.rmtree(dask)
-    code, _, errors = finish(start("campaign", tmp_path / "campaign.toml", "--out", dask, "--dask", cluster()[1]), 1200)
+    code, _, errors = finish(start("campaign", path, "--out", dask, "--dask", cluster()[1]), 1200)
     assert code == 0, errors
     assert [(dask / name).read_bytes() for name in RESULTS] == [(local / name).read_bytes() for name in RESULTS]

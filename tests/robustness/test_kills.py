@@ -6,7 +6,6 @@ The files are in a file system of 4 MiB in memory, where this may be mounted; el
 stands for the full disk.
 """
 
-import resource
 import shutil
 import signal
 import subprocess
@@ -19,7 +18,7 @@ import pytest
 from pmor.case import basis_key, parse_case
 from pmor.storage.basis_file import read_basis
 from pmor.storage.snapshot_file import read_snapshots
-from tests.support.processes import finish, small_disk, start
+from tests.support.processes import finish, full_disk, small_disk, start
 from tests.support.small_case import case_text
 from tests.support.stored_files import assert_same_basis
 
@@ -59,21 +58,6 @@ def kill(process, number, moment):
         return code, errors, True
 
 
-def run_on_full_disk(case_file, basis, small, free):
-    """Run with so many bytes left on the disk."""
-    if not small:
-        limit = (max(free // ANGLES, 1),) * 2  # of one file, where it was of all
-        return finish(offline(case_file, basis, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, limit)))
-    ballast = basis.parent / "ballast"
-    workspace = shutil.disk_usage(basis.parent).free - free
-    with ballast.open("wb") as file:
-        file.write(bytes(max(workspace, 0)))
-    try:
-        return finish(offline(case_file, basis))
-    finally:
-        ballast.unlink()
-
-
 def check_files(basis, key):
     """What is there under its final name is whole: number of parts."""
     if basis.exists():
@@ -108,7 +92,8 @@ def test_offline_killed_fifty_times_ends_with_the_same_basis(case_file, disk, tm
         event = EVENTS[rng.integers(len(EVENTS))]
         before = check_files(basis, key)
         if event == "full disk":
-            code, text, errors = run_on_full_disk(case_file, basis, small, int(rng.integers(3 * needed)))
+            with full_disk(folder, small, int(rng.integers(3 * needed)), ANGLES) as more:
+                code, _, errors = finish(offline(case_file, basis, **more))
             if code == 2:
                 assert "cannot write" in errors
                 assert len(errors.splitlines()) == 1, errors

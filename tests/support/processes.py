@@ -1,6 +1,7 @@
 """Run the command line as a user does: as a process of its own, on the checkout, with warm kernels."""
 
 import os
+import resource
 import shutil
 import subprocess
 import sys
@@ -39,3 +40,17 @@ def small_disk(folder, size):
     yield folder, small
     if small:
         subprocess.run(["umount", str(folder)], check=True)
+
+
+@contextmanager
+def full_disk(folder, small, free, files):
+    """Leave so many bytes on a small file system, or limit each of so many files: keywords for `start`; None: no change."""
+    ballast = folder / "ballast"
+    more = {}
+    if free is not None and small:
+        ballast.write_bytes(bytes(max(shutil.disk_usage(folder).free - free, 0)))
+    elif free is not None:
+        limit = (max(free // files, 1),) * 2  # of one file, where it was of all
+        more["preexec_fn"] = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, limit)
+    yield more
+    ballast.unlink(missing_ok=True)
