@@ -10,6 +10,7 @@ reading a dataset verifies that dataset. A seal keeps accidents out, not intent:
 from __future__ import annotations
 
 import hashlib
+import io
 import platform
 import re
 from collections.abc import Callable, Iterator, Mapping
@@ -84,7 +85,9 @@ def create(
     """
     refuse_existing(path, overwrite)
     with atomic_path(path, overwrite) as temporary:
-        with h5py.File(temporary.name, "w", driver="core", backing_store=False, libver=FORMAT) as file:
+        # Not the library's own image of a file in memory: before HDF5 2.0 the checksum of its first block is wrong.
+        image = io.BytesIO()
+        with h5py.File(image, "w", libver=FORMAT) as file:
             set_attributes(
                 file, schema=schema.name, schema_version=schema.version,
                 **({"created": datetime.now(UTC).isoformat(timespec="seconds")} if dated else {}),
@@ -93,9 +96,7 @@ def create(
             )  # fmt: skip
             yield file
             set_attributes(file, **checksums(file))
-            file.flush()
-            image = file.id.get_file_image()
-        temporary.write_bytes(image)
+        temporary.write_bytes(image.getbuffer())
 
 
 def write(group: h5py.Group, name: str, data: Any, field: Field) -> None:

@@ -184,7 +184,9 @@ def test_opposite_tilts_mirror_each_other(scheme):
     model, _ = base("paper", scheme, "whole")
     for tilt in (Misalignment(in_plane_um=12.0), Misalignment(out_of_plane_um=7.0), Misalignment(-5.0, 9.0, 3.0)):
         opposite = Misalignment(-tilt.in_plane_um, -tilt.out_of_plane_um, tilt.centre_distance_um)
-        assert_allclose(ste(model, misalignment=opposite), ste(model, misalignment=tilt), rtol=TILTED, err_msg=str(tilt))
+        assert_allclose(
+            ste(model, misalignment=opposite), ste(model, misalignment=tilt), rtol=TILTED, err_msg=str(tilt)
+        )
 
 
 @every_relation
