@@ -44,7 +44,7 @@ def small_disk(folder, size):
 
 @contextmanager
 def full_disk(folder, small, free, files):
-    """Leave so many bytes on a small file system, or limit each of so many files: keywords for `start`; None: no change."""
+    """Leave so many bytes on a small disk, or limit each of so many files: keywords for `start`; None: no change."""
     ballast = folder / "ballast"
     more = {}
     if free is not None and small:
