@@ -37,11 +37,19 @@ def test_errors_fall_with_the_elements_and_everything_is_written(case, tmp_path,
     assert "Plane strain" in str(found)
 
 
-def test_meshes_that_take_too_long_are_left_out_and_named(case, monkeypatch):
+def test_meshes_that_take_too_long_are_left_out_and_named(case, tmp_path, monkeypatch):
     monkeypatch.setattr(run, "LONGEST_S", 0.0)
     found = run.run(case, profile_elements=(4,))
     assert all("of finite elements" in level.reason for level in found.levels)
     assert not found.limits
+    found.write(tmp_path)
+    assert not (tmp_path / "convergence.png").exists()
+
+
+def test_a_ladder_without_a_limit_has_no_picture(case, tmp_path):
+    run.run(case, profile_elements=LADDER[:2]).write(tmp_path)
+    assert (tmp_path / "convergence.json").exists()
+    assert not (tmp_path / "convergence.png").exists()
 
 
 def test_other_schemes_have_no_limit(case, tmp_path, capsys):

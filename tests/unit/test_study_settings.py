@@ -68,6 +68,7 @@ def test_cells_become_cases(base):
 def test_quick_shortens(base):
     study = quick_study(parse(TEXT, base))
     assert study.cells == (Cell(4, 2),)
+    assert (parse(TEXT, base).curve_angles, study.curve_angles) == (200, 100)
     case = study_cases(study).cells[Cell(4, 2)]
     assert (case.offline.angles_per_pitch, case.compare.angles) == (20, 8)
     with pytest.raises(CaseError, match=r"\[quick\]: is missing"):

@@ -19,7 +19,7 @@ from pmor.work.table import Columns, table, text_lines, two_digits
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: files that `Convergence.write` leaves
+#: files that `Convergence.write` leaves, the picture where a limit is known
 FILES = ("convergence.json", "convergence.md", "report.html", "convergence.png")
 ELEMENTS = ("hex20", "hex8i", "hex8")
 PROFILE_ELEMENTS = (4, 8, 16, 32, 64)
@@ -106,7 +106,8 @@ class Convergence:
             "The STE by exact line loads on finer and finer meshes of the bodies, against its limit: Aitken's "
             f"extrapolation of the three finest quadratic meshes, at {self.case.torque_Nm:g} N m. "
             "Over the width there are half as many elements as along the profile; a row counts those that are meshed.",
-            Picture("convergence.png", caption, _figure(self)),
+            # Without a limit, or with all meshes skipped, there is nothing to draw on logarithmic axes.
+            *([Picture("convergence.png", caption, _figure(self))] if any(_largest(self, v) for v in self.levels) else []),
             *self._tables(),
         ]
         report = Report("convergence", data, f"Mesh convergence: {self.case.title}", blocks, self.case)

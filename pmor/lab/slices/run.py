@@ -1,9 +1,7 @@
 """Thin slices in motion: the effect of the coupling between teeth, and between sections of a tooth.
 
-Programs for gear design take teeth for thin slices without coupling, neither to the other teeth nor over the width. In
-line loads both couplings are terms of the compliance: here they are zero, and each tooth keeps all of its own, that of
-its blank included. An even load on a single pair of teeth bends it as before; with two pairs neither feels the other,
-and the mesh is stiffer.
+Programs for gear design take teeth for thin slices without coupling, neither to other teeth nor over the width. In line
+loads both couplings are terms of the compliance: here they are zero, and each tooth keeps all of its own.
 """
 
 from __future__ import annotations
@@ -38,13 +36,7 @@ CYCLE = 128
 def run_slices(case: Case, *, reduced: ReducedPair | None = None, executor: Executor | None = None) -> list[Data]:
     """Return stiffness, folds and response under each torque of `[dynamics]`, with the coupling and without.
 
-    Parameters
-    ----------
-    case : Case
-    reduced : ReducedPair, optional
-        By default it is made.
-    executor : concurrent.futures.Executor, optional
-        Shares out the force laws; see `pmor.dynamics.force_table.tabulate`.
+    `executor` shares out the force laws; see `pmor.dynamics.force_table.tabulate`.
 
     Raises
     ------
@@ -72,11 +64,13 @@ class SlicedPair(ReducedPair):
 
     @cached_property
     def section_compliance(self) -> tuple[FloatArray, FloatArray]:
-        """Compliance of the sections, zero between them."""
-        width = self.layered.sections.width
+        """Compliance of the sections, each by itself as compliant as under one line load on all of them."""
+        width, sections = self.layered.sections.width, np.arange(len(self.layered.sections.width))
         pinion, wheel = super().section_compliance
-        alone = sections_alone(pinion, width)
-        return alone, alone if wheel is pinion else sections_alone(wheel, width)
+        alone = np.zeros_like(pinion), np.zeros_like(wheel)
+        for found, between in zip(alone, (pinion, wheel), strict=True):
+            found[:, sections, sections] = np.einsum("astij,t->asij", between, width) / width[:, None, None]
+        return alone
 
 
 def sliced(reduced: ReducedPair) -> SlicedPair:
@@ -88,23 +82,7 @@ def sliced(reduced: ReducedPair) -> SlicedPair:
 def without_neighbours(compliance: FlankCompliance) -> FlankCompliance:
     """Return a compliance of flanks without the terms between teeth."""
     pinion, wheel = compliance.gears
-    alone = pinion[:1]
-    return FlankCompliance((alone, alone if wheel is pinion else wheel[:1]), compliance.components)
-
-
-def sections_alone(between: FloatArray, width: FloatArray) -> FloatArray:
-    """Return a compliance of sections, each by itself as compliant as under one line load on all of them.
-
-    Parameters
-    ----------
-    between : ndarray, shape (neighbours + 1, S, S, n, n)
-        See `pmor.body.section_compliance`.
-    width : ndarray, shape (S,)
-    """
-    diagonal = np.einsum("astij,t->asij", between, width) / width[:, None, None]
-    alone = np.zeros_like(between)
-    alone[:, np.arange(len(width)), np.arange(len(width))] = diagonal
-    return alone
+    return FlankCompliance((pinion[:1], wheel[:1]), compliance.components)
 
 
 def _of(task: Task) -> Data:

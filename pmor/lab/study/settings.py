@@ -18,8 +18,10 @@ from pmor.lab.core.variants import merged
 
 Count = Annotated[int, Range(1, 10_000)]
 CELL = re.compile(r"([1-9]\d{0,2})@([1-9]\d?)")
-# Angles per pitch of the short variant, and how it trains and compares.
-QUICK_ANGLES = 24
+# Angles of the reduced model's curves, per pitch.
+CURVE_ANGLES = 200
+# Of the short variant: angles per pitch of the grid and of the curves, and how it trains and compares.
+QUICK_ANGLES, QUICK_CURVE_ANGLES = 24, 100
 QUICK_CHANGES: Sections = {"offline": {"angles_per_pitch": 20}, "compare": {"angles": 8}}
 
 
@@ -263,6 +265,11 @@ class Study:
     def reduced_cells(self) -> tuple[Cell, ...]:
         """Cells with a reduced model: of the grid, then of the ladder."""
         return (*self.grid.cells, *self.ladder_cells)
+
+    @property
+    def curve_angles(self) -> int:
+        """Angles of the reduced model's curves, per pitch."""
+        return QUICK_CURVE_ANGLES if self.changes else CURVE_ANGLES
 
     def changes_of(self, cell: Cell) -> dict[str, dict[str, Any]]:
         """Sections and keys in which a cell differs from the base case."""

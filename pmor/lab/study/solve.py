@@ -28,9 +28,6 @@ from pmor_online.errors import estimate_errors
 from pmor_online.model import ReducedPair, online_angles, reduced_pair, unseen_angles
 from pmor_online.sweep import largest_size, sweep_reduced_pair
 
-# Angles of the reduced model's curves, per pitch.
-CURVE_ANGLES = 200
-
 
 def reference_member(case: Case, study: Study, executor: Executor | None) -> dict[str, Any]:
     """Solve one mesh of the reference's family on the regular grid of angles."""
@@ -59,7 +56,7 @@ def grid_cell(
     reduced = reduced_pair(read_basis(basis_path))
     training = reduced.basis.training
     on_grid = sweep_reduced_pair(reduced, grid, conditions)
-    curve = sweep_reduced_pair(reduced, online_angles(pair.pitch, CURVE_ANGLES), conditions)
+    curve = sweep_reduced_pair(reduced, online_angles(pair.pitch, study.curve_angles), conditions)
     unseen = unseen_angles(pair.meshing_range[0], pair.pitch, case.compare.angles, case.offline.angles_per_pitch)
     comparison = compare_at(reduced, full_sweep(model, unseen, conditions_of(case, case.compare.torques_Nm), executor))
     return full | {
