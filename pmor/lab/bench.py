@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from statistics import median
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -60,8 +60,7 @@ READ_ANGLES, READ_REPEATS = 200, 9
 Row = dict[str, Any]
 
 
-@dataclass(frozen=True)
-class Variant:
+class Variant(NamedTuple):
     """A case whose reduced model is timed."""
 
     label: str
@@ -101,17 +100,7 @@ def line_load_variants(case: Case) -> list[Variant]:
 
 @dataclass(frozen=True)
 class Bench:
-    """Run times.
-
-    Parameters
-    ----------
-    rows : list of dict
-        Each with ``phase``, ``scheme``, ``n_profile``, ``n_width``, ``lodm_profile``, ``lodm_width``, ``median_ms`` and
-        ``repeats``.
-    machine : dict
-    before : list of dict
-        Rows of an earlier run, for the ratios; empty without one.
-    """
+    """Run times: rows (``phase``, ``scheme``, sizes, ``median_ms``, ``repeats``), machine, rows of an earlier run."""
 
     rows: list[Row]
     machine: dict[str, Any]
@@ -165,7 +154,7 @@ def run(
     before : sequence of dict
         Rows of an earlier run, to compare with (`read_rows`).
     progress : callable, optional
-        Called with how many more bases are there.
+        As in `pmor.app.rooms`: further bases.
     """
     rows, listed, step = offline_rows(case), variants(case), progress or (lambda count: None)
     pace, models, sizes = Pace("bases", len(listed)), list[ReducedPair](), list[float]()
@@ -198,23 +187,18 @@ def offline_rows(case: Case) -> list[Row]:
     elastic = gear.youngs_modulus_GPa * 1e3, gear.poisson_ratio, case.mesh.element
     neighbours, layers = neighbouring_teeth(mesh.meshed.pair), layers_of(mesh.meshed)
     columns = layers[0].columns if layers else 0
-    timed("elements", lambda: sector_stiffness(mesh.pinion, *elastic))
-    timed("condensed", lambda: condense_sector(mesh.pinion, *elastic, layer_columns=columns))
-    timed("ring", lambda: elastic_gear(mesh.pinion, *elastic, neighbours, layer_columns=columns))
+    elements, elimination, ring = (f"{step}, one gear" for step in ("elements", "elimination", "ring"))
+    timed(elements, lambda: sector_stiffness(mesh.pinion, *elastic))
+    timed(elimination, lambda: condense_sector(mesh.pinion, *elastic, layer_columns=columns))
+    timed(ring, lambda: elastic_gear(mesh.pinion, *elastic, neighbours, layer_columns=columns))
+    # Each of these calls contains the one before.
+    seconds[ring] -= seconds[elimination]
+    seconds[elimination] -= seconds[elements]
     model = elastic_model(case, mesh)
     with tempfile.TemporaryDirectory() as folder:
-        timed("snapshots", lambda: run_offline(case, model, Path(folder) / "basis.h5", estimate=estimate_errors))
-    # Each of these calls contains the one before.
-    seconds["ring"] -= seconds["condensed"]
-    seconds["condensed"] -= seconds["elements"]
-    names = {
-        "mesh": "offline: mesh",
-        "elements": "offline: elements, one gear",
-        "condensed": "offline: elimination, one gear",
-        "ring": "offline: ring, one gear",
-        "snapshots": "offline: full contact and basis file",
-    }
-    return [_row(label, case, [1e3 * seconds[name]]) for name, label in names.items()]
+        path = Path(folder) / "basis.h5"
+        timed("full contact and basis file", lambda: run_offline(case, model, path, estimate=estimate_errors))
+    return [_row(f"offline: {name}", case, [1e3 * found]) for name, found in seconds.items()]
 
 
 def sweep_rows(listed: list[Variant], models: list[ReducedPair]) -> list[Row]:
@@ -341,7 +325,7 @@ def _key(row: Row) -> tuple[Any, ...]:
     return (_name(row), *(row.get(name) for name in ("scheme", "n_profile", "n_width", "lodm_profile", "lodm_width")))
 
 
-def _row(phase: str, case: Case, times: list[float], repeats: int | None = None) -> Row:
+def _row(phase: str, case: Case, times: list[float]) -> Row:
     nodal = case.contact.kind == "nodal"
     return {
         "phase": phase,
@@ -351,7 +335,7 @@ def _row(phase: str, case: Case, times: list[float], repeats: int | None = None)
         "lodm_profile": case.contact.lodm_profile if nodal else None,
         "lodm_width": case.contact.lodm_width if nodal else None,
         "median_ms": median(times),
-        "repeats": repeats or len(times),
+        "repeats": len(times),
     }
 
 

@@ -260,7 +260,7 @@ def test_variants_are_compared_with_each_other(folder, tmp_path):
     ]
     (folder / "helix.toml").write_text('base = "base.toml"\n[grid]\nangles_per_pitch = 8\n' + "".join(variants))
     assert main(["study", str(folder / "helix.toml"), "--out", str(tmp_path / "out")]) == 0
-    assert {path.name for path in (tmp_path / "out").glob("*.png")} == {"curves.png", "overlap.png"}
+    assert {path.name for path in (tmp_path / "out").glob("*.png")} == {"curves.png"}
     found = json.loads((tmp_path / "out" / "study.json").read_text())
     spur, helical = found["rows"]
     assert found["reference"] == {}

@@ -17,13 +17,7 @@ SAMPLINGS = ("greedy", "sobol")
 
 @dataclass(frozen=True)
 class Point:
-    """A basis of flank lines on the curve of a sampling.
-
-    Parameters
-    ----------
-    variant : Variant
-    training : TrainingSet
-    """
+    """A basis of flank lines on the curve of a sampling."""
 
     variant: Variant
     training: TrainingSet
@@ -47,21 +41,12 @@ class Point:
 
 @dataclass(frozen=True)
 class Curves:
-    """Errors of flank lines over the number of solves, by sampling.
+    """Errors of flank lines over the number of solves, by sampling."""
 
-    Parameters
-    ----------
-    points : mapping
-        Rows by sampling, in the order of the solves: ``solves``, ``max_percent``, ``rms_percent`` and ``effectivity``.
-    estimate : list of (solves, per cent)
-        Largest error by the estimate of the greedy sampling, after so many solves.
-    target_percent : float
-        Accuracy that the samplings are compared at: the tolerance of the greedy one.
-    """
-
+    # Rows by sampling, in the order of the solves: ``solves``, ``max_percent``, ``rms_percent`` and ``effectivity``
     points: Mapping[str, Sequence[Mapping[str, Any]]]
-    estimate: list[tuple[int, float]]
-    target_percent: float
+    estimate: list[tuple[int, float]]  # Largest error by the estimate of the greedy sampling, after so many solves
+    target_percent: float  # Accuracy that the samplings are compared at: the tolerance of the greedy one
 
     def reached(self, sampling: str) -> int | None:
         """Return the fewest solves with which a sampling is as accurate as wanted; None where it never is."""
@@ -73,23 +58,7 @@ class Curves:
 def points_of_curves(
     case: Case, truth: Truth, greedy: TrainingSet, most_solves: int
 ) -> tuple[list[Point], tuple[str, ...]]:
-    """Return growing trainings of flank lines.
-
-    Parameters
-    ----------
-    case : Case
-    truth : Truth
-    greedy : TrainingSet
-        The end of its curve.
-    most_solves : int
-        Of the Sobol sequence.
-
-    Returns
-    -------
-    list of Point
-    failures : tuple of str
-        Full solves that did not converge.
-    """
+    """Return growing trainings of flank lines, of both samplings, and name the full solves that did not converge."""
     sobol = sobol_training(case, truth.model, most_solves)
     failures, points = sobol.failures, []
     for sampling, training in (("greedy", greedy), ("sobol", sobol)):

@@ -15,36 +15,20 @@ WANTED_EFFECTIVITY = (0.3, 5.0)
 
 @dataclass(frozen=True)
 class Effectivity:
-    """An error estimate against the true error; None where there is nothing to compare.
+    """An error estimate against the true error; None where there is nothing to compare."""
 
-    Parameters
-    ----------
-    states : int
-        With a true error above `SMALLEST_ERROR_UM`; the numbers below are theirs, but for the last.
-    low, median, high : float or None
-        Quantiles (2.5, 50, 97.5 %) of abs(estimate / error).
-    wanted_share : float or None
-        Share of the states within `WANTED_EFFECTIVITY`.
-    rank_correlation : float or None
-        Spearman's, of the magnitudes, over all states; None too where no error is above `SMALLEST_ERROR_UM`.
-    """
-
-    states: int
+    states: int  # With a true error above `SMALLEST_ERROR_UM`; the numbers below are theirs, but for the last
+    # Quantiles (2.5, 50, 97.5 %) of abs(estimate / error)
     low: float | None = None
     median: float | None = None
     high: float | None = None
-    wanted_share: float | None = None
+    wanted_share: float | None = None  # Share of the states within `WANTED_EFFECTIVITY`
+    # Spearman's, of the magnitudes, over all states; None too where no error is above `SMALLEST_ERROR_UM`
     rank_correlation: float | None = None
 
 
 def effectivity(error_um: FloatArray, estimate_um: FloatArray) -> Effectivity:
-    """Compare an estimate with the true error.
-
-    Parameters
-    ----------
-    error_um, estimate_um : ndarray, shape (n,)
-        NaN where not converged.
-    """
+    """Compare an estimate with the true error, arrays of the same shape (n,), NaN where not converged."""
     known = np.isfinite(error_um) & np.isfinite(estimate_um)
     true, estimate = np.abs(error_um[known]), np.abs(estimate_um[known])
     counted = true > SMALLEST_ERROR_UM

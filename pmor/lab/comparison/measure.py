@@ -38,20 +38,11 @@ LONGEST_MS = 2500.0
 
 @dataclass(frozen=True)
 class Truth:
-    """Full FE at the states at which reductions are compared with it.
+    """Full FE at the states at which reductions are compared with it."""
 
-    Parameters
-    ----------
-    model : ElasticModel
-        Full FE.
-    states : States
-    ste_um : ndarray, shape (n,)
-        Its STE there; NaN where not converged.
-    """
-
-    model: ElasticModel
+    model: ElasticModel  # Full FE
     states: States
-    ste_um: FloatArray
+    ste_um: FloatArray  # shape (n,): Its STE there; NaN where not converged
 
     def errors(self, basis: Basis) -> Row:
         """Compare the reduced STE and its estimate with full FE at all states: full less reduced STE."""
@@ -72,24 +63,13 @@ class Truth:
 
 @dataclass(frozen=True)
 class Reduction:
-    """A variant with its basis.
-
-    Parameters
-    ----------
-    variant : Variant
-    training : TrainingSet
-        Full solves that it is built from.
-    basis : Basis
-    seconds : float
-        For basis and file.
-    mib, mib_without : float
-        File with the data of the error estimate, and without.
-    """
+    """A variant with its basis."""
 
     variant: Variant
-    training: TrainingSet
+    training: TrainingSet  # Full solves that it is built from
     basis: Basis
-    seconds: float
+    seconds: float  # For basis and file
+    # File with the data of the error estimate, and without
     mib: float
     mib_without: float
 
@@ -135,19 +115,7 @@ def worth(reduction: Reduction, truth: Truth) -> Row:
 
 
 def online_times_ms(bases: Sequence[Basis], repeats: int) -> list[tuple[float, float]]:
-    """Time a position at the misalignment and the nominal torque of the case, with and without the error estimate.
-
-    Parameters
-    ----------
-    bases : sequence of Basis
-    repeats : int
-        Sweeps of each, fewer where they take long: all in turn, on one thread.
-
-    Returns
-    -------
-    list of (with, without)
-        Medians, ms.
-    """
+    """Time a position at nominal torque with and without the error estimate: medians (ms), all in turn, one thread."""
     work = {}
     for i, basis in enumerate(bases):
         for estimated in (True, False):

@@ -46,14 +46,8 @@ def run(
         Sweeps whose median is the run time.
     most_solves : int
         End of the curve of the Sobol sequence.
-    folder : Path or str, optional
-        Of the results: finished reductions are kept there until these are written.
-    overwrite : bool
-        Replace files in the way of the results.
-    executor : concurrent.futures.Executor, optional
-        Of threads, for states and reductions; trainings and run times are timed, and run on one.
-    progress : callable, optional
-        Called with how many more reductions are there.
+    folder, overwrite, executor, progress
+        As in `pmor.app.rooms`; the executor is one of threads, trainings and run times are timed on one.
 
     Raises
     ------

@@ -17,16 +17,10 @@ from pmor_online.errors import estimate_errors
 
 @dataclass(frozen=True)
 class TrainingSet:
-    """Full-FE solutions in the order in which they were made.
-
-    Parameters
-    ----------
-    snapshots : tuple of Snapshots
-    seconds : tuple of float
-        Wall time until each of them, choosing included, s; and until the end of the sampling.
-    """
+    """Full-FE solutions in the order in which they were made."""
 
     snapshots: tuple[Snapshots, ...] = ()
+    # Wall time until each of them, choosing included, s; and until the end of the sampling
     seconds: tuple[float, ...] = (0.0,)
 
     @property

@@ -23,17 +23,10 @@ FEW_SOLVES = 16
 
 @dataclass(frozen=True)
 class Grid:
-    """A full-factorial training: angles with every combination of a few values of each parameter.
-
-    Parameters
-    ----------
-    angles : int
-    values : dict
-        Values of each parameter that has a range, by its key in [offline].
-    """
+    """A full-factorial training: angles with every combination of a few values of each parameter."""
 
     angles: int
-    values: dict[str, list[float]]
+    values: dict[str, list[float]]  # Values of each parameter that has a range, by its key in [offline]
 
     @property
     def conditions(self) -> int:
@@ -53,26 +46,13 @@ class Grid:
 
 @dataclass(frozen=True)
 class Variant:
-    """A reduction with the sampling of its training.
+    """A reduction with the sampling of its training."""
 
-    Parameters
-    ----------
-    shapes : str
-        [reduction] shapes, with the interpolation where there is one.
-    sampling : {"greedy", "sobol", "grid", "none"}
-    positions : int or None
-        How many of the training's positions are used, the first ones; None for all.
-    grid : Grid or None
-        None where the training is none.
-    case : Case
-        The case as that reduction needs it.
-    """
-
-    shapes: str
-    sampling: str
-    positions: int | None
-    grid: Grid | None
-    case: Case
+    shapes: str  # [reduction] shapes, with the interpolation where there is one
+    sampling: str  # {"greedy", "sobol", "grid", "none"}
+    positions: int | None  # How many of the training's positions are used, the first ones; None for all
+    grid: Grid | None  # None where the training is none
+    case: Case  # The case as that reduction needs it
 
     @property
     def label(self) -> str:
@@ -88,15 +68,7 @@ class Variant:
 
 
 def variants(case: Case, greedy_solves: int) -> list[Variant]:
-    """Return the reductions of the table.
-
-    Parameters
-    ----------
-    case : Case
-        Its ranges and its budget of solves hold for all of them.
-    greedy_solves : int
-        Solves of the greedy sampling; a Sobol sampling is shown with as many.
-    """
+    """Return the reductions of the table; a Sobol sampling is shown with as many solves as the greedy one."""
     dense, broad = table_grids(case.offline)
 
     def spread(shapes: str, sampling: str, positions: int | None = None) -> Variant:
@@ -150,8 +122,8 @@ def grid_families(offline: OfflineCase) -> list[dict[str, list[float]]]:
 def table_grids(offline: OfflineCase) -> tuple[Grid, Grid]:
     """Return the two grids of the table, with at most `offline.solves` states each.
 
-    One dense in the angle, for shapes that are interpolated over it: both ends of every range and, where that leaves
-    enough angles, the middle of the one that matters most. And one with as many values of the parameters as possible.
+    The first is dense in the angle, for shapes that are interpolated over it: both ends of every range and, where that
+    leaves enough angles, the middle of the one that matters most. The second has as many parameter values as possible.
 
     Raises
     ------

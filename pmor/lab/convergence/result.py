@@ -36,50 +36,29 @@ QUANTITIES = {
 
 @dataclass(frozen=True)
 class Level:
-    """A mesh of the ladder with its results.
+    """A mesh of the ladder with its results."""
 
-    Parameters
-    ----------
-    width : str
-        Part of the face width that is meshed (`pmor.case.width`).
-    element : str
-    n_profile, n_width : int
-        Elements over the profile, and over the meshed width.
-    ste_pitch_point_um, ste_mid_double_contact_um, ste_mean_um, ste_peak_to_peak_um : float or None
-        At the pitch point, in the middle of double contact, over the pitch; None where it was skipped.
-    offline_s : float or None
-        Wall time of meshing and finite elements.
-    reason : str
-        Why it was skipped, if it was.
-    """
-
-    width: str
+    width: str  # Part of the face width that is meshed (`pmor.case.width`)
     element: str
+    # Elements over the profile, and over the meshed width
     n_profile: int
     n_width: int
+    # At the pitch point, in the middle of double contact, over the pitch; None where it was skipped
     ste_pitch_point_um: float | None = None
     ste_mid_double_contact_um: float | None = None
     ste_mean_um: float | None = None
     ste_peak_to_peak_um: float | None = None
-    offline_s: float | None = None
-    reason: str = ""
+    offline_s: float | None = None  # Wall time of meshing and finite elements
+    reason: str = ""  # Why it was skipped, if it was
 
 
 @dataclass(frozen=True)
 class Convergence:
-    """Levels of a ladder of meshes, and their limits.
-
-    Parameters
-    ----------
-    case : Case
-    levels : tuple of Level
-    limits : dict of (str, str) to float
-        Extrapolated, um, by width and quantity.
-    """
+    """Levels of a ladder of meshes, and their limits."""
 
     case: Case
     levels: tuple[Level, ...]
-    limits: dict[tuple[str, str], float]
+    limits: dict[tuple[str, str], float]  # Extrapolated, um, by width and quantity
 
     def error_percent(self, level: Level, quantity: str) -> float | None:
         """Return the distance of a mesh from the limit of a quantity, % of it."""
@@ -102,12 +81,13 @@ class Convergence:
             "Largest error of the STE at the pitch point, in the middle of double contact and on the mean, against the "
             "limit, over elements along the profile and over the time of the finite elements."
         )
+        # Without a limit, or with all meshes skipped, there is nothing to draw on logarithmic axes.
+        drawn = any(_largest(self, level) for level in self.levels)
         blocks: list[Block] = [
             "The STE by exact line loads on finer and finer meshes of the bodies, against its limit: Aitken's "
             f"extrapolation of the three finest quadratic meshes, at {self.case.torque_Nm:g} N m. "
             "Over the width there are half as many elements as along the profile; a row counts those that are meshed.",
-            # Without a limit, or with all meshes skipped, there is nothing to draw on logarithmic axes.
-            *([Picture("convergence.png", caption, _figure(self))] if any(_largest(self, v) for v in self.levels) else []),
+            *([Picture("convergence.png", caption, _figure(self))] if drawn else []),
             *self._tables(),
         ]
         report = Report("convergence", data, f"Mesh convergence: {self.case.title}", blocks, self.case)

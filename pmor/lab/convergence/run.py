@@ -47,14 +47,8 @@ def run(
         Of line contact.
     profile_elements : sequence of int
         Elements over the profile of each rung.
-    folder : Path or str, optional
-        Of the results: finished meshes are kept there until these are written.
-    overwrite : bool
-        Replace files in the way of the results.
-    executor : concurrent.futures.Executor, optional
-        Of threads. The seconds of a mesh count only without: one mesh after the other.
-    progress : callable, optional
-        Called with how many more meshes are there.
+    folder, overwrite, executor, progress
+        As in `pmor.app.rooms`; the seconds of a mesh count only without an executor.
 
     Raises
     ------

@@ -17,13 +17,9 @@ class ModelStore:
     """Elastic models by the keys that they depend on: most variants change the contact alone, and share one.
 
     Line contact takes the surface layer's compliance out of the elastic model, and has its own.
-
-    Parameters
-    ----------
-    models : dict
-        Filled on the way: elastic model and the seconds it took.
     """
 
+    # Filled on the way: elastic model and the seconds it took
     models: dict[str, tuple[ElasticModel, float]] = field(default_factory=dict)
 
     def model(self, case: Case) -> tuple[ElasticModel, float]:

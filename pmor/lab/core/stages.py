@@ -13,6 +13,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -22,13 +23,7 @@ Result = TypeVar("Result")
 
 
 def measure_stages(case: Case) -> dict[str, dict[str, float]]:
-    """Run a case in a process of its own and return seconds and peak memory (MiB) of each stage, by name.
-
-    Raises
-    ------
-    subprocess.CalledProcessError
-        When the run fails.
-    """
+    """Run a case in a process of its own and return seconds and peak memory (MiB) of each stage, by name."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"{case.name}.toml"
         path.write_text(text_of(case), encoding="utf-8")
@@ -67,24 +62,20 @@ def run_stages(case: Case, folder: Path) -> dict[str, dict[str, float]]:
     from pmor.storage.basis_file import read_basis
     from pmor.work.live import live_pair
     from pmor.work.offline import run_offline
+    from pmor.work.online import run_online
     from pmor_online.compare import compare_models
-    from pmor_online.conditions import sweep_listed
     from pmor_online.errors import estimate_errors
     from pmor_online.model import reduced_pair
-    from pmor_online.run import OnlineResult, sweep_case
 
     path = folder / "basis.h5"
     model = measured("finite elements", lambda: elastic_model(case, mesh_model(case)))
     measured("training", lambda: run_offline(case, model, path, estimate=estimate_errors))
-    reduced, swept, listed = measured(
-        "sweep", lambda: (pair := reduced_pair(read_basis(path)), sweep_case(pair), sweep_listed(pair))
-    )
-    comparison = measured("comparison", lambda: compare_models(reduced, model))
-    result = OnlineResult(reduced, swept, comparison, path.stat().st_size / 2**20, conditions=listed)
+    swept = measured("sweep", lambda: run_online(reduced_pair(read_basis(path)), path))
+    result = replace(swept, comparison=measured("comparison", lambda: compare_models(swept.reduced, model)))
 
     def report() -> None:
         write_results(result, folder)
-        write_pages(result, model.mesh.pinion, folder, live_pair(reduced))
+        write_pages(result, model.mesh.pinion, folder, live_pair(result.reduced))
 
     measured("report", report)
     return found

@@ -14,21 +14,10 @@ Key = TypeVar("Key")
 def times_in_turn(
     work: Mapping[Key, Callable[[], float]], repeats: int, longest: float = math.inf
 ) -> dict[Key, list[float]]:
-    """Measure pieces of work in rounds; the first round warms up.
+    """Measure pieces of work in rounds, after one that warms up; return the times of all rounds by key.
 
-    Parameters
-    ----------
-    work : mapping of key to callable
-        Each does its work and gives its time, in any unit.
-    repeats : int
-        Rounds; every other one goes through the work backwards, so that neither neighbour has the warmer cache.
-    longest : float
-        Sum of its times after which a piece of work has no further rounds.
-
-    Returns
-    -------
-    dict
-        Times of all rounds, by key.
+    Every other round goes through the work backwards, so that neither neighbour has the warmer cache. Work whose times
+    add up to more than `longest` has no further rounds.
     """
     found: dict[Key, list[float]] = {key: [] for key in work}
     for run in work.values():

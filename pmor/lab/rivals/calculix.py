@@ -73,24 +73,12 @@ TOLERANCE = 1e-6
 
 @dataclass(frozen=True)
 class CalculixSolution:
-    """Static equilibrium by CalculiX.
+    """Static equilibrium by CalculiX."""
 
-    Parameters
-    ----------
-    ste_um : float
-        Static transmission error, um.
-    seconds : float
-        Wall time of the program.
-    unknowns : int
-        Size of its system of equations.
-    iterations : int
-        Newton iterations, each with a factorisation.
-    """
-
-    ste_um: float
-    seconds: float
-    unknowns: int
-    iterations: int
+    ste_um: float  # Static transmission error, um
+    seconds: float  # Wall time of the program
+    unknowns: int  # Size of its system of equations
+    iterations: int  # Newton iterations, each with a factorisation
 
 
 @dataclass(frozen=True)
@@ -128,19 +116,12 @@ def calculix_ste(
         Gives the materials, the element and the penalty; surface, LoDM and slave are CalculiX's own.
     mesh : MeshModel
         Of that case.
-    phi : float
-        Pinion angle, rad.
-    torque : float
-        On the pinion, N mm.
+    phi, torque : float
+        Pinion angle, rad, and torque on the pinion, N mm.
     contact : {"node_to_surface", "surface_to_surface"}
     slave : {"pinion", "wheel"}
     beside : int, optional
-        So many teeth are kept on either side of those that can touch, and the rest of each ring is cut off: for meshes
-        whose whole rings are too large. By default the rings are whole.
-
-    Returns
-    -------
-    CalculixSolution
+        Teeth kept on either side of those that can touch; by default the rings are whole.
 
     Raises
     ------
@@ -170,15 +151,7 @@ def input_deck(
     case: Case, mesh: MeshModel, phi: float, torque: float, advance: float, contact: Contact, slave: Slave,
     beside: int | None = None,
 ) -> str:  # fmt: skip
-    """Return the input deck of one position.
-
-    Parameters
-    ----------
-    case, mesh, phi, torque, contact, slave, beside
-        As in `calculix_ste`.
-    advance : float
-        How far ahead of its kinematic position the undeformed pinion is placed, rad.
-    """
+    """Return the input deck of one position; the undeformed pinion is placed `advance` (rad) ahead."""
     meshed = mesh.meshed
     pairs = meshed.pair.tooth_pair_count(phi, MARGIN * meshed.pair.pitch)
     gears = place_gears(case, mesh, phi, advance, pairs, beside)

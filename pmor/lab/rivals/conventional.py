@@ -40,25 +40,16 @@ from pmor.penalty.solve import window_depth
 
 @dataclass(frozen=True)
 class ConventionalPair:
-    """Both whole gears, bores fixed, in one sparse stiffness matrix.
-
-    Parameters
-    ----------
-    meshed : PenaltyPair
-    stiffness : scipy.sparse.csc_array, shape (n, n)
-        Nodes in the order of elimination, x y z node by node, pinion first; the last row and column, of the pinion's
-        rotation, are empty. N/mm.
-    flanks : tuple of lists of scipy.sparse.csr_array, shape (3 x flank nodes, n)
-        For each tooth of pinion and wheel, counter-clockwise from the one on +y: times the unknowns, displacement of
-        its flank's nodes in its frame.
-    assembly_seconds : float
-        Wall time, ordering included, s.
-    """
+    """Both whole gears, bores fixed, in one sparse stiffness matrix."""
 
     meshed: PenaltyPair
+    # shape (n, n): Nodes in the order of elimination, x y z node by node, pinion first; the last row and column, of the
+    # pinion's rotation, are empty. N/mm
     stiffness: sp.csc_array
+    # shape (3 x flank nodes, n): For each tooth of pinion and wheel, counter-clockwise from the one on +y: times the
+    # unknowns, displacement of its flank's nodes in its frame
     flanks: tuple[list[sp.csr_array], list[sp.csr_array]]
-    assembly_seconds: float
+    assembly_seconds: float  # Wall time, ordering included, s
 
     @property
     def unknowns(self) -> int:
@@ -68,31 +59,16 @@ class ConventionalPair:
 
 @dataclass(frozen=True)
 class ConventionalSolution:
-    """A converged state.
+    """A converged state."""
 
-    Parameters
-    ----------
-    advance : float
-        Rotation of the pinion ahead of its kinematic position, rad.
-    ste_um : float
-        The same along the line of action, um.
-    steps : int
-        Newton steps taken within the last windows.
-    factorisations : int
-        Sparse factorisations: the Newton steps, with those in windows that turned out too small.
-    factor_seconds, seconds : float
-        Wall time of the factorisations, and of everything, s.
-    history : tuple of (force residual, torque residual)
-        Relative, before each step and at the end.
-    """
-
-    advance: float
-    ste_um: float
-    steps: int
-    factorisations: int
+    advance: float  # Rotation of the pinion ahead of its kinematic position, rad
+    ste_um: float  # The same along the line of action, um
+    steps: int  # Newton steps taken within the last windows
+    factorisations: int  # Sparse factorisations: the Newton steps, with those in windows that turned out too small
+    # Wall time of the factorisations, and of everything, s
     factor_seconds: float
     seconds: float
-    history: tuple[tuple[float, float], ...]
+    history: tuple[tuple[float, float], ...]  # Relative, before each step and at the end
 
 
 @dataclass(frozen=True)
@@ -152,15 +128,6 @@ class _Problem:
 def conventional_pair(case: Case, mesh: MeshModel) -> ConventionalPair:
     """Assemble both whole gears of a case.
 
-    Parameters
-    ----------
-    case : Case
-    mesh : MeshModel
-
-    Returns
-    -------
-    ConventionalPair
-
     Raises
     ------
     CaseError
@@ -189,21 +156,9 @@ def conventional_pair(case: Case, mesh: MeshModel) -> ConventionalPair:
 def solve_conventional(
     pair: ConventionalPair, phi: float, condition: Condition, max_steps: int = 40, tolerance: float = 1e-9
 ) -> ConventionalSolution:
-    """Solve for the equilibrium at one pinion angle, from the undeformed pair at the expected approach.
+    """Solve for the equilibrium at one pinion angle (rad), from the undeformed pair at the expected approach.
 
-    Parameters
-    ----------
-    pair : ConventionalPair
-    phi : float
-        Pinion angle, rad.
-    condition : Condition
-    max_steps : int
-    tolerance : float
-        On the relative residuals: nodal forces, and torque.
-
-    Returns
-    -------
-    ConventionalSolution
+    `tolerance` is on the relative residuals: nodal forces, and torque.
 
     Raises
     ------

@@ -18,23 +18,15 @@ from pmor.gear.tooth import Tooth
 
 
 def flank_shift(mesh: SectorMesh, tooth: Tooth, deviation: Deviation) -> FloatArray:
-    """Return by how much deviations move the flank nodes of all teeth of a gear.
+    """Return by how much deviations move the flank nodes of all teeth of a gear, mm.
 
     They go along the normal of the transverse section, as far as the gap opens along the transverse line of action:
     the parallel curve of an involute is the involute that is turned by so much.
 
-    Parameters
-    ----------
-    mesh : SectorMesh
-    tooth : Tooth
-        Of the gear.
-    deviation : Deviation
-        Of the gear.
-
     Returns
     -------
     ndarray, shape (teeth, n + 1, m + 1, 3)
-        In the frame of tooth 0, mm; teeth counter-clockwise.
+        In the frame of tooth 0; teeth counter-clockwise.
     """
     shape = mesh.teeth, *mesh.flank.shape
     roll, z = np.broadcast_arrays(mesh.flank_roll_angle[:, None], mesh.z)

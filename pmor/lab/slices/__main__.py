@@ -19,7 +19,7 @@ def main(case_path: str, folder: str | None = None) -> None:
     case = load_case(case_path)
     out = Path(folder) if folder else default_folder(case.name, "_slices")
     write_slices(case, run_slices(case), out)
-    print(f"results in {out}")
+    sys.stdout.write(f"results in {out}\n")
 
 
 if __name__ == "__main__":

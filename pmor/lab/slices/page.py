@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pmor.case import Case, text_of
 from pmor.dynamics.measure import Data
-from pmor.report.page import Picture
+from pmor.report.page import Block, Picture
 from pmor.report.panels import panels
 from pmor.report.style import COLOURS
 from pmor.work.results import Report, writing_results
@@ -58,7 +58,7 @@ def write_slices(case: Case, slices: Sequence[Data], folder: Path) -> None:
         {"torque_Nm": found["torque_Nm"], "law": name, **found[kind], **damped}
         for found in slices for kind, (name, _) in KINDS.items() for damped in found[kind]["responses"]
     ]  # fmt: skip
-    blocks = [WORDS, Picture("slices.png", CAPTION, _figure(slices)),
+    blocks: list[Block] = [WORDS, Picture("slices.png", CAPTION, _figure(slices)),
               table("Coupled and in slices", COLUMNS, rows, NOTE)]  # fmt: skip
     data = {"case": case.name, "thin_slices": list(slices)}
     with writing_results(folder, FILES, text_of(case)) as out:
@@ -83,7 +83,8 @@ def _figure(slices: Sequence[Data]) -> Figure:
     with panels(2, 9.2, 4.4, legend=4) as (figure, (left, right)):
         for place, found in enumerate(slices):
             for kind, (name, dashes) in KINDS.items():
-                law, line = found[kind], {"color": COLOURS[place % len(COLOURS)], "lw": 1.2, "ls": dashes}
+                law = found[kind]
+                line: dict[str, Any] = {"color": COLOURS[place % len(COLOURS)], "lw": 1.2, "ls": dashes}
                 stiffness = law["mesh_stiffness_N_per_um"]
                 cycle = np.arange(len(stiffness)) / len(stiffness)
                 left.plot(cycle, stiffness, label=f"{found['torque_Nm']:g} N m, {name}", **line)

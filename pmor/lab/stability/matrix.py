@@ -19,10 +19,6 @@ def base_case(case: Case) -> Case:
 
     Line contact has neither penalty nor refinement, which the matrix varies most; it has variants of its own, on
     quadratic elements. Penalties are for linear ones.
-
-    Raises
-    ------
-    CaseError
     """
     linear = of_linear_elements(case.mesh)
     elements = min(linear.profile_elements, MOST_PROFILE_ELEMENTS)

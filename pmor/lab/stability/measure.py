@@ -32,48 +32,24 @@ FINER = 1.5
 
 @dataclass(frozen=True)
 class Entry:
-    """Measures and verdict of a variant; numbers are None where there is nothing to measure.
+    """Measures and verdict of a variant; numbers are None where there is nothing to measure."""
 
-    Parameters
-    ----------
-    name, group, about : str
-        Of the variant.
-    converged : bool or None
-        None: refused before anything was solved.
-    newton_steps : int or None
-        Largest of all positions.
-    condition : float or None
-        Largest estimate for the Newton matrix.
-    difference_rel : float or None
-        Largest difference of the STE to the reference, over the mean of the reference.
-    torque_balance_rel : float or None
-        `pmor.lab.stability.balances`.
-    ste_mean_um : float or None
-    ste_um : tuple of float or None
-        At each position.
-    seconds : float
-    ok : bool
-        Converged, balanced, and as close to the reference as it should be.
-    explained : bool
-        Refused by a check that says why, or known not to hold, with a warning beforehand.
-    note : str
-        Complaints and remarks.
-    """
-
+    # Of the variant
     name: str
     group: str
     about: str
-    converged: bool | None = None
-    newton_steps: int | None = None
-    condition: float | None = None
+    converged: bool | None = None  # None: refused before anything was solved
+    newton_steps: int | None = None  # Largest of all positions
+    condition: float | None = None  # Largest estimate for the Newton matrix
+    # Largest difference of the STE to the reference, over the mean of the reference
     difference_rel: float | None = None
-    torque_balance_rel: float | None = None
+    torque_balance_rel: float | None = None  # `pmor.lab.stability.balances`
     ste_mean_um: float | None = None
-    ste_um: tuple[float, ...] | None = None
+    ste_um: tuple[float, ...] | None = None  # At each position
     seconds: float = 0.0
-    ok: bool = False
-    explained: bool = False
-    note: str = ""
+    ok: bool = False  # Converged, balanced, and as close to the reference as it should be
+    explained: bool = False  # Refused by a check that says why, or known not to hold, with a warning beforehand
+    note: str = ""  # Complaints and remarks
 
 
 def entry_of(data: Mapping[str, Any]) -> Entry:
@@ -83,15 +59,7 @@ def entry_of(data: Mapping[str, Any]) -> Entry:
 
 
 def measure(variant: Variant, base: Case, store: ModelStore) -> Entry:
-    """Run a variant; whatever goes wrong becomes part of the entry.
-
-    Parameters
-    ----------
-    variant : Variant
-    base : Case
-        That it changes.
-    store : ModelStore
-    """
+    """Run a variant of a base case; whatever goes wrong becomes part of the entry."""
     started = time.perf_counter()
     entry = Entry(variant.name, variant.group, variant.about)
     try:

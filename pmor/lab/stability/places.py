@@ -17,18 +17,9 @@ NEIGHBOUR = 1e-4
 def pinion_angles(meshed: MeshedPair, places: str) -> FloatArray:
     """Return the pinion angles of a variant, rad.
 
-    Parameters
-    ----------
-    meshed : MeshedPair
-    places : {"usual", "borders", "ends", "hunting"}
-        Eight positions from entry to entry, with exact entry and exit, in between with one pair more and one less; a
-        pair's contact exactly on rows of nodes of the pinion's or the wheel's flank; exact entry and exit alone; eight
-        positions over the period after which the same teeth meet again.
-
-    Raises
-    ------
-    KeyError
-        For another word.
+    ``usual``: eight positions from entry to entry, with exact entry and exit, in between with one pair more and one
+    less; ``borders``: a pair's contact exactly on rows of nodes of either flank; ``ends``: exact entry and exit alone;
+    ``hunting``: eight positions over the period after which the same teeth meet again.
     """
     return {"usual": _usual, "borders": _borders, "ends": _ends, "hunting": _hunting}[places](meshed)
 

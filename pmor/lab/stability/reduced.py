@@ -26,15 +26,9 @@ LOADS = {
 
 
 def train(case: Case, model: ElasticModel, way: str) -> ReducedPair:
-    """Train flank lines in memory, or gather the compliance for line loads.
+    """Train flank lines in memory, or gather the compliance for line loads; `way` is "line_loads" or one of `LOADS`.
 
-    Parameters
-    ----------
-    case : Case
-    model : ElasticModel
-    way : str
-        ``line_loads``, or a key of `LOADS`: ``single_angle`` trains at one position alone, ``duplicated`` takes every
-        solution three times.
+    "single_angle" trains at one position alone, "duplicated" takes every solution three times.
     """
     if way == "line_loads":
         return reduced_pair(train_basis(case, model).basis)

@@ -34,25 +34,14 @@ MEANINGS = (
 
 @dataclass(frozen=True)
 class PenaltyLaw:
-    """Convergence of the STE to its limit as the penalty grows.
+    """Convergence of the STE to its limit as the penalty grows."""
 
-    Parameters
-    ----------
-    penalty : tuple of float
-        N/mm^3.
-    above_limit_um : tuple of float
-        STE minus its penalty-free limit, median over the positions, um: where a tip corner or a single point carries
-        the load, the set of points that carry changes up to a higher penalty.
-    limit_um : float
-        STE without penalty, median over the positions, um.
-    exponent : float
-        Fitted over the stiff ones, down to the error of the solver; -1 is the law of a series spring.
-    """
-
-    penalty: tuple[float, ...]
+    penalty: tuple[float, ...]  # N/mm^3
+    # STE minus its penalty-free limit, median over the positions, um: where a tip corner or a single point carries the
+    # load, the set of points that carry changes up to a higher penalty
     above_limit_um: tuple[float, ...]
-    limit_um: float
-    exponent: float
+    limit_um: float  # STE without penalty, median over the positions, um
+    exponent: float  # Fitted over the stiff ones, down to the error of the solver; -1 is the law of a series spring
 
 
 @dataclass(frozen=True)

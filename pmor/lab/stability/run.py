@@ -35,21 +35,14 @@ def run(
     case: Case, *, only: str = "", folder: Path | str | None = None, overwrite: bool = False,
     executor: Executor | None = None, progress: Callable[[int], None] | None = None,
 ) -> Stability:  # fmt: skip
-    """Run the variants of a case.
+    """Run the variants of a case, or those with the text `only` in name or group.
 
     Parameters
     ----------
     case : Case
     only : str
-        Run the variants with this text in name or group.
-    folder : Path or str, optional
-        Of the results: finished variants are kept there until these are written.
-    overwrite : bool
-        Replace files in the way of the results.
-    executor : concurrent.futures.Executor, optional
-        Of threads; None: one variant after the other.
-    progress : callable, optional
-        Called with how many more variants are there.
+    folder, overwrite, executor, progress
+        As in `pmor.app.rooms`; the executor is one of threads.
 
     Raises
     ------

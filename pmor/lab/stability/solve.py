@@ -26,21 +26,11 @@ OTHER_LOAD = 0.5
 
 @dataclass(frozen=True)
 class Solved:
-    """Measures over the positions of a variant.
+    """Measures over the positions of a variant."""
 
-    Parameters
-    ----------
-    ste_um : ndarray, shape (n,)
-        NaN where a position did not converge.
-    steps : int
-        Largest number of Newton steps.
-    condition, torque : float
-        Largest estimate of the condition, largest imbalance (`pmor.lab.stability.balances`); NaN without any position.
-    failures : tuple of str
-    """
-
-    ste_um: FloatArray
-    steps: int
+    ste_um: FloatArray  # shape (n,): NaN where a position did not converge
+    steps: int  # Largest number of Newton steps
+    # Largest estimate of the condition, largest imbalance (`pmor.lab.stability.balances`); NaN without any position
     condition: float
     torque: float
     failures: tuple[str, ...]
@@ -62,11 +52,8 @@ def solve_variant(
 
     Parameters
     ----------
-    meshed : MeshedPair
-    elasticity_at : callable
-    phi : ndarray, shape (n,)
-        rad.
-    condition : Condition
+    meshed, elasticity_at, phi, condition
+        As in `pmor.pair.sweep.sweep_ste`.
     start_mm : float, optional
         Solve each position from an undeformed pair that is so far ahead, mm along the line of action.
     rising : tuple of float

@@ -29,46 +29,24 @@ SAME_STATE = 1e-6
 
 @dataclass(frozen=True)
 class Variant:
-    """One line of the matrix.
+    """One line of the matrix."""
 
-    Parameters
-    ----------
-    name : str
-        Unique.
-    group, about : str
-        Heading of the report and what the group shows.
-    changes : mapping
-        New values by section and key of the case.
-    against : str
-        Key of `REFERENCES`.
-    factor : float
-        The STE of the reference is multiplied by it.
-    tolerance : float
-        On the largest difference to the reference over its mean STE.
-    places : {"usual", "borders", "ends", "hunting"}
-        Positions over the pitch: `pmor.lab.stability.places`.
-    start_mm : float or None
-        Offset of the first guess, mm along the line of action; None: the solver's own start.
-    rising : tuple of float
-        Loads over the nominal one that are solved before it, one after the other, as a sweep does.
-    basis : str or None
-        Training of the reduced basis (`pmor.lab.stability.reduced`); None: full FE.
-    limit : str
-        Part of the warning that the program gives beforehand where this variant is known not to hold.
-    """
-
-    name: str
+    name: str  # Unique
+    # Heading of the report and what the group shows
     group: str
     about: str
-    changes: Sections = field(default_factory=dict)
-    against: Against = "start"
-    factor: float = 1.0
-    tolerance: float = SAME_STATE
+    changes: Sections = field(default_factory=dict)  # New values by section and key of the case
+    against: Against = "start"  # Key of `REFERENCES`
+    factor: float = 1.0  # The STE of the reference is multiplied by it
+    tolerance: float = SAME_STATE  # On the largest difference to the reference over its mean STE
+    # {"usual", "borders", "ends", "hunting"}: Positions over the pitch: `pmor.lab.stability.places`
     places: str = "usual"
+    # Offset of the first guess, mm along the line of action; None: the solver's own start
     start_mm: float | None = None
+    # Loads over the nominal one that are solved before it, one after the other, as a sweep does
     rising: tuple[float, ...] = ()
-    basis: str | None = None
-    limit: str = ""
+    basis: str | None = None  # Training of the reduced basis (`pmor.lab.stability.reduced`); None: full FE
+    limit: str = ""  # Part of the warning that the program gives beforehand where this variant is known not to hold
 
 
 def rows(
@@ -76,13 +54,8 @@ def rows(
 ) -> list[Variant]:
     """Return the variants of a group.
 
-    Parameters
-    ----------
-    group, about : str
-    table : mapping
-        By name: the changes, alone or with fields of `Variant` that differ from `judged`.
-    **judged
-        Fields of `Variant` for the whole group; ``common`` holds changes that all of them share.
+    `table` gives by name the changes, alone or with fields of `Variant` that differ from `judged`, which holds for the
+    whole group; its ``common`` changes are shared by all.
     """
     common = judged.pop("common", {})
     found = []

@@ -1,4 +1,4 @@
-"""From the cells of a study to cases and models."""
+"""From the cells of a study to cases, and the results of all its pieces of work."""
 
 from __future__ import annotations
 
@@ -8,34 +8,30 @@ from dataclasses import dataclass
 from pmor.case import Case, changed_text, load_case, parse_case, text_of, without_models
 from pmor.lab.core.variants import Sections, merged
 from pmor.lab.study.settings import Cell, Member, Study
+from pmor.work.pieces import Result
 
 
 @dataclass(frozen=True)
 class StudyCases:
-    """All cases of a study, checked before anything runs.
-
-    Parameters
-    ----------
-    cells : mapping of Cell to Case
-    members : mapping of Member to Case
-        The reference's family.
-    peer : Case or None
-        Of the independent solver.
-    """
+    """All cases of a study, checked before anything runs."""
 
     cells: Mapping[Cell, Case]
-    members: Mapping[Member, Case]
-    peer: Case | None
+    members: Mapping[Member, Case]  # The reference's family
+    peer: Case | None  # Of the independent solver
+
+
+@dataclass(frozen=True)
+class StudyParts:
+    """The results of all pieces of work."""
+
+    study: Study
+    cases: StudyCases
+    results: Mapping[str, Result]  # By the name of the piece; missing for those that failed
+    failures: tuple[str, ...]  # Pieces that did not converge at all
 
 
 def study_cases(study: Study) -> StudyCases:
-    """Make the cases of a study.
-
-    Raises
-    ------
-    CaseError
-        When the base case, or a cell's change of it, is refused.
-    """
+    """Make the cases of a study; `CaseError` when the base case, or a cell's change of it, is refused."""
     base = text_of(without_models(load_case(study.base)))
 
     def case(cell: Cell, changes: Sections) -> Case:

@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pmor.lab.study.cells import StudyParts
 from pmor.lab.study.paper import MODELS
-from pmor.lab.study.parts import StudyParts
 from pmor.lab.study.settings import Cell
 from pmor.lab.study.table import Row, StudyTable
-from pmor.lab.study.variants import variant_pictures
 from pmor.report.page import Picture
 from pmor.report.panels import log_log, name_points, panels
 from pmor.report.style import COLOURS
@@ -35,12 +34,16 @@ LEAST_SHOWN = 0.1
 
 def study_pictures(parts: StudyParts, found: StudyTable) -> list[Picture]:
     """Return the pictures that the parts allow."""
-    study, pictures = parts.study, []
-    if study.reference is None:
-        return variant_pictures(parts, found)
+    study, pictures = parts.study, list[Picture]()
 
     def add(name: str, caption: str, figure: Figure) -> None:
         pictures.append(Picture(f"{name}.png", caption, figure))
+
+    if study.reference is None:
+        if found.rows:
+            caption = "Static transmission error over one pitch, less its mean."
+            add("curves", caption, _curves(parts, found.rows))
+        return pictures
 
     solved = _solved(parts, study.grid.cells)
     levels = [cell.detail for cell in solved]
@@ -57,6 +60,24 @@ def study_pictures(parts: StudyParts, found: StudyTable) -> list[Picture]:
                 "reference itself is uncertain; errors far below it are not shown.",
                 _error_over_time(found))  # fmt: skip
     return pictures
+
+
+def _curves(parts: StudyParts, rows: Sequence[Row]) -> Figure:
+    gears = sorted({row["overlap_ratio"] for row in rows})
+    meshes = sorted({(row["n_profile"], row["n_width"]) for row in rows})
+    with panels(len(meshes), 3.6 * len(meshes) + 1.0, 5.0, sharey=True) as (figure, shown):
+        for axes, mesh in zip(shown, meshes, strict=True):
+            for i, row in enumerate(row for row in rows if (row["n_profile"], row["n_width"]) == mesh):
+                full = parts.results[f"cell {row['cell']}"]["full"]
+                ste = np.array(full["ste_um"][0], dtype=float)
+                # The same gears have the same colour on all meshes.
+                colour = gears.index(row["overlap_ratio"]) if len(gears) > 1 else i
+                axes.plot(np.arange(len(ste) + 1) / len(ste), np.append(ste, ste[0]) - row["ste_mean_um"],
+                          color=COLOURS[colour % len(COLOURS)], label=row["variant"])  # fmt: skip
+            axes.set(title=f"{mesh[0]} x {mesh[1]} elements", xlabel="Pinion angle over the pitch [-]", xlim=(0.0, 1.0))
+            axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16))
+        shown[0].set_ylabel("STE less its mean [µm]")
+    return figure
 
 
 def _ste_by_detail(parts: StudyParts, details: Sequence[int]) -> Figure:
@@ -92,10 +113,7 @@ def _timed_errors(table: StudyTable, key: str) -> list[tuple[float, float, Row]]
 
 
 def _error_over_time(table: StudyTable) -> Figure:
-    labels = {
-        "shape_error_um": "Shape error of the STE [µm]",
-        "mean_error_um": "Error of the mean STE, magnitude [µm]",
-    }
+    labels = {"shape_error_um": "Shape error of the STE [µm]", "mean_error_um": "Error of the mean STE, magnitude [µm]"}
     with panels(2, 9.6, 4.9, legend=3) as (figure, shown):
         for axes, (key, label) in zip(shown, labels.items(), strict=True):
             points, floor = _timed_errors(table, key), _floor(table, key)

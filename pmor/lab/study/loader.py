@@ -11,14 +11,7 @@ from pmor.lab.study.settings import Study, quick_study
 
 
 def load(path: Path | str, *, quick: bool = False) -> Study:
-    """Read and check a study file.
-
-    Parameters
-    ----------
-    path : Path or str
-        TOML file; its base case is looked for beside it.
-    quick : bool
-        The short variant of the study.
+    """Read and check a study file, or its short variant; its base case is looked for beside it.
 
     Raises
     ------
@@ -31,19 +24,7 @@ def load(path: Path | str, *, quick: bool = False) -> Study:
 
 
 def parse_study(text: str, name: str, where: str, folder: Path) -> Study:
-    """Check the text of a study file.
-
-    Parameters
-    ----------
-    text : str
-        TOML text.
-    name : str
-        Name of the study.
-    where : str
-        Name of the text in error messages, usually the path.
-    folder : Path
-        Where the base case is looked for.
-    """
+    """Check the TOML text of a study file, called `where` in messages; the base case is looked for in `folder`."""
     reader = Reader(where, sections_in(Study))
     given = {"name": name, "where": where, "changes": {}}
     study = reader.section(parse_toml(text, where), Study, filled={"title": name}, given=given)

@@ -24,20 +24,11 @@ LARGEST_TRUSTED_ORDER = 2.0
 
 @dataclass(frozen=True)
 class Curve:
-    """STE and load sharing over one pitch at one torque.
+    """STE and load sharing over one pitch at one torque."""
 
-    Parameters
-    ----------
-    ste_um : ndarray, shape (n,)
-        NaN where not converged.
-    pair_share : ndarray, shape (n, p)
-        Fraction of the torque that each tooth pair carries.
-    pair_index : ndarray of int, shape (p,)
-    """
-
-    ste_um: FloatArray
-    pair_share: FloatArray
-    pair_index: IntArray
+    ste_um: FloatArray  # shape (n,): NaN where not converged
+    pair_share: FloatArray  # shape (n, p): Fraction of the torque that each tooth pair carries
+    pair_index: IntArray  # shape (p,)
 
     @property
     def mean_um(self) -> float:
@@ -75,18 +66,10 @@ def load_share_error(curve: Curve, reference: Curve) -> float:
 
 @dataclass(frozen=True)
 class Convergence:
-    """Estimated error of the finest of a family of meshes.
+    """Estimated error of the finest of a family of meshes."""
 
-    Parameters
-    ----------
-    order : float
-        Observed order of convergence; NaN where the family does not show one.
-    error : float
-        Estimated error of the finest mesh, in the unit of the quantity, magnitude.
-    """
-
-    order: float
-    error: float
+    order: float  # Observed order of convergence; NaN where the family does not show one
+    error: float  # Estimated error of the finest mesh, in the unit of the quantity, magnitude
 
 
 def richardson(spacing: Sequence[float], distance_to_finest: Sequence[float]) -> Convergence:
@@ -94,21 +77,9 @@ def richardson(spacing: Sequence[float], distance_to_finest: Sequence[float]) ->
 
     With an error ``c h^p`` the coarser meshes differ from the finest by ``|c| (h_i^p - h_0^p)``: two differences give p
     and c. This holds for numbers and, with a c that depends on the angle, for the standard deviation of a difference of
-    curves alike.
-
-    Parameters
-    ----------
-    spacing : sequence of float
-        Element sizes h, coarse to fine, in any unit.
-    distance_to_finest : sequence of float
-        Of all but the finest mesh, in the same order; signed or magnitudes.
-
-    Returns
-    -------
-    Convergence
-        Where no order can be observed (two meshes, differences of different sign, or an order outside
-        `OBSERVABLE_ORDERS`) the error is the last difference itself, without extrapolation; above
-        `LARGEST_TRUSTED_ORDER` it is extrapolated with that one.
+    curves alike. Element sizes h and distances go from coarse to fine. Where no order can be observed (two meshes,
+    differences of different sign, or an order outside `OBSERVABLE_ORDERS`) the error is the last difference itself;
+    above `LARGEST_TRUSTED_ORDER` it is extrapolated with that one.
 
     Examples
     --------
@@ -136,15 +107,7 @@ def richardson(spacing: Sequence[float], distance_to_finest: Sequence[float]) ->
 
 
 def break_even(offline_s: float, slow_ms: float, fast_ms: float) -> int | None:
-    """Return from how many positions on the offline stage pays; None when it never does.
-
-    Parameters
-    ----------
-    offline_s : float
-        s.
-    slow_ms, fast_ms : float
-        Run time per position without and with it, ms.
-    """
+    """Return from how many positions on an offline stage (s) pays; None when it never does."""
     saved = slow_ms - fast_ms
     return math.ceil(1e3 * offline_s / saved) if saved > 0.0 else None
 

@@ -9,7 +9,6 @@ from pmor.lab.study.paper import claim_blocks
 from pmor.lab.study.settings import Study
 from pmor.lab.study.table import Row, StudyTable
 from pmor.lab.study.timing import CONDENSED_ANGLES, REDUCED_ANGLES, REPEATS
-from pmor.lab.study.variants import variant_blocks
 from pmor.report.page import Block, Heading, Picture, Warning
 from pmor.report.table import Table
 from pmor.work.table import Columns, percent, table
@@ -38,7 +37,7 @@ ERRORS: Columns = {"max, %": percent("rom_vs_full_ste_max_rel"), "rms, %": perce
 def study_blocks(study: Study, found: StudyTable, pictures: Sequence[Picture]) -> list[Block]:
     """Return the report, in the order of reading."""
     if study.reference is None:
-        return [*(Warning(text) for text in found.failures), *variant_blocks(study, found, pictures)]
+        return [*(Warning(text) for text in found.failures), *_variants(study, found, pictures)]
 
     def picture(name: str) -> list[Block]:
         return [picture for picture in pictures if picture.file_name == f"{name}.png"]
@@ -62,6 +61,25 @@ def study_blocks(study: Study, found: StudyTable, pictures: Sequence[Picture]) -
         *_run_times(found),
         *(_peer(study, found.peer) if study.peer else []),
     ]
+
+
+def _variants(study: Study, found: StudyTable, pictures: Sequence[Picture]) -> list[Block]:
+    """The report of a study of variants alone: other gears or meshes, compared with each other."""
+    columns: Columns = {
+        "variant": "variant",
+        "elements, profile x width": lambda row: f"{row['n_profile']} x {row['n_width']}",
+        "contact ratio": "contact_ratio",
+        "overlap ratio": "overlap_ratio",
+        "STE mean, µm": "ste_mean_um",
+        "peak-to-peak, µm": "ste_peak_to_peak_um",
+        "of the first, %": lambda row: 100.0 * row["ste_peak_to_peak_um"] / found.rows[0]["ste_peak_to_peak_um"],
+        "FE unknowns": "fe_unknowns",
+    }
+    text = (
+        f"Full FE at nominal torque, {study.grid.angles_per_pitch} angles per pitch. STE is in micrometres along the "
+        "line of action."
+    )
+    return [text, table("Variants", columns, found.rows), *pictures]
 
 
 def _ladder(study: Study, found: StudyTable) -> list[Block]:
@@ -170,10 +188,7 @@ def _run_times(found: StudyTable) -> list[Block]:
     }
     note = "Break-even: positions from which the offline stage has paid."
     title = "Run times per position, ratios, and cost of the offline stage"
-    return [
-        text,
-        table(title, columns, found.rows_of("reduced"), note),
-    ]
+    return [text, table(title, columns, found.rows_of("reduced"), note)]
 
 
 def _peer(study: Study, peer: Row | None) -> list[Block]:

@@ -23,17 +23,8 @@ MODELS = ("conventional", "condensed", "reduced")
 def checked_claims(rows: Sequence[Row], study: Study) -> list[Row]:
     """Check the claims about quality that the study's cells allow to check.
 
-    Parameters
-    ----------
-    rows : sequence of dict
-        Of `pmor.lab.study.table.grid_rows`.
-    study : Study
-
-    Returns
-    -------
-    list of dict
-        `name`, `claim`, `criterion`, `confirmed`, the cell's numbers in `measured`, and those of the cell that it is
-        held against in `yardstick`.
+    Each has `name`, `claim`, `criterion`, `confirmed`, the cell's numbers in `measured`, and those of the cell
+    that it is held against in `yardstick`.
     """
     by_cell = {row["cell"]: row for row in rows if row["model"] == "condensed"}
     fine = by_cell.get(YARDSTICK.label)

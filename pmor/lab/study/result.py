@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from pmor.lab.study.cells import StudyParts
 from pmor.lab.study.figures import study_pictures
 from pmor.lab.study.page import study_blocks
-from pmor.lab.study.parts import StudyParts
 from pmor.lab.study.table import StudyTable
 from pmor.work.results import Report, writing_results
 from pmor.work.table import Columns, percent, table, text_lines
@@ -15,7 +15,6 @@ from pmor.work.table import Columns, percent, table, text_lines
 #: files that `StudyResult.write` may leave
 FILES = (
     "study.json", "study.md", "report.html", "figure5.png", "error_run_time.png", "curves.png",
-    "overlap.png",
 )  # fmt: skip
 
 

@@ -20,14 +20,7 @@ CONVENTIONAL_ANGLES, PEER_ANGLES = 1, 3
 
 
 def conventional_cell(case: Case, store: ModelStore) -> dict[str, Any]:
-    """Solve a cell with the conventional full FE, at nominal torque.
-
-    Returns
-    -------
-    dict
-        Angles, STE (also of the condensed model), Newton steps and seconds of each position; `ms_per_position` is
-        their mean, without the assembly.
-    """
+    """Solve a cell with the conventional full FE, at nominal torque; `ms_per_position` is without the assembly."""
     case = whole_width(case)
     model, _ = store.model(case)
     pair = conventional_pair(case, model.mesh)

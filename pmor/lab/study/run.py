@@ -11,8 +11,7 @@ from pathlib import Path
 from pmor.case import Case
 from pmor.lab.core.models import ModelStore
 from pmor.lab.study import rivals, solve
-from pmor.lab.study.cells import StudyCases, study_cases
-from pmor.lab.study.parts import StudyParts
+from pmor.lab.study.cells import StudyCases, StudyParts, study_cases
 from pmor.lab.study.result import FILES, StudyResult
 from pmor.lab.study.settings import Cell, Study
 from pmor.lab.study.table import study_table
@@ -36,14 +35,9 @@ def run(
     Parameters
     ----------
     study : Study
-    folder : Path or str, optional
-        Of the results, where pieces and bases are kept for the next run.
-    overwrite : bool
-        Start anew.
-    executor : concurrent.futures.Executor, optional
-        Of threads, for the angles of full FE; run times are measured without.
-    progress : callable, optional
-        Called with how many more pieces are there.
+    folder, overwrite, executor, progress
+        As in `pmor.app.rooms`; the executor is one of threads, for the angles of full FE. Pieces and bases stay in the
+        folder for the next run.
 
     Raises
     ------

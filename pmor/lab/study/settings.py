@@ -27,21 +27,11 @@ QUICK_CHANGES: Sections = {"offline": {"angles_per_pitch": 20}, "compare": {"ang
 
 @dataclass(frozen=True, order=True)
 class Cell:
-    """A cell of the study's grid.
-
-    Parameters
-    ----------
-    n_profile : int
-        Elements over the profile.
-    lodm : int
-        Level-of-detail magnification over the profile: contact points per element.
-    variant : str
-        Name of the other differences from the base case; empty for the grid itself.
-    """
+    """A cell of the study's grid: elements and level-of-detail magnification over the profile."""
 
     n_profile: int
     lodm: int
-    variant: str = ""
+    variant: str = ""  # Name of the other differences from the base case; empty for the grid itself
 
     @staticmethod
     def from_toml(value: object) -> Cell:
@@ -128,15 +118,7 @@ class GridSettings:
 
 @dataclass(frozen=True)
 class Member:
-    """A mesh of the reference's family.
-
-    Parameters
-    ----------
-    n_profile, n_width : int
-        Elements over the profile and over the width.
-    lodm : int
-        Over the profile.
-    """
+    """A mesh of the reference's family: elements over profile and width, and LoDM over the profile."""
 
     n_profile: int
     n_width: int

@@ -11,15 +11,20 @@ import numpy as np
 
 from pmor.lab.core.measures import max_and_rms
 from pmor.lab.study import measures
+from pmor.lab.study.cells import StudyParts
 from pmor.lab.study.measures import Curve
 from pmor.lab.study.paper import checked_claims, checked_time_claims
-from pmor.lab.study.parts import StudyParts
 from pmor.lab.study.settings import Cell
 from pmor.pair.model import gear_pair
 
 Row = dict[str, Any]
 
 SURFACES = {"facet": "facet", "paper": "hermite", "direct": "hermite", "line": "exact"}
+ERRORS = {
+    "mean_error_um": measures.mean_error_um,
+    "peak_to_peak_error_um": measures.peak_to_peak_error_um,
+    "shape_error_um": measures.shape_error_um,
+}
 # Keys that every row has, and that say something about the reduced model alone.
 REDUCED_ONLY = ("n_angles_trained", "n_torques_trained", "rom_vs_full_ste_max_rel", "rom_vs_full_ste_rms_rel")
 
@@ -30,26 +35,14 @@ class StudyTable:
 
     Keys that depend on the clock start with ``ms_`` or ``time_`` or end in ``_s``; all others, and `machine`, are the
     same in every run.
-
-    Parameters
-    ----------
-    rows : list of dict
-        One per cell and model.
-    reference : dict
-        Empty in a study of variants alone.
-    claims, time_claims : list of dict
-    peer : dict or None
-    machine : dict
-        Of the run times; empty when there are none.
-    failures : tuple of str
     """
 
-    rows: list[Row]
-    reference: Row
+    rows: list[Row]  # One per cell and model
+    reference: Row  # Empty in a study of variants alone
     claims: list[Row]
     time_claims: list[Row]
     peer: Row | None
-    machine: Row
+    machine: Row  # Of the run times; empty when there are none
     failures: tuple[str, ...]
 
     def row(self, cell: Cell, model: str) -> Row | None:
@@ -101,18 +94,14 @@ def reference_row(parts: StudyParts) -> Row:
                 "solve_s": part["solve_s"],
             }
             for m, part in found
-        ],
+        ]
     }
     if len(found) < len(members):
-        return row | dict.fromkeys(("mean_error_um", "peak_to_peak_error_um", "shape_error_um"))
+        return row | dict.fromkeys(ERRORS)
     curves = [curve_of(part["full"]) for _, part in found]
     fine = curves[-1]
     spacing = [1.0 / m.n_profile for m in members]
-    for name, measure in (
-        ("mean_error_um", measures.mean_error_um),
-        ("peak_to_peak_error_um", measures.peak_to_peak_error_um),
-        ("shape_error_um", measures.shape_error_um),
-    ):
+    for name, measure in ERRORS.items():
         distances = [measure(curve, fine) for curve in curves[:-1]]
         estimate = measures.richardson(spacing, distances)
         row |= {
@@ -226,12 +215,7 @@ def _compared_times(fast: Row, slow: Row | None, name: str) -> Row:
 
 def _against_reference(curve: Curve, fine: Curve | None) -> Row:
     row = {"ste_mean_um": curve.mean_um, "ste_peak_to_peak_um": curve.peak_to_peak_um}
-    for name, measure in (
-        ("mean_error_um", measures.mean_error_um),
-        ("peak_to_peak_error_um", measures.peak_to_peak_error_um),
-        ("shape_error_um", measures.shape_error_um),
-        ("load_share_error", measures.load_share_error),
-    ):
+    for name, measure in {**ERRORS, "load_share_error": measures.load_share_error}.items():
         row[name] = measure(curve, fine) if fine is not None else math.nan
     return row
 

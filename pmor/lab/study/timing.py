@@ -27,21 +27,10 @@ REPEATS, CONDENSED_ANGLES, REDUCED_ANGLES = 5, 8, 200
 
 
 def time_cells(cells: Mapping[Cell, tuple[Case, Path]], store: ModelStore) -> dict[str, dict[str, Any]]:
-    """Time condensed and reduced model of all cells, in rounds over the cells.
+    """Time condensed and reduced model (ms per position) of cases and basis files by cell, in rounds over the cells.
 
     One position is one angle at the nominal torque. The condensed model solves each from the undeformed pair, the
     reduced one starts from the position before, on one thread and on all.
-
-    Parameters
-    ----------
-    cells : mapping of Cell to (Case, Path)
-        Case and basis file.
-    store : ModelStore
-
-    Returns
-    -------
-    dict
-        By label of the cell: milliseconds per position of each model.
     """
     with threads(os.cpu_count() or 1) as executor:
         work = _sweeps(cells, store, executor)
