@@ -107,12 +107,7 @@ class Bench:
     before: list[Row]
 
     def write(self, path: Path) -> None:
-        """Write the JSON file, and the table as Markdown beside it.
-
-        Raises
-        ------
-        OutputError
-        """
+        """Write the JSON file, and the table as Markdown beside it."""
         write_summary_json(path, {"rows": self.rows, "machine": self.machine})
         write_markdown(path.with_suffix(".md"), "Benchmark", [self._table()])
 
@@ -174,31 +169,26 @@ def run(
 
 def offline_rows(case: Case) -> list[Row]:
     """Time the offline stage of the case step by step, once."""
-    seconds: dict[str, float] = {}
-
-    def timed(name: str, work: Callable[[], Any]) -> Any:
-        start = time.perf_counter()
-        result = work()
-        seconds[name] = time.perf_counter() - start
-        return result
-
-    mesh = timed("mesh", lambda: meshed_within_memory(case))
+    mesh, meshing = _timed(lambda: meshed_within_memory(case))
     gear = case.pair.pinion
     elastic = gear.youngs_modulus_GPa * 1e3, gear.poisson_ratio, case.mesh.element
     neighbours, layers = neighbouring_teeth(mesh.meshed.pair), layers_of(mesh.meshed)
     columns = layers[0].columns if layers else 0
-    elements, elimination, ring = (f"{step}, one gear" for step in ("elements", "elimination", "ring"))
-    timed(elements, lambda: sector_stiffness(mesh.pinion, *elastic))
-    timed(elimination, lambda: condense_sector(mesh.pinion, *elastic, layer_columns=columns))
-    timed(ring, lambda: elastic_gear(mesh.pinion, *elastic, neighbours, layer_columns=columns))
-    # Each of these calls contains the one before.
-    seconds[ring] -= seconds[elimination]
-    seconds[elimination] -= seconds[elements]
+    _, elements = _timed(lambda: sector_stiffness(mesh.pinion, *elastic))
+    _, condensed = _timed(lambda: condense_sector(mesh.pinion, *elastic, layer_columns=columns))
+    _, ring = _timed(lambda: elastic_gear(mesh.pinion, *elastic, neighbours, layer_columns=columns))
     model = elastic_model(case, mesh)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "basis.h5"
-        timed("full contact and basis file", lambda: run_offline(case, model, path, estimate=estimate_errors))
-    return [_row(f"offline: {name}", case, [1e3 * found]) for name, found in seconds.items()]
+        _, snapshots = _timed(lambda: run_offline(case, model, path, estimate=estimate_errors))
+    times = {
+        "mesh": meshing,
+        "elements, one gear": elements,
+        "elimination, one gear": condensed - elements,  # each of these calls contains the one before
+        "ring, one gear": ring - condensed,
+        "full contact and basis file": snapshots,
+    }
+    return [_row(f"offline: {name}", case, [ms]) for name, ms in times.items()]
 
 
 def sweep_rows(listed: list[Variant], models: list[ReducedPair]) -> list[Row]:
@@ -350,9 +340,11 @@ def _basis(case: Case, path: Path) -> ReducedPair:
 
 
 def _timed_ms(work: Callable[[], Any]) -> Callable[[], float]:
-    def timed() -> float:
-        start = time.perf_counter()
-        work()
-        return 1e3 * (time.perf_counter() - start)
+    return lambda: _timed(work)[1]
 
-    return timed
+
+def _timed(work: Callable[[], Any]) -> tuple[Any, float]:
+    """Do work and return its result and time, ms."""
+    start = time.perf_counter()
+    result = work()
+    return result, 1e3 * (time.perf_counter() - start)

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 from pmor.case import parse_case
 from pmor.core.errors import CaseError
 from pmor.lab.comparison.curves import Curves
-from pmor.lab.comparison.effectivity import Effectivity, effectivity, rank_correlation
+from pmor.lab.comparison.measure import Effectivity, effectivity, rank_correlation
 from pmor.lab.comparison.training import TrainingSet
 from pmor.lab.comparison.variants import Grid, counts_up_to, grid_families, table_grids, variants
 from pmor.work.states import SMALLEST_ERROR_UM

@@ -10,9 +10,8 @@ from typing import Any
 from pmor.case import Case
 from pmor.core.progress import format_time
 from pmor.lab.comparison.curves import SAMPLINGS, Curves
-from pmor.lab.comparison.effectivity import WANTED_EFFECTIVITY
 from pmor.lab.comparison.figures import SAMPLING_NAMES, decay_figure, estimate_figure, run_time_figure
-from pmor.lab.comparison.measure import Row, Truth
+from pmor.lab.comparison.measure import WANTED_EFFECTIVITY, Row, Truth
 from pmor.lab.comparison.variants import PARAMETERS
 from pmor.report.page import Block, Heading, Picture, Warning
 from pmor.report.provenance import machine
@@ -65,28 +64,16 @@ CAPTIONS = {
 
 @dataclass(frozen=True)
 class Comparison:
-    """Reductions and samplings at equal conditions.
-
-    Parameters
-    ----------
-    case : Case
-    truth : Truth
-    entries : tuple of dict
-        Plain data of each reduction, in the order of the table: `pmor.lab.comparison.measure.effort` and `worth`, and
-        ``online_ms``, ``online_without_ms`` per position, with and without the error estimate.
-    curves : Curves
-    failures : tuple of str
-        States that did not converge anywhere.
-    seconds : float
-        Wall time of the run.
-    """
+    """Reductions and samplings at equal conditions."""
 
     case: Case
     truth: Truth
+    # Plain data of each reduction, in the order of the table: `pmor.lab.comparison.measure.effort` and `worth`, and
+    # ``online_ms``, ``online_without_ms`` per position, with and without the error estimate
     entries: tuple[Row, ...]
     curves: Curves
-    failures: tuple[str, ...]
-    seconds: float
+    failures: tuple[str, ...]  # States that did not converge anywhere
+    seconds: float  # Wall time of the run
 
     def data(self) -> dict[str, Any]:
         """Return everything that was measured as plain data."""
@@ -105,12 +92,7 @@ class Comparison:
         }
 
     def write(self, folder: Path | str, *, overwrite: bool = False) -> None:
-        """Write `reductions.json`, `reductions.md`, `reductions.html` and the pictures; remove finished reductions.
-
-        Raises
-        ------
-        OutputError
-        """
+        """Write `reductions.json`, `reductions.md`, `reductions.html` and the pictures; remove finished reductions."""
         title = f"Reductions and error bars: {self.case.title}"
         report = Report("reductions", self.data(), title, list(self._blocks()), self.case, page="reductions.html")
         with writing_results(folder, FILES, self.case.text, overwrite=overwrite) as held:

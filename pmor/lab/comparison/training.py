@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from pmor.case import Case
 from pmor.pair.model import ElasticModel
 from pmor.reduction.snapshots import Snapshots
 from pmor_offline.adaptive import greedy_snapshots
-from pmor_offline.sampling import TrainingPosition, grid_positions, sobol_positions
+from pmor_offline.sampling import grid_positions, sobol_positions
 from pmor_offline.snapshots import solve_snapshots
 from pmor_online.errors import estimate_errors
 
@@ -48,22 +48,20 @@ def greedy_training(case: Case, model: ElasticModel) -> TrainingSet:
 
 def sobol_training(case: Case, model: ElasticModel, count: int) -> TrainingSet:
     """Solve a Sobol sequence; a smaller `count` gives its beginning."""
-    return _solved(model, sobol_positions(case.offline, model.mesh.meshed.pair, count))
+    positions = sobol_positions(case.offline, model.mesh.meshed.pair, count)
+    return _timed((solve_snapshots(model, position) for position in positions), [])
 
 
 def grid_training(case: Case, model: ElasticModel) -> TrainingSet:
     """Solve the grid of a case."""
-    return _solved(model, grid_positions(case.offline, model.mesh.meshed.pair))
+    positions = grid_positions(case.offline, model.mesh.meshed.pair)
+    return _timed((solve_snapshots(model, position) for position in positions), [])
 
 
 def solves_until(greedy: TrainingSet, tolerance_percent: float) -> int:
     """Return after how many solves a greedy sampling with a larger tolerance would have ended."""
     below = (i for i, s in enumerate(greedy.snapshots) if s.estimate_percent <= tolerance_percent)
     return next(below, greedy.solves)
-
-
-def _solved(model: ElasticModel, positions: Sequence[TrainingPosition]) -> TrainingSet:
-    return _timed((solve_snapshots(model, position) for position in positions), [])
 
 
 def _timed(solving: Iterable[Snapshots], known: list[Snapshots]) -> TrainingSet:

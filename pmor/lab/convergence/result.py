@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
+from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -66,12 +67,7 @@ class Convergence:
         return None if value is None or limit is None else 100.0 * (value / limit - 1.0)
 
     def write(self, folder: Path | str, *, overwrite: bool = False) -> None:
-        """Write `convergence.json`, `convergence.md`, `report.html` and the picture; remove finished meshes.
-
-        Raises
-        ------
-        OutputError
-        """
+        """Write `convergence.json`, `convergence.md`, `report.html` and the picture; remove finished meshes."""
         data = {
             "case": self.case.name,
             "levels": [self._row(level) for level in self.levels],
@@ -120,15 +116,12 @@ class Convergence:
             # The extrapolated limit is worth no more than two digits.
             return lambda level: two_digits(self.error_percent(level, quantity))
 
-        def value(quantity: str) -> Any:
-            return lambda level: getattr(level, quantity)
-
         return {
-            "element": lambda level: level.element,
+            "element": attrgetter("element"),
             "elements": lambda level: f"{level.n_profile} x {level.n_width}",
-            **{f"{name}, µm": value(quantity) for quantity, name in QUANTITIES.items()},
+            **{f"{name}, µm": attrgetter(quantity) for quantity, name in QUANTITIES.items()},
             **{f"{name}, %": error(quantity) for quantity, name in QUANTITIES.items()},
-            "finite elements, s": lambda level: level.offline_s,
+            "finite elements, s": attrgetter("offline_s"),
         }
 
 

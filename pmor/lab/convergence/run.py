@@ -54,7 +54,6 @@ def run(
     ------
     CaseError
         When the case has another contact scheme.
-    OutputError
     """
     if case.contact.kind != "line":
         raise CaseError(

@@ -13,10 +13,9 @@ Differences of CalculiX:
   wholly or not at all at the tip edge of the mate, where ours weights it by the area that faces the mate.
 * ``surface_to_surface`` integrates the pressure over the facets: the limit of our facets with ever more LoDM.
 * ``hex8`` is its C3D8. Its C3D8I is ``hex8i`` without the factor det(J_0) / det(J) on the incompatible gradients.
-* ``hex20`` is its C3D20 with the dilatation projected, to round-off where there is no lateral contraction. Their faces,
-  curved through eight nodes, are none of our surfaces: with pressure integrated over them the STE differs from that of
-  our Hermite patches by -17, 1.5 and -0.3 % with 6, 12 and 24 elements. Which area it gives to a node of theirs is its
-  own affair: ``node_to_surface`` differs by 5-15 %.
+* ``hex20`` is its C3D20 with the dilatation projected, to round-off where there is no lateral contraction. Their faces
+  are curved through eight nodes: with pressure integrated over them the STE differs from that of our Hermite patches by
+  -17, 1.5 and -0.3 % with 6, 12 and 24 elements, and ``node_to_surface`` by 5-15 %.
 """
 
 from __future__ import annotations
@@ -160,7 +159,9 @@ def input_deck(
     for gear in gears:
         lines += gear_lines(gear, ELEMENTS[case.mesh.element])
     lines += _support_lines(gears, driver, meshed.pair.pinion.base_radius)
-    lines += _contact_law_lines(case.contact.penalty_N_mm3, contact)
+    penalty = case.contact.penalty_N_mm3
+    law = _numbers((penalty, TENSION) if contact == "node_to_surface" else (penalty,))
+    lines += ("*SURFACE INTERACTION,NAME=FLANKS", "*SURFACE BEHAVIOR,PRESSURE-OVERCLOSURE=LINEAR", law)
     for index in pairs:
         lines += _contact_pair_lines(gears, int(index), contact, slave)
     return "\n".join([*lines, *_step_lines(driver, torque / meshed.pair.pinion.base_radius)]) + "\n"
@@ -245,12 +246,6 @@ def _support_lines(gears: tuple[PlacedGear, PlacedGear], driver: int, base_radiu
             yield "2"
             yield f"{node},{direction},-1,{driver},1,{_numbers([path_ratio])}"
     yield from ("*BOUNDARY", "WHEEL_BORE,1,3", "PINION_BORE,3,3", "DRIVER,2,3")
-
-
-def _contact_law_lines(penalty: float, contact: Contact) -> Iterator[str]:
-    yield "*SURFACE INTERACTION,NAME=FLANKS"
-    yield "*SURFACE BEHAVIOR,PRESSURE-OVERCLOSURE=LINEAR"
-    yield _numbers((penalty, TENSION) if contact == "node_to_surface" else (penalty,))
 
 
 def _contact_pair_lines(

@@ -8,9 +8,6 @@ B = dg/dx the gradient of the gaps and t the torque over the base radius in the 
     K x - B^T p(x) = t,        (K + B^T k B) dx = t + B^T p - K x.
 
 The equations of a gear are in the frame of its tooth 0, contact is evaluated in the frame of each tooth.
-
-*Measured* (paper's pair, 16 elements): the points in contact add 1 % to the fill; to order their nodes last, those of
-one gear or of both, gains nothing.
 """
 
 from __future__ import annotations
@@ -22,11 +19,10 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from pmor.case import Case, GearCase
+from pmor.case import Case
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError, ConvergenceError
 from pmor.fe.assembly import degrees_of_freedom
-from pmor.fe.sector import SectorMesh
 from pmor.fe.sparse_direct import assemble_arc, factorise
 from pmor.gear.condition import Condition
 from pmor.line.layered_pair import LayeredPair
@@ -142,7 +138,11 @@ def conventional_pair(case: Case, mesh: MeshModel) -> ConventionalPair:
         )
     start = time.perf_counter()
     (pinion, on_pinion), (wheel, on_wheel) = per_gear(
-        case, mesh, lambda sector, gear: assemble_gear(case, sector, gear, sector.teeth)
+        case,
+        mesh,
+        lambda sector, gear: assemble_arc(
+            sector, gear.youngs_modulus_GPa * 1e3, gear.poisson_ratio, case.mesh.element, sector.teeth
+        ),
     )
     stiffness = sp.block_diag([pinion, wheel, sp.csc_array((1, 1))], format="csc")
     flanks = [
@@ -180,13 +180,6 @@ def solve_conventional(
         ste / problem.base_radius, ste * 1e3, len(history) - 1, len(factor_seconds), sum(factor_seconds),
         time.perf_counter() - start, tuple(history),
     )  # fmt: skip
-
-
-def assemble_gear(
-    case: Case, sector: SectorMesh, gear: GearCase, sectors: int
-) -> tuple[sp.csc_array, list[sp.csr_array]]:
-    """Assemble consecutive sectors of one of a case's gears (`pmor.fe.sparse_direct.assemble_arc`)."""
-    return assemble_arc(sector, gear.youngs_modulus_GPa * 1e3, gear.poisson_ratio, case.mesh.element, sectors)
 
 
 def _newton(

@@ -48,12 +48,7 @@ NOTE = "Folds of the main resonance, over the natural frequency of each law; emp
 
 
 def write_slices(case: Case, slices: Sequence[Data], folder: Path) -> None:
-    """Write `slices.json`, `slices.md`, `report.html` and the picture of `pmor.lab.slices.run.run_slices`.
-
-    Raises
-    ------
-    OutputError
-    """
+    """Write `slices.json`, `slices.md`, `report.html` and the picture of `pmor.lab.slices.run.run_slices`."""
     rows = [
         {"torque_Nm": found["torque_Nm"], "law": name, **found[kind], **damped}
         for found in slices for kind, (name, _) in KINDS.items() for damped in found[kind]["responses"]

@@ -50,8 +50,9 @@ def run_slices(case: Case, *, reduced: ReducedPair | None = None, executor: Exec
             "compare: leave them out"
         )
     model = gear_model(case, reduced.meshed.pair)
-    laws = {kind: force_law(case, pair, executor)[0] for kind, pair in
-            (("coupled", reduced), ("slices", sliced(reduced)))}  # fmt: skip
+    compliance = without_neighbours(reduced.flank_compliance)
+    sliced = SlicedPair(replace(reduced.basis, compliance=compliance), reduced.meshed)
+    laws = {name: force_law(case, pair, executor)[0] for name, pair in (("coupled", reduced), ("slices", sliced))}
     return [
         {"torque_Nm": torque, **{kind: _of(task_of(case, model, law, torque)) for kind, law in laws.items()}}
         for torque in case.dynamics.torques_Nm
@@ -71,12 +72,6 @@ class SlicedPair(ReducedPair):
         for found, between in zip(alone, (pinion, wheel), strict=True):
             found[:, sections, sections] = np.einsum("astij,t->asij", between, width) / width[:, None, None]
         return alone
-
-
-def sliced(reduced: ReducedPair) -> SlicedPair:
-    """Return a reduced pair of line loads without coupling between teeth or sections."""
-    compliance = without_neighbours(reduced.flank_compliance)
-    return SlicedPair(replace(reduced.basis, compliance=compliance), reduced.meshed)
 
 
 def without_neighbours(compliance: FlankCompliance) -> FlankCompliance:

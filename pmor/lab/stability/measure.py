@@ -16,7 +16,7 @@ from pmor.core.errors import CaseError, GeometryError, MeshError
 from pmor.lab.core.models import ModelStore
 from pmor.lab.stability.places import NEIGHBOUR, mirrored_angles, pinion_angles
 from pmor.lab.stability.reduced import train
-from pmor.lab.stability.solve import Solved, solve_variant, ste_from_other_load, ste_only
+from pmor.lab.stability.solve import OTHER_LOAD, Solved, solve_variant, ste_only
 from pmor.lab.stability.variants import Variant
 from pmor.pair.conditions import nominal_condition
 from pmor.pair.limits import range_warnings
@@ -123,7 +123,7 @@ def _reference(
         return np.asarray(0.5 * (near[0] + near[1]))
     if variant.against == "full":
         return ste_only(meshed, model.elasticity_at, phi, condition)
-    return ste_from_other_load(meshed, model.elasticity_at, phi, condition)
+    return ste_only(meshed, model.elasticity_at, phi, condition, OTHER_LOAD)
 
 
 def _finer(case: Case) -> Case:

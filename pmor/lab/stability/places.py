@@ -21,7 +21,16 @@ def pinion_angles(meshed: MeshedPair, places: str) -> FloatArray:
     less; ``borders``: a pair's contact exactly on rows of nodes of either flank; ``ends``: exact entry and exit alone;
     ``hunting``: eight positions over the period after which the same teeth meet again.
     """
-    return {"usual": _usual, "borders": _borders, "ends": _ends, "hunting": _hunting}[places](meshed)
+    pair = meshed.pair
+    if places == "borders":
+        return _borders(meshed)
+    more, inside = pair.total_contact_ratio % 1.0, np.array([0.25, 0.5, 0.75])
+    shares = {
+        "usual": np.concatenate([[0.0], more * inside, [more], more + (1.0 - more) * inside]),
+        "ends": np.array([0.0, more]),
+        "hunting": math.lcm(pair.pinion.teeth, pair.wheel.teeth) * (np.arange(8) + 0.3) / 8.0,
+    }
+    return np.asarray(pair.meshing_range[0] + shares[places] * pair.pitch)
 
 
 def mirrored_angles(pair: GearPair, phi: FloatArray, exchanged: GearPair) -> FloatArray:
@@ -31,23 +40,6 @@ def mirrored_angles(pair: GearPair, phi: FloatArray, exchanged: GearPair) -> Flo
     """
     share = (phi - pair.meshing_range[0]) / pair.pitch
     return np.asarray(exchanged.meshing_range[0] + (pair.total_contact_ratio - share) * exchanged.pitch)
-
-
-def _usual(meshed: MeshedPair) -> FloatArray:
-    more = meshed.pair.total_contact_ratio % 1.0
-    inside = np.array([0.25, 0.5, 0.75])
-    shares = np.concatenate([[0.0], more * inside, [more], more + (1.0 - more) * inside])
-    return _at(meshed.pair, shares)
-
-
-def _ends(meshed: MeshedPair) -> FloatArray:
-    return _at(meshed.pair, np.array([0.0, meshed.pair.total_contact_ratio % 1.0]))
-
-
-def _hunting(meshed: MeshedPair) -> FloatArray:
-    pair = meshed.pair
-    period = math.lcm(pair.pinion.teeth, pair.wheel.teeth)
-    return _at(pair, np.asarray(period * (np.arange(8) + 0.3) / 8.0, dtype=float))
 
 
 def _borders(meshed: MeshedPair) -> FloatArray:
@@ -62,7 +54,3 @@ def _borders(meshed: MeshedPair) -> FloatArray:
         angles = angles[(angles > first) & (angles < last)]
         found.append(angles[:: max(1, math.ceil(len(angles) / 4))])
     return np.concatenate(found)
-
-
-def _at(pair: GearPair, shares: FloatArray) -> FloatArray:
-    return np.asarray(pair.meshing_range[0] + shares * pair.pitch)

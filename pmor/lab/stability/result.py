@@ -5,17 +5,23 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from pmor.case import Case
 from pmor.core.progress import format_time
-from pmor.lab.stability.figures import penalty_figure
 from pmor.lab.stability.matrix import matrix
 from pmor.lab.stability.measure import MOST_STEPS, Entry
 from pmor.lab.stability.variants import REFERENCES
 from pmor.report.page import Block, Heading, Picture, Warning
+from pmor.report.style import COLOURS, new_figure, plot_style
 from pmor.report.table import Table
 from pmor.work.results import Report, writing_results
 from pmor.work.table import Columns, table, two_digits
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 #: files that `Stability.write` may leave
 FILES = ("stability.json", "stability.md", "report.html", "penalty.png")
@@ -46,26 +52,13 @@ class PenaltyLaw:
 
 @dataclass(frozen=True)
 class Stability:
-    """Entries of the variants of a case.
+    """Entries of the variants of a case."""
 
-    Parameters
-    ----------
-    case : Case
-        As it was given.
-    base : Case
-        The case that the variants change.
-    entries : tuple of Entry
-    law : PenaltyLaw or None
-        None when the penalties were not run, or did not converge.
-    seconds : float
-        Wall time of the run.
-    """
-
-    case: Case
-    base: Case
+    case: Case  # As it was given
+    base: Case  # The case that the variants change
     entries: tuple[Entry, ...]
-    law: PenaltyLaw | None
-    seconds: float
+    law: PenaltyLaw | None  # None when the penalties were not run, or did not converge
+    seconds: float  # Wall time of the run
 
     @property
     def failed(self) -> tuple[Entry, ...]:
@@ -73,12 +66,7 @@ class Stability:
         return tuple(entry for entry in self.entries if not (entry.ok or entry.explained))
 
     def write(self, folder: Path | str, *, overwrite: bool = False) -> None:
-        """Write `stability.json`, `stability.md`, `report.html` and the pictures; remove finished variants.
-
-        Raises
-        ------
-        OutputError
-        """
+        """Write `stability.json`, `stability.md`, `report.html` and the pictures; remove finished variants."""
         data = {
             "case": self.case.name,
             "entries": [asdict(entry) for entry in self.entries],
@@ -122,7 +110,7 @@ class Stability:
                 f"stiff one is a spring in series with the teeth: fitted exponent {self.law.exponent:.3f}."
             )
             yield Heading("Penalty")
-            yield Picture("penalty.png", caption, penalty_figure(self.law.penalty, self.law.above_limit_um))
+            yield Picture("penalty.png", caption, _penalty_figure(self.law))
         yield Heading("All variants")
         columns = _columns({variant.name: variant.against for variant in matrix(base)})
         for group in dict.fromkeys(entry.group for entry in self.entries):
@@ -151,3 +139,20 @@ def _columns(against: dict[str, str]) -> Columns:
         "STE, µm": lambda e: e.ste_mean_um,
         "s": lambda e: round(e.seconds, 1),
     }
+
+
+def _penalty_figure(law: PenaltyLaw) -> Figure:
+    """STE above its penalty-free limit over the penalty, with the line of slope -1 through the stiffest ones."""
+    penalty, above = np.array(law.penalty), np.array(law.above_limit_um)
+    with plot_style():
+        figure = new_figure(7.2, 4.0)
+        axes = figure.add_subplot()
+        shown = above > 0.0
+        axes.loglog(penalty[shown], above[shown], "o-", color=COLOURS[0], label="STE minus its limit, median")
+        anchor = np.flatnonzero(shown & (penalty >= 1e8))
+        if len(anchor):
+            line = above[anchor[0]] * penalty[anchor[0]] / penalty
+            axes.loglog(penalty, line, "--", color=COLOURS[1], label="1/k")
+        axes.set(xlabel="Contact penalty k [N/mm³]", ylabel="STE above the limit k → ∞ [µm]")
+        axes.legend()
+    return figure

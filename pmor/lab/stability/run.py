@@ -48,7 +48,6 @@ def run(
     ------
     CaseError
         When no variant has the text.
-    OutputError
     """
     started, base, store = time.perf_counter(), base_case(case), ModelStore()
     variants = matrix(base, only)

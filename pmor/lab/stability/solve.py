@@ -114,16 +114,9 @@ def _under(condition: Condition, torques: Sequence[float]) -> list[Condition]:
     return [replace(condition, torque=torque) for torque in torques]
 
 
-def ste_from_other_load(
-    meshed: MeshedPair, elasticity_at: Callable[..., Any], phi: FloatArray, condition: Condition
-) -> FloatArray:
-    """Return the STE, um, when each position is first solved under half the torque; NaN where that fails."""
-    torques = [OTHER_LOAD * condition.torque, condition.torque]
-    return np.asarray(sweep_ste(meshed, elasticity_at, phi, _under(condition, torques)).ste_um[-1])
-
-
 def ste_only(
-    meshed: MeshedPair, elasticity_at: Callable[..., Any], phi: FloatArray, condition: Condition
+    meshed: MeshedPair, elasticity_at: Callable[..., Any], phi: FloatArray, condition: Condition, before: float = 0.0
 ) -> FloatArray:
-    """Return the STE, um; NaN where a position did not converge."""
-    return np.asarray(sweep_ste(meshed, elasticity_at, phi, [condition]).ste_um[0])
+    """Return the STE, um, solved first under that share of the torque, if any; NaN where it did not converge."""
+    torques = [*([before * condition.torque] if before else []), condition.torque]
+    return np.asarray(sweep_ste(meshed, elasticity_at, phi, _under(condition, torques)).ste_um[-1])

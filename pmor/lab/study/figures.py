@@ -81,14 +81,16 @@ def _curves(parts: StudyParts, rows: Sequence[Row]) -> Figure:
 
 
 def _ste_by_detail(parts: StudyParts, details: Sequence[int]) -> Figure:
-    colours, reference = _mesh_colours(parts), _reference_curve(parts)
+    sizes = sorted({cell.n_profile for cell in parts.study.reduced_cells})
+    colours = {n: MESH_COLOURS[i % len(MESH_COLOURS)] for i, n in enumerate(sizes)}
+    reference = parts.results.get(f"reference {parts.study.members[-1].label}")
     with panels(len(details), 3.4 * len(details) + 0.6, 4.3, sharey=True) as (figure, shown):
         for axes, detail in zip(shown, details, strict=True):
             for cell in sorted(cell for cell in _solved(parts, parts.study.grid.cells) if cell.detail == detail):
                 phi, ste = _closed(parts.results[f"cell {cell.label}"]["reduced_curve"])
                 axes.plot(phi, ste, color=colours[cell.n_profile], label=f"{cell.n_profile} ({cell.lodm}x)")
             if reference is not None:
-                phi, ste = _closed(reference)
+                phi, ste = _closed(reference["full"])
                 axes.plot(phi, ste, color="black", lw=1.0, ls="--", label="reference")
             axes.set(title=f"E{detail}", xlabel="Pinion roll angle [deg]", xlim=(0.0, float(phi[-1])))
             axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2)
@@ -141,15 +143,5 @@ def _closed(data: Any) -> tuple[np.ndarray, np.ndarray]:
     return np.degrees(phi), np.append(ste, ste[0])
 
 
-def _reference_curve(parts: StudyParts) -> Any:
-    part = parts.results.get(f"reference {parts.study.members[-1].label}")
-    return part["full"] if part is not None else None
-
-
 def _solved(parts: StudyParts, cells: Sequence[Cell]) -> list[Cell]:
     return [cell for cell in cells if f"cell {cell.label}" in parts.results]
-
-
-def _mesh_colours(parts: StudyParts) -> dict[int, str]:
-    sizes = sorted({cell.n_profile for cell in parts.study.reduced_cells})
-    return {n: MESH_COLOURS[i % len(MESH_COLOURS)] for i, n in enumerate(sizes)}

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from pmor.lab.study.paper import claim_blocks
 from pmor.lab.study.settings import Study
+from pmor.lab.study.solve import CONDENSED_ANGLES, REDUCED_ANGLES, REPEATS
 from pmor.lab.study.table import Row, StudyTable
-from pmor.lab.study.timing import CONDENSED_ANGLES, REDUCED_ANGLES, REPEATS
 from pmor.report.page import Block, Heading, Picture, Warning
 from pmor.report.table import Table
 from pmor.work.table import Columns, percent, table
@@ -31,7 +31,6 @@ MEASURES = (
         "were never trained: largest magnitude and root mean square",
     ),
 )
-ERRORS: Columns = {"max, %": percent("rom_vs_full_ste_max_rel"), "rms, %": percent("rom_vs_full_ste_rms_rel")}
 
 
 def study_blocks(study: Study, found: StudyTable, pictures: Sequence[Picture]) -> list[Block]:
@@ -76,8 +75,7 @@ def _variants(study: Study, found: StudyTable, pictures: Sequence[Picture]) -> l
         "FE unknowns": "fe_unknowns",
     }
     text = (
-        f"Full FE at nominal torque, {study.grid.angles_per_pitch} angles per pitch. STE is in micrometres along the "
-        "line of action."
+        f"Full FE at nominal torque, {study.grid.angles_per_pitch} angles per pitch. STE is along the line of action."
     )
     return [text, table("Variants", columns, found.rows), *pictures]
 
@@ -132,7 +130,9 @@ def _reference(reference: Row) -> list[Block]:
         "quantity": lambda name: name.replace("_", "-"),
         "error, µm": lambda name: reference[f"{name}_error_um"],
         "observed order": lambda name: reference.get(f"{name}_order"),
-        "differences to the finest, µm": lambda name: _list(reference[f"{name}_differences_um"]),
+        "differences to the finest, µm": lambda name: ", ".join(
+            f"{d:.4g}" for d in reference[f"{name}_differences_um"]
+        ),
     }
     known = [name for name in ("mean", "peak_to_peak", "shape") if reference[f"{name}_error_um"] is not None]
     note = (
@@ -150,7 +150,8 @@ def _reduced_errors(found: StudyTable) -> Table:
     columns: Columns = {
         "cell": "cell",
         "E": "detail",
-        **ERRORS,
+        "max, %": percent("rom_vs_full_ste_max_rel"),
+        "rms, %": percent("rom_vs_full_ste_rms_rel"),
         "unseen positions": "n_unseen_positions",
         "trained angles x torques": lambda row: f"{row['n_angles_trained']} x {row['n_torques_trained']}",
         "unknowns at most": "rom_size",
@@ -191,7 +192,7 @@ def _run_times(found: StudyTable) -> list[Block]:
     return [text, table(title, columns, found.rows_of("reduced"), note)]
 
 
-def _peer(study: Study, peer: Row | None) -> list[Block]:
+def _peer(study: Study, peer: Mapping[str, Any] | None) -> list[Block]:
     heading, settings = Heading("An independent solver"), study.peer
     assert settings is not None
     if peer is None:
@@ -207,7 +208,3 @@ def _peer(study: Study, peer: Row | None) -> list[Block]:
     changes = ", ".join(f"{k} = {v}" for keys in settings.changes.values() for k, v in keys.items())
     note = f"Both whole gears on the mesh of {settings.cell.label} ({changes}); {peer['unknowns']} unknowns."
     return [heading, Table(f"{peer['program']} on the same mesh", columns, rows, note)]
-
-
-def _list(values: Sequence[float]) -> str:
-    return ", ".join(f"{value:.4g}" for value in values)

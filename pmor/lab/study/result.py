@@ -20,18 +20,10 @@ FILES = (
 
 @dataclass(frozen=True)
 class StudyResult:
-    """Error against run time, of all cells and models.
+    """Error against run time, of all cells and models."""
 
-    Parameters
-    ----------
-    parts : StudyParts
-        Curves and everything else that was computed.
-    table : StudyTable
-        The rows made of them.
-    """
-
-    parts: StudyParts
-    table: StudyTable
+    parts: StudyParts  # Curves and everything else that was computed
+    table: StudyTable  # The rows made of them
 
     @property
     def failures(self) -> tuple[str, ...]:
@@ -39,12 +31,7 @@ class StudyResult:
         return self.table.failures
 
     def write(self, folder: Path | str, *, overwrite: bool = False) -> None:
-        """Write `study.json`, `study.md`, `report.html` and the pictures; finished pieces stay for the next run.
-
-        Raises
-        ------
-        OutputError
-        """
+        """Write `study.json`, `study.md`, `report.html` and the pictures; finished pieces stay for the next run."""
         study, found = self.parts.study, self.table
         data = {"study": study.name, "title": study.title} | asdict(found)
         blocks = study_blocks(study, found, study_pictures(self.parts, found))

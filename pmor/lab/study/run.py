@@ -10,12 +10,12 @@ from pathlib import Path
 
 from pmor.case import Case
 from pmor.lab.core.models import ModelStore
+from pmor.lab.rivals.calculix import calculix_available
 from pmor.lab.study import rivals, solve
 from pmor.lab.study.cells import StudyCases, StudyParts, study_cases
 from pmor.lab.study.result import FILES, StudyResult
 from pmor.lab.study.settings import Cell, Study
 from pmor.lab.study.table import study_table
-from pmor.lab.study.timing import time_cells
 from pmor.report.provenance import machine
 from pmor.storage.results_folder import working_folder
 from pmor.work.cost import refuse_beyond_memory
@@ -81,7 +81,7 @@ def _rival_pieces(study: Study, cases: StudyCases, store: ModelStore) -> Iterato
         case = cases.cells[cell]
         work = partial(rivals.conventional_cell, case, store)
         yield Piece(f"conventional {cell.label}", {"case": case}, None, work)
-    if peer is not None and cases.peer is not None and rivals.peer_installed():
+    if peer is not None and cases.peer is not None and calculix_available():
         work = partial(rivals.peer_cell, cases.peer, store)
         yield Piece(f"peer {peer.cell.label}", {"case": cases.peer}, None, work)
 
@@ -92,4 +92,4 @@ def _has_basis(path: Path, case: Case, found: Result) -> bool:
 
 def _run_times(timed: Mapping[Cell, tuple[Case, Path]], store: ModelStore) -> Result:
     there = {cell: entry for cell, entry in timed.items() if entry[1].exists()}  # a cell may have failed
-    return {"cells": time_cells(there, store), "machine": machine()}
+    return {"cells": solve.time_cells(there, store), "machine": machine()}

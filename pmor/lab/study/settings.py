@@ -1,7 +1,4 @@
-"""Sections of a study file: one dataclass each.
-
-A study names a base case and varies it; `pmor.case` checks the changes, with its own messages.
-"""
+"""Sections of a study file: one dataclass each; `pmor.case` checks their changes of the base case."""
 
 from __future__ import annotations
 
@@ -262,13 +259,7 @@ class Study:
 
 
 def quick_study(study: Study) -> Study:
-    """Return the short variant of a study.
-
-    Raises
-    ------
-    CaseError
-        When its file has no section ``[quick]``.
-    """
+    """Return the short variant of a study; `CaseError` when its file has no section ``[quick]``."""
     quick = study.quick
     if quick is None:
         raise CaseError(f"{study.where}: [quick]: is missing: add it to say what --quick runs")

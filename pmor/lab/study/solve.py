@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
+import os
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
+from functools import partial
 from pathlib import Path
+from statistics import median
 from typing import Any
 
 import numpy as np
 
 from pmor.case import Case, basis_key
 from pmor.core.arrays import FloatArray
+from pmor.core.threads import threads
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.gear.condition import Condition
 from pmor.lab.core.measures import max_and_rms
 from pmor.lab.core.models import ModelStore
-from pmor.lab.study.settings import Study
+from pmor.lab.core.timing import ms_per_position, times_in_turn
+from pmor.lab.study.settings import Cell, Study
 from pmor.pair.conditions import conditions_of, nominal_condition
 from pmor.pair.model import ElasticModel, MeshModel, elastic_model, mesh_model
 from pmor.pair.sweep import sweep_ste
@@ -27,6 +32,9 @@ from pmor_online.compare import training_failures
 from pmor_online.errors import estimate_errors
 from pmor_online.model import ReducedPair, online_angles, reduced_pair, unseen_angles
 from pmor_online.sweep import largest_size, sweep_reduced_pair
+
+# Rounds over all cells, and positions of one measurement.
+REPEATS, CONDENSED_ANGLES, REDUCED_ANGLES = 5, 8, 200
 
 
 def reference_member(case: Case, study: Study, executor: Executor | None) -> dict[str, Any]:
@@ -123,3 +131,37 @@ def _fe_unknowns(mesh: MeshModel) -> int:
         elsewhere = degrees_of_freedom(np.unique(np.concatenate([sector.right, sector.bore, sector.middles])))
         total += sector.teeth * (3 * len(sector.nodes) - len(np.union1d(elsewhere, sector.held_axially)))
     return total
+
+
+def time_cells(cells: Mapping[Cell, tuple[Case, Path]], store: ModelStore) -> dict[str, dict[str, Any]]:
+    """Time condensed and reduced model (ms per position) of cases and basis files by cell, in rounds over the cells.
+
+    One position is one angle at the nominal torque. The condensed model solves each from the undeformed pair, the
+    reduced one starts from the position before, on one thread and on all.
+    """
+    with threads(os.cpu_count() or 1) as executor:
+        work = _sweeps(cells, store, executor)
+        times = times_in_turn(work, REPEATS)
+    result: dict[str, dict[str, Any]] = {}
+    for (label, name), found in times.items():
+        result.setdefault(label, {})[name] = median(found)
+    return result
+
+
+def _sweeps(
+    cells: Mapping[Cell, tuple[Case, Path]], store: ModelStore, executor: Executor | None
+) -> dict[tuple[str, str], Callable[[], float]]:
+    """Return the timed sweeps (ms per position) by the label of the cell and the name of the model."""
+    work: dict[tuple[str, str], Callable[[], float]] = {}
+    for cell, (case, basis_path) in cells.items():
+        model, _ = store.model(case)
+        reduced, conditions = reduced_pair(read_basis(basis_path)), [nominal_condition(case)]
+        pitch = model.mesh.meshed.pair.pitch
+        few, many = (online_angles(pitch, n) for n in (CONDENSED_ANGLES, REDUCED_ANGLES))
+        sweeps: dict[str, Callable[[], SteSweep]] = {
+            "ms_condensed": partial(sweep_ste, model.mesh.meshed, model.elasticity_at, few, conditions),
+            "ms_reduced": partial(sweep_reduced_pair, reduced, many, conditions),
+            "ms_reduced_all_threads": partial(sweep_reduced_pair, reduced, many, conditions, executor),
+        }
+        work |= {(cell.label, name): partial(ms_per_position, sweep) for name, sweep in sweeps.items()}
+    return work

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -25,6 +25,8 @@ ERRORS = {
     "peak_to_peak_error_um": measures.peak_to_peak_error_um,
     "shape_error_um": measures.shape_error_um,
 }
+# Keys that a part and the row of its reduced model share.
+REDUCED = ("n_angles_trained", "n_torques_trained", "rom_size", "basis_mib", "offline_s")
 # Keys that every row has, and that say something about the reduced model alone.
 REDUCED_ONLY = ("n_angles_trained", "n_torques_trained", "rom_vs_full_ste_max_rel", "rom_vs_full_ste_rms_rel")
 
@@ -41,7 +43,7 @@ class StudyTable:
     reference: Row  # Empty in a study of variants alone
     claims: list[Row]
     time_claims: list[Row]
-    peer: Row | None
+    peer: Mapping[str, Any] | None  # None when it is not asked for or not installed
     machine: Row  # Of the run times; empty when there are none
     failures: tuple[str, ...]
 
@@ -57,13 +59,14 @@ class StudyTable:
 
 def study_table(parts: StudyParts) -> StudyTable:
     """Gather the parts of a study."""
+    peer = parts.study.peer
     rows, reference = grid_rows(parts), reference_row(parts) if parts.study.members else {}
     return StudyTable(
         rows=rows,
         reference=reference,
         claims=checked_claims(rows, parts.study),
         time_claims=checked_time_claims(rows),
-        peer=peer_row(parts),
+        peer=parts.results.get(f"peer {peer.cell.label}") if peer is not None else None,
         machine=dict(parts.results.get("run times", {}).get("machine", {})),
         failures=failed_positions(parts),
     )
@@ -82,16 +85,11 @@ def reference_row(parts: StudyParts) -> Row:
     found = [(m, parts.results[f"reference {m.label}"]) for m in members if f"reference {m.label}" in parts.results]
     row: Row = {
         "members": [
-            {
-                "n_profile": m.n_profile,
-                "n_width": m.n_width,
-                "lodm": m.lodm,
-                "ste_mean_um": curve_of(part["full"]).mean_um,
-                "ste_peak_to_peak_um": curve_of(part["full"]).peak_to_peak_um,
+            asdict(m)
+            | _statistics(curve_of(part["full"]))
+            | {
                 "ripple_um": part["full_ripple_um"],
-                "fe_unknowns": part["fe_unknowns"],
-                "elastic_s": part["elastic_s"],
-                "solve_s": part["solve_s"],
+                **{key: part[key] for key in ("fe_unknowns", "elastic_s", "solve_s")},
             }
             for m, part in found
         ]
@@ -155,28 +153,17 @@ def grid_rows(parts: StudyParts) -> list[Row]:
             "model": "reduced",
             "unknowns": part["rom_size"],
             "ripple_um": part["reduced_ripple_um"],
-            "n_angles_trained": part["n_angles_trained"],
-            "n_torques_trained": part["n_torques_trained"],
+            **{key: part[key] for key in REDUCED},
             "n_unseen_positions": int(np.size(part["comparison"]["full"]["ste_um"])),
             "rom_vs_full_ste_max_rel": part["comparison"]["max_rel"],
             "rom_vs_full_ste_rms_rel": part["comparison"]["rms_rel"],
-            "rom_size": part["rom_size"],
-            "basis_mib": part["basis_mib"],
             "ms_per_position": times.get("ms_reduced"),
             "ms_per_position_all_threads": times.get("ms_reduced_all_threads"),
-            "offline_s": part["offline_s"],
         }  # fmt: skip
         for rival, name in ((conventional, "conventional"), (condensed, "condensed")):
             fast |= _compared_times(fast, rival, name)
         rows += [fast] if conventional is None else [conventional, fast]
     return rows
-
-
-def peer_row(parts: StudyParts) -> Row | None:
-    """Return the solution of the independent solver; None when it is not asked for or not installed."""
-    peer = parts.study.peer
-    part = parts.results.get(f"peer {peer.cell.label}") if peer is not None else None
-    return dict(part) if part is not None else None
 
 
 def failed_positions(parts: StudyParts) -> tuple[str, ...]:
@@ -213,8 +200,12 @@ def _compared_times(fast: Row, slow: Row | None, name: str) -> Row:
     }
 
 
+def _statistics(curve: Curve) -> Row:
+    return {"ste_mean_um": curve.mean_um, "ste_peak_to_peak_um": curve.peak_to_peak_um}
+
+
 def _against_reference(curve: Curve, fine: Curve | None) -> Row:
-    row = {"ste_mean_um": curve.mean_um, "ste_peak_to_peak_um": curve.peak_to_peak_um}
+    row = _statistics(curve)
     for name, measure in {**ERRORS, "load_share_error": measures.load_share_error}.items():
         row[name] = measure(curve, fine) if fine is not None else math.nan
     return row
