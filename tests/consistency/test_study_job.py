@@ -9,7 +9,6 @@ from dataclasses import replace
 import pytest
 from numpy.testing import assert_allclose
 
-import pmor.lab.study.rivals
 import pmor.lab.study.run
 from pmor.app.cli import main
 from pmor.case import parse_case
@@ -70,7 +69,7 @@ def folder(tmp_path_factory):
 def run(folder, out, *more, study="tiny.toml"):
     with pytest.MonkeyPatch.context() as patch:
         # Whether the independent solver is installed must not change what is tested.
-        patch.setattr(pmor.lab.study.rivals, "peer_installed", lambda: False)
+        patch.setattr(pmor.lab.study.run, "calculix_available", lambda: False)
         return main(["study", str(folder / study), "--out", str(folder / out), *more])
 
 
