@@ -9,7 +9,8 @@ import numpy as np
 
 from pmor.core.arrays import FloatArray
 from pmor.gear.condition import Assembly, Misalignment
-from pmor.line.kernels.loads import Flexibility, LineResults, solve_lines
+from pmor.line.kernels.flexibility import Flexibility
+from pmor.line.kernels.loads import LineResults, solve_lines
 from pmor.line.kernels.places import Lines, line_deviations
 from pmor.line.layered_pair import LayeredPair, place_sections
 

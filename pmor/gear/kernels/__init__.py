@@ -1,1 +1,1 @@
-"""TODO."""
+"""Compiled geometry of gears: their types, motion of the wheel's axis, deviations of the flanks."""

@@ -33,6 +33,7 @@ import numpy as np
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.core.compiling import allocating, compiled, inlined
 from pmor.core.linear import cholesky, solve_factored
+from pmor.line.kernels.flexibility import make_all_ready, make_ready
 from pmor.line.kernels.law import approach_of
 from pmor.line.kernels.tip_corner import LineLaw, stored_law
 
@@ -47,20 +48,6 @@ ROUND_OFF = 1e-9
 # Where a stored law has its least load, and the share of it with which a section begins: on the law's linear part, from
 # where one step finds any load that is smaller still. The least load itself is, to rounding, beyond it.
 LEAST, BEGINNING = LineLaw._fields.index("least"), 0.5
-
-
-class Flexibility(NamedTuple):
-    """Workspace of `solve_lines` that further solutions at the same angles take up again.
-
-    Attributes
-    ----------
-    between : ndarray, shape (A, N, N)
-        D, of the sections that are `ready`, mm/N; of the others the part of low rank alone.
-    ready : ndarray of bool, shape (A, N)
-    """
-
-    between: FloatArray
-    ready: BoolArray
 
 
 class LineResults(NamedTuple):
@@ -115,63 +102,9 @@ class _Workspace(NamedTuple):
     levered: FloatArray
 
 
-@inlined
-def _product(block, to_row, to, by_row, by, parts):
-    """Product of two gradients with the compliance between the rows of two sections, shape (rows c, rows c)."""
-    # With a size that the compiler knows loops are unrolled: half the time of a sweep.
-    if parts == 2:
-        return _bilinear(8, block, parts * to_row, to, parts * by_row, by)
-    return _bilinear(12, block, parts * to_row, to, parts * by_row, by)
-
-
-@inlined
-def _bilinear(size, block, first, to, start, by):
-    """Sum of to[a] block[first + a, start + b] by[b], four columns at a time."""
-    total = 0.0
-    for b in range(0, size, 4):
-        one = two = three = four = 0.0
-        for a in range(size):
-            value, line = to[a], block[first + a]
-            one += value * line[start + b]
-            two += value * line[start + b + 1]
-            three += value * line[start + b + 2]
-            four += value * line[start + b + 3]
-        total += one * by[b] + two * by[b + 1] + three * by[b + 2] + four * by[b + 3]
-    return total
-
-
-@inlined
-def _between(lines, i, n, m, compliance, sections):
-    """Flexibility between two sections."""
-    low, high = min(n, m), max(n, m)
-    apart = high // sections - low // sections
-    if apart >= len(compliance[0]):
-        return 0.0
-    s, t, parts = low % sections, high % sections, lines.gradient.shape[3] // 4
-    row, gradient = lines.row[i], lines.gradient[i]
-    # Pinion teeth count as tooth pairs do, wheel teeth against them.
-    total = _product(compliance[0][apart, t, s], row[high, 0], gradient[high, 0], row[low, 0], gradient[low, 0], parts)
-    return total + _product(compliance[1][apart, s, t], row[low, 1], gradient[low, 1], row[high, 1], gradient[high, 1],
-                            parts)  # fmt: skip
-
-
-@compiled
-def _make_ready(lines, flexibility, i, n, compliance, sections):
-    """Add the flexibility of the gears' cyclic part between section `n` and all those that are ready."""
-    between, ready = flexibility.between[i], flexibility.ready[i]
-    ready[n] = True
-    for m in range(len(ready)):
-        if ready[m]:
-            value = between[n, m] + _between(lines, i, n, m, compliance, sections)
-            between[n, m] = between[m, n] = value
-
-
 @compiled
 def _make_likely_ready(lines, flexibility, deviation, loads, held, rate, width, compliance, likely, workspace):
-    """Make those sections ready that the largest load lets begin to carry, at all angles.
-
-    The compliance between two sections is larger than the memory next to the processor: it is read once for all angles.
-    """
+    """Make those sections ready that the largest load lets begin to carry, at all angles."""
     angles, size = lines.gap.shape
     count = 0
     for i in range(angles):
@@ -183,16 +116,8 @@ def _make_likely_ready(lines, flexibility, deviation, loads, held, rate, width, 
         for n in range(size):
             likely[i, n] = workspace.carries[n] and not flexibility.ready[i, n]
             count += likely[i, n]
-    if count == 0:
-        return
-    for n in range(size):
-        for i in range(angles):
-            flexibility.ready[i, n] |= likely[i, n]
-        for m in range(n + 1):
-            for i in range(angles):
-                if flexibility.ready[i, n] and flexibility.ready[i, m] and (likely[i, n] or likely[i, m]):
-                    value = flexibility.between[i, n, m] + _between(lines, i, n, m, compliance, len(width))
-                    flexibility.between[i, n, m] = flexibility.between[i, m, n] = value
+    if count > 0:
+        make_all_ready(lines, flexibility, likely, compliance, len(width))
 
 
 @inlined
@@ -255,24 +180,25 @@ def solve_lines(lines, flexibility, deviation, loads, held, warm, rate, width, c
             results.stiffness[d, i] = stiffness
             if results.sensitivity.size > 0 and count > 0:
                 results.stiffness[d, i] = _differentiate(
-                    lines,
-                    flexibility,
-                    i,
-                    advance,
-                    force,
-                    width,
-                    compliance,
-                    corners,
-                    workspace,
+                    lines, flexibility, i, advance, force, width, compliance, corners, workspace,
                     results.sensitivity[d, i],
-                )
-            torque = results.torque[d, i]
-            torque[:] = 0.0
-            for n in range(size):
-                if count < 0:
-                    force[n] = 0.0
+                )  # fmt: skip
+            if count < 0:
+                force[:] = 0.0
+            _sum_torques(lines, i, advance, force, results.torque[d, i])
+
+
+@compiled
+def _sum_torques(lines, i, advance, force, torque):
+    """Fill the torque on the pinion by the forces of each tooth pair."""
+    sections = len(force) // len(torque)
+    for pair in range(len(torque)):
+        total = 0.0
+        for n in range(pair * sections, (pair + 1) * sections):
+            if force[n] > 0.0:
                 further, turning = _turning(lines, i, n, advance)
-                torque[n // len(width)] -= (lines.lever[i, n] + turning * further) * force[n]
+                total -= (lines.lever[i, n] + turning * further) * force[n]
+        torque[pair] = total
 
 
 @compiled
@@ -359,7 +285,7 @@ def _linearise(lines, flexibility, i, advance, force, width, compliance, corners
     for n in range(len(workspace.free)):
         if workspace.carries[n]:
             if not flexibility.ready[i, n]:
-                _make_ready(lines, flexibility, i, n, compliance, sections)
+                make_ready(lines, flexibility, i, n, compliance, sections)
             active[count] = n
             count += 1
     for a in range(count):
@@ -431,7 +357,7 @@ def _touch(lines, flexibility, i, advance, nearby, count, width, compliance, for
         if workspace.carries[n] or rigid > nearby:
             continue
         if not flexibility.ready[i, n]:
-            _make_ready(lines, flexibility, i, n, compliance, len(width))
+            make_ready(lines, flexibility, i, n, compliance, len(width))
         gap, line = rigid, flexibility.between[i, n]
         for a in range(count):
             gap += line[workspace.active[a]] * force[workspace.active[a]]
