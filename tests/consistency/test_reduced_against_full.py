@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pmor.case import load_case, parse_case
+from pmor.case import change_case, load_case, parse_case
 from pmor.gear.condition import at_torques
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.pair.sweep import sweep_ste
@@ -128,10 +128,10 @@ def test_paper_case_reduced_against_full_at_unseen_positions(paper, tmp_path):
 
 
 @pytest.mark.jit
-def test_paper_case_reduced_by_interpolated_positions(paper, tmp_path):
-    """The paper's own family of shapes."""
-    case, model = paper
-    case = parse_case(case.text + '\n[reduction]\nshapes = "positions"\n', case.name, case.name)
+def test_paper_case_reduced_by_interpolated_positions(tmp_path):
+    """The paper's own family of shapes, on its own contact."""
+    case = change_case(load_case(CASES / "paper_hermite.toml"), reduction={"shapes": "positions"})
+    model = elastic_model(case, mesh_model(case))
     assert run_offline(case, model, tmp_path / "basis.h5").failed == ()
     comparison = compare_models(reduced_pair(read_basis(tmp_path / "basis.h5")), model)
     assert comparison.max_relative_error <= 3e-3
