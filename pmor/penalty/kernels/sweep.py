@@ -19,7 +19,7 @@ from pmor.penalty.kernels.windows import load_windows, place_windows
 # Where Newton starts, one after the other until it converges.
 FROM_NEIGHBOUR, FROM_NOTHING, HARDENED = range(3)
 # Share of the penalty with which the last of them begins, by which it grows, and the steps of each share.
-SOFTEST, HARDER, PATIENT_STEPS = 1e-6, 10.0, 200
+SOFTEST, HARDER, PATIENT_STEPS = 1e-6, 10.0, 40
 
 
 class Settings(NamedTuple):
