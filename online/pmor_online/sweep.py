@@ -30,8 +30,8 @@ from pmor_online.model import ReducedPair, online_angles
 
 # A block starts cold: long enough that this does not count, short enough to share out between threads.
 ANGLES_PER_BLOCK = 25
-# Three or four steps are usual, and ever more the stiffer the penalty; beyond these the kernel begins again with a
-# softer one. It leaves single states at 1e12 N/mm3, and at 1e10 from ten times the nominal torque on.
+# The kernel iterates on penalty forces: three or four steps are usual, and ever more the stiffer the penalty. Positions
+# that take it longer are solved by Newton on the geometry.
 MAX_STEPS = 12
 # On the residuals before the last step. Measured on the paper's pair, its STE then differs from one that was solved to
 # 1e-9 by 4e-7 at most with 200 angles per pitch, far below the error of any basis. A tighter one costs evaluations (at

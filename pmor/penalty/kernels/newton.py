@@ -223,9 +223,6 @@ def evaluate(pair, position, coordinates, advance, load):
     deform(pair, position, coordinates)
     found = search_all(pair, patches, advance, work.nodes, NEARBY * patches.clear, work.workspace)
     project_points(found.listed, active_shapes, work)
-    if load.hardness != 1.0:
-        for n in range(found.listed):
-            work.workspace.points.stiffness[n] *= load.hardness
     touching, residual, potential = residuals(found.listed, active_shapes, work, coordinates, advance, load)
     return State(found.listed, touching, found.smallest, found.border, residual, potential)
 

@@ -244,7 +244,7 @@ class Position(NamedTuple):
 
 
 class Load(NamedTuple):
-    """What loads the pair.
+    """Load of the pair.
 
     Attributes
     ----------
@@ -252,10 +252,7 @@ class Load(NamedTuple):
         On the pinion, N mm.
     approach : float
         Approach of the flanks to expect, mm.
-    hardness : float
-        Share of the penalty that is used.
     """
 
     torque: float
     approach: float
-    hardness: float

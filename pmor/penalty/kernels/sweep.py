@@ -17,9 +17,7 @@ from pmor.penalty.kernels.state import Load, Position, Work
 from pmor.penalty.kernels.windows import load_windows, place_windows
 
 # Where Newton starts, one after the other until it converges.
-FROM_NEIGHBOUR, FROM_NOTHING, HARDENED = range(3)
-# Share of the penalty with which the last of them begins, by which it grows, and the steps of each share.
-SOFTEST, HARDER, PATIENT_STEPS = 1e-6, 10.0, 40
+FROM_NEIGHBOUR, FROM_NOTHING = range(2)
 
 
 class Settings(NamedTuple):
@@ -291,15 +289,13 @@ def sweep_reduced(phi, applied_loads, pair, family, compliance, settings, result
 def _solve_from_neighbour(t, i, applied_loads, pair, family, position, neighbour, coordinates, settings, results):
     """Solve for torque number `t` at angle number `i`; fill the results, return the `Solution`.
 
-    Started from the angle before, else from the torque before, else from the undeformed pair; at last with a penalty
-    that hardens from step to step.
+    Started from the angle before, else from the torque before, else from the undeformed pair.
     """
     torque, touch, radius = applied_loads[t], pair.kinematics.first_touch, pair.gears[0].base_radius
     approach = settings.approach_rate * torque
     scaled = t > 0 and results.converged[t - 1, i]
     solution = Solution(0.0, 0, False, 0, False)
-    for start in range(FROM_NEIGHBOUR if neighbour.known[t] or scaled else FROM_NOTHING, HARDENED + 1):
-        hardness, most = (SOFTEST, PATIENT_STEPS) if start == HARDENED else (1.0, settings.max_steps)
+    for start in range(FROM_NEIGHBOUR if neighbour.known[t] or scaled else FROM_NOTHING, FROM_NOTHING + 1):
         if start > FROM_NEIGHBOUR:
             advance = touch + approach / radius
             coordinates[:] = 0.0
@@ -310,13 +306,8 @@ def _solve_from_neighbour(t, i, applied_loads, pair, family, position, neighbour
             advance = touch + (results.advance[t - 1, i] - touch) * torque / applied_loads[t - 1]
             for j in range(len(coordinates)):
                 coordinates[j] *= torque / applied_loads[t - 1]
-        while True:
-            load = Load(torque, approach, hardness)
-            solution = solve_state(pair, position, load, coordinates, advance, most, settings.tolerance)
-            advance = solution.advance
-            if hardness >= 1.0:
-                break
-            hardness = min(HARDER * hardness, 1.0)
+        load = Load(torque, approach)
+        solution = solve_state(pair, position, load, coordinates, advance, settings.max_steps, settings.tolerance)
         if solution.converged:
             break
     results.advance[t, i], results.steps[t, i] = solution.advance, solution.steps
