@@ -96,7 +96,7 @@ class ReducedPair:
         """Compliance between sections, for the kernels of line loads."""
         rows = len(self.meshed.pinion.roll_angle), len(self.meshed.wheel.roll_angle)
         sections = self.layered.sections.column, self.layered.sections.share
-        return section_compliance(self.flank_compliance, sections, rows)
+        return section_compliance(self.flank_compliance.gears, self.components, sections, rows)
 
     @cached_property
     def lines(self) -> LinePair:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from pmor.body.flank_compliance import FlankCompliance
 from pmor.core.arrays import FloatArray, IntArray
 
 # Rows of nodes that carry a section.
@@ -12,13 +11,15 @@ ROWS = 4
 
 
 def section_compliance(
-    compliance: FlankCompliance, sections: tuple[IntArray, FloatArray], rows: tuple[int, int]
+    gears: tuple[FloatArray, FloatArray], components: int, sections: tuple[IntArray, FloatArray], rows: tuple[int, int]
 ) -> tuple[FloatArray, FloatArray]:
     """Return displacements at each section's rows of nodes under unit forces there.
 
     Parameters
     ----------
-    compliance : FlankCompliance
+    gears : two ndarrays
+    components : int
+        As in `pmor.body.flank_compliance.FlankCompliance`.
     sections : (ndarray of int, shape (2, S); ndarray, shape (2, S, b))
         First column of nodes that carries each section on pinion and wheel, and the shares of b columns from there on.
     rows : (int, int)
@@ -31,10 +32,10 @@ def section_compliance(
         share their compliance and whose columns carry the sections alike.
     """
     first, share = sections
-    pinion = _of_gear(compliance.gears[0], compliance.components, rows[0], first[0], share[0])
-    if compliance.gears[1] is compliance.gears[0] and np.array_equal(*first) and np.array_equal(*share):
+    pinion = _of_gear(gears[0], components, rows[0], first[0], share[0])
+    if gears[1] is gears[0] and np.array_equal(*first) and np.array_equal(*share):
         return pinion, pinion
-    return pinion, _of_gear(compliance.gears[1], compliance.components, rows[1], first[1], share[1])
+    return pinion, _of_gear(gears[1], components, rows[1], first[1], share[1])
 
 
 def section_shares(first: IntArray, share: FloatArray, columns: int) -> FloatArray:
