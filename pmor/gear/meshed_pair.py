@@ -11,7 +11,7 @@ from typing import TypeVar
 from pmor.core.arrays import FloatArray
 from pmor.gear.condition import Assembly, Misalignment
 from pmor.gear.flank_deviation import kernel_deviation
-from pmor.gear.kernels.deviation import NO_DEVIATION, Deviation
+from pmor.gear.kernels.deviation import Deviation
 from pmor.gear.kernels.motion import axial_opening, section_offset
 from pmor.gear.kernels.types import Gear, Kinematics
 from pmor.gear.modification import Modification
@@ -123,8 +123,6 @@ class MeshedPair:
 
     def deviations(self, assembly: Assembly) -> tuple[Deviation, Deviation]:
         """Return what the flanks of pinion and wheel deviate by, for the kernels."""
-        if not assembly.modified:
-            return NO_DEVIATION, NO_DEVIATION
         return _kept(self._deviations, (assembly.pinion, assembly.wheel), self._make_deviations)
 
     def _make_deviations(self, modifications: tuple[Modification, Modification]) -> tuple[Deviation, Deviation]:

@@ -70,15 +70,15 @@ def test_a_corner_in_place_of_a_fillet_is_refused():
 def test_outlines_do_not_cross_and_meshes_are_sound_or_refused(tooth, elements, spacing, bore):
     rim = tooth.root_radius - 0.5 * tooth.module
     assume(rim > 0.1 * tooth.module)
-    outline = tooth_outline(tooth, elements, spacing)
-    half = np.concatenate([outline.lower_fillet[:-1], outline.upper_fillet[:-1], outline.flank])
-    mirrored = (half * np.array([-1.0, 1.0]))[::-1]
     try:
+        outline = tooth_outline(tooth, elements, spacing)
         mesh = build_sector(tooth, bore * rim, tooth.module, elements, 1, spacing)
         quality = mesh_quality(mesh.nodes, mesh.elements)
     except MeshError as error:
         check_message(error)
         return
+    half = np.concatenate([outline.lower_fillet[:-1], outline.upper_fillet[:-1], outline.flank])
+    mirrored = (half * np.array([-1.0, 1.0]))[::-1]
     assert np.isfinite(mesh.nodes).all()
     assert not crosses_itself(np.concatenate([half, mirrored]))
     assert 0.0 < quality.min_scaled_jacobian <= 1.0 + 1e-12
