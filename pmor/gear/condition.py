@@ -1,27 +1,27 @@
-"""The condition that a gear pair is in: what drives it, and where its parts are.
+"""Conditions of a gear pair: torque, misalignment, deviations of the flanks.
 
-A pair *is* its gears, their meshes and the way contact is evaluated (`pmor.gear.meshed_pair.MeshedPair`). The state it
-comes to depends on the pinion's angle and on a condition: the torque on the pinion, and where the wheel's axis is.
-Shafts and housings give way and are not machined exactly: the wheel's axis is then off by some hundredths of a
-millimetre. The finite-element models of the gears know nothing of it, since each is made in its own frame, so that
-axes out of place are a parameter like the torque, and so are deviations of the flanks, which are as small.
+A pair has gears, meshes and a contact scheme (`pmor.gear.meshed_pair.MeshedPair`). Its state depends on the pinion's
+angle and on a condition: the torque on the pinion, the place of the wheel's axis, and the deviations of the flanks.
+Shafts and housings deflect and have tolerances: the wheel's axis is off by some hundredths of a millimetre. The
+finite-element models of the gears are made in frames of their own and do not depend on it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, TypeVar
 
 from pmor.core.ranges import Range
 from pmor.gear.modification import UNMODIFIED, Modification
 
+T = TypeVar("T")
 Deviation = Annotated[float, Range(-1000.0, 1000.0, "um")]
 
 
 @dataclass(frozen=True)
 class Misalignment:
-    """Offset and tilt of the wheel's axis as a rigid body; by default it is where it belongs.
+    """Offset and tilt of the wheel's axis as a rigid body; by default none.
 
     Deviations in and across the plane of the axes are those of ISO/TR 10064-3.
 
@@ -57,7 +57,7 @@ ALIGNED = Misalignment()
 
 @dataclass(frozen=True)
 class Assembly:
-    """How a pair is built, beside its drawing: by default as drawn, with axes where they belong and plain involutes.
+    """Misalignment and modifications of a pair; by default aligned axes and plain involutes.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ class Condition:
 
     @property
     def assembly(self) -> Assembly:
-        """Where the axes are and what the flanks are like."""
+        """Axes and flanks."""
         return Assembly(self.misalignment, self.pinion, self.wheel)
 
     @property
@@ -148,21 +148,22 @@ def common_misalignment(conditions: Iterable[Condition | Assembly]) -> Misalignm
     ValueError
         When they differ, or there is no condition.
     """
-    found = {condition.misalignment for condition in conditions}
-    if len(found) != 1:
-        raise ValueError(f"conditions that are solved together need the same axes, not {len(found)} of them")
-    return found.pop()
+    return _common((condition.misalignment for condition in conditions), "axes")
 
 
 def common_build(conditions: Iterable[Condition]) -> Assembly:
-    """Return what conditions that are solved together share: where the axes are, and what the flanks are like.
+    """Return the axes and flanks of conditions that are solved together.
 
     Raises
     ------
     ValueError
         When they differ, or there is no condition.
     """
-    found = {condition.assembly for condition in conditions}
+    return _common((condition.assembly for condition in conditions), "axes and flanks")
+
+
+def _common(values: Iterable[T], name: str) -> T:
+    found = set(values)
     if len(found) != 1:
-        raise ValueError(f"conditions that are solved together need the same axes and flanks, not {len(found)} of them")
+        raise ValueError(f"conditions that are solved together need the same {name}, not {len(found)} of them")
     return found.pop()

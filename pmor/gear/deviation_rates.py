@@ -13,7 +13,7 @@ from pmor.gear.condition import Assembly
 from pmor.gear.kernels.deviation import Deviation, deviations_at
 from pmor.gear.meshed_pair import MeshedPair
 
-# Amounts of a case file, and what the kernels call them: the deviation is linear in each.
+# Amounts of a case file with their fields in `Deviation`: the deviation is linear in each.
 AMOUNTS = {
     "tip_relief_um": "tip_relief",
     "root_relief_um": "root_relief",
@@ -25,7 +25,7 @@ AMOUNTS = {
     "twist_um": "twist",
 }
 OVER_WIDTH = ("helix_crowning_um", "helix_slope_um", "end_relief_um", "twist_um")
-# Whose halves over the face are each other's negative: half a mesh cannot be built so.
+# Antisymmetric over the face: not possible on half a mesh.
 UNEVEN = ("helix_slope_um", "twist_um")
 # Amounts that need to know how far they go.
 EXTENTS = {
@@ -36,7 +36,7 @@ EXTENTS = {
 
 
 class SectionStates(Protocol):
-    """What `deviation_rates` asks of states of line contact, such as `pmor.results.loads.LineStates`."""
+    """Attributes that `deviation_rates` needs of states of line contact, such as `pmor.results.loads.LineStates`."""
 
     @property
     def pair(self) -> IntArray: ...  # noqa: D102
@@ -59,9 +59,9 @@ def deviation_rates(
 ) -> dict[str, FloatArray]:
     """Return d deviation / d parameter at all sections, (A, P, S), um per unit, by ``gear.key`` of the case file.
 
-    All amounts that the pair can be built with are among them, at 0 too: by their own derivative one sees what they
-    would do. Of tip, root and end relief only where the case says how far they go. Pitch deviations and topographies
-    have none of their own; `LineStates.sensitivity` serves for them.
+    All amounts that the pair can be built with are included, also those that are 0. Tip, root and end relief are
+    included where the case gives their extent. Pitch deviations and topographies are not; `LineStates.sensitivity`
+    serves for them.
 
     Parameters
     ----------

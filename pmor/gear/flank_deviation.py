@@ -1,4 +1,4 @@
-"""From a gear's modification, in the words of a drawing, to what the kernels evaluate."""
+"""From a gear's modification, as in a case file, to the deviation that kernels evaluate."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MICROMETRE = 1e-3
 def kernel_deviation(
     modification: Modification, tooth: Tooth, active: tuple[float, float], face: tuple[float, float]
 ) -> Deviation:
-    """Return what the kernels know of a gear's modification.
+    """Return a gear's modification in the form that kernels evaluate.
 
     Parameters
     ----------

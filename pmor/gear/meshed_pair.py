@@ -22,7 +22,7 @@ from pmor.gear.tooth import Tooth
 K = TypeVar("K")
 V = TypeVar("V")
 
-# Places of axes, and flanks, of which what the kernels know of them is kept.
+# Most misalignments, and most modifications, whose kernel data is kept.
 MOST_KEPT = 64
 
 
@@ -40,11 +40,6 @@ class Flank:
 
     nodes: FloatArray
     roll_angle: FloatArray
-
-    @property
-    def element_rows(self) -> int:
-        """Number of patches between nodes along the profile: elements, or halves of quadratic ones."""
-        return self.nodes.shape[0] - 1
 
     @property
     def columns(self) -> int:
@@ -122,7 +117,7 @@ class MeshedPair:
         return pinion, wheel
 
     def deviations(self, assembly: Assembly) -> tuple[Deviation, Deviation]:
-        """Return what the flanks of pinion and wheel deviate by, for the kernels."""
+        """Return the deviations of pinion and wheel for the kernels."""
         return _kept(self._deviations, (assembly.pinion, assembly.wheel), self._make_deviations)
 
     def _make_deviations(self, modifications: tuple[Modification, Modification]) -> tuple[Deviation, Deviation]:
@@ -145,7 +140,7 @@ class MeshedPair:
 
 
 def _kept(known: dict[K, V], key: K, make: Callable[[K], V]) -> V:
-    """Return what was made before of the same, or make it; a full store is emptied."""
+    """Return the stored value of a key, made where it is missing; a full store is emptied first."""
     if key not in known:
         if len(known) >= MOST_KEPT:
             known.clear()

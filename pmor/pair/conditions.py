@@ -1,4 +1,4 @@
-"""The conditions that a case speaks of: of its sweeps, and the ranges of its training."""
+"""Conditions of a case: of its sweeps, and the ranges of its training."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ DEVIATIONS = tuple(field.name for field in fields(Misalignment))
 
 
 def assembly_of(case: Case) -> Assembly:
-    """Return where the wheel's axis is, and what the flanks are like, in sweep and comparison of a case."""
+    """Return misalignment and modifications in sweep and comparison of a case."""
     return Assembly(case.misalignment, case.pinion_modification, case.wheel_modification)
 
 
@@ -24,7 +24,7 @@ def conditions_of(case: Case, torques_Nm: Iterable[float]) -> tuple[Condition, .
 
 
 def conditions_of_assembly(assembly: Assembly, torques_Nm: Iterable[float]) -> tuple[Condition, ...]:
-    """Return the conditions of a pair that is built in some way under torques in N m."""
+    """Return the conditions of an assembly under torques in N m."""
     return at_torques((1e3 * torque for torque in torques_Nm), assembly.misalignment, assembly.pinion, assembly.wheel)
 
 

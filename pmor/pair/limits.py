@@ -1,4 +1,4 @@
-"""Where linear elasticity and small deformations end: what a load asks of the teeth, before anything is solved."""
+"""Limits of linear elasticity and small deformations, checked before anything is solved."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PRESSURE_OVER_MODULUS = 0.02
 # contact is left: they would be bent through their neighbours.
 LARGE_APPROACH = 0.05
 LARGEST_APPROACH = 0.5
-# Share of the approach that round-off of the coordinates may be: what is left is a digit of what the load does.
+# Largest round-off of the coordinates over the approach.
 MOST_ROUND_OFF = 0.1
 # Above it, plain linear hexahedra cannot deform without changing their volume: measured at 0.499, 25 % too stiff.
 LOCKING_POISSON_RATIO = 0.45
@@ -87,7 +87,7 @@ def refuse_lost_load(case: Case, round_off_at: Callable[[float], float]) -> None
 
 
 def range_warnings(case: Case, pair: GearPair, approach_mm: float) -> tuple[str, ...]:
-    """Say what is unusual about a pair, and where a case leaves the range of linear elasticity or of its elements.
+    """Warn of an unusual pair, and of a case beyond the range of linear elasticity or of its elements.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ def range_warnings(case: Case, pair: GearPair, approach_mm: float) -> tuple[str,
     Returns
     -------
     tuple of str
-        Each with the number, what is usual, and what it means; empty for an ordinary case.
+        Each with the number, the usual range and the consequence; empty for an ordinary case.
     """
     warnings = list(clearance_warnings(pair))
     stiffest = max(case.pair.pinion.poisson_ratio, case.pair.wheel.poisson_ratio)

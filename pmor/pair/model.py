@@ -189,7 +189,7 @@ def mesh_model(case: Case) -> MeshModel:
 
 
 def refuse_loads(case: Case, meshed: MeshedPair) -> None:
-    """Refuse loads of training and sweep beyond what the model of contact can carry, or too small for its numbers.
+    """Refuse loads of training and sweep beyond the range of the contact model, or lost in round-off.
 
     Raises
     ------

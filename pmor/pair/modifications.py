@@ -1,4 +1,4 @@
-"""Whether a case's modifications lie on the flanks of its pair: what only the geometry of the teeth can say."""
+"""Checks of a case's modifications that need the geometry of the teeth."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ GRID_SLACK = 1e-3
 
 
 def refuse_modifications_off_the_flank(case: Case, pair: GearPair) -> None:
-    """Raise CaseError where relief starts beyond the flank, or a topography does not cover what the mate touches.
+    """Raise CaseError where relief starts beyond the flank, or a topography does not cover the active profile.
 
     Parameters
     ----------

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pmor.case import Case, describe, model_names, short_list
+from pmor.case import Case, GearCase, describe, model_names, short_list
 from pmor.fe.sector import SectorMesh
-from pmor.gear.classical.formulas import classical_results
+from pmor.gear.classical.formulas import GearBody, classical_results
 from pmor.gear.classical.iso6336_root import nominal_root_stress
 from pmor.pair.conditions import nominal_condition
 from pmor.report.condition_figure import conditions_figure
@@ -235,7 +234,8 @@ def _classical_table(result: OnlineResult) -> Table:
     rows: list[tuple[str | float | None, ...]] = [
         ("reduced FE model, this run", load / mean, mean, float(peak_to_peak_um(sweep)[i]), "")
     ]
-    for row in classical_results(**_classical_arguments(case, pair.common_width)):
+    bodies = _gear_body(case.pair.pinion), _gear_body(case.pair.wheel)
+    for row in classical_results(pair, bodies, case.torque_Nm):
         rows.append((row.method, row.mesh_stiffness_N_per_mm_um, row.ste_mean_um, row.ste_peak_to_peak_um, row.note))
     columns = ["method", "mesh stiffness, N/(mm µm)", "STE mean, µm", "STE peak-to-peak, µm", "note"]
     note = (
@@ -245,22 +245,8 @@ def _classical_table(result: OnlineResult) -> Table:
     return Table("Classical formulas for the same pair", columns, rows, note)
 
 
-def _classical_arguments(case: Case, face_width_mm: float) -> dict[str, Any]:
-    pair = case.pair
-    gears = pair.pinion, pair.wheel
-
-    def both(name: str) -> tuple[Any, Any]:
-        return getattr(gears[0], name), getattr(gears[1], name)
-
-    return {
-        "teeth": both("teeth"), "module_mm": pair.module_mm,
-        "pressure_angle_rad": math.radians(pair.pressure_angle_deg), "face_width_mm": face_width_mm,
-        "bore_radius_mm": both("bore_radius_mm"), "torque_Nm": case.torque_Nm,
-        "youngs_modulus_MPa": tuple(1e3 * gear.youngs_modulus_GPa for gear in gears),
-        "poissons_ratio": both("poisson_ratio"), "profile_shift": both("profile_shift"), "addendum": both("addendum"),
-        "dedendum": both("dedendum"), "rack_tip_radius": both("rack_tip_radius"),
-        "helix_angle_rad": math.radians(pair.helix_angle_deg), "centre_distance_mm": pair.centre_distance_mm
-    }  # fmt: skip
+def _gear_body(gear: GearCase) -> GearBody:
+    return GearBody(gear.bore_radius_mm, 1e3 * gear.youngs_modulus_GPa, gear.poisson_ratio)
 
 
 def _middles(result: OnlineResult) -> list[int]:

@@ -8,18 +8,15 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.gear.classical import energy_method, formulas, weber_banaschek
-from pmor.gear.classical.tooth_beam import beam_integrals, involute_function, tooth_load
+from pmor.gear.classical.formulas import GearBody
+from pmor.gear.classical.tooth_beam import beam_integrals, tooth_load
+from pmor.gear.pair import GearPair, zero_backlash_centre_distance
+from pmor.gear.tooth import Tooth
 from tests.support.beams import ALPHA, paper_beam, prismatic_beam
 
 E, NU = 210_000.0, 0.3
-PAPER = {
-    "teeth": (21, 21),
-    "module_mm": 4.0,
-    "pressure_angle_rad": ALPHA,
-    "face_width_mm": 20.0,
-    "bore_radius_mm": (20.0, 20.0),
-    "torque_Nm": 100.0,
-}
+STEEL = GearBody(20.0), GearBody(20.0)
+TORQUE = 100.0
 PRINTED = 1e-2  # literature values are printed with two or three figures
 
 
@@ -31,9 +28,19 @@ def _quiet_extrapolation():
         yield
 
 
+def gear_pair(teeth=(21, 21), module=4.0, shifts=(0.0, 0.0), helix=0.0, distance=None):
+    pinion, wheel = (
+        Tooth(z, module, ALPHA, hand * helix, shift) for z, shift, hand in zip(teeth, shifts, (1, -1), strict=True)
+    )
+    return GearPair(pinion, wheel, 20.0, distance or zero_backlash_centre_distance(pinion, wheel))
+
+
 def paper_path():
-    base, tip = 42.0 * np.cos(ALPHA), 46.0
-    return formulas.path_of_contact(21, base, base, tip, tip, ALPHA)
+    return formulas.path_of_contact(gear_pair())
+
+
+def results(bodies=STEEL, torque=TORQUE, **pair):
+    return formulas.classical_results(gear_pair(**pair), bodies, torque)
 
 
 # --- energy method and Weber-Banaschek -------------------------------------------------------------------------------
@@ -151,22 +158,6 @@ def test_path_of_contact_ends_on_the_tip_circles():
     assert_allclose(first, second[::-1])
 
 
-def test_interfering_gears_are_refused():
-    with pytest.raises(ValueError, match="interfere"):
-        formulas.path_of_contact(12, 22.5, 112.8, 28.0, 130.0, ALPHA)
-
-
-@pytest.mark.parametrize("shift", [-0.3, 0.0, 0.2, 1.0, 1.8])
-def test_working_pressure_angle_solves_the_involute_equation(shift):
-    angle = formulas.working_pressure_angle(ALPHA, shift, 42)
-    assert_allclose(involute_function(angle), involute_function(ALPHA) + 2 * np.tan(ALPHA) * shift / 42, rtol=1e-12)
-
-
-def test_impossible_profile_shift_is_refused():
-    with pytest.raises(ValueError, match="no working pressure angle"):
-        formulas.working_pressure_angle(ALPHA, -2.0, 42)
-
-
 def test_equal_springs_share_equally():
     path = paper_path()
     cycle = formulas.mesh_cycle(lambda s, load: np.full_like(s, 1e-4), path, 100.0, n_positions=1000)
@@ -207,7 +198,7 @@ def test_load_sharing_that_does_not_settle_raises():
 
 
 def test_paper_pair_lies_where_it_is_known_to_lie():
-    iso, energy, weber = formulas.classical_results(**PAPER)
+    iso, energy, weber = results()
     assert_allclose(iso.mesh_stiffness_N_per_mm_um, 16.63, rtol=1e-3)
     assert iso.ste_peak_to_peak_um is None
     for row in (energy, weber):
@@ -217,63 +208,50 @@ def test_paper_pair_lies_where_it_is_known_to_lie():
 
 def test_mean_ste_is_load_over_stiffness_in_every_row():
     load = 1e5 / (42 * np.cos(ALPHA)) / 20
-    for row in formulas.classical_results(**PAPER):
+    for row in results():
         assert_allclose(row.ste_mean_um * row.mesh_stiffness_N_per_mm_um, load, rtol=1e-9)
 
 
 def test_gear_size_does_not_change_stiffness_per_width():
     """Geometric similarity: twice the module (and bore) at the same load per width and module gives the same c."""
-    double = PAPER | {"module_mm": 8.0, "bore_radius_mm": (40.0, 40.0), "torque_Nm": 400.0}
-    for one, two in zip(formulas.classical_results(**PAPER), formulas.classical_results(**double), strict=True):
+    double = results((GearBody(40.0), GearBody(40.0)), 400.0, module=8.0)
+    for one, two in zip(results(), double, strict=True):
         assert_allclose(one.mesh_stiffness_N_per_mm_um, two.mesh_stiffness_N_per_mm_um, rtol=1e-9)
 
 
 def test_ste_of_identical_gears_is_symmetric_about_the_middle_of_the_path():
     path, beam = paper_path(), paper_beam()
-    pair = formulas.energy_pair_compliance((beam, beam), path, (E, E), (NU, NU), (20.0, 20.0))
+    pair = formulas.energy_pair_compliance((beam, beam), path, STEEL)
     s = np.linspace(0.0, path.length_mm, 9)
     assert_allclose(pair(s, s), pair(s[::-1], s), rtol=1e-9)
-    weber = formulas.weber_banaschek_pair_compliance((beam, beam), path, (E, E), (NU, NU))
+    weber = formulas.weber_banaschek_pair_compliance((beam, beam), path, STEEL)
     load = np.full(9, 100.0)
     assert_allclose(weber(s, load), weber(s[::-1], load), rtol=1e-9)
 
 
 def test_exchanging_pinion_and_wheel_changes_nothing_at_equal_load():
-    unlike = {"module_mm": 4.0, "pressure_angle_rad": ALPHA, "face_width_mm": 20.0}
-    one = formulas.classical_results(**unlike, teeth=(21, 43), bore_radius_mm=(20.0, 35.0), torque_Nm=100.0)
-    two = formulas.classical_results(**unlike, teeth=(43, 21), bore_radius_mm=(35.0, 20.0), torque_Nm=100.0 * 43 / 21)
+    small, large = GearBody(20.0), GearBody(35.0)
+    one = results((small, large), teeth=(21, 43))
+    two = results((large, small), TORQUE * 43 / 21, teeth=(43, 21))
     for first, second in zip(one[1:], two[1:], strict=True):
         assert_allclose(first.ste_mean_um, second.ste_mean_um, rtol=5e-3)  # 200 positions, counted from the other end
 
 
 def test_energy_method_is_linear_in_torque_and_weber_hardens():
-    _, energy, weber = formulas.classical_results(**PAPER)
-    _, energy_2, weber_2 = formulas.classical_results(**(PAPER | {"torque_Nm": 200.0}))
+    _, energy, weber = results()
+    _, energy_2, weber_2 = results(torque=200.0)
     assert_allclose(energy_2.ste_mean_um, 2 * energy.ste_mean_um)
     assert weber_2.ste_mean_um < 2 * weber.ste_mean_um
 
 
-def test_profile_shift_and_centre_distance():
-    shifted = PAPER | {"profile_shift": (0.3, 0.1)}
-    alpha_w = formulas.working_pressure_angle(ALPHA, 0.4, 42)
-    given = shifted | {"centre_distance_mm": 84 * np.cos(ALPHA) / np.cos(alpha_w)}
-    for one, two in zip(formulas.classical_results(**shifted), formulas.classical_results(**given), strict=True):
-        assert_allclose(one.ste_mean_um, two.ste_mean_um, rtol=1e-6)
-
-
 def test_rows_say_why_they_are_empty():
-    helical = formulas.classical_results(**PAPER, helix_angle_rad=np.radians(15))
+    helical = results(helix=np.radians(15))
     assert helical[0].mesh_stiffness_N_per_mm_um > 0
     assert "contact ratio 1.502, overlap ratio 0.412" in helical[0].note
     assert [row.note for row in helical[1:]] == ["not applicable: for spur gears only"] * 2
-    unloaded = formulas.classical_results(**(PAPER | {"torque_Nm": 0.0}))
-    assert all(row.ste_mean_um is None and "no load" in row.note for row in unloaded)
-    close = formulas.classical_results(**PAPER, centre_distance_mm=70.0)
-    assert all("centre distance" in row.note for row in close)
 
 
 def test_notes_name_low_load_and_other_materials():
-    light = formulas.classical_results(**(PAPER | {"torque_Nm": 50.0}))[0]
-    assert "lowered for the specific load of 60 N/mm" in light.note
-    titanium = formulas.classical_results(**PAPER, youngs_modulus_MPa=(110e3, 110e3))[0]
+    assert "lowered for the specific load of 60 N/mm" in results(torque=50.0)[0].note
+    titanium = results((GearBody(20.0, 110e3), GearBody(20.0, 110e3)))[0]
     assert "E/E_steel = 0.534" in titanium.note

@@ -1,9 +1,9 @@
-"""What a gear's loaded flanks deviate by from the involute helicoid: modifications, errors of manufacture, pitch.
+"""Deviations of a gear's loaded flanks from the involute helicoid: modifications, errors of manufacture, pitch.
 
 Amounts are lengths in mm along the transverse line of action, positive where material is removed, zero at the
 reference: they add to the gap of the flanks. A normal amount, as measuring machines print it, is cos(beta_b) times
 that, with beta_b the base helix angle. Roll angles are the gear's own, in rad; z is counted from mid width of the pair,
-in mm. What each term means stands in `pmor.gear.modification`.
+in mm. `pmor.gear.modification` defines each term.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from pmor.core.compiling import compiled, inlined
 
 
 class Deviation(NamedTuple):
-    """What the loaded flanks of one gear deviate by.
+    """Deviation of the loaded flanks of one gear.
 
     Attributes
     ----------
     present : bool
-        Whether they deviate at all; if not, nothing else is looked at.
+        Whether they deviate at all; otherwise all else is ignored.
     middle_roll, roll_span : float
         Middle and length of the active profile, rad.
     middle_z, width : float
@@ -137,7 +137,7 @@ def _relief(way, amount, parabolic):
 
 @inlined
 def _on_grid(d, u, z):
-    """Bicubic with continuous slopes through the grid's points; what lies beyond its border has the border's amount."""
+    """Bicubic with continuous slopes through the grid's points, constant beyond its border."""
     i, u0, u1, du0, du1 = _cell(d.grid_roll, u)
     k, z0, z1, dz0, dz1 = _cell(d.grid_z, z)
     amount = 0.0

@@ -1,4 +1,4 @@
-"""What the kernels know of a pair's geometry: named tuples of arrays and scalars.
+"""Geometry of a pair for the kernels: named tuples of arrays and scalars.
 
 Lengths are in mm, angles in rad, forces in N. Gears are numbered 0 (pinion) and 1 (wheel), everywhere.
 """
