@@ -13,11 +13,10 @@ from unittest.mock import patch
 
 import numpy as np
 
-from pmor.core.conventions import rotation_z
 from pmor.fe import sector
 from pmor.fe.element import tributary_widths
-from pmor.fe.outline import tooth_outline
 from pmor.lab.rivals.calculix import PROGRAM
+from tests.support.calculix_ring import fields, flank_rows, material_lines, mesh_lines, ring_of
 
 FREE_ROWS, FREE_FILLET = 3, 8
 # Elements of the loaded tooth: below the surface and their growth, over the flank on either side of the load.
@@ -34,12 +33,8 @@ def _across(half_width, first):
 def _sector(tooth, bore_mm, z, roll, fillet, across, depth):
     """One sector, on columns at z, with flank nodes at roll angles and so many elements along the fillet."""
 
-    def outline(tooth, _, spacing, order):
-        made = tooth_outline(tooth, int(np.ceil(fillet / 0.4)), spacing, order)
-        return replace(made, flank=tooth.flank_section(roll), flank_roll_angle=roll)
-
     with (
-        patch.object(sector, "tooth_outline", outline),
+        flank_rows(roll, int(np.ceil(fillet / 0.4))),
         patch.object(sector, "_through_thickness", lambda *_: across),
         patch.object(sector, "_graded", lambda *_: depth),
     ):
@@ -71,25 +66,11 @@ def fillet_stress(tooth, bore_mm, youngs_mpa, poisson, z, plane, roll_load, line
 
 
 def _solve(tooth, meshes, plane, youngs_mpa, poisson, roll_load, line_load):
-    numbers, nodes, count = [], [], 0
-    for k, mesh in enumerate(meshes):
-        right = np.concatenate([mesh.right, mesh.bore[-len(mesh.z) :]])
-        own = np.setdiff1d(np.arange(len(mesh.nodes)), right)
-        numbers.append(np.full(len(mesh.nodes), -1))
-        numbers[-1][own] = count + np.arange(len(own))
-        count += len(own)
-        nodes.append(mesh.nodes[own] @ rotation_z(2.0 * np.pi * k / len(meshes)).T)
-    for k, mesh in enumerate(meshes):
-        right, before = np.concatenate([mesh.right, mesh.bore[-len(mesh.z) :]]), meshes[k - 1]
-        numbers[k][right] = numbers[k - 1][np.concatenate([before.left, before.bore[: len(before.z)]])]
-    nodes = np.concatenate(nodes)
-    elements = np.concatenate([n[mesh.elements[:, :20]] for n, mesh in zip(numbers, meshes, strict=True)])
-    used = np.unique(elements)
-    bore = np.intersect1d(np.concatenate([n[mesh.bore] for n, mesh in zip(numbers, meshes, strict=True)]), used)
+    ring = ring_of(meshes)
     mesh = meshes[0]
     row = np.abs(mesh.flank_roll_angle - roll_load).argmin()
-    loaded = numbers[0][mesh.flank[row]]
-    kept = np.isin(loaded, used)
+    loaded = ring.numbers[0][mesh.flank[row]]
+    kept = np.isin(loaded, ring.used)
     force = -line_load * tributary_widths(mesh.z, 2)[:, None] * tooth.flank_normal(np.array(roll_load), np.array(0.0))
     assert kept.all(), "the loaded row has nodes in the middle of faces"
     layers = len(mesh.z)
@@ -97,36 +78,30 @@ def _solve(tooth, meshes, plane, youngs_mpa, poisson, roll_load, line_load):
     upper = [row.reshape(-1, layers) for row in mesh.tooth_rows[: len(mesh.tooth_rows) - len(mesh.flank) + 1]]
     top = mesh.ring_rows[0].reshape(-1, layers)
     lower = int(np.flatnonzero(top[:, 0] == mesh.tooth_rows[0][0])[0])
-    for end, ring in ((0, top[: lower + 1][::-1]), (-1, top[len(top) - 1 - lower :])):
-        line = np.concatenate([np.stack([row[end] for row in upper[::-1]]), ring[1:]])
-        ids = numbers[0][line].ravel()
-        sides.append(ids[np.isin(ids, used)])
-    deck = "\n".join(_deck(nodes, used, elements, bore, loaded, force, np.concatenate(sides), plane, mesh.z[-1],
-                           youngs_mpa, poisson)) + "\n"  # fmt: skip
+    for end, land in ((0, top[: lower + 1][::-1]), (-1, top[len(top) - 1 - lower :])):
+        line = np.concatenate([np.stack([row[end] for row in upper[::-1]]), land[1:]])
+        ids = ring.numbers[0][line].ravel()
+        sides.append(ids[np.isin(ids, ring.used)])
+    lines = _deck(ring, loaded, force, np.concatenate(sides), plane, mesh.z[-1], youngs_mpa, poisson)
     with tempfile.TemporaryDirectory(prefix="pmor-fillet-") as folder:
-        (Path(folder) / "gear.inp").write_text(deck)
+        (Path(folder) / "gear.inp").write_text("\n".join(lines) + "\n")
         environment = os.environ | {"OMP_NUM_THREADS": "1"}
         ran = subprocess.run([PROGRAM, "gear"], cwd=folder, capture_output=True, text=True, check=True, env=environment)
         assert "Job finished" in ran.stdout, ran.stdout[-400:]
         stress = _read_stress((Path(folder) / "gear.frd").read_text())
-    return [(nodes[ids], np.stack([stress[int(i) + 1] for i in ids])) for ids in sides]
+    return [(ring.nodes[ids], np.stack([stress[int(i) + 1] for i in ids])) for ids in sides]
 
 
-def _deck(nodes, used, elements, bore, loaded, force, fillet, plane, symmetry, youngs_mpa, poisson):
-    yield "*NODE,NSET=ALL"
-    yield from (f"{n + 1},{_numbers(nodes[n])}" for n in used)
-    yield "*ELEMENT,TYPE=C3D20,ELSET=GEAR"
-    for e, corners in enumerate((elements + 1).tolist()):
-        yield f"{e + 1}," + ",".join(map(str, corners[:15])) + ","
-        yield ",".join(map(str, corners[15:]))
-    for name, ids in (("BORE", bore), ("FILLET", np.unique(fillet)), ("MID", used[nodes[used, 2] > symmetry - 1e-9])):
+def _deck(ring, loaded, force, fillet, plane, symmetry, youngs_mpa, poisson):
+    yield from mesh_lines(ring, "ALL", "GEAR")
+    middle = ring.used[ring.nodes[ring.used, 2] > symmetry - 1e-9]
+    for name, ids in (("BORE", ring.bore), ("FILLET", np.unique(fillet)), ("MID", middle)):
         yield f"*NSET,NSET={name}"
         yield from (str(i + 1) for i in ids)
-    yield from ("*MATERIAL,NAME=STEEL", "*ELASTIC", _numbers([youngs_mpa, poisson]))
-    yield "*SOLID SECTION,ELSET=GEAR,MATERIAL=STEEL"
+    yield from material_lines("STEEL", "GEAR", youngs_mpa, poisson)
     yield from ("*BOUNDARY", "BORE,1,3", "ALL,3,3" if plane else "MID,3,3", "*STEP", "*STATIC", "*CLOAD")
     for node, components in zip(loaded, force, strict=True):
-        yield from (f"{node + 1},{d + 1},{_numbers([components[d]])}" for d in range(2))
+        yield from (f"{node + 1},{d + 1},{fields([components[d]])}" for d in range(2))
     yield from ("*EL FILE,NSET=FILLET", "S", "*END STEP")
 
 
@@ -148,7 +123,3 @@ def largest_principal(stress):
     xx, yy, zz, xy, yz, zx = np.moveaxis(stress, -1, 0)
     tensor = np.stack([np.stack([xx, xy, zx], -1), np.stack([xy, yy, yz], -1), np.stack([zx, yz, zz], -1)], -2)
     return np.linalg.eigvalsh(tensor)
-
-
-def _numbers(values):
-    return ",".join(f"{value:.13e}" for value in values)
