@@ -14,11 +14,12 @@ from __future__ import annotations
 import argparse
 import csv
 import json
+import math
 import shlex
 import subprocess
 import sys
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,7 @@ CASES = Path(__file__).parents[2] / "cases"
 STE_TOLERANCE = 1e-10  # relative; sums in another order are allowed, other mechanics are not
 ESTIMATE_TOLERANCE = 1e-7  # of the largest estimate of a sweep: derivatives of energies that all but cancel
 PRODUCT_TOLERANCE = 1e-6  # relative; optima and folds are found to their own tolerances
+TABLE_TOLERANCE = 1e-7  # relative; of differences that are small already
 SHIPPED = (
     "small_spur", "unequal_pair", "paper_spur", "paper_hermite", "paper_64", "paper_misaligned", "paper_relief",
     "osu_spur", "helical", "fva_high_speed",
@@ -47,8 +49,13 @@ REDUCTIONS = {
     "static_modes": {"shapes": "static_modes"},
 }
 TILTED = {"in_plane_um": [-10.0, 10.0], "out_of_plane_um": [0.0, 8.0]}
-# What a study and a stability matrix say beside run times.
-STUDY_KEYS = ("ste_mean_um", "ste_peak_to_peak_um", "shape_error_um", "ripple_um", "rom_vs_full_ste_max_rel")
+# Lists of a study and of a stability matrix, and what must not move in their rows.
+TABLES = {
+    "study/study.json": (
+        "rows", ("ste_mean_um", "ste_peak_to_peak_um", "shape_error_um", "ripple_um", "rom_vs_full_ste_max_rel"),
+    ),
+    "stability/stability.json": ("entries", ("name", "converged", "newton_steps", "difference_rel", "ok")),
+}  # fmt: skip
 
 
 def variants() -> dict[str, dict[str, dict[str, Any]]]:
@@ -107,11 +114,12 @@ def changed(text: str, changes: Mapping[str, Mapping[str, Any]]) -> str:
 def compare(before: Path, after: Path) -> int:
     """Print the largest differences; return how many things differ by more than they may."""
     problems = [text for path in sorted(before.glob("*/ste.csv")) for text in sweep_differences(path, after)]
-    problems += table_differences(before, after, "study/study.json", "rows", study_numbers)
-    problems += table_differences(before, after, "stability/stability.json", "entries", stability_numbers)
-    problems += [
-        text for name, (_, file) in PRODUCTS.items() for text in product_differences(name, file, before, after)
-    ]
+    for file, (rows, keys) in TABLES.items():
+        problems += file_differences(file, before, after, TABLE_TOLERANCE, lambda content, rows=rows, keys=keys: [
+            {key: row.get(key) for key in keys} for row in content[rows]
+        ])  # fmt: skip
+    for name, (_, file) in PRODUCTS.items():
+        problems += file_differences(f"{name}/{file}", before, after, PRODUCT_TOLERANCE, lambda content: content)
     print("\n".join(problems) or "the same")
     return len(problems)
 
@@ -156,31 +164,31 @@ def datum(rows: list[dict[str, str]], others: list[dict[str, str]]) -> float:
     return moved if abs(moved) > STE_TOLERANCE * max(abs(a) for a, _ in both) else 0.0
 
 
-def product_differences(name: str, file: str, before: Path, after: Path) -> Iterator[str]:
-    """Name the numbers of a design, a campaign or a motion that differ."""
-    paths = [folder / name / file for folder in (before, after)]
+def file_differences(
+    file: str, before: Path, after: Path, tolerance: float, wanted: Callable[[Any], Any]
+) -> Iterator[str]:
+    """Name the numbers of a JSON file that differ; `wanted` picks them from its content."""
+    paths = [folder / file for folder in (before, after)]
     if not all(path.exists() for path in paths):
-        yield f"{name}: no {file} on both sides"
+        yield f"{file}: not there on both sides"
         return
-    one, other = (json.loads(path.read_text(encoding="utf-8")) for path in paths)
-    found = list(differences(one, other, ""))
-    print(f"{name:32s} {len(found)} numbers differ")
-    yield from (f"{name}: {text}" for text in found[:20])
+    one, other = (wanted(json.loads(path.read_text(encoding="utf-8"))) for path in paths)
+    found = list(differences(one, other, "", tolerance))
+    print(f"{file:32s} {len(found)} numbers differ")
+    yield from (f"{file}: {text}" for text in found[:20])
 
 
-def differences(one: Any, other: Any, place: str) -> Iterator[str]:
+def differences(one: Any, other: Any, place: str, tolerance: float) -> Iterator[str]:
     """Name the places at which two trees of plain data differ; keys may have been added."""
     if isinstance(one, dict) and isinstance(other, dict):
         for key, value in one.items():
             if not key.endswith(UNCOMPARED):
-                yield from differences(value, other.get(key), f"{place}/{key}")
+                yield from differences(value, other.get(key), f"{place}/{key}", tolerance)
     elif isinstance(one, list) and isinstance(other, list) and len(one) == len(other):
         for number, (a, b) in enumerate(zip(one, other, strict=True)):
-            yield from differences(a, b, f"{place}/{number}")
-    elif isinstance(one, float) and isinstance(other, float):
-        if abs(one - other) > PRODUCT_TOLERANCE * max(abs(one), abs(other)):
-            yield f"{place} = {one}, now {other}"
-    elif one != other:
+            yield from differences(a, b, f"{place}/{number}", tolerance)
+    elif not (one == other or (isinstance(one, float) and isinstance(other, float)
+                               and math.isclose(one, other, rel_tol=tolerance, abs_tol=1e-12))):  # fmt: skip
         yield f"{place} = {one}, now {other}"
 
 
@@ -199,38 +207,6 @@ def worst(rows: list[dict[str, str]], others: list[dict[str, str]], key: str, sc
         if a.get(key, "") != "":
             largest = max(largest, abs(float(a[key]) - float(b[key])) / scale(float(a[key])))
     return largest
-
-
-def study_numbers(row: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what must not move in a row of a study."""
-    return {key: row.get(key) for key in STUDY_KEYS}
-
-
-def stability_numbers(entry: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what must not move in an entry of a stability matrix."""
-    return {key: entry.get(key) for key in ("name", "converged", "newton_steps", "difference_rel", "ok")}
-
-
-def table_differences(before: Path, after: Path, file: str, key: str, numbers: Any) -> list[str]:
-    """Name the rows of a JSON table that differ by more than 1e-7, relative, of differences that are small already."""
-    if not (after / file).exists():
-        return [f"{file}: not there"]
-    tables = [json.loads((folder / file).read_text(encoding="utf-8"))[key] for folder in (before, after)]
-    if len(tables[0]) != len(tables[1]):
-        return [f"{file}: {len(tables[0])} rows, now {len(tables[1])}"]
-    found = []
-    for old, new in zip(*(map(numbers, rows) for rows in tables), strict=True):
-        for name, value in old.items():
-            if not alike(value, new[name]):
-                found.append(f"{file}: {old.get('name', '')} {name} = {value}, now {new[name]}")
-    return found
-
-
-def alike(a: Any, b: Any) -> bool:
-    """Whether two entries are the same number, or the same thing."""
-    if isinstance(a, float) and isinstance(b, float):
-        return abs(a - b) <= 1e-7 * max(abs(a), abs(b)) + 1e-12
-    return bool(a == b)
 
 
 def main() -> int:
