@@ -9,21 +9,16 @@ from numpy.testing import assert_allclose
 
 from pmor.case import make_case
 from pmor.results.orders import orders
-from pmor.results.sweep import SteSweep, mesh_orders, orders_of, ripple_um
+from pmor.results.sweep import mesh_orders, orders_of, ripple_um
 from pmor_online.model import online_angles, sweep_angles
+from tests.support.sweeps import PITCH, made_up_sweep
 
 TEETH = 21
-PITCH = 2.0 * math.pi / TEETH
 
 
 def sweep_of(curve, pitches, count=20):
     phi = 0.1 + online_angles(PITCH, count, pitches)
-    n = len(phi)
-    return SteSweep(
-        phi_rad=phi, torque_Nm=np.array([100.0]), ste_um=curve(phi)[None], pair_share=np.ones((1, n, 1)),
-        pair_index=np.array([0]), newton_steps=np.ones((1, n), dtype=int), converged=np.ones((1, n), dtype=bool),
-        seconds=1.0, pitch_rad=PITCH,
-    )  # fmt: skip
+    return made_up_sweep(curve(phi), phi_rad=phi)
 
 
 def whine(phi):

@@ -19,7 +19,7 @@ from pmor.report.page import Heading, Picture, Warning, page_html, write_page
 from pmor.report.style import data_uri, picture_bytes
 from pmor.report.summary import summary_text
 from pmor.report.table import Table, format_cell
-from pmor.results.sweep import SteSweep
+from tests.support.sweeps import made_up_sweep
 
 NASTY = '<script>alert("a & b")</script>'
 VOID_TAGS = {"meta", "img", "br", "hr", "link", "input"}
@@ -69,19 +69,9 @@ def page(*added, title="Paper pair"):
 
 
 def sweep():
-    nan = float("nan")
-    ste = np.array([[1.0 / 3.0, nan], [2.5, 1e-17]])
-    return SteSweep(
-        phi_rad=np.array([0.0, 0.15]),
-        torque_Nm=np.array([30.0, 100.0]),
-        ste_um=ste,
-        pair_share=np.array([[[1.0, 0.0], [0.0, 0.0]], [[0.7, 0.3], [0.1, 0.9]]]),
-        pair_index=np.array([-1, 0]),
-        newton_steps=np.array([[4, 50], [5, 6]]),
-        converged=np.isfinite(ste),
-        seconds=0.1,
-        pitch_rad=0.3,
-    )
+    share = [[[1.0, 0.0], [0.0, 0.0]], [[0.7, 0.3], [0.1, 0.9]]]
+    found = made_up_sweep([[1.0 / 3.0, math.nan], [2.5, 1e-17]], (30.0, 100.0), share, first_pair=-1)
+    return replace(found, newton_steps=np.array([[4, 50], [5, 6]]))
 
 
 def test_page_parses_and_its_tags_balance():

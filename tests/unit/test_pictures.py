@@ -20,31 +20,18 @@ from pmor.report.sweep_figures import (
     spectrum_figure,
     ste_figure,
 )
-from pmor.results.sweep import SteSweep
 from pmor_online.contact_pattern import ContactPattern
+from tests.support.sweeps import made_up_sweep
 
 ROUND_OFF = 1e-12
 UNIT = re.compile(r"\[[^\]]+\]")
-PITCH = 2 * np.pi / 21
 
 
 def make_sweep(torques=(30.0, 100.0, 160.0), n=24):
     torques = np.asarray(torques, float)
     x = np.arange(n) / n
     ste = torques[:, None] * (0.08 + 0.02 * np.sign(np.cos(2 * np.pi * x)) + 0.001 * np.cos(6 * np.pi * x))
-    share = np.zeros((len(torques), n, 3))
-    share[..., 1], share[..., 0] = 1 - 0.5 * x, 0.5 * x
-    return SteSweep(
-        phi_rad=PITCH * x,
-        torque_Nm=torques,
-        ste_um=ste,
-        pair_share=share,
-        pair_index=np.array([-1, 0, 1]),
-        newton_steps=np.full(ste.shape, 5),
-        converged=np.ones(ste.shape, bool),
-        seconds=0.1,
-        pitch_rad=PITCH,
-    )
+    return made_up_sweep(ste, torques, np.stack([0.5 * x, 1.0 - 0.5 * x, 0.0 * x], axis=-1), first_pair=-1)
 
 
 def legend_texts(figure):

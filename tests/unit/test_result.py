@@ -5,8 +5,6 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.results.sweep import (
-    SteSweep,
-    mesh_orders,
     mesh_stiffness,
     peak_to_peak_um,
     ripple_um,
@@ -14,28 +12,14 @@ from pmor.results.sweep import (
     ste_mean_um,
     torque_exponent,
 )
+from tests.support.sweeps import made_up_sweep
 
-PITCH = 2 * np.pi / 21
 ROUND_OFF = 1e-12  # sums of a few hundred terms of order one
 
 
-def make_sweep(ste, torque=(100.0,), single=None):
+def make_sweep(ste, torque=(100.0,), single=False):
     """Sweep with the given STE (n_torques, n_angles); `single` marks the angles at which one pair carries all."""
-    ste = np.atleast_2d(np.asarray(ste, float))
-    n = ste.shape[1]
-    single = np.zeros(n, bool) if single is None else np.asarray(single)
-    share = np.where(single[:, None], [1.0, 0.0], [0.6, 0.4])
-    return SteSweep(
-        phi_rad=PITCH * np.arange(n) / n,
-        torque_Nm=np.asarray(torque, float),
-        ste_um=ste,
-        pair_share=np.broadcast_to(share, (*ste.shape, 2)),
-        pair_index=np.array([-1, 0]),
-        newton_steps=np.full(ste.shape, 5),
-        converged=np.isfinite(ste),
-        seconds=0.1,
-        pitch_rad=PITCH,
-    )
+    return made_up_sweep(ste, torque, np.where(np.reshape(single, (-1, 1)), [1.0, 0.0], [0.6, 0.4]))
 
 
 def test_shapes_that_do_not_belong_together_are_refused():
@@ -47,30 +31,6 @@ def test_mean_and_peak_to_peak_use_the_converged_positions():
     sweep = make_sweep([[1.0, 2.0, np.nan, 6.0], [np.nan] * 4], torque=(50.0, 100.0))
     assert_allclose(ste_mean_um(sweep), [3.0, np.nan], rtol=ROUND_OFF)
     assert_allclose(peak_to_peak_um(sweep), [5.0, np.nan], rtol=ROUND_OFF)
-
-
-def test_mesh_orders_of_a_sum_of_cosines():
-    x = 2 * np.pi * np.arange(40) / 40
-    sweep = make_sweep(8.0 + 1.5 * np.cos(x - 0.3) + 0.25 * np.sin(3 * x))
-    assert_allclose(mesh_orders(sweep, 0, 5), [1.5, 0.0, 0.25, 0.0, 0.0], atol=ROUND_OFF)
-
-
-def test_mesh_orders_beyond_the_sampling_are_nan():
-    x = 2 * np.pi * np.arange(8) / 8
-    orders = mesh_orders(make_sweep(np.cos(3 * x)), 0, 6)
-    assert_allclose(orders[:3], [0.0, 0.0, 1.0], atol=ROUND_OFF)
-    assert np.isnan(orders[3:]).all()
-
-
-def test_mesh_orders_with_a_gap_are_nan():
-    assert np.isnan(mesh_orders(make_sweep([1.0, np.nan, 1.0, 2.0, 3.0, 4.0]), 0, 2)).all()
-
-
-def test_mesh_orders_refuse_angles_that_are_not_uniform():
-    sweep = make_sweep(np.zeros(6))
-    sweep.phi_rad[2] *= 1.01
-    with pytest.raises(ValueError, match="uniformly"):
-        mesh_orders(sweep, 0)
 
 
 def test_single_pair_zone_wraps_around_the_pitch():
@@ -103,12 +63,6 @@ def test_ripple_is_what_a_quartic_leaves_over(shift):
     assert_allclose(ripple_um(sweep, 0), 0.05 / np.sqrt(2), rtol=1e-2)
 
 
-def test_ripple_of_a_quartic_vanishes():
-    t = np.arange(40) / 40
-    sweep = make_sweep(1.0 + t**4 - t, single=np.ones(40, bool))
-    assert ripple_um(sweep, 0) < ROUND_OFF
-
-
 def test_ripple_needs_eight_positions():
     assert np.isnan(ripple_um(make_sweep(np.arange(20.0), single=np.arange(20) < 7), 0))
     assert np.isfinite(ripple_um(make_sweep(np.arange(20.0), single=np.arange(20) < 8), 0))
@@ -122,12 +76,6 @@ def test_mesh_stiffness_of_a_linear_spring():
     assert_allclose(result.secant, np.broadcast_to(c, (3, 3)), rtol=ROUND_OFF)
     assert_allclose(result.tangent, np.broadcast_to(c, (2, 3)), rtol=ROUND_OFF)
     assert_allclose(result.tangent_torque_Nm, [65.0, 130.0])
-
-
-def test_tangent_stiffness_exceeds_secant_for_a_hardening_spring():
-    torque = np.array([50.0, 100.0])
-    result = mesh_stiffness(make_sweep(torque[:, None] ** 0.9 * np.ones(4), torque), 40.0, 20.0)
-    assert (result.tangent > result.secant.max(axis=0)).all()
 
 
 def test_mesh_stiffness_without_deflection_or_convergence_is_nan():
