@@ -33,6 +33,13 @@ def gear_pair(pinion, wheel, extra_distance=0.0):
     return GearPair(pinion, wheel, WIDTH, zero_backlash_centre_distance(pinion, wheel) + extra_distance)
 
 
+def helical_pair(module, teeth, helix_deg, shift, width, distance=None):
+    """Two gears of opposite hand and the same shift; without a centre distance (mm) they have no backlash."""
+    gears = [Tooth(z, module, ALPHA, math.radians(hand * helix_deg), shift)
+             for z, hand in zip(teeth, (1.0, -1.0), strict=True)]  # fmt: skip
+    return GearPair(*gears, width, distance or zero_backlash_centre_distance(*gears))
+
+
 @cache
 def sector(gear, elements, across, spacing="roll_angle", order=1):
     """Sector mesh of a gear whose bore is half as large as its root circle."""

@@ -47,14 +47,12 @@ def test_two_writers_do_not_meet(tmp_path):
     assert list(tmp_path.iterdir()) == [target]
 
 
-def test_missing_folder_shows_before_the_work(tmp_path):
-    with pytest.raises(OutputError, match="folder does not exist: create it"), atomic_path(tmp_path / "no" / "x"):
-        pytest.fail("the block must not run")
-
-
-def test_file_in_place_of_the_folder(tmp_path):
+@pytest.mark.parametrize(
+    ("folder", "words"), [("no", "folder does not exist: create it"), ("file", "is a file, not a folder")]
+)
+def test_a_missing_folder_and_a_file_in_its_place_show_before_the_work(folder, words, tmp_path):
     (tmp_path / "file").touch()
-    with pytest.raises(OutputError, match="is a file, not a folder"), atomic_path(tmp_path / "file" / "x"):
+    with pytest.raises(OutputError, match=words), atomic_path(tmp_path / folder / "x"):
         pytest.fail("the block must not run")
 
 

@@ -95,11 +95,6 @@ def test_torques_are_sorted():
     assert case.online.torques_Nm == (20.0, 50.0, 80.0)
 
 
-def test_facet_surface_may_be_subdivided():
-    case = parse(MINIMAL + '[contact]\nscheme = "facet"\nlodm_profile = 8\n')
-    assert (case.contact.scheme, case.contact.lodm_profile) == ("facet", 8)
-
-
 def test_written_centre_distance_is_taken():
     case = parse(MINIMAL.replace("module_mm = 2", "module_mm = 2\ncentre_distance_mm = 60.2"))
     assert case.pair.centre_distance_mm == 60.2
@@ -120,15 +115,6 @@ def test_byte_order_mark_and_windows_line_ends_are_read(tmp_path):
 def test_case_is_frozen():
     with pytest.raises(dataclasses.FrozenInstanceError):
         parse(MINIMAL).torque_Nm = 1.0
-
-
-@pytest.mark.parametrize(
-    "path", sorted(p for p in CASES.glob("*.toml") if "[pair]" in p.read_text()), ids=lambda path: path.stem
-)
-def test_shipped_cases_load_and_say_what_they_are_for(path):
-    case = load_case(path)
-    assert case.name == path.stem
-    assert case.text.startswith("# ")
 
 
 def test_paper_case_holds_the_papers_values_and_our_assumptions():

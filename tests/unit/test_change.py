@@ -23,8 +23,10 @@ def test_a_case_made_by_keywords_is_the_one_of_a_file():
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
-def test_the_text_of_a_change_case_reads_back(path):
+def test_shipped_cases_say_what_they_are_for_and_read_back_when_changed(path):
     case = load_case(path)
+    assert case.name == path.stem
+    assert case.text.startswith("# ")
     assert text_of(case) == case.text
     other = replace(case, mesh=replace(case.mesh, profile_elements=9), title='"quoted" Ω')
     text = text_of(other)
