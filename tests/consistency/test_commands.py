@@ -5,7 +5,6 @@ import json
 import shutil
 import subprocess
 import sys
-from functools import partial
 from pathlib import Path
 
 import h5py
@@ -18,9 +17,10 @@ from pmor.core.errors import MeshError
 from pmor.storage.basis_file import read_basis
 from pmor.storage.hdf5 import attribute, set_attributes
 from pmor.storage.seal import checksums
+from tests.support.broken_files import flip_bit_of, is_truncated, set_attribute
 from tests.support.processes import complaints
 from tests.support.small_case import case_text, fail_where
-from tests.support.stored_files import flip_a_byte, is_truncated, results_in, set_attribute
+from tests.support.stored_files import results_in
 
 ROOT = Path(__file__).parents[2]
 QUIET = {"plots": False, "report": False}
@@ -164,7 +164,7 @@ def outdate(path):
 @pytest.mark.parametrize(
     ("damage", "more"),
     [(is_truncated, ["--overwrite"]), (set_attribute("schema_version", 1), []),
-     (partial(flip_a_byte, dataset="shapes/wheel/gram"), []), (outdate, [])],
+     (flip_bit_of("shapes/wheel/gram"), []), (outdate, [])],
     ids=["truncated", "of an older version", "flipped", "of an older schema"],
 )  # fmt: skip
 def test_a_damaged_basis_is_made_anew_by_run_and_refused_by_online(damage, more, out, tmp_path, monkeypatch, capsys):

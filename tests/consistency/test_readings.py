@@ -23,6 +23,7 @@ from pmor.storage.describe import file_text
 from pmor.storage.results_file import RESULTS_LAYOUT, RESULTS_SCHEMA, read_results
 from pmor.work.online import run_online
 from pmor_online.model import reduced_pair
+from tests.support.broken_files import flip_bit
 from tests.support.line_pairs import models
 
 RELIEF = {"tip_relief_um": 8.0, "tip_relief_start_roll_deg": 26.0, "helix_crowning_um": 6.0}
@@ -88,9 +89,7 @@ def test_arrays_of_a_results_file_have_named_axes_with_coordinates(run, tmp_path
 def test_a_results_file_that_was_changed_is_refused(run, tmp_path):
     write_results(run, tmp_path)
     path = tmp_path / RESULTS
-    data = bytearray(path.read_bytes())
-    data[len(data) // 2] ^= 1
-    path.write_bytes(data)
+    flip_bit(path, path.stat().st_size // 2)
     with pytest.raises(FileFormatError, match="damaged"):
         file_text(path)
     with pytest.raises(FileFormatError, match=RESULTS_SCHEMA.remedy):

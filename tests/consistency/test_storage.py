@@ -11,14 +11,8 @@ from pmor.reduction.contact_shapes import ContactShapes
 from pmor.storage.basis_file import read_basis, write_basis
 from pmor.storage.describe import file_text
 from pmor.storage.hdf5 import attribute
+from tests.support.broken_files import flip_bit_of, is_a_folder, is_missing, lacks, set_attribute
 from tests.support.small_case import case_text
-from tests.support.stored_files import (
-    flip_a_byte,
-    is_a_folder,
-    is_missing,
-    lacks,
-    set_attribute,
-)
 
 FAMILIES = {
     "flank_lines": {},
@@ -192,7 +186,7 @@ def lacks_gram(path):
 
 
 def is_flipped(path):
-    flip_a_byte(path, gram_of(path))
+    flip_bit_of(gram_of(path))(path)
 
 
 # What the table of contents and the case have to do with it: robustness/test_edited_files, test_corruption.

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from pmor.app.cli import main
+from tests.support.processes import ROOT
+from tests.support.refusals import refused
 
-ROOT = Path(__file__).parents[2]
 GOOD = (ROOT / "cases" / "small_spur.toml").read_text(encoding="utf-8")
 
 
@@ -26,24 +26,28 @@ PAIR = "module_mm = 4.0"
 PINION = "teeth = 21"
 WHEEL_WITH_LARGE_BORE = "\n[wheel]\nteeth = 21\nbore_radius_mm = 36.0\n"
 
+IN_METRES = {"module_mm": 4.0, "bore_radius_mm": 20.0, "face_width_mm": 20.0}
 # name: (text of the file, what the message must hold)
 BROKEN = {
+    **{
+        f"{key} in metres": (
+            replaced(f"{key} = {value}", f"{key} = {1e-3 * value}"),
+            [f"{key} = {1e-3 * value}", "looks like metres", f"write {value}"],
+        )
+        for key, value in IN_METRES.items()
+    },
     "typo in a key": (replaced("module_mm", "modul_mm"), ["[pair] modul_mm", "did you mean module_mm?"]),
     "key in wrong case": (replaced("teeth", "TEETH"), ["[pinion] TEETH", "did you mean teeth?"]),
     "key like no other": (replaced(PAIR, PAIR + "\nqqq = 1"), ["[pair] qqq", "valid are", "face_width_mm"]),
     "key in another section": (replaced(PAIR, PAIR + "\nlodm_width = 1"), ["lodm_width", "belongs in [contact]"]),
     "key outside of the sections": ("module_mm = 4.0\n" + GOOD, ["module_mm", "outside", "belongs in [pair]"]),
     "key of both gears": (replaced(PAIR, PAIR + "\naddendum = 1"), ["addendum", "[pinion] or [wheel]"]),
-    "misspelt title": (replaced("title", "titel"), ["titel", "did you mean title?"]),
     "unknown section": (replaced("[contact]", "[contacts]"), ["[contacts]", "did you mean contact?"]),
     "section as a value": ("mesh = 16\n" + without("[mesh]"), ["mesh", "write [mesh]"]),
     "section as an array": (replaced("[pinion]", "[[pinion]]"), ["pinion", "write [pinion]"]),
     "value as a section": (replaced(PAIR, "[pair.module_mm]"), ["[pair] module_mm", "must be a number"]),
     "missing key": (without(PINION), ["[pinion] teeth", "missing", "add"]),
-    "missing section": (without("[load]\ntorque_Nm = 100.0"), ["[load] torque_Nm", "missing"]),
     "duplicate key": (replaced(PAIR, PAIR + "\n" + PAIR), ["not valid TOML", "line", "correct"]),
-    "duplicate section": (GOOD + "\n[pair]\n", ["not valid TOML", "line", "correct"]),
-    "not TOML": ("<xml>gear</xml>", ["not valid TOML", "line 1", "correct"]),
     "nested too deeply": ("a = " + "[" * 100_000, ["not valid TOML", "correct"]),
     "names nested too deeply": ("[" + ".".join("a" * 3000) + "]\n", ["not valid TOML", "nested too deeply"]),
     "comma for a decimal point": (replaced(PAIR, "module_mm = 4,0"), ["not valid TOML", "line", "correct"]),
@@ -57,15 +61,6 @@ BROKEN = {
         ["youngs_modulus_GPa = 210000", "looks like MPa", "write 210.0"],
     ),
     "Pa for GPa": (replaced(PINION, PINION + "\nyoungs_modulus_GPa = 2.1e11"), ["looks like Pa", "write 210.0"]),
-    "module in metres": (replaced(PAIR, "module_mm = 0.004"), ["module_mm = 0.004", "looks like metres", "write 4.0"]),
-    "bore in metres": (
-        replaced("bore_radius_mm = 20.0", "bore_radius_mm = 0.02"),
-        ["bore_radius_mm = 0.02", "looks like metres", "write 20.0"],
-    ),
-    "face width in metres": (
-        replaced("face_width_mm = 20.0", "face_width_mm = 0.02"),
-        ["face_width_mm = 0.02", "looks like metres", "write 20.0"],
-    ),
     "centre distance in metres": (
         replaced(PAIR, PAIR + "\ncentre_distance_mm = 0.084"),
         ["centre_distance_mm = 0.084", "looks like metres", "write 84.0"],
@@ -74,9 +69,6 @@ BROKEN = {
         replaced(PAIR, PAIR + "\ncentre_distance_mm = 70.0"),
         ["centre_distance_mm = 70.0", "base circles", "is 84; leave the key out"],
     ),
-    "paper-thin face": (replaced("face_width_mm = 20.0", "face_width_mm = 0.001"), ["face_width_mm", "raise it"]),
-    "negative module": (replaced(PAIR, "module_mm = -4.0"), ["module_mm = -4.0", "between 0.05 and 100 (mm)"]),
-    "huge module": (replaced(PAIR, "module_mm = 400.0"), ["module_mm = 400.0", "lower it"]),
     "nan": (replaced(PAIR, "module_mm = nan"), ["module_mm = nan", "finite", "between 0.05 and 100"]),
     "inf": (replaced("torque_Nm = 100.0", "torque_Nm = inf"), ["torque_Nm = inf", "finite"]),
     "integer beyond all bounds": (replaced(PAIR, "module_mm = 1" + "0" * 400), ["module_mm", "finite"]),
@@ -84,12 +76,10 @@ BROKEN = {
     "integer of thousands of digits": (replaced(PAIR, "module_mm = 1" + "0" * 5000), ["too many digits", "correct"]),
     "string for number": (replaced(PAIR, 'module_mm = "4.0"'), ['module_mm = "4.0"', "remove the quotes"]),
     "list for number": (replaced(PAIR, "module_mm = [4.0]"), ["module_mm = [4.0]", "remove the brackets"]),
-    "date for number": (replaced(PAIR, "module_mm = 2016-09-19"), ["module_mm = 2016-09-19", "must be a number"]),
     "bool for int": (replaced(PINION, "teeth = true"), ["teeth = true", "must be a number"]),
     "int for bool": (GOOD + "\n[output]\nplots = 1\n", ["[output] plots = 1", "true or false"]),
     "float for teeth": (replaced(PINION, "teeth = 21.0"), ["teeth = 21.0", "whole number", "write 21"]),
     "nan for teeth": (replaced(PINION, "teeth = nan"), ["teeth = nan", "whole number"]),
-    "no teeth": (replaced(PINION, "teeth = 0"), ["teeth = 0", "between 6 and 1000", "raise it"]),
     "too many teeth": (replaced(PINION, "teeth = 1001"), ["teeth = 1001", "lower it"]),
     "bore larger than the root circle": (
         replaced("bore_radius_mm = 20.0", "bore_radius_mm = 38.0"),
@@ -120,12 +110,7 @@ BROKEN = {
         replaced(PINION, PINION + "\npoisson_ratio = 0.5"),
         ["poisson_ratio = 0.5", "below 0.5"],
     ),
-    "LoDM 0": (replaced("lodm_profile = 4", "lodm_profile = 0"), ["lodm_profile = 0", "between 1 and 64"]),
     "no penalty": (replaced("lodm_profile = 4", "penalty_N_mm3 = 0.0"), ["penalty_N_mm3 = 0.0", "above 0"]),
-    "one element over the profile": (
-        replaced("profile_elements = 6", "profile_elements = 1"),
-        ["profile_elements = 1", "between 2 and 512"],
-    ),
     "contact points beyond all use": (
         replaced("lodm_profile = 4", "lodm_profile = 64\nlodm_width = 64").replace(
             "width_elements = 2", "width_elements = 64"
@@ -157,102 +142,58 @@ BROKEN = {
         replaced("torques_Nm = [100.0]", "torques_Nm = [90.0]"),
         ["[online] torques_Nm = [90.0]", "add 100.0"],
     ),
-    "unknown family of shapes": (
-        GOOD + '\n[reduction]\nshapes = "flank_line"\n',
-        ['[reduction] shapes = "flank_line"', "did you mean flank_lines?"],
-    ),
-    "number for the family of shapes": (GOOD + "\n[reduction]\nshapes = 1\n", ["shapes = 1", '"flank_lines"']),
     "interpolation of an earlier version": (
         GOOD + '\n[reduction]\nshapes = "pod"\ninterpolation = "grassmann"\n',
         ['[reduction] interpolation = "grassmann"', "was removed", 'write "linear"'],
     ),
-    "POD that discards everything": (
-        GOOD + '\n[reduction]\nshapes = "pod"\npod_tolerance = 1.0\n',
-        ["[reduction] pod_tolerance = 1.0", "above 0 and below 1"],
-    ),
-    "POD that discards nothing": (
-        GOOD + '\n[reduction]\nshapes = "pod"\npod_tolerance = 0.0\n',
-        ["[reduction] pod_tolerance = 0.0", "above 0"],
-    ),
-    "misspelt POD": (GOOD + '\n[reduction]\nshapes = "globalpod"\n', ["did you mean global_pod?"]),
-    "number for the meshed width": (
-        replaced("width_elements = 2", "width_elements = 2\nwidth = 10.0"),
-        ["[mesh] width = 10.0", '"plane_strain"'],
-    ),
-    "unknown meshed width": (
-        replaced("width_elements = 2", 'width_elements = 2\nwidth = "plain_strain"'),
-        ["did you mean plane_strain?"],
-    ),
-    "typo in the reduction": (GOOD + "\n[reduction]\nshape = true\n", ["did you mean shapes?"]),
-    "reduction among the training": (
-        replaced("angles_per_pitch = 8", 'angles_per_pitch = 8\nshapes = "positions"'),
-        ["[offline] shapes", "belongs in [reduction]"],
-    ),
-    "three angles per pitch": (replaced("= 8", "= 3"), ["[offline] angles_per_pitch = 3", "between 4 and 10000"]),
 }
 
 
-def check_refused(arguments, capsys, expected):
-    code = main(arguments)
-    captured = capsys.readouterr()
-    assert code == 2
-    assert captured.out == ""
-    lines = captured.err.splitlines()
-    assert len(lines) == 1, captured.err
-    assert lines[0].startswith("pmor: error: ")
-    for part in expected:
-        assert part in lines[0]
-
-
 @pytest.mark.parametrize("name", BROKEN)
-def test_broken_case_gets_one_clear_line(name, tmp_path, capsys):
+def test_broken_case_gets_one_clear_line(name, tmp_path):
     text, expected = BROKEN[name]
     path = tmp_path / "broken.toml"
     path.write_text(text, encoding="utf-8")
-    out = tmp_path / "out"
-    check_refused(["run", str(path), "--out", str(out)], capsys, [str(path), *expected])
+    refused("run", path, "--out", tmp_path / "out", words=[str(path), *expected])
     assert sorted(tmp_path.iterdir()) == [path]
 
 
 @pytest.mark.parametrize("command", ["plan", "run", "compare", "offline"])
-def test_all_commands_refuse_alike(command, tmp_path, capsys):
+def test_all_commands_refuse_alike(command, tmp_path):
     path = tmp_path / "broken.toml"
     path.write_text(replaced(PAIR, "module_mm = nan"), encoding="utf-8")
-    arguments = [command, str(path)] + (["-o", str(tmp_path / "basis.h5")] if command == "offline" else [])
-    check_refused(arguments, capsys, ["module_mm = nan"])
+    arguments = [command, path, *(["-o", tmp_path / "basis.h5"] if command == "offline" else [])]
+    refused(*arguments, words=["module_mm = nan"])
     assert sorted(tmp_path.iterdir()) == [path]
 
 
-def test_missing_file(tmp_path, capsys):
+@pytest.mark.parametrize(
+    ("place", "words"),
+    [
+        ("here.toml", ["here.toml", "no such", "there.toml"]),
+        ("no/case.toml", ["case.toml", "no such", "check the path"]),
+        ("", ["is a folder", "name a case file"]),
+        ("there.toml/case.toml", ["cannot be read", "name a readable"]),
+    ],
+    ids=["no file", "no folder", "folder for file", "file for folder"],
+)
+def test_what_is_no_file_is_refused(place, words, tmp_path):
     (tmp_path / "there.toml").touch()
-    check_refused(["run", str(tmp_path / "here.toml")], capsys, ["here.toml", "no such", "there.toml"])
+    refused("run", tmp_path / place, words=[str(tmp_path), *words])
 
 
-def test_missing_folder(tmp_path, capsys):
-    check_refused(["run", str(tmp_path / "no" / "case.toml")], capsys, ["case.toml", "no such", "check the path"])
-
-
-def test_folder_for_file(tmp_path, capsys):
-    check_refused(["run", str(tmp_path)], capsys, [str(tmp_path), "is a folder", "name a case file"])
-
-
-def test_file_for_folder(tmp_path, capsys):
-    (tmp_path / "file").touch()
-    check_refused(["run", str(tmp_path / "file" / "case.toml")], capsys, ["cannot be read", "name a readable"])
-
-
-def test_null_byte_in_path(capsys):
-    check_refused(["run", "case\0.toml"], capsys, ["cannot be read"])
+def test_null_byte_in_path():
+    refused("run", "case\0.toml", words=["cannot be read"])
 
 
 @pytest.mark.parametrize("data", [GOOD.replace("Small", "Früh").encode("latin-1"), b"\x89HDF\r\n\x1a\n\0\0\xff"])
-def test_not_utf8(data, tmp_path, capsys):
+def test_not_utf8(data, tmp_path):
     path = tmp_path / "case.toml"
     path.write_bytes(data)
-    check_refused(["run", str(path)], capsys, [str(path), "UTF-8"])
+    refused("run", str(path), words=[str(path), "UTF-8"])
 
 
-def test_unreadable_file(tmp_path, capsys, monkeypatch):
+def test_unreadable_file(tmp_path, monkeypatch):
     path = tmp_path / "case.toml"
     path.write_text(GOOD, encoding="utf-8")
 
@@ -260,7 +201,7 @@ def test_unreadable_file(tmp_path, capsys, monkeypatch):
         raise PermissionError(13, "Permission denied")
 
     monkeypatch.setattr(Path, "read_text", refuse)
-    check_refused(["run", str(path)], capsys, [str(path), "may not be read", "permissions"])
+    refused("run", str(path), words=[str(path), "may not be read", "permissions"])
 
 
 @pytest.mark.parametrize("text", [replaced(PINION, "teeth = 0"), "\0"], ids=["teeth 0", "null byte"])

@@ -2,9 +2,9 @@
 
 import pytest
 
-from pmor.app.cli import main
 from pmor.case import change_case, parse_case, text_of
 from pmor.core.errors import CaseError
+from tests.support.refusals import refused
 from tests.support.small_case import case_text
 
 LINES = {"contact": {"scheme": "line"}, "reduction": None}
@@ -12,15 +12,9 @@ ON_BEARINGS = {"degrees_of_freedom": 6, "pinion_bearing_stiffness_N_um": [300.0,
 
 # name: (the section, what the message must hold)
 BROKEN = {
-    "misspelt key": ({"dampng_ratio": 0.02}, ["dampng_ratio", "did you mean damping_ratio?"]),
-    "no torque": ({"torques_Nm": []}, ["torques_Nm = []", "at least one value"]),
-    "torque of nothing": ({"torques_Nm": [0.0, 50.0]}, ["torques_Nm", "above 0"]),
-    "torque as a number": ({"torques_Nm": 50.0}, ["torques_Nm = 50.0", "must be a list"]),
-    "no damping": ({"damping_ratio": 0.0}, ["damping_ratio = 0.0", "above 0"]),
     "damping in per cent": ({"damping_ratio": 5.0}, ["damping_ratio = 5.0", "at most 2"]),
     "damping twice": ({"damping_ratio": 0.05, "mesh_damping_N_s_mm": 1.0}, ["mesh_damping_N_s_mm = 1.0", "leave one"]),
     "three degrees of freedom": ({"degrees_of_freedom": 3}, ["degrees_of_freedom = 3", "1, 6 or 12"]),
-    "half a degree of freedom": ({"degrees_of_freedom": 6.5}, ["degrees_of_freedom = 6.5", "whole number"]),
     "one frequency": ({"mesh_frequency_ratio": [1.0]}, ["mesh_frequency_ratio = [1.0]", "lowest and the highest"]),
     "frequencies twice": (
         {"mesh_frequency_ratio": [0.5, 1.0], "mesh_frequency_Hz": [500.0, 900.0]}, ["mesh_frequency_Hz", "leave one"],
@@ -28,9 +22,6 @@ BROKEN = {
     "speed of nothing": ({"mesh_frequency_Hz": [0.0, 900.0]}, ["mesh_frequency_Hz = [0.0, 900.0]", "between 0.001"]),
     "the same frequency": ({"mesh_frequency_Hz": [900.0, 900.0]}, ["900.0 is there twice"]),
     "density in g/cm3": ({"density_kg_m3": 7.81}, ["density_kg_m3 = 7.81", "looks like g/cm3", "write 7810.0"]),
-    "no inertia": ({"wheel_inertia_kg_m2": 0.0}, ["wheel_inertia_kg_m2 = 0.0", "above 0"]),
-    "inertia as text": ({"pinion_inertia_kg_m2": "0.01"}, ["pinion_inertia_kg_m2", "remove the quotes"]),
-    "less than no backlash": ({"backlash_um": -20.0}, ["backlash_um = -20.0", "between 0"]),
     "bearings of rigid axes": ({"wheel_bearing_stiffness_N_um": [300.0, 300.0]}, ["degrees_of_freedom = 1", "write 6"]),
     "an axial bearing too many": (
         ON_BEARINGS | {"pinion_bearing_stiffness_N_um": [3.0, 3.0, 3.0]}, ["must be 2 values", "x, y"],
@@ -43,11 +34,7 @@ BROKEN = {
         ON_BEARINGS | {"wheel_bearing_damping_N_s_mm": [1.0, 1.0]}, ["without wheel_bearing_stiffness_N_um"],
     ),
     "loose bearings": (ON_BEARINGS | {"pinion_bearing_stiffness_N_um": [0.0, 3.0]}, ["above 0"]),
-    "half a cycle": ({"run_cycles": 0.5}, ["run_cycles = 0.5", "whole number"]),
-    "no class": ({"accuracy_grade": 12}, ["accuracy_grade = 12", "between 1 and 11"]),
-    "class in letters": ({"accuracy_grade": "A6"}, ["accuracy_grade", "remove the quotes"]),
     "slices": ({"thin_slices": True}, ["thin_slices: unknown key", "run 'python -m pmor.lab.slices CASE'"]),
-    "a list where one is asked for": ({"damping_ratio": [0.02]}, ["damping_ratio = [0.02]", "remove the brackets"]),
 }  # fmt: skip
 
 
@@ -74,11 +61,10 @@ def test_broken_sections_are_refused_in_one_line(name):
         ),
     ],
 )
-def test_a_pair_without_a_force_law_for_its_motion_is_refused_by_the_command(change, words, tmp_path, capsys):
+def test_a_pair_without_a_force_law_for_its_motion_is_refused_by_the_command(change, words, tmp_path):
     path = tmp_path / "small.toml"
     path.write_text(case_text(**change))
-    assert main(["dynamics", str(path), "--out", str(tmp_path / "out")]) == 2
-    assert words in capsys.readouterr().err
+    refused("dynamics", path, "--out", tmp_path / "out", words=[words])
     assert not (tmp_path / "out").exists()
 
 

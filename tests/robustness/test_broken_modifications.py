@@ -4,10 +4,10 @@ import math
 
 import pytest
 
-from pmor.app.cli import main
 from pmor.case import load_case, parse_case
 from pmor.core.errors import PmorError
 from pmor.pair.model import gear_pair
+from tests.support.refusals import check_message, refused
 
 GOOD = """
 [load]
@@ -51,10 +51,6 @@ BROKEN = {
     "start beyond the tip": (RELIEF + "tip_relief_start_roll_deg = 40", ["start_roll_deg = 40", "lower it"]),
     "start below the flank": (RELIEF + "tip_relief_start_roll_deg = 1.5", ["tip_relief_start_roll_deg = 1.5", "raise"]),
     "start in radians": (RELIEF + "tip_relief_start_roll_deg = 0.45", ["looks like radians", "write 25.78"]),
-    "start as text": (RELIEF + 'tip_relief_start_roll_deg = "tip"', ["must be a number"]),
-    "unknown shape": (RELIEF + 'tip_relief_shape = "cubic"', ["tip_relief_shape", "parabolic"]),
-    "relief in mm": (RELIEF.replace("20.0", "nan"), ["tip_relief_um = nan", "finite"]),
-    "a millimetre too much": (RELIEF.replace("20.0", "2000.0"), ["tip_relief_um = 2000.0", "between -1000 and 1000"]),
     "root relief without an end": ("[wheel.modification]\nroot_relief_um = 5", ["add root_relief_end_roll_deg"]),
     "root relief that never ends": (
         "[wheel.modification]\nroot_relief_um = 5\nroot_relief_end_roll_deg = 45", ["[wheel.modification]", "lower it"],
@@ -68,10 +64,6 @@ BROKEN = {
     ),
     "too few pitch deviations": (pitches(20), ["20 numbers for 21 teeth"]),
     "too many pitch deviations": (pitches(22, "wheel"), ["[wheel.modification]", "22 numbers for 21 teeth"]),
-    "one pitch deviation, no list": (
-        "[pinion.modification]\npitch_deviations_um = 3", ["pitch_deviations_um = 3", "must be a list"],
-    ),
-    "pitch deviations with a word": ('[pinion.modification]\npitch_deviations_um = ["a"]', ["each value must be"]),
     "uneven halves on half a mesh": (TRAINED + TILTED_HALVES, ["halves of the face differ", 'width = "whole"']),
     "crowning in plane strain": (
         GOOD.replace("width_elements = 2", 'width = "plane_strain"') + "[pinion.modification]\nhelix_crowning_um = 4",
@@ -104,9 +96,6 @@ BROKEN = {
     "chamfer of the whole flank": (
         GOOD.replace("teeth = 21", "teeth = 21\ntip_chamfer_mm = 8.0"), ["tip_chamfer_mm = 8", "leaves nothing"],
     ),
-    "rounding below nothing": (
-        GOOD.replace("teeth = 21", "teeth = 21\ntip_rounding_mm = -1"), ["tip_rounding_mm = -1", "between 0 and"],
-    ),
     "one condition in single brackets": ("[condition]\ntorque_Nm = 5", ["write [[condition]]"]),
     "condition of another name twice": ('[[condition]]\nname = "a"\n[[condition]]\nname = "a"', ["is there twice"]),
     "condition with an unknown key": ("[[condition]]\ntorque = 5", ["[condition] torque", "torque_Nm"]),
@@ -125,38 +114,30 @@ BROKEN = {
 }  # fmt: skip
 
 
-@pytest.fixture(params=BROKEN, ids=list(BROKEN))
-def broken(request, tmp_path):
-    text, expected, *file = BROKEN[request.param]
-    path = tmp_path / "case.toml"
+def written(name, folder):
+    """Path of a broken case with what it needs, and what the message must hold."""
+    text, expected, *file = BROKEN[name]
+    path = folder / "case.toml"
     path.write_text(text if "[load]" in text else GOOD + text)
     if file:
-        content = file[0] if isinstance(file[0], bytes) else file[0].encode()
-        (tmp_path / "flank.csv").write_bytes(content)
+        (folder / "flank.csv").write_bytes(file[0] if isinstance(file[0], bytes) else file[0].encode())
     return path, expected
 
 
-def test_broken_modifications_are_refused_in_one_line(broken):
-    path, expected = broken
+@pytest.mark.parametrize("name", BROKEN)
+def test_broken_modifications_are_refused_in_one_line(name, tmp_path):
+    path, expected = written(name, tmp_path)
     with pytest.raises(PmorError) as caught:
         gear_pair(load_case(path))
-    message = str(caught.value)
-    assert "\n" not in message
-    assert caught.value.exit_code == 2
+    check_message(caught.value)
     for part in expected:
-        assert part in message
+        assert part in str(caught.value)
 
 
 @pytest.mark.parametrize("name", ["relief without a start", "start beyond the tip", "rounding wider than the tip"])
-def test_the_command_ends_with_one_line_and_exit_code_2(name, tmp_path, capsys):
-    text = BROKEN[name][0]
-    path = tmp_path / "case.toml"
-    path.write_text(text if "[load]" in text else GOOD + text)
-    assert main(["plan", str(path)]) == 2
-    shown = capsys.readouterr()
-    assert len(shown.err.strip().splitlines()) == 1
-    for part in BROKEN[name][1]:
-        assert part in shown.err
+def test_the_command_ends_with_one_line_and_exit_code_2(name, tmp_path):
+    path, expected = written(name, tmp_path)
+    refused("plan", path, words=expected)
 
 
 def test_the_good_case_and_its_neighbours_are_accepted(tmp_path):

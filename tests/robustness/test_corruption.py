@@ -7,11 +7,11 @@ import h5py
 import numpy as np
 import pytest
 
-from pmor.app.cli import main
 from pmor.gear.condition import at_torques
 from pmor.reduction.snapshots import Snapshots
 from pmor.storage.snapshot_file import read_snapshots, write_snapshots
-from tests.support.refusals import check, edit, no_hang
+from tests.support.broken_files import edit, flip_bit
+from tests.support.refusals import check, refused, time_limit
 from tests.support.small_case import case_text
 
 FLIPS, SECTORS, LENGTHS = 40, 12, 15
@@ -25,31 +25,27 @@ def some_snapshots(rng):
 # --- damage ----------------------------------------------------------------------------------------------------------
 
 
-def damage_at_random(basis, original, tally, rng, flips, sectors):
+def test_random_damage_is_refused_or_changes_nothing(basis, original, tally, rng):
     data = basis.read_bytes()
-    for _ in range(flips):
-        spoilt = bytearray(data)
-        spoilt[rng.integers(len(data))] ^= 1 << int(rng.integers(8))
-        basis.write_bytes(spoilt)
-        check(basis, original, tally, "one bit flipped")
-    # Headers are small beside the data: as many flips in the first kilobytes and around every dataset's header.
-    for _ in range(flips):
-        spoilt = bytearray(data)
-        spoilt[rng.integers(min(len(data), 8192))] ^= 1 << int(rng.integers(8))
-        basis.write_bytes(spoilt)
-        check(basis, original, tally, "one bit flipped in the first 8 KiB")
-    for _ in range(sectors):
-        spoilt = bytearray(data)
+    # Headers are small beside the data: as many flips in the first kilobytes.
+    for within, kind in ((len(data), "one bit flipped"), (8192, "one bit flipped in the first 8 KiB")):
+        for _ in range(FLIPS):
+            basis.write_bytes(data)
+            flip_bit(basis, rng.integers(min(len(data), within)), rng.integers(8))
+            check(basis, original, tally, kind)
+    for _ in range(SECTORS):
         start = int(rng.integers(len(data) // 512)) * 512
-        spoilt[start : start + 512] = rng.bytes(512) if rng.random() < 0.5 else bytes(512)
-        basis.write_bytes(spoilt)
+        sector = rng.bytes(512) if rng.random() < 0.5 else bytes(512)
+        basis.write_bytes(data[:start] + sector + data[start + 512 :])
         check(basis, original, tally, "a sector of 512 bytes lost")
+    assert tally["one bit flipped", "refused"] > FLIPS // 4
+    assert tally["one bit flipped in the first 8 KiB", "refused"] > FLIPS // 2
 
 
-def truncate_at_random(basis, original, tally, rng, count):
+def test_truncated_files_are_refused(basis, original, tally, rng):
     data = basis.read_bytes()
     fixed = [1, 4, 7, 8, 9, 47, 48, 95, 96, 512, 2048, len(data) // 2, len(data) - 512, len(data) - 1]
-    for length in [*fixed, *(int(n) for n in rng.integers(1, len(data), count))]:
+    for length in [*fixed, *(int(n) for n in rng.integers(1, len(data), LENGTHS))]:
         basis.write_bytes(data[:length])
         check(basis, original, tally, "truncated", f"is truncated: only {length} bytes")
     basis.write_bytes(b"")
@@ -58,26 +54,15 @@ def truncate_at_random(basis, original, tally, rng, count):
     check(basis, original, tally, "something appended")
 
 
-def test_random_damage_is_refused_or_changes_nothing(basis, original, tally, rng):
-    damage_at_random(basis, original, tally, rng, FLIPS, SECTORS)
-    assert tally["one bit flipped", "refused"] > FLIPS // 4
-    assert tally["one bit flipped in the first 8 KiB", "refused"] > FLIPS // 2
-
-
-def test_truncated_files_are_refused(basis, original, tally, rng):
-    truncate_at_random(basis, original, tally, rng, LENGTHS)
-
-
 def test_damaged_snapshots_are_computed_again_or_unchanged(tmp_path, tally, rng):
     path = tmp_path / "angle.h5"
     write_snapshots(path, some_snapshots(rng), "key")
     data = path.read_bytes()
     expected = pickle.dumps(read_snapshots(path, "key"))
     for _ in range(FLIPS):
-        spoilt = bytearray(data)
-        spoilt[rng.integers(len(data))] ^= 1 << int(rng.integers(8))
-        path.write_bytes(spoilt)
-        with no_hang():
+        path.write_bytes(data)
+        flip_bit(path, rng.integers(len(data)), rng.integers(8))
+        with time_limit():
             found = read_snapshots(path, "key")
         assert found is None or pickle.dumps(found) == expected
         tally["one bit flipped in snapshots", "counts as absent" if found is None else "reads as the original"] += 1
@@ -140,7 +125,7 @@ def test_other_versions_are_refused(version, words, basis, original, tally):
     check(basis, original, tally, "other version", words)
 
 
-def test_the_basis_of_another_case_is_refused(basis, tmp_path, tally, capsys):
+def test_the_basis_of_another_case_is_refused(basis, tmp_path, tally):
     """Whoever asks for a case gets that case; what no basis depends on may differ."""
     case = tmp_path / "other.toml"
     same = {"mesh": {"profile_elements": 5, "width_elements": 2}, "offline": {"angles_per_pitch": 6}}
@@ -151,9 +136,7 @@ def test_the_basis_of_another_case_is_refused(basis, tmp_path, tally, capsys):
         "reduction": ({"shapes": "positions"}, "[reduction] shapes is flank_lines in it, positions in the case"),
     }.items():
         case.write_text(case_text(**{**same, change: words[0]}))
-        assert main(["online", str(basis), "--case", str(case), "-o", str(tmp_path / "out")]) == 2
-        error = capsys.readouterr().err
-        assert error == (
+        assert refused("online", basis, "--case", case, "-o", tmp_path / "out") == (
             f"pmor: error: {basis}: is the basis of another case: {words[1]}; make it anew with 'pmor offline'\n"
         )
         tally["other case", "refused"] += 1

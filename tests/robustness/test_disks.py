@@ -9,9 +9,9 @@ import sys
 import numpy as np
 import pytest
 
-from pmor.app.cli import main
 from pmor.core.errors import OutputError
 from pmor.storage.basis_file import read_basis, write_basis
+from tests.support.refusals import command, refused
 from tests.support.small_case import case_text
 
 FORCE, MUCH_FORCE = np.zeros((2, 2, 2, 36)), np.zeros((2000, 2, 2, 36))
@@ -52,15 +52,6 @@ def case_file(tmp_path):
     return str(path)
 
 
-def check_refused(arguments, capsys, *words):
-    assert main(arguments) == 2
-    text, errors = capsys.readouterr()
-    assert text == ""
-    assert len(errors.splitlines()) == 1
-    for word in words:
-        assert word in errors
-
-
 def test_a_full_disk_leaves_no_basis_and_no_rubbish(tiny_disk, small_basis):
     with pytest.raises(OutputError, match=r"cannot write .*basis\.h5: no space is left on the disk: free some"):
         write_basis(tiny_disk / "basis.h5", small_basis, MUCH_FORCE)
@@ -75,29 +66,28 @@ def test_a_full_disk_keeps_the_basis_that_is_there(tiny_disk, small_basis):
     assert len(list(tiny_disk.iterdir())) == 1
 
 
-def test_the_command_keeps_the_angles_that_are_done_when_the_disk_is_full(tiny_disk, case_file, tmp_path, capsys):
-    basis = tiny_disk / "basis.h5"
-    check_refused(["offline", case_file, "-o", str(basis)], capsys, f"cannot write {tiny_disk}", "no space is left")
+def test_the_command_keeps_the_angles_that_are_done_when_the_disk_is_full(tiny_disk, case_file, tmp_path):
+    words = f"cannot write {tiny_disk}", "no space is left"
+    refused("offline", case_file, "-o", tiny_disk / "basis.h5", words=words)
     assert [path.name for path in tiny_disk.iterdir()] == ["basis.h5.parts"]
     done = len(list((tiny_disk / "basis.h5.parts").glob("angle_*.h5")))
     assert done > 0
     shutil.copytree(tiny_disk / "basis.h5.parts", tmp_path / "basis.h5.parts")
-    assert main(["offline", case_file, "-o", str(tmp_path / "basis.h5"), "--resume"]) == 0
-    assert f"{4 - done} angles solved, {done} taken over" in capsys.readouterr().out
+    code, text, _ = command("offline", case_file, "-o", tmp_path / "basis.h5", "--resume")
+    assert code == 0
+    assert f"{4 - done} angles solved, {done} taken over" in text
 
 
-@pytest.mark.parametrize("command", ["run", "compare", "offline", "online", "study", "bench"])
-def test_a_read_only_folder_is_named_before_the_work(
-    command, read_only, case_file, small_basis_path, monkeypatch, capsys
-):
+@pytest.mark.parametrize("name", ["run", "compare", "offline", "online", "study", "bench"])
+def test_a_read_only_folder_is_named_before_the_work(name, read_only, case_file, small_basis_path, monkeypatch):
     monkeypatch.setattr("pmor.pair.model.elastic_model", lambda *_a, **_k: pytest.fail("the folder is not known"))
     arguments = {
-        "offline": [case_file, "-o", str(read_only / "basis.h5"), "--resume"],
-        "online": [str(small_basis_path), "-o", str(read_only)],
-        "study": ["cases/paper_study.toml", "--quick", "--out", str(read_only)],
-        "bench": [case_file, "--json", str(read_only / "bench.json")],
-    }.get(command, [case_file, "--out", str(read_only)])
-    check_refused([command, *arguments], capsys, str(read_only), "the disk is read-only: choose another folder")
+        "offline": [case_file, "-o", read_only / "basis.h5", "--resume"],
+        "online": [small_basis_path, "-o", read_only],
+        "study": ["cases/paper_study.toml", "--quick", "--out", read_only],
+        "bench": [case_file, "--json", read_only / "bench.json"],
+    }.get(name, [case_file, "--out", read_only])
+    refused(name, *arguments, words=(str(read_only), "the disk is read-only: choose another folder"))
     assert (read_only / "basis.h5.parts" / "angle_00000.h5").read_text() == "work of an hour"
 
 

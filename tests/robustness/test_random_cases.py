@@ -5,12 +5,9 @@ pytest -s -m slow tests/robustness/test_random_cases.py -k ten_thousand     # 10
 pytest -s -m slow tests/robustness/test_random_cases.py -k whole            # hundreds, offline and online
 """
 
-import contextlib
-import io
 import json
 import math
 import shutil
-import signal
 import time
 from collections import Counter
 
@@ -19,11 +16,11 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
-from pmor.app.cli import main
 from pmor.case import load_case
 from pmor.core.errors import PmorError
 from pmor.pair.model import mesh_model
 from tests.support.random_cases import case_bytes, sound_documents, text_of
+from tests.support.refusals import check_message, check_one_line, command, refused, time_limit
 
 TO_MESH, TO_RESULT = 60, 300  # s, of one case
 NUMBERS = ("ste_mean_um", "ste_peak_to_peak_um", "rom_vs_full_ste_max_rel", "rom_vs_full_ste_rms_rel")
@@ -33,37 +30,6 @@ def examples(count):
     """Hypothesis without its database: the same examples in every run, and all of them."""
     return settings(max_examples=count, deadline=None, database=None, derandomize=True,
                     suppress_health_check=list(HealthCheck), phases=[Phase.explicit, Phase.generate])  # fmt: skip
-
-
-@contextlib.contextmanager
-def time_limit(seconds):
-    def too_long(*_arguments):
-        raise TimeoutError(f"takes more than {seconds} s")
-
-    signal.signal(signal.SIGALRM, too_long)
-    signal.alarm(seconds)
-    try:
-        yield
-    finally:
-        signal.alarm(0)
-
-
-def command(*arguments):
-    """Run a command: exit code, what it printed, its errors."""
-    with contextlib.redirect_stdout(io.StringIO()) as text, contextlib.redirect_stderr(io.StringIO()) as errors:
-        code = main(list(map(str, arguments)))
-    return code, text.getvalue(), errors.getvalue()
-
-
-def check_one_line(errors):
-    assert errors.startswith("pmor: error: "), errors
-    assert errors.count("\n") == 1, errors
-    assert errors[:-1].isprintable(), errors
-    assert len(errors) < 1000, errors
-
-
-def check_message(error):
-    assert (error.exit_code, len(str(error).splitlines())) == (2, 1), error
 
 
 def plan_and_mesh(data, path):
@@ -133,9 +99,7 @@ def test_ten_thousand_case_files_give_a_mesh_or_one_line(tmp_path):
 def test_any_bytes_at_all_are_refused_in_one_line(tmp_path_factory, data):
     path = tmp_path_factory.getbasetemp() / "bytes.toml"
     path.write_bytes(data)
-    code, text, errors = command("plan", path)
-    assert (code, text) == (2, "")
-    check_one_line(errors)
+    refused("plan", path)
 
 
 def run_whole(document, folder):

@@ -12,6 +12,7 @@ from pmor.fe.outline import tooth_outline
 from pmor.fe.quality import mesh_quality
 from pmor.fe.sector import build_sector
 from pmor.gear.tooth import Tooth
+from tests.support.refusals import check_message
 
 PARAMETERS = {
     "teeth": st.one_of(st.integers(10, 60), st.integers(6, 1000)),
@@ -24,10 +25,6 @@ PARAMETERS = {
 }
 many = settings(max_examples=60, deadline=None, database=None, derandomize=True,
                 suppress_health_check=list(HealthCheck))  # fmt: skip
-
-
-def check_message(error):
-    assert (error.exit_code, len(str(error).splitlines())) == (2, 1), error
 
 
 @st.composite

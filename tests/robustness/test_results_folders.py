@@ -24,6 +24,7 @@ from pmor.storage.results_folder import (
     start_results,
     working_folder,
 )
+from tests.support.refusals import refused
 from tests.support.small_case import case_text
 from tests.support.stored_files import results_in
 
@@ -49,14 +50,6 @@ def no_work(monkeypatch):
     monkeypatch.setattr(pmor.lab.bench, "run", never)
 
 
-def refused(capsys, *arguments):
-    assert main([str(argument) for argument in arguments]) == 2
-    text, error = capsys.readouterr()
-    assert text == ""
-    assert len(error.splitlines()) == 1, error
-    return error
-
-
 def write(path, text):
     with atomic_path(path) as temporary:
         temporary.write_text(text)
@@ -66,9 +59,9 @@ def write(path, text):
 
 
 @pytest.mark.parametrize("name", ["report.html", "ste.csv", "ste.png", "summary.json"])
-def test_run_refuses_to_replace_a_foreign_file(name, case_file, tmp_path, no_work, capsys):
+def test_run_refuses_to_replace_a_foreign_file(name, case_file, tmp_path, no_work):
     (tmp_path / name).write_text("mine")
-    error = refused(capsys, "run", case_file, "--out", tmp_path)
+    error = refused("run", case_file, "--out", tmp_path)
     assert f"{tmp_path / name}: is there, and not known to be written by pmor; choose another place, or add" in error
     assert (tmp_path / name).read_text() == "mine"
     assert results_in(tmp_path) == {"tiny.toml", name}
@@ -83,64 +76,64 @@ def test_what_a_case_does_not_write_is_in_nobodys_way(case_file, tmp_path):
 
 
 @pytest.mark.parametrize("overwrite", [[], ["--overwrite"]])
-def test_a_study_leaves_a_users_own_folder_alone(overwrite, tmp_path, no_work, capsys):
+def test_a_study_leaves_a_users_own_folder_alone(overwrite, tmp_path, no_work):
     (tmp_path / "parts").mkdir()
     (tmp_path / "parts" / "thesis.txt").write_text("mine")
-    error = refused(capsys, "study", "cases/paper_study.toml", "--quick", "--out", tmp_path, *overwrite)
+    error = refused("study", "cases/paper_study.toml", "--quick", "--out", tmp_path, *overwrite)
     assert f"{tmp_path / 'parts'}: is needed for unfinished work, and pmor did not make it; move it away" in error
     assert (tmp_path / "parts" / "thesis.txt").read_text() == "mine"
 
 
 @pytest.mark.parametrize("resume", [[], ["--resume"]])
-def test_offline_leaves_a_users_own_folder_alone(resume, case_file, tmp_path, no_work, capsys):
+def test_offline_leaves_a_users_own_folder_alone(resume, case_file, tmp_path, no_work):
     parts = tmp_path / "basis.h5.parts"
     parts.mkdir()
     (parts / "angle_00000.h5").write_text("mine")
-    error = refused(capsys, "offline", case_file, "-o", tmp_path / "basis.h5", *resume)
+    error = refused("offline", case_file, "-o", tmp_path / "basis.h5", *resume)
     assert f"{parts}: is needed for unfinished work" in error
     assert (parts / "angle_00000.h5").read_text() == "mine"
 
 
-def test_no_output_replaces_what_it_is_made_from(case_file, tmp_path, no_work, capsys):
+def test_no_output_replaces_what_it_is_made_from(case_file, tmp_path, no_work):
     before = case_file.read_text()
     for arguments in (
         ["bench", case_file, "--json", case_file],
         ["bench", case_file, "--json", case_file, "--overwrite"],
         ["offline", case_file, "-o", case_file, "--overwrite"],
     ):
-        assert "is what the results are made from; choose another place" in refused(capsys, *arguments)
+        assert "is what the results are made from; choose another place" in refused(*arguments)
     named = tmp_path / "summary.json"
     named.write_text(before)
-    assert "is what the results are made from" in refused(capsys, "run", named, "--out", tmp_path, "--overwrite")
+    assert "is what the results are made from" in refused("run", named, "--out", tmp_path, "--overwrite")
     assert case_file.read_text() == named.read_text() == before
 
 
-def test_bench_replaces_neither_foreign_numbers_nor_a_foreign_table(case_file, tmp_path, no_work, capsys):
+def test_bench_replaces_neither_foreign_numbers_nor_a_foreign_table(case_file, tmp_path, no_work):
     for name in ("bench.json", "bench.md"):
         (tmp_path / name).write_text("mine")
-        error = refused(capsys, "bench", case_file, "--json", tmp_path / "bench.json")
+        error = refused("bench", case_file, "--json", tmp_path / "bench.json")
         assert f"{tmp_path / name}: is there, and not known to be written by pmor" in error
         assert (tmp_path / name).read_text() == "mine"
         (tmp_path / name).unlink()
     for name in ("bench.md", ".", "..", tmp_path):
-        assert "choose one that ends in .json" in refused(capsys, "bench", case_file, "--json", name)
+        assert "choose one that ends in .json" in refused("bench", case_file, "--json", name)
 
 
-def test_a_folder_or_a_link_in_the_way_is_refused_even_to_be_overwritten(case_file, tmp_path, no_work, capsys):
+def test_a_folder_or_a_link_in_the_way_is_refused_even_to_be_overwritten(case_file, tmp_path, no_work):
     (tmp_path / "precious").write_text("mine")
     (tmp_path / "ste.csv").symlink_to(tmp_path / "precious")
-    assert "ste.csv: is a link" in refused(capsys, "run", case_file, "--out", tmp_path, "--overwrite")
+    assert "ste.csv: is a link" in refused("run", case_file, "--out", tmp_path, "--overwrite")
     (tmp_path / "ste.csv").unlink()
     (tmp_path / "ste.csv").mkdir()
-    assert "ste.csv: is a folder" in refused(capsys, "run", case_file, "--out", tmp_path, "--overwrite")
-    assert "is a folder, not a file" in refused(capsys, "offline", case_file, "-o", tmp_path, "--overwrite")
+    assert "ste.csv: is a folder" in refused("run", case_file, "--out", tmp_path, "--overwrite")
+    assert "is a folder, not a file" in refused("offline", case_file, "-o", tmp_path, "--overwrite")
 
 
-def test_a_foreign_file_in_place_of_the_basis_is_kept(case_file, tmp_path, monkeypatch, capsys):
+def test_a_foreign_file_in_place_of_the_basis_is_kept(case_file, tmp_path, monkeypatch):
     monkeypatch.setattr("pmor.work.offline.run_offline", lambda *_a: pytest.fail("not before the work"))
     (tmp_path / "basis.h5").write_text("mine")
     assert "basis.h5: is there, and not known to be written by pmor: no basis to replace" in refused(
-        capsys, "run", case_file, "--out", tmp_path
+        "run", case_file, "--out", tmp_path
     )
     assert (tmp_path / "basis.h5").read_text() == "mine"
 
@@ -196,7 +189,7 @@ def test_after_an_edit_nothing_of_the_old_text_lies_beside_new_results(finished,
 
     # Changed by hand, it is no longer ours to replace.
     assert "report.html: has been changed since pmor wrote it; choose another place, or add --overwrite" in refused(
-        capsys, "run", path, "--out", out
+        "run", path, "--out", out
     )
 
 

@@ -1,12 +1,14 @@
 """Ways to break one of our HDF5 files with the library itself, checksums made anew: as somebody would on purpose."""
 
 import hashlib
+from contextlib import suppress
 
 import h5py
 import numpy as np
 
 from pmor.storage.hdf5 import set_attributes
-from pmor.storage.seal import CONTENTS, DESCRIPTIONS, EXPLANATIONS, checksums
+from pmor.storage.seal import CONTENTS, DESCRIPTIONS, checksums
+from pmor.storage.structure import Damaged
 
 ODD_TYPES = ["f4", "f2", ">f8", "i8", "i4", "u1", "?", "c16", "S8"]
 ODD_NUMBERS = [0.0, -1.0, 1.0, np.nan, np.inf, -np.inf, 1e308, -1e308, 5e-324, 1e-9, 1e9]
@@ -20,18 +22,18 @@ def datasets_of(file):
 
     Neither are terabytes that were declared and never written.
     """
-    found = []
-    file.visititems(lambda name, item: found.append(name) if _readable(item) else None)
-    return sorted(found)
-
-
-def _readable(item):
-    return isinstance(item, h5py.Dataset) and not item.is_virtual and (item.size or 0) < 10**7
+    return _names(
+        file, lambda item: isinstance(item, h5py.Dataset) and not item.is_virtual and (item.size or 0) < 10**7
+    )
 
 
 def groups_of(file):
+    return _names(file, lambda item: isinstance(item, h5py.Group))
+
+
+def _names(file, wanted):
     found = []
-    file.visititems(lambda name, item: found.append(name) if isinstance(item, h5py.Group) else None)
+    file.visititems(lambda name, item: found.append(name) if wanted(item) else None)
     return sorted(found)
 
 
@@ -48,6 +50,12 @@ def replace(file, name, make):
 def with_data(file, name, change):
     data = change(file[name][()])
     replace(file, name, lambda place: file.create_dataset(place, data=data))
+
+
+def swap(file, first, second):
+    file.move(first, "aside")
+    file.move(second, first)
+    file.move("aside", second)
 
 
 # --- datasets --------------------------------------------------------------------------------------------------------
@@ -110,9 +118,7 @@ def swapped(file, rng, folder):
     alike = [name for name in names if name != first and file[name].shape == file[first].shape]
     second = some(rng, alike or names)
     if first != second:
-        file.move(first, "aside")
-        file.move(second, first)
-        file.move("aside", second)
+        swap(file, first, second)
 
 
 def odd_numbers(file, rng, folder):
@@ -315,39 +321,8 @@ def reseal(file):
     for name in (CONTENTS, DESCRIPTIONS):
         if name in file.attrs:
             del file.attrs[name]
-    try:
+    with suppress(Damaged):  # of links and loops, which are refused before any seal is read
         set_attributes(file, **checksums(file))
-    except Exception:  # what has links or loops: as far as the library walks
-        set_attributes(file, **{CONTENTS: _walked(file, False), DESCRIPTIONS: _walked(file, True)})
-
-
-def _walked(file, explanations):
-    """The seal as the program made it before it looked for links."""
-    digest = hashlib.sha256()
-
-    def add(*words):
-        for word in words:
-            data = word.encode(errors="replace") if isinstance(word, str) else word
-            digest.update(f"{len(data)}:".encode() + data)
-
-    def visit(name, item):
-        add(name)
-        if isinstance(item, h5py.Dataset):
-            add(item.dtype.str, str(item.shape))
-        for key in sorted(item.attrs):
-            counts = key in EXPLANATIONS if explanations else key not in (CONTENTS, DESCRIPTIONS, *EXPLANATIONS)
-            if counts:
-                value = item.attrs[key]
-                add(key, *(("text", value) if isinstance(value, str) else _bytes_of(value)))
-
-    visit("/", file)
-    file.visititems(visit)
-    return digest.hexdigest()
-
-
-def _bytes_of(value):
-    array = np.asarray(value)
-    return array.dtype.str, str(array.shape), array.tobytes()
 
 
 def some(rng, names):

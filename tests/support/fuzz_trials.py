@@ -8,7 +8,6 @@ after each: a process that dies or hangs names the trial that did it. A number i
 
 import contextlib
 import csv
-import io
 import json
 import resource
 import shutil
@@ -20,7 +19,6 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from pmor.app.cli import main
 from pmor.case import basis_key, load_case
 from pmor.core.errors import PmorError
 from pmor.pair.model import elastic_model, mesh_model
@@ -32,6 +30,7 @@ from pmor.work.offline import parts_of, run_offline
 from pmor_offline.sampling import planned_positions
 from pmor_offline.snapshots import solve_snapshots
 from tests.support.broken_hdf5 import break_file
+from tests.support.refusals import command
 from tests.support.small_case import case_text
 from tests.support.stored_files import assert_same_basis
 
@@ -63,8 +62,7 @@ def prepare(folder, families=tuple(FAMILIES)):
         (own / "tiny.toml").write_text(case_text(mesh=MESH, output=QUIET, **FAMILIES[family]))
         case = load_case(own / "tiny.toml")
         run_offline(case, elastic_model(case, mesh_model(case)), own / "basis.h5")
-        with contextlib.redirect_stdout(io.StringIO()):
-            assert main(["online", str(own / "basis.h5"), "-o", str(own / "out")]) == 0
+        assert command("online", own / "basis.h5", "-o", own / "out")[0] == 0
     case, model = load_sound(folder)
     parts = working_folder(parts_of(folder / "resumed.h5"))
     for number, position in enumerate(planned_positions(case.offline, model.mesh.meshed.pair)):
@@ -225,10 +223,8 @@ def _snapshots(place, folder, broken, forged, sound):
 
 def _command(arguments, place):
     """Run a command in a folder: exit code, what it printed, its errors."""
-    text, errors = io.StringIO(), io.StringIO()
-    with contextlib.chdir(place), contextlib.redirect_stdout(text), contextlib.redirect_stderr(errors):
-        code = main(arguments)
-    return code, text.getvalue(), errors.getvalue()
+    with contextlib.chdir(place):
+        return command(*arguments)
 
 
 def _end(code, errors):

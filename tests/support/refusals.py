@@ -1,12 +1,11 @@
-"""What becomes of a basis file that was damaged or edited: refused in one line with a remedy, or read as it was."""
+"""How refusals end: a command in one line and exit code 2, a damaged basis in words with a remedy or unchanged."""
 
+import contextlib
+import io
 import pickle
 import signal
-from contextlib import contextmanager
 
-import h5py
-import pytest
-
+from pmor.app.cli import main
 from pmor.core.errors import FileFormatError
 from pmor.storage.basis_file import read_basis
 from pmor.storage.describe import file_text
@@ -14,22 +13,51 @@ from pmor.storage.describe import file_text
 HANG = 20  # s
 
 
-def contents(path):
-    """All that a command reads of a basis, as bytes."""
-    return pickle.dumps(read_basis(path)), file_text(path).partition(":")[2]
+def command(*arguments):
+    """Run a command: exit code, what it printed, its errors."""
+    with contextlib.redirect_stdout(io.StringIO()) as text, contextlib.redirect_stderr(io.StringIO()) as errors:
+        code = main(list(map(str, arguments)))
+    return code, text.getvalue(), errors.getvalue()
 
 
-@contextmanager
-def no_hang():
+def refused(*arguments, words=()):
+    """Run a command that must be refused: its one line of error, which holds all words."""
+    code, text, error = command(*arguments)
+    assert (code, text) == (2, ""), error
+    check_one_line(error)
+    for word in words:
+        assert word in error
+    return error
+
+
+def check_one_line(error):
+    assert error.startswith("pmor: error: "), error
+    assert error.count("\n") == 1, error
+    assert error[:-1].isprintable(), error
+    assert len(error) < 1000, error
+
+
+def check_message(error):
+    """An error of the library would be one line and exit code 2 of the command."""
+    assert (error.exit_code, len(str(error).splitlines())) == (2, 1), error
+
+
+@contextlib.contextmanager
+def time_limit(seconds=HANG):
     def too_long(*_arguments):
-        pytest.fail(f"reading takes more than {HANG} s")
+        raise TimeoutError(f"takes more than {seconds} s")
 
     signal.signal(signal.SIGALRM, too_long)
-    signal.alarm(HANG)
+    signal.alarm(seconds)
     try:
         yield
     finally:
         signal.alarm(0)
+
+
+def contents(path):
+    """All that a command reads of a basis, as bytes."""
+    return pickle.dumps(read_basis(path)), file_text(path).partition(":")[2]
 
 
 def check(path, original, tally, kind, words=None):
@@ -37,7 +65,7 @@ def check(path, original, tally, kind, words=None):
     ends = []
     for read, expected in zip((read_basis, file_text), original, strict=True):
         try:
-            with no_hang():
+            with time_limit():
                 found = read(path)
         except FileFormatError as error:
             message = str(error)
@@ -53,18 +81,3 @@ def check(path, original, tally, kind, words=None):
             ends.append("reads as the original")
     reduced, info = ends
     tally[kind, reduced if reduced == info else f"{reduced} where online reads, refused by info"] += 1
-
-
-def edit(path, change):
-    with h5py.File(path, "r+") as file:
-        change(file)
-
-
-def names_of(path, kind):
-    """Names of all datasets, or of all root attributes."""
-    with h5py.File(path) as file:
-        if kind == "attribute":
-            return sorted(file.attrs)
-        found = []
-        file.visititems(lambda name, item: found.append(name) if isinstance(item, h5py.Dataset) else None)
-        return found

@@ -1,4 +1,4 @@
-"""What the tests of stored files share: conditions to store, damages, and whether two bases are the same."""
+"""What the tests of stored files share: names in a folder, conditions to store, whether two bases are the same."""
 
 import h5py
 import numpy as np
@@ -29,49 +29,3 @@ def assert_same_basis(path, expected, same=1e-12):
 
         file.visititems(compare)
         assert found.attrs["basis_key"] == file.attrs["basis_key"]
-
-
-def is_missing(path):
-    path.unlink()
-
-
-def is_truncated(path):
-    path.write_bytes(path.read_bytes()[:-200])
-
-
-def is_empty(path):
-    path.write_bytes(b"")
-
-
-def is_text(path):
-    path.write_text("phi_rad, ste_um\n")
-
-
-def is_a_folder(path):
-    path.unlink()
-    path.mkdir()
-
-
-def set_attribute(name, value):
-    def damage(path):
-        with h5py.File(path, "r+") as file:
-            file.attrs[name] = value
-
-    return damage
-
-
-def lacks(name):
-    def damage(path):
-        with h5py.File(path, "r+") as file:
-            del (file.attrs if name in file.attrs else file)[name]
-
-    return damage
-
-
-def flip_a_byte(path, dataset):
-    """Change one bit of a dataset's stored numbers, as a failing disk would."""
-    with h5py.File(path) as file:
-        offset = file[dataset].id.get_offset()
-    content = bytearray(path.read_bytes())
-    content[offset] ^= 1
-    path.write_bytes(content)

@@ -8,70 +8,47 @@ from pmor import __version__
 from pmor.app import cli, commands
 from pmor.app.cli import build_parser, main
 from pmor.core.errors import ConvergenceError, OutputError
+from tests.support.processes import ROOT
+from tests.support.refusals import refused
 from tests.support.small_case import case_text
 
-ROOT = Path(__file__).parents[2]
 PAPER = ROOT / "cases" / "paper_spur.toml"
 
 
-def record(monkeypatch, name):
-    calls = []
-    monkeypatch.setattr(commands, name, lambda **arguments: calls.append(arguments))
-    return calls
+# What follows when a line does not say it.
+RUN = {"case_path": Path("c.toml"), "out": None, "jobs": 1, "overwrite": False}
+ONLINE = {"basis_path": Path("b.h5"), "out": None, "case_path": None, "jobs": 1, "overwrite": False}
+EXPORT = {"target": None, "stage": None, "torque_Nm": None, "overwrite": False}
 
 
 @pytest.mark.parametrize(
     ("line", "arguments"),
     [
-        ("run c.toml", {"case_path": Path("c.toml"), "out": None, "jobs": 1, "overwrite": False}),
-        (
-            "run c.toml --out d --jobs 2 --overwrite",
-            {"case_path": Path("c.toml"), "out": Path("d"), "jobs": 2, "overwrite": True},
-        ),
+        ("run c.toml", RUN),
+        ("run c.toml --out d --jobs 2 --overwrite", RUN | {"out": Path("d"), "jobs": 2, "overwrite": True}),
         ("plan c.toml", {"case_path": Path("c.toml")}),
         (
             "offline c.toml -o b.h5 --resume --jobs 2 --overwrite",
-            {
-                "case_path": Path("c.toml"),
-                "basis_path": Path("b.h5"),
-                "resume": True,
-                "jobs": 2,
-                "overwrite": True,
-            },
+            {"case_path": Path("c.toml"), "basis_path": Path("b.h5"), "resume": True, "jobs": 2, "overwrite": True},
         ),
-        (
-            "online b.h5 -o d",
-            {"basis_path": Path("b.h5"), "out": Path("d"), "case_path": None, "jobs": 1, "overwrite": False},
-        ),
-        (
-            "online b.h5 --case c.toml --jobs 2",
-            {"basis_path": Path("b.h5"), "out": None, "case_path": Path("c.toml"), "jobs": 2, "overwrite": False},
-        ),
-        (
-            "compare c.toml --out d",
-            {"case_path": Path("c.toml"), "out": Path("d"), "jobs": 1, "overwrite": False},
-        ),
+        ("online b.h5 -o d", ONLINE | {"out": Path("d")}),
+        ("online b.h5 --case c.toml --jobs 2", ONLINE | {"case_path": Path("c.toml"), "jobs": 2}),
+        ("compare c.toml --out d", RUN | {"out": Path("d")}),
         (
             "export b.h5 --to fmu -o m.fmu --torque 12.5",
-            {
-                "source": Path("b.h5"),
-                "to": "fmu",
-                "target": Path("m.fmu"),
-                "stage": None,
-                "torque_Nm": 12.5,
-                "overwrite": False,
-            },
+            EXPORT | {"source": Path("b.h5"), "to": "fmu", "target": Path("m.fmu"), "torque_Nm": 12.5},
         ),
         (
             "export g.rexs --to case --stage 4 --overwrite",
-            {"source": Path("g.rexs"), "to": "case", "target": None, "stage": 4, "torque_Nm": None, "overwrite": True},
+            EXPORT | {"source": Path("g.rexs"), "to": "case", "stage": 4, "overwrite": True},
         ),
         ("info b.h5", {"path": Path("b.h5"), "verify": False}),
         ("info b.h5 --verify", {"path": Path("b.h5"), "verify": True}),
     ],
 )
 def test_arguments_reach_the_command(line, arguments, monkeypatch):
-    calls = record(monkeypatch, line.split()[0])
+    calls = []
+    monkeypatch.setattr(commands, line.split()[0], lambda **given: calls.append(given))
     assert main(line.split()) == 0
     assert calls == [arguments]
 
@@ -96,74 +73,57 @@ def test_version(capsys):
     assert capsys.readouterr().out == f"pmor {__version__}\n"
 
 
-@pytest.mark.parametrize(
-    ("error", "code"),
-    [(OutputError("a\nb"), 2), (ConvergenceError("a b", [(1.0, 0.5)]), 3)],
-    ids=["output", "diverged"],
-)
-def test_known_errors_become_one_line_and_a_code(error, code, monkeypatch, capsys):
+def fail_with(error, monkeypatch, name="plan"):
     def fail(**_arguments):
         raise error
 
-    monkeypatch.setattr(commands, "plan", fail)
+    monkeypatch.setattr(commands, name, fail)
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "line"),
+    [
+        (OutputError("a\nb"), 2, "a b"),
+        (ConvergenceError("a b", [(1.0, 0.5)]), 3, "a b"),
+        (OutputError("x\x1b[31m\u202ey\udcff ä𝒶"), 2, "x\\x1b[31m\\u202ey\\udcff ä𝒶"),
+    ],
+    ids=["output", "diverged", "what a terminal would obey"],
+)
+def test_known_errors_become_one_line_and_a_code(error, code, line, monkeypatch, capsys):
+    fail_with(error, monkeypatch)
     assert main(["plan", "c.toml"]) == code
-    assert capsys.readouterr() == ("", "pmor: error: a b\n")
+    assert capsys.readouterr() == ("", f"pmor: error: {line}\n")
 
 
 @pytest.mark.parametrize(("line", "hint"), [("offline c.toml -o b.h5", "--resume"), ("run c.toml", "the same command")])
 def test_interrupt_says_how_to_go_on(line, hint, monkeypatch, capsys):
-    def interrupt(**_arguments):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(commands, line.split()[0], interrupt)
+    fail_with(KeyboardInterrupt(), monkeypatch, line.split()[0])
     assert main(line.split()) == cli.INTERRUPTED
     message = capsys.readouterr().err
     assert hint in message
     assert len(message.splitlines()) == 1
 
 
-def test_what_a_terminal_would_obey_is_escaped(monkeypatch, capsys):
-    fail_with(OutputError("x\x1b[31m\u202ey\udcff ä𝒶"), monkeypatch)
-    assert main(["plan", "c.toml"]) == 2
-    assert capsys.readouterr().err == "pmor: error: x\\x1b[31m\\u202ey\\udcff ä𝒶\n"
+@pytest.mark.parametrize(
+    ("error", "words"),
+    [
+        (MemoryError("Unable to allocate 3 TiB"), ["does not suffice (Unable to allocate 3 TiB): lower the elements"]),
+        # Of compiled kernels.
+        (
+            OSError(errno.ENOSPC, "No space left on device"),
+            ["no space is left on a disk: free some", "NUMBA_CACHE_DIR"],
+        ),
+    ],
+)
+def test_too_little_memory_and_a_full_disk_are_no_defects(error, words, monkeypatch):
+    fail_with(error, monkeypatch)
+    refused("plan", "c.toml", words=words)
 
 
-def fail_with(error, monkeypatch):
-    def fail(**_arguments):
-        raise error
-
-    monkeypatch.setattr(commands, "plan", fail)
-
-
-def test_too_little_memory_is_no_defect(monkeypatch, capsys):
-    fail_with(MemoryError("Unable to allocate 3 TiB"), monkeypatch)
-    assert main(["plan", "c.toml"]) == 2
-    text, errors = capsys.readouterr()
-    assert (text, len(errors.splitlines())) == ("", 1)
-    assert "does not suffice (Unable to allocate 3 TiB): lower the elements" in errors
-
-
-def test_a_full_disk_of_compiled_kernels_is_no_defect(monkeypatch, capsys):
-    fail_with(OSError(errno.ENOSPC, "No space left on device"), monkeypatch)
-    assert main(["plan", "c.toml"]) == 2
-    text, errors = capsys.readouterr()
-    assert (text, len(errors.splitlines())) == ("", 1)
-    assert "no space is left on a disk: free some" in errors
-    assert "NUMBA_CACHE_DIR" in errors
-
-
-def test_other_errors_of_the_system_are_defects(monkeypatch):
-    fail_with(OSError(errno.EBADF, "Bad file descriptor"), monkeypatch)
-    with pytest.raises(OSError, match="Bad file"):
-        main(["plan", "c.toml"])
-
-
-def test_defects_keep_their_traceback(monkeypatch):
-    def fail(**_arguments):
-        raise ZeroDivisionError
-
-    monkeypatch.setattr(commands, "plan", fail)
-    with pytest.raises(ZeroDivisionError):
+@pytest.mark.parametrize("error", [OSError(errno.EBADF, "Bad file descriptor"), ZeroDivisionError()])
+def test_defects_keep_their_traceback(error, monkeypatch):
+    fail_with(error, monkeypatch)
+    with pytest.raises(type(error)):
         main(["plan", "c.toml"])
 
 
