@@ -104,11 +104,24 @@ def changed(text: str, changes: Mapping[str, Mapping[str, Any]]) -> str:
     document: dict[str, Any] = tomllib.loads(text)
     for section, keys in changes.items():
         document[section] = document.get(section, {}) | dict(keys)
-    lines = [f"{key} = {json.dumps(value)}" for key, value in document.items() if not isinstance(value, dict)]
-    for section, keys in document.items():
-        if isinstance(keys, dict):
-            lines += [f"[{section}]", *(f"{key} = {json.dumps(value)}" for key, value in keys.items())]
-    return "\n".join(lines) + "\n"
+    return "\n".join(written(document)) + "\n"
+
+
+def written(section: Mapping[str, Any], name: str = "") -> Iterator[str]:
+    """Write the keys of a section as lines of TOML, then the sections and the lists of sections below it."""
+    below = {key: value for key, value in section.items() if isinstance(value, dict) or dicts(value)}
+    yield from (f"{key} = {json.dumps(value)}" for key, value in section.items() if key not in below)
+    for key, value in below.items():
+        place = f"{name}.{key}" if name else key
+        head = f"[[{place}]]" if isinstance(value, list) else f"[{place}]"
+        for one in value if isinstance(value, list) else [value]:
+            yield head
+            yield from written(one, place)
+
+
+def dicts(value: Any) -> bool:
+    """Whether a value is a list of sections."""
+    return isinstance(value, list) and bool(value) and isinstance(value[0], dict)
 
 
 def compare(before: Path, after: Path) -> int:
