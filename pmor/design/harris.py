@@ -32,22 +32,14 @@ AMOUNTS, LARGEST_RATIO, ANGLES = 61, 2.5, 64
 
 @dataclass(frozen=True)
 class HarrisRule:
-    """Peak-to-peak STE under one torque over the amount of tip relief from the highest point of single contact.
-
-    Parameters
-    ----------
-    amount_um, peak_to_peak_um : ndarray, shape (n,)
-    rule_um : float
-        Amount by the rule.
-    found_um : float
-        Amount of the least peak-to-peak.
-    """
+    """Peak-to-peak STE under one torque over the amount of tip relief from the highest point of single contact."""
 
     torque_Nm: float
+    # shape (n,)
     amount_um: FloatArray
     peak_to_peak_um: FloatArray
-    rule_um: float
-    found_um: float
+    rule_um: float  # Amount by the rule
+    found_um: float  # Amount of the least peak-to-peak
 
 
 def obeys(pair: GearPair) -> bool:

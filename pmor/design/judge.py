@@ -23,24 +23,12 @@ from pmor_online.variants import VariantSolver, VariantState
 
 @dataclass(frozen=True)
 class Verdict:
-    """Results of a variant; NaN where a position did not converge.
+    """Results of a variant; NaN where a position did not converge."""
 
-    Parameters
-    ----------
-    x : ndarray, shape (n,)
-        Values of the variables.
-    results : ndarray, shape (T, R)
-        Nominal, under each torque, in the order of `Design.results`.
-    objective : float
-        Over scatter where the design asks for it.
-    limits : ndarray, shape (C,)
-        Constrained results, the largest over the torques, of the same kind.
-    """
-
-    x: FloatArray
-    results: FloatArray
-    objective: float
-    limits: FloatArray
+    x: FloatArray  # shape (n,): Values of the variables
+    results: FloatArray  # shape (T, R): Nominal, under each torque, in the order of `Design.results`
+    objective: float  # Over scatter where the design asks for it
+    limits: FloatArray  # shape (C,): Constrained results, the largest over the torques, of the same kind
 
 
 class Judge:

@@ -30,25 +30,13 @@ MOST_VARIABLES = 10
 
 @dataclass(frozen=True)
 class DesignFile:
-    """A design file that was read.
+    """A design file that was read."""
 
-    Parameters
-    ----------
-    name : str
-        Stem of the file name.
-    text : str
-        Of the file and of the case that it names.
-    case : Case
-        Ready to be trained for it.
-    inputs : tuple of Path
-        Files that were read.
-    """
-
-    name: str
-    text: str
+    name: str  # Stem of the file name
+    text: str  # Of the file and of the case that it names
     design: Design
-    case: Case
-    inputs: tuple[Path, ...]
+    case: Case  # Ready to be trained for it
+    inputs: tuple[Path, ...]  # Files that were read
 
     @property
     def base(self) -> Assembly:

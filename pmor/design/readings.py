@@ -19,30 +19,16 @@ FRESH, FRESH_SEED = 2000, SEED + 1
 
 @dataclass(frozen=True)
 class Readings:
-    """Content of a page beside the variants.
+    """Content of a page beside the variants."""
 
-    Attributes
-    ----------
-    base : (T, R)
-        Results of the case as it is.
-    chosen : mapping of str to int
-        Numbers of chosen variants by name: "best", "best without scatter", "best at 170 N m".
-    curves : mapping of str to ndarray, shape (T, A)
-        Their STE, um, after that of the base case.
-    rates : mapping of str to float
-        Derivative of the nominal objective at the best by each parameter of the modifications; empty without a best.
-    fresh : mapping of str to ndarray, shape (m,)
-        Objective of fresh draws of chosen variants, full solutions; empty without scatter.
-    harris : tuple of HarrisRule
-        Under each torque, of spur pairs whose tip relief is designed.
-    """
-
-    base: FloatArray
-    chosen: Mapping[str, int]
-    curves: Mapping[str, FloatArray]
+    base: FloatArray  # shape (T, R): Results of the case as it is
+    chosen: Mapping[str, int]  # Numbers of chosen variants by name: "best", "best without scatter", "best at 170 N m"
+    curves: Mapping[str, FloatArray]  # shape (T, A): Their STE, um, after that of the base case
+    # Derivative of the nominal objective at the best by each parameter of the modifications; empty without a best
     rates: Mapping[str, float]
+    # shape (m,): Objective of fresh draws of chosen variants, full solutions; empty without scatter
     fresh: Mapping[str, FloatArray]
-    harris: tuple[HarrisRule, ...]
+    harris: tuple[HarrisRule, ...]  # Under each torque, of spur pairs whose tip relief is designed
 
 
 def read_off(found: Found) -> Readings:

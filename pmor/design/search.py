@@ -34,23 +34,13 @@ MOST_SINGLE = 6
 
 @dataclass(frozen=True)
 class Found:
-    """All variants of a search.
-
-    Parameters
-    ----------
-    judge : Judge
-        For figures of single variants.
-    evaluations : mapping of str to int
-        Judgements of a variant, by stage; one with derivatives counts as one.
-    seconds : float
-        Of this run, without the finite elements.
-    """
+    """All variants of a search."""
 
     file: DesignFile
-    judge: Judge
+    judge: Judge  # For figures of single variants
     variants: Variants
-    evaluations: Mapping[str, int]
-    seconds: float
+    evaluations: Mapping[str, int]  # Judgements of a variant, by stage; one with derivatives counts as one
+    seconds: float  # Of this run, without the finite elements
     failures: tuple[str, ...]
 
     @property

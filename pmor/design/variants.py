@@ -23,24 +23,14 @@ ARRAYS = ("x", "results", "objective", "limits")
 
 @dataclass(frozen=True)
 class Variants:
-    """Variants that were judged: V of n variables, T torques, R results, C constraints.
+    """Variants that were judged: V of n variables, T torques, R results, C constraints."""
 
-    Parameters
-    ----------
-    x : ndarray, shape (V, n)
-    results : ndarray, shape (V, T, R)
-        Nominal; NaN where a position did not converge.
-    objective : ndarray, shape (V,)
-    limits : ndarray, shape (V, C)
-    origin : tuple of str
-        Origin of each: "sample", "descent", "trade-off", "as drawn" (best without scatter), "170 N m" (best for
-        that torque alone).
-    """
-
-    x: FloatArray
-    results: FloatArray
-    objective: FloatArray
-    limits: FloatArray
+    x: FloatArray  # shape (V, n)
+    results: FloatArray  # shape (V, T, R): Nominal; NaN where a position did not converge
+    objective: FloatArray  # shape (V,)
+    limits: FloatArray  # shape (V, C)
+    # Origin of each: "sample", "descent", "trade-off", "as drawn" (best without scatter), "170 N m" (best for that
+    # torque alone)
     origin: tuple[str, ...]
 
     def __len__(self) -> int:

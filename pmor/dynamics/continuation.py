@@ -34,21 +34,11 @@ MAX_REFINEMENTS, REFINED = 40, 1e-9
 
 @dataclass(frozen=True)
 class Point:
-    """A point of a branch.
+    """A point of a branch."""
 
-    Parameters
-    ----------
-    speed : float
-        Mesh frequency, angular.
-    unknowns : ndarray, shape (n,)
-        Of `harmonic_balance.Balance`.
-    tangent : ndarray, shape (n + 1,)
-        Of length 1 in the scaled space, the frequency last.
-    """
-
-    speed: float
-    unknowns: FloatArray
-    tangent: FloatArray
+    speed: float  # Mesh frequency, angular
+    unknowns: FloatArray  # shape (n,): Of `harmonic_balance.Balance`
+    tangent: FloatArray  # shape (n + 1,): Of length 1 in the scaled space, the frequency last
 
 
 @dataclass(frozen=True)

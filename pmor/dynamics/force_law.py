@@ -35,16 +35,10 @@ def forces_at(law: ForceLaw, phase: FloatArray, x: FloatArray) -> tuple[FloatArr
 
 @dataclass(frozen=True)
 class Shifted:
-    """A law that counts displacements from another place.
-
-    Parameters
-    ----------
-    shift : float
-        New displacement less that of the law.
-    """
+    """A law that counts displacements from another place."""
 
     law: SolvedLaw
-    shift: float
+    shift: float  # New displacement less that of the law
 
     def forces(self, phase: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return forces and stiffnesses at phases and displacements, (n,) each."""

@@ -49,16 +49,10 @@ class TableError:
 
 @dataclass(frozen=True)
 class Watched:
-    """A load under which the displacement is to be known better than the range as a whole.
-
-    Parameters
-    ----------
-    allowed : float
-        Error of the force where it is about that load.
-    """
+    """A load under which the displacement is to be known better than the range as a whole."""
 
     load: float
-    allowed: float
+    allowed: float  # Error of the force where it is about that load
 
 
 def range_under(forces: Forces, load: float, spread: float, multiple: float, touch: float = 0.0) -> tuple[float, float]:

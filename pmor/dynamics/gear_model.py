@@ -36,19 +36,11 @@ MOVING = {1: 0, 6: 2, 12: 5}
 
 @dataclass(frozen=True)
 class Inertia:
-    """Of a gear with all parts that move with it.
-
-    Parameters
-    ----------
-    polar_kg_m2 : float
-        About its axis.
-    tilting_kg_m2 : float
-        About an axis across it, through mid width.
-    """
+    """Of a gear with all parts that move with it."""
 
     mass_kg: float
-    polar_kg_m2: float
-    tilting_kg_m2: float
+    polar_kg_m2: float  # About its axis
+    tilting_kg_m2: float  # About an axis across it, through mid width
 
 
 @dataclass(frozen=True)
@@ -70,27 +62,14 @@ class Support:
 
 @dataclass(frozen=True)
 class GearModel:
-    """Masses and bearings of a pair; the mesh, its damping and the load are not in it.
+    """Masses and bearings of a pair; the mesh, its damping and the load are not in it."""
 
-    Parameters
-    ----------
-    inertias : tuple of Inertia
-        Of pinion and wheel.
-    mass : float
-        On the line of action, t.
-    supports : tuple of Support
-        Of the directions that are not rigid.
-    rigid : ndarray, shape (2, 3)
-        Levers of the displacements of both gears, and shares of the mesh force on rigid bearings.
-    base_radius : float
-        Of the pinion, mm.
-    """
-
-    inertias: tuple[Inertia, Inertia]
-    mass: float
-    supports: tuple[Support, ...]
+    inertias: tuple[Inertia, Inertia]  # Of pinion and wheel
+    mass: float  # On the line of action, t
+    supports: tuple[Support, ...]  # Of the directions that are not rigid
+    # shape (2, 3): Levers of the displacements of both gears, and shares of the mesh force on rigid bearings
     rigid: FloatArray
-    base_radius: float
+    base_radius: float  # Of the pinion, mm
 
     def oscillator(self, torque_Nm: float, mesh_damping: float) -> Oscillator:
         """Return the equations of motion under a mean torque on the pinion; damping of the mesh in N s/mm."""

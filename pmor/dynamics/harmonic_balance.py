@@ -33,20 +33,12 @@ SMALLEST, LARGEST, BISECTIONS = 1e-9, 1e9, 60
 
 @dataclass(frozen=True)
 class Balance:
-    """The equations of harmonic balance of an oscillator under a force law.
-
-    Parameters
-    ----------
-    cycles : int
-        Mesh cycles p after which the motion repeats.
-    harmonics : int
-        Of a mesh cycle: there are p times as many unknown harmonics.
-    """
+    """The equations of harmonic balance of an oscillator under a force law."""
 
     oscillator: Oscillator
     law: ForceLaw
-    cycles: int
-    harmonics: int
+    cycles: int  # Mesh cycles p after which the motion repeats
+    harmonics: int  # Of a mesh cycle: there are p times as many unknown harmonics
 
     @property
     def orders(self) -> int:

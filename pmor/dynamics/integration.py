@@ -27,23 +27,12 @@ FIRST_SHARE = 0.25
 
 @dataclass(frozen=True)
 class Motion:
-    """Motion over whole mesh cycles.
+    """Motion over whole mesh cycles."""
 
-    Parameters
-    ----------
-    phase : ndarray, shape (s,)
-        Of the mesh; the start is not among them, the end is.
-    speed : ndarray, shape (s,)
-        Mesh frequency, angular.
-    states : ndarray, shape (s, 2n)
-        Displacements and velocities.
-    displacement, force : ndarray, shape (s,)
-        Along the line of action.
-    """
-
-    phase: FloatArray
-    speed: FloatArray
-    states: FloatArray
+    phase: FloatArray  # shape (s,): Of the mesh; the start is not among them, the end is
+    speed: FloatArray  # shape (s,): Mesh frequency, angular
+    states: FloatArray  # shape (s, 2n): Displacements and velocities
+    # shape (s,): Along the line of action
     displacement: FloatArray
     force: FloatArray
     steps: int

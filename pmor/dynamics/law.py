@@ -44,29 +44,17 @@ MOST_CYCLES = 1000
 
 @dataclass(frozen=True)
 class MeshLaw:
-    """The force law of a pair under a torque, and the error of its table.
-
-    Parameters
-    ----------
-    error : TableError
-        Over the largest force.
-    largest_force : float
-        In the table, N.
-    assembly : Assembly
-        With the axes where the mean mesh force holds them.
-    shift : float
-        Displacement of the oscillator less that of the line loads, mm: the first counts the displacements of the
-        bearings too; see `pmor.dynamics.moved_axes`.
-    static_error_um, static_peak_to_peak_um : float
-        Of the static transmission error of the table under the torque, and that of the line loads.
-    """
+    """The force law of a pair under a torque, and the error of its table."""
 
     torque_Nm: float
     table: ForceTable
-    error: TableError
-    largest_force: float
-    assembly: Assembly
+    error: TableError  # Over the largest force
+    largest_force: float  # In the table, N
+    assembly: Assembly  # With the axes where the mean mesh force holds them
+    # Displacement of the oscillator less that of the line loads, mm: the first counts the displacements of the bearings
+    # too; see `pmor.dynamics.moved_axes`
     shift: float
+    # Of the static transmission error of the table under the torque, and that of the line loads
     static_error_um: float
     static_peak_to_peak_um: float
 

@@ -46,27 +46,17 @@ Data = dict[str, Any]
 
 @dataclass(frozen=True)
 class Task:
-    """A pair under one torque.
-
-    Parameters
-    ----------
-    mesh_damping : float or None
-        N s/mm; None by the ratio.
-    limits : tuple of float
-        Mesh frequencies, Hz or over the natural one.
-    exact : SolvedLaw, optional
-        Law of the branches, instead of the table.
-    """
+    """A pair under one torque."""
 
     model: GearModel
     law: ForceTable
     torque_Nm: float
-    mesh_damping: float | None
+    mesh_damping: float | None  # N s/mm; None by the ratio
     damping_ratio: float
-    limits: tuple[float, float]
+    limits: tuple[float, float]  # Mesh frequencies, Hz or over the natural one
     in_Hz: bool
     run_cycles: int
-    exact: SolvedLaw | None = None
+    exact: SolvedLaw | None = None  # Law of the branches, instead of the table
 
     @property
     def repeats(self) -> bool:
@@ -76,25 +66,13 @@ class Task:
 
 @dataclass(frozen=True)
 class AtRest:
-    """A pair at rest under its torque, and its small vibrations.
-
-    Parameters
-    ----------
-    stiffness : float
-        Of the mesh, mean of the tangent over the cycle, N/mm.
-    natural : float
-        Angular frequency of the mode in which the mesh gives way most.
-    modes : ndarray
-        All of them.
-    interval : tuple of float
-        Range of displacements of the law.
-    """
+    """A pair at rest under its torque, and its small vibrations."""
 
     oscillator: Oscillator
-    stiffness: float
-    natural: float
-    modes: FloatArray
-    interval: tuple[float, float]
+    stiffness: float  # Of the mesh, mean of the tangent over the cycle, N/mm
+    natural: float  # Angular frequency of the mode in which the mesh gives way most
+    modes: FloatArray  # All of them
+    interval: tuple[float, float]  # Range of displacements of the law
 
 
 def at_rest(task: Task) -> AtRest:

@@ -15,22 +15,14 @@ UNBALANCED = 1e-9
 
 @dataclass(frozen=True)
 class Oscillator:
-    """M q'' + C q' + K q + l F(psi, l . q) = f, of n degrees of freedom; symmetric matrices, the mesh not in them.
+    """M q'' + C q' + K q + l F(psi, l . q) = f, of n degrees of freedom; symmetric matrices, the mesh not in them."""
 
-    Parameters
-    ----------
-    mass, damping, stiffness : ndarray, shape (n, n)
-    lever : ndarray, shape (n,)
-        l: how far the flanks run ahead along the line of action per displacement.
-    load : ndarray, shape (n,)
-        f, constant.
-    """
-
+    # shape (n, n)
     mass: FloatArray
     damping: FloatArray
     stiffness: FloatArray
-    lever: FloatArray
-    load: FloatArray
+    lever: FloatArray  # shape (n,): l: how far the flanks run ahead along the line of action per displacement
+    load: FloatArray  # shape (n,): f, constant
 
     @property
     def size(self) -> int:

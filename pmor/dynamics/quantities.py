@@ -19,59 +19,32 @@ UM = 1e3
 
 @dataclass(frozen=True)
 class Cycle:
-    """Periodic motion over its period.
+    """Periodic motion over its period."""
 
-    Parameters
-    ----------
-    phase : ndarray, shape (s,)
-        Of the mesh, rad.
-    displacement, velocity, force : ndarray, shape (s,)
-        Along the line of action, mm, mm/s, N.
-    bearing : ndarray, shape (s, 2, 3)
-        Forces of both gears on their bearings along x, y, z, N.
-    positions : ndarray, shape (s, n - 1)
-        Of the supports, mm.
-    """
-
-    phase: FloatArray
+    phase: FloatArray  # shape (s,): Of the mesh, rad
+    # shape (s,): Along the line of action, mm, mm/s, N
     displacement: FloatArray
     velocity: FloatArray
     force: FloatArray
-    bearing: FloatArray
-    positions: FloatArray
+    bearing: FloatArray  # shape (s, 2, 3): Forces of both gears on their bearings along x, y, z, N
+    positions: FloatArray  # shape (s, n - 1): Of the supports, mm
 
 
 @dataclass(frozen=True)
 class PointQuantities:
-    """Of a point of a branch.
+    """Of a point of a branch."""
 
-    Parameters
-    ----------
-    dte_rms_um, dte_peak_to_peak_um : float
-        Dynamic transmission error about its mean.
-    dte_orders_um : tuple of float
-        Amplitudes of the first orders of the mesh frequency, zero to peak.
-    largest_force_N, smallest_force_N : float
-        Of the mesh, along the transverse line of action; below 0 the backs of teeth push.
-    dynamic_factor : float
-        Largest mesh force over the mean one.
-    contact_loss : float
-        Share of the cycle without any contact.
-    separation_um : float
-        How far the flanks part at most, from where those of the drawing touch; 0: not at all.
-    bearing_force_N : tuple of float
-        Largest transverse force of pinion and wheel on their bearings.
-    """
-
+    # Dynamic transmission error about its mean
     dte_rms_um: float
     dte_peak_to_peak_um: float
-    dte_orders_um: tuple[float, ...]
+    dte_orders_um: tuple[float, ...]  # Amplitudes of the first orders of the mesh frequency, zero to peak
+    # Of the mesh, along the transverse line of action; below 0 the backs of teeth push
     largest_force_N: float
     smallest_force_N: float
-    dynamic_factor: float
-    contact_loss: float
-    separation_um: float
-    bearing_force_N: tuple[float, float]
+    dynamic_factor: float  # Largest mesh force over the mean one
+    contact_loss: float  # Share of the cycle without any contact
+    separation_um: float  # How far the flanks part at most, from where those of the drawing touch; 0: not at all
+    bearing_force_N: tuple[float, float]  # Largest transverse force of pinion and wheel on their bearings
 
 
 def cycle_of(model: GearModel, balance: Balance, unknowns: FloatArray, speed: float) -> Cycle:

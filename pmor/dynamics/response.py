@@ -28,25 +28,14 @@ SAME = 1e-6
 
 @dataclass(frozen=True)
 class Response:
-    """Periodic motions between two mesh frequencies.
+    """Periodic motions between two mesh frequencies."""
 
-    Parameters
-    ----------
-    branches : tuple of Branch
-        The one from the upper limit of the frequency downwards; where it does not pass the motion that begins near rest
-        at the lower limit, the one from there upwards; then those of twice the period.
-    stable : tuple of ndarray of bool
-        By point, of each branch.
-    doublings : tuple of Point
-        Where branches of twice the period begin.
-    lost : tuple of str
-        Failures, and why.
-    """
-
+    # The one from the upper limit of the frequency downwards; where it does not pass the motion that begins near rest
+    # at the lower limit, the one from there upwards; then those of twice the period
     branches: tuple[Branch, ...]
-    stable: tuple[BoolArray, ...]
-    doublings: tuple[Point, ...]
-    lost: tuple[str, ...]
+    stable: tuple[BoolArray, ...]  # By point, of each branch
+    doublings: tuple[Point, ...]  # Where branches of twice the period begin
+    lost: tuple[str, ...]  # Failures, and why
 
     @property
     def folds(self) -> tuple[Fold, ...]:

@@ -27,27 +27,15 @@ from pmor_online.model import ReducedPair, reduced_pair
 
 @dataclass(frozen=True)
 class Dynamics:
-    """The pair of a case in motion.
-
-    Parameters
-    ----------
-    backlash : float or None
-        See `backlash_of`.
-    laws : tuple of MeshLaw
-        One per torque that has one.
-    responses : tuple of dict
-        One per torque that has one, as in `dynamics.json`.
-    failures : tuple of str
-        Torques without a force law, a response or a run, and why.
-    """
+    """The pair of a case in motion."""
 
     case: Case
     pair: GearPair
     model: GearModel
-    backlash: float | None
-    laws: tuple[MeshLaw, ...]
-    responses: tuple[Data, ...]
-    failures: tuple[str, ...]
+    backlash: float | None  # See `backlash_of`
+    laws: tuple[MeshLaw, ...]  # One per torque that has one
+    responses: tuple[Data, ...]  # One per torque that has one, as in `dynamics.json`
+    failures: tuple[str, ...]  # Torques without a force law, a response or a run, and why
 
 
 def reduced_of(case: Case) -> ReducedPair:

@@ -24,22 +24,14 @@ ANGLES = 100
 
 @dataclass(frozen=True)
 class UnitLaw:
-    """The mesh of a pair in a unit for co-simulation.
-
-    Parameters
-    ----------
-    table : ForceTable
-        Over the pinion's kinematic angle in mesh cycles, and the displacement along the line of action, mm.
-    torque_Nm : float
-        On the pinion, up to which the table reaches at every angle.
-    backlash : float or None
-        Along the line of action, mm, of teeth whose backs mirror their working flanks; None where they do not.
-    """
+    """The mesh of a pair in a unit for co-simulation."""
 
     case: Case
     pair: GearPair
+    # Over the pinion's kinematic angle in mesh cycles, and the displacement along the line of action, mm
     table: ForceTable
-    torque_Nm: float
+    torque_Nm: float  # On the pinion, up to which the table reaches at every angle
+    # Along the line of action, mm, of teeth whose backs mirror their working flanks; None where they do not
     backlash: float | None
 
 

@@ -20,51 +20,30 @@ PHASE, DISPLACEMENT, CELL = 0, 1, 2
 
 
 class VaryingStiffness(NamedTuple):
-    """A spring whose stiffness varies over the cycle and that cannot pull: (1 + variation cos psi) stiffness max(x, 0).
+    """A spring that cannot pull, its stiffness varying over the cycle: (1 + variation cos psi) stiffness max(x, 0)."""
 
-    Attributes
-    ----------
-    stiffness : float
-        Mean.
-    variation : float
-        Amplitude over the mean.
-    pulls : bool
-        Whether the spring pulls too: then the oscillator is linear, Mathieu's.
-    """
-
-    stiffness: float
-    variation: float
-    pulls: bool
+    stiffness: float  # Mean
+    variation: float  # Amplitude over the mean
+    pulls: bool  # Whether the spring pulls too: then the oscillator is linear, Mathieu's
 
 
 class ForceTable(NamedTuple):
     """A force law in cells over phase and displacement, as fine as each place needs them: the leaves of a tree.
 
     In a cell the force is a bicubic through 4 x 4 values, and continuous from cell to cell.
-
-    Attributes
-    ----------
-    low, high : float
-        Range of displacements: below it nothing touches, above it the table knows nothing.
-    root : ndarray of int, shape (C, columns, rows)
-        Nodes to begin with: of the C mesh cycles after which the law repeats, columns over the phase, rows over the
-        displacement. Cycles that are alike share theirs.
-    kind : ndarray of int, shape (n,)
-        Of each node: `PHASE`, `DISPLACEMENT` or `CELL`.
-    next : ndarray of int, shape (n,)
-        First of the two halves of a node, which lie beside each other, or the number of its values.
-    values : ndarray, shape (m, 4, 4)
-        Forces of cells at thirds of phase and displacement.
-    backlash : float
-        Displacement from where the working flanks of the drawing touch to where their backs do; infinite for none.
     """
 
+    # Range of displacements: below it nothing touches, above it the table knows nothing
     low: float
     high: float
+    # shape (C, columns, rows): Nodes to begin with: of the C mesh cycles after which the law repeats, columns over the
+    # phase, rows over the displacement. Cycles that are alike share theirs.
     root: IntArray
-    kind: IntArray
+    kind: IntArray  # shape (n,): Of each node: `PHASE`, `DISPLACEMENT` or `CELL`
+    # shape (n,): First of the two halves of a node, which lie beside each other, or the number of its values
     next: IntArray
-    values: FloatArray
+    values: FloatArray  # shape (m, 4, 4): Forces of cells at thirds of phase and displacement
+    # Displacement from where the working flanks of the drawing touch to where their backs do; infinite for none
     backlash: float
 
 

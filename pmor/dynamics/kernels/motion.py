@@ -47,18 +47,10 @@ DONE, STUCK = 0, 1
 
 
 class EquationOfMotion(NamedTuple):
-    """Masses that the mesh drives, and the phase of the mesh over time: phase + speed t + rate t^2 / 2.
+    """Masses that the mesh drives, and the phase of the mesh over time: phase + speed t + rate t^2 / 2."""
 
-    Attributes
-    ----------
-    rows : ndarray, shape (n, 2n)
-        Accelerations per displacement and velocity, without the mesh.
-    constant, push, lever : ndarray, shape (n,)
-        Accelerations by the load, and per force of the mesh; displacement along the line of action.
-    phase, speed, rate : float
-    """
-
-    rows: FloatArray
+    rows: FloatArray  # shape (n, 2n): Accelerations per displacement and velocity, without the mesh
+    # shape (n,): Accelerations by the load, and per force of the mesh; displacement along the line of action
     constant: FloatArray
     push: FloatArray
     lever: FloatArray
