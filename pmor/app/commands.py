@@ -123,8 +123,7 @@ def _of_case(
     folder = out or default_folder(case.name, f"_{room.removeprefix('run_')}")
     with (processes if room == "run_dynamics" else threads)(jobs) as executor:
         found = getattr(rooms, room)(case, folder, overwrite=overwrite, executor=executor, **options)
-    failures = [one.name for one in found.failed] if room == "stability" else getattr(found, "failures", ())
-    _finish(found, folder, failures, what_failed)
+    _finish(found, folder, getattr(found, "failures", ()), what_failed)
 
 
 def design(

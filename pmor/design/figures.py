@@ -33,7 +33,7 @@ WORDS = {
     "root_stress_MPa": "Largest root stress [MPa]",
 }
 VALUES = {"nominal": "", "expected": "expected ", "percentile_95": "95 % below: "}
-# Points along each axis of a contour, and variables of which all pairs are drawn.
+# Points along each axis of a contour; most variables drawn in pairs; contour levels.
 CONTOUR, MOST_PAIRED, LEVELS = 25, 4, 16
 # Of the two-dimensional normal distribution: within so many standard deviations are 95 % of the gears made.
 ELLIPSE = math.sqrt(-2.0 * math.log(0.05))

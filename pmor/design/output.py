@@ -26,7 +26,7 @@ from pmor.work.table import text_lines
 #: files of a result; without a front or scatter some are not written
 PICTURES = ("front.png", "contour.png", "torque.png", "ste.png", "sensitivity.png", "scatter.png", "harris.png")
 FILES = ("design.h5", "design.csv", "design.json", "design.md", "report.html", *PICTURES)
-# Variants of the front that a table on the page has room for.
+# Most rows of a table of the front.
 MOST_ROWS = 12
 # Variants that a page carries: more make it slow, and the CSV has them all.
 MOST_ON_PAGE = 10_000

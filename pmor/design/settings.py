@@ -15,14 +15,11 @@ ExtentKey = Literal["tip_relief_start_roll_deg", "root_relief_end_roll_deg", "en
 VariableKey = Literal[AmountKey, ExtentKey]
 Objective = Literal["peak_to_peak_um", "order_1_um", "order_2_um", "order_3_um"]
 ResultKey = Literal[Objective, "pressure_MPa", "k_h_beta", "tip_edge_load_N_per_mm", "root_stress_MPa"]
-# Keys of a modification that may vary: amounts, and where reliefs start, end, or how far they reach.
+# Keys of amounts of a modification, and of axes.
 AMOUNT_KEYS: tuple[AmountKey, ...] = get_args(AmountKey)
-EXTENT_KEYS: tuple[ExtentKey, ...] = get_args(ExtentKey)
 MISALIGNMENT_KEYS = ("in_plane_um", "out_of_plane_um", "centre_distance_um")
 #: results of each variant under each torque
 RESULTS: tuple[ResultKey, ...] = get_args(ResultKey)
-# Those whose derivatives follow from the sensitivities of the STE.
-OF_THE_STE: tuple[Objective, ...] = get_args(Objective)
 
 Bounds = Annotated[tuple[float, ...], Range(-1000.0, 1000.0, in_order=True)]
 Torques = Annotated[tuple[float, ...], Range(0.0, 1e12, "N m", low_excluded=True, in_order=True)]

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 RUNS = {"run_up": ("^", "run-up"), "run_down": ("v", "run-down")}
-# Of all points of a run, marks that a curve has room for.
+# Most marks of a run on a curve.
 MARKS = 45
 # Below the largest amplitude, decades that spectra show.
 DECADES = 3.0

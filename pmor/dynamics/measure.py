@@ -95,7 +95,7 @@ def speeds_of(task: Task, rest: AtRest) -> tuple[float, float]:
 
 
 def needed_harmonics(rest: AtRest, limits: tuple[float, float]) -> int:
-    """Return how many harmonics of the mesh frequency reach well beyond the natural frequency at all speeds."""
+    """Return the number of harmonics of the mesh frequency up to well above the natural frequency at all speeds."""
     return max(HARMONICS, math.ceil(BEYOND_NATURAL * rest.natural / limits[0]))
 
 

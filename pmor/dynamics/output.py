@@ -126,7 +126,7 @@ def _law_paragraph(case: Case, laws: Sequence[MeshLaw], responses: Sequence[Data
 
 
 def _axes_sentence(laws: Sequence[MeshLaw], responses: Sequence[Data]) -> list[str]:
-    shares = [share for share in (response["axes_left_out_share"] for response in responses) if share is not None]
+    shares = [share for response in responses if (share := response["axes_motion_force_error_share"]) is not None]
     if not shares:
         return []
     axes = laws[-1].assembly.misalignment
@@ -208,13 +208,13 @@ def _backs(found: Dynamics) -> str:
     if found.backlash is not None:
         whence = "of the drawing" if found.case.dynamics.backlash_um is None else "of the case"
         struck = [f"{response['torque_Nm']:g}" for response in found.responses if _strikes(response)]
-        seen = f"Stable motion strikes them under {', '.join(struck)} N m." if struck else "No stable motion does."
+        seen = f"Stable motion touches them under {', '.join(struck)} N m." if struck else "No stable motion does."
         return f"The backs of teeth touch {1e3 * found.backlash:.4g} µm beyond, the backlash {whence}. {seen}"
     why = "the drawing has no backlash"
     if not assembly_of(found.case).backs_mirror_flanks:
         why = "they are no mirror images of the working flanks"
     return (
-        f"The backs of teeth are left out: {why}. Where flanks part farther than the backlash, they would strike "
+        f"Contact of the back flanks is neglected: {why}. They would touch where flanks part farther than the backlash "
         "([dynamics] backlash_um)."
     )
 

@@ -62,7 +62,7 @@ def rated(case: Case, pair: GearPair, mass: float, response: Data) -> Data:
 
 
 def by_range(case: Case, pair: GearPair, mass: float, response: Data) -> Sequence[Data]:
-    """Return, for each range of the standard that a response reaches, dynamic factor and K_v, largest of each.
+    """Return the largest dynamic factor and K_v of a response in each range of the standard.
 
     Returns
     -------

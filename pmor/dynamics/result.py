@@ -15,7 +15,6 @@ from pmor.dynamics.measure import Data
 from pmor.dynamics.output import FILES, dynamics_data, dynamics_report, dynamics_text
 from pmor.dynamics.rating import rated
 from pmor.dynamics.solution import Dynamics
-from pmor.report.data_files import write_summary_json
 from pmor.work.results import writing_results
 
 if TYPE_CHECKING:
@@ -66,15 +65,6 @@ class DynamicsResult:
     def plot_motion(self) -> Figure | None:
         """The largest stable motion of each torque, in the phase plane and over the mesh cycle."""
         return motion_figure(self.found.responses)
-
-    def to_json(self, path: Path | str, *, overwrite: bool = False) -> None:
-        """Write the content of `dynamics.json`.
-
-        Raises
-        ------
-        OutputError
-        """
-        write_summary_json(Path(path), self.data, overwrite)
 
     def write(self, folder: Path | str, *, overwrite: bool = False) -> None:
         """Write `dynamics.json`, `dynamics.md`, `report.html` and the pictures; remove finished pieces.

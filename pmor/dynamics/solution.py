@@ -87,7 +87,7 @@ def run_dynamics(
         if _name(task, BRANCHES) in found:
             response = joined(dict(found[name]) for part in parts if (name := _name(task, part)) in found)
             known = model.supports and response["largest"] is not None
-            response["axes_left_out_share"] = (
+            response["axes_motion_force_error_share"] = (
                 model_error(case, model, reduced, law.table, response["largest"]) if known else None
             )
             responses.append(response)

@@ -28,7 +28,7 @@ _MOST_ROUNDS, _ROUND_OFF = 100, 1e-15
 
 @dataclass(frozen=True)
 class Cells:
-    """Where cells begin and how far they reach, in steps over phase and displacement, shape (n,) each.
+    """Origins and sizes of cells, in steps over phase and displacement, shape (n,) each.
 
     The phase counts over mesh cycles of different kinds, one after the other.
     """

@@ -50,7 +50,7 @@ def test_the_command_leaves_what_scripts_rely_on(tmp_path, capsys):
     assert {file.name for file in out.iterdir() if not file.name.startswith(".")} == set(FILES)
     data = json.loads((out / "dynamics.json").read_text())
     assert data["backlash_um"] is None
-    assert "backs of teeth are left out: the drawing has no backlash." in (out / "dynamics.md").read_text()
+    assert "Contact of the back flanks is neglected: the drawing has no backlash." in (out / "dynamics.md").read_text()
     assert [response["torque_Nm"] for response in data["responses"]] == [60.0, 100.0]
     for response in data["responses"]:
         assert response["lost"] == []
@@ -130,7 +130,7 @@ def test_the_page_says_whether_backs_of_teeth_are_struck(model, tmp_path):
     result = model.dynamics(torques_Nm=[80.0], run_cycles=0, mesh_frequency_ratio=[0.8, 0.95], backlash_um=4.0)
     result.write(tmp_path)
     page = (tmp_path / "dynamics.md").read_text()
-    assert "touch 4 µm beyond, the backlash of the case. Stable motion strikes them under 80 N m." in page
+    assert "touch 4 µm beyond, the backlash of the case. Stable motion touches them under 80 N m." in page
     assert result.data["backlash_um"] == 4.0
 
 

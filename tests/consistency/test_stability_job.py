@@ -70,7 +70,8 @@ def test_a_variant_that_crashes_is_named_and_stops_nothing(case_path, capsys, mo
     assert code == 3
     captured = capsys.readouterr()
     assert "! torque 1 N m: RuntimeError: made to crash" in captured.out
-    assert captured.err.splitlines()[-1] == "pmor: error: 1 variants failed, first: torque 1 N m"
+    error = "pmor: error: 1 variants failed, first: torque 1 N m: RuntimeError: made to crash"
+    assert captured.err.splitlines()[-1] == error
     failed = [e["name"] for e in json.loads((out / "stability.json").read_text())["entries"] if not e["ok"]]
     assert failed == ["torque 1 N m", "torque 100000 N m"]
     assert '<p class="warning">' in (out / "report.html").read_text()

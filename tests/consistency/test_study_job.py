@@ -30,7 +30,7 @@ name = "facets"
 cell = "6@2"
 contact = { scheme = "facet" }
 [reference]
-members = [[6, 1, 4], [8, 1, 2], [13, 1, 1]]
+meshes = [[6, 1, 4], [8, 1, 2], [13, 1, 1]]
 [conventional]
 solved = ["6@2"]
 [peer]
@@ -43,7 +43,7 @@ base = "base.toml"
 cells = ["6@2"]
 angles_per_pitch = 8
 [reference]
-members = [[6, 1, 4], [8, 1, 2]]
+meshes = [[6, 1, 4], [8, 1, 2]]
 [conventional]
 solved = ["6@2"]
 """

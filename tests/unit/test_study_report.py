@@ -14,7 +14,7 @@ name = "as printed"
 cell = "8@8"
 contact = { edge_normals = "average" }
 [reference]
-members = [[48, 6, 4], [96, 12, 4]]
+meshes = [[48, 6, 4], [96, 12, 4]]
 """
 
 

@@ -8,7 +8,7 @@ from pmor.app.cli import main
 from pmor.core.errors import CaseError
 from pmor.lab.study.cells import study_cases
 from pmor.lab.study.loader import load, parse_study
-from pmor.lab.study.settings import Cell, Member, quick_study
+from pmor.lab.study.settings import Cell, ReferenceMesh, quick_study
 from tests.support.small_case import case_text
 
 SHIPPED = Path(__file__).parents[2] / "cases" / "paper_study.toml"
@@ -22,10 +22,10 @@ name = "facets"
 cell = "6@2"
 contact = { scheme = "facet" }
 [reference]
-members = [[6, 1, 2], [8, 1, 2]]
+meshes = [[6, 1, 2], [8, 1, 2]]
 [quick]
 cells = ["4@2"]
-members = [[5, 1, 1], [6, 1, 1]]
+meshes = [[5, 1, 1], [6, 1, 1]]
 """
 
 
@@ -49,7 +49,7 @@ def test_a_study_says_what_its_file_says():
     study = parse(TEXT)
     assert study.grid.cells == (Cell(4, 2), Cell(6, 1))
     assert study.cells == (*study.grid.cells, Cell(6, 2, "facets"))
-    assert study.reference.members == (Member(6, 1, 2), Member(8, 1, 2))
+    assert study.reference.meshes == (ReferenceMesh(6, 1, 2), ReferenceMesh(8, 1, 2))
     assert study.peer is None
     assert study.title == "small"
 
@@ -60,7 +60,7 @@ def test_cells_become_cases(base):
     assert (plain.mesh.profile_elements, plain.contact.lodm_profile, plain.contact.scheme) == (4, 2, "direct")
     assert (facets.mesh.profile_elements, facets.contact.lodm_profile, facets.contact.scheme) == (6, 2, "facet")
     assert plain.compare.torques_Nm == (60.0, 100.0)  # of the base case
-    assert cases.members[Member(8, 1, 2)].mesh.profile_elements == 8
+    assert cases.meshes[ReferenceMesh(8, 1, 2)].mesh.profile_elements == 8
     # Keys that make no difference to a cell leave its case as the base case has it.
     assert plain.pair == facets.pair
 
@@ -80,7 +80,7 @@ def test_the_shipped_study_is_the_papers_table():
     assert {cell.label for cell in study.grid.cells} == {
         "8@1", "8@2", "8@4", "8@8", "16@1", "16@2", "16@4", "32@1", "32@2", "64@1",
     }  # fmt: skip
-    finest = study.reference.members[-1]
+    finest = study.reference.meshes[-1]
     assert all(finest.n_profile > cell.n_profile for cell in study.cells)
     cases = study_cases(study)
     assert all(finest.n_width > case.mesh.width_elements for case in cases.cells.values())
@@ -98,15 +98,16 @@ def test_the_shipped_study_is_the_papers_table():
         ('"4@2", "6@1"', '"4x2"', r"\[grid\] cells = .*write text such as \"16@4\""),
         ('"4@2", "6@1"', '"4@2", "4@2"', r"\[grid\] cells = .*has an entry twice"),
         ("[grid]", "[grid]\nangles_per_pich = 9", "angles_per_pich: unknown key: did you mean angles_per_pitch"),
-        ("[[6, 1, 2], [8, 1, 2]]", "[[6, 1, 2]]", r"\[reference\] members: must be two or three"),
-        ("[[6, 1, 2], [8, 1, 2]]", "[[8, 1, 2], [6, 1, 2]]", r"\[reference\] members: .*coarse to fine"),
-        ("[[6, 1, 2], [8, 1, 2]]", "[[6, 1], [8, 1]]", r"\[reference\] members = .*each value must be"),
+        ("[[6, 1, 2], [8, 1, 2]]", "[[6, 1, 2]]", r"\[reference\] meshes: must be two or three"),
+        ("[[6, 1, 2], [8, 1, 2]]", "[[8, 1, 2], [6, 1, 2]]", r"\[reference\] meshes: .*coarse to fine"),
+        ("[[6, 1, 2], [8, 1, 2]]", "[[6, 1], [8, 1]]", r"\[reference\] meshes = .*each value must be"),
         ('name = "facets"\n', "", r"\[variant\] name: is missing"),
         ('contact = { scheme = "facet" }', 'scheme = "facet"', r"\[variant\] scheme = .*unknown key"),
         ("[grid]", "[conventional]\nsolved = [\"9@9\"]\n[grid]", r"solved: 9@9: is not among the \[grid\] cells"),
         ("[grid]", "[[grid]]", "grid: must be a section"),
         ("[grid]", "a = " + "[" * 100_000 + "\n[grid]", "not valid TOML: .* nested too deeply"),
         ("[[variant]]", "[variant]", "variant: must be a list of sections"),
+        ("[reference]\nmeshes", "[reference]\nmembers", r"members: unknown key: was renamed: write meshes"),
     ],
 )  # fmt: skip
 def test_what_is_refused(old, new, message):
@@ -140,14 +141,14 @@ VARIANTS = 'base = "base.toml"\n[[variant]]\nname = "wide"\ncell = "4@1"\npair =
 
 def test_a_study_of_variants_alone_needs_no_reference(base):
     study = parse(VARIANTS, base)
-    assert (study.reference, study.members, study.cells) == (None, (), (Cell(4, 1, "wide"),))
+    assert (study.reference, study.meshes, study.cells) == (None, (), (Cell(4, 1, "wide"),))
     assert [case.pair.face_width_mm for case in study_cases(study).cells.values()] == [30.0]
 
 
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        (VARIANTS + '[grid]\ncells = ["4@2"]\n', r"\[reference\] members: is missing"),
+        (VARIANTS + '[grid]\ncells = ["4@2"]\n', r"\[reference\] meshes: is missing"),
         ('base = "base.toml"\n', r"\[\[variant\]\]: is missing: add one"),
     ],
 )

@@ -6,12 +6,13 @@ a tip, or a relief begins just where a section carries.
 
 from collections import Counter
 from dataclasses import replace
+from typing import get_args
 
 import numpy as np
 import pytest
 
 from pmor.design.judge import Judge
-from pmor.design.settings import AMOUNT_KEYS, EXTENT_KEYS, Design, Goal, Load, Scatter, Search, Trade, Variable
+from pmor.design.settings import AMOUNT_KEYS, Design, ExtentKey, Goal, Load, Scatter, Search, Trade, Variable
 from pmor.gear.condition import PLAIN, Assembly
 from tests.support.line_pairs import ABOUT_TO, NOTHING, STEP, TORQUE, models, random_modification
 
@@ -20,7 +21,7 @@ ANGLES = 12
 SHARPNESS = 5.0
 VARIABLES = tuple(
     Variable(key=key, gear=gear, range=(-1000.0, 1000.0)) for gear in ("pinion", "wheel")
-    for key in (*AMOUNT_KEYS, *EXTENT_KEYS)
+    for key in (*AMOUNT_KEYS, *get_args(ExtentKey))
 )  # fmt: skip
 
 
@@ -39,7 +40,7 @@ def kinks(judge, variable, here, moved, value, step):
     yield "section takes up or loses its load", (np.abs(other - load) > ABOUT_TO * load).any(axis=(1, 2))
     yield "patch comes to an edge", (here.edge_load_N_per_mm[0] > 0.0) != (moved.edge_load_N_per_mm[0] > 0.0)
     side = int(variable.gear == "wheel")
-    if variable.key in EXTENT_KEYS:
+    if variable.key in get_args(ExtentKey):
         if variable.key.endswith("deg"):
             places = np.degrees(here.roll_rad[..., side])
         else:

@@ -16,8 +16,8 @@ from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.mesh_force import mesh_force_of
 from pmor_online.model import ReducedPair, online_angles
 
-# Torque up to which the table reaches at every angle, over the nominal torque of the case.
-TORQUE_REACH = 2.0
+# Largest torque of the table, over the nominal torque of the case.
+LARGEST_TORQUE = 2.0
 # Angles for the largest advance under a torque, and for the first touch.
 ANGLES = 100
 
@@ -30,7 +30,7 @@ class UnitLaw:
     pair: GearPair
     # Over the pinion's kinematic angle in mesh cycles, and the displacement along the line of action, mm
     table: ForceTable
-    torque_Nm: float  # On the pinion, up to which the table reaches at every angle
+    torque_Nm: float  # Largest on the pinion that the table holds at every angle
     # Along the line of action, mm, of teeth whose backs mirror their working flanks; None where they do not
     backlash: float | None
 
@@ -43,7 +43,7 @@ def mesh_law(reduced: ReducedPair, torque_Nm: float | None = None, tolerance: fl
     reduced : ReducedPair
         Of line loads.
     torque_Nm : float, optional
-        Up to which the table reaches; twice the nominal torque of the case by default.
+        Largest of the table; twice the nominal torque of the case by default.
     tolerance : float
         See `pmor.dynamics.force_table.tabulate`.
 
@@ -65,7 +65,7 @@ def mesh_law(reduced: ReducedPair, torque_Nm: float | None = None, tolerance: fl
             f"{case.name}: pitch deviations: the force law of teeth that differ does not repeat with the mesh cycle: "
             "leave them out"
         )
-    torque = TORQUE_REACH * case.torque_Nm if torque_Nm is None else torque_Nm
+    torque = LARGEST_TORQUE * case.torque_Nm if torque_Nm is None else torque_Nm
     low, high = _range(reduced, assembly, torque)
     table = tabulate(mesh_force_of(reduced, assembly), low, high, tolerance=tolerance)
     pair = reduced.meshed.pair

@@ -7,7 +7,7 @@ from pmor.core.compiling import compiled
 
 @compiled
 def _drift(rows, matrix, workspace):
-    """Replace the columns of a matrix by what they become between two kicks."""
+    """Carry the columns of a matrix through the motion between two impulses of the mesh."""
     n, columns = matrix.shape
     for i in range(n):
         for j in range(columns):
@@ -35,7 +35,7 @@ def grow(half_drift, lever, push, slope, matrix, workspace, seen):
     slope : ndarray, shape (steps,)
         Integral of dF/dx over each step.
     matrix, workspace : ndarray, shape (2n, columns)
-        Filled: what they become; work space.
+        Overwritten with the result; work space.
     seen : ndarray, shape (steps, columns)
         Filled: the displacement along the line of action in the middle of each step.
     """

@@ -101,7 +101,7 @@ def _flank_force(law, phase, x):
         line = values[a]
         force += over[a] * (line[0] * along[0] + line[1] * along[1] + line[2] * along[2] + line[3] * along[3])
         slope += over[a] * (line[0] * slopes[0] + line[1] * slopes[1] + line[2] * slopes[2] + line[3] * slopes[3])
-    # Where a cell reaches over the first touch its cubics swing about zero; flanks do not pull.
+    # In a cell across the first touch the cubics oscillate about zero; flanks do not pull.
     return (force, rate * slope) if force > 0.0 else (0.0, 0.0)
 
 

@@ -76,7 +76,7 @@ def _slope(law, equation, time, state, slope):
 
 @compiled
 def _try_step(law, equation, time, step, state, slopes, new, tolerance, floor):
-    """Fill the state after a step, and its slopes from the second on; return the error over what is allowed."""
+    """Fill the state after a step, and its slopes from the second on; return the error over the allowed one."""
     size = len(state)
     for stage in range(1, STAGES):
         for i in range(size):

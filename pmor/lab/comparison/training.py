@@ -10,7 +10,7 @@ from pmor.case import Case
 from pmor.pair.model import ElasticModel
 from pmor.reduction.snapshots import Snapshots
 from pmor_offline.adaptive import greedy_snapshots
-from pmor_offline.sampling import grid_positions, sobol_positions
+from pmor_offline.sampling import TrainingPosition, grid_positions, sobol_positions
 from pmor_offline.snapshots import solve_snapshots
 from pmor_online.errors import estimate_errors
 
@@ -48,20 +48,22 @@ def greedy_training(case: Case, model: ElasticModel) -> TrainingSet:
 
 def sobol_training(case: Case, model: ElasticModel, count: int) -> TrainingSet:
     """Solve a Sobol sequence; a smaller `count` gives its beginning."""
-    positions = sobol_positions(case.offline, model.mesh.meshed.pair, count)
-    return _timed((solve_snapshots(model, position) for position in positions), [])
+    return _at(sobol_positions(case.offline, model.mesh.meshed.pair, count), model)
 
 
 def grid_training(case: Case, model: ElasticModel) -> TrainingSet:
     """Solve the grid of a case."""
-    positions = grid_positions(case.offline, model.mesh.meshed.pair)
-    return _timed((solve_snapshots(model, position) for position in positions), [])
+    return _at(grid_positions(case.offline, model.mesh.meshed.pair), model)
 
 
 def solves_until(greedy: TrainingSet, tolerance_percent: float) -> int:
     """Return after how many solves a greedy sampling with a larger tolerance would have ended."""
     below = (i for i, s in enumerate(greedy.snapshots) if s.estimate_percent <= tolerance_percent)
     return next(below, greedy.solves)
+
+
+def _at(positions: Iterable[TrainingPosition], model: ElasticModel) -> TrainingSet:
+    return _timed((solve_snapshots(model, position) for position in positions), [])
 
 
 def _timed(solving: Iterable[Snapshots], known: list[Snapshots]) -> TrainingSet:

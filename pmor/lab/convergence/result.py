@@ -100,7 +100,7 @@ class Convergence:
     def _row(self, level: Level) -> dict[str, Any]:
         errors = {f"{q.removesuffix('_um')}_error_percent": self.error_percent(level, q) for q in QUANTITIES}
         row = asdict(level)
-        return row | errors | {"left_out": row.pop("reason") or None}
+        return row | errors | {"skipped": row.pop("reason") or None}
 
     def _tables(self) -> Iterator[Table]:
         for width in dict.fromkeys(level.width for level in self.levels):

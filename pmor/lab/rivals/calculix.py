@@ -1,7 +1,7 @@
 """The same pair in CalculiX: an independent finite-element contact solver on the same mesh.
 
 CalculiX (Guido Dhondt, http://www.calculix.de) is a program of its own, `ccx`; only `calculix_ste` needs it. Both gears
-go into one input deck as whole rings, or arcs of them, with their flanks as they are built, in their exact kinematic
+go into one input deck as whole rings, or arcs of them, with the deviations of their flanks, in their exact kinematic
 position with the pinion a little ahead. The wheel's bore is fixed. The pinion's bore turns rigidly with one scalar
 unknown, the path s of its base circle: u = (s / r_b) e_z x X; the torque T is the force T / r_b on that unknown.
 Strains are linear.
@@ -84,7 +84,7 @@ class CalculixSolution:
 class PlacedGear:
     """A gear in the global frame, some of its sectors; all its numbers continue those of the gear before it, from 1.
 
-    Of the columns of `elements`, those of nodes in the middle of faces are left out; `nodes` holds such nodes too.
+    `elements` has no columns of nodes in the middle of faces; `nodes` holds such nodes too.
     """
 
     name: str
@@ -206,7 +206,7 @@ def _place(
     name: str, material: GearCase, mesh: SectorMesh, flanks: tuple[Tooth, Deviation], sectors: IntArray, angle: float,
     height: float, first_node: int, first_element: int,
 ) -> PlacedGear:  # fmt: skip
-    """Turn a gear with its flanks as they are built by `angle` (rad) and put its axis at (0, `height`)."""
+    """Turn a gear with deviated flanks by `angle` (rad) and put its axis at (0, `height`)."""
     nodes, elements, numbers = whole_gear_mesh(mesh)
     elements = elements[:, :QUADRATIC_NODES]
     nodes[numbers[:, mesh.flank]] += flank_shift(mesh, *flanks)

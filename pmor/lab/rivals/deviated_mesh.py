@@ -1,4 +1,4 @@
-"""Whole gears as they are built: their flank nodes where modifications put them, for programs that know only meshes.
+"""Flank nodes of whole gears moved by the deviations of the flanks, for programs that know only meshes.
 
 pmor itself leaves the bodies as drawn and puts deviations of the flanks into the gap: without some hundredths of a
 millimetre a body is another one only to second order.

@@ -21,7 +21,7 @@ def gear_variants(case: Case) -> list[Variant]:
     }
     rims: dict[str, Any] = {f"rim of {rim:g} modules": _rim(case, rim) for rim in (3.0, 1.0, 0.51)}
     rims["rim of 0.5 modules"] = _rim(case, 0.5), {"against": "nothing"}
-    # A rack of a large pressure angle has no room for the usual rounding of its tips.
+    # A rack of a large pressure angle is too narrow for the usual rounding of its tips.
     angles = {
         f"pressure angle {deg:g} deg": merged({"pair": {"pressure_angle_deg": deg}},
                                               both_gears(case, rack_tip_radius=radius))

@@ -61,9 +61,9 @@ class Stability:
     seconds: float  # Wall time of the run
 
     @property
-    def failed(self) -> tuple[Entry, ...]:
-        """Entries that are neither ok nor explained."""
-        return tuple(entry for entry in self.entries if not (entry.ok or entry.explained))
+    def failures(self) -> tuple[str, ...]:
+        """Variants that are neither ok nor explained, and why."""
+        return tuple(f"{entry.name}: {entry.note}" for entry in self.entries if not (entry.ok or entry.explained))
 
     def write(self, folder: Path | str, *, overwrite: bool = False) -> None:
         """Write `stability.json`, `stability.md`, `report.html` and the pictures; remove finished variants."""
@@ -71,7 +71,7 @@ class Stability:
             "case": self.case.name,
             "entries": [asdict(entry) for entry in self.entries],
             "n_entries": len(self.entries),
-            "n_failed": len(self.failed),
+            "n_failed": len(self.failures),
             "penalty_exponent": None if self.law is None else self.law.exponent,
             "ste_penalty_free_um": None if self.law is None else self.law.limit_um,
             "seconds": self.seconds,
@@ -88,15 +88,15 @@ class Stability:
             lines.append(f"  {steps} Newton steps at most, {MOST_STEPS} allowed")
         if self.law is not None:
             lines.append(f"  STE above its penalty-free limit falls as k^{self.law.exponent:.3f}")
-        return "\n".join([*lines, *(f"  ! {entry.name}: {entry.note}" for entry in self.failed)])
+        return "\n".join([*lines, *(f"  ! {failure}" for failure in self.failures)])
 
     def _counts(self) -> str:
         ok, explained = sum(e.ok for e in self.entries), sum(e.explained for e in self.entries)
-        return f"{len(self.entries)} variants: {ok} ok, {explained} explained limits, {len(self.failed)} failed"
+        return f"{len(self.entries)} variants: {ok} ok, {explained} explained limits, {len(self.failures)} failed"
 
     def _blocks(self) -> Iterator[Block]:
         base = self.base
-        yield from (Warning(f"{entry.name}: {entry.note}") for entry in self.failed)
+        yield from map(Warning, self.failures)
         yield (
             f"Each variant of the case is far from the usual in one respect. {self._counts()}; "
             f"{format_time(self.seconds)} in all. Base: {base.mesh.profile_elements} x {base.mesh.width_elements} "

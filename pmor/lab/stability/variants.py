@@ -32,7 +32,7 @@ class Variant:
     """One line of the matrix."""
 
     name: str  # Unique
-    # Heading of the report and what the group shows
+    # Heading of the report, and subject of the group
     group: str
     about: str
     changes: Sections = field(default_factory=dict)  # New values by section and key of the case

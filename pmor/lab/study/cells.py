@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from pmor.case import Case, changed_text, load_case, parse_case, text_of, without_models
 from pmor.lab.core.variants import Sections, merged
-from pmor.lab.study.settings import Cell, Member, Study
+from pmor.lab.study.settings import Cell, ReferenceMesh, Study
 from pmor.work.pieces import Result
 
 
@@ -16,7 +16,7 @@ class StudyCases:
     """All cases of a study, checked before anything runs."""
 
     cells: Mapping[Cell, Case]
-    members: Mapping[Member, Case]  # The reference's family
+    meshes: Mapping[ReferenceMesh, Case]  # The reference's family
     peer: Case | None  # Of the independent solver
 
 
@@ -40,6 +40,6 @@ def study_cases(study: Study) -> StudyCases:
 
     return StudyCases(
         cells={cell: case(cell, {}) for cell in study.cells},
-        members={m: case(Cell(m.n_profile, m.lodm), {"mesh": {"width_elements": m.n_width}}) for m in study.members},
+        meshes={m: case(Cell(m.n_profile, m.lodm), {"mesh": {"width_elements": m.n_width}}) for m in study.meshes},
         peer=case(study.peer.cell, study.peer.changes) if study.peer is not None else None,
     )

@@ -83,7 +83,7 @@ def _curves(parts: StudyParts, rows: Sequence[Row]) -> Figure:
 def _ste_by_detail(parts: StudyParts, details: Sequence[int]) -> Figure:
     sizes = sorted({cell.n_profile for cell in parts.study.reduced_cells})
     colours = {n: MESH_COLOURS[i % len(MESH_COLOURS)] for i, n in enumerate(sizes)}
-    reference = parts.results.get(f"reference {parts.study.members[-1].label}")
+    reference = parts.results.get(f"reference {parts.study.meshes[-1].label}")
     with panels(len(details), 3.4 * len(details) + 0.6, 4.3, sharey=True) as (figure, shown):
         for axes, detail in zip(shown, details, strict=True):
             for cell in sorted(cell for cell in _solved(parts, parts.study.grid.cells) if cell.detail == detail):

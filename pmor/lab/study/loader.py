@@ -42,14 +42,14 @@ def _check_together(study: Study) -> None:
     if not study.reduced_cells and study.reference is not None:
         refuse("[grid] cells", "is missing: add 'cells = ...' there")
     if study.reduced_cells and study.reference is None:
-        refuse("[reference] members", "is missing: add 'members = ...' there")
+        refuse("[reference] meshes", "is missing: add 'meshes = ...' there")
     if not study.cells:
         refuse("[[variant]]", "is missing: add one, or [grid] cells with a [reference]")
     for section, family in (("reference", study.reference), ("quick", study.quick)):
-        sizes = [(m.n_profile, m.n_width) for m in family.members] if family is not None else [(1, 1), (2, 1)]
+        sizes = [(m.n_profile, m.n_width) for m in family.meshes] if family is not None else [(1, 1), (2, 1)]
         finer = all(a[0] < b[0] and a[1] <= b[1] for a, b in zip(sizes[:-1], sizes[1:], strict=True))
         if len(sizes) not in (2, 3) or not finer:
-            refuse(f"[{section}] members", "must be two or three meshes, from coarse to fine over the profile")
+            refuse(f"[{section}] meshes", "must be two or three meshes, from coarse to fine over the profile")
     varied = study.cells[len(study.grid.cells) :]
     if len(set(varied)) < len(varied):
         refuse("[variant], [rung] name", "two variants of a cell have the same name: rename one")

@@ -117,7 +117,7 @@ def _mesh_errors(found: StudyTable) -> Table:
 
 
 def _reference(reference: Row) -> list[Block]:
-    members: Columns = {
+    meshes: Columns = {
         "elements, profile x width": lambda m: f"{m['n_profile']} x {m['n_width']}",
         "LoDM": "lodm",
         "STE mean, µm": "ste_mean_um",
@@ -141,7 +141,7 @@ def _reference(reference: Row) -> list[Block]:
         "difference itself."
     )
     return [
-        table("The reference's family of meshes; the last is the reference", members, reference["members"]),
+        table("The reference's family of meshes; the last is the reference", meshes, reference["meshes"]),
         table("Estimated discretisation error of the reference", estimates, known, note),
     ]
 

@@ -59,7 +59,7 @@ def peer_cell(case: Case, store: ModelStore) -> dict[str, Any]:
 
 
 def _solved(case: Case, model: ElasticModel, phi: FloatArray, solutions: Sequence[Any]) -> dict[str, Any]:
-    """What both have: STE, beside that of the condensed model, and times."""
+    """Data of both: STE, beside that of the condensed model, and times."""
     seconds = [solution.seconds for solution in solutions]
     return {
         "phi_rad": phi.tolist(),

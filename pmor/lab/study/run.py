@@ -44,7 +44,7 @@ def run(
     CaseError, OutputError
     """
     cases = study_cases(study)
-    for case in (*cases.members.values(), *cases.cells.values()):
+    for case in (*cases.meshes.values(), *cases.cells.values()):
         refuse_beyond_memory(case)
     with pieces_folder(folder, FILES, overwrite=overwrite) as parts:
         working_folder(parts, overwrite)
@@ -57,9 +57,9 @@ def run(
 def _pieces(study: Study, cases: StudyCases, bases: Path, executor: Executor | None) -> Iterator[Piece]:
     store, grid = ModelStore(), asdict(study.grid) | {"cells": None}
     paths = {cell: bases / f"{file_name(cell.label)}.h5" for cell in cases.cells}
-    for member, case in cases.members.items():
-        work = partial(solve.reference_member, case, study, executor)
-        yield Piece(f"reference {member.label}", {"case": case}, grid, work)
+    for mesh, case in cases.meshes.items():
+        work = partial(solve.reference_mesh, case, study, executor)
+        yield Piece(f"reference {mesh.label}", {"case": case}, grid, work)
     for cell, case in cases.cells.items():
         if cell in study.reduced_cells:
             work = partial(solve.grid_cell, case, study, store, paths[cell], executor)

@@ -114,7 +114,7 @@ class GridSettings:
 
 
 @dataclass(frozen=True)
-class Member:
+class ReferenceMesh:
     """A mesh of the reference's family: elements over profile and width, and LoDM over the profile."""
 
     n_profile: int
@@ -122,11 +122,11 @@ class Member:
     lodm: int
 
     @staticmethod
-    def from_toml(value: object) -> Member:
+    def from_toml(value: object) -> ReferenceMesh:
         """Return the mesh of a list such as ``[96, 12, 4]``."""
         if not isinstance(value, list) or len(value) != 3:
             raise Refused("must be [elements over the profile, over the width, LoDM], such as [96, 12, 4]")
-        return Member(*(convert(number, Count) for number in value))
+        return ReferenceMesh(*(convert(number, Count) for number in value))
 
     @property
     def label(self) -> str:
@@ -140,11 +140,11 @@ class ReferenceSettings:
 
     Parameters
     ----------
-    members : tuple of Member
+    meshes : tuple of ReferenceMesh
         Two or three meshes: `[elements over the profile, over the width, LoDM]` each.
     """
 
-    members: tuple[Member, ...]
+    meshes: tuple[ReferenceMesh, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -184,12 +184,12 @@ class QuickSettings:
     ----------
     cells : tuple of Cell
         In the place of those of the grid.
-    members : tuple of Member
+    meshes : tuple of ReferenceMesh
         Of the reference, coarsest first.
     """
 
     cells: tuple[Cell, ...]
-    members: tuple[Member, ...]
+    meshes: tuple[ReferenceMesh, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -226,9 +226,9 @@ class Study:
     quick: QuickSettings | None = None
 
     @property
-    def members(self) -> tuple[Member, ...]:
+    def meshes(self) -> tuple[ReferenceMesh, ...]:
         """Meshes of the reference's family; none in a study of variants alone."""
-        return self.reference.members if self.reference is not None else ()
+        return self.reference.meshes if self.reference is not None else ()
 
     @property
     def cells(self) -> tuple[Cell, ...]:
@@ -269,7 +269,7 @@ def quick_study(study: Study) -> Study:
         grid=replace(study.grid, cells=quick.cells, angles_per_pitch=QUICK_ANGLES),
         variants=(),
         rungs=tuple(replace(rung, cells=rung.cells[:1]) for rung in study.rungs),
-        reference=ReferenceSettings(members=quick.members),
+        reference=ReferenceSettings(meshes=quick.meshes),
         conventional=ConventionalSettings(),
         peer=None,
         changes=QUICK_CHANGES,

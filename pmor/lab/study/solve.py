@@ -37,7 +37,7 @@ from pmor_online.sweep import largest_size, sweep_reduced_pair
 REPEATS, CONDENSED_ANGLES, REDUCED_ANGLES = 5, 8, 200
 
 
-def reference_member(case: Case, study: Study, executor: Executor | None) -> dict[str, Any]:
+def reference_mesh(case: Case, study: Study, executor: Executor | None) -> dict[str, Any]:
     """Solve one mesh of the reference's family on the regular grid of angles."""
     started = time.perf_counter()
     model = elastic_model(case, mesh_model(case))

@@ -60,7 +60,7 @@ class StudyTable:
 def study_table(parts: StudyParts) -> StudyTable:
     """Gather the parts of a study."""
     peer = parts.study.peer
-    rows, reference = grid_rows(parts), reference_row(parts) if parts.study.members else {}
+    rows, reference = grid_rows(parts), reference_row(parts) if parts.study.meshes else {}
     return StudyTable(
         rows=rows,
         reference=reference,
@@ -81,10 +81,10 @@ def curve_of(data: Mapping[str, Any], torque: int = 0) -> Curve:
 
 def reference_row(parts: StudyParts) -> Row:
     """Describe the reference and estimate its own discretisation error from the coarser meshes of its family."""
-    members = parts.study.members
-    found = [(m, parts.results[f"reference {m.label}"]) for m in members if f"reference {m.label}" in parts.results]
+    meshes = parts.study.meshes
+    found = [(m, parts.results[f"reference {m.label}"]) for m in meshes if f"reference {m.label}" in parts.results]
     row: Row = {
-        "members": [
+        "meshes": [
             asdict(m)
             | _statistics(curve_of(part["full"]))
             | {
@@ -94,11 +94,11 @@ def reference_row(parts: StudyParts) -> Row:
             for m, part in found
         ]
     }
-    if len(found) < len(members):
+    if len(found) < len(meshes):
         return row | dict.fromkeys(ERRORS)
     curves = [curve_of(part["full"]) for _, part in found]
     fine = curves[-1]
-    spacing = [1.0 / m.n_profile for m in members]
+    spacing = [1.0 / m.n_profile for m in meshes]
     for name, measure in ERRORS.items():
         distances = [measure(curve, fine) for curve in curves[:-1]]
         estimate = measures.richardson(spacing, distances)
@@ -112,7 +112,7 @@ def reference_row(parts: StudyParts) -> Row:
 
 def grid_rows(parts: StudyParts) -> list[Row]:
     """Return one row per cell and model: accuracy, sizes, run times; variants have the condensed model alone."""
-    reference = parts.results.get(f"reference {parts.study.members[-1].label}") if parts.study.members else None
+    reference = parts.results.get(f"reference {parts.study.meshes[-1].label}") if parts.study.meshes else None
     fine = curve_of(reference["full"]) if reference else None
     rows: list[Row] = []
     for cell in parts.cases.cells:
