@@ -48,13 +48,12 @@ from typing import TYPE_CHECKING, Any
 from pmor.core.version import __version__
 
 if TYPE_CHECKING:
-    from pmor.app.export import export_file
+    from pmor.app.export import export_file, import_rexs
     from pmor.app.files import Verification, info, load_results, verify
     from pmor.app.full import FullModel, full_model
     from pmor.app.model import ReducedModel
     from pmor.app.plan import plan
     from pmor.app.result import ConditionsResult, SweepResult
-    from pmor.app.rexs import import_rexs
     from pmor.app.rooms import (
         bench,
         campaign,
@@ -93,7 +92,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "pmor.design.result": ("DesignResult",),
     "pmor.campaigns.result": ("CampaignResult",),
-    "pmor.app.export": ("export_file",),
+    "pmor.app.export": ("export_file", "import_rexs"),
     "pmor.app.files": ("Verification", "info", "load_results", "verify"),
     "pmor.app.full": ("FullModel", "full_model"),
     "pmor.app.plan": ("plan",),
@@ -104,7 +103,6 @@ _HOMES = {
     ),
     "pmor.app.run": ("RunResult", "run_case"),
     "pmor.app.training": ("compare", "load_model", "train"),
-    "pmor.app.rexs": ("import_rexs",),
     "pmor.dynamics.result": ("DynamicsResult",),
     "pmor.app.result": ("ConditionsResult", "SweepResult"),
     "pmor.case": ("Case", "change_case", "load_case", "make_case"),

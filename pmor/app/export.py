@@ -1,4 +1,4 @@
-"""Files in other formats: what each is made from, what it is called, and who writes it."""
+"""Files in the formats of other programs: export of models, sweeps and results; import of gearboxes."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from pmor.storage.atomic import atomic_path, ensure_folder, refuse_existing
 from pmor.storage.results_folder import refuse_in_the_way, results_folder
 
 if TYPE_CHECKING:
+    from pmor.case import Case
     from pmor.export.tables import ResultArray
     from pmor.gear.pair import GearPair
     from pmor.results.sweep import SteSweep
@@ -109,9 +110,34 @@ def export_sweep(sweep: SteSweep, pair: GearPair, source: str, folder: Path, ove
     _write_tables(sweep_entries(sweep, pair), source, folder, overwrite, ())
 
 
-def _case(source: Path, path: Path, overwrite: bool, stage: int | None) -> None:
-    from pmor.app.rexs import import_rexs
+def import_rexs(path: Path | str, *, stage: int | None = None) -> Case:
+    """Make a case of a cylindrical stage of a gearbox in a REXS file (1.0 to 2.0).
 
+    What was assumed, or not understood, is noted in the log ``pmor``, and in the comments of the case's text.
+
+    Parameters
+    ----------
+    path : Path or str
+        `.rexs`, `.rexsz` or `.rexsj`.
+    stage : int, optional
+        Number of the stage in the file, where there are several.
+
+    Raises
+    ------
+    FileFormatError
+        When it is no REXS file.
+    CaseError, GeometryError
+        When there is no such stage, it lacks what a case needs, or its teeth cannot mesh.
+    """
+    from pmor.export.rexs.read import read_stage
+
+    found = read_stage(Path(path), stage)
+    for note in found.notes:
+        _LOG.info("%s", note)
+    return found.case
+
+
+def _case(source: Path, path: Path, overwrite: bool, stage: int | None) -> None:
     case = import_rexs(source, stage=stage)
     with atomic_path(path, overwrite) as temporary:
         temporary.write_text(case.text, encoding="utf-8")

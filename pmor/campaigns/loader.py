@@ -23,8 +23,8 @@ from pmor.campaigns.settings import (
 )
 from pmor.campaigns.table import evenly
 from pmor.case import change_case, load_case, parse_case, text_of
-from pmor.case.loader import SECTIONS
 from pmor.case.reader import Reader, keys_of, parse_toml, read_text, sections_in
+from pmor.case.schema import SECTIONS
 from pmor.case.values import did_you_mean, forms_of, toml_text
 
 DESIGNS = "designs"

@@ -26,7 +26,7 @@ from pmor.report.data_files import write_summary_json
 from pmor.report.page import write_page
 from pmor.report.provenance import machine
 from pmor.storage.atomic import atomic_path, ensure_folder, refuse_existing
-from pmor.storage.campaign_file import NUMBER, STATUS, CampaignFile, write_campaign_file
+from pmor.storage.campaign_file import NUMBER, STATUS, write_campaign_file
 from pmor.storage.results_folder import refuse_in_the_way
 from pmor.work.results import writing_results
 
@@ -162,7 +162,7 @@ def write_hdf5(path: Path, result: Columns) -> None:
         **{f"results/{key}": values for key, values in result.results.items()},
     }  # fmt: skip
     campaign = result.campaign
-    write_campaign_file(path, CampaignFile(campaign.name, campaign.source_text, STATUSES, units, arrays))
+    write_campaign_file(path, campaign.name, campaign.source_text, STATUSES, units, arrays)
 
 
 def _times(result: Columns) -> dict[str, Any]:

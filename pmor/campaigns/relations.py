@@ -12,8 +12,8 @@ from typing import Any
 from pmor.campaigns.settings import Number, Relations
 from pmor.case import Case, changed_text, parse_case
 from pmor.case.document import GEARS, flattened
-from pmor.case.loader import SECTIONS
 from pmor.case.reader import keys_of
+from pmor.case.schema import SECTIONS
 from pmor.case.values import forms_of
 from pmor.core.errors import GeometryError
 from pmor.gear.tooth import involute_function

@@ -7,9 +7,9 @@ from dataclasses import asdict, fields, is_dataclass, replace
 from typing import Any
 
 from pmor.case.document import CONDITION, GEARS, MODIFICATION, flattened
-from pmor.case.loader import SECTIONS, parse_case
+from pmor.case.loader import parse_case
 from pmor.case.reader import keys_of
-from pmor.case.schema import Case
+from pmor.case.schema import SECTIONS, Case
 from pmor.core.errors import CaseError
 from pmor.gear.modification import UNMODIFIED
 from pmor.gear.topography import Topography

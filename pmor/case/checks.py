@@ -6,8 +6,9 @@ from typing import Any
 from pmor.case.dynamics import check_dynamics
 from pmor.case.extrapolation import MISALIGNMENTS
 from pmor.case.flanks import check_flanks, untrained_conditions
+from pmor.case.gears import GearCase, PairCase
 from pmor.case.models import other_models
-from pmor.case.schema import Case, GearCase, PairCase
+from pmor.case.schema import Case
 from pmor.case.values import toml_text, wrong_unit_text
 from pmor.case.width import meshed_width
 from pmor.core.errors import CaseError
@@ -55,7 +56,7 @@ def check_together(case: Case, document: dict[str, Any], where: str) -> None:
     _check_tip_edge(pair.pinion, case.contact.scheme, f"{where}: [pinion]")
     _check_tip_edge(pair.wheel, case.contact.scheme, f"{where}: [wheel]")
     check_flanks(case, where)
-    check_dynamics(case, where)
+    check_dynamics(case.dynamics, where)
     for scheme, model in other_models(case):
         check_together(model, document, f"{where}: [compare] models, {toml_text(scheme)}")
 

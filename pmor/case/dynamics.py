@@ -1,10 +1,13 @@
-"""Rules for the section `[dynamics]` of a case."""
+"""Section `[dynamics]` of a case file: keys, and the rules that tie them together."""
 
 from __future__ import annotations
 
-from pmor.case.schema import Case, DynamicsCase
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
 from pmor.case.values import toml_text
 from pmor.core.errors import CaseError
+from pmor.core.ranges import GRAMS_PER_CM3, Range, Torques
 
 DEGREES_OF_FREEDOM = (1, 6, 12)
 # Values that lists by direction hold, by the degrees of freedom.
@@ -12,11 +15,92 @@ DIRECTIONS = {6: 2, 12: 3}
 DIRECTION_NAMES = "x, y, z"
 TILTING_AXES = 2
 GEARS = ("pinion", "wheel")
+Inertia = Annotated[float, Range(0.0, 1e9, "kg m2", low_excluded=True)]
+# Of each direction in its place.
+BEARING_STIFFNESS = Range(0.0, 1e12, "N/um", low_excluded=True, in_order=True)
+BEARING_DAMPING = Range(0.0, 1e9, "N s/mm", in_order=True)
+TILTING_STIFFNESS = Range(0.0, 1e12, "kN m/rad", low_excluded=True, in_order=True)
 
 
-def check_dynamics(case: Case, where: str) -> None:
-    """Raise CaseError where values of `[dynamics]` do not go together; see `pmor.case.checks.check_together`."""
-    dynamics = case.dynamics
+@dataclass(frozen=True, kw_only=True)
+class DynamicsCase:
+    """The pair in motion (section `[dynamics]`, of `pmor dynamics`).
+
+    Lists by direction: x across the plane of the axes, y along the line of centres, with twelve degrees of freedom z
+    along the axis too.
+
+    Parameters
+    ----------
+    torques_Nm : tuple of float
+        Mean torques in N m, increasing; a frequency response each.
+    degrees_of_freedom : int
+        1: both gears against each other along the line of action. 6: with two displacements of each gear. 12: with an
+        axial one and two tilting ones of each as well, for helical pairs. Uniform rotation of both counts as one.
+    mesh_frequency_ratio : tuple of float
+        Lowest and highest mesh frequency, over the natural frequency.
+    mesh_frequency_Hz : tuple of float or None
+        The same in Hz; None is by the ratio.
+    damping_ratio : float
+        Of the mesh: 2 damping_ratio sqrt(k m) is its damping, k the mean stiffness, m the mass on the line of action.
+    mesh_damping_N_s_mm : float or None
+        Damping of the mesh in N s/mm; None is by the ratio.
+    backlash_um : float or None
+        Along the transverse line of action, um: so far apart the backs of teeth touch. None is that of the drawing, by
+        tooth thicknesses and centre distance; where the drawing has none, backs of teeth are left out.
+    density_kg_m3 : float
+        Of both gears, in kg/m3.
+    pinion_inertia_kg_m2, wheel_inertia_kg_m2 : float or None
+        Polar moment of inertia of a gear in kg m2; None is that of a solid disc of its reference diameter.
+    pinion_shaft_inertia_kg_m2, wheel_shaft_inertia_kg_m2 : float
+        Of all that turns with a gear beside it, in kg m2.
+    pinion_mass_kg, wheel_mass_kg : float or None
+        Mass of a gear and of all that moves with it on its bearings, in kg; None is that of the disc.
+    pinion_bearing_stiffness_N_um, wheel_bearing_stiffness_N_um : tuple of float or None
+        Of the bearings of a gear together, by direction, in N/um; None is rigid.
+    pinion_bearing_damping_N_s_mm, wheel_bearing_damping_N_s_mm : tuple of float or None
+        Likewise, in N s/mm; None is by the ratio below.
+    pinion_tilting_stiffness_kNm_rad, wheel_tilting_stiffness_kNm_rad : tuple of float or None
+        About x and y, in kN m/rad; None is rigid.
+    bearing_damping_ratio : float
+        Of each gear on its bearings alone, in each direction.
+    run_cycles : int
+        Mesh cycles of the run-up, and of the run-down, integrated over time with evenly changing speed; 0: none.
+    accuracy_grade : int
+        Flank tolerance class of both gears, ISO 1328-1:2013. Its deviations are in K_v of ISO 6336-1, which stands
+        beside the dynamic factor found, and nowhere else.
+    law : {"table", "exact"}
+        Where branches take the mesh force from: a table of the line loads, or the line loads themselves, solved at each
+        sample of each motion that is tried: slower by some ten times, and the proof of the table. Runs take the table.
+    """
+
+    torques_Nm: Torques
+    degrees_of_freedom: Annotated[int, Range(1, 12)] = 1
+    mesh_frequency_ratio: Annotated[tuple[float, ...], Range(1e-3, 100.0)] = (0.25, 1.4)
+    mesh_frequency_Hz: Annotated[tuple[float, ...], Range(1e-3, 1e7, "Hz")] | None = None
+    damping_ratio: Annotated[float, Range(0.0, 2.0, low_excluded=True)] = 0.02
+    mesh_damping_N_s_mm: Annotated[float, Range(0.0, 1e9, "N s/mm", low_excluded=True)] | None = None
+    backlash_um: Annotated[float, Range(0.0, 1e5, "um")] | None = None
+    density_kg_m3: Annotated[float, Range(100.0, 3e4, "kg/m3", mistaken_for=(GRAMS_PER_CM3,))] = 7810.0
+    pinion_inertia_kg_m2: Inertia | None = None
+    wheel_inertia_kg_m2: Inertia | None = None
+    pinion_shaft_inertia_kg_m2: Annotated[float, Range(0.0, 1e9, "kg m2")] = 0.0
+    wheel_shaft_inertia_kg_m2: Annotated[float, Range(0.0, 1e9, "kg m2")] = 0.0
+    pinion_mass_kg: Annotated[float, Range(0.0, 1e9, "kg", low_excluded=True)] | None = None
+    wheel_mass_kg: Annotated[float, Range(0.0, 1e9, "kg", low_excluded=True)] | None = None
+    pinion_bearing_stiffness_N_um: Annotated[tuple[float, ...], BEARING_STIFFNESS] | None = None
+    wheel_bearing_stiffness_N_um: Annotated[tuple[float, ...], BEARING_STIFFNESS] | None = None
+    pinion_bearing_damping_N_s_mm: Annotated[tuple[float, ...], BEARING_DAMPING] | None = None
+    wheel_bearing_damping_N_s_mm: Annotated[tuple[float, ...], BEARING_DAMPING] | None = None
+    pinion_tilting_stiffness_kNm_rad: Annotated[tuple[float, ...], TILTING_STIFFNESS] | None = None
+    wheel_tilting_stiffness_kNm_rad: Annotated[tuple[float, ...], TILTING_STIFFNESS] | None = None
+    bearing_damping_ratio: Annotated[float, Range(0.0, 2.0)] = 0.02
+    run_cycles: Annotated[int, Range(0, 10_000_000)] = 5000
+    accuracy_grade: Annotated[int, Range(1, 11)] = 6
+    law: Literal["table", "exact"] = "table"
+
+
+def check_dynamics(dynamics: DynamicsCase, where: str) -> None:
+    """Raise CaseError where values of `[dynamics]` contradict each other; see `pmor.case.checks.check_together`."""
     if dynamics.degrees_of_freedom not in DEGREES_OF_FREEDOM:
         raise _refused(where, dynamics, "degrees_of_freedom", "must be 1, 6 or 12: write one of them")
     _check_frequencies(dynamics, where)

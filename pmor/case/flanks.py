@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from pmor.case.schema import Case, GearCase
+from pmor.case.gears import GearCase
+from pmor.case.schema import Case
 from pmor.case.values import toml_text
 from pmor.case.width import meshed_width
 from pmor.core.errors import CaseError

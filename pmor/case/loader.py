@@ -7,44 +7,9 @@ from typing import Any
 from pmor.case.checks import check_together
 from pmor.case.document import CONDITION, GEARS, MODIFICATION, flattened
 from pmor.case.reader import NOTHING, Reader, parse_toml, read_text
-from pmor.case.schema import (
-    Case,
-    CompareCase,
-    ConditionCase,
-    ContactCase,
-    DynamicsCase,
-    GearCase,
-    LoadCase,
-    MeshCase,
-    OfflineCase,
-    OnlineCase,
-    OutputCase,
-    PairCase,
-    ReductionCase,
-    ResultsCase,
-)
+from pmor.case.schema import SECTIONS, Case, ConditionCase
 from pmor.case.values import toml_text
-from pmor.gear.condition import Misalignment
 from pmor.gear.modification import Modification
-
-SECTIONS: dict[str, type] = {
-    "load": LoadCase,
-    "pair": PairCase,
-    "pinion": GearCase,
-    "wheel": GearCase,
-    "pinion.modification": Modification,
-    "wheel.modification": Modification,
-    "mesh": MeshCase,
-    "contact": ContactCase,
-    "misalignment": Misalignment,
-    "reduction": ReductionCase,
-    "offline": OfflineCase,
-    "online": OnlineCase,
-    "compare": CompareCase,
-    "results": ResultsCase,
-    "dynamics": DynamicsCase,
-    "output": OutputCase,
-}
 
 # Torques of a stage when the case file gives none, as multiples of the nominal torque.
 OFFLINE_TORQUES = (0.2, 0.7, 1.8)

@@ -115,11 +115,6 @@ def sections_in(kind: type, name: str = "") -> dict[str, type]:
     return found
 
 
-def lists_in(kind: type) -> set[str]:
-    """Return which of the sections directly inside a section are lists of them."""
-    return {_key(item, hint) for item, hint in _annotated(kind) if _dataclass_in(hint) and _is_list(hint)}
-
-
 @dataclass(frozen=True)
 class Reader:
     """Makes dataclasses of TOML tables, with file, section and key in every refusal.

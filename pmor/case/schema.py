@@ -7,104 +7,20 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
+from pmor.case.dynamics import DynamicsCase
+from pmor.case.gears import GearCase, PairCase
 from pmor.case.reader import INLINE
-from pmor.core.ranges import GRAMS_PER_CM3, METRES, PASCALS, RADIANS, Range
+from pmor.core.ranges import Range, Torque, Torques
 from pmor.gear.condition import Misalignment
 from pmor.gear.modification import UNMODIFIED, Modification
 
-Length = Annotated[float, Range(1e-3, 1e5, "mm", mistaken_for=(METRES,))]
-Torque = Annotated[float, Range(0.0, 1e12, "N m", low_excluded=True)]
-Torques = Annotated[tuple[float, ...], Range(0.0, 1e12, "N m", low_excluded=True)]
 Deviations = Annotated[tuple[float, ...], Range(-1000.0, 1000.0, "um")]
-Inertia = Annotated[float, Range(0.0, 1e9, "kg m2", low_excluded=True)]
 Positions = Annotated[int, Range(4, 10_000)]
 Subdivisions = Annotated[int, Range(1, 64)]
 Width = Literal["half", "whole", "plane_strain"]
 Scheme = Literal["line", "direct", "paper", "facet"]
 Shapes = Literal["line_loads", "flank_lines", "positions", "pod", "global_pod", "static_modes"]
 PictureFormat = Literal["png", "svg", "pdf"]
-# Of each direction in its place.
-BEARING_STIFFNESS = Range(0.0, 1e12, "N/um", low_excluded=True, in_order=True)
-BEARING_DAMPING = Range(0.0, 1e9, "N s/mm", in_order=True)
-TILTING_STIFFNESS = Range(0.0, 1e12, "kN m/rad", low_excluded=True, in_order=True)
-
-
-@dataclass(frozen=True, kw_only=True)
-class GearCase:
-    """One gear (sections `[pinion]` and `[wheel]`).
-
-    Parameters
-    ----------
-    teeth : int
-        Number of teeth.
-    profile_shift : float
-        Profile shift coefficient, in modules.
-    addendum, dedendum : float
-        Of the basic rack, in modules.
-    rack_tip_radius : float
-        Tip radius of the generating rack, in modules; it makes the root fillet.
-    bore_radius_mm : float
-        Radius in mm at which the body is rigid on its shaft.
-    face_width_mm : float or None
-        Face width in mm; None is that of the pair.
-    face_offset_mm : float
-        Along the axis, from the middle of the pair to the middle of this gear's face, in mm.
-    tip_rounding_mm : float
-        Radius in mm of the rounded edge between flank and tip; in line contact.
-    tip_chamfer_mm : float
-        Height in mm, along the radius, that a chamfer takes off the flank at its tip; in line contact.
-    youngs_modulus_GPa : float
-        Young's modulus in GPa.
-    poisson_ratio : float
-        Poisson's ratio.
-    """
-
-    teeth: Annotated[int, Range(6, 1000)]
-    profile_shift: Annotated[float, Range(-3.0, 3.0, "modules")] = 0.0
-    addendum: Annotated[float, Range(0.1, 3.0, "modules")] = 1.0
-    dedendum: Annotated[float, Range(0.1, 4.0, "modules")] = 1.25
-    rack_tip_radius: Annotated[float, Range(0.0, 1.0, "modules")] = 0.38
-    bore_radius_mm: Length
-    face_width_mm: Length | None = None
-    face_offset_mm: Annotated[float, Range(-1e5, 1e5, "mm")] = 0.0
-    tip_rounding_mm: Annotated[float, Range(0.0, 1e3, "mm", mistaken_for=(METRES,))] = 0.0
-    tip_chamfer_mm: Annotated[float, Range(0.0, 1e3, "mm", mistaken_for=(METRES,))] = 0.0
-    youngs_modulus_GPa: Annotated[float, Range(1e-3, 1e4, "GPa", mistaken_for=PASCALS)] = 210.0
-    poisson_ratio: Annotated[float, Range(0.0, 0.5, high_excluded=True)] = 0.3
-
-    def face(self, pair_width_mm: float) -> tuple[float, float]:
-        """Return where the face begins and ends along z, mm, in a pair of a face width."""
-        half_mm = 0.5 * (self.face_width_mm or pair_width_mm)
-        return self.face_offset_mm - half_mm, self.face_offset_mm + half_mm
-
-
-@dataclass(frozen=True, kw_only=True)
-class PairCase:
-    """The gear pair (section `[pair]`, and the two gears).
-
-    Parameters
-    ----------
-    module_mm : float
-        Normal module in mm.
-    pressure_angle_deg : float
-        Normal pressure angle at the reference cylinder, in degrees.
-    helix_angle_deg : float
-        Helix angle at the reference cylinder, in degrees: positive with a right-handed pinion and a left-handed wheel.
-    face_width_mm : float
-        Face width in mm of both gears, unless they have their own; misalignments count over it.
-    centre_distance_mm : float or None
-        Centre distance in mm; None is the one without backlash.
-    pinion, wheel : GearCase
-        The two gears; the pinion drives.
-    """
-
-    module_mm: Annotated[float, Range(0.05, 100.0, "mm", mistaken_for=(METRES,))]
-    pressure_angle_deg: Annotated[float, Range(10.0, 35.0, "deg", mistaken_for=(RADIANS,))] = 20.0
-    helix_angle_deg: Annotated[float, Range(-60.0, 60.0, "deg")] = 0.0
-    face_width_mm: Length
-    centre_distance_mm: Length | None = None
-    pinion: GearCase
-    wheel: GearCase
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -314,83 +230,6 @@ class OnlineCase:
 
 
 @dataclass(frozen=True, kw_only=True)
-class DynamicsCase:
-    """The pair in motion (section `[dynamics]`, of `pmor dynamics`).
-
-    Lists by direction: x across the plane of the axes, y along the line of centres, with twelve degrees of freedom z
-    along the axis too.
-
-    Parameters
-    ----------
-    torques_Nm : tuple of float
-        Mean torques in N m, increasing; a frequency response each.
-    degrees_of_freedom : int
-        1: both gears against each other along the line of action. 6: with two displacements of each gear. 12: with an
-        axial one and two tilting ones of each as well, for helical pairs. Uniform rotation of both counts as one.
-    mesh_frequency_ratio : tuple of float
-        Lowest and highest mesh frequency, over the natural frequency.
-    mesh_frequency_Hz : tuple of float or None
-        The same in Hz; None is by the ratio.
-    damping_ratio : float
-        Of the mesh: 2 damping_ratio sqrt(k m) is its damping, k the mean stiffness, m the mass on the line of action.
-    mesh_damping_N_s_mm : float or None
-        Damping of the mesh in N s/mm; None is by the ratio.
-    backlash_um : float or None
-        Along the transverse line of action, um: so far apart the backs of teeth touch. None is that of the drawing, by
-        tooth thicknesses and centre distance; where the drawing has none, backs of teeth are left out.
-    density_kg_m3 : float
-        Of both gears, in kg/m3.
-    pinion_inertia_kg_m2, wheel_inertia_kg_m2 : float or None
-        Polar moment of inertia of a gear in kg m2; None is that of a solid disc of its reference diameter.
-    pinion_shaft_inertia_kg_m2, wheel_shaft_inertia_kg_m2 : float
-        Of all that turns with a gear beside it, in kg m2.
-    pinion_mass_kg, wheel_mass_kg : float or None
-        Mass of a gear and of all that moves with it on its bearings, in kg; None is that of the disc.
-    pinion_bearing_stiffness_N_um, wheel_bearing_stiffness_N_um : tuple of float or None
-        Of the bearings of a gear together, by direction, in N/um; None is rigid.
-    pinion_bearing_damping_N_s_mm, wheel_bearing_damping_N_s_mm : tuple of float or None
-        Likewise, in N s/mm; None is by the ratio below.
-    pinion_tilting_stiffness_kNm_rad, wheel_tilting_stiffness_kNm_rad : tuple of float or None
-        About x and y, in kN m/rad; None is rigid.
-    bearing_damping_ratio : float
-        Of each gear on its bearings alone, in each direction.
-    run_cycles : int
-        Mesh cycles of the run-up, and of the run-down, integrated over time with evenly changing speed; 0: none.
-    accuracy_grade : int
-        Flank tolerance class of both gears, ISO 1328-1:2013. Its deviations are in K_v of ISO 6336-1, which stands
-        beside the dynamic factor found, and nowhere else.
-    law : {"table", "exact"}
-        Where branches take the mesh force from: a table of the line loads, or the line loads themselves, solved at each
-        sample of each motion that is tried: slower by some ten times, and the proof of the table. Runs take the table.
-    """
-
-    torques_Nm: Torques
-    degrees_of_freedom: Annotated[int, Range(1, 12)] = 1
-    mesh_frequency_ratio: Annotated[tuple[float, ...], Range(1e-3, 100.0)] = (0.25, 1.4)
-    mesh_frequency_Hz: Annotated[tuple[float, ...], Range(1e-3, 1e7, "Hz")] | None = None
-    damping_ratio: Annotated[float, Range(0.0, 2.0, low_excluded=True)] = 0.02
-    mesh_damping_N_s_mm: Annotated[float, Range(0.0, 1e9, "N s/mm", low_excluded=True)] | None = None
-    backlash_um: Annotated[float, Range(0.0, 1e5, "um")] | None = None
-    density_kg_m3: Annotated[float, Range(100.0, 3e4, "kg/m3", mistaken_for=(GRAMS_PER_CM3,))] = 7810.0
-    pinion_inertia_kg_m2: Inertia | None = None
-    wheel_inertia_kg_m2: Inertia | None = None
-    pinion_shaft_inertia_kg_m2: Annotated[float, Range(0.0, 1e9, "kg m2")] = 0.0
-    wheel_shaft_inertia_kg_m2: Annotated[float, Range(0.0, 1e9, "kg m2")] = 0.0
-    pinion_mass_kg: Annotated[float, Range(0.0, 1e9, "kg", low_excluded=True)] | None = None
-    wheel_mass_kg: Annotated[float, Range(0.0, 1e9, "kg", low_excluded=True)] | None = None
-    pinion_bearing_stiffness_N_um: Annotated[tuple[float, ...], BEARING_STIFFNESS] | None = None
-    wheel_bearing_stiffness_N_um: Annotated[tuple[float, ...], BEARING_STIFFNESS] | None = None
-    pinion_bearing_damping_N_s_mm: Annotated[tuple[float, ...], BEARING_DAMPING] | None = None
-    wheel_bearing_damping_N_s_mm: Annotated[tuple[float, ...], BEARING_DAMPING] | None = None
-    pinion_tilting_stiffness_kNm_rad: Annotated[tuple[float, ...], TILTING_STIFFNESS] | None = None
-    wheel_tilting_stiffness_kNm_rad: Annotated[tuple[float, ...], TILTING_STIFFNESS] | None = None
-    bearing_damping_ratio: Annotated[float, Range(0.0, 2.0)] = 0.02
-    run_cycles: Annotated[int, Range(0, 10_000_000)] = 5000
-    accuracy_grade: Annotated[int, Range(1, 11)] = 6
-    law: Literal["table", "exact"] = "table"
-
-
-@dataclass(frozen=True, kw_only=True)
 class CompareCase:
     """Comparison of the reduced with the full model (section `[compare]`).
 
@@ -539,3 +378,24 @@ class Case:
             f" face width {pair.face_width_mm:g} mm, {self.torque_Nm:g} N m, {self.contact.scheme},"
             f" {mesh.profile_elements} x {mesh.width_elements} elements>"
         )
+
+
+#: sections of a case file, in their order
+SECTIONS: dict[str, type] = {
+    "load": LoadCase,
+    "pair": PairCase,
+    "pinion": GearCase,
+    "wheel": GearCase,
+    "pinion.modification": Modification,
+    "wheel.modification": Modification,
+    "mesh": MeshCase,
+    "contact": ContactCase,
+    "misalignment": Misalignment,
+    "reduction": ReductionCase,
+    "offline": OfflineCase,
+    "online": OnlineCase,
+    "compare": CompareCase,
+    "results": ResultsCase,
+    "dynamics": DynamicsCase,
+    "output": OutputCase,
+}

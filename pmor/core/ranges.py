@@ -5,6 +5,7 @@ The ranges are wide enough for extreme gears; they exist to catch slips, above a
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
 
 @dataclass(frozen=True)
@@ -50,3 +51,7 @@ METRES = WrongUnit("metres", "m", 1e3)
 RADIANS = WrongUnit("radians", "rad", math.degrees(1.0))
 PASCALS = (WrongUnit("MPa", "MPa", 1e-3), WrongUnit("Pa", "Pa", 1e-9))
 GRAMS_PER_CM3 = WrongUnit("g/cm3", "g/cm3", 1e3)
+
+Length = Annotated[float, Range(1e-3, 1e5, "mm", mistaken_for=(METRES,))]
+Torque = Annotated[float, Range(0.0, 1e12, "N m", low_excluded=True)]
+Torques = Annotated[tuple[float, ...], Range(0.0, 1e12, "N m", low_excluded=True)]

@@ -28,7 +28,8 @@ from pmor.core.errors import OutputError
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.report.data_files import write_summary_json
 from pmor.report.summary import figures
-from pmor.storage.campaign_file import read_campaign_file
+from pmor.storage.campaign_file import CAMPAIGN_SCHEMA, STATUS
+from pmor.storage.hdf5 import attribute, open_checked, read
 from pmor.storage.results_folder import working_folder
 from pmor_offline.train import train
 from pmor_online.model import reduced_pair
@@ -87,8 +88,9 @@ def results(folder):
 
 
 def statuses(folder):
-    file = read_campaign_file(folder / "campaign.h5")
-    return [file.statuses[code] for code in file.arrays["design/status"]]
+    with open_checked(folder / "campaign.h5", CAMPAIGN_SCHEMA) as file:
+        names = attribute(file, "statuses", str).split(", ")
+        return [names[code] for code in read(file, STATUS)]
 
 
 def test_the_row_of_a_design_is_what_a_run_of_its_case_gives(tmp_path):

@@ -13,7 +13,7 @@ from dataclasses import MISSING, fields
 from inspect import getdoc
 from pathlib import Path
 from types import NoneType, UnionType
-from typing import Annotated, Any, Literal, Union, get_args, get_origin
+from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from pmor.campaigns.settings import CampaignSections
 from pmor.case import ConditionCase
@@ -26,9 +26,9 @@ from pmor.case.loader import (
     OFFLINE_TORQUES,
     ONLINE_TORQUES,
     OTHER_SHAPES,
-    SECTIONS,
 )
-from pmor.case.reader import keys_of, lists_in, sections_in
+from pmor.case.reader import keys_of, sections_in
+from pmor.case.schema import SECTIONS
 from pmor.case.values import range_text, toml_text
 from pmor.core.ranges import Range
 from pmor.design.settings import Design
@@ -83,7 +83,14 @@ def keys_in_file(kind: type) -> dict[str, Any]:
 
 
 def _brackets(section: str, root: type) -> str:
-    return f"[[{section}]]" if section in lists_in(root) else f"[{section}]"
+    lists = {
+        str(name)
+        for field, hint in get_type_hints(root, include_extras=True).items()
+        for kind, *words in [get_args(hint) if get_origin(hint) is Annotated else (hint,)]
+        for name in (words or [field])
+        if get_origin(kind) is tuple
+    }
+    return f"[[{section}]]" if section in lists else f"[{section}]"
 
 
 def _section(heading: str, kind: type) -> str:

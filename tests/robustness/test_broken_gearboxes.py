@@ -6,7 +6,7 @@ from collections import Counter
 from pathlib import Path
 
 from pmor.core.errors import PmorError
-from pmor.export.rexs.read import import_rexs
+from pmor.export.rexs.read import read_stage
 
 GEARBOX = Path(__file__).parents[2] / "cases" / "gearbox.rexs"
 VALUES = ("0", "-1", "1e308", "nan", "inf", "", "x", "1e-300", "3", "-0.5", "9" * 20, "2.5", "true")
@@ -31,7 +31,7 @@ def test_a_broken_gearbox_is_a_case_or_refused_in_one_line(tmp_path):
     for _ in range(80):
         (tmp_path / "a.rexs").write_text(broken(text, rng))
         try:
-            import_rexs(tmp_path / "a.rexs")
+            read_stage(tmp_path / "a.rexs")
             outcomes["case"] += 1
         except PmorError as error:
             outcomes["refused"] += 1

@@ -9,8 +9,8 @@ from typing import Annotated, Literal, get_args, get_origin
 
 from hypothesis import strategies as st
 
-from pmor.case.loader import SECTIONS
 from pmor.case.reader import keys_of
+from pmor.case.schema import SECTIONS
 
 # A mesh of any size is allowed by the ranges; those that are run through have to be small.
 SMALL = {"profile_elements": (2, 14), "width_elements": (1, 4), "lodm_profile": (1, 6), "lodm_width": (1, 3),

@@ -12,7 +12,7 @@ import pytest
 
 from pmor.case import make_case
 from pmor.core.errors import CaseError, FileFormatError
-from pmor.export.rexs.read import import_rexs
+from pmor.export.rexs.read import read_stage
 from pmor.export.rexs.write import rexs_text
 from pmor.gear.modification import Modification
 from pmor.gear.topography import Topography
@@ -33,7 +33,7 @@ def changed(tmp_path, *replacements, name="gearbox.rexs"):
 
 
 def test_the_example_gearbox_is_the_pair_that_it_describes():
-    found = import_rexs(GEARBOX)
+    found = read_stage(GEARBOX)
     case, pair = found.case, gear_pair(found.case)
     assert case.torque_Nm == 120.0
     assert case.online.torques_Nm == (80.0, 120.0)
@@ -60,7 +60,7 @@ def test_the_example_gearbox_is_the_pair_that_it_describes():
 
 
 def test_what_is_not_understood_is_listed_and_stands_in_the_text_of_the_case():
-    found = import_rexs(GEARBOX)
+    found = read_stage(GEARBOX)
     assert found.notes == ("triangular_tip_relief 19: a case has no such modification: left out",)
     assert f"# {found.notes[0]}\n" in found.case.text
 
@@ -81,13 +81,13 @@ def test_what_is_not_understood_is_listed_and_stands_in_the_text_of_the_case():
     ],
 )  # fmt: skip
 def test_what_is_missing_or_odd_is_assumed_and_said(tmp_path, old, new, note):
-    notes = import_rexs(changed(tmp_path, (old, new))).notes
+    notes = read_stage(changed(tmp_path, (old, new))).notes
     assert any(note in line for line in notes), notes
 
 
 def test_gears_of_no_said_modulus_are_of_the_steel_of_a_case(tmp_path):
-    found = import_rexs(changed(tmp_path, ('<attribute id="elastic_modulus"', '<attribute id="custom_modulus"')))
-    assert found.notes == import_rexs(GEARBOX).notes
+    found = read_stage(changed(tmp_path, ('<attribute id="elastic_modulus"', '<attribute id="custom_modulus"')))
+    assert found.notes == read_stage(GEARBOX).notes
     assert {gear.youngs_modulus_GPa for gear in (found.case.pair.pinion, found.case.pair.wheel)} == {210.0}
 
 
@@ -97,7 +97,7 @@ def test_units_and_names_of_the_first_version_are_understood(tmp_path):
         ("cylindrical_gear_flank", "flank_geometry"), ("cylindrical_stage_gear_data", "stage_gear_data"),
         ("tip_corner_radius_reference_profile", "tip_radius"), ('version="2.0.0"', 'version="1.0"'),
     )  # fmt: skip
-    old, new = import_rexs(path).case, import_rexs(GEARBOX).case
+    old, new = read_stage(path).case, read_stage(GEARBOX).case
     assert (old.pair, old.pinion_modification, old.wheel_modification) == (
         new.pair, new.pinion_modification, new.wheel_modification,
     )  # fmt: skip
@@ -107,7 +107,7 @@ def test_lengths_in_micrometres_and_angles_in_radians_are_the_same_gearbox(tmp_p
     path = changed(
         tmp_path, ('unit="mm">0.015', 'unit="mum">15.0'), ('unit="deg">20.0', f'unit="rad">{math.radians(20.0)!r}')
     )
-    case = import_rexs(path).case
+    case = read_stage(path).case
     np.testing.assert_allclose(case.pinion_modification.tip_relief_um, 15.0, rtol=1e-12)
     np.testing.assert_allclose(case.pair.pressure_angle_deg, 20.0, rtol=1e-12)
 
@@ -116,9 +116,9 @@ def test_an_archive_and_json_hold_the_same_gearbox(tmp_path):
     with zipfile.ZipFile(tmp_path / "box.rexsz", "w") as archive:
         archive.write(GEARBOX, "inside.rexs")
     (tmp_path / "box.rexsj").write_text(json.dumps(as_json()))
-    expected = import_rexs(GEARBOX).case
+    expected = read_stage(GEARBOX).case
     for name in ("box.rexsz", "box.rexsj"):
-        case = import_rexs(tmp_path / name).case
+        case = read_stage(tmp_path / name).case
         assert (case.pair, case.pinion_modification) == (expected.pair, expected.pinion_modification), name
         assert case.online.torques_Nm == expected.online.torques_Nm
 
@@ -166,10 +166,10 @@ def as_json():
 def test_what_is_no_gearbox_is_refused_in_one_line(tmp_path, text, message):
     (tmp_path / "a.rexs").write_text(text)
     with pytest.raises((FileFormatError, CaseError), match=message) as caught:
-        import_rexs(tmp_path / "a.rexs")
+        read_stage(tmp_path / "a.rexs")
     assert "\n" not in str(caught.value)
     with pytest.raises(FileFormatError, match="no such file"):
-        import_rexs(tmp_path / "b.rexs")
+        read_stage(tmp_path / "b.rexs")
 
 
 @pytest.mark.parametrize("attribute", ["normal_module", "normal_pressure_angle", "helix_angle_reference_diameter"])
@@ -179,18 +179,18 @@ def test_gears_that_are_no_pair_are_refused(tmp_path, attribute):
     place = text.index(">", text.index(attribute, of_wheel)) + 1
     (tmp_path / "a.rexs").write_text(f"{text[:place]}7.5{text[text.index('<', place) :]}")
     with pytest.raises(CaseError, match=f"{attribute}: 7.5 of .* where its mate asks for .*: no pair"):
-        import_rexs(tmp_path / "a.rexs")
+        read_stage(tmp_path / "a.rexs")
 
 
 def test_what_no_part_of_a_case_stands_for_is_named(tmp_path):
     more = '<attribute id="grinding_allowance" unit="mm">0.1</attribute>\n      <attribute id="normal_pressure_angle"'
-    notes = import_rexs(changed(tmp_path, ('<attribute id="normal_pressure_angle"', more))).notes
+    notes = read_stage(changed(tmp_path, ('<attribute id="normal_pressure_angle"', more))).notes
     assert "cylindrical_gear_flank 9 (left): not read: grinding_allowance" in notes
 
 
 def test_a_stage_that_is_not_there_is_refused_with_those_that_are():
     with pytest.raises(CaseError, match=r"stage 7: there is no such stage .* choose from 4 \(23/37 teeth\)"):
-        import_rexs(GEARBOX, 7)
+        read_stage(GEARBOX, 7)
 
 
 def test_a_slope_of_the_helix_turns_with_the_datum_face_and_the_flank_that_carries(tmp_path):
@@ -205,7 +205,7 @@ def test_a_slope_of_the_helix_turns_with_the_datum_face_and_the_flank_that_carri
             *([('role="left" hint', 'role="x" hint'), ('role="right" hint', 'role="left" hint'),
                ('role="x" hint', 'role="right" hint')] if flank == "right" else []),
         )  # fmt: skip
-        found.append(import_rexs(path).case.pinion_modification.helix_slope_um)
+        found.append(read_stage(path).case.pinion_modification.helix_slope_um)
     # Removed at the non-datum face. The carrying flank is the left one seen from the larger z: the datum face is there
     # where the file calls it the left one, wherever it looks.
     assert found == [-10.0, -10.0, 10.0]
@@ -241,7 +241,7 @@ def test_a_case_that_goes_out_and_comes_in_is_the_same(tmp_path, settings):
     settings.setdefault("pinion", {"teeth": 21, "bore_radius_mm": 20.0})
     case = make_case("out", module_mm=4.0, face_width_mm=20.0, torque_Nm=100.0, **settings)
     (tmp_path / "out.rexs").write_bytes(rexs_text(case, gear_pair(case), None, DATE))
-    again = import_rexs(tmp_path / "out.rexs").case
+    again = read_stage(tmp_path / "out.rexs").case
     assert again.torque_Nm == case.torque_Nm
     one, other = gear_pair(again), gear_pair(case)
     assert (one.pinion, one.wheel) == (other.pinion, other.wheel)

@@ -13,7 +13,7 @@ import pytest
 
 from pmor.case import make_case, parse_case
 from pmor.core.errors import CaseError
-from pmor.export.rexs.read import import_rexs
+from pmor.export.rexs.read import read_stage
 from pmor.export.rexs.results import stage_results
 from pmor.export.rexs.write import rexs_text
 from pmor.gear.modification import Modification
@@ -42,7 +42,7 @@ beside = pytest.mark.skipif(not SHARED.is_dir(), reason="no public gearboxes in 
 def test_each_stage_of_a_public_gearbox_is_the_pair_of_its_drawing(
     path, stage, teeth, module, helix, shifts, widths, distance, torque, ratios
 ):
-    found = import_rexs(path, stage)
+    found = read_stage(path, stage)
     case, pair = found.case, gear_pair(found.case)
     gears = case.pair.pinion, case.pair.wheel
     assert tuple(gear.teeth for gear in gears) == teeth
@@ -59,7 +59,7 @@ def test_each_stage_of_a_public_gearbox_is_the_pair_of_its_drawing(
 @beside
 def test_one_of_several_stages_has_to_be_chosen():
     with pytest.raises(CaseError, match=r"several stages: choose one with --stage: 6 \(23/67 teeth\), 37"):
-        import_rexs(SEW)
+        read_stage(SEW)
 
 
 def modified_case():

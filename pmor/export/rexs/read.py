@@ -48,23 +48,8 @@ class Imported:
     notes: tuple[str, ...]
 
 
-def import_rexs(path: Path | str, stage: int | None = None) -> Imported:
-    """Make a case of a cylindrical stage of a REXS file (1.0 to 2.0; `.rexs`, `.rexsz`, `.rexsj`).
-
-    Parameters
-    ----------
-    path : Path or str
-    stage : int, optional
-        Number of the stage in the file, where there are several.
-
-    Raises
-    ------
-    FileFormatError
-        When it is no REXS file.
-    CaseError, GeometryError
-        When the stage is missing or incomplete, or its teeth cannot mesh.
-    """
-    path = Path(path)
+def read_stage(path: Path, stage: int | None = None) -> Imported:
+    """Make a case of a stage, with notes: see `pmor.app.export.import_rexs`."""
     gearbox = read_rexs(path)
     where = f"{path}, stage {stage}" if stage is not None else str(path)
     found = find_stage(gearbox, stage, str(path))

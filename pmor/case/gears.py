@@ -1,0 +1,84 @@
+"""Sections of a case file for the gear pair: `[pair]`, `[pinion]`, `[wheel]`."""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from pmor.core.ranges import METRES, PASCALS, RADIANS, Length, Range
+
+
+@dataclass(frozen=True, kw_only=True)
+class GearCase:
+    """One gear (sections `[pinion]` and `[wheel]`).
+
+    Parameters
+    ----------
+    teeth : int
+        Number of teeth.
+    profile_shift : float
+        Profile shift coefficient, in modules.
+    addendum, dedendum : float
+        Of the basic rack, in modules.
+    rack_tip_radius : float
+        Tip radius of the generating rack, in modules; it makes the root fillet.
+    bore_radius_mm : float
+        Radius in mm at which the body is rigid on its shaft.
+    face_width_mm : float or None
+        Face width in mm; None is that of the pair.
+    face_offset_mm : float
+        Along the axis, from the middle of the pair to the middle of this gear's face, in mm.
+    tip_rounding_mm : float
+        Radius in mm of the rounded edge between flank and tip; in line contact.
+    tip_chamfer_mm : float
+        Height in mm, along the radius, that a chamfer takes off the flank at its tip; in line contact.
+    youngs_modulus_GPa : float
+        Young's modulus in GPa.
+    poisson_ratio : float
+        Poisson's ratio.
+    """
+
+    teeth: Annotated[int, Range(6, 1000)]
+    profile_shift: Annotated[float, Range(-3.0, 3.0, "modules")] = 0.0
+    addendum: Annotated[float, Range(0.1, 3.0, "modules")] = 1.0
+    dedendum: Annotated[float, Range(0.1, 4.0, "modules")] = 1.25
+    rack_tip_radius: Annotated[float, Range(0.0, 1.0, "modules")] = 0.38
+    bore_radius_mm: Length
+    face_width_mm: Length | None = None
+    face_offset_mm: Annotated[float, Range(-1e5, 1e5, "mm")] = 0.0
+    tip_rounding_mm: Annotated[float, Range(0.0, 1e3, "mm", mistaken_for=(METRES,))] = 0.0
+    tip_chamfer_mm: Annotated[float, Range(0.0, 1e3, "mm", mistaken_for=(METRES,))] = 0.0
+    youngs_modulus_GPa: Annotated[float, Range(1e-3, 1e4, "GPa", mistaken_for=PASCALS)] = 210.0
+    poisson_ratio: Annotated[float, Range(0.0, 0.5, high_excluded=True)] = 0.3
+
+    def face(self, pair_width_mm: float) -> tuple[float, float]:
+        """Return where the face begins and ends along z, mm, in a pair of a face width."""
+        half_mm = 0.5 * (self.face_width_mm or pair_width_mm)
+        return self.face_offset_mm - half_mm, self.face_offset_mm + half_mm
+
+
+@dataclass(frozen=True, kw_only=True)
+class PairCase:
+    """The gear pair (section `[pair]`, and the two gears).
+
+    Parameters
+    ----------
+    module_mm : float
+        Normal module in mm.
+    pressure_angle_deg : float
+        Normal pressure angle at the reference cylinder, in degrees.
+    helix_angle_deg : float
+        Helix angle at the reference cylinder, in degrees: positive with a right-handed pinion and a left-handed wheel.
+    face_width_mm : float
+        Face width in mm of both gears, unless they have their own; misalignments count over it.
+    centre_distance_mm : float or None
+        Centre distance in mm; None is the one without backlash.
+    pinion, wheel : GearCase
+        The two gears; the pinion drives.
+    """
+
+    module_mm: Annotated[float, Range(0.05, 100.0, "mm", mistaken_for=(METRES,))]
+    pressure_angle_deg: Annotated[float, Range(10.0, 35.0, "deg", mistaken_for=(RADIANS,))] = 20.0
+    helix_angle_deg: Annotated[float, Range(-60.0, 60.0, "deg")] = 0.0
+    face_width_mm: Length
+    centre_distance_mm: Length | None = None
+    pinion: GearCase
+    wheel: GearCase
