@@ -188,11 +188,8 @@ def _run(name: str, arguments: dict[str, Any]) -> int:
     except PmorError as error:
         print(f"pmor: error: {_one_line(str(error))}", file=sys.stderr)
         return error.exit_code
-    except MemoryError as error:
-        print(f"pmor: error: the memory of this computer does not suffice ({error}): {SMALLER}", file=sys.stderr)
-        return PmorError.exit_code
-    except OSError as error:
-        if error.errno == errno.ENOMEM:
+    except (MemoryError, OSError) as error:
+        if isinstance(error, MemoryError) or error.errno == errno.ENOMEM:
             print(f"pmor: error: the memory of this computer does not suffice ({error}): {SMALLER}", file=sys.stderr)
             return PmorError.exit_code
         if error.errno not in OUT_OF_SPACE:

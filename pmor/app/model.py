@@ -14,7 +14,7 @@ from pmor.app.asked import asked_case, check_assembly, listed, positions, with_a
 from pmor.app.export import export_model, export_sweep
 from pmor.app.full import FullModel
 from pmor.app.result import ConditionsResult, SweepResult
-from pmor.app.run import RunResult, run_model, sweep_model
+from pmor.app.run import RunResult, run_models_of, sweep_model
 from pmor.case import Case, beyond_training, change_case, trained_flanks
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError, OutputError
@@ -350,10 +350,8 @@ class ReducedModel:
             When somebody else's file is in the way, or the folder cannot be written to.
         """
         if compare:
-            return run_model(
-                self.case, self._save, full.elastic if full else None, Path(folder),
-                overwrite=overwrite, executor=executor, progress=progress,
-            )  # fmt: skip
+            elastic = full.elastic if full else None
+            return run_models_of(self.case, Path(folder), self._save, elastic, True, overwrite, executor, progress)
         kept = [*inputs, *([self.source] if self.source else [])]
         return sweep_model(
             self.reduced, self.source or self._save, Path(folder),

@@ -87,7 +87,7 @@ def run_case(
     case: Case, folder: Path | str, *, pages: bool = True, overwrite: bool = False,
     executor: Executor | None = None, progress: Steps = quietly, inputs: Sequence[Path] = (),
 ) -> RunResult:  # fmt: skip
-    """Do everything that a case asks for, and leave what `pmor run` leaves.
+    """Do everything that a case asks for, and leave the files of `pmor run`.
 
     A valid basis in the folder is taken over, and an interrupted training continued.
 
@@ -116,40 +116,19 @@ def run_case(
     OutputError
         When somebody else's file is in the way, or the folder cannot be written to.
     """
-    names = basis_names(case) if overwrite else ()
-    return _run_models(case, Path(folder), None, None, names, pages, overwrite, executor, progress, inputs)
+    return run_models_of(case, Path(folder), None, None, pages, overwrite, executor, progress, inputs)
 
 
-def run_model(
-    case: Case, save: Callable[[Path], None], elastic: ElasticModel | None, folder: Path, *, overwrite: bool,
-    executor: Executor | None, progress: Steps,
+def run_models_of(
+    case: Case, folder: Path, save: Callable[[Path], None] | None, elastic: ElasticModel | None, pages: bool,
+    overwrite: bool, executor: Executor | None, progress: Steps, inputs: Sequence[Path] = (),
 ) -> RunResult:  # fmt: skip
-    """Do the same with a trained model: see `pmor.app.model.ReducedModel.report`.
-
-    Parameters
-    ----------
-    case : Case
-        Of the model.
-    save : callable
-        Writes its basis file.
-    elastic : ElasticModel, optional
-        Full FE of the case; made anew where there is none.
-    folder, overwrite, executor, progress
-        As in `run_case`.
-    """
-    names = basis_names(case) if overwrite else (OWN_BASIS,)
-    return _run_models(case, folder, save, elastic, names, True, overwrite, executor, progress, ())
-
-
-def _run_models(
-    case: Case, folder: Path, save: Callable[[Path], None] | None, elastic: ElasticModel | None,
-    names: Sequence[str], pages: bool, overwrite: bool, executor: Executor | None, progress: Steps,
-    inputs: Sequence[Path],
-) -> RunResult:  # fmt: skip
+    """Do the same with the basis that `save` writes, and with solved full FE of the case, where they are given."""
     started = time.perf_counter()
     # What cannot be meshed is refused before any folder is made.
     mesh, others = elastic.mesh if elastic else meshed_within_memory(case), meshed_models(case)
-    files = (*result_files(case), *(page_files(case) if pages else ()), *names)
+    own = (OWN_BASIS,) if save else ()
+    files = (*result_files(case), *(page_files(case) if pages else ()), *(basis_names(case) if overwrite else own))
     with results_folder(folder, files, unfinished(case), overwrite, inputs):
         model = elastic or solve_bodies(case, mesh)
         if save is not None:

@@ -8,10 +8,8 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
 
 import numpy as np
 
@@ -22,10 +20,11 @@ from pmor.pair.model import elastic_model, mesh_model
 from pmor.pair.sweep import sweep_ste
 from pmor.penalty.kernels.sweep import sweep_reduced
 from pmor.penalty.kernels.windows import place_windows
-from pmor.storage.basis_file import read_basis
-from pmor.work.offline import run_offline
-from pmor.work.online import run_online
+from pmor_offline.train import train
+from pmor_online.compare import compare_models
+from pmor_online.errors import estimate_errors
 from pmor_online.model import reduced_pair
+from pmor_online.run import sweep_case
 
 _COMMAND = "import sys; from pmor.work.kernels import compile_kernels; compile_kernels(*sys.argv[1:])"
 # Kernels that tell whether those of full FE, and those of trained shapes, were compiled before.
@@ -65,8 +64,7 @@ def compile_kernels(full: str, trained: str) -> None:
     Parameters
     ----------
     full, trained : str
-        Contact scheme of which full FE is solved, and the one of which a reduced model is trained and compared; empty
-        for none.
+        Contact schemes of full FE, and of a reduced model that is trained and compared; empty for none.
     """
     if full:
         case = _tiny_case(full)
@@ -74,10 +72,10 @@ def compile_kernels(full: str, trained: str) -> None:
         sweep_ste(model.mesh.meshed, model.elasticity_at, np.array([0.01]), [nominal_condition(case)])
     if trained:
         case = _tiny_case(trained)
-        with tempfile.TemporaryDirectory() as folder:
-            path, model = Path(folder) / "basis.h5", elastic_model(case, mesh_model(case))
-            run_offline(case, model, path)
-            run_online(reduced_pair(read_basis(path)), path, model)
+        model = elastic_model(case, mesh_model(case))
+        reduced = reduced_pair(train(case, model, estimate_errors).basis)
+        sweep_case(reduced)
+        compare_models(reduced, model)
 
 
 def _tiny_case(scheme: str) -> Case:

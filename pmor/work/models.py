@@ -11,7 +11,7 @@ import os
 import time
 from collections.abc import Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 from pmor.case import Case, other_models
@@ -32,22 +32,8 @@ OWN_BASIS = "basis.h5"
 _LOG = logging.getLogger("pmor.work")
 
 
-@dataclass(frozen=True)
-class MeshedCase:
-    """A model that is compared beside a case's own, meshed.
-
-    Parameters
-    ----------
-    case : Case
-        Of the model.
-    mesh : MeshModel
-    basis_name : str
-        Of its basis file.
-    """
-
-    case: Case
-    mesh: MeshModel
-    basis_name: str
+# A model that is compared beside a case's own: its case and its meshes.
+MeshedCase = tuple[Case, MeshModel]
 
 
 def basis_names(case: Case) -> tuple[str, ...]:
@@ -68,10 +54,10 @@ def meshed_models(case: Case) -> tuple[MeshedCase, ...]:
     CaseError, GeometryError, MeshError
         With the name of the model, when it cannot hold what the case asks for.
     """
-    found = []
+    found = list[MeshedCase]()
     for scheme, model in other_models(case):
         try:
-            found.append(MeshedCase(model, mesh_model(model), _basis_name(scheme)))
+            found.append((model, mesh_model(model)))
         except (CaseError, GeometryError, MeshError) as error:
             raise type(error)(f'[compare] models, "{scheme}": {error}') from None
     return tuple(found)
@@ -110,7 +96,7 @@ def run_models(
     """
     common = 0.0 if started is None else time.perf_counter() - started
     kept = {OWN_BASIS: case} if given or not overwrite else {}
-    kept |= {} if overwrite else {other.basis_name: other.case for other in others}
+    kept |= {} if overwrite else {_basis_name(other.contact.scheme): other for other, _ in others}
     bases = {name: _valid_basis(folder / name, own) for name, own in kept.items()}  # before any work is begun
 
     def run(case: Case, model: ElasticModel, name: str) -> OnlineResult:
@@ -129,12 +115,12 @@ def run_models(
         own = run(case, model, OWN_BASIS)
         if others:
             wait()
-        for other in others:
-            model = model_of_solved(other.case, other.mesh, model)
+        for other, mesh in others:
+            model = model_of_solved(other, mesh, model)
             try:
-                found.append(run(other.case, model, other.basis_name))
+                found.append(run(other, model, _basis_name(other.contact.scheme)))
             except ConvergenceError as error:  # the others have their results
-                found.append(LostModel(other.case, str(error)))
+                found.append(LostModel(other, str(error)))
     return replace(own, others=tuple(found))
 
 

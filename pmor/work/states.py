@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import asdict, dataclass
@@ -16,10 +15,7 @@ from pmor.core.threads import in_order
 from pmor.gear.condition import Condition
 from pmor.gear.meshed_pair import MeshedPair
 from pmor.gear.pair import GearPair
-from pmor.line.full_model import solve_angle
-from pmor.line.layered_pair import LayeredPair
-from pmor.penalty.pair import as_penalty
-from pmor.penalty.solve import solve_position
+from pmor.pair.sweep import sweep_ste
 from pmor_offline.sampling import SEED, sobol_positions
 
 # The training draws from SEED, the greedy candidates from the one after it.
@@ -80,17 +76,10 @@ def solve_states(
         STE in um; NaN where not converged.
     """
 
-    def solve(state: tuple[float, Condition]) -> float:
-        phi, condition = state
-        if isinstance(meshed, LayeredPair):
-            (line_state,) = solve_angle(meshed, elasticity_at, phi, [condition]).states
-            advance = None if line_state is None else line_state.advance
-        else:
-            equilibrium = solve_position(as_penalty(meshed), phi, [condition], elasticity_at).equilibria[0]
-            advance = None if equilibrium is None else equilibrium.advance
-        return math.nan if advance is None else 1e3 * advance * meshed.pair.pinion.base_radius
+    def solve(i: int) -> float:
+        return float(sweep_ste(meshed, elasticity_at, states.phi[i : i + 1], [states.conditions[i]]).ste_um[0, 0])
 
-    return np.array(list(in_order(solve, zip(states.phi.tolist(), states.conditions, strict=True), executor, progress)))
+    return np.array(list(in_order(solve, range(len(states.phi)), executor, progress)))
 
 
 def not_converged(states: States, ste_um: FloatArray, what: str) -> Sequence[str]:
