@@ -9,7 +9,7 @@
 
 Cases
     `load_case`: reads a case file. `make_case`: makes a `Case` from keywords. `change_case`: changes one by keywords.
-    `import_rexs`: makes one of a stage in a gearbox file. `plan`: what a case will run, its memory and time.
+    `import_rexs`: makes one of a stage in a gearbox file. `plan`: work of a case, its memory and time.
 Models
     `train`: solves full FE over the training of a case; a `ReducedModel`, with `sweep`, `sweep_conditions`,
     `root_stress`, `report`, `export`, `dynamics`, `design`. `load_model`: reads one from a file. `full_model`: full FE
@@ -31,13 +31,13 @@ Files
     `load_results`: arrays of a results file by name, each a `ResultArray`. `info`: content of a file. `verify`: holds a
     basis file against full FE, a `Verification`. `export_file`: writes a file in the format of another program.
 Errors
-    `PmorError`: base of all that an engineer can mend. `CaseError`, `GeometryError`, `MeshError`: in what is asked for.
+    `PmorError`: base of all that an engineer can mend. `CaseError`, `GeometryError`, `MeshError`: in the settings.
     `FileFormatError`, `OutputError`: in files. `ConvergenceError`: no equilibrium found. `ExternalProgramError`: a
     program to compare with is missing or failed.
 
-Units in names are those of the values; what has none in its name is in mm, N, MPa or rad (`pmor.core.conventions`).
+Units in names are those of the values; names without one are in mm, N, MPa or rad (`pmor.core.conventions`).
 Long work takes ``executor``, a `concurrent.futures.Executor`, and ``progress``, called with the number of steps done.
-What it says beside its results goes to the log ``pmor``. Nothing heavy is imported before its use.
+Notes beside the results go to the log ``pmor``. Nothing heavy is imported before its use.
 """
 
 from __future__ import annotations
@@ -48,13 +48,7 @@ from typing import TYPE_CHECKING, Any
 from pmor.core.version import __version__
 
 if TYPE_CHECKING:
-    from pmor.app.export import export_file, import_rexs
-    from pmor.app.files import Verification, info, load_results, verify
-    from pmor.app.full import FullModel, full_model
-    from pmor.app.model import ReducedModel
-    from pmor.app.plan import plan
-    from pmor.app.result import ConditionsResult, SweepResult
-    from pmor.app.rooms import (
+    from pmor.app.capabilities import (
         bench,
         campaign,
         convergence,
@@ -66,6 +60,12 @@ if TYPE_CHECKING:
         write_campaign_case,
         write_design_case,
     )
+    from pmor.app.export import export_file, import_rexs
+    from pmor.app.files import Verification, info, load_results, verify
+    from pmor.app.full import FullModel, full_model
+    from pmor.app.model import ReducedModel
+    from pmor.app.plan import plan
+    from pmor.app.result import ConditionsResult, SweepResult
     from pmor.app.run import RunResult, run_case
     from pmor.app.training import compare, load_model, train
     from pmor.campaigns.result import CampaignResult
@@ -97,7 +97,7 @@ _HOMES = {
     "pmor.app.full": ("FullModel", "full_model"),
     "pmor.app.plan": ("plan",),
     "pmor.app.model": ("ReducedModel",),
-    "pmor.app.rooms": (
+    "pmor.app.capabilities": (
         "bench", "campaign", "convergence", "reductions", "run_design", "run_dynamics", "stability", "study",
         "write_campaign_case", "write_design_case",
     ),

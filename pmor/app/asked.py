@@ -1,4 +1,4 @@
-"""What the Python API is asked for, as a case: torques, angles, axes and flanks of a sweep, checked."""
+"""Requests of the Python API as a case: torques, angles, axes and flanks of a sweep, checked."""
 
 from __future__ import annotations
 

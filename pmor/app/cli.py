@@ -79,7 +79,7 @@ def _jobs(what: str = "angles") -> Option:
 
 CASE = _option("case_path", metavar="CASE", type=_path, help="case file (TOML)")
 OVERWRITE = _option("--overwrite", action="store_true", help="replace results that are there, whoever wrote them")
-# What each command is for, and its options: arguments of the function of its name in `pmor.app.commands`.
+# Purpose and options of each command: arguments of the function of its name in `pmor.app.commands`.
 COMMANDS: dict[str, tuple[str, *tuple[Option, ...]]] = {
     "run": ("everything the case asks for: basis, sweep, comparison, report", CASE, _out(), _jobs(), OVERWRITE),
     "plan": ("show what will run and all settings; runs nothing", CASE),
@@ -102,7 +102,7 @@ COMMANDS: dict[str, tuple[str, *tuple[Option, ...]]] = {
         _option("--quick", action="store_true", help="the short variant that the study file describes"), OVERWRITE,
     ),
     "convergence": (
-        "what the mesh costs: finer and finer meshes against their limit", CASE,
+        "error of the mesh: finer and finer meshes against their limit", CASE,
         _out(usual="out/<name of the case>_convergence"), OVERWRITE,
     ),
     "stability": (
@@ -157,7 +157,7 @@ COMMANDS: dict[str, tuple[str, *tuple[Option, ...]]] = {
         OVERWRITE,
     ),
     "info": (
-        "what is in an HDF5 file",
+        "content of an HDF5 file",
         _option("path", metavar="FILE.h5", type=_path,
                 help="a basis or another HDF5 file of pmor; or the folder of a campaign"),
         _option("--verify", action="store_true", help="hold a basis against full FE of its case: seconds"),
@@ -240,7 +240,7 @@ def _ask_for_few_addresses() -> None:
 
 @contextmanager
 def _spoken_log() -> Iterator[None]:
-    """Show on the error stream what the library notes beside its work, from INFO upwards."""
+    """Show the notes of the library on the error stream, from INFO upwards."""
     log, handler = logging.getLogger("pmor"), logging.StreamHandler()
     handler.setFormatter(_Line())
     # matplotlib complains in three lines where a user has no folder for its settings; nothing here depends on them.

@@ -1,6 +1,6 @@
 """One function per command: the one place that knows foundation, offline stage and online stage.
 
-Imports of what is heavy or belongs to a stage stand inside the functions, so that `pmor --help` stays instant.
+Imports of heavy libraries and of stages stand inside the functions, so that `pmor --help` stays instant.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ def study(
     study_path: Path, out: Path | None = None, jobs: int = 1, quick: bool = False, overwrite: bool = False
 ) -> None:
     """Run a study: a grid of meshes and refinements, three models, error against run time, one report."""
-    from pmor.app import rooms
+    from pmor.app import capabilities
     from pmor.core.threads import threads
     from pmor.lab.study.loader import load
     from pmor.storage.results_folder import default_folder
@@ -86,7 +86,7 @@ def study(
     settings = load(study_path, quick=quick)
     folder = out or default_folder(settings.name, "_quick" * quick)
     with threads(jobs) as executor:
-        found = rooms.study(settings, folder, overwrite=overwrite, executor=executor)
+        found = capabilities.study(settings, folder, overwrite=overwrite, executor=executor)
     _finish(found, folder, found.failures, "did not converge")
 
 
@@ -111,18 +111,18 @@ def dynamics(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite:
 
 
 def _of_case(
-    room: str, case_path: Path, out: Path | None, jobs: int, overwrite: bool, what_failed: str = "", **options: str
+    name: str, case_path: Path, out: Path | None, jobs: int, overwrite: bool, what_failed: str = "", **options: str
 ) -> None:
-    """Call a function of `pmor.app.rooms` with a case, and leave its files."""
-    from pmor.app import rooms
+    """Call a function of `pmor.app.capabilities` with a case, and leave its files."""
+    from pmor.app import capabilities
     from pmor.case import load_case
     from pmor.core.threads import processes, threads
     from pmor.storage.results_folder import default_folder
 
     case = load_case(case_path)
-    folder = out or default_folder(case.name, f"_{room.removeprefix('run_')}")
-    with (processes if room == "run_dynamics" else threads)(jobs) as executor:
-        found = getattr(rooms, room)(case, folder, overwrite=overwrite, executor=executor, **options)
+    folder = out or default_folder(case.name, f"_{name.removeprefix('run_')}")
+    with (processes if name == "run_dynamics" else threads)(jobs) as executor:
+        found = getattr(capabilities, name)(case, folder, overwrite=overwrite, executor=executor, **options)
     _finish(found, folder, getattr(found, "failures", ()), what_failed)
 
 
@@ -130,7 +130,7 @@ def design(
     design_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False, variant: int | None = None
 ) -> None:
     """Search the flank modifications that a design file asks for, or write one variant as a case file."""
-    from pmor.app import rooms
+    from pmor.app import capabilities
     from pmor.core.threads import threads
     from pmor.design.loader import load
     from pmor.storage.results_folder import default_folder
@@ -138,10 +138,10 @@ def design(
     settings = load(design_path)
     folder = out or default_folder(settings.name)
     if variant is not None:
-        print(f"{rooms.write_design_case(settings, folder, variant, overwrite=overwrite)}: written")
+        print(f"{capabilities.write_design_case(settings, folder, variant, overwrite=overwrite)}: written")
         return
     with threads(jobs) as executor:
-        found = rooms.run_design(settings, folder, overwrite=overwrite, executor=executor)
+        found = capabilities.run_design(settings, folder, overwrite=overwrite, executor=executor)
     _finish(found, folder, found.failures, "did not converge")
 
 
@@ -150,7 +150,7 @@ def campaign(
     case_number: int | None = None, overwrite: bool = False,
 ) -> None:  # fmt: skip
     """Solve a table of designs, each with gears of its own, on processes of this machine or on a cluster."""
-    from pmor.app import rooms
+    from pmor.app import capabilities
     from pmor.campaigns.cluster import dask_executor
     from pmor.campaigns.loader import load
     from pmor.campaigns.supervise import LocalProcesses
@@ -159,21 +159,21 @@ def campaign(
 
     settings = load(campaign_path)
     if case_number is not None:
-        print(f"{rooms.write_campaign_case(settings, out or Path(), case_number, overwrite=overwrite)}: written")
+        print(f"{capabilities.write_campaign_case(settings, out or Path(), case_number, overwrite=overwrite)}: written")
         return
     folder = out or default_folder(settings.name)
     with dask_executor(dask) if dask else LocalProcesses(jobs) as executor, Progress(settings.count, "designs") as bar:
-        found = rooms.campaign(settings, folder, executor=executor, progress=bar.step, overwrite=overwrite)
+        found = capabilities.campaign(settings, folder, executor=executor, progress=bar.step, overwrite=overwrite)
     failures = [f"design {number + 1}: {found.reasons[number]}" for number in found.failed]
     _finish(found, folder, failures, "designs have no results")
 
 
 def bench(case_path: Path, json_path: Path, jobs: int = 2, overwrite: bool = False) -> None:
     """Measure run times by phase and by size, as ratios to an earlier measurement where there is one."""
-    from pmor.app import rooms
+    from pmor.app import capabilities
     from pmor.case import load_case
 
-    print(rooms.bench(load_case(case_path), json_path, threads=jobs, overwrite=overwrite, inputs=(case_path,)))
+    print(capabilities.bench(load_case(case_path), json_path, threads=jobs, overwrite=overwrite, inputs=(case_path,)))
 
 
 def export(
@@ -187,7 +187,7 @@ def export(
 
 
 def info(path: Path, verify: bool = False) -> None:
-    """Print what is in an HDF5 file and, where asked for, whether a basis obeys its laws."""
+    """Print the content of an HDF5 file and, where asked for, whether a basis obeys its laws."""
     from pmor.app import files
     from pmor.core.errors import FileFormatError
     from pmor.storage.basis_file import BASIS_SCHEMA

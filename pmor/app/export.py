@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 #: formats, and what their files end with; tables are files in a folder
 ENDINGS = {"case": ".toml", "csv": "_tables", "fmu": ".fmu", "rexs": ".rexs", "vtkhdf": ".vtkhdf"}
-# What only some formats take, by the name of the argument.
+# Formats that arguments belong to.
 TAKEN_BY = {"stage": "case", "torque_Nm": "fmu"}
 _LOG = logging.getLogger("pmor.export")
 
@@ -30,7 +30,7 @@ def export_file(
 ) -> Path:  # fmt: skip
     """Write a file in another format, as `pmor export` does.
 
-    The log ``pmor`` notes what a reader should know of the new file.
+    Limitations of the new file are noted in the log ``pmor``.
 
     Parameters
     ----------
@@ -46,12 +46,12 @@ def export_file(
         On the pinion, up to which the force law of a unit for co-simulation reaches; twice that of the case by
         default.
     overwrite : bool
-        Replace what is there.
+        Replace existing files.
 
     Returns
     -------
     Path
-        What was written.
+        Written file or folder.
 
     Raises
     ------
@@ -113,7 +113,7 @@ def export_sweep(sweep: SteSweep, pair: GearPair, source: str, folder: Path, ove
 def import_rexs(path: Path | str, *, stage: int | None = None) -> Case:
     """Make a case of a cylindrical stage of a gearbox in a REXS file (1.0 to 2.0).
 
-    What was assumed, or not understood, is noted in the log ``pmor``, and in the comments of the case's text.
+    Assumptions and unknown parts are noted in the log ``pmor``, and in the comments of the case's text.
 
     Parameters
     ----------
@@ -127,7 +127,7 @@ def import_rexs(path: Path | str, *, stage: int | None = None) -> Case:
     FileFormatError
         When it is no REXS file.
     CaseError, GeometryError
-        When there is no such stage, it lacks what a case needs, or its teeth cannot mesh.
+        When there is no such stage, it is incomplete, or its teeth cannot mesh.
     """
     from pmor.export.rexs.read import read_stage
 

@@ -1,4 +1,4 @@
-"""Files looked into: what they hold, and whether a basis obeys its laws."""
+"""Content of files, and whether a basis obeys its laws."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def load_results(path: Path | str) -> dict[str, ResultArray]:
 
 
 def info(path: Path | str) -> str:
-    """Return what is in an HDF5 file of pmor, or in the folder of a campaign, as text.
+    """Return the content of an HDF5 file of pmor, or of the folder of a campaign, as text.
 
     Raises
     ------

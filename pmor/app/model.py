@@ -60,7 +60,7 @@ class ReducedModel:
 
     @property
     def case(self) -> Case:
-        """What the model was trained for."""
+        """The case of the training."""
         return self.basis.case
 
     @property
@@ -94,7 +94,7 @@ class ReducedModel:
         misalignment : Misalignment, optional
             Where the wheel's axis is; as the case says by default.
         extrapolate : bool
-            Go beyond the states of the training, where only the error bar says what the result is worth.
+            Allow states beyond the training, where only the error bar tells the accuracy.
         executor : concurrent.futures.Executor, optional
             Shares out the angles between threads; the result is the same to the last bit.
         progress : callable
@@ -106,7 +106,7 @@ class ReducedModel:
         ------
         CaseError
             When torques or axes are beyond the training, modifications do not lie on the flanks, or a load is beyond
-            what the contact scheme holds.
+            the range of the contact scheme.
         """
         meshed = self.reduced.meshed
         case = asked_case(self.case, meshed.pair, torques_Nm, angles, misalignment, (pinion, wheel))
@@ -139,7 +139,7 @@ class ReducedModel:
         Parameters
         ----------
         assemblies : sequence of Assembly
-            Axes and modifications of both flanks, complete: what one leaves out is as drawn, whatever the case says.
+            Axes and modifications of both flanks, complete: the default of each is as drawn, whatever the case says.
         torques_Nm, angles, extrapolate, executor
             As in `sweep`, the same for all.
         progress : callable
@@ -242,12 +242,12 @@ class ReducedModel:
         Returns
         -------
         RootStress
-            The largest on each side of each loaded tooth, and what the points of the fillets see over the cycle.
+            The largest on each side of each loaded tooth, and that of each point of the fillets over the cycle.
 
         Raises
         ------
         CaseError
-            As `sweep`, and when the model does not hold what it takes.
+            As `sweep`, and when the model holds no root stress.
         """
         meshed = self.reduced.meshed
         case = asked_case(self.case, meshed.pair, torques_Nm, angles, misalignment, (pinion, wheel))
@@ -296,11 +296,8 @@ class ReducedModel:
             File to write, or folder for tables.
         to : {"csv", "fmu", "rexs"}
             Tables of the sweep that the case asks for; a unit for co-simulation; the pair with results as REXS.
-        torque_Nm : float, optional
-            On the pinion, up to which the force law of a unit for co-simulation reaches; twice that of the case by
-            default.
-        overwrite : bool
-            Replace what is there.
+        torque_Nm, overwrite
+            As in `pmor.export_file`.
 
         Raises
         ------
@@ -335,14 +332,8 @@ class ReducedModel:
             model is left there only if it has no file yet.
         full : FullModel, optional
             To compare with; made anew by default.
-        overwrite : bool
-            Replace files there, whoever wrote them.
-        executor : concurrent.futures.Executor, optional
-            Of threads: shares out the angles.
-        progress : callable
-            Called with the number of positions solved.
-        inputs : sequence of Path
-            Files that are not replaced at any rate.
+        overwrite, executor, progress, inputs
+            As in `pmor.run_case`.
 
         Raises
         ------

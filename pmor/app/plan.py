@@ -1,4 +1,4 @@
-"""What a case will run and what it leaves out, in words and sizes, from the case and its mesh; nothing is solved.
+"""Plan of a case: settings, computed and skipped work with sizes, from the case and its mesh; nothing is solved.
 
 A new part of the plan is one more function in `PARTS`: from the case to the lines it prints.
 """
@@ -41,7 +41,7 @@ def plan_parts(case: Case) -> Iterator[str]:
         Between two parts, when the case takes more memory than there is: the others would need a mesh.
     GeometryError, MeshError
     """
-    gear_pair(case)  # what is no pair is refused before anything is said
+    gear_pair(case)  # refused before anything is printed
     for part in PARTS:
         if part is _computed_and_skipped:
             refuse_beyond_memory(case)
@@ -50,7 +50,7 @@ def plan_parts(case: Case) -> Iterator[str]:
 
 
 def plan(case: Case) -> str:
-    """Return what a case will run and what it leaves out, with sizes, peak memory and time, as `pmor plan` prints it.
+    """Return the plan of a case, with sizes, peak memory and time, as `pmor plan` prints it.
 
     Raises
     ------
@@ -134,7 +134,7 @@ def _listed(case: Case) -> tuple[int, str]:
 
 
 def _training_text(case: Case) -> str:
-    """What the full solves are: a grid, a sequence, or a search."""
+    """Sampling of the full solves: a grid, a sequence, or a search."""
     offline = case.offline
     if not case.reduction.trained:
         what = "line loads are exact" if case.reduction.shapes == "line_loads" else "static modes are unit forces"
@@ -189,7 +189,7 @@ def _conditions(case: Case) -> list[str]:
 
 
 def _models(case: Case) -> list[str]:
-    """The models that a case compares: contact scheme, shapes, what each takes beside the finite elements."""
+    """The models that a case compares: contact scheme, shapes, work beside the finite elements."""
     cases = {case.contact.scheme: case, **dict(other_models(case))}
     lines = []
     for scheme in model_names(case):

@@ -1,4 +1,4 @@
-"""What a sweep of the Python API gives: named arrays, the figures an engineer reads off them, pictures and tables."""
+"""Results of sweeps in Python: named arrays, the figures derived from them, pictures and tables."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class SweepResult:
     sweep : SteSweep
     pair : GearPair
     reduced : ReducedPair, optional
-        What made it, where it keeps its line loads.
+        Model of the sweep, where it keeps its line loads.
     assembly : Assembly
         How the pair was built for it.
     """
@@ -74,12 +74,12 @@ class SweepResult:
 
     @property
     def ste_error_um(self) -> FloatArray | None:
-        """Error bar: estimate of what the reduction lacks, shape (T, N), um; None of full FE, or where not kept."""
+        """Estimated error of the reduction, shape (T, N), um; None of full FE, or where not kept."""
         return self.sweep.ste_error_um
 
     @property
     def mesh_error_percent(self) -> FloatArray | None:
-        """Error bar: estimate of what the mesh costs, shape (T,), % of the mean STE; None where it is not estimated."""
+        """Estimated error of the mesh, shape (T,), % of the mean STE; None where it is not estimated."""
         return self.sweep.mesh_error_percent
 
     @property
@@ -163,7 +163,7 @@ class SweepResult:
         return flank_maps(self._reduced().meshed, self.sweep, range(len(self.torque_Nm))[torque_index])
 
     def _reduced(self) -> ReducedPair:
-        line_states(self.sweep)  # says what is missing
+        line_states(self.sweep)  # names missing data
         assert self.reduced is not None
         return self.reduced
 

@@ -34,7 +34,7 @@ from pmor_online.run import OnlineResult
 
 @dataclass(frozen=True, repr=False)
 class RunResult:
-    """What a run has found, and the folder with its files."""
+    """Results of a run, and the folder with its files."""
 
     found: OnlineResult
     folder: Path
@@ -125,7 +125,7 @@ def run_models_of(
 ) -> RunResult:  # fmt: skip
     """Do the same with the basis that `save` writes, and with solved full FE of the case, where they are given."""
     started = time.perf_counter()
-    # What cannot be meshed is refused before any folder is made.
+    # Cases that cannot be meshed are refused before any folder is made.
     mesh, others = elastic.mesh if elastic else meshed_within_memory(case), meshed_models(case)
     own = (OWN_BASIS,) if save else ()
     files = (*result_files(case), *(page_files(case) if pages else ()), *(basis_names(case) if overwrite else own))

@@ -1,6 +1,6 @@
-"""What a case computes, and what it leaves out because this scene does not need it: reason, and what that saves.
+"""Computed and skipped work of a case, with the reason of each omission and its saving.
 
-Every line is what the code does for this very case, with sizes from its mesh; nothing is solved for it.
+Sizes are those of the meshes of this very case; nothing is solved for them.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ def scene(case: Case) -> Scene:
 
 
 def computed(scene: Scene) -> list[tuple[str, str]]:
-    """List what is computed, as (what, how much)."""
+    """List the computed parts, as (what, how much)."""
     teeth = [sector.teeth for sector in scene.bodies]
     found = [
         ("finite-element models", f"{len(scene.bodies)}, one tooth sector each"),
@@ -120,7 +120,7 @@ def computed(scene: Scene) -> list[tuple[str, str]]:
 
 
 def skipped(scene: Scene) -> list[Skipped]:
-    """List what is left out, in the order of the work."""
+    """List the skipped parts, in the order of the work."""
     return [item for part in (_of_bodies, _of_training, _of_contact, _of_output) for item in part(scene)]
 
 

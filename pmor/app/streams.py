@@ -1,6 +1,6 @@
 """Standard streams as users leave them: closed, a pipe that nobody reads any more, an encoding of few characters.
 
-What a command finds is in files; that nobody reads its words must not stop it, and no word may be lost for its letters.
+Results are in files: a command must not stop because nobody reads its output, nor lose words for their letters.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ def _usable(stream: TextIO | None) -> Any:
 
 
 class _Outlet(io.FileIO):
-    """A descriptor whose reader may leave: what is written then is dropped."""
+    """A descriptor whose reader may leave; later output is dropped."""
 
     _open = True
 

@@ -32,8 +32,8 @@ def run(
 ) -> CampaignResult:  # fmt: skip
     """Solve all designs of a campaign that are not solved yet; the log "pmor" tells how far it has come.
 
-    `folder`, `executor`, `progress` and `overwrite` are as in `pmor.app.rooms`; by default one process on this machine
-    solves.
+    `folder`, `executor`, `progress` and `overwrite` are as in `pmor.app.capabilities`; by default one process on this
+    machine solves.
 
     Raises
     ------

@@ -168,7 +168,7 @@ def _text(document: Mapping[str, Any]) -> str:
 
 
 def _lines(keys: Mapping[str, Any]) -> list[str]:
-    # What is left out has no value that a file could say.
+    # Values that a file cannot express are left out.
     said = {
         key: value for key, value in keys.items() if not (value is None or (isinstance(value, tuple) and not value))
     }

@@ -22,7 +22,7 @@ MOST_CONTACT_POINTS = 1_000_000
 MOST_ANGLES = 1_000_000
 # Rim that must stay between bore and root circle, in modules.
 THINNEST_RIM = 0.5
-# What lifts the rule that sweeps stay within the training.
+# Lifts the rule that sweeps stay within the training.
 EXTRAPOLATE = "[online] extrapolate = true and read the error bar"
 
 
@@ -36,7 +36,7 @@ def check_together(case: Case, document: dict[str, Any], where: str) -> None:
     document : dict
         The parsed file, to tell written values from defaults.
     where : str
-        What error messages call the file.
+        Name of the file in error messages.
     """
     pair = case.pair
     _check_length(pair.face_width_mm, pair.module_mm, f"{where}: [pair] face_width_mm")
@@ -294,8 +294,8 @@ def refuse_uneven_load(case: Case, where: str) -> None:
 def _check_extrapolation(case: Case, where: str) -> None:
     if case.online.extrapolate and case.reduction.trained and not case.reduction.error_estimate:
         raise CaseError(
-            f"{where}: [online] extrapolate = true: what a result beyond the training is worth, only its error bar "
-            "says, and [reduction] error_estimate = false: write true"
+            f"{where}: [online] extrapolate = true: only the error bar tells the accuracy beyond the training, and "
+            "[reduction] error_estimate = false: write true"
         )
 
 

@@ -1,4 +1,4 @@
-"""What a case says, for people (`describe`) and for the bookkeeping of bases (`basis_key`)."""
+"""Settings of a case, for people (`describe`) and for the bookkeeping of bases (`basis_key`)."""
 
 import hashlib
 import json

@@ -8,7 +8,7 @@ MISALIGNMENTS = ("in_plane_um", "out_of_plane_um", "centre_distance_um")
 
 
 def beyond_training(case: Case) -> tuple[str, ...]:
-    """Name what the sweep extrapolates, with both ranges; nothing within the training, and nothing without one.
+    """Name the extrapolated quantities of a sweep, with both ranges; none within the training, or without one.
 
     Below the smallest training torque is within: with less load fewer of the trained shapes are at work.
     """

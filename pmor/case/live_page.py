@@ -1,4 +1,4 @@
-"""Whether the page of a case can solve it itself, and what is solved for it."""
+"""The live page of a case: whether the page can solve the case itself, and on which mesh."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def why_not_live(case: Case) -> str:
 def takes_whole_width(case: Case) -> bool:
     """Return whether the finite elements of the whole width are solved for the page alone.
 
-    Half of it knows nothing of what is unlike on its two sides, tilted axes and sloped flanks.
+    Half of it cannot represent differences between the halves, such as tilted axes and sloped flanks.
     """
     asked = asks_for_live_page(case) and not why_not_live(case)
     return asked and case.mesh.width != "plane_strain" and mirrors_at_mid_width(case)

@@ -49,9 +49,9 @@ def parse_case(text: str, name: str, where: str, folder: Path | None = None) -> 
     name : str
         Name of the case.
     where : str
-        What error messages call the text, usually the path.
+        Name of the text in error messages, usually the path.
     folder : Path, optional
-        What names of files in it are relative to; without it, it may not name any.
+        Base of the names of files in it; without it, it may not name any.
 
     Returns
     -------

@@ -35,7 +35,7 @@ def read_text(path: Path, what: str, place: str = "") -> str:
     ----------
     path : Path
     what : str
-        What it should be, such as "case file".
+        Kind of the file, such as "case file".
     place : str
         Key that names it, for messages; by default the path itself.
 
@@ -122,11 +122,11 @@ class Reader:
     Parameters
     ----------
     where : str
-        What messages call the file.
+        Name of the file in messages.
     sections : mapping of str to type
         All sections of the format: an unknown key may belong in another one.
     folder : Path, optional
-        What names of files are relative to; without it the file may not name any.
+        Base of the names of files; without it the file may not name any.
     """
 
     where: str

@@ -101,7 +101,7 @@ class ContactCase:
 
     @property
     def kind(self) -> Literal["line", "nodal"]:
-        """What is evaluated: lines on exact flanks, or points of surfaces through nodes."""
+        """Unknowns of contact: lines on exact flanks, or points of surfaces through nodes."""
         return "line" if self.scheme == "line" else "nodal"
 
 

@@ -24,7 +24,7 @@ def mirrors_without_tilt(case: Case) -> bool:
 
 
 def meshed_width(case: Case) -> Width:
-    """Return what the mesh of a case spans: half the width only where it stands for the whole."""
+    """Return the meshed part of the face width: half of it only where it stands for the whole."""
     if case.mesh.width == "plane_strain":
         return "plane_strain"
     return "half" if mirrors_at_mid_width(case) else "whole"
@@ -48,7 +48,7 @@ def _mirrors_with_parallel_axes(case: Case) -> bool:
 
 
 def _uneven(case: Case) -> bool:
-    """Whether the halves are loaded unequally in any state: of the training, or, without one, of what is asked for."""
+    """Whether the halves are loaded unequally in any state: of the training, or, without one, of the sweep."""
     trained = case.offline
     if any(trained.in_plane_um) or any(trained.out_of_plane_um):
         return True

@@ -30,7 +30,7 @@ def run(
     reduced : ReducedPair, optional
         Reduced model of the pair, by line loads; by default it is made.
     folder, overwrite, executor, progress
-        As in `pmor.app.rooms`; the executor is one of threads, and the number of pieces grows with each stage.
+        As in `pmor.app.capabilities`; the executor is one of threads, and the number of pieces grows with each stage.
 
     Raises
     ------

@@ -25,7 +25,7 @@ def run(
     reduced : ReducedPair, optional
         Reduced model of the pair, by line loads; by default it is made.
     folder, overwrite, executor, progress
-        As in `pmor.app.rooms`; the executor is one of processes.
+        As in `pmor.app.capabilities`; the executor is one of processes.
 
     Raises
     ------

@@ -149,7 +149,7 @@ def run(
     before : sequence of dict
         Rows of an earlier run, to compare with (`read_rows`).
     progress : callable, optional
-        As in `pmor.app.rooms`: further bases.
+        As in `pmor.app.capabilities`: further bases.
     """
     rows, listed, step = offline_rows(case), variants(case), progress or (lambda count: None)
     pace, models, sizes = Pace("bases", len(listed)), list[ReducedPair](), list[float]()

@@ -73,14 +73,14 @@ def atomic_path(target: Path, overwrite: bool = False) -> Iterator[Path]:
 
 @contextmanager
 def output_errors(action: str, path: Path) -> Iterator[None]:
-    """Turn what the operating system refuses into one line for the engineer.
+    """Turn an error of the operating system into one line for the engineer.
 
     Parameters
     ----------
     action : str
-        What is tried, such as "write basis.h5".
+        Such as "write basis.h5".
     path : Path
-        What it is tried on; errors about other files keep their own words.
+        Its object; errors about other files keep their own words.
 
     Raises
     ------

@@ -1,12 +1,12 @@
-"""Laws that tie what is in a basis to its case and to each other: numbers that obey them are where they belong.
+"""Laws that tie the arrays of a basis to its case and to each other.
 
-A checksum says that nobody changed a number by accident. These laws say that kernels will stay within their arrays and
-end, and that results mean what they say, whoever wrote the file: flanks lie on the involutes of the case, a gear's
-shapes give back its forces' work, and the compliance of the flanks moves them as stored.
+A checksum finds accidents. These laws keep kernels within their arrays and results meaningful, whoever wrote the file:
+flanks lie on the involutes of the case, the energy products of the shapes are the work of their forces, and the
+compliance of the flanks moves them as stored.
 
-Products of large matrices are held against what is stored by one random combination of their rows: products with a
-vector find a wrong entry as surely (Freivalds, IFIP 1977, 839), and the laws take less than a twentieth of the time of
-reading a file. `pmor.work.verify` holds all entries against full FE.
+Products of large matrices are compared with the stored ones for one random combination of their rows, which finds a
+wrong entry as surely (Freivalds, IFIP 1977, 839). The laws take less than a twentieth of the time of reading a file;
+`pmor.work.verify` compares all entries with full FE.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from pmor.storage.layout import require
 
 # Relative: the same products in another order, on another computer.
 ROUND_OFF = 1e-9
-# What is left of that where forces are found from displacements first.
+# The same where forces are first found from displacements.
 SOLVED = 1e-6
 # Nodes that are held have a compliance below this fraction of the largest.
 LEAST_COMPLIANCE = 1e-14

@@ -1,4 +1,4 @@
-"""The basis file: what the offline stage hands to the online stage."""
+"""The basis file, which the offline stage hands to the online stage."""
 
 from __future__ import annotations
 
@@ -145,7 +145,7 @@ def _read_case(file: h5py.File, path: Path) -> Case:
     text = attribute(file, "case_text", str)
     case = parse_case(text, attribute(file, "case_name", str), f"{path} (case text)")
     made_from = attribute(file, "basis_key") == basis_key(case) and attribute(file, "case_sha256") == _digest(text)
-    require(made_from, "its case text does not say what it was made from")
+    require(made_from, "its case text is not that of its key")
     return case
 
 
@@ -207,12 +207,12 @@ def require_made_from(path: Path, basis: Basis, case: Case) -> None:
         Of the basis file.
     basis : Basis
     case : Case
-        What it should have been made from; modifications, sweep, comparison and output may differ.
+        Its required origin; modifications, sweep, comparison and output may differ.
     """
     if basis_key(basis.case) == basis_key(case):
         return
     own = {name: value for name, value, _ in describe(basis.case)}
-    # What no basis depends on comes last and is never reached: the keys differ.
+    # Settings that no basis depends on come last: the keys differ.
     modifications = "pinion.modification.", "wheel.modification."
     free = ("title", "load.", *modifications, "misalignment.", "online.", "compare.", "results.", "output.")
     differences = (

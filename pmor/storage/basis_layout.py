@@ -1,4 +1,4 @@
-"""What is in a basis file, by the case that it was made from.
+"""Datasets of a basis file, by its case.
 
 A new kind of content is a further table here, the arrays that it takes (`pmor.storage.basis_file`), and the laws that
 tie them to the case and to each other (`pmor.storage.basis_checks`).

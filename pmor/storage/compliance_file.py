@@ -22,7 +22,7 @@ LAYOUT = {
 
 @dataclass(frozen=True)
 class SolvedGear:
-    """What line loads need of a gear's finite elements.
+    """Finite elements of a gear, solved for line loads.
 
     Parameters
     ----------

@@ -1,8 +1,7 @@
 """Conditions in a file: a table with a named column for each parameter, in the unit that the column says.
 
-A further parameter of a condition is a further column. What a file does not say has the parameter's default, so that a
-file without the column means what it meant when it was written. Modified flanks have no column: they are those that the
-case of the file trains on.
+A further parameter of a condition is a further column; without the column it has its default, so that older files keep
+their meaning. Modified flanks have no column: they are those that the case of the file trains on.
 """
 
 from __future__ import annotations

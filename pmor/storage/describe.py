@@ -1,4 +1,4 @@
-"""What is in one of our HDF5 files, as text."""
+"""Content of our HDF5 files, as text."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pmor.storage.results_file import RESULTS_SCHEMA
 from pmor.storage.snapshot_file import SNAPSHOT_SCHEMA
 from pmor.storage.structure import items_of
 
-# Of all files but bases, which is what an unknown file is taken for.
+# Of all files but bases: an unknown file is taken for a basis.
 SCHEMAS = (SNAPSHOT_SCHEMA, RESULTS_SCHEMA, DESIGN_SCHEMA, CAMPAIGN_SCHEMA, COMPLIANCE_SCHEMA)
 
 

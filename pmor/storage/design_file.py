@@ -1,4 +1,4 @@
-"""The file of a design: all variants that were judged, in arrays that say what they are."""
+"""The file of a design: all evaluated variants, in arrays with unit, axes and description."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ DESIGN_LAYOUT = {
     "highest": Field("1", "variable", "other end of the range, in the unit of the variable"),
     "x": Field("1", "variant, variable", "values of the variables, each in its unit"),
     "results": Field("1", "variant, torque, result", "as drawn, each in its unit; NaN: not converged", finite=False),
-    "objective": Field("um", "variant", "what is minimised; NaN: not converged", finite=False),
-    "limits": Field("1", "variant, constraint", "what is constrained, in its unit", finite=False, optional=True),
+    "objective": Field("um", "variant", "minimised quantity; NaN: not converged", finite=False),
+    "limits": Field("1", "variant, constraint", "constrained quantity, in its unit", finite=False, optional=True),
     "kept": Field("1", "variant", "whether all constraints are kept", kind=bool),
     "origin": Field("1", "variant", "number among the origins of the file", kind=int, least=0.0),
     "front": Field("1", "point", "variants of the Pareto front", kind=int, least=0.0, optional=True),
@@ -34,14 +34,14 @@ DESIGN_LAYOUT = {
 
 @dataclass(frozen=True)
 class DesignResults:
-    """What is in a design file.
+    """Content of a design file.
 
     Parameters
     ----------
     text : str
         Of the design file and its case.
     variables, results, constraints, origins, curves : tuple of str
-        Names of what the axes count.
+        Names along the axes.
     arrays : mapping of str to ndarray
         By their paths in `DESIGN_LAYOUT`.
     """

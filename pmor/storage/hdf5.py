@@ -1,10 +1,10 @@
-"""HDF5 files that say what they are: schema, version, units, provenance, checksums.
+"""Self-describing HDF5 files: schema, version, units, provenance, checksums.
 
 A file is made in memory, written beside its target and renamed when complete. Every dataset carries its unit, the
 meaning of its axes, a description and the SHA-256 of its bytes; everything else is covered by the seal
 (`pmor.storage.seal`). Opening verifies that nothing but plain data is in it (`pmor.storage.structure`), and the seal;
-reading a dataset verifies that dataset. A seal keeps accidents out, not intent: what is read is held against a layout
-(`pmor.storage.layout`) before anything is computed with it.
+reading a dataset verifies that dataset. A seal finds accidents, not intent: arrays are compared with a layout
+(`pmor.storage.layout`) before anything is computed with them.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from pmor.storage.layout import Field, Layout, check_layout, check_values
 from pmor.storage.seal import CONTENTS, DESCRIPTIONS, checksums, contents_checksum, descriptions_checksum
 from pmor.storage.structure import Damaged, check_plain, items_of
 
-# What the library makes of attributes.
+# Types of attributes as the library returns them.
 ATTRIBUTES = {str: str, float: np.floating, int: np.integer, bool: np.bool_}
 LONGEST_CLAIM = 60  # characters
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
@@ -48,7 +48,7 @@ class Schema:
     name : str
     version : int
     remedy : str
-        What a user does about a file that this version cannot read.
+        For a file that this version cannot read.
     """
 
     name: str
@@ -154,7 +154,7 @@ def attribute(item: h5py.Group | h5py.Dataset, name: str, kind: type | None = No
     item : h5py.Group or h5py.Dataset
     name : str
     kind : {str, float, int, bool}, optional
-        What it has to be.
+        Required type.
 
     Raises
     ------
@@ -175,7 +175,7 @@ def attribute(item: h5py.Group | h5py.Dataset, name: str, kind: type | None = No
 
 @contextmanager
 def open_checked(path: Path, schema: Schema) -> Iterator[h5py.File]:
-    """Open a file for reading, if it is what it should be.
+    """Open a file of a schema for reading.
 
     Raises
     ------
@@ -213,13 +213,12 @@ def read(group: h5py.Group, name: str, field: Field | None = None) -> np.ndarray
     group : h5py.Group
     name : str
     field : Field, optional
-        What its values have to keep to; its kind and shape are held against it already (`check_layout`).
+        Bounds of its values; type and shape are checked already (`check_layout`).
 
     Raises
     ------
     Damaged
-        When the bytes are not those that were written, or not what the field allows; `open_checked` says which file
-        and what to do.
+        When the bytes differ from the written ones, or from the field; `open_checked` adds the file and the remedy.
     KeyError
         When there is no such dataset.
     """

@@ -1,7 +1,7 @@
-"""What is in a file of some kind: each dataset by its name, with type, axes, allowed values, unit and meaning.
+"""Layout of a kind of file: each dataset by its name, with type, axes, allowed values, unit and meaning.
 
-One table serves writing, where it gives the words, and reading, where nothing passes that does not fit it: names, types
-and shapes before anything is read, values before anybody sees them.
+One table serves writing, which takes the descriptions from it, and reading, which refuses all that differs: names,
+types and shapes before anything is read, values before they are used.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ LARGEST = 1e30
 
 @dataclass(frozen=True)
 class Field:
-    """What a dataset is.
+    """A dataset.
 
     Parameters
     ----------
@@ -115,6 +115,6 @@ def check_values(path: str, array: np.ndarray, field: Field) -> None:
 
 
 def require(holds: Any, what: str) -> None:
-    """Raise Damaged, saying what is wrong, unless something holds."""
+    """Raise Damaged with a reason unless a condition holds."""
     if not holds:
         raise Damaged(f"is of no use: {what}")

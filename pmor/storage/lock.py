@@ -1,8 +1,8 @@
 """Let one process at a time write a file or into a folder.
 
 `filelock` asks the operating system, which frees a lock when its process ends, however it ends: the lock file that a
-killed run left behind is simply taken over. Here is what it leaves to its users: no lock file stays in a folder of
-results, who comes second is told who is first, and a file system that knows no locks does not stop the work.
+killed run left behind is taken over. This module adds three things: no lock file stays in a folder of results, the
+error names the process that writes, and a file system without locks does not stop the work.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from pathlib import Path
 from pmor.core.errors import OutputError
 from pmor.storage.atomic import output_errors
 
-# What a file system answers that knows no locks. There, two runs may do the same work twice; atomic writes still keep
+# Errors of a file system without locks. There, two runs may do the same work twice; atomic writes still keep
 # each file whole.
 NO_LOCKS = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.ENOTSUP)
-# A lock file that its holder is just removing is met again after a moment.
+# Its holder may be removing a lock file at this very moment: try for a while.
 PATIENCE_S, POLL_S = 0.1, 0.01
 
 

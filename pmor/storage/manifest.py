@@ -1,11 +1,11 @@
-"""What this program wrote into a folder: so that it replaces and removes nothing else.
+"""List of the files that this program wrote into a folder: it replaces and removes nothing else.
 
 A folder of ours holds a manifest with a line for each file that was written there: its name and the SHA-256 of its
 content, appended before the file gets that name. So a kill at any moment leaves no file of ours that is not listed. A
 file that is not listed, or has another content by now, belongs to somebody else. Lines are only ever appended, each in
 one call: threads and processes that write at the same time do not lose each other's.
 
-Between them stand lines that say what the files after them were made from (`origin_of`).
+Lines between them give the origin of the files after them (`origin_of`).
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from pmor.core.errors import OutputError
 from pmor.core.version import __version__
 
 MANIFEST = ".pmor-manifest.jsonl"
-# Digests of the contents that a file had, and what each was made from, the latest of equal ones.
+# Digests of the contents that a file had, each with its origin, the latest of equal ones.
 Contents = dict[str, str]
 
 
 def origin_of(text: str) -> str:
-    """Return the digest of what results are made from: a text, such as that of the case, and this version."""
+    """Return the digest of the origin of results: a text, such as that of the case, and this version."""
     return hashlib.sha256(f"{__version__}\n{text}".encode()).hexdigest()
 
 
@@ -54,12 +54,12 @@ def record(target: Path, content: Path | None = None) -> None:
 
 
 def record_origin(folder: Path, origin: str) -> None:
-    """Say what the files that are listed from here on are made from."""
+    """Note the origin of the files that are listed from here on."""
     _append(folder, {"origin": origin})
 
 
 def listed(folder: Path) -> dict[str, Contents]:
-    """Return what the manifest of a folder says, by the names of files; nothing where there is none."""
+    """Return the manifest of a folder by the names of files; empty where there is none."""
     try:
         lines = (folder / MANIFEST).read_text(encoding="utf-8", errors="replace").splitlines()
     except OSError:
@@ -75,7 +75,7 @@ def listed(folder: Path) -> dict[str, Contents]:
 
 
 def origin_in(contents: Contents, path: Path) -> str | None:
-    """Return what a file was made from; None where it has no content that is listed: it is not ours."""
+    """Return the origin of a file; None where its content is not listed: it is not ours."""
     if path.is_symlink() or not path.is_file():
         return None
     return contents.get(_digest(path))

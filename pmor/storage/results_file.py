@@ -1,4 +1,4 @@
-"""The results file: what a run found, for other programs, in arrays that say what they are.
+"""The results file of a run, for other programs: arrays with unit, axes and description.
 
 Groups stand by themselves, each with the axes that it needs; those that were not asked for are left out. A new kind of
 result is further lines of `RESULTS_LAYOUT`, and the arrays that fill them (`pmor.report.results_data`).
@@ -117,7 +117,7 @@ ALWAYS = ("ste", "stiffness")
 
 @dataclass(frozen=True)
 class ResultsFile:
-    """What is in a results file.
+    """Content of a results file.
 
     Parameters
     ----------

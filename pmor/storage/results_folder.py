@@ -1,7 +1,7 @@
 """Folders that the program fills: of results, which belong to one case text, and of unfinished work.
 
-What is in them and not ours (`pmor.storage.manifest`) is neither replaced nor removed; where it is in the way, this is
-said before the work.
+Files of others in them (`pmor.storage.manifest`) are neither replaced nor removed; where one is in the way, the refusal
+comes before the work.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ def results_folder(
             refuse_foreign_folder(folder / name)
         with output_errors(f"write to the folder {folder}", folder / MANIFEST):
             begin_manifest(folder)
-            # Until results begin, what is written is of no text alone: a basis says itself what it was made from.
+            # Files before the results belong to no text: a basis holds its own case.
             record_origin(folder, "")
             for name in names:
                 if overwrite and (folder / name).exists():
@@ -84,7 +84,7 @@ def refuse_in_the_way(paths: Sequence[Path], overwrite: bool, inputs: Sequence[P
             continue
         for source in inputs:
             if source.exists() and path.exists() and path.samefile(source):
-                raise OutputError(f"{path}: is what the results are made from; choose another place for them")
+                raise OutputError(f"{path}: is an input of the results; choose another place for them")
         no_file = path.is_dir() or path.is_symlink()
         if no_file or not (overwrite or is_ours(path)):
             remedy = "choose another place" + ("" if no_file else ", or add --overwrite")
@@ -92,16 +92,16 @@ def refuse_in_the_way(paths: Sequence[Path], overwrite: bool, inputs: Sequence[P
 
 
 def start_results(folder: Path, text: str) -> None:
-    """Remove what is in a folder of results and was made from another text; to be called when new ones are there.
+    """Remove the files in a folder of results that were made from another text; to be called when new ones are there.
 
-    The log ``pmor`` names what was removed, and each file that was changed by hand and therefore stays.
+    The log ``pmor`` names the removed files, and each one that was changed by hand and therefore stays.
 
     Parameters
     ----------
     folder : Path
         Held by `results_folder`.
     text : str
-        What the results that are written from here on are made from.
+        Origin of the results that are written from here on.
 
     Raises
     ------
@@ -133,7 +133,7 @@ def working_folder(folder: Path, anew: bool = False) -> Path:
     ----------
     folder : Path
     anew : bool
-        Remove what is in it of ours.
+        Remove our files in it.
 
     Raises
     ------
@@ -151,7 +151,7 @@ def working_folder(folder: Path, anew: bool = False) -> Path:
 
 
 def remove_working_folder(folder: Path) -> None:
-    """Remove a folder for unfinished work; what is in it and not ours stays, and the folder with it.
+    """Remove a folder for unfinished work; files of others stay, and the folder with them.
 
     Files count by their names alone: half of one that a broken disk left is nobody's.
 

@@ -26,7 +26,7 @@ SNAPSHOT_LAYOUT = {
 
 
 def write_snapshots(path: Path, snapshots: Snapshots, basis_key: str) -> None:
-    """Write the snapshots of one angle, replacing what is there.
+    """Write the snapshots of one angle; an existing file is replaced.
 
     Raises
     ------

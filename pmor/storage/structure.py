@@ -1,8 +1,8 @@
-"""What an HDF5 file of ours is made of: groups, datasets and attributes of the plainest kinds, and nothing else.
+"""Structure of our HDF5 files: groups, datasets and attributes of the plainest kinds, and nothing else.
 
 The format knows links to other files, numbers that are made up where none are stored, data that unpack to thousands of
-times their size, and loops. Nothing of that is needed, and all of it is refused before a byte of a dataset is read:
-what is then read takes no more memory than the file is long.
+times their size, and loops. Nothing of that is needed, and all of it is refused before a byte of a dataset is read: a
+file takes no more memory than its length.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ AXES = ("DIMENSION_LIST", "REFERENCE_LIST")
 
 
 class Damaged(Exception):
-    """What is wrong with the file that is open; `pmor.storage.hdf5.open_checked` adds its name and what to do."""
+    """A defect of the open file; `pmor.storage.hdf5.open_checked` adds its name and the remedy."""
 
 
 def items_of(file: h5py.File) -> Items:
@@ -84,7 +84,7 @@ def _check_attribute(attribute: h5a.AttrID, place: str) -> None:
 
 
 def _checked_size(dataset: h5py.Dataset, path: str) -> int:
-    """Bytes of a dataset, all of which are in the file."""
+    """Bytes of a dataset, all stored in the file."""
     properties = dataset.id.get_create_plist()
     plain = (
         dataset.id.get_space().get_simple_extent_type() in (h5s.SIMPLE, h5s.SCALAR)

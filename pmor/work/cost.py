@@ -1,4 +1,4 @@
-"""What a case takes of the computer: peak memory and time of each stage, from sizes alone, before anything is solved.
+"""Peak memory and time of each stage of a case, from sizes alone, before anything is solved.
 
 Front doors refuse with it (`refuse_beyond_memory`, `meshed_within_memory`) before anything is meshed. Both are counted
 from sizes (`pmor.work.sizes`, `pmor.work.finite_element_cost`).
@@ -26,8 +26,8 @@ from pmor.work.finite_element_cost import DOUBLE, ELEMENT_BYTES, held_bytes, sol
 from pmor.work.sizes import PairSize, pair_size
 
 MIB = 2**20
-# Measured on Linux with Python 3.11: interpreter and libraries; with those of the solver; with compiled kernels; what a
-# page takes on top of that; and all of it while kernels are compiled.
+# Measured on Linux with Python 3.11: interpreter and libraries; with those of the solver; with compiled kernels; a page
+# on top of that; and all of it while kernels are compiled.
 START_BYTES, SOLVER_BYTES, KERNEL_BYTES, PAGE_BYTES, COMPILING_BYTES = (n * MIB for n in (130, 175, 195, 65, 800))
 # Patterns of forces that the stress along the fillets takes, over the flank's unknowns.
 PATTERNS = 0.25
@@ -51,7 +51,7 @@ GREEDY_STATES = 200
 
 @dataclass(frozen=True)
 class Stage:
-    """What a stage of a run takes.
+    """Peak memory and time of a stage of a run.
 
     Parameters
     ----------

@@ -16,7 +16,7 @@ from pmor.work.sizes import GearSize, PairSize
 DOUBLE = 8  # bytes
 # Operations per second on dense matrices, of one core of the reference computer.
 FLOPS = 13e9
-# Of linear and of quadratic elements: unknowns of one; its matrix, and what is left over on the way.
+# Of linear and of quadratic elements: unknowns of one; its matrix with intermediate results.
 ELEMENT_UNKNOWNS, ELEMENT_BYTES = {1: 24, 2: 60}, {1: 7_000, 2: 40_000}
 ELEMENT_S, FILLET_S = {1: 90e-6, 2: 250e-6}, 0.1
 
@@ -79,7 +79,7 @@ def _across(gear: GearSize) -> float:
 
 @cache
 def _dissection(sizes: tuple[int, ...], shared: tuple[bool, ...], order: int) -> float:
-    """Operations that eliminate what is inside a block of elements, as `pmor.fe.nested_dissection` divides it.
+    """Operations that eliminate the inside of a block of elements, as `pmor.fe.nested_dissection` divides it.
 
     `sizes` are its elements along each axis, `shared` tells which of its six faces (two to an axis) others share.
     """

@@ -52,7 +52,7 @@ def meshed_models(case: Case) -> tuple[MeshedCase, ...]:
     Raises
     ------
     CaseError, GeometryError, MeshError
-        With the name of the model, when it cannot hold what the case asks for.
+        With the name of the model, when it does not suit the case.
     """
     found = list[MeshedCase]()
     for scheme, model in other_models(case):

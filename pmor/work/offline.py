@@ -27,7 +27,7 @@ from pmor_online.errors import estimate_errors
 
 @dataclass(frozen=True)
 class OfflineSummary:
-    """What the offline stage did.
+    """Summary of the offline stage.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def run_offline(
     started : float, optional
         ``time.perf_counter()`` at the start of the offline stage, when meshing and finite elements shall count.
     estimate : callable
-        What a greedy sampling asks for errors (`pmor_offline.adaptive`).
+        Error estimate of a greedy sampling (`pmor_offline.adaptive`).
     progress : callable
         Called with the number of positions solved.
 
@@ -107,7 +107,7 @@ def parts_of(path: Path) -> Path:
 
 
 def _kept(case: Case, model: ElasticModel, parts: Path) -> dict[int, Snapshots]:
-    """Read what an interrupted run has left: what it wrote, of this case, mesh and position."""
+    """Read the snapshots of an interrupted run: written by us, of this case, mesh and position."""
     written, greedy, found = listed(parts), case.offline.sampling == "greedy", dict[int, Snapshots]()
     if not written:
         return found

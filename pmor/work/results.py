@@ -77,12 +77,8 @@ def pieces_folder(
     ----------
     folder : Path or str, optional
         Of the results; None: a temporary folder, which is removed afterwards.
-    files : sequence of str
-        Files to be written there later: foreign ones are refused now, before the work.
-    inputs : sequence of Path
-        Files that the results are made from, never replaced.
-    overwrite : bool
-        Replace files of these names whoever wrote them.
+    files, inputs, overwrite
+        As in `pmor.storage.results_folder.results_folder`: files of others are refused now, before the work.
 
     Raises
     ------
@@ -105,17 +101,10 @@ def writing_results(
 
     Parameters
     ----------
-    folder : Path or str
-    files : sequence of str
-        Files to be written.
+    folder, files, inputs, overwrite, working
+        As in `pmor.storage.results_folder.results_folder`.
     text : str
         Text that the results are made from, such as that of the case.
-    inputs : sequence of Path
-        Files that the results are made from, never replaced.
-    overwrite : bool
-        Replace files of these names whoever wrote them.
-    working : sequence of str
-        Folders of unfinished work.
     complete : bool
         Remove these folders afterwards: nothing is left to resume.
 

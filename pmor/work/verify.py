@@ -1,10 +1,10 @@
-"""The laws that a basis must obey, held against full FE of its own case.
+"""Laws of a basis, verified against full FE of its own case.
 
 Shapes are displacements of force fields, so that everything about a basis follows from forces and the compliance C of
 full FE: U = C F, the energy products F^T U, active shapes that store unit energy each by itself. Where a basis holds no
 forces (shapes at roll positions), those behind a displacement u of the loaded flank are found from it, f = C^-1 u.
-Beyond these identities it must give back the states it was trained on, and its error bar must be of the size of the
-error at states that it never saw: both within what the error estimate promises, for a reduction is not exact.
+Beyond these identities the basis must reproduce its training states within its error bar, and the error bar must be of
+the size of the error at unseen states.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ class Check:
     value, limit : float
         Without unit; NaN is never within the limit.
     meaning : str
-        What the value is.
+        Of the value.
     """
 
     name: str
@@ -96,8 +96,8 @@ def verify_basis(basis: Basis, model: ElasticModel, progress: Callable[[], None]
     Returns
     -------
     tuple of Check
-        What the basis has nothing for is left out: training states of static modes, the error estimate of a case that
-        asks for none.
+        Without those that the basis has no data for: training states of static modes, the error estimate of a case
+        that asks for none.
     """
     bodies = model.pinion, model.wheel
     checks: list[Check] = []

@@ -88,7 +88,7 @@ def test_files_are_named_after_their_source_in_the_current_folder(tmp_path, monk
         (("{gearbox}", "--to", "fmu", "-o", "{new}"), "is not an HDF5 file"),
         (("{basis}", "--to", "case", "-o", "{new}"), "cannot be read as REXS"),
         (("{basis}", "--to", "rexs", "-o", "{basis}"), "exists already"),
-        (("{basis}", "--to", "rexs", "-o", "{basis}", "--overwrite"), "is what the results are made from"),
+        (("{basis}", "--to", "rexs", "-o", "{basis}", "--overwrite"), "is an input of the results"),
         (("{basis}", "--to", "rexs", "--stage", "4"), "stage = 4: is for the format case alone"),
         (("{gearbox}", "--to", "case", "--torque", "4"), "torque_Nm = 4: is for the format fmu alone"),
         (("{gearbox}", "--to", "case", "--stage", "9", "-o", "{new}"), "there is no such stage"),

@@ -101,10 +101,10 @@ def test_no_output_replaces_what_it_is_made_from(case_file, tmp_path, no_work):
         ["bench", case_file, "--json", case_file, "--overwrite"],
         ["offline", case_file, "-o", case_file, "--overwrite"],
     ):
-        assert "is what the results are made from; choose another place" in refused(*arguments)
+        assert "is an input of the results; choose another place" in refused(*arguments)
     named = tmp_path / "summary.json"
     named.write_text(before)
-    assert "is what the results are made from" in refused("run", named, "--out", tmp_path, "--overwrite")
+    assert "is an input of the results" in refused("run", named, "--out", tmp_path, "--overwrite")
     assert case_file.read_text() == named.read_text() == before
 
 

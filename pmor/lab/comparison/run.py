@@ -47,7 +47,7 @@ def run(
     most_solves : int
         End of the curve of the Sobol sequence.
     folder, overwrite, executor, progress
-        As in `pmor.app.rooms`; the executor is one of threads, trainings and run times are timed on one.
+        As in `pmor.app.capabilities`; the executor is one of threads, trainings and run times are timed on one.
 
     Raises
     ------

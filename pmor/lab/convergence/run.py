@@ -48,7 +48,7 @@ def run(
     profile_elements : sequence of int
         Elements over the profile of each rung.
     folder, overwrite, executor, progress
-        As in `pmor.app.rooms`; the seconds of a mesh count only without an executor.
+        As in `pmor.app.capabilities`; the seconds of a mesh count only without an executor.
 
     Raises
     ------

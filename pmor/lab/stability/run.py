@@ -42,7 +42,7 @@ def run(
     case : Case
     only : str
     folder, overwrite, executor, progress
-        As in `pmor.app.rooms`; the executor is one of threads.
+        As in `pmor.app.capabilities`; the executor is one of threads.
 
     Raises
     ------

@@ -36,8 +36,8 @@ def run(
     ----------
     study : Study
     folder, overwrite, executor, progress
-        As in `pmor.app.rooms`; the executor is one of threads, for the angles of full FE. Pieces and bases stay in the
-        folder for the next run.
+        As in `pmor.app.capabilities`; the executor is one of threads, for the angles of full FE. Pieces and bases stay
+        in the folder for the next run.
 
     Raises
     ------

@@ -1,6 +1,6 @@
-"""Front doors of the capabilities, and of the experiments on the program: each runs, and leaves its files if asked to.
+"""Capabilities, and experiments on the program, as functions: each runs, and writes its files if asked to.
 
-All take a case or a file of settings (or the settings that `load` of the room made of it), a folder, and by keyword:
+All take a case or a file of settings (or the settings that its `load` returns), a folder, and by keyword:
 
 ``executor``
     A `concurrent.futures.Executor` that shares out the work; by default it is done here, one piece after the other.
@@ -15,10 +15,10 @@ stopped. Without, `write` of the result leaves the files. Its ``failures``, or `
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from pmor.core.errors import OutputError
 from pmor.core.progress import Steps
@@ -54,8 +54,7 @@ def run_dynamics(
     """Find the motion of a pair over its speed, as `pmor dynamics`; the executor is one of processes."""
     from pmor.dynamics.run import run
 
-    found = run(case, folder=folder, overwrite=overwrite, executor=executor, progress=progress)
-    return _written(found, folder, overwrite)
+    return _run(run, case, folder, overwrite, executor=executor, progress=progress)
 
 
 def run_design(
@@ -67,8 +66,7 @@ def run_design(
     from pmor.design.run import run
 
     settings = load(Path(file)) if isinstance(file, str | Path) else file
-    found = run(settings, folder=folder, overwrite=overwrite, executor=executor, progress=progress)
-    return _written(found, folder, overwrite)
+    return _run(run, settings, folder, overwrite, executor=executor, progress=progress)
 
 
 def campaign(
@@ -84,8 +82,7 @@ def campaign(
     from pmor.campaigns.run import run
 
     settings = load(file) if isinstance(file, str | Path) else file
-    found = run(settings, folder=folder, executor=executor, progress=progress, overwrite=overwrite)
-    return _written(found, folder, overwrite)
+    return _run(run, settings, folder, overwrite, executor=executor, progress=progress)
 
 
 def study(
@@ -97,8 +94,7 @@ def study(
     from pmor.lab.study.run import run
 
     settings = load(Path(file), quick=quick) if isinstance(file, str | Path) else file
-    found = run(settings, folder=folder, overwrite=overwrite, executor=executor, progress=progress)
-    return _written(found, folder, overwrite)
+    return _run(run, settings, folder, overwrite, executor=executor, progress=progress)
 
 
 def convergence(
@@ -108,8 +104,7 @@ def convergence(
     """Solve a case on finer and finer meshes of each element, as `pmor convergence`."""
     from pmor.lab.convergence.run import run
 
-    found = run(case, folder=folder, overwrite=overwrite, executor=executor, progress=progress)
-    return _written(found, folder, overwrite)
+    return _run(run, case, folder, overwrite, executor=executor, progress=progress)
 
 
 def stability(
@@ -119,8 +114,7 @@ def stability(
     """Run stiff and extreme variants of a case, those with a text in name or group, as `pmor stability`."""
     from pmor.lab.stability.run import run
 
-    found = run(case, only=only, folder=folder, overwrite=overwrite, executor=executor, progress=progress)
-    return _written(found, folder, overwrite)
+    return _run(run, case, folder, overwrite, only=only, executor=executor, progress=progress)
 
 
 def reductions(
@@ -130,8 +124,7 @@ def reductions(
     """Compare the reductions, and the samplings of their training, over the ranges of a case, as `pmor reductions`."""
     from pmor.lab.comparison.run import run
 
-    found = run(case, folder=folder, overwrite=overwrite, executor=executor, progress=progress)
-    return _written(found, folder, overwrite)
+    return _run(run, case, folder, overwrite, executor=executor, progress=progress)
 
 
 def bench(
@@ -188,7 +181,8 @@ def write_campaign_case(file: Place | Campaign, folder: Place, number: int, *, o
     return write_design(settings, number, Path(folder), overwrite)
 
 
-def _written(found: _Found, folder: Place | None, overwrite: bool) -> _Found:
+def _run(run: Callable[..., _Found], settings: Any, folder: Place | None, overwrite: bool, **options: Any) -> _Found:
+    found = run(settings, folder=folder, overwrite=overwrite, **options)
     if folder is not None:
         found.write(folder, overwrite=overwrite)
     return found
