@@ -74,10 +74,7 @@ def changed_text(base: str, changes: Mapping[str, Mapping[str, Any]]) -> str:
     [mesh]
     profile_elements = 8
     """
-    document = flattened(tomllib.loads(base))
-    for name, keys in changes.items():
-        document[name] = document.get(name, {}) | dict(keys)
-    return _text(document)
+    return _text(_changed(tomllib.loads(base), changes, "case"))
 
 
 def text_of(case: Case) -> str:

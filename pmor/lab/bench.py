@@ -40,7 +40,6 @@ from pmor.work.offline import run_offline
 from pmor.work.pace import Pace
 from pmor.work.table import Columns, table, text_lines
 from pmor_online.conditions import sweep_assemblies
-from pmor_online.errors import estimate_errors
 from pmor_online.model import ReducedPair, online_angles, reduced_pair
 from pmor_online.readings import derivatives, flank_maps, forces_on_gears, harris_sweep
 from pmor_online.sweep import largest_size, sweep_reduced_pair
@@ -180,7 +179,7 @@ def offline_rows(case: Case) -> list[Row]:
     model = elastic_model(case, mesh)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "basis.h5"
-        _, snapshots = _timed(lambda: run_offline(case, model, path, estimate=estimate_errors))
+        _, snapshots = _timed(lambda: run_offline(case, model, path))
     times = {
         "mesh": meshing,
         "elements, one gear": elements,
@@ -335,7 +334,7 @@ def _changed(case: Case, **changes: dict[str, Any]) -> Case:
 
 
 def _basis(case: Case, path: Path) -> ReducedPair:
-    run_offline(case, elastic_model(case, meshed_within_memory(case)), path, estimate=estimate_errors)
+    run_offline(case, elastic_model(case, meshed_within_memory(case)), path)
     return reduced_pair(read_basis(path))
 
 

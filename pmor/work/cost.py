@@ -173,13 +173,13 @@ def meshed_within_memory(case: Case) -> MeshModel:
     return mesh_model(case)
 
 
-def refuse_large_basis(path: Path, limits: Sequence[MemoryLimit] | None = None) -> None:
+def refuse_large_basis(path: Path) -> None:
     """Raise CaseError when a sweep with a basis file takes more memory than there is; a missing file is no matter."""
     if path.is_file():
-        _refuse(str(path), KERNEL_BYTES + UNPACKED * path.stat().st_size, ", or train with fewer elements", limits)
+        _refuse(str(path), KERNEL_BYTES + UNPACKED * path.stat().st_size, ", or train with fewer elements")
 
 
-def _refuse(what: str, memory: int, smaller: str, limits: Sequence[MemoryLimit] | None) -> None:
+def _refuse(what: str, memory: int, smaller: str, limits: Sequence[MemoryLimit] | None = None) -> None:
     for limit in memory_limits() if limits is None else limits:
         needed = memory + RESERVED_BYTES * limit.of_addresses
         if needed > limit.size:

@@ -19,7 +19,6 @@ from pmor.storage.lock import only_writer_of_file
 from pmor.storage.manifest import listed, origin_in
 from pmor.storage.results_folder import remove_working_folder, working_folder
 from pmor.storage.snapshot_file import read_snapshots, write_snapshots
-from pmor_offline.adaptive import ErrorEstimate
 from pmor_offline.sampling import TrainingPosition, most_positions, planned_positions
 from pmor_offline.train import train
 from pmor_online.errors import estimate_errors
@@ -47,8 +46,7 @@ class OfflineSummary:
 
 def run_offline(
     case: Case, model: ElasticModel, path: Path, *, executor: Executor | None = None, resume: bool = False,
-    overwrite: bool = False, started: float | None = None, estimate: ErrorEstimate = estimate_errors,
-    progress: Steps = quietly,
+    overwrite: bool = False, started: float | None = None, progress: Steps = quietly,
 ) -> OfflineSummary:  # fmt: skip
     """Solve full FE over the training set and write the basis.
 
@@ -67,8 +65,6 @@ def run_offline(
         Replace an existing basis file.
     started : float, optional
         ``time.perf_counter()`` at the start of the offline stage, when meshing and finite elements shall count.
-    estimate : callable
-        Error estimate of a greedy sampling (`pmor_offline.adaptive`).
     progress : callable
         Called with the number of positions solved.
 
@@ -95,7 +91,7 @@ def run_offline(
         label = f"{case.contact.scheme}: full FE"
         with Progress(positions, label, done=len(known), further=progress) if positions else nullcontext() as bar:
             step = bar.step if bar else lambda: None
-            trained = train(case, model, estimate, executor, step, known, keep, started)
+            trained = train(case, model, estimate_errors, executor, step, known, keep, started)
         write_basis(path, trained.basis, trained.force, overwrite)
         remove_working_folder(parts)
     return OfflineSummary(len(solved), len(known), trained.failures, time.perf_counter() - started)

@@ -204,11 +204,8 @@ def _training_states(basis: Basis) -> Check:
 
 def _unseen_states(basis: Basis, model: ElasticModel, progress: Callable[[], None]) -> Check:
     """Estimate against truth at states drawn at random from the ranges of the training."""
-    phi, conditions = _random_states(basis, model)
+    phi, conditions, truth = _random_states(basis, model, progress)
     ste, estimate = estimate_errors(basis, phi, conditions, TOLERANCE)
-    states = States(phi, tuple(conditions))
-    truth = solve_states(model.mesh.meshed, model.elasticity_at, states, progress=progress)
-    # Where full FE does not converge there is nothing to hold an estimate against.
     solved = np.isfinite(truth)
     true, estimated = np.abs(truth - ste)[solved], np.abs(estimate)[solved]
     value = float(np.max(_factors(estimated, true), initial=1.0))
@@ -222,24 +219,27 @@ def _unseen_states(basis: Basis, model: ElasticModel, progress: Callable[[], Non
 
 def _exact_states(basis: Basis, model: ElasticModel, progress: Callable[[], None]) -> Check:
     """Line loads against full FE at random states: nothing is reduced, so that only round-off may differ."""
-    phi, conditions = _random_states(basis, model)
-    states = States(phi, tuple(conditions))
+    phi, conditions, truth = _random_states(basis, model, progress)
     reduced = reduced_pair(basis)
     found = [sweep_line_loads(reduced, phi[i : i + 1], [condition]) for i, condition in enumerate(conditions)]
     ste = np.array([sweep.ste_um[0, 0] for sweep in found])
-    truth = solve_states(model.mesh.meshed, model.elasticity_at, states, progress=progress)
     solved = np.isfinite(truth)
     value = float(np.max(np.abs(ste / truth - 1.0)[solved], initial=0.0))
     return Check("unseen states", value, EXACT, f"relative; STE against full FE at {solved.sum()} states")
 
 
-def _random_states(basis: Basis, model: ElasticModel) -> tuple[FloatArray, list[Condition]]:
+def _random_states(
+    basis: Basis, model: ElasticModel, progress: Callable[[], None]
+) -> tuple[FloatArray, list[Condition], FloatArray]:
+    """Angles and conditions from the ranges of the training, with the STE of full FE: NaN where not converged."""
     offline, pair, rng = basis.case.offline, model.mesh.meshed.pair, np.random.default_rng(SEED)
     ranges = training_values(offline)
     draws = rng.random((UNSEEN_STATES, 1 + len(ranges)))
     low, high = np.array([r[0] for r in ranges]), np.array([r[-1] for r in ranges])
-    states = low + draws[:, 1:] * (high - low)
-    return pair.meshing_range[0] + pair.pitch * draws[:, 0], [condition_at(state) for state in states]
+    phi = pair.meshing_range[0] + pair.pitch * draws[:, 0]
+    conditions = [condition_at(state) for state in low + draws[:, 1:] * (high - low)]
+    states = States(phi, tuple(conditions))
+    return phi, conditions, solve_states(model.mesh.meshed, model.elasticity_at, states, progress=progress)
 
 
 def _factors(estimated: FloatArray, true: FloatArray) -> FloatArray:

@@ -17,7 +17,6 @@ from pmor.storage.results_folder import working_folder
 from pmor.storage.snapshot_file import read_snapshots, write_snapshots
 from pmor.work.offline import run_offline
 from pmor_offline.sampling import TrainingPosition
-from pmor_online.errors import estimate_errors
 from tests.support.small_case import case_text, fail_where
 from tests.support.stored_files import assert_same_basis, results_in
 
@@ -171,7 +170,7 @@ def greedy(tiny, few_candidates):
 @pytest.fixture(scope="module")
 def greedy_whole(greedy, tmp_path_factory):
     path = tmp_path_factory.mktemp("greedy") / "basis.h5"
-    assert run_offline(*greedy, path, estimate=estimate_errors).solved == STATES
+    assert run_offline(*greedy, path).solved == STATES
     return path
 
 
@@ -182,13 +181,13 @@ def test_an_interrupted_greedy_run_goes_on_to_the_same_basis(solved, greedy, gre
     path, parts = tmp_path / "basis.h5", tmp_path / "basis.h5.parts"
     interrupt_after(solved, monkeypatch, module=pmor_offline.adaptive)
     with pytest.raises(Interruption):
-        run_offline(*greedy, path, estimate=estimate_errors)
+        run_offline(*greedy, path)
     assert not path.exists()
     assert results_in(parts) == {f"angle_{i:05d}.h5" for i in range(solved)}
 
     monkeypatch.undo()
     calls = interrupt_after(STATES - solved, monkeypatch, module=pmor_offline.adaptive)  # one more would raise
-    done = run_offline(*greedy, path, resume=True, estimate=estimate_errors)
+    done = run_offline(*greedy, path, resume=True)
     assert (done.solved, done.resumed) == (STATES - solved, solved)
     assert len(calls) == STATES - solved
     assert_same_basis(path, greedy_whole)
@@ -201,9 +200,9 @@ def test_a_greedy_run_searches_again_from_a_damaged_part_on(greedy, greedy_whole
     path, parts = tmp_path / "basis.h5", tmp_path / "basis.h5.parts"
     interrupt_after(7, monkeypatch, module=pmor_offline.adaptive)
     with pytest.raises(Interruption):
-        run_offline(*greedy, path, estimate=estimate_errors)
+        run_offline(*greedy, path)
     monkeypatch.undo()
     (parts / "angle_00004.h5").write_bytes(b"half a file")
-    done = run_offline(*greedy, path, resume=True, estimate=estimate_errors)
+    done = run_offline(*greedy, path, resume=True)
     assert (done.solved, done.resumed) == (STATES - 4, 4)
     assert_same_basis(path, greedy_whole)

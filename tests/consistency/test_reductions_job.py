@@ -133,7 +133,7 @@ def test_counted_solves_are_those_of_the_offline_stage(case, model, compared, tm
     for i, variant in enumerate(v for v in variants(case, greedy) if v.label in checked):
         checked.remove(variant.label)
         path = tmp_path / f"{i}.h5"
-        done = run_offline(variant.case, model, path, estimate=estimate_errors)
+        done = run_offline(variant.case, model, path)
         basis = read_basis(path)
         assert done.solved == len(basis.training.phi)
         assert by_label[variant.label]["solves"] == basis.training.converged.size
@@ -147,7 +147,7 @@ def test_the_beginning_of_a_greedy_training_is_one_with_fewer_solves(case, model
     for solves in (5, 7):
         fewer = changed(case, {"sampling": "greedy", "solves": solves})
         path = tmp_path / f"{solves}.h5"
-        run_offline(fewer, model, path, estimate=estimate_errors)
+        run_offline(fewer, model, path)
         expected, found = read_basis(path), make_basis(fewer, model, whole.first(solves).snapshots)[0]
         assert_array_equal(found.training.phi, expected.training.phi)
         for own, other in zip(found.shapes.gears, expected.shapes.gears, strict=True):

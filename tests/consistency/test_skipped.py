@@ -20,7 +20,6 @@ from pmor.penalty.solve import window_depth
 from pmor.storage.basis_file import read_basis
 from pmor.work.offline import run_offline
 from pmor.work.sizes import rows_in_contact
-from pmor_online.errors import estimate_errors
 from tests.support.small_case import case_text
 
 CASES = ("paper_spur", "paper_64", "small_spur", "unequal_pair")
@@ -217,7 +216,7 @@ TRAININGS = {
 def test_as_many_states_are_solved_as_are_announced(training, tmp_path, few_candidates):
     offline, reduction, text = TRAININGS[training]
     some = case(offline=offline, reduction=reduction)
-    run_offline(some, elastic_model(some, mesh_model(some)), tmp_path / "b.h5", estimate=estimate_errors)
+    run_offline(some, elastic_model(some, mesh_model(some)), tmp_path / "b.h5")
     solved = read_basis(tmp_path / "b.h5").training.converged.size
     assert full_solves(some) == solved
     line = next(line for line in plan(some).splitlines() if "offline, full contact solves" in line)

@@ -64,12 +64,11 @@ def run_stages(case: Case, folder: Path) -> dict[str, dict[str, float]]:
     from pmor.work.offline import run_offline
     from pmor.work.online import run_online
     from pmor_online.compare import compare_models
-    from pmor_online.errors import estimate_errors
     from pmor_online.model import reduced_pair
 
     path = folder / "basis.h5"
     model = measured("finite elements", lambda: elastic_model(case, mesh_model(case)))
-    measured("training", lambda: run_offline(case, model, path, estimate=estimate_errors))
+    measured("training", lambda: run_offline(case, model, path))
     swept = measured("sweep", lambda: run_online(reduced_pair(read_basis(path)), path))
     result = replace(swept, comparison=measured("comparison", lambda: compare_models(swept.reduced, model)))
 

@@ -29,7 +29,6 @@ from pmor.results.sweep import SteSweep, ripple_um
 from pmor.storage.basis_file import read_basis
 from pmor.work.offline import run_offline
 from pmor_online.compare import training_failures
-from pmor_online.errors import estimate_errors
 from pmor_online.model import ReducedPair, online_angles, reduced_pair, unseen_angles
 from pmor_online.sweep import largest_size, sweep_reduced_pair
 
@@ -60,7 +59,7 @@ def grid_cell(
     grid = online_angles(pair.pitch, study.grid.angles_per_pitch)
     full = _full_on_grid(model, case, study, executor)
     # The compiled code is warm by now, so that the offline time below is that of a second run.
-    offline = run_offline(case, model, basis_path, overwrite=True, estimate=estimate_errors)
+    offline = run_offline(case, model, basis_path, overwrite=True)
     reduced = reduced_pair(read_basis(basis_path))
     training = reduced.basis.training
     on_grid = sweep_reduced_pair(reduced, grid, conditions)
