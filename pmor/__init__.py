@@ -28,8 +28,8 @@ Conditions
     `Misalignment`: position of the wheel's axis. `Modification`: deviation of a gear's flanks; `Topography`: on a grid.
     `Assembly`: misalignment and both modifications.
 Files
-    `load_results`: arrays of a results file by name, each a `ResultArray`. `info`: content of a file. `verify`: holds a
-    basis file against full FE, a `Verification`. `export_file`: writes a file in the format of another program.
+    `load_results`: arrays of a results file by name, each a `ResultArray`. `info`: content of a file. `verify`:
+    compares a basis file with full FE, a `Verification`. `export_file`: writes a file in the format of another program.
 Errors
     `PmorError`: base of all that an engineer can mend. `CaseError`, `GeometryError`, `MeshError`: in the settings.
     `FileFormatError`, `OutputError`: in files. `ConvergenceError`: no equilibrium found. `ExternalProgramError`: a

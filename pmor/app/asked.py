@@ -23,7 +23,7 @@ def asked_case(
     case: Case, pair: GearPair, torques_Nm: Iterable[float] | None, angles: int | FloatArray | None,
     misalignment: Misalignment | None, flanks: tuple[Modification | None, Modification | None],
 ) -> Case:  # fmt: skip
-    """Return the case of a model, and of its pair, with the sweep that is asked for.
+    """Return the case of a model with the requested sweep.
 
     Raises
     ------
@@ -51,7 +51,7 @@ def asked_case(
 
 
 def check_assembly(asked: Case, case: Case, pair: GearPair) -> None:
-    """Raise CaseError where axes or flanks are nothing for a case, or for the mesh that its model has."""
+    """Raise CaseError where axes or flanks do not suit a case, or the mesh of its model."""
     check_flanks(asked, case.name)
     refuse_modifications_off_the_flank(asked, pair)
     refuse_uneven_load(asked, case.name)
@@ -70,7 +70,7 @@ def with_assembly(case: Case, assembly: Assembly) -> Case:
 
 
 def listed(case: Case, number: int, assembly: Assembly) -> ConditionCase:
-    """Return the condition by which messages call a pair, from its number in the list that was given."""
+    """Return an assembly as a condition, named in messages by its number in the list."""
     return ConditionCase(
         name=f"assemblies[{number}]", torque_Nm=case.torque_Nm, misalignment=assembly.misalignment,
         pinion=assembly.pinion, wheel=assembly.wheel
@@ -78,7 +78,7 @@ def listed(case: Case, number: int, assembly: Assembly) -> ConditionCase:
 
 
 def positions(case: Case, meshed: MeshedPair, angles: int | FloatArray | None) -> FloatArray:
-    """Return the pinion angles of a sweep (n,), rad: those that are given, or so many over a pitch.
+    """Return the pinion angles of a sweep (n,), rad: the given ones, or a number of them over a pitch.
 
     Raises
     ------

@@ -160,7 +160,7 @@ COMMANDS: dict[str, tuple[str, *tuple[Option, ...]]] = {
         "content of an HDF5 file",
         _option("path", metavar="FILE.h5", type=_path,
                 help="a basis or another HDF5 file of pmor; or the folder of a campaign"),
-        _option("--verify", action="store_true", help="hold a basis against full FE of its case: seconds"),
+        _option("--verify", action="store_true", help="compare a basis with full FE of its case: seconds"),
     ),
 }  # fmt: skip
 

@@ -8,6 +8,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from pmor.app import capabilities
+from pmor.core.errors import ConvergenceError, FileFormatError
+from pmor.core.progress import Progress
+from pmor.core.threads import processes, threads
+from pmor.storage.results_folder import default_folder
+
 POSITIONS = "positions did not converge"
 
 
@@ -24,8 +30,6 @@ def compare(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite: 
 def _run_case(case_path: Path, out: Path | None, jobs: int, overwrite: bool, pages: bool) -> None:
     from pmor.app.run import run_case
     from pmor.case import load_case
-    from pmor.core.threads import threads
-    from pmor.storage.results_folder import default_folder
 
     case = load_case(case_path)
     folder = out or default_folder(case.name)
@@ -47,8 +51,6 @@ def offline(case_path: Path, basis_path: Path, resume: bool = False, jobs: int =
     """Generate the reduced basis of a case and write it to `basis_path`."""
     from pmor.app.training import train_file
     from pmor.case import load_case
-    from pmor.core.errors import ConvergenceError
-    from pmor.core.threads import threads
 
     case = load_case(case_path)
     with threads(jobs) as executor:
@@ -64,8 +66,6 @@ def online(
     """Sweep the static transmission error with the reduced model of a basis file."""
     from pmor.app.training import load_model
     from pmor.case import load_case
-    from pmor.core.threads import threads
-    from pmor.storage.results_folder import default_folder
 
     model = load_model(basis_path, case=load_case(case_path) if case_path else None)
     folder, inputs = out or default_folder(model.case.name), (case_path,) if case_path else ()
@@ -78,10 +78,7 @@ def study(
     study_path: Path, out: Path | None = None, jobs: int = 1, quick: bool = False, overwrite: bool = False
 ) -> None:
     """Run a study: a grid of meshes and refinements, three models, error against run time, one report."""
-    from pmor.app import capabilities
-    from pmor.core.threads import threads
     from pmor.lab.study.loader import load
-    from pmor.storage.results_folder import default_folder
 
     settings = load(study_path, quick=quick)
     folder = out or default_folder(settings.name, "_quick" * quick)
@@ -114,10 +111,7 @@ def _of_case(
     name: str, case_path: Path, out: Path | None, jobs: int, overwrite: bool, what_failed: str = "", **options: str
 ) -> None:
     """Call a function of `pmor.app.capabilities` with a case, and leave its files."""
-    from pmor.app import capabilities
     from pmor.case import load_case
-    from pmor.core.threads import processes, threads
-    from pmor.storage.results_folder import default_folder
 
     case = load_case(case_path)
     folder = out or default_folder(case.name, f"_{name.removeprefix('run_')}")
@@ -130,10 +124,7 @@ def design(
     design_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False, variant: int | None = None
 ) -> None:
     """Search the flank modifications that a design file asks for, or write one variant as a case file."""
-    from pmor.app import capabilities
-    from pmor.core.threads import threads
     from pmor.design.loader import load
-    from pmor.storage.results_folder import default_folder
 
     settings = load(design_path)
     folder = out or default_folder(settings.name)
@@ -150,12 +141,9 @@ def campaign(
     case_number: int | None = None, overwrite: bool = False,
 ) -> None:  # fmt: skip
     """Solve a table of designs, each with gears of its own, on processes of this machine or on a cluster."""
-    from pmor.app import capabilities
     from pmor.campaigns.cluster import dask_executor
     from pmor.campaigns.loader import load
     from pmor.campaigns.supervise import LocalProcesses
-    from pmor.core.progress import Progress
-    from pmor.storage.results_folder import default_folder
 
     settings = load(campaign_path)
     if case_number is not None:
@@ -170,7 +158,6 @@ def campaign(
 
 def bench(case_path: Path, json_path: Path, jobs: int = 2, overwrite: bool = False) -> None:
     """Measure run times by phase and by size, as ratios to an earlier measurement where there is one."""
-    from pmor.app import capabilities
     from pmor.case import load_case
 
     print(capabilities.bench(load_case(case_path), json_path, threads=jobs, overwrite=overwrite, inputs=(case_path,)))
@@ -189,7 +176,6 @@ def export(
 def info(path: Path, verify: bool = False) -> None:
     """Print the content of an HDF5 file and, where asked for, whether a basis obeys its laws."""
     from pmor.app import files
-    from pmor.core.errors import FileFormatError
     from pmor.storage.basis_file import BASIS_SCHEMA
 
     print(files.info(path))
@@ -210,8 +196,6 @@ def _finish(result: object, folder: Path, failures: Sequence[str] = (), what_fai
     ConvergenceError
         Where a part of it failed.
     """
-    from pmor.core.errors import ConvergenceError
-
     print(result)
     print(f"  results in {folder}")
     if failures:

@@ -17,7 +17,7 @@ from pmor.work.verify import UNSEEN_STATES, Check, checks_text, verify_basis
 
 @dataclass(frozen=True)
 class Verification:
-    """The laws of a basis, held against full FE of its case.
+    """The laws of a basis, verified against full FE of its case.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def info(path: Path | str) -> str:
 
 
 def verify(path: Path | str, full: FullModel | None = None, *, progress: Steps = quietly) -> Verification:
-    """Hold a basis file against full FE of its case, as `pmor info --verify` does.
+    """Verify a basis file against full FE of its case, as `pmor info --verify` does.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The reduced model of a gear pair: trained on full finite elements, kept, swept, exported and held against them."""
+"""The reduced model of a gear pair: sweeps, capabilities, files, and comparison with full finite elements."""
 
 from __future__ import annotations
 
@@ -90,9 +90,9 @@ class ReducedModel:
         torques_Nm : iterable of float, optional
             Pinion torques, N m; those of the case by default.
         angles : int or ndarray, optional
-            So many pinion angles to a pitch, or the angles themselves in rad; as many as the case says by default.
+            Number of pinion angles per pitch, or the angles themselves in rad; by default the number of the case.
         misalignment : Misalignment, optional
-            Where the wheel's axis is; as the case says by default.
+            Position of the wheel's axis; that of the case by default.
         extrapolate : bool
             Allow states beyond the training, where only the error bar tells the accuracy.
         executor : concurrent.futures.Executor, optional
@@ -100,7 +100,7 @@ class ReducedModel:
         progress : callable
             Called with the number of angles done.
         pinion, wheel : Modification, optional
-            Of their flanks; as the case says by default.
+            Of their flanks; those of the case by default.
 
         Raises
         ------
@@ -134,7 +134,7 @@ class ReducedModel:
         angles: int | FloatArray | None = None, *, extrapolate: bool = False, executor: Executor | None = None,
         progress: Steps = quietly
     ) -> ConditionsResult:  # fmt: skip
-        """Sweep the pair as it is built in several ways: other axes, other flanks, thousands of them in one call.
+        """Sweep several assemblies of the pair, with other axes and other flanks: thousands of them in one call.
 
         Parameters
         ----------
@@ -143,12 +143,12 @@ class ReducedModel:
         torques_Nm, angles, extrapolate, executor
             As in `sweep`, the same for all.
         progress : callable
-            Called with the number of angles done, counted for each way of building.
+            Called with the number of angles done, counted for each assembly.
 
         Raises
         ------
         CaseError
-            As `sweep`; it says which of them by its number, from 0.
+            As `sweep`, with the number of the assembly, from 0.
         """
         meshed = self.reduced.meshed
         asked = asked_case(self.case, meshed.pair, torques_Nm, angles, None, (None, None))

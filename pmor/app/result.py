@@ -41,7 +41,7 @@ class SweepResult:
     reduced : ReducedPair, optional
         Model of the sweep, where it keeps its line loads.
     assembly : Assembly
-        How the pair was built for it.
+        Axes and flanks of the sweep.
     """
 
     sweep: SteSweep
@@ -211,7 +211,7 @@ class SweepResult:
 
 @dataclass(frozen=True, repr=False)
 class ConditionsResult:
-    """Static transmission error of a pair that is built in B ways, over T torques and N pinion angles.
+    """Static transmission error of B assemblies of a pair, over T torques and N pinion angles.
 
     Parameters
     ----------
@@ -250,6 +250,4 @@ class ConditionsResult:
     def __repr__(self) -> str:
         failed = int(np.count_nonzero(~self.converged))
         ending = f"; {failed} positions did not converge" if failed else ""
-        return (
-            f"<ConditionsResult: {len(self.assemblies)} ways to build the pair, the first {self.results[0]!r}{ending}>"
-        )
+        return f"<ConditionsResult: {len(self.assemblies)} assemblies, the first {self.results[0]!r}{ending}>"

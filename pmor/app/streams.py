@@ -1,4 +1,4 @@
-"""Standard streams as users leave them: closed, a pipe that nobody reads any more, an encoding of few characters.
+"""Standard streams that cannot take all output: closed ones, broken pipes, encodings of few characters.
 
 Results are in files: a command must not stop because nobody reads its output, nor lose words for their letters.
 """
@@ -29,7 +29,7 @@ def usable_streams() -> Iterator[None]:
         yield
     finally:
         for stream in (output, errors):
-            with suppress(OSError):  # said already, where it can be said
+            with suppress(OSError):  # reported already, where possible
                 stream.flush()
         sys.stdout, sys.stderr = before
 

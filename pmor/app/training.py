@@ -1,4 +1,4 @@
-"""Reduced models trained, read from files, and held against full FE."""
+"""Reduced models: trained, read from files, compared with full FE."""
 
 from __future__ import annotations
 
@@ -115,7 +115,7 @@ def load_model(path: Path | str, *, case: Case | None = None) -> ReducedModel:
 def compare(
     model: ReducedModel, full: FullModel | None = None, *, executor: Executor | None = None, progress: Steps = quietly
 ) -> Comparison:
-    """Hold a reduced model against full FE at angles that no training has seen, as many as its case says.
+    """Compare a reduced model with full FE at unseen angles, as many as its case says.
 
     Parameters
     ----------

@@ -24,7 +24,7 @@ def make_case(name: str = "case", **settings: Any) -> Case:
         Names results; used in messages.
     **settings
         Sections as mappings, or single keys by their names in a case file where only one section has them (a key of the
-        gears sets both): ``pinion={"teeth": 21}``, ``module_mm=4.0``. Units stand in the names.
+        gears sets both): ``pinion={"teeth": 21}``, ``module_mm=4.0``. Names carry the units.
 
     Returns
     -------

@@ -16,7 +16,7 @@ from pmor.gear.condition import Misalignment
 
 # A length below this many modules is a slip: a gear so thin, or a hole so small, cannot be meshed sensibly.
 SMALLEST_LENGTH = 0.05
-# Contact points of a flank beyond which a search takes minutes and gigabytes, and finds nothing new.
+# Contact points of a flank beyond which a search takes minutes and gigabytes, without any gain.
 MOST_CONTACT_POINTS = 1_000_000
 # Angles of a sweep beyond which its results fill a computer's memory.
 MOST_ANGLES = 1_000_000
@@ -222,7 +222,7 @@ def _check_sampling(case: Case, where: str) -> None:
         )
     if offline.sampling == "greedy" and not reduction.error_estimate:
         raise CaseError(
-            f'{where}: [offline] sampling = "greedy": goes by the error estimate, and [reduction] error_estimate = '
+            f'{where}: [offline] sampling = "greedy": needs the error estimate, and [reduction] error_estimate = '
             "false: write true"
         )
 

@@ -116,7 +116,7 @@ def _check_frequencies(dynamics: DynamicsCase, where: str) -> None:
             raise _refused(where, dynamics, key, rule)
     for value, other in (("mesh_frequency_Hz", "mesh_frequency_ratio"), ("mesh_damping_N_s_mm", "damping_ratio")):
         if getattr(dynamics, value) is not None and getattr(dynamics, other) != getattr(DynamicsCase, other):
-            raise _refused(where, dynamics, value, f"{other} says it too: leave one of them out")
+            raise _refused(where, dynamics, value, f"{other} sets it too: leave one of them out")
 
 
 def _check_bearings(dynamics: DynamicsCase, gear: str, where: str) -> None:

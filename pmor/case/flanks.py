@@ -77,7 +77,7 @@ def _trained_on(case: Case, pinion: Modification, wheel: Modification) -> tuple[
 def check_flanks(case: Case, where: str) -> None:
     """Raise `CaseError` where modifications do not fit their gears, or the contact scheme does not know them.
 
-    Whether they lie on the flank, only the geometry of the pair says (`pmor.pair.modifications`).
+    `pmor.pair.modifications` checks whether they lie on the flank: that takes the geometry of the pair.
     """
     for flank in modified_flanks(case):
         place = f"{where}: {flank.place}"

@@ -15,7 +15,7 @@ def asks_for_live_page(case: Case) -> bool:
 
 
 def why_not_live(case: Case) -> str:
-    """Say why a page cannot solve a case itself; nothing where it can."""
+    """Return the reason why a page cannot solve a case itself; empty where it can."""
     mesh = case.mesh
     if case.contact.kind != "line":
         return 'the page solves line contact alone: write [contact] scheme = "line"'

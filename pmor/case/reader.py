@@ -215,7 +215,7 @@ class Reader:
     def _field(
         self, table: Mapping[str, Any], item: Field[Any], hint: Any, section: str, filled: Mapping[str, Any]
     ) -> dict[str, Any]:
-        """Read what stands under a key: a section, a list of sections, or a value; nothing where there is a default."""
+        """Read the content of a key: a section, a list of sections, or a value; empty where there is a default."""
         key, inner = _key(item, hint), _dataclass_in(hint)
         place, name = f"[{section}] {key}" if section else key, f"{section}.{key}" if section else key
         if key not in table:

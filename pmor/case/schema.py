@@ -88,7 +88,7 @@ class ContactCase:
     penalty_N_mm3 : float
         Contact penalty in N/mm3: pressure per penetration. Lines have none.
     layer_depth : float
-        Depth, in modules, of the layer below the flank that the closed form of `line` stands for.
+        Depth, in modules, of the layer below the flank that the closed form of `line` replaces.
     """
 
     scheme: Scheme = "line"
@@ -117,7 +117,7 @@ class ReductionCase:
         `flank_lines`, the default of the others: one shape for each line of flank nodes, its load distribution over
         the width taken from the training. `positions`: one for each trained roll position and torque, interpolated
         over the roll position (the paper). `pod`: the same, compressed to orthonormal modes at each position; for many
-        torques. `global_pod`: one set of modes for all positions; to see why not. `static_modes`: the unit forces on
+        torques. `global_pod`: one set of modes for all positions; for comparison. `static_modes`: the unit forces on
         all flank nodes, without training; exact, with the most unknowns.
     interpolation : {"linear", "cubic"}
         Of shapes at positions and of modes (`pod`), over the roll position. The others are not interpolated.
@@ -313,7 +313,7 @@ class LoadCase:
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Case:
-    """Everything that a case file says, checked.
+    """Content of a case file, checked.
 
     Parameters
     ----------

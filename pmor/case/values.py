@@ -1,7 +1,7 @@
 """Check one value of a TOML file against the type and the range that the schema gives its key.
 
-All functions return the converted value or raise `Refused`, whose message says rule and remedy; `pmor.case.reader` adds
-file, section and key.
+All functions return the converted value or raise `Refused` with rule and remedy; `pmor.case.reader` adds file, section
+and key.
 """
 
 import difflib
@@ -18,7 +18,7 @@ from pmor.gear.topography import Topography
 
 LONGEST_SHOWN_VALUE = 60
 TORQUE_UNIT = "N m"
-NO_LOAD = "without load nothing touches and there is nothing to solve: a small torque, such as 0.001, shows the flanks"
+NO_LOAD = "without load there is no contact to solve: a small torque, such as 0.001, shows the flanks"
 OTHER_FLANKS = (
     "the pinion drives counter-clockwise and loads the flanks on that side; a reversed torque loads the others, which "
     "are their mirror image: write it positive, STE(-T, phi) = -STE(T, -phi)"

@@ -19,7 +19,7 @@ def mirrors_at_mid_width(case: Case) -> bool:
 
 
 def mirrors_without_tilt(case: Case) -> bool:
-    """Return whether half the width would stand for the whole, were the axes parallel in all of the training."""
+    """Return whether tilted axes of the training alone forbid half the width."""
     return _mirrors_with_parallel_axes(case) and _uneven(case)
 
 

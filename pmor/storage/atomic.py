@@ -1,4 +1,4 @@
-"""Write files whole or not at all: a reader, or an interrupted run, never meets half a file."""
+"""Write files whole or not at all: no reader, and no interruption, finds half a file."""
 
 import errno
 import os
@@ -11,7 +11,7 @@ from pathlib import Path
 from pmor.core.errors import OutputError
 from pmor.storage.manifest import record, refuse_foreign
 
-# Of temporary files: the name of the target, the process, and eight digits that nobody else would think of.
+# Names of temporary files: the target, the process, and eight random digits.
 TEMPORARY = re.compile(r"\.(?P<target>.+)\.pmor-(?P<process>\d+)-[0-9a-f]{8}\.tmp")
 
 REMEDIES = {

@@ -226,7 +226,7 @@ def _check_training(case: Case, pair: GearPair, training: Training) -> None:
     ])  # fmt: skip
     slack = ROUND_OFF * np.abs(ranges).max(axis=1)
     inside = (found >= ranges[:, 0] - slack) & (found <= ranges[:, 1] + slack)
-    require(inside.all(), "its training is under other conditions than the case says")
+    require(inside.all(), "its training has other conditions than its case")
 
 
 def _same(found: FloatArray, expected: FloatArray, tolerance: float = ROUND_OFF) -> bool:

@@ -1,4 +1,4 @@
-"""Conditions in a file: a table with a named column for each parameter, in the unit that the column says.
+"""Conditions in a file: a table with a named column for each parameter, in the unit of the column.
 
 A further parameter of a condition is a further column; without the column it has its default, so that older files keep
 their meaning. Modified flanks have no column: they are those that the case of the file trains on.

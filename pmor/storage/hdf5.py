@@ -71,7 +71,7 @@ def create(
     overwrite : bool
         Whether an existing file may be replaced.
     dated : bool
-        Whether it says when it was made: without that, equal contents are equal files.
+        Whether the time of writing is stored: without it, equal contents are equal files.
 
     Yields
     ------

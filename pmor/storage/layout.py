@@ -18,7 +18,7 @@ from pmor.storage.structure import Damaged, Items
 KINDS = {float: np.dtype(np.float64), int: np.dtype(np.int64), bool: np.dtype(np.bool_)}
 
 
-# In mm, N, MPa and their products nothing that this program writes comes near it, and squares of it are numbers still.
+# Far above all results in mm, N, MPa and their products; its squares are still finite.
 LARGEST = 1e30
 
 
@@ -60,7 +60,7 @@ Layout = Mapping[str, Field]
 
 
 def check_layout(items: Items, layout: Layout, sizes: Mapping[str, int]) -> None:
-    """Hold names, types and shapes of a file's datasets against a layout; nothing is read.
+    """Compare names, types and shapes of a file's datasets with a layout; no data are read.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ def check_layout(items: Items, layout: Layout, sizes: Mapping[str, int]) -> None
 
 
 def check_values(path: str, array: np.ndarray, field: Field) -> None:
-    """Hold the values of a dataset against what its field allows.
+    """Compare the values of a dataset with the bounds of its field.
 
     Raises
     ------

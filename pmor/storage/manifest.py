@@ -40,7 +40,7 @@ def has_manifest(folder: Path) -> bool:
 
 
 def record(target: Path, content: Path | None = None) -> None:
-    """List a file with the content that it has, or is going to have; nothing where its folder is not one of ours.
+    """List a file with its present or future content, unless its folder is not one of ours.
 
     Parameters
     ----------

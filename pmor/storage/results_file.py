@@ -73,7 +73,7 @@ RESULTS_LAYOUT = {
     "orders/phase": Field("rad", "torque, order", "of the cosine at pinion angle 0", optional=True),
     "lines/pair": Field("1", "angle, pair", "tooth pairs that can touch", kind=int),
     "lines/z": Field("mm", "section", "sections over the width, from mid width; where each has an image, half of it"),
-    "lines/width": Field("mm", "section", "width that each stands for, without its image"),
+    "lines/width": Field("mm", "section", "width of each, without its image"),
     "lines/roll": Field("rad", "angle, pair, section, gear", "roll angles at which undeformed flanks meet"),
     "lines/load": _of_sections("N/mm", "line load"),
     "lines/half_width": _of_sections("mm", "Hertz's half-width of contact"),

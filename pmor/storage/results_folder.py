@@ -43,7 +43,7 @@ def results_folder(
     folder: Path, names: Sequence[str], working: Sequence[str] = (), overwrite: bool = False,
     inputs: Sequence[Path] = (),
 ) -> Iterator[Path]:  # fmt: skip
-    """Be the only one to write into a folder for results, which is made unless it is there.
+    """Lock a folder for results, which is made unless it is there.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def results_folder(
     Raises
     ------
     OutputError
-        When a file of such a name is there that is not ours, another process writes there, or nobody can.
+        When a file of such a name is there that is not ours, another process writes there, or it is read-only.
     """
     with only_writer_in_folder(ensure_writable(folder)):
         refuse_in_the_way([folder / name for name in names], overwrite, inputs)
@@ -153,7 +153,7 @@ def working_folder(folder: Path, anew: bool = False) -> Path:
 def remove_working_folder(folder: Path) -> None:
     """Remove a folder for unfinished work; files of others stay, and the folder with them.
 
-    Files count by their names alone: half of one that a broken disk left is nobody's.
+    Files count by their names alone: a broken disk may have left half of one.
 
     Raises
     ------

@@ -14,7 +14,7 @@ from pmor.storage.layout import Field, require
 
 SNAPSHOT_SCHEMA = Schema("pmor-snapshots", 5, "delete it; 'pmor offline --resume' makes it anew")
 
-# Tooth pairs are numbered from the one at the line of centres; so far away there are none in mesh.
+# Tooth pairs are numbered from the one at the line of centres; far beyond all in mesh.
 FARTHEST_PAIR = 1000
 SNAPSHOT_LAYOUT = {
     "pair_index": Field("1", "pair", "tooth pair", kind=int, increasing=True, least=-FARTHEST_PAIR, most=FARTHEST_PAIR),

@@ -1,4 +1,4 @@
-"""The pair that the live page solves: on the whole width, whatever half of it stands for elsewhere."""
+"""The pair that the live page solves, on the whole width."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def live_pair(reduced: ReducedPair) -> ReducedPair | str | None:
     Returns
     -------
     ReducedPair, str or None
-        Of line loads; or why there is none; None where none is asked for.
+        Of line loads; or the reason for its absence; None where none is asked for.
     """
     case = reduced.basis.case
     if not asks_for_live_page(case):

@@ -1,4 +1,4 @@
-"""How far long work has come, in lines of the log "pmor"."""
+"""Progress of long work, in lines of the log "pmor"."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ EVERY_S = 2.0
 
 
 class Pace:
-    """Tells how much of some work is done, and how long the rest takes; safe to share between threads.
+    """Logs the finished share of some work, and the time left; safe to share between threads.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ class Pace:
             self._done += count
 
     def tell(self, doing: str = "") -> None:
-        """Log a line, unless the last one is too recent.
+        """Log a line, at most one in ``every_s``.
 
         Parameters
         ----------

@@ -69,7 +69,7 @@ def run_pieces(
     pieces: Sequence[Piece], folder: Path, *, executor: Executor | None = None,
     progress: Callable[[int], None] | None = None, what: str = "pieces",
 ) -> tuple[dict[str, Result], tuple[str, ...]]:  # fmt: skip
-    """Do all pieces of work that are not finished yet; the log "pmor" tells how far they have come.
+    """Do all pieces of work that are not finished yet; progress goes to the log "pmor".
 
     Parameters
     ----------

@@ -20,7 +20,7 @@ from pmor_offline.sampling import SEED, sobol_positions
 
 # The training draws from SEED, the greedy candidates from the one after it.
 UNSEEN_SEED = SEED + 2
-# True errors below this, um, are not held against an estimate: no measurement of a gear resolves them.
+# True errors below this, um, are not compared with an estimate: no measurement of a gear resolves them.
 SMALLEST_ERROR_UM = 0.002
 
 

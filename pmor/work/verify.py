@@ -34,7 +34,7 @@ from pmor_online.model import reduced_pair
 
 Bodies = tuple[ElasticGear, ElasticGear]
 
-# Of all random choices: the same file is asked the same questions.
+# Of all random choices: equal files have equal checks.
 SEED = 20160919
 ANGLES = 3
 TRAINING_STATES = 10
@@ -47,7 +47,7 @@ ROUND_OFF = 1e-9
 STORED = 1e-10
 # Shapes that are nearly dependent cost digits in the factorisation of their Gram matrix.
 ORTHONORMAL = 1e-6
-# Directions of a compliance below this fraction of the largest store nothing that could be told from round-off.
+# Energies in directions of a compliance below this fraction of the largest are round-off.
 LEAST_COMPLIANCE = 1e-14
 # How far the true error may be from its estimate at trained states, and at others; without an estimate, its bound.
 COVERED = 5.0
@@ -83,7 +83,7 @@ class Check:
 
 
 def verify_basis(basis: Basis, model: ElasticModel, progress: Callable[[], None] = lambda: None) -> tuple[Check, ...]:
-    """Hold a basis against full FE.
+    """Verify a basis against full FE.
 
     Parameters
     ----------
@@ -218,7 +218,7 @@ def _unseen_states(basis: Basis, model: ElasticModel, progress: Callable[[], Non
 
 
 def _exact_states(basis: Basis, model: ElasticModel, progress: Callable[[], None]) -> Check:
-    """Line loads against full FE at random states: nothing is reduced, so that only round-off may differ."""
+    """Line loads against full FE at random states: the reduction is exact but for round-off."""
     phi, conditions, truth = _random_states(basis, model, progress)
     reduced = reduced_pair(basis)
     found = [sweep_line_loads(reduced, phi[i : i + 1], [condition]) for i, condition in enumerate(conditions)]
@@ -243,7 +243,7 @@ def _random_states(
 
 
 def _factors(estimated: FloatArray, true: FloatArray) -> FloatArray:
-    """By what factor estimates miss errors, either way; those of errors that are too small to tell left out."""
+    """Factors between estimates and errors, either way, without errors below the resolution."""
     counted = ~(true <= SMALLEST_ERROR_UM)  # a reduced state that did not converge is NaN, and counts
     with np.errstate(divide="ignore"):
         ratio = estimated[counted] / true[counted]

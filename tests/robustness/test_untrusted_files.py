@@ -96,7 +96,7 @@ LIES = {
     "whole numbers": (other("training/phi", lambda data: data.astype(int)), "int64, not float64"),
     "one axis less": (other("shapes/pinion/gram", lambda data: data[0]), "it should be tooth offset, shape, shape"),
     "angles of another pitch": (times("training/phi", 50.0), "not within one pitch"),
-    "torques of another case": (times("training/conditions", 3.0), "under other conditions than the case says"),
+    "torques of another case": (times("training/conditions", 3.0), "has other conditions than its case"),
     "numbers of states without convergence": (other("training/converged", np.zeros_like), "where it did not converge"),
 }
 
