@@ -153,7 +153,7 @@ def _reduced(source: Path) -> ReducedPair:
 
 
 def _tables(source: Path, folder: Path, overwrite: bool) -> None:
-    from pmor.export.file_tables import file_entries
+    from pmor.export.sweep_tables import file_entries
     from pmor.storage.hdf5 import schema_name
     from pmor.storage.results_file import RESULTS_SCHEMA
     from pmor_online.run import sweep_case

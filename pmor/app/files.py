@@ -8,7 +8,7 @@ from pathlib import Path
 from pmor.app.full import FullModel, full_model
 from pmor.campaigns.describe import folder_text
 from pmor.core.progress import Progress, Steps, quietly
-from pmor.export.file_tables import file_entries
+from pmor.export.sweep_tables import file_entries
 from pmor.export.tables import ResultArray
 from pmor.storage.basis_file import read_basis
 from pmor.storage.describe import file_text

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pmor.report.style import COLOURS, new_figure, plot_style
+from pmor.report.panels import panels
+from pmor.report.style import COLOURS
+from pmor.report.sweep_figures import periodic
 from pmor.results.sweep import SteSweep, peak_to_peak_um
 from pmor_online.conditions import ConditionSweep
 
@@ -35,9 +37,7 @@ def conditions_figure(own: SteSweep, nominal: int, conditions: Sequence[Conditio
         Index of its torque.
     conditions : sequence of ConditionSweep
     """
-    with plot_style():
-        figure = new_figure(7.6, 6.4)
-        over_torque, over_angle = figure.subplots(2, 1)
+    with panels(1, 7.6, 6.4, rows=2) as (figure, (over_torque, over_angle)):
         coloured = _least(conditions, MOST_COLOURED)
         # The coloured ones on top of the others.
         for number in sorted(range(len(conditions)), key=coloured.__contains__):
@@ -47,23 +47,19 @@ def conditions_figure(own: SteSweep, nominal: int, conditions: Sequence[Conditio
             _draw(over_torque, over_angle, conditions[number].sweep, conditions[number].own, drawn)
         _draw(over_torque, over_angle, own, nominal, {"color": "black", "ls": "--", "label": "the case's own"})
         over_torque.set_ylim(bottom=0.0)
-        over_torque.set_xlabel("Pinion torque [N m]")
-        over_torque.set_ylabel("STE peak-to-peak [µm]")
-        over_angle.set_xlabel("Pinion roll angle [deg]")
-        over_angle.set_ylabel("STE at own torque [µm]")
+        over_torque.set(xlabel="Pinion torque [N m]", ylabel="STE peak-to-peak [µm]")
+        over_angle.set(xlabel="Pinion roll angle [deg]", ylabel="STE at own torque [µm]")
         over_angle.margins(x=0.0)
         title = "Condition"
         if len(coloured) < len(conditions):
             title += f"\n(the {len(coloured)} with the least\npeak-to-peak of {len(conditions)})"
-        handles, labels = over_torque.get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside right upper", title=title)
+        figure.legend(*over_torque.get_legend_handles_labels(), loc="outside right upper", title=title)
     return figure
 
 
 def _draw(over_torque: Axes, over_angle: Axes, sweep: SteSweep, torque: int, drawn: dict[str, Any]) -> None:
     over_torque.plot(sweep.torque_Nm, peak_to_peak_um(sweep), marker="o", ms=3.5, **drawn)
-    phi = np.append(sweep.phi_rad, sweep.phi_rad[0] + sweep.span_rad)
-    over_angle.plot(np.degrees(phi), np.append(sweep.ste_um[torque], sweep.ste_um[torque, 0]), **drawn)
+    over_angle.plot(*periodic(sweep, sweep.ste_um[torque]), **drawn)
 
 
 def _least(conditions: Sequence[ConditionSweep], most: int) -> list[int]:

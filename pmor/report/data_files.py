@@ -29,22 +29,20 @@ def write_ste_csv(path: Path, sweep: SteSweep) -> None:
     newton_steps, unloaded_ste_um (empty where it is zero), ste_mesh_error_estimate_um (empty where there is none),
     share_pair_<index> (fraction of the torque).
     """
-    buffer = io.StringIO(newline="")
-    writer = csv.writer(buffer, lineterminator="\n")
-    header = ["phi_rad", "torque_Nm", "ste_um", "ste_error_estimate_um", "converged", "newton_steps", "unloaded_ste_um",
-              "ste_mesh_error_estimate_um"]  # fmt: skip
     nothing = np.full_like(sweep.ste_um, np.nan)
     error, unloaded = (nothing if a is None else a for a in (sweep.ste_error_um, sweep.unloaded_um))
     of_mesh = nothing[:, 0] if sweep.mesh_error_um is None else sweep.mesh_error_um
-    writer.writerow(header + [f"share_pair_{j}" for j in sweep.pair_index])
-    for i, torque in enumerate(sweep.torque_Nm):
-        for k, phi in enumerate(sweep.phi_rad):
-            row = [_field(phi), _field(torque), _field(sweep.ste_um[i, k]), _field(error[i, k])]
-            row += [str(int(sweep.converged[i, k])), str(int(sweep.newton_steps[i, k])), _field(unloaded[i, k])]
-            row.append(_field(of_mesh[i]))
-            writer.writerow(row + [_field(share) for share in sweep.pair_share[i, k]])
-    with atomic_path(path) as temporary:
-        temporary.write_text(buffer.getvalue(), encoding="utf-8", newline="")
+    shares = [f"share_pair_{j}" for j in sweep.pair_index]
+    rows = [
+        {
+            "phi_rad": phi, "torque_Nm": torque, "ste_um": sweep.ste_um[i, k], "ste_error_estimate_um": error[i, k],
+            "converged": int(sweep.converged[i, k]), "newton_steps": sweep.newton_steps[i, k],
+            "unloaded_ste_um": unloaded[i, k], "ste_mesh_error_estimate_um": of_mesh[i],
+            **dict(zip(shares, sweep.pair_share[i, k], strict=True)),
+        }
+        for i, torque in enumerate(sweep.torque_Nm) for k, phi in enumerate(sweep.phi_rad)
+    ]  # fmt: skip
+    write_table_csv(path, rows)
 
 
 def write_stress_csv(path: Path, stress: RootStress) -> None:
@@ -54,23 +52,19 @@ def write_stress_csv(path: Path, stress: RootStress) -> None:
     compression), max_principal_MPa, von_mises_MPa, radius_mm and z_mm (where: of the principal stress in tension, of
     von Mises's in compression).
     """
-    buffer = io.StringIO(newline="")
-    writer = csv.writer(buffer, lineterminator="\n")
-    writer.writerow(STRESS_COLUMNS)
+    values, rows = (stress.max_principal_MPa, stress.von_mises_MPa, stress.radius_mm, stress.z_mm), []
     for place in zip(*np.nonzero(np.isfinite(stress.max_principal_MPa)), strict=True):
         torque, angle, gear, pair, side = place
-        values = (stress.max_principal_MPa, stress.von_mises_MPa, stress.radius_mm, stress.z_mm)
-        state = _field(stress.phi_rad[angle]), _field(stress.torque_Nm[torque])
-        tooth = GEARS[gear], str(int(stress.pair_index[pair])), SIDES[side]
-        writer.writerow([*state, *tooth, *(_field(value[place]) for value in values)])
-    with atomic_path(path) as temporary:
-        temporary.write_text(buffer.getvalue(), encoding="utf-8", newline="")
+        tooth = GEARS[gear], stress.pair_index[pair], SIDES[side]
+        row = stress.phi_rad[angle], stress.torque_Nm[torque], *tooth, *(value[place] for value in values)
+        rows.append(dict(zip(STRESS_COLUMNS, row, strict=True)))
+    write_table_csv(path, rows, STRESS_COLUMNS)
 
 
-def write_table_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
-    """Rows of plain values under the keys of the first one; what is not known is an empty field."""
+def write_table_csv(path: Path, rows: Sequence[Mapping[str, Any]], columns: Sequence[str] = ()) -> None:
+    """Rows of plain values under some columns, by default the keys of the first row; unknown values are empty."""
     buffer = io.StringIO(newline="")
-    writer = csv.DictWriter(buffer, list(rows[0]), lineterminator="\n")
+    writer = csv.DictWriter(buffer, columns or list(rows[0]), lineterminator="\n")
     writer.writeheader()
     for row in rows:
         writer.writerow({key: _field(value) if isinstance(value, float) else value for key, value in row.items()})

@@ -8,14 +8,15 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from pmor.core.arrays import FloatArray
+from pmor.report.panels import panels
 from pmor.report.style import COLOURS, new_figure, plot_style
 from pmor.results.flank_maps import FlankMap, cell_edges
+from pmor.results.root_stress import GEARS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-GEARS = "Pinion", "Wheel"
 # What a flank map shows where a sharp edge carries.
 NO_BOUND = "#bbbbbb"
 NOMINAL_PATTERN, LIGHT_PATTERN = "#a6cee3", COLOURS[0]
@@ -29,20 +30,19 @@ PLACES = 161
 
 def flank_maps_figure(maps: Sequence[FlankMap]) -> Figure:
     """Largest pressure and line load over the mesh cycle, on the flanks of pinion and wheel."""
-    with plot_style():
-        figure = new_figure(8.4, 7.2)
-        panels = figure.subplots(2, len(maps), squeeze=False)
+    with panels(len(maps), 8.4, 7.2, rows=2) as (figure, drawn):
+        grid: Any = np.reshape(np.array(drawn), (2, -1))
         sharp = any(np.isnan(one.pressure_MPa).any() for one in maps)
         rows = ("pressure_MPa", "Hertz's pressure [MPa]"), ("load_N_per_mm", "Line load [N/mm]")
-        for row, (name, label) in zip(panels, rows, strict=True):
+        for row, (name, label) in zip(grid, rows, strict=True):
             top, beyond = _scale([getattr(one, name) for one in maps])
             for panel, one in zip(row, maps, strict=True):
                 image = _draw(panel, one, getattr(one, name), top)
-                panel.set_title(f"{GEARS[one.gear]}, {one.torque_Nm:g} N m")
+                panel.set_title(f"{GEARS[one.gear].capitalize()}, {one.torque_Nm:g} N m")
             figure.colorbar(image, ax=list(row), label=label, shrink=0.95, pad=0.02, extend=beyond)
-        for panel in panels[-1]:
+        for panel in grid[-1]:
             panel.set_xlabel("Position over face width [mm]")
-        for panel in panels[:, 0]:
+        for panel in grid[:, 0]:
             panel.set_ylabel("Roll angle [deg]")
         if sharp:
             figure.supxlabel("Grey: a sharp tip edge carries, at which the pressure has no bound", fontsize=9)
@@ -77,18 +77,14 @@ def flank_pattern_figure(nominal: Sequence[FlankMap], light: Sequence[FlankMap])
     """Parts of the flanks that are touched in a mesh cycle, under the nominal and under next to no torque."""
     from matplotlib.patches import Patch
 
-    with plot_style():
-        figure = new_figure(8.4, 4.2)
-        panels = figure.subplots(1, len(nominal), squeeze=False)[0]
-        for panel, loaded, unloaded in zip(panels, nominal, light, strict=True):
+    with panels(len(nominal), 8.4, 4.2) as (figure, drawn):
+        for panel, loaded, unloaded in zip(drawn, nominal, light, strict=True):
             for one, colour in ((loaded, NOMINAL_PATTERN), (unloaded, LIGHT_PATTERN)):
                 _fill(panel, one, colour)
             shares = [f"{100 * one.contact_share:.0f} % at {one.torque_Nm:g} N m" for one in (loaded, unloaded)]
-            panel.set_title(f"{GEARS[loaded.gear]}\n{', '.join(shares)}")
-            panel.set_xlabel("Position over face width [mm]")
-            panel.set_xlim(*_ends(loaded.z_mm))
-            panel.set_ylim(*np.degrees(loaded.roll_rad[[0, -1]]))
-        panels[0].set_ylabel("Roll angle [deg]\n(root to tip)")
+            panel.set(title=f"{GEARS[loaded.gear].capitalize()}\n{', '.join(shares)}", xlim=_ends(loaded.z_mm),
+                      xlabel="Position over face width [mm]", ylim=np.degrees(loaded.roll_rad[[0, -1]]))  # fmt: skip
+        drawn[0].set_ylabel("Roll angle [deg]\n(root to tip)")
         handles = [
             Patch(color=NOMINAL_PATTERN, label=f"{nominal[0].torque_Nm:g} N m"),
             Patch(color=LIGHT_PATTERN, label=f"{light[0].torque_Nm:g} N m"),
@@ -123,11 +119,9 @@ def load_distribution_figure(one: FlankMap) -> Figure:
             z, roll, load, cmap="viridis", vmin=0.0, rcount=SURFACE_LINES, ccount=SURFACE_LINES, lw=0.15,
             edgecolor="#333333", antialiased=True, rasterized=True,
         )  # fmt: skip
-        axes.set_xlabel("Face width [mm]")
-        axes.set_ylabel("Roll angle [deg]")
-        axes.set_zlabel("Line load [N/mm]")
-        axes.set_zlim(0.0, None)
-        figure.suptitle(f"{GEARS[one.gear]} flank, {one.torque_Nm:g} N m", fontsize=11)
+        axes.set(xlabel="Face width [mm]", ylabel="Roll angle [deg]", zlabel="Line load [N/mm]")
+        axes.set_zlim(bottom=0.0)
+        figure.suptitle(f"{GEARS[one.gear].capitalize()} flank, {one.torque_Nm:g} N m", fontsize=11)
         fill_in_space(figure, axes)
     return figure
 

@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pmor.core.arrays import FloatArray, IntArray
-from pmor.report.style import new_figure, plot_style
+from pmor.report.panels import panels
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-    from matplotlib.patches import Rectangle
 
 LOADED_FLANK_COLOUR = "#D55E00"
 # Of a curved edge.
@@ -30,16 +29,14 @@ def mesh_figure(nodes_xy_mm: FloatArray, quads: IntArray, flank_nodes_xy_mm: Flo
     flank_nodes_xy_mm : (k, 2)
         Nodes of the loaded flank, in order along the profile.
     """
-    with plot_style():
-        figure = new_figure(8.2, 5.2)
-        whole, zoom = figure.subplots(1, 2, width_ratios=(1.0, 1.7))
+    from matplotlib.patches import Rectangle
+
+    with panels(2, 8.2, 5.2, legend=1, width_ratios=(1.0, 1.7)) as (figure, (whole, zoom)):
         for axes, width in ((whole, 0.35), (zoom, 0.6)):
             _draw_mesh(axes, nodes_xy_mm, quads, width)
             axes.plot(*flank_nodes_xy_mm.T, color=LOADED_FLANK_COLOUR, lw=2.2, label="loaded flank", gid="flank")
-            axes.set_aspect("equal")
+            axes.set(aspect="equal", xlabel="x [mm]", ylabel="y [mm]")
             axes.grid(False)
-            axes.set_xlabel("x [mm]")
-            axes.set_ylabel("y [mm]")
         whole.set_title(f"One tooth sector:\n{len(quads)} elements, {len(np.unique(quads))} nodes")
         zoom.plot(*flank_nodes_xy_mm.T, "o", ms=3, color=LOADED_FLANK_COLOUR)
         zoom.set_title("Loaded flank and root fillet")
@@ -48,11 +45,10 @@ def mesh_figure(nodes_xy_mm: FloatArray, quads: IntArray, flank_nodes_xy_mm: Flo
         # The fillet lies on the axis' side of the flank, so the window is moved towards the axis.
         middle = 0.5 * (low + high)
         centre = middle - 0.12 * size * middle / np.linalg.norm(middle)
-        zoom.set_xlim(centre[0] - size / 2, centre[0] + size / 2)
-        zoom.set_ylim(centre[1] - size / 2, centre[1] + size / 2)
-        whole.add_patch(_window(centre, size))
+        corner = centre - size / 2
+        zoom.set(xlim=(corner[0], corner[0] + size), ylim=(corner[1], corner[1] + size))
+        whole.add_patch(Rectangle(tuple(corner), size, size, fill=False, ec="#777777", lw=0.8, ls="--"))
         whole.autoscale_view()
-        figure.legend(*whole.get_legend_handles_labels(), loc="outside lower center")
     return figure
 
 
@@ -71,10 +67,3 @@ def _outlines(around: FloatArray) -> FloatArray:
     end, t = np.roll(start, -1, axis=1), np.linspace(0.0, 1.0, CHORDS, endpoint=False)[:, None]
     points = (1.0 - t) * (1.0 - 2.0 * t) * start + 4.0 * t * (1.0 - t) * middle + t * (2.0 * t - 1.0) * end
     return np.asarray(points.reshape(len(around), -1, 2))
-
-
-def _window(centre: FloatArray, size: float) -> Rectangle:
-    from matplotlib.patches import Rectangle
-
-    corner = (centre[0] - size / 2, centre[1] - size / 2)
-    return Rectangle(corner, size, size, fill=False, ec="#777777", lw=0.8, ls="--")

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pmor.report.page import Picture
-from pmor.report.style import COLOURS, new_figure, plot_style
+from pmor.report.panels import panels
+from pmor.report.style import COLOURS
 from pmor.report.summary import ms_per_position
 from pmor.report.sweep_figures import angle_axes, curve_of, few_torques
 from pmor.results.sweep import SteSweep
@@ -24,26 +24,19 @@ if TYPE_CHECKING:
 MODEL_PICTURES = ("models", "error_time")
 # Torques that the picture of the curves has panels for.
 MOST_PANELS = 3
+#: sweep and comparison of each model, by its name
+Compared = Mapping[str, tuple[SteSweep, Comparison]]
 LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)))
 MARKERS = "os^Dv"
 
 
-@dataclass(frozen=True)
-class Compared:
-    """A model with what its pictures show."""
-
-    name: str
-    sweep: SteSweep
-    comparison: Comparison
-
-
 def model_pictures(result: OnlineResult) -> list[Picture]:
     """Return the pictures of the models that a case compares; none where it compares its own alone."""
-    models = [
-        Compared(model.case.contact.scheme, model.sweep, model.comparison)
+    models: Compared = {
+        str(model.case.contact.scheme): (model.sweep, model.comparison)
         for model in result.models
         if isinstance(model, OnlineResult) and model.comparison is not None
-    ]
+    }
     if not models:
         return []
     curves = "Static transmission error of all models (lines), each beside full FE of its own contact scheme (markers)."
@@ -57,35 +50,32 @@ def model_pictures(result: OnlineResult) -> list[Picture]:
     ]
 
 
-def _curves(models: Sequence[Compared], shown: SteSweep) -> Figure:
-    with plot_style():
-        figure = new_figure(7.6, 1.4 + 2.3 * len(shown.torque_Nm))
-        panels = np.atleast_1d(figure.subplots(len(shown.torque_Nm), 1, sharex=True))
-        for panel, torque in zip(panels, shown.torque_Nm.tolist(), strict=True):
-            for i, model in enumerate(models):
-                full = model.comparison.full
-                phi, ste, _ = curve_of([model.sweep], torque)
-                panel.plot(np.degrees(phi), ste, color=COLOURS[i], ls=LINES[i], label=model.name)
+def _curves(models: Compared, shown: SteSweep) -> Figure:
+    count = len(shown.torque_Nm)
+    with panels(1, 7.6, 1.4 + 2.3 * count, rows=count, sharex=True) as (figure, rows):
+        for panel, torque in zip(rows, shown.torque_Nm.tolist(), strict=True):
+            for i, (name, (sweep, comparison)) in enumerate(models.items()):
+                full = comparison.full
+                phi, ste, _ = curve_of([sweep], torque)
+                panel.plot(np.degrees(phi), ste, color=COLOURS[i], ls=LINES[i], label=name)
                 for there in full.ste_um[full.torque_Nm == torque]:
                     panel.plot(np.degrees(full.phi_rad), there, MARKERS[i], ms=5, mfc="none", mec=COLOURS[i], mew=0.9)
             panel.set_ylabel(f"STE at {torque:g} N m [µm]")
-        angle_axes(panels[-1], shown, top=panels[0])
-        _legend(figure, panels[0])
+        angle_axes(rows[-1], shown, top=rows[0])
+        _legend(figure, rows[0])
     return figure
 
 
-def _error_over_time(models: Sequence[Compared]) -> Figure:
-    errors = [100.0 * np.array([m.comparison.rms_relative_error, m.comparison.max_relative_error]) for m in models]
+def _error_over_time(models: Compared) -> Figure:
+    errors = [100.0 * np.array([c.rms_relative_error, c.max_relative_error]) for _, c in models.values()]
     known = [error for error in np.ravel(errors) if error > 0.0]
     floor, top = 0.1 * min(known, default=1.0), 3.0 * max(known, default=1.0)
-    with plot_style():
-        figure = new_figure(7.6, 4.2)
-        axes = figure.add_subplot()
-        for i, (model, error) in enumerate(zip(models, errors, strict=True)):
+    with panels(1, 7.6, 4.2) as (figure, (axes,)):
+        for i, ((name, (sweep, comparison)), error) in enumerate(zip(models.items(), errors, strict=True)):
             rms, largest = np.maximum(error, floor)
-            time_ms, full_ms = ms_per_position(model.sweep), ms_per_position(model.comparison.full)
+            time_ms, full_ms = ms_per_position(sweep), ms_per_position(comparison.full)
             axes.plot([time_ms, time_ms], [rms, largest], color=COLOURS[i])
-            axes.plot(time_ms, largest, MARKERS[i], ms=8, color=COLOURS[i], label=model.name)
+            axes.plot(time_ms, largest, MARKERS[i], ms=8, color=COLOURS[i], label=name)
             axes.plot(full_ms, floor, MARKERS[i], ms=8, mfc="none", mec=COLOURS[i], clip_on=False)
         axes.set(xscale="log", yscale="log", xlabel="Time of a position [ms]", ylabel="Error of the STE [%]")
         axes.margins(x=0.1)

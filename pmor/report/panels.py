@@ -1,10 +1,10 @@
-"""Parts of pictures that more than one laboratory draws."""
+"""Axes of pictures: panels, logarithmic scales, names of points."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from pmor.report.style import new_figure, plot_style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
 # Of the axes' height.
@@ -20,9 +21,9 @@ NAME_HEIGHT = 0.04
 
 @contextmanager
 def panels(
-    columns: int, width_in: float, height_in: float, legend: int = 0, sharex: bool = False, sharey: bool = False
+    columns: int, width_in: float, height_in: float, legend: int = 0, rows: int = 1, **options: Any
 ) -> Iterator[tuple[Figure, list[Axes]]]:
-    """Give a figure with panels beside each other.
+    """Give a figure with panels, row by row.
 
     Parameters
     ----------
@@ -30,11 +31,13 @@ def panels(
     width_in, height_in : float
     legend : int
         Columns of a legend below all panels, with the entries of the first; 0: none.
-    sharex, sharey : bool
+    rows : int
+    options
+        Of `matplotlib.figure.Figure.subplots`.
     """
     with plot_style():
         figure = new_figure(width_in, height_in)
-        axes = list(np.atleast_1d(figure.subplots(1, columns, sharex=sharex, sharey=sharey)))
+        axes = list(np.ravel(figure.subplots(rows, columns, squeeze=False, **options)))
         yield figure, axes
         if legend:
             figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=legend)
@@ -42,28 +45,28 @@ def panels(
 
 def log_log(axes: Axes, ticks: Sequence[int] = ()) -> None:
     """Logarithmic axes, with plain numbers while they are few digits; `ticks` are the only ones below, if given."""
-    from matplotlib.ticker import (
-        FixedLocator,
-        FuncFormatter,
-        LogFormatterMathtext,
-        LogLocator,
-        NullFormatter,
-        NullLocator,
-    )
+    from matplotlib.ticker import FixedLocator, LogFormatterMathtext, NullLocator
 
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    plain = FuncFormatter(lambda value, _: f"{value:g}")
+    axes.set(xscale="log", yscale="log")
     for axis in (axes.xaxis, axes.yaxis):
         low, high = axis.get_view_interval()
-        # Within two decades whole powers of ten are too few to read a number off.
-        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 100.0 * low else (1.0,)))
-        axis.set_major_formatter(plain if high < 1e4 * low else LogFormatterMathtext())
-        axis.set_minor_formatter(NullFormatter())
+        log_ticks(axis)
+        if high >= 1e4 * low:
+            axis.set_major_formatter(LogFormatterMathtext())
     if ticks:
         axes.xaxis.set_major_locator(FixedLocator(ticks))
-        axes.xaxis.set_major_formatter(plain)
+        axes.xaxis.set_major_formatter("{x:g}")
         axes.xaxis.set_minor_locator(NullLocator())
+
+
+def log_ticks(axis: Axis) -> None:
+    """Ticks of a logarithmic axis at powers of ten, within two decades at 2 and 5 as well, with plain numbers."""
+    from matplotlib.ticker import LogLocator, NullFormatter
+
+    low, high = axis.get_view_interval()
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 100.0 * low else (1.0,)))
+    axis.set_major_formatter("{x:g}")
+    axis.set_minor_formatter(NullFormatter())
 
 
 def name_points(axes: Axes, points: Sequence[tuple[float, float, str]], left: bool = False) -> None:

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from pmor.case import text_of
+from pmor.export.sweep_tables import sweep_arrays
 from pmor.report.data_files import write_table_csv
 from pmor.results.flank_maps import FlankMap
 from pmor.results.load_distribution import line_states
 from pmor.results.root_stress import GEARS
-from pmor.results.sweep import SteSweep, mesh_stiffness, orders_of, peak_to_peak_um
+from pmor.results.sweep import SteSweep, peak_to_peak_um
 from pmor.storage.results_file import ResultsFile, write_results_file
 from pmor_online.run import OnlineResult
 
@@ -28,42 +29,12 @@ def write_results_data(result: OnlineResult, out: Path) -> None:
     ------
     OutputError
     """
-    arrays = {name: array for group in GROUPS for name, array in group(result).items()}
+    arrays = sweep_arrays(result.sweep, result.reduced.meshed.pair) | _readings(result) | _root_stress(result)
     parameters = result.readings.sensitivities.parameter if result.readings else ()
     case = result.case
     write_results_file(out / RESULTS, ResultsFile(case.name, text_of(case), arrays, parameters))
     if result.readings is not None:
         write_table_csv(out / HARRIS, _harris_rows(result.readings.harris))
-
-
-def _ste(result: OnlineResult) -> Arrays:
-    sweep, radius = result.sweep, result.reduced.meshed.pair.pinion.base_radius
-    found = {
-        "ste/phi": sweep.phi_rad, "ste/torque": sweep.torque_Nm, "ste/ste": sweep.ste_um,
-        "ste/rotation": 1e3 * sweep.ste_um / radius, "ste/converged": sweep.converged,
-        "ste/pair_index": sweep.pair_index, "ste/pair_share": sweep.pair_share,
-    }  # fmt: skip
-    return found if sweep.unloaded_um is None else found | {"ste/unloaded": sweep.unloaded_um}
-
-
-def _stiffness(result: OnlineResult) -> Arrays:
-    pair = result.reduced.meshed.pair
-    stiffness = mesh_stiffness(result.sweep, pair.pinion.base_radius, pair.common_width)
-    found = {"stiffness/secant": stiffness.secant}
-    if result.sweep.stiffness_N_per_um is not None and stiffness.tangent is not None:
-        found["stiffness/tangent"] = stiffness.tangent
-    return found
-
-
-def _orders(result: OnlineResult) -> Arrays:
-    if not result.sweep.converged.all():
-        return {}
-    found = [orders_of(result.sweep, d) for d in range(len(result.sweep.torque_Nm))]
-    return {
-        "orders/order": found[0].order,
-        "orders/amplitude": np.stack([one.amplitude for one in found]),
-        "orders/phase": np.stack([one.phase for one in found]),
-    }
 
 
 def _readings(result: OnlineResult) -> Arrays:
@@ -107,32 +78,24 @@ def _root_stress(result: OnlineResult) -> Arrays:
 
 
 def _flanks(folder: str, maps: Sequence[tuple[FlankMap, FlankMap]]) -> Arrays:
+    stacked = {
+        "torque": "torque_Nm", "load": "load_N_per_mm", "half_width": "half_width_mm", "pressure": "pressure_MPa"
+    }  # fmt: skip
     found: Arrays = {}
     for gear, name in enumerate(GEARS):
         of_gear = [both[gear] for both in maps]
-        arrays = {
-            "torque": np.array([one.torque_Nm for one in of_gear]), "roll": of_gear[0].roll_rad, "z": of_gear[0].z_mm,
-            "load": np.stack([one.load_N_per_mm for one in of_gear]),
-            "half_width": np.stack([one.half_width_mm for one in of_gear]),
-            "pressure": np.stack([one.pressure_MPa for one in of_gear]),
-        }  # fmt: skip
+        arrays = {key: np.stack([getattr(one, field) for one in of_gear]) for key, field in stacked.items()}
+        arrays |= {"roll": of_gear[0].roll_rad, "z": of_gear[0].z_mm}
         found |= {f"{folder}/{name}/{key}": array for key, array in arrays.items()}
     return found
 
 
-# Each gives the arrays of a group of the file; a further kind of result is one more.
-GROUPS: tuple[Callable[[OnlineResult], Arrays], ...] = (
-    _ste, _stiffness, _orders, _readings, _root_stress,
-)  # fmt: skip
-
-
 def _harris_rows(sweep: SteSweep) -> list[dict[str, float]]:
     """Mean and peak-to-peak over torque; at torque 0 those of rigid flanks, where they have any."""
-    columns = "torque_Nm", "ste_mean_um", "ste_peak_to_peak_um"
-    rows = [
-        (float(torque), float(np.mean(ste)), float(np.ptp(ste)))
-        for torque, ste in zip(sweep.torque_Nm, sweep.ste_um, strict=True)
-    ]
+    curves = list(zip(sweep.torque_Nm, sweep.ste_um, strict=True))
     if sweep.unloaded_um is not None:
-        rows.insert(0, (0.0, float(np.mean(sweep.unloaded_um[0])), float(np.ptp(sweep.unloaded_um[0]))))
-    return [dict(zip(columns, row, strict=True)) for row in rows]
+        curves.insert(0, (0.0, sweep.unloaded_um[0]))
+    return [
+        {"torque_Nm": float(torque), "ste_mean_um": float(np.mean(ste)), "ste_peak_to_peak_um": float(np.ptp(ste))}
+        for torque, ste in curves
+    ]

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pmor.report.style import COLOURS, new_figure, plot_style
+from pmor.report.panels import panels
+from pmor.report.style import COLOURS
+from pmor.report.sweep_figures import spread
 from pmor.results.root_stress import GEARS, RootStress
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 LINES = ("-", "--")
-# Torques that a picture has room for.
-MOST_TORQUES = len(COLOURS)
 
 
 def fillet_figure(stress: RootStress, torque: int, nominal_MPa: tuple[float | None, float | None]) -> Figure:
@@ -28,23 +28,20 @@ def fillet_figure(stress: RootStress, torque: int, nominal_MPa: tuple[float | No
     nominal_MPa : two float
         ISO 6336-3, of pinion and wheel; None where it does not hold.
     """
-    with plot_style():
-        figure = new_figure(7.6, 3.8)
-        tension, compression = figure.subplots(1, 2, sharey=True)
+    with panels(2, 7.6, 3.8, sharey=True) as (figure, (tension, compression)):
         for gear, envelope in enumerate(stress.envelope):
-            look = {"color": COLOURS[gear], "ls": LINES[gear]}
+            look: dict[str, Any] = {"color": COLOURS[gear], "ls": LINES[gear]}
             pulled = envelope.max_principal_MPa[torque, 0].max(axis=1)
             pressed = envelope.von_mises_MPa[torque, 1].max(axis=1)
             tension.plot(envelope.arc_mm, pulled, label=GEARS[gear], **look)
             compression.plot(envelope.arc_mm, pressed, **look)
             if (nominal := nominal_MPa[gear]) is not None:
                 tension.axhline(nominal, color=COLOURS[gear], ls=":", lw=1.0)
-        tension.set_title("Loaded side: largest principal stress")
-        compression.set_title("Other side: von Mises's")
-        tension.set_ylabel("Root stress [MPa]\n(dotted: ISO 6336-3 nominal)")
+        along = "Along the fillet, from the involute [mm]"
+        tension.set(title="Loaded side: largest principal stress", xlabel=along,
+                    ylabel="Root stress [MPa]\n(dotted: ISO 6336-3 nominal)")  # fmt: skip
+        compression.set(title="Other side: von Mises stress", xlabel=along)
         tension.set_ylim(bottom=0.0)
-        for panel in (tension, compression):
-            panel.set_xlabel("Along the fillet, from the involute [mm]")
         figure.legend(loc="outside right upper")
     return figure
 
@@ -60,17 +57,14 @@ def cycle_figure(stress: RootStress, pitch_rad: float) -> Figure:
     """
     rolls = stress.phi_rad[:, None] + pitch_rad * stress.pair_index
     order = np.argsort(rolls, axis=None)
-    torques = np.linspace(0, len(stress.torque_Nm) - 1, min(MOST_TORQUES, len(stress.torque_Nm))).astype(int)
-    with plot_style():
-        figure = new_figure(7.6, 4.0)
-        axes = figure.add_subplot()
+    torques = spread(len(stress.torque_Nm), len(COLOURS))
+    with panels(1, 7.6, 4.0) as (figure, (axes,)):
         for colour, torque in zip(COLOURS, torques, strict=False):
             for gear, name in enumerate(GEARS):
                 values = stress.max_principal_MPa[torque, :, gear, :, 0].ravel()[order]
                 label = f"{name}, {stress.torque_Nm[torque]:g} N m"
                 axes.plot(np.degrees(rolls.ravel()[order]), values, color=colour, ls=LINES[gear], label=label)
-        axes.set_xlabel("Roll position of the tooth pair [deg]")
-        axes.set_ylabel("Root stress, largest principal [MPa]")
+        axes.set(xlabel="Roll position of the tooth pair [deg]", ylabel="Root stress, largest principal [MPa]")
         axes.set_ylim(bottom=0.0)
         figure.legend(loc="outside right upper")
     return figure

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pmor.core.arrays import FloatArray, IntArray
-from pmor.report.style import COLOURS, new_figure, plot_style
+from pmor.report.panels import log_ticks, panels
+from pmor.report.style import COLOURS
 from pmor.results.sweep import SteSweep, mesh_orders
 
 if TYPE_CHECKING:
@@ -45,9 +46,7 @@ def ste_figure(reduced: SteSweep, full: SteSweep | None = None, reduced_there: S
     reduced = few_torques(reduced, most)
     full, reduced_there = (sweep and few_torques(sweep, most) for sweep in (full, reduced_there))
     sweeps = [reduced] if reduced_there is None else [reduced, reduced_there]
-    with plot_style():
-        figure = new_figure(7.6, 4.4)
-        axes = figure.add_subplot()
+    with panels(1, 7.6, 4.4) as (figure, (axes,)):
         colours = _torque_colours(*(sweep.torque_Nm for sweep in sweeps), () if full is None else full.torque_Nm)
         for torque, colour in colours.items():
             phi, ste, error = curve_of(sweeps, torque)
@@ -60,8 +59,7 @@ def ste_figure(reduced: SteSweep, full: SteSweep | None = None, reduced_there: S
                 colour = colours[float(torque)]
                 axes.plot(np.degrees(full.phi_rad), ste, "o", ms=8, mfc="none", mec=colour, mew=1.1)
         if reduced.unloaded_um is not None:
-            phi = np.append(reduced.phi_rad, reduced.phi_rad[0] + reduced.span_rad)
-            axes.plot(np.degrees(phi), np.append(reduced.unloaded_um[0], reduced.unloaded_um[0, 0]), **UNLOADED)
+            axes.plot(*periodic(reduced, reduced.unloaded_um[0]), **UNLOADED)
         axes.set_ylabel("Static transmission error [µm]")
         angle_axes(axes, reduced)
         _ste_legend(axes, colours, reduced, full is not None, _torque_title(len(reduced.torque_Nm), asked))
@@ -74,35 +72,29 @@ def ste_figure(reduced: SteSweep, full: SteSweep | None = None, reduced_there: S
 def load_sharing_figure(sweep: SteSweep) -> Figure:
     """Share of the torque per tooth pair over the angle, a panel per torque."""
     asked, sweep = len(sweep.torque_Nm), few_torques(sweep, MOST_TORQUES)
-    with plot_style():
-        n = len(sweep.torque_Nm)
-        figure = new_figure(7.6, 1.2 + 1.9 * n)
-        panels = np.atleast_1d(figure.subplots(n, 1, sharex=True))
+    n = len(sweep.torque_Nm)
+    with panels(1, 7.6, 1.2 + 1.9 * n, rows=n, sharex=True) as (figure, rows):
         # A pair that never touches at any torque would only lengthen the legend.
         ever = np.flatnonzero((np.nan_to_num(sweep.pair_share) > 0).any(axis=(0, 1)))
-        phi = np.append(sweep.phi_rad, sweep.phi_rad[0] + sweep.span_rad)
-        for panel, torque, share in zip(panels, sweep.torque_Nm, sweep.pair_share, strict=True):
+        for panel, torque, share in zip(rows, sweep.torque_Nm, sweep.pair_share, strict=True):
             for colour, j in enumerate(ever):
+                phi, carried = periodic(sweep, share[:, j], _share_at_end(sweep, share, int(j)))
                 panel.plot(
-                    np.degrees(phi), 100.0 * _close_share(sweep, share, int(j)), marker=_position_marker(phi),
+                    phi, 100.0 * carried, marker=_position_marker(phi),
                     color=SHARE_COLOURS[colour % len(SHARE_COLOURS)], ls=SHARE_LINES[colour % len(SHARE_LINES)],
                     label=f"pair {sweep.pair_index[j]:+d}" if sweep.pair_index[j] else "pair 0"
                 )  # fmt: skip
-            panel.set_ylim(-4, 104)
-            panel.set_yticks([0, 25, 50, 75, 100])
-            panel.set_ylabel(f"Share of {torque:g} N m [%]")
-        angle_axes(panels[-1], sweep, top=panels[0])
-        handles, labels = panels[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside right upper", title=_torque_title(n, asked, "Tooth pair"))
+            panel.set(ylim=(-4, 104), yticks=[0, 25, 50, 75, 100], ylabel=f"Share of {torque:g} N m [%]")
+        angle_axes(rows[-1], sweep, top=rows[0])
+        entries = rows[0].get_legend_handles_labels()
+        figure.legend(*entries, loc="outside right upper", title=_torque_title(n, asked, "Tooth pair"))
     return figure
 
 
 def spectrum_figure(sweep: SteSweep, n_orders: int = N_MESH_ORDERS) -> Figure:
     """Amplitudes of the orders of the mesh frequency that the sweep resolves, bars per torque on a logarithmic axis."""
     asked, sweep = len(sweep.torque_Nm), few_torques(sweep, MOST_TORQUES)
-    with plot_style():
-        figure = new_figure(7.6, 4.0)
-        axes = figure.add_subplot()
+    with panels(1, 7.6, 4.0) as (figure, (axes,)):
         n = len(sweep.torque_Nm)
         amplitudes = np.array([mesh_orders(sweep, i, n_orders) for i in range(n)])
         resolved = np.isfinite(amplitudes).any(axis=0)
@@ -115,10 +107,8 @@ def spectrum_figure(sweep: SteSweep, n_orders: int = N_MESH_ORDERS) -> Figure:
             place = orders + (i - 0.5 * (n - 1)) * width
             axes.bar(place, shown - floor, width, bottom=floor, color=colours[float(torque)], label=f"{torque:g} N m")
         _log_axis(axes, floor, top)
-        axes.set_xticks(orders)
+        axes.set(xticks=orders, xlabel="Order of the mesh frequency [-]", ylabel="STE amplitude, zero to peak [µm]")
         axes.grid(False, axis="x")
-        axes.set_xlabel("Order of the mesh frequency [-]")
-        axes.set_ylabel("STE amplitude, zero to peak [µm]")
         if not resolved.any():
             axes.text(0.5, 0.5, "no spectrum: positions are missing", ha="center", transform=axes.transAxes)
         figure.legend(loc="outside right upper", title=_torque_title(n, asked))
@@ -142,11 +132,9 @@ def error_figure(
     phi, torques = np.asarray(phi_rad, float), np.atleast_1d(np.asarray(torque_Nm, float))
     percent = 100.0 * np.abs(np.atleast_2d(np.asarray(relative_error, float)))
     estimated = np.full_like(percent, np.nan) if estimate is None else 100.0 * np.abs(np.asarray(estimate, float))
-    asked, kept = len(torques), _spread(len(torques), MOST_TORQUES)
+    asked, kept = len(torques), spread(len(torques), MOST_TORQUES)
     torques, percent, estimated = torques[kept], percent[kept], estimated[kept]
-    with plot_style():
-        figure = new_figure(7.6, 3.8)
-        axes = figure.add_subplot()
+    with panels(1, 7.6, 3.8) as (figure, (axes,)):
         floor, top = _log_limits(percent, estimated, decades=6)
         colours = _torque_colours(torques)
         for torque, row, bars in zip(torques.tolist(), percent, estimated, strict=True):
@@ -158,8 +146,7 @@ def error_figure(
         if estimate is not None:
             axes.plot([], [], "s", ms=6, mfc="none", mec="black", label="estimated online")
         _log_axis(axes, floor, top)
-        axes.set_xlabel("Pinion roll angle [deg]")
-        axes.set_ylabel("|STE reduced / full - 1| [%]")
+        axes.set(xlabel="Pinion roll angle [deg]", ylabel="|STE reduced / full - 1| [%]")
         figure.legend(loc="outside right upper", title=_torque_title(len(torques), asked))
     return figure
 
@@ -167,10 +154,10 @@ def error_figure(
 def few_torques(sweep: SteSweep, most: int) -> SteSweep:
     """Return a sweep with at most so many of its torques, spread over all of them."""
     count = len(sweep.torque_Nm)
-    return sweep if count <= most else sweep.at_torques(_spread(count, most))
+    return sweep if count <= most else sweep.at_torques(spread(count, most))
 
 
-def _spread(count: int, most: int) -> IntArray:
+def spread(count: int, most: int) -> IntArray:
     """Indices of at most so many of `count` things, the first and the last among them."""
     return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(np.int64))
 
@@ -211,10 +198,16 @@ def _position_marker(phi: FloatArray) -> str:
     return "." if len(phi) <= MOST_DOTS else ""
 
 
-def _close_share(sweep: SteSweep, share: FloatArray, j: int) -> FloatArray:
-    """Share of pair column j (n_angles + 1,): at the end, a pair stands where a successor stood at the start."""
+def periodic(sweep: SteSweep, values: FloatArray, end: float | None = None) -> tuple[FloatArray, FloatArray]:
+    """Return roll angles (deg) and values (n_angles,) up to the end of the pitches, where the first one repeats."""
+    phi = np.degrees(np.append(sweep.phi_rad, sweep.phi_rad[0] + sweep.span_rad))
+    return phi, np.append(values, values[0] if end is None else end)
+
+
+def _share_at_end(sweep: SteSweep, share: FloatArray, j: int) -> float:
+    """Share of pair column j at the end of the pitches: a pair stands where a successor stood at the start."""
     successor = np.flatnonzero(sweep.pair_index == sweep.pair_index[j] + sweep.pitches)
-    return np.append(share[:, j], share[0, successor[0]] if successor.size else 0.0)
+    return float(share[0, successor[0]]) if successor.size else 0.0
 
 
 def angle_axes(axes: Axes, sweep: SteSweep, top: Axes | None = None) -> None:
@@ -246,14 +239,8 @@ def _ste_legend(axes: Axes, colours: dict[float, str], reduced: SteSweep, with_f
 
 
 def _log_axis(axes: Axes, floor: float, top: float) -> None:
-    """Logarithmic, with plain numbers: 0.01, not a power of ten; with 2 and 5 between where decades are few."""
-    from matplotlib.ticker import LogLocator, NullFormatter
-
-    axes.set_yscale("log")
-    axes.set_ylim(floor, top)
-    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if top < 100.0 * floor else (1.0,)))
-    axes.yaxis.set_major_formatter("{x:g}")
-    axes.yaxis.set_minor_formatter(NullFormatter())
+    axes.set(yscale="log", ylim=(floor, top))
+    log_ticks(axes.yaxis)
 
 
 def _log_limits(*values: FloatArray, decades: int = 5) -> tuple[float, float]:

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pmor.core.arrays import FloatArray
 from pmor.report.flank_figures import fill_in_space
+from pmor.report.panels import panels
 from pmor.report.style import COLOURS, new_figure, plot_style
-from pmor.report.sweep_figures import UNLOADED, angle_axes
+from pmor.report.sweep_figures import UNLOADED, angle_axes, periodic
 from pmor.results.sweep import SteSweep, mesh_orders, peak_to_peak_um
 
 if TYPE_CHECKING:
@@ -25,18 +27,15 @@ def harris_figure(sweep: SteSweep, nominal_Nm: float | None = None) -> Figure:
     """Harris map: transmission error over the angle, a curve for each torque, and its peak-to-peak over torque."""
     from matplotlib import colormaps
 
-    with plot_style():
-        figure = new_figure(9.6, 4.4)
-        curves, spans = figure.subplots(1, 2, width_ratios=(3, 2))
+    with panels(2, 9.6, 4.4, width_ratios=(3, 2)) as (figure, (curves, spans)):
         torque, span = sweep.torque_Nm, peak_to_peak_um(sweep)
         colours = colormaps[COLOUR_MAP](np.linspace(0.0, 0.92, len(torque)))
-        phi = np.degrees(np.append(sweep.phi_rad, sweep.phi_rad[0] + sweep.span_rad))
         for colour, ste in zip(colours, sweep.ste_um, strict=True):
-            curves.plot(phi, np.append(ste, ste[0]), color=colour, lw=1.2)
-        _name_curves(curves, phi[-1], torque, sweep.ste_um[:, 0])
+            curves.plot(*periodic(sweep, ste), color=colour, lw=1.2)
+        _name_curves(curves, math.degrees(sweep.phi_rad[0] + sweep.span_rad), torque, sweep.ste_um[:, 0])
         if sweep.unloaded_um is not None:
             unloaded = sweep.unloaded_um[0]
-            curves.plot(phi, np.append(unloaded, unloaded[0]), label="no load, rigid", **UNLOADED)
+            curves.plot(*periodic(sweep, unloaded), label="no load, rigid", **UNLOADED)
             curves.legend(loc="best")
             torque, span = np.insert(torque, 0, 0.0), np.insert(span, 0, np.ptp(unloaded))
         angle_axes(curves, sweep)
@@ -48,10 +47,8 @@ def harris_figure(sweep: SteSweep, nominal_Nm: float | None = None) -> Figure:
                 "nominal", (nominal_Nm, 0.0), xycoords=("data", "axes fraction"), xytext=(-4, 4),
                 textcoords="offset points", ha="right", va="bottom", rotation=90, fontsize=9, color="#555555",
             )  # fmt: skip
-        spans.set_xlim(0.0, 1.05 * float(torque[-1]))
-        spans.set_ylim(0.0, 1.1 * float(np.nanmax(span)))
-        spans.set_xlabel("Pinion torque [N m]")
-        spans.set_ylabel("Peak-to-peak STE [µm]")
+        spans.set(xlim=(0.0, 1.05 * float(torque[-1])), ylim=(0.0, 1.1 * float(np.nanmax(span))),
+                  xlabel="Pinion torque [N m]", ylabel="Peak-to-peak STE [µm]")  # fmt: skip
     return figure
 
 
@@ -85,8 +82,7 @@ def waterfall_figure(sweep: SteSweep) -> Figure:
         axes.set_xticks(orders)
         named = place[:: 1 + len(place) // MOST_NAMED]
         axes.set_yticks(named, [f"{torque:g}" for torque in sweep.torque_Nm[named]])
-        axes.set_xlabel("Order of the mesh frequency [-]")
-        axes.set_ylabel("Pinion torque [N m]")
-        axes.set_zlabel("STE amplitude, zero to peak [µm]")
+        axes.set(xlabel="Order of the mesh frequency [-]", ylabel="Pinion torque [N m]",
+                 zlabel="STE amplitude, zero to peak [µm]")  # fmt: skip
         fill_in_space(figure, axes)
     return figure

@@ -1,7 +1,8 @@
 """The results file of a run, for other programs: arrays with unit, axes and description.
 
 Groups stand by themselves, each with the axes that it needs; those that were not asked for are left out. A new kind of
-result is further lines of `RESULTS_LAYOUT`, and the arrays that fill them (`pmor.report.results_data`).
+result is further lines of `RESULTS_LAYOUT`, and the arrays that fill them (`pmor.export.sweep_tables`,
+`pmor.report.results_data`).
 
 Each axis is a dimension scale of HDF5, so that readers of netCDF have named dimensions with their coordinates:
 ``xarray.open_dataset("results.h5", group="ste")``.
@@ -63,6 +64,7 @@ RESULTS_LAYOUT = {
     "ste/ste": _curve("static transmission error along the transverse line of action; NaN where not converged"),
     "ste/rotation": _curve("the same as rotation of the pinion", "urad"),
     "ste/unloaded": Field("um", STATE, "transmission error of rigid flanks", finite=False, optional=True),
+    "ste/error_bar": Field("um", STATE, "estimated error of reduction and mesh", finite=False, optional=True),
     "ste/converged": Field("1", STATE, "whether the position converged", kind=bool),
     "ste/pair_index": Field("1", "pair", "tooth pair: at the roll position phi + 2 pi j / z1", kind=int),
     "ste/pair_share": Field("1", "torque, angle, pair", "share of the pinion torque", finite=False),
