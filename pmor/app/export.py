@@ -79,7 +79,7 @@ def export_file(
 
         reduced = _reduced(source)
         refuse_beyond_memory(reduced.basis.case)
-        export(reduced, path, False, overwrite)
+        export(reduced, path, overwrite)
     else:
         export_model(_reduced(source), to, path, overwrite, torque_Nm)
     return path

@@ -1,7 +1,7 @@
 """Both gears in motion as VTKHDF: displacement, stress and pressure on the elements, for ParaView and the like.
 
-Version 2.0 of the format, a temporal `UnstructuredGrid`: the mesh is stored once, undeformed, with the teeth in the
-middle of their path (or in the first position), and each step has its fields. A step is a pinion angle; the fields are
+Version 2.0 of the format, a temporal `UnstructuredGrid`: the mesh of the two sectors of a tooth pair is stored once,
+undeformed, in the middle of the path of contact, and each step has its fields. A step is a pinion angle; the fields are
 elastic, without the rotation of the gears. Stress is that of the sector's mesh: the notch at the root is resolved in
 `stress.csv`, not here.
 """
@@ -47,14 +47,12 @@ FIELDS = {
 
 @dataclass(frozen=True)
 class PlacedSector:
-    """A sector of a gear where it stands in the undeformed pair.
+    """A sector of a gear, placed in the undeformed pair.
 
     Parameters
     ----------
     gear : int
         0 pinion, 1 wheel.
-    sector : int
-        Counted counter-clockwise.
     rotation : ndarray, shape (3, 3)
         Of vectors in the sector's frame.
     shift : ndarray, shape (3,)
@@ -62,21 +60,18 @@ class PlacedSector:
     """
 
     gear: int
-    sector: int
     rotation: FloatArray
     shift: FloatArray
 
 
-def export(reduced: ReducedPair, path_out: Path, whole: bool = False, overwrite: bool = False) -> None:
-    """Write both gears of a reduced pair, at the nominal torque of its case.
+def export(reduced: ReducedPair, path_out: Path, overwrite: bool = False) -> None:
+    """Write a tooth pair of a reduced pair from its entry into the mesh to its exit, at the nominal torque of its case.
 
     Parameters
     ----------
     reduced : ReducedPair
         The finite elements of its case are solved again for the volume.
     path_out : Path
-    whole : bool
-        Both gears over one pitch; else the sectors of one tooth pair from its entry into the mesh to its exit.
     overwrite : bool
         As in `pmor.storage.atomic.atomic_path`.
 
@@ -86,22 +81,20 @@ def export(reduced: ReducedPair, path_out: Path, whole: bool = False, overwrite:
         When a position has no equilibrium.
     OutputError
     """
-    phi = step_angles(reduced, whole)
+    phi = step_angles(reduced)
     forces, pairs = flank_forces(reduced, phi)
     case = reduced.basis.case
-    gears = _volumes(case, whole)
-    placed = _placed(reduced, gears, phi, whole)
+    gears = _volumes(case)
+    placed = _placed(reduced)
     with atomic_path(Path(path_out), overwrite) as temporary, h5py.File(temporary, "w") as file:
         file.attrs["pmor_version"], file.attrs["case_text"] = __version__, text_of(case)
         _write(file, phi, gears, placed, _fields(case, gears, placed, forces, pairs))
 
 
-def step_angles(reduced: ReducedPair, whole: bool) -> FloatArray:
+def step_angles(reduced: ReducedPair) -> FloatArray:
     """Return the pinion angles of the steps, rad."""
     pair = reduced.meshed.pair
     step = pair.pitch / STEPS_PER_PITCH
-    if whole:
-        return np.asarray(step * np.arange(STEPS_PER_PITCH))
     start, stop = pair.meshing_range
     start, stop = start - BEYOND * pair.pitch, stop + BEYOND * pair.pitch
     return np.asarray(start + step * np.arange(math.ceil((stop - start) / step) + 1))
@@ -147,33 +140,24 @@ def flank_forces(reduced: ReducedPair, phi: FloatArray) -> tuple[FloatArray, Int
     return np.stack([found[int(index)] for index in pairs], axis=1), pairs
 
 
-def _volumes(case: Case, whole: bool) -> tuple[ElasticGear, ElasticGear]:
+def _volumes(case: Case) -> tuple[ElasticGear, ElasticGear]:
     """Solve the finite elements of both gears with their surface layers; keep the factors for back-substitution."""
     mesh = mesh_model(case)
 
     def build(sector: SectorMesh, gear: GearCase) -> ElasticGear:
-        neighbours = sector.teeth // 2 if whole else neighbouring_teeth(mesh.meshed.pair)
-        return elastic_gear(
-            sector, gear.youngs_modulus_GPa * 1e3, gear.poisson_ratio, case.mesh.element, neighbours, True
-        )
+        young, neighbours = gear.youngs_modulus_GPa * 1e3, neighbouring_teeth(mesh.meshed.pair)
+        return elastic_gear(sector, young, gear.poisson_ratio, case.mesh.element, neighbours, True)
 
     return per_gear(case, mesh, build)
 
 
-def _placed(
-    reduced: ReducedPair, gears: tuple[ElasticGear, ElasticGear], phi: FloatArray, whole: bool
-) -> list[PlacedSector]:
-    """Sectors where they are shown: pair 0 in the middle of its path, whole gears in the first position."""
+def _placed(reduced: ReducedPair) -> list[PlacedSector]:
+    """Sectors of tooth pair 0 in the middle of its path."""
     pair = reduced.meshed.pair
-    at = float(phi[0]) if whole else 0.5 * sum(pair.meshing_range)
-    starts = at, math.pi + float(pair.wheel_tooth_rotation(at))
-    found = []
-    for gear, body in enumerate(gears):
-        shift = np.array([0.0, (0.0, pair.centre_distance)[gear], 0.0])
-        for sector in range(body.mesh.teeth) if whole else (0,):
-            angle = starts[gear] + 2.0 * math.pi * sector / body.mesh.teeth
-            found.append(PlacedSector(gear, sector, rotation_z(angle), shift))
-    return found
+    middle = 0.5 * sum(pair.meshing_range)
+    angles = middle, math.pi + float(pair.wheel_tooth_rotation(middle))
+    shifts = np.zeros(3), np.array([0.0, pair.centre_distance, 0.0])
+    return [PlacedSector(gear, rotation_z(angles[gear]), shifts[gear]) for gear in range(2)]
 
 
 def _fields(
@@ -184,12 +168,12 @@ def _fields(
     for place in placed:
         body, material = gears[place.gear], materials[place.gear]
         teeth = pairs if place.gear == 0 else -pairs  # the wheel's teeth count against the pinion's
-        displacement = sector_displacement(body, place.sector, teeth, forces[place.gear])
+        displacement = sector_displacement(body, 0, teeth, forces[place.gear])
         stress = nodal_stress(body.mesh, displacement, material.youngs_modulus_GPa * 1e3, material.poisson_ratio)
         principal, von_mises = principal_and_von_mises(stress)
         own = np.unique(body.mesh.elements[:, :QUADRATIC_NODES])
         pressure = np.zeros((len(body.mesh.nodes), 1, displacement.shape[2]))
-        for number in np.flatnonzero((teeth - place.sector) % body.mesh.teeth == 0):
+        for number in np.flatnonzero(teeth % body.mesh.teeth == 0):
             pressure[body.mesh.flank.ravel(), 0] += _pressure(body.mesh, forces[place.gear, number])
         yield {
             "displacement_mm": np.einsum("ij,njm->nim", place.rotation, displacement)[own],
@@ -230,8 +214,7 @@ def _write(
     kind = QUADRATIC_HEXAHEDRON if nodes == QUADRATIC_NODES else HEXAHEDRON
     root["Types"] = np.full(len(cells), kind, dtype=np.uint8)
     each = [len(gears[place.gear].mesh.elements) for place in placed]
-    for name in ("gear", "sector"):
-        root[f"CellData/{name}"] = np.repeat([getattr(place, name) for place in placed], each)
+    root["CellData/gear"] = np.repeat([place.gear for place in placed], each)
     _write_steps(root, phi, total)
     for name, parts in FIELDS.items():
         shape = (steps * total, parts) if parts > 1 else (steps * total,)
@@ -267,5 +250,4 @@ def _write_steps(root: h5py.Group, phi: FloatArray, total: int) -> None:
         steps[name] = np.zeros((count, 1), dtype=np.int64)
     for name in FIELDS:
         steps[f"PointDataOffsets/{name}"] = total * np.arange(count)
-    for name in ("gear", "sector"):
-        steps[f"CellDataOffsets/{name}"] = np.zeros(count, dtype=np.int64)
+    steps["CellDataOffsets/gear"] = np.zeros(count, dtype=np.int64)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
 from pmor.case import Case, condition_words
 from pmor.report.table import Table
-from pmor.results.sweep import mesh_orders, peak_to_peak_um, ste_mean_um
+from pmor.results.sweep import SteSweep, mesh_orders, peak_to_peak_um, ste_mean_um
 from pmor_online.conditions import ConditionSweep
 from pmor_online.run import OnlineResult
 
@@ -18,24 +19,30 @@ N_ORDERS = 5
 COLUMNS = ("torque_Nm", "ste_mean_um", "ste_peak_to_peak_um", "ste_order_1_um", "unloaded_ste_peak_to_peak_um")
 
 
+def sweep_row(sweep: SteSweep, t: int) -> dict[str, Any]:
+    """Return the figures of a sweep at one of its torques: plain values, units in the keys."""
+    unloaded = None if sweep.unloaded_um is None else sweep.unloaded_um[t]
+    return {
+        "torque_Nm": float(sweep.torque_Nm[t]), "ste_mean_um": float(ste_mean_um(sweep)[t]),
+        "ste_peak_to_peak_um": float(peak_to_peak_um(sweep)[t]),
+        "unloaded_ste_mean_um": None if unloaded is None else float(np.mean(unloaded)),
+        "unloaded_ste_peak_to_peak_um": None if unloaded is None else float(np.ptp(unloaded)),
+        "first_touch_um": None if unloaded is None else float(np.min(unloaded)),
+        "ste_mesh_error_percent": None if sweep.mesh_error_percent is None else float(sweep.mesh_error_percent[t]),
+    }  # fmt: skip
+
+
 def condition_rows(found: ConditionSweep) -> list[dict[str, Any]]:
     """Return a row for each torque at which a condition was swept: plain values, units in the keys."""
-    sweep, misalignment = found.sweep, found.assembly.misalignment
-    mean, span = ste_mean_um(sweep), peak_to_peak_um(sweep)
-    rows = []
-    for t, torque in enumerate(sweep.torque_Nm.tolist()):
-        orders = mesh_orders(sweep, t, N_ORDERS)
-        unloaded = None if sweep.unloaded_um is None else float(np.ptp(sweep.unloaded_um[t]))
-        rows.append({
-            "condition": found.name, "torque_Nm": torque, "in_plane_um": misalignment.in_plane_um,
-            "out_of_plane_um": misalignment.out_of_plane_um, "centre_distance_um": misalignment.centre_distance_um,
-            "ste_mean_um": float(mean[t]), "ste_peak_to_peak_um": float(span[t]),
-            "unloaded_ste_peak_to_peak_um": unloaded,
-            **{f"ste_order_{k}_um": float(amplitude) for k, amplitude in enumerate(orders, start=1)},
-            "ste_mesh_error_percent": None if sweep.mesh_error_percent is None else float(sweep.mesh_error_percent[t]),
+    sweep = found.sweep
+    return [
+        {
+            "condition": found.name, **asdict(found.assembly.misalignment), **sweep_row(sweep, t),
+            **{f"ste_order_{k}_um": float(a) for k, a in enumerate(mesh_orders(sweep, t, N_ORDERS), start=1)},
             "n_positions_failed": int(np.count_nonzero(~sweep.converged[t])),
-        })  # fmt: skip
-    return rows
+        }
+        for t in range(len(sweep.torque_Nm))
+    ]  # fmt: skip
 
 
 def condition_table(result: OnlineResult) -> Table:

@@ -15,7 +15,7 @@ from pmor.core.arrays import FloatArray
 from pmor.gear.classical.iso6336_root import nominal_root_stress
 from pmor.pair.limits import range_warnings
 from pmor.pair.model import approach_estimate
-from pmor.report.condition_table import condition_rows
+from pmor.report.condition_table import condition_rows, sweep_row
 from pmor.report.data_files import write_ste_csv, write_stress_csv, write_summary_json, write_table_csv
 from pmor.report.results_data import HARRIS, RESULTS, write_results_data
 from pmor.report.table import Cell, format_cell
@@ -27,9 +27,7 @@ from pmor.results.sweep import (
     largest_error_um,
     mesh_orders,
     mesh_stiffness,
-    peak_to_peak_um,
     ripple_um,
-    ste_mean_um,
     torque_exponent,
 )
 from pmor_online.run import LostModel, OnlineResult
@@ -68,18 +66,11 @@ def model_summary(model: OnlineResult | LostModel) -> dict[str, Any]:
 def figures(result: OnlineResult) -> dict[str, Any]:
     """Return what the summary says of the case's own model."""
     case, sweep, comparison, i = result.reduced.basis.case, result.sweep, result.comparison, result.nominal
-    unloaded = None if sweep.unloaded_um is None else sweep.unloaded_um[i]
     return {
         "case": case.name, "n_profile": case.mesh.profile_elements, "scheme": case.contact.scheme,
         "lodm": case.contact.lodm_profile if case.contact.kind == "nodal" else None, "n_angles": len(sweep.phi_rad),
-        "torque_Nm": case.torque_Nm, "ste_mean_um": ste_mean_um(sweep)[i],
-        "ste_peak_to_peak_um": peak_to_peak_um(sweep)[i],
-        "unloaded_ste_mean_um": float(np.mean(unloaded)) if unloaded is not None else None,
-        "unloaded_ste_peak_to_peak_um": float(np.ptp(unloaded)) if unloaded is not None else None,
-        "first_touch_um": None if sweep.first_touch_um is None else float(sweep.first_touch_um[i]),
-        "ste_ripple_um": ripple_um(sweep, i), "ste_torque_exponent": torque_exponent(sweep),
+        **sweep_row(sweep, i), "ste_ripple_um": ripple_um(sweep, i), "ste_torque_exponent": torque_exponent(sweep),
         "ste_error_estimate_max_um": largest_error_um(sweep),
-        "ste_mesh_error_percent": None if sweep.mesh_error_percent is None else float(sweep.mesh_error_percent[i]),
         "extrapolated": beyond_training(case), "rom_size": largest_size(result.reduced),
         "rom_vs_full_ste_max_rel": comparison.max_relative_error if comparison else None,
         "rom_vs_full_ste_rms_rel": comparison.rms_relative_error if comparison else None,

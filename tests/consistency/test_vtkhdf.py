@@ -39,12 +39,12 @@ def basis(request, tmp_path_factory):
     return path
 
 
-@pytest.fixture(scope="module", params=[False, True], ids=["sector", "whole"])
-def written(request, basis, tmp_path_factory):
+@pytest.fixture(scope="module")
+def written(basis, tmp_path_factory):
     target = tmp_path_factory.mktemp("vtk") / "pair.vtkhdf"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(vtkhdf, "STEPS_PER_PITCH", STEPS)
-        export(reduced_pair(read_basis(basis)), target, request.param)
+        export(reduced_pair(read_basis(basis)), target)
     return target
 
 
@@ -107,24 +107,11 @@ def test_the_mesh_is_stored_once(written):
         assert root["Connectivity"][:].max() == len(root["Points"]) - 1
 
 
-@pytest.mark.parametrize("written", [True], ids=["whole"], indirect=True)
-def test_sectors_of_a_whole_gear_hold_together(written):
-    """Nodes that neighbouring sectors share are stored twice, and move alike."""
-    with h5py.File(written) as file:
-        points, moved = file["VTKHDF/Points"][:], step_of(file, "displacement_mm", 1).astype(float)
-    _, which, count = np.unique(points.round(6), axis=0, return_inverse=True, return_counts=True)
-    shared = np.flatnonzero(count[which.ravel()] == 2)
-    order = shared[np.argsort(which.ravel()[shared], kind="stable")]
-    pairs = moved[order].reshape(-1, 2, 3)
-    assert len(pairs) > 100
-    assert_allclose(pairs[:, 0], pairs[:, 1], rtol=0.0, atol=1e-6 * np.abs(moved).max())  # float32
-
-
 def test_pressure_on_the_flanks_carries_the_torque(basis):
     model = pmor.load_model(basis)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(vtkhdf, "STEPS_PER_PITCH", STEPS)
-        phi = step_angles(model.reduced, True)
+        phi = step_angles(model.reduced)
     forces, _ = flank_forces(model.reduced, phi)
     for gear in range(2):
         total = np.linalg.norm(forces[gear].reshape(forces.shape[1], -1, 3, len(phi)).sum(axis=1), axis=1).sum(axis=0)
@@ -132,19 +119,18 @@ def test_pressure_on_the_flanks_carries_the_torque(basis):
         assert_allclose(total, expected, rtol=1e-6)
 
 
-@pytest.mark.parametrize("written", [True], ids=["whole"], indirect=True)
 def test_pinion_and_wheel_press_on_each_other_where_they_touch(written):
-    """Whole gears stand as in the first step: there the loaded rows of both flanks are as near as nodes are."""
+    """The mesh stands in the middle of the steps: there the loaded rows of both flanks are as near as nodes are."""
     with h5py.File(written) as file:
-        points, pressure = file["VTKHDF/Points"][:], step_of(file, "flank_pressure_MPa", 0)
+        middle = len(file["VTKHDF/Steps/Values"]) // 2
+        points, pressure = file["VTKHDF/Points"][:], step_of(file, "flank_pressure_MPa", middle)
         gear = np.zeros(len(points), dtype=int)
         nodes = len(file["VTKHDF/Connectivity"]) // len(file["VTKHDF/Types"])
         gear[file["VTKHDF/Connectivity"][:]] = np.repeat(file["VTKHDF/CellData/gear"][:], nodes)
     loaded = pressure > 0.5 * pressure.max()
     pinion, wheel = (points[loaded & (gear == g)] for g in range(2))
     apart = np.linalg.norm(pinion[:, None] - wheel, axis=2)
-    assert len(pinion) >= 3
-    assert len(wheel) >= 3
+    assert min(len(pinion), len(wheel)) >= 2, "a row of nodes over the width"
     assert apart.min(axis=0).max() < 2.5  # mm: rows of nodes are 1 to 2 mm apart
 
 

@@ -97,31 +97,11 @@ def read_flank(components: list[Component], profile: Profile) -> Found:
             found.notes.append(f"{component.label}: a case has no such modification: left out")
         else:
             reader(component, profile, found)
-        for what in ("specify_tangential_transition",):
-            if component.text_of(what) == "true":
-                found.notes.append(f"{component.label}: the rounded transition of the relief is left out")
+        if component.text_of("specify_tangential_transition") == "true":
+            found.notes.append(f"{component.label}: the rounded transition of the relief is left out")
     if ends:
         _end_reliefs(ends, profile, found)
     return found
-
-
-def _tip_relief(component: Component, profile: Profile, found: Found) -> None:
-    depth = component.number_of("tip_relief_depth")
-    start = _place(component, "tip_relief_datum_diameter", "tip_relief_datum_length", profile, -1.0, profile.tip_roll)
-    at = _place(
-        component, "tip_relief_evaluation_reference", "tip_relief_evaluation_reference_length", profile, -1.0,
-        profile.tip_roll,
-    )  # fmt: skip
-    _relief(component, "tip", depth, start, at, profile.tip_roll, found)
-
-
-def _root_relief(component: Component, profile: Profile, found: Found) -> None:
-    depth, foot = component.number_of("root_relief_depth"), profile.active[0]
-    end = _place(component, "root_relief_datum_diameter", "root_relief_datum_length", profile, 1.0, foot)
-    at = _place(
-        component, "root_relief_evaluation_reference", "root_relief_evaluation_reference_length", profile, 1.0, foot
-    )  # fmt: skip
-    _relief(component, "root", depth, end, at, foot, found)
 
 
 def _place(component: Component, diameter: str, length: str, profile: Profile, sign: float, end: float) -> float | None:
@@ -133,13 +113,20 @@ def _place(component: Component, diameter: str, length: str, profile: Profile, s
     return None if said is None else end + sign * said / profile.base_radius
 
 
-def _relief(
-    component: Component, which: str, depth: float | None, begins: float | None, at: float | None, end: float,
-    found: Found,
-) -> None:  # fmt: skip
-    """A relief that begins at a roll angle and has its depth at another one, or at the end of the flank."""
-    shape = SHAPES.get(component.text_of("shape_of_relief"))
-    extent = "tip_relief_start_roll_deg" if which == "tip" else "root_relief_end_roll_deg"
+def _relief(component: Component, profile: Profile, found: Found) -> None:
+    """A relief of tip or root: it begins at a roll angle and has its depth at another one, or at the flank's end."""
+    which, shape = component.kind.removesuffix("_relief"), SHAPES.get(component.text_of("shape_of_relief"))
+    sign, end, extent = {
+        "tip": (-1.0, profile.tip_roll, "tip_relief_start_roll_deg"),
+        "root": (1.0, profile.active[0], "root_relief_end_roll_deg"),
+    }[which]
+    depth = component.number_of(f"{which}_relief_depth")
+    begins, at = (
+        _place(component, f"{which}_relief_{diameter}", f"{which}_relief_{length}", profile, sign, end)
+        for diameter, length in (
+            ("datum_diameter", "datum_length"), ("evaluation_reference", "evaluation_reference_length"),
+        )
+    )  # fmt: skip
     if not depth:
         return
     if begins is None or shape is None:
@@ -183,10 +170,7 @@ def _profile_crowning(component: Component, profile: Profile, found: Found) -> N
         return
     points = (ends[0], UM * amounts[0]), (middle, 0.0), (ends[1], UM * amounts[1])
     crowning, slope = _quadratic(points, profile.active)
-    found.add("profile_crowning_um", crowning)
-    found.add("profile_slope_um", slope)
-    if component.text_of("shape_of_profile_crowning") == "circular":
-        found.notes.append(f"{component.label}: circular: taken as a parabola, which it is to a millionth")
+    _add_crowning(component, "profile", crowning, slope, found)
 
 
 def _profile_slope(component: Component, profile: Profile, found: Found) -> None:
@@ -212,10 +196,14 @@ def _helix_crowning(component: Component, profile: Profile, found: Found) -> Non
     datum, other = (component.number_of(f"helix_crowning_amount_{face}_face") or 0.0 for face in ("datum", "non_datum"))
     points = tuple((profile.z_at(c), UM * a) for c, a in ((low, datum), (middle, 0.0), (high, other)))
     crowning, slope = _quadratic(points, (-0.5 * width, 0.5 * width))
-    found.add("helix_crowning_um", crowning)
-    found.add("helix_slope_um", slope)
-    if component.text_of("shape_of_helix_crowning") == "circular":
-        found.notes.append(f"{component.label}: circular: taken as a parabola, which it is to a millionth")
+    _add_crowning(component, "helix", crowning, slope, found)
+
+
+def _add_crowning(component: Component, along: str, crowning: float, slope: float, found: Found) -> None:
+    found.add(f"{along}_crowning_um", crowning)
+    found.add(f"{along}_slope_um", slope)
+    if component.text_of(f"shape_of_{along}_crowning") == "circular":
+        found.notes.append(f"{component.label}: circular: taken as a parabola, equal to a millionth")
 
 
 def _helix_slope(component: Component, profile: Profile, found: Found) -> None:
@@ -286,8 +274,8 @@ def _topography(component: Component, profile: Profile, found: Found) -> None:
 
 
 READERS: dict[str, Callable[[Component, Profile, Found], None]] = {
-    "tip_relief": _tip_relief,
-    "root_relief": _root_relief,
+    "tip_relief": _relief,
+    "root_relief": _relief,
     "profile_crowning": _profile_crowning,
     "profile_slope": _profile_slope,
     "helix_crowning": _helix_crowning,
