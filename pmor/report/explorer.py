@@ -15,7 +15,6 @@ from urllib.parse import unquote, urlsplit
 import numpy as np
 
 from pmor.report.style import COLOURS
-from pmor.report.template import html_template
 
 #: significant digits of numbers on the page
 DIGITS = 7
@@ -67,7 +66,7 @@ class Column:
 
 @dataclass(frozen=True, eq=False)
 class Designs:
-    """Designs of a page: a block of `pmor.report.page.write_page`, or by itself the argument of `explorer`.
+    """Designs of a page: a block of `pmor.report.page.write_page`.
 
     Parameters
     ----------
@@ -113,11 +112,6 @@ class Designs:
             "columns": [column.data() for column in self.columns], "names": self.names.tolist(),
             "links": self.links.tolist(), "reasons": reasons.tolist(), "reason": of[1:].tolist(), "colours": COLOURS
         }  # fmt: skip
-
-
-def explorer(designs: Designs) -> str:
-    """Return the section as HTML with its style, data and script."""
-    return html_template("explorer/explorer.html").render(block=designs)
 
 
 def _decimal(value: float) -> float | None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from pmor.core.arrays import FloatArray
 from pmor.report.panels import panels
-from pmor.report.style import COLOURS, new_figure, plot_style
+from pmor.report.style import COLOURS
 from pmor.results.flank_maps import FlankMap, cell_edges
 from pmor.results.root_stress import GEARS
 
@@ -109,9 +109,7 @@ def _ends(z: FloatArray) -> tuple[float, float]:
 
 def load_distribution_figure(one: FlankMap) -> Figure:
     """Line load over the flank of a gear in space: what each of its points carries when it is in contact."""
-    with plot_style():
-        figure = new_figure(7.0, 5.0)
-        axes: Any = figure.add_subplot(projection="3d")
+    with panels(1, 7.0, 5.0, subplot_kw={"projection": "3d"}) as (figure, (axes,)):
         places = np.linspace(*_ends(one.z_mm), SURFACE_LINES)
         load = np.array([np.interp(places, one.z_mm, row) for row in one.load_N_per_mm])
         z, roll = np.meshgrid(places, np.degrees(one.roll_rad))

@@ -22,7 +22,7 @@ NAME_HEIGHT = 0.04
 @contextmanager
 def panels(
     columns: int, width_in: float, height_in: float, legend: int = 0, rows: int = 1, **options: Any
-) -> Iterator[tuple[Figure, list[Axes]]]:
+) -> Iterator[tuple[Figure, list[Any]]]:
     """Give a figure with panels, row by row.
 
     Parameters

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
 from pmor.case import Case
@@ -40,9 +38,9 @@ def readings_pictures(result: OnlineResult) -> list[Picture]:
         found.append(Picture("waterfall.png", caption, waterfall_figure(harris)))
     if readings.light is not None:
         maps, light = readings.maps[result.nominal], readings.light
-        caption = "What each point of the flanks sees in a mesh cycle at nominal torque: pressure and line load."
+        caption = "Largest pressure and line load on the flanks over a mesh cycle at nominal torque."
         found.append(Picture("flank_maps.png", caption, flank_maps_figure(maps)))
-        caption = f"Contact pattern: what is touched in a mesh cycle at nominal torque, and at {100 * LIGHT:g} % of it."
+        caption = f"Contact pattern: area touched in a mesh cycle at nominal torque, and at {100 * LIGHT:g} % of it."
         found.append(Picture("flank_pattern.png", caption, flank_pattern_figure(maps, light)))
         caption = "Line load over the pinion's flank at nominal torque."
         found.append(Picture("load_distribution.png", caption, load_distribution_figure(maps[0])))
@@ -51,7 +49,7 @@ def readings_pictures(result: OnlineResult) -> list[Picture]:
 
 def readings_tables(result: OnlineResult) -> list[Table]:
     """Return the tables of what is read off the line loads; none of other models."""
-    return [table(result) for table in TABLES] if result.readings is not None else []
+    return [_over_torque(result), _sensitivities(result)] if result.readings is not None else []
 
 
 def _over_torque(result: OnlineResult) -> Table:
@@ -97,7 +95,3 @@ def _sensitivities(result: OnlineResult) -> Table:
         "does not modify, they say what a first micrometre would do."
     )
     return Table("What a modification would change", columns, rows, note)
-
-
-# A further kind of quantity is one more of these.
-TABLES: tuple[Callable[[OnlineResult], Table], ...] = (_over_torque, _sensitivities)

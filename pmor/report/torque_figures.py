@@ -10,7 +10,7 @@ import numpy as np
 from pmor.core.arrays import FloatArray
 from pmor.report.flank_figures import fill_in_space
 from pmor.report.panels import panels
-from pmor.report.style import COLOURS, new_figure, plot_style
+from pmor.report.style import COLOURS
 from pmor.report.sweep_figures import UNLOADED, angle_axes, periodic
 from pmor.results.sweep import SteSweep, mesh_orders, peak_to_peak_um
 
@@ -69,9 +69,7 @@ def waterfall_figure(sweep: SteSweep) -> Figure:
     """Amplitudes of the orders of the mesh, a row of bars for each torque."""
     from matplotlib import colormaps
 
-    with plot_style():
-        figure = new_figure(7.0, 5.0)
-        axes: Any = figure.add_subplot(projection="3d")
+    with panels(1, 7.0, 5.0, subplot_kw={"projection": "3d"}) as (figure, (axes,)):
         amplitude = np.array([mesh_orders(sweep, d, N_ORDERS) for d in range(len(sweep.torque_Nm))])
         orders = np.flatnonzero(np.isfinite(amplitude).any(axis=0)) + 1
         place = np.arange(len(sweep.torque_Nm))

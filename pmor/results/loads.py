@@ -47,11 +47,6 @@ class ContactLoads:
     roll_rad: FloatArray
     z_mm: FloatArray
 
-    def of(self, torque_index: int, angle_index: int) -> slice:
-        """Return where the points of a state are."""
-        first = int(self.first[torque_index, angle_index])
-        return slice(first, first + int(self.count[torque_index, angle_index]))
-
 
 @dataclass(frozen=True)
 class LineStates:

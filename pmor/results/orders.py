@@ -34,11 +34,6 @@ class Orders:
     amplitude: FloatArray
     phase: FloatArray
 
-    def at(self, angle: FloatArray) -> FloatArray:
-        """Return the curve that the orders make, at angles in rad."""
-        waves = self.amplitude * np.cos(np.asarray(angle)[..., None] * self.order + self.phase)
-        return np.asarray(self.mean + waves.sum(axis=-1))
-
 
 def orders(angle: FloatArray, values: FloatArray, period: float) -> Orders:
     """Find all orders that a curve's samples resolve: those of fewer than half as many periods as there are samples.

@@ -43,6 +43,12 @@ def angles(reduced, count=5):
     return reduced.meshed.pair.pitch * (np.arange(count) + 0.3) / count
 
 
+def points_of(loads, torque, angle):
+    """The points of one state."""
+    first = loads.first[torque, angle]
+    return slice(first, first + loads.count[torque, angle])
+
+
 @pytest.mark.parametrize("misalignment", [ALIGNED, TILTED], ids=["aligned", "tilted"])
 @pytest.mark.parametrize("scheme", ["facet", "direct"])
 def test_contact_forces_of_a_sweep_carry_the_torque_pair_by_pair(scheme, misalignment):
@@ -55,7 +61,7 @@ def test_contact_forces_of_a_sweep_carry_the_torque_pair_by_pair(scheme, misalig
     assert np.all(loads.force_N > 0.0)
     for t, torque in enumerate(TORQUES):
         for i in range(len(sweep.phi_rad)):
-            state = loads.of(t, i)
+            state = points_of(loads, t, i)
             parts = -loads.force_N[state] * loads.lever_mm[state]
             found = [parts[loads.pair[state] == index].sum() / torque for index in sweep.pair_index]
             assert_allclose(found, sweep.pair_share[t, i], rtol=0.0, atol=SAME_STATE)
@@ -71,7 +77,7 @@ def test_contact_forces_act_where_the_slow_twin_has_them():
     for i, angle in enumerate(phi):
         solved = solve_position(reduced.meshed, angle, at_torques(TORQUES), reduced.elasticity_at)
         for t, equilibrium in enumerate(solved.equilibria):
-            state, contact = loads.of(t, i), equilibrium.contact
+            state, contact = points_of(loads, t, i), equilibrium.contact
             for index in solved.position.pair_index:
                 mine = loads.pair[state] == index
                 force = loads.force_N[state][mine]

@@ -145,19 +145,18 @@ def _modifications(one: Modification, tooth: Tooth, width: float) -> list[tuple[
                 f"{which}_relief_depth": _mm(amount), f"{which}_relief_datum_diameter": diameter(roll),
                 "shape_of_relief": shape,
             }))  # fmt: skip
-    if one.profile_crowning_um:
-        amount = _mm(one.profile_crowning_um)
-        found.append(("profile_crowning", {"profile_crowning_at_root": amount, "profile_crowning_at_tip": amount}))
-    if one.profile_slope_um:
-        found.append(("profile_slope", {"profile_slope": _mm(one.profile_slope_um)}))
-    if one.helix_crowning_um:
-        faces = ("datum", "non_datum")
-        amount = _mm(one.helix_crowning_um)
-        found.append(("helix_crowning", {f"helix_crowning_amount_{face}_face": amount for face in faces}))
-    if one.helix_slope_um:
-        found.append(("helix_slope", {"helix_slope": _mm(-one.helix_slope_um)}))
-    if one.twist_um:
-        found.append(("profile_twist", {"profile_twist": _mm(-one.twist_um)}))
+    helix_crowning = "helix_crowning_amount_datum_face", "helix_crowning_amount_non_datum_face"
+    found += [
+        (kind, dict.fromkeys(attributes, _mm(amount)))
+        for kind, amount, attributes in (
+            ("profile_crowning", one.profile_crowning_um, ("profile_crowning_at_root", "profile_crowning_at_tip")),
+            ("profile_slope", one.profile_slope_um, ("profile_slope",)),
+            ("helix_crowning", one.helix_crowning_um, helix_crowning),
+            ("helix_slope", -one.helix_slope_um, ("helix_slope",)),
+            ("profile_twist", -one.twist_um, ("profile_twist",)),
+        )
+        if amount
+    ]
     if one.end_relief_um:
         for face in ("datum_face", "non_datum_face"):
             found.append((f"end_relief_{face}", {
