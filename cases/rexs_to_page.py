@@ -20,7 +20,7 @@ logging.basicConfig(format="%(message)s", level=logging.INFO)
 # %% [markdown]
 # ## The case
 #
-# What the file does not say is assumed, what a case cannot say is left out: both are noted, here and at the top of the
+# Missing values are assumed, data without a key are left out: both are noted, here and at the top of the
 # case's text. `gearbox.rexs` has one stage with tip relief on both gears and a crowned pinion, and two load cases.
 
 # %%

@@ -52,7 +52,7 @@ def condition_table(result: OnlineResult) -> Table:
     note = "Each at its own torque; all torques and more orders are in conditions.csv."
     if len(listed) < len(result.conditions):
         note += f" The first {len(listed)} of {len(result.conditions)} conditions."
-    columns = ["condition", "what differs from the case", "torque, N m", "STE mean, µm", "STE peak-to-peak, µm",
+    columns = ["condition", "differences from the case", "torque, N m", "STE mean, µm", "STE peak-to-peak, µm",
                "first order, µm", "without load, peak-to-peak, µm"]  # fmt: skip
     return Table("Conditions", columns, rows, note)
 

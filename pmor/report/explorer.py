@@ -29,7 +29,7 @@ class Column:
     key : str
         With the unit in it, as in result files: heads the column of the CSV that the page gives.
     label, unit : str
-        What the axis says; no unit where the quantity has none, and um is shown as µm.
+        Of the axis; the unit is empty where there is none, and um is shown as µm.
     values : ndarray, shape (n,)
         Numbers, NaN where there is none, or text for categories.
     kind : {"input", "result"}

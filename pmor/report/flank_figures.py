@@ -1,4 +1,4 @@
-"""Pictures of what flanks see over the mesh cycle: pressure and load on the flank, contact pattern, load in space."""
+"""Pictures of the flanks over the mesh cycle: pressure and line load, contact pattern, load in space."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# What a flank map shows where a sharp edge carries.
+# Colour of a flank map where a sharp edge carries.
 NO_BOUND = "#bbbbbb"
 NOMINAL_PATTERN, LIGHT_PATTERN = "#a6cee3", COLOURS[0]
-# Of the 80th percentile, where the scale of a map ends at the latest.
+# Upper limit of a map's scale over the 80th percentile.
 BEYOND_MOST = 1.5
-# Lines that a surface in space is drawn with, along either direction.
+# Grid lines of a surface in space in either direction.
 SURFACE_LINES = 60
-# Places over the face at which maps are drawn, between sections too.
+# Places over the face, to which maps are interpolated.
 PLACES = 161
 
 
@@ -50,7 +50,7 @@ def flank_maps_figure(maps: Sequence[FlankMap]) -> Figure:
 
 
 def _scale(values: Sequence[FloatArray]) -> tuple[float, Literal["max", "neither"]]:
-    """Return where a scale of colours ends, and whether there is more: an edge must not take it all."""
+    """Return the upper limit of a colour scale, and whether values exceed it, as peaks at an edge may."""
     found = np.concatenate([one[one > 0.0] for one in values])  # not NaN
     if not len(found):
         return 1.0, "neither"
@@ -74,7 +74,7 @@ def _draw(panel: Axes, one: FlankMap, values: FloatArray, top: float) -> Any:
 
 
 def flank_pattern_figure(nominal: Sequence[FlankMap], light: Sequence[FlankMap]) -> Figure:
-    """Parts of the flanks that are touched in a mesh cycle, under the nominal and under next to no torque."""
+    """Contact patterns of a mesh cycle under the nominal and under a light torque."""
     from matplotlib.patches import Patch
 
     with panels(len(nominal), 8.4, 4.2) as (figure, drawn):
@@ -108,7 +108,7 @@ def _ends(z: FloatArray) -> tuple[float, float]:
 
 
 def load_distribution_figure(one: FlankMap) -> Figure:
-    """Line load over the flank of a gear in space: what each of its points carries when it is in contact."""
+    """Line load over the flank of a gear in space: largest value at each point over the mesh cycle."""
     with panels(1, 7.0, 5.0, subplot_kw={"projection": "3d"}) as (figure, (axes,)):
         places = np.linspace(*_ends(one.z_mm), SURFACE_LINES)
         load = np.array([np.interp(places, one.z_mm, row) for row in one.load_N_per_mm])
@@ -125,7 +125,7 @@ def load_distribution_figure(one: FlankMap) -> Figure:
 
 
 def fill_in_space(figure: Figure, axes: Any) -> None:
-    """Let axes in space fill their figure, which no layout of matplotlib's does."""
+    """Enlarge axes in space to their figure; no layout engine of matplotlib does."""
     figure.set_layout_engine("none")
     axes.set_position([-0.02, 0.0, 0.96, 1.0])
     axes.view_init(elev=26.0, azim=-58.0)

@@ -1,4 +1,4 @@
-"""The same blocks as a page has, as Markdown that is read beside its pictures."""
+"""Blocks of a page as Markdown, with its pictures in files beside it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The reduced models that a case compares: their table, and what to take which of them for."""
+"""The reduced models that a case compares: their table, and the purpose of each."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from pmor.report.summary import model_summary
 from pmor.report.table import Cell, Table, aligned_lines
 from pmor_online.run import LostModel, OnlineResult
 
-#: what to take a contact scheme, with the reduction that goes with it, for
+#: purpose of a contact scheme with its own reduction
 TAKE_FOR = {
     "paper": "to repeat the paper: shapes of full solves at trained angles, interpolated between them",
     "direct": "for Hermite patches through the mesh: shapes of flank lines, without interpolation",
-    "facet": "to see what conventional contact elements make of this mesh",
+    "facet": "to see the result of conventional contact elements on this mesh",
     "line": "for all else: exact at any torque, axes and modification, untrained, the fastest",
 }
 COLUMNS = (
@@ -31,17 +31,17 @@ def model_table(result: OnlineResult) -> Table:
 
 
 def model_text(result: OnlineResult) -> list[str]:
-    """Return the table and what to take which model for, in lines for the screen; none without other models."""
+    """Return the table and the purpose of each model as lines for the screen; none without other models."""
     if not result.models:
         return []
     table = model_table(result)
     columns = [column.replace(",", "").replace("µ", "u") for column in table.columns]
-    lines = [*aligned_lines(columns, table.rows), *(f"take {name:<6} {what}" for name, what in advice(result))]
+    lines = [*aligned_lines(columns, table.rows), *(f"take {name:<6} {purpose}" for name, purpose in advice(result))]
     return [f"  {table.title}", *(f"    {line}" for line in lines)]
 
 
 def advice(result: OnlineResult) -> list[tuple[str, str]]:
-    """Return for each model its name and what to take it for."""
+    """Return name and purpose of each model."""
     found = list[tuple[str, str]]()
     for model in result.models:
         scheme, shapes = model.case.contact.scheme, model.case.reduction.shapes

@@ -1,7 +1,7 @@
 """Self-contained HTML pages, made of blocks: text, warnings, tables, pictures, a live model, designs to explore.
 
 Styles are inline and pictures are data URIs: a page can be mailed, archived and printed without anything beside it.
-What it looks like is in `templates`.
+The layout is in `templates`.
 """
 
 from __future__ import annotations
@@ -32,16 +32,16 @@ class Heading:
 
 @dataclass(frozen=True)
 class Warning:
-    """What the reader must know before the numbers."""
+    """A warning beside the numbers."""
 
     text: str
 
 
 @dataclass(frozen=True)
 class Picture:
-    """A picture, the name of its file where it is written beside the page, and how the page itself shows it.
+    """A picture, the name of its file beside the page, and the format that the page itself shows.
 
-    File and page share what was drawn: drawing takes longer than most of what it shows.
+    File and page share the drawing, which takes longer than most results.
     """
 
     file_name: str
@@ -51,13 +51,13 @@ class Picture:
     drawn: dict[str, bytes] = field(default_factory=dict, repr=False, compare=False)
 
     def content(self, picture_format: str) -> bytes:
-        """Return what a file of a format holds."""
+        """Return the content of a file of a format."""
         if picture_format not in self.drawn:
             self.drawn[picture_format] = picture_bytes(self.figure, picture_format)
         return self.drawn[picture_format]
 
 
-#: what a page is made of; text is a paragraph
+#: parts of a page; text is a paragraph
 Block = str | Heading | Warning | Table | Picture
 
 

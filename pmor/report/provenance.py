@@ -40,7 +40,7 @@ def provenance(case: Case | None = None, measured_on: Mapping[str, Any] | None =
     ----------
     case : Case, optional
     measured_on : mapping, optional
-        What `machine` returned when run times were measured; by default of this machine, now.
+        Result of `machine` on the machine that measured the run times; by default this machine.
     """
     rows: list[tuple[str, Any]] = [("date", datetime.now(UTC).isoformat(timespec="seconds"))]
     rows += (machine() if measured_on is None else measured_on).items()

@@ -1,4 +1,4 @@
-"""What a page shows of the quantities read off exact line loads: pictures and tables."""
+"""Pictures and tables of quantities derived from exact line loads."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def readings_picture_names(case: Case) -> tuple[str, ...]:
 
 
 def readings_pictures(result: OnlineResult) -> list[Picture]:
-    """Return the pictures of what is read off the line loads; none of other models."""
+    """Return the pictures of quantities derived from line loads; none of other models."""
     readings = result.readings
     if readings is None:
         return []
@@ -48,7 +48,7 @@ def readings_pictures(result: OnlineResult) -> list[Picture]:
 
 
 def readings_tables(result: OnlineResult) -> list[Table]:
-    """Return the tables of what is read off the line loads; none of other models."""
+    """Return the tables of quantities derived from line loads; none of other models."""
     return [_over_torque(result), _sensitivities(result)] if result.readings is not None else []
 
 
@@ -91,7 +91,7 @@ def _sensitivities(result: OnlineResult) -> Table:
     columns = ["parameter", "unit", "mean STE", "peak-to-peak STE"]
     note = (
         f"First derivatives at {result.case.torque_Nm:g} N m, where the peak-to-peak is "
-        f"{float(peak_to_peak_um(result.sweep)[i]):.3g} µm: exact, as long as the same sections carry. Of what a case "
-        "does not modify, they say what a first micrometre would do."
+        f"{float(peak_to_peak_um(result.sweep)[i]):.3g} µm: exact while the active set does not change. For a "
+        "modification that the case does not have, they give the effect of the first micrometre."
     )
-    return Table("What a modification would change", columns, rows, note)
+    return Table("Sensitivities to modifications", columns, rows, note)

@@ -1,4 +1,4 @@
-"""What a run leaves in its results file, and the tables that go with it."""
+"""The results file of a run and its tables."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def write_results_data(result: OnlineResult, out: Path) -> None:
 
 
 def _readings(result: OnlineResult) -> Arrays:
-    """What is read off exact line loads: lines, face, forces, sensitivities, flank maps and Harris map."""
+    """Quantities derived from line loads: lines, face, forces, sensitivities, flank maps and Harris map."""
     readings = result.readings
     if readings is None:
         return {}

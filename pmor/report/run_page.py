@@ -121,14 +121,14 @@ def _root_stress(result: OnlineResult) -> list[Picture]:
 
 
 def _bars(sweep: SteSweep) -> str:
-    """What the caption says of the bands about the curves."""
+    """Words of the caption on the bands about the curves."""
     errors = {"reduction": sweep.ste_error_um, "mesh": sweep.mesh_error_um}
     kinds = " and the ".join(name for name, error in errors.items() if error is not None)
     return f"; bands: error bar of the {kinds}, often no wider than the line" if kinds else ""
 
 
 def _rigid(result: OnlineResult) -> str:
-    """What the caption says of the curve without load; from where curves count, it says in any case."""
+    """Words of the caption on the curve without load and on the datum."""
     unloaded = "" if result.sweep.unloaded_um is None else ", and that of rigid flanks without load (dashed)"
     return f"{unloaded}. {COUNTS_FROM}"
 
@@ -144,7 +144,7 @@ def write_pages(
     mesh : SectorMesh or None
     out : Path
     live : ReducedPair or str, optional
-        What the page solves itself, of line loads, or why it does not (`pmor.work.live`).
+        Model of line loads that the page solves, or the reason why there is none (`pmor.work.live`).
 
     Raises
     ------
@@ -166,7 +166,7 @@ def write_pages(
 def run_blocks(
     result: OnlineResult, pictures: Sequence[Picture], live: ReducedPair | str | None = None
 ) -> list[Block | LiveSection]:
-    """Return what the page of a run shows: results and errors, live model, pictures, settings, provenance."""
+    """Return the blocks of a run's page: results and errors, live model, pictures, settings, provenance."""
     case = result.reduced.basis.case
     results = [(label, value, unit.replace("um", "µm"), note) for label, value, unit, note in summary_rows(result)]
     settings = [

@@ -1,4 +1,4 @@
-"""What a run ends with on the screen."""
+"""Summary of a run on the screen."""
 
 from __future__ import annotations
 
@@ -8,6 +8,6 @@ from pmor_online.run import OnlineResult
 
 
 def result_text(result: OnlineResult) -> str:
-    """Return the short summary: the case's own model, the others beside it, and what a reader must know."""
+    """Return the short summary: the case's own model, the others beside it, and warnings."""
     text = summary_text(result.case.title, summary_rows(result))
     return "\n".join([text, *model_text(result), *(f"  ! {warning}" for warning in warnings(result))])

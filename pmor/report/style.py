@@ -1,4 +1,4 @@
-"""How pictures look, and how they become files.
+"""Style of pictures, and their files.
 
 Pictures are `matplotlib.figure.Figure`s without pyplot, which is slow to import, keeps every figure alive and asks for
 a screen. They start from matplotlib's own defaults, so neither a user's matplotlibrc nor MPLBACKEND changes them.
@@ -24,10 +24,10 @@ if TYPE_CHECKING:
 #: Okabe and Ito's colours without yellow, distinguishable for colour-blind readers and in print
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
 
-# Of a PNG's palette; and on a page, whose pictures are to be mailed.
+# Colours of a PNG's palette, and of a picture on a page, which is to be mailed.
 PNG_COLOURS, PAGE_COLOURS = 256, 48
 
-# The same results make the same files: these would tell the time of day otherwise.
+# Without dates, so that the same results make the same files.
 UNDATED: dict[str, dict[str, Any]] = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
 
 
@@ -102,7 +102,7 @@ def data_uri(content: bytes, picture_format: str) -> str:
 
 
 def picture_bytes(figure: Figure, picture_format: str) -> bytes:
-    """Draw a figure: what a file of that format holds."""
+    """Draw a figure; return the content of a file of that format."""
     buffer = io.BytesIO()
     with plot_style():  # some settings are read only now
         figure.savefig(buffer, format=picture_format, metadata=UNDATED[picture_format])
@@ -112,12 +112,12 @@ def picture_bytes(figure: Figure, picture_format: str) -> bytes:
 
 
 def _small_picture(drawn: io.BytesIO, picture_format: str, colours: int, **how: bool) -> bytes:
-    """Return a picture with a palette: of the size that pixels of all colours would have, a third and less."""
+    """Return a picture with a palette, which takes at most a third of the bytes of true colour."""
     from PIL import Image  # comes with matplotlib
 
     small = io.BytesIO()
     with Image.open(drawn) as image:
-        # The other methods take colours of scales away that few pixels have.
+        # The other methods drop colours of scales that few pixels have.
         palette = image.convert("RGB").quantize(colours, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
         palette.save(small, format=picture_format, dpi=image.info["dpi"], **how)
     return small.getvalue()

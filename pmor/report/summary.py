@@ -36,7 +36,7 @@ from pmor_online.sweep import largest_size
 CONDITIONS = "conditions.csv"
 STRESS = "stress.csv"
 
-#: what the summary says of each model that a case compares
+#: figures of each model that a case compares
 MODEL_FIGURES = (
     "basis", "rom_size", "basis_mib", "offline_s", "online_ms_per_position", "full_ms_per_position",
     "rom_vs_full_ste_max_rel", "rom_vs_full_ste_rms_rel", "ste_mean_um", "ste_peak_to_peak_um",
@@ -52,19 +52,19 @@ def result_files(case: Case) -> tuple[str, ...]:
 
 
 def summary(result: OnlineResult) -> dict[str, Any]:
-    """Return the machine-readable summary; None for what was not asked for."""
+    """Return the machine-readable summary; None for figures that were not asked for."""
     return {**figures(result), "models": [model_summary(model) for model in result.models]}
 
 
 def model_summary(model: OnlineResult | LostModel) -> dict[str, Any]:
-    """Return what the summary says of one of several models; None for all figures of one that has no basis."""
+    """Return the figures of one of several models; None for all of them without a basis."""
     known = {} if isinstance(model, LostModel) else figures(model) | {"basis": model.basis_name}
     scheme, shapes = model.case.contact.scheme, model.case.reduction.shapes
     return {"name": scheme, "scheme": scheme, "shapes": shapes, **{key: known.get(key) for key in MODEL_FIGURES}}
 
 
 def figures(result: OnlineResult) -> dict[str, Any]:
-    """Return what the summary says of the case's own model."""
+    """Return the figures of the case's own model."""
     case, sweep, comparison, i = result.reduced.basis.case, result.sweep, result.comparison, result.nominal
     return {
         "case": case.name, "n_profile": case.mesh.profile_elements, "scheme": case.contact.scheme,
@@ -83,7 +83,7 @@ def figures(result: OnlineResult) -> dict[str, Any]:
 
 
 def _read_off(result: OnlineResult) -> dict[str, Any]:
-    """Return what is read off beside the transmission error, at the nominal torque; None for what is not there."""
+    """Return further figures at the nominal torque; None for those that are not available."""
     sweep, i, readings = result.sweep, result.nominal, result.readings
     pair = result.reduced.meshed.pair
     secant = mesh_stiffness(sweep, pair.pinion.base_radius, pair.common_width).secant[i]
@@ -100,13 +100,13 @@ def _read_off(result: OnlineResult) -> dict[str, Any]:
 
 
 def _mean(values: FloatArray) -> float:
-    """Mean of what is known; NaN of nothing."""
+    """Mean of the finite values; NaN without any."""
     known = values[np.isfinite(values)]
     return float(known.mean()) if len(known) else math.nan
 
 
 def root_stress_figures(result: OnlineResult) -> dict[str, Any]:
-    """Return what the summary says of the root stress at the nominal torque, of pinion and wheel; None without it."""
+    """Return the root stress of pinion and wheel at the nominal torque; None without it."""
     stress = result.root_stress
     known = [] if stress is None else [stress.largest(result.nominal, gear) for gear in range(2)]
     found = [largest for largest in known if largest is not None]
@@ -128,7 +128,7 @@ def summary_rows(result: OnlineResult) -> list[tuple[str, float | int | None, st
         _known("STE ripple", s["ste_ripple_um"], "um", "about a quartic where one pair carries the load",
                f"needs {MIN_RIPPLE_POINTS} angles with one pair in contact"),
         _known("STE over torque", s["ste_torque_exponent"], "", "exponent; 1 is linear", "needs a second torque"),
-        _known("STE error bar, max", s["ste_error_estimate_max_um"], "um", "what the reduction costs, estimated"
+        _known("STE error bar, max", s["ste_error_estimate_max_um"], "um", "of the reduction, estimated"
                + ("; too long where rows of points come and go" if case.contact.kind == "nodal" else " online"),
                "none: line loads are exact" if result.reduced.basis.shapes is None
                else "needs [reduction] error_estimate = true"),
@@ -155,7 +155,7 @@ def summary_rows(result: OnlineResult) -> list[tuple[str, float | int | None, st
 
 
 def _readings_rows(s: dict[str, Any], result: OnlineResult) -> list[tuple[str, float | None, str, str]]:
-    """Rows of what is read off beside the transmission error, most of it off exact line loads alone."""
+    """Rows of the quantities derived from line loads, and of the mesh stiffness."""
     secant = _known("mesh stiffness", s["mesh_stiffness_mean_N_per_mm_um"], "N/(mm um)", "mean over the pitch",
                     "needs a position that converged")  # fmt: skip
     if result.case.reduction.shapes != "line_loads":
@@ -200,7 +200,7 @@ def _no_mesh_error(case: Case) -> str:
 
 
 def _unloaded_rows(s: dict[str, Any]) -> list[tuple[str, float, str, str]]:
-    """Rows of the transmission error without load, where there is one, and from where both count."""
+    """Rows of the transmission error without load, and the datum of both."""
     if s["unloaded_ste_mean_um"] is None:
         return []
     return [
@@ -210,12 +210,12 @@ def _unloaded_rows(s: dict[str, Any]) -> list[tuple[str, float, str, str]]:
     ]
 
 
-#: from where transmission errors count
+#: datum of transmission errors
 COUNTS_FROM = "STE counts from plain involutes on aligned axes"
 
 
 def _known(label: str, value: float | None, unit: str, note: str, lacks: str) -> tuple[str, float | None, str, str]:
-    """A row of the summary, with what it takes where there is no value."""
+    """A row of the summary; without a value, its note says what is required."""
     known = value is not None and math.isfinite(value)
     return (label, value, unit, note) if known else (label, None, "", lacks)
 
@@ -251,11 +251,9 @@ def summary_text(title: str, rows: Sequence[tuple[str, Cell, str, str]]) -> str:
 
 
 def warnings(result: OnlineResult) -> tuple[str, ...]:
-    """Return what a reader must know beside the numbers: an unusual pair, extrapolation, and positions that failed."""
+    """Return warnings: unusual geometry, extrapolation, positions that failed."""
     case, pair = result.reduced.basis.case, result.reduced.meshed.pair
-    beyond = (
-        f"extrapolated: {text}; what the results are worth, their error bar says" for text in beyond_training(case)
-    )
+    beyond = (f"extrapolated: {text}; see the error bar" for text in beyond_training(case))
     return (*range_warnings(case, pair, approach_estimate(case, pair)), *beyond, *result.all_failures)
 
 

@@ -17,15 +17,15 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# None of them stands for a torque (Tol's muted colours), and lines differ as well.
+# Tol's muted colours, apart from those of torques; lines differ as well.
 SHARE_COLOURS = ("#332288", "#882255", "#999933", "#44AA99", "#661100", "#888888", "#DDCC77")
 SHARE_LINES = ("-", "--", "-.", ":")
-# Torques that a picture has room for.
+# Most torques of a picture.
 MOST_TORQUES = len(COLOURS)
 N_MESH_ORDERS = 10
-# How the curve without load is drawn.
+# Style of the curve without load.
 UNLOADED: dict[str, Any] = {"color": "#555555", "ls": "--", "lw": 1.2}
-# Sweeps with more positions than that over a pitch are drawn without dots.
+# Most positions over a pitch that are drawn with dots.
 MOST_DOTS = 48
 
 
@@ -50,9 +50,8 @@ def ste_figure(reduced: SteSweep, full: SteSweep | None = None, reduced_there: S
         colours = _torque_colours(*(sweep.torque_Nm for sweep in sweeps), () if full is None else full.torque_Nm)
         for torque, colour in colours.items():
             phi, ste, error = curve_of(sweeps, torque)
-            line = "-" if torque in reduced.torque_Nm else ":"  # few positions, which are there to be compared
+            line = "-" if torque in reduced.torque_Nm else ":"  # compared positions alone
             axes.plot(np.degrees(phi), ste, line, color=colour, marker=_position_marker(phi), label=f"{torque:g} N m")
-            # Of a good basis on a good mesh no wider than the line.
             axes.fill_between(np.degrees(phi), ste - error, ste + error, color=colour, alpha=0.3, lw=0.0)
         if full is not None:
             for torque, ste in zip(full.torque_Nm, full.ste_um, strict=True):
@@ -74,7 +73,7 @@ def load_sharing_figure(sweep: SteSweep) -> Figure:
     asked, sweep = len(sweep.torque_Nm), few_torques(sweep, MOST_TORQUES)
     n = len(sweep.torque_Nm)
     with panels(1, 7.6, 1.2 + 1.9 * n, rows=n, sharex=True) as (figure, rows):
-        # A pair that never touches at any torque would only lengthen the legend.
+        # Pairs that never carry are left out of the legend.
         ever = np.flatnonzero((np.nan_to_num(sweep.pair_share) > 0).any(axis=(0, 1)))
         for panel, torque, share in zip(rows, sweep.torque_Nm, sweep.pair_share, strict=True):
             for colour, j in enumerate(ever):
@@ -118,7 +117,7 @@ def spectrum_figure(sweep: SteSweep, n_orders: int = N_MESH_ORDERS) -> Figure:
 def error_figure(
     phi_rad: ArrayLike, torque_Nm: ArrayLike, relative_error: ArrayLike, estimate: ArrayLike | None = None
 ) -> Figure:
-    """Relative STE error of the reduced against the full model, and what the reduced model itself says of it.
+    """Relative STE error of the reduced against the full model, and its estimate by the reduced model.
 
     Parameters
     ----------
@@ -127,7 +126,7 @@ def error_figure(
     relative_error : (n_torques, n_angles)
         Signed or absolute, as a fraction; shown in per cent of its magnitude. NaN points are left out.
     estimate : (n_torques, n_angles), optional
-        The estimated one; hollow squares.
+        Shown as hollow squares.
     """
     phi, torques = np.asarray(phi_rad, float), np.atleast_1d(np.asarray(torque_Nm, float))
     percent = 100.0 * np.abs(np.atleast_2d(np.asarray(relative_error, float)))
@@ -139,7 +138,7 @@ def error_figure(
         colours = _torque_colours(torques)
         for torque, row, bars in zip(torques.tolist(), percent, estimated, strict=True):
             colour = colours[torque]
-            # An error of exactly zero (an identity basis) sits on the floor instead of vanishing from the picture.
+            # An error of exactly zero (an identity basis) is shown at the lower end of the axis.
             shown = np.maximum(row, floor)
             axes.plot(np.degrees(phi), shown, "o-", ms=3.5, lw=0.9, color=colour, label=f"{torque:g} N m")
             axes.plot(np.degrees(phi), np.maximum(bars, floor), "s", ms=6, mfc="none", mec=colour)
@@ -173,10 +172,7 @@ def _torque_colours(*torques: ArrayLike) -> dict[float, str]:
 
 
 def curve_of(sweeps: Sequence[SteSweep], torque: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Angles (rad), STE and error bar (um) of all positions at a torque, in order, and on to either side.
-
-    The curve is periodic and should not stop short of the pitch.
-    """
+    """Angles (rad), STE and error bar (um) of all positions at a torque, continued periodically by one."""
     found = []
     for sweep in sweeps:
         error = np.zeros_like(sweep.ste_um) if sweep.error_bar_um is None else sweep.error_bar_um
@@ -194,7 +190,7 @@ def curve_of(sweeps: Sequence[SteSweep], torque: float) -> tuple[FloatArray, Flo
 
 
 def _position_marker(phi: FloatArray) -> str:
-    """A coarse sweep shows which positions were solved: between them there are chords."""
+    """Dots at the solved positions of a coarse sweep."""
     return "." if len(phi) <= MOST_DOTS else ""
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-#: what a table cell may hold; None is shown as a dash, a float in four significant digits
+#: content of a cell; None is shown as a dash, a float in four significant digits
 Cell = str | float | int | bool | None
 
 
@@ -25,7 +25,7 @@ class Table:
                 raise ValueError(f"table {self.title!r}: row {tuple(row)} does not have {len(self.columns)} cells")
 
     def numeric_columns(self) -> list[bool]:
-        """Return for each column whether it holds numbers and nothing but numbers and gaps: aligned to the right."""
+        """Return for each column whether it holds numbers and gaps alone: aligned to the right."""
         return [_is_numeric(row[i] for row in self.rows) for i in range(len(self.columns))]
 
 

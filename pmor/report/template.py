@@ -1,4 +1,4 @@
-"""What turns templates into HTML: one environment for whole pages and for sections of their own."""
+"""HTML from templates."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def html_template(name: str) -> Template:
-    """Return a template of `pmor/report/templates`; what is put into it is escaped."""
+    """Return a template of `pmor/report/templates`; values are escaped."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     environment = Environment(

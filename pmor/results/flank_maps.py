@@ -1,8 +1,8 @@
 """Largest values at each point of a flank over the mesh cycle.
 
 As a tooth pair rolls on, each of its sections moves over the flanks: up the pinion's and down the wheel's, but for tip
-corners, which meet the mate's flank twice. So the way of a section is followed in steps shorter than a cell of the map,
-straight between the positions of the sweep, and each cell keeps the largest that came by.
+corners, which meet the mate's flank twice. The path of a section is followed in steps shorter than a cell of the map,
+straight between the positions of the sweep, and each cell keeps the largest value.
 """
 
 from __future__ import annotations

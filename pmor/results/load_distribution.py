@@ -1,7 +1,7 @@
 r"""How the load is spread: over the face width, and over tooth pairs.
 
 *Face load factor.* ISO 6336-1 compares the largest load per face width with the mean one, K_Hbeta = w_max / w_m, over
-the width alone: what comes and goes along the profile, as teeth take over from each other, is left to other factors.
+the width alone: the variation along the profile, as teeth take over from each other, is left to other factors.
 Here w(z) is the line load that the section at z carries, added up over all tooth pairs and over the mesh cycle:
 
     K_Hbeta = max_z w(z) / mean_z w(z),    w(z) = \sum_{angles, pairs} w(z; angle, pair),

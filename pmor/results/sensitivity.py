@@ -1,12 +1,12 @@
-"""How the transmission error answers to each parameter of a flank modification: exact first derivatives.
+"""Exact first derivatives of the transmission error by each parameter of a flank modification.
 
-The advance depends on a deviation of the flanks only through the gaps of the sections, and what it does to each is
-known from the solution (`pmor.line.kernels.loads`, equation 2):
+The advance depends on a deviation of the flanks only through the gaps of the sections, and its derivative by each gap
+follows from the solution (`pmor.line.kernels.loads`, equation 2):
 
     d STE / d parameter = sum_n (d STE / d e_n) (d e_n / d parameter).
 
-They hold as long as the same sections carry, to both sides alike; a peak-to-peak value follows the two positions that
-make it, and has a kink where two maxima are equal.
+They hold while the active set does not change; a peak-to-peak value follows the positions of its extremes, and has a
+kink where two maxima are equal.
 """
 
 from __future__ import annotations

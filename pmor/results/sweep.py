@@ -87,7 +87,7 @@ class SteSweep:
 
     @property
     def deflection_um(self) -> FloatArray:
-        """What the load adds to the transmission error without load, (n_torques, n_angles), um."""
+        """Transmission error less that without load, (n_torques, n_angles), um."""
         return self.ste_um if self.unloaded_um is None else self.ste_um - self.unloaded_um
 
     @property

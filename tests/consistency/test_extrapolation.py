@@ -161,7 +161,7 @@ def test_a_sweep_beyond_the_training_says_so(basis_path, tmp_path, capsys):
     assert online(basis_path, tmp_path, text_of(online=EXTRAPOLATE["online"] | QUICK)) == 0
     what = "torque to 200 N m, trained to 100 N m"
     out = capsys.readouterr().out
-    assert f"! extrapolated: {what}; what the results are worth, their error bar says" in out
+    assert f"! extrapolated: {what}; see the error bar" in out
     assert "STE error bar, max" in out
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert summary["extrapolated"] == [what]

@@ -2,8 +2,7 @@
 
 Both count amounts along the transverse line of action (ISO 21771). REXS says places on the profile as diameters or
 lengths on that line, places over the width from the datum face; a case says roll angles, and z from the middle of the
-face. Quadratics over profile and width are taken over exactly, wherever they are said; what no key of a case can say is
-noted.
+face. Quadratics over profile and width are exact for any range; a note names each modification without a key.
 """
 
 from __future__ import annotations
@@ -71,7 +70,7 @@ class Found:
     notes: list[str] = field(default_factory=list)
 
     def add(self, key: str, amount: float) -> None:
-        """Add to an amount; what is zero is left out."""
+        """Add to an amount; zero is left out."""
         total = float(f"{self.keys.get(key, 0.0) + amount:.12g}")
         if abs(total) > ROUND_OFF:
             self.keys[key] = total
@@ -105,12 +104,12 @@ def read_flank(components: list[Component], profile: Profile) -> Found:
 
 
 def _place(component: Component, diameter: str, length: str, profile: Profile, sign: float, end: float) -> float | None:
-    """Roll angle of a place that a diameter says, or a length on the line of action from an end of the flank."""
-    said = component.number_of(diameter)
-    if said is not None:
-        return profile.roll_at(said)
-    said = component.number_of(length)
-    return None if said is None else end + sign * said / profile.base_radius
+    """Roll angle at a diameter, or at a length on the line of action from an end of the flank."""
+    place = component.number_of(diameter)
+    if place is not None:
+        return profile.roll_at(place)
+    place = component.number_of(length)
+    return None if place is None else end + sign * place / profile.base_radius
 
 
 def _relief(component: Component, profile: Profile, found: Found) -> None:
@@ -130,8 +129,8 @@ def _relief(component: Component, profile: Profile, found: Found) -> None:
     if not depth:
         return
     if begins is None or shape is None:
-        what = "says not where it begins" if begins is None else "no shape that a case knows (linear, parabolic)"
-        found.notes.append(f"{component.label}: {what}: left out")
+        reason = "its start is missing" if begins is None else "its shape is neither linear nor parabolic"
+        found.notes.append(f"{component.label}: {reason}: left out")
         return
     if extent in found.keys:
         found.notes.append(f"{component.label}: a second relief there: left out")
@@ -223,17 +222,17 @@ def _profile_twist(component: Component, profile: Profile, found: Found) -> None
     if amount:
         found.add("twist_um", -profile.datum * UM * amount)
         found.notes.append(
-            f"{component.label}: taken as what the profile slope grows by from the datum face to the other, over the "
+            f"{component.label}: taken as the increase of the profile slope from the datum face to the other, over the "
             "whole active profile: check sign and range"
         )
 
 
 def _end_reliefs(components: list[Component], profile: Profile, found: Found) -> None:
-    """Both faces alike, straight: else a case has no key for it."""
+    """Straight end relief, the same on both faces, is the only one with a key."""
     said = {}
     for component in components:
         face = component.kind.removeprefix("end_relief_")
-        depth, length = (component.number_of(f"end_relief_{what}_{face}") for what in ("depth", "length"))
+        depth, length = (component.number_of(f"end_relief_{size}_{face}") for size in ("depth", "length"))
         if SHAPES.get(component.text_of("shape_of_relief")) == "linear":
             said[face] = depth, length
     sides = set(said.values())

@@ -16,7 +16,7 @@ from pmor.export.rexs.stage import Stage, axis_of, face_middle, find_stage
 from pmor.gear.pair import GearPair
 from pmor.pair.model import gear_pair
 
-# Where a file says nothing: bore over reference diameter, and line load in N/mm that the torque is assumed from.
+# Defaults: bore over reference diameter, and line load in N/mm for the torque.
 BORE_SHARE, LINE_LOAD = 0.2, 100.0
 # Modules between root circle and bore below which a blank cannot be meshed: the gear is cut into its shaft.
 LEAST_RIM = 1.5
@@ -59,13 +59,13 @@ def read_stage(path: Path, stage: int | None = None) -> Imported:
     for gear, keys in zip(("pinion", "wheel"), draft.modifications(gear_pair(plain)), strict=True):
         if keys:
             sections[f"{gear}.modification"] = keys
-    draft.say_what_was_not_read()
+    draft.note_unread()
     if _uneven(sections):
         sections["mesh"] = {"width": "whole"}
     text = make_case(path.stem, **sections).text
     head = [
         f"{path.name}, {found.component.label}, REXS {gearbox.version} of {gearbox.program or 'an unnamed program'}.",
-        "What the file does not say is assumed: mesh and training are the defaults.",
+        "Missing values are assumed; mesh and training are the defaults.",
         *draft.notes,
     ]
     comments = "\n".join(f"# {printable(line)}" for line in head)
@@ -92,14 +92,14 @@ class _Draft:
         flank, module = self.flanks[0], self._needed(pinion, "normal_module")
         helix = pinion.number_of("helix_angle_reference_diameter") or 0.0
         angle = self._needed(flank, "normal_pressure_angle")
-        for what, one, other in (
+        for attribute, one, other in (
             ("normal_module", module, self._needed(wheel, "normal_module")),
             ("normal_pressure_angle", angle, self._needed(self.flanks[1], "normal_pressure_angle")),
             ("helix_angle_reference_diameter", -helix, wheel.number_of("helix_angle_reference_diameter") or 0.0),
         ):
             if not math.isclose(one, other, rel_tol=1e-6, abs_tol=1e-6):
                 said = f"{other:g} of {wheel.label} where its mate asks for {one:g}"
-                raise CaseError(f"{self.where}: {what}: {said}: no pair")
+                raise CaseError(f"{self.where}: {attribute}: {said}: no pair")
         pair: dict[str, Any] = {"module_mm": module, "pressure_angle_deg": _rounded(angle), "helix_angle_deg": helix}
         faces = self._faces()
         pair["face_width_mm"] = _rounded(faces[0][2])
@@ -138,8 +138,8 @@ class _Draft:
                 found.keys["pitch_deviations_um"] = [_rounded(1e3 * deviation) for deviation in deviations]
             yield found.keys
 
-    def say_what_was_not_read(self) -> None:
-        """Note the attributes of gears, flanks, tools and modifications that no part of a case stands for."""
+    def note_unread(self) -> None:
+        """Note the attributes of gears, flanks, tools and modifications without a counterpart in a case."""
         parts = [*self.gears, *self.flanks]
         for gear, flank in zip(self.gears, self.flanks, strict=True):
             parts += self._tools(gear, flank)
@@ -189,11 +189,12 @@ class _Draft:
         keys = dict[str, float]()
         if tools := self._tools(gear, flank):
             tool = tools[-1]  # the last step makes the flank
-            for key, what in (("dedendum", "addendum"), ("rack_tip_radius", "tip_corner_radius")):
-                relative = "tip_corner_radius_factor_reference_profile" if what != "addendum" else (
-                    "addendum_coefficient_reference_profile"
-                )  # fmt: skip
-                value, length = tool.number_of(relative), tool.number_of(f"{what}_reference_profile")
+            for key, size, factor in (
+                ("dedendum", "addendum", "addendum_coefficient"),
+                ("rack_tip_radius", "tip_corner_radius", "tip_corner_radius_factor"),
+            ):
+                value = tool.number_of(f"{factor}_reference_profile")
+                length = tool.number_of(f"{size}_reference_profile")
                 if value is None and length is not None:
                     value = length / module
                 if value is not None:
@@ -248,7 +249,7 @@ class _Draft:
         widths = [self._needed(gear, "face_width") for gear in self.gears]
         middles = [face_middle(self.gearbox, gear, self.along) for gear in self.gears]
         if middles[0] is None or middles[1] is None:
-            self.notes.append("where the gears are along their axes is not said: middles of the faces assumed level")
+            self.notes.append("axial positions of the gears are missing: faces assumed centred on each other")
             middles = [0.0, 0.0]
         ends = [(m - 0.5 * w, m + 0.5 * w) for m, w in zip(middles, widths, strict=True)]  # type: ignore[operator]
         low, high = max(ends[0][0], ends[1][0]), min(ends[0][1], ends[1][1])

@@ -113,8 +113,8 @@ def _torques(
 ) -> tuple[dict[int, set[float]], dict[int, int]]:
     """Torques of the load cases by gear, N m, and the driving gear of each stage that the power comes to.
 
-    Torques given for gears in stages are taken; else the torque that enters at a shaft goes on from stage to stage,
-    each gear of a shaft passing on what came, without losses.
+    Torques given for gears in stages are taken; else the torque that enters at a shaft goes on from stage to stage
+    without losses.
     """
     torques, drivers = dict[int, set[float]](), dict[int, int]()
     for number, pair in found.items():

@@ -3,9 +3,9 @@
 A contact force acts along the line of action: in the frame of a node, turned with the tooth's twist, nearly along the
 flank's normal there, the more so the nearer the node. So the displacements of a node are taken along its normal (on
 helical flanks with the axial part that goes with it), at right angles to it in the transverse plane, which counts for
-little, and of helical flanks along the axis: what of the axial part does not turn with the normal, which counts for
-less. Each is scaled by what it can contribute, and all entries are rounded to one step, 2^-20 of the largest: as
-integers, as differences and deflated, they take a tenth of what double precision takes. Between teeth compliance is
+little, and of helical flanks along the axis, without the axial part that turns with the normal, which counts for less.
+Each is scaled by its largest contribution, and all entries are rounded to one step, 2^-20 of the largest: as integers,
+as differences and deflated, they take a tenth of the bytes of double precision. Between teeth compliance is
 smooth and of low rank: sums of products of a few vectors.
 """
 
@@ -24,9 +24,9 @@ from pmor.gear.kernels.types import Gear
 STEPS = 2**20
 # A block between teeth has fewer vectors than this; they are rounded to a part of a step.
 MOST_VECTORS, FINER = 64, 4.0
-# What a normal turns between a node and the contact that it helps to carry, over the distance of the nodes; and at the
-# tip, where a corner meets its mate's flank at an angle, rad. Of the square of the former the axial part that counts:
-# the shares of four nodes make most of it nothing.
+# Rotation of the normal between a node and the contact that it carries, over the distance of the nodes, and at the tip,
+# where a corner meets the mate's flank at an angle, rad; the axial part as a share of the square of the former, since
+# the shares of four nodes nearly cancel.
 TURN, CORNER_TURN, AXIAL = 1.0, 0.1, 0.2
 
 
@@ -84,7 +84,7 @@ def _local(blocks: FloatArray, gear: Gear) -> FloatArray:
 
 
 def _products(block: FloatArray, step: float) -> dict[str, Any]:
-    """A smooth block as a sum of products of vectors, each as fine as what it adds needs."""
+    """A smooth block as a sum of products of vectors, each rounded according to its contribution."""
     left, size, right = _leading_vectors(block)
     kept = size > step
     largest = np.abs(left).max(axis=0), np.abs(right).max(axis=1)

@@ -1,4 +1,4 @@
-"""What the solver on the page needs to know of a pair: numbers by the names that they have here."""
+"""Data of a pair for the solver on the page: numbers by the names that they have here."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def _gear(meshed: LayeredPair, assembly: Assembly, number: int) -> dict[str, Any
 
 
 def _flank(meshed: MeshedPair, assembly: Assembly, number: int) -> dict[str, Any]:
-    """What deviations of a gear's flank are counted from, and those that stay as they are."""
+    """Reference of the deviations of a gear's flank, and those that stay constant."""
     pair, deviation = meshed.pair, meshed.deviations(assembly)[number]
     tooth: Tooth = (pair.pinion, pair.wheel)[number]
     points = {"roll": deviation.grid_roll, "z": deviation.grid_z, "points": deviation.grid}

@@ -1,4 +1,4 @@
-"""The section of the report in which flanks, load and axes can be changed: its controls, and what they start from."""
+"""The section of the report in which flanks, load and axes can be changed: its controls and initial values."""
 
 from __future__ import annotations
 
@@ -23,10 +23,9 @@ from pmor_online.run import OnlineResult
 # Angles over a pitch: ten orders take 21. Of helical pairs, whose many sections take longer, fewer: their transmission
 # error is smoother.
 SPUR_ANGLES, HELICAL_ANGLES = 100, 40
-# Sliders reach to so many times the nominal torque, to so many times the mean transmission error, and to so many times
-# what the case has.
+# Upper limits of sliders: over the nominal torque, over the mean transmission error, over the amounts of the case.
 TORQUE_RANGE, AMOUNT_RANGE, BEYOND_CASE = 2.0, 4.0, 1.5
-# Share of the active profile behind which tip relief may start, and where it starts where the case has none.
+# Least start of tip relief as a share of the active profile, and its start where the case has none.
 EARLIEST_RELIEF, USUAL_RELIEF = 0.3, 0.7
 
 
@@ -41,7 +40,7 @@ class Control:
         As in a case file.
     label : str
     initial : str
-        What the case says.
+        Value of the case.
     low, high, step : float
     choices : tuple of str
         Instead of a range.
@@ -59,7 +58,7 @@ class Control:
 
 @dataclass(frozen=True)
 class LiveSection:
-    """What the template of the section shows.
+    """Content of the section's template.
 
     Parameters
     ----------
@@ -67,7 +66,7 @@ class LiveSection:
     same : bool
         Both gears start alike.
     data : dict
-        What the solver knows of the pair, and the results of the case.
+        Data of the solver, and the results of the case.
     note : str
     """
 
@@ -85,7 +84,7 @@ def live_section(result: OnlineResult, pair: ReducedPair) -> LiveSection:
     result : OnlineResult
         Of the case, to compare with.
     pair : ReducedPair
-        Of line loads, on the whole width: what the page solves.
+        Of line loads, on the whole width: the model that the page solves.
     """
     case, meshed = result.case, pair.meshed
     helical = meshed.pair.pinion.helix_angle != 0.0
@@ -108,7 +107,7 @@ def live_section(result: OnlineResult, pair: ReducedPair) -> LiveSection:
 
 
 def _amounts(modification: Modification) -> dict[str, Any]:
-    """What of a modification the page's solver takes as it is set."""
+    """Parameters of a modification that the page may change."""
     kept = "topography", "pitch_deviations_um"
     return {key: value for key, value in asdict(modification).items() if key not in kept}
 
@@ -127,7 +126,7 @@ def _curve(result: OnlineResult) -> list[list[float]]:
 
 
 def _limits(case: Case, meshed: MeshedPair) -> dict[str, Any]:
-    """Where a setting leaves what the run has checked, or what a linear model can say."""
+    """Limits of the run's sweep and of a linear model."""
     swept = *case.online.torques_Nm, *(condition.torque_Nm for condition in case.conditions)
     _, modulus = hertz_pressure(case, meshed.pair)
     return {
@@ -162,7 +161,7 @@ def _controls(result: OnlineResult, meshed: MeshedPair) -> Iterable[Control]:
         yield Control("axes", key, label, _written(deviations[key]), -far, far, far / 100.0)
 
 
-#: amounts with a slider, what they are called, whether they may be negative, and whether they differ over the width
+#: amounts with a slider: label, whether negative values are allowed, whether they vary over the width
 _SLID = {
     "tip_relief_um": ("tip relief, µm", False, False),
     "profile_crowning_um": ("profile crowning, µm", True, False),
@@ -207,7 +206,7 @@ def _rounded(value: float) -> float:
 
 
 def _note(case: Case, meshed: MeshedPair) -> str:
-    """What the reader should know of the model on the page."""
+    """Note on the model of the page."""
     parts = [
         "The page carries the flanks' compliance from the finite elements and solves contact anew as a slider moves: "
         "the same equations as the run, exact for any torque, axes and flanks that linear elasticity covers. Amounts "

@@ -32,7 +32,7 @@ function axisAt({ axes, low, top }, { offsetX, offsetY }) {
   return axes.findIndex(({ x }) => Math.abs(x - offsetX) <= GRIP);
 }
 
-// What a drag from a height does: both ends move, one of them, or a new range begins there.
+// Effect of a drag from a height: it moves both ends, one of them, or begins a new range.
 function gripOf(axis, filter, y) {
   if (filter && !axis.column.levels) {
     const [[from, to]] = brushEnds(axis, filter);

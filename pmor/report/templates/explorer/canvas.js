@@ -1,4 +1,4 @@
-// What both plots share: canvases of the screen's own resolution, ranges of axes and their ticks.
+// Shared by both plots: canvases of the screen's own resolution, ranges of axes and their ticks.
 
 const INK = "#1c2733", FAINT = "#5b6875", GRID = "#dddddd", AXIS = "#555555", FRONT = "#d55e00", BLUE = "#0072b2";
 const FONT = 'system-ui, "Segoe UI", Roboto, sans-serif';

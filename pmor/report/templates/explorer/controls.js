@@ -30,7 +30,7 @@ function isObjective(column) {
   return column.kind === "result" && !column.levels;
 }
 
-// A row for each column; returns what writes filters that were dragged into the rows.
+// A row for each column; returns a function that writes dragged filters into the rows.
 function rangeFields(part, designs, state, setFilter) {
   const shows = designs.columns.map((column, c) => {
     const row = element("div", { class: "range", "data-key": column.key }, element("span", {}, column.title));
@@ -63,7 +63,7 @@ function boundFields(row, column, set) {
   return filter => {
     const wanted = filter ? [filter.low, filter.high] : open, now = bounds();
     fields.forEach((field, k) => {
-      // What is being typed stays as it is typed.
+      // Keep text that is being typed.
       if (now[k] !== wanted[k] || (wanted[k] === open[k] && field.value === "" && field !== document.activeElement)) {
         field.value = Number.isFinite(wanted[k]) ? wanted[k] : "";
       }

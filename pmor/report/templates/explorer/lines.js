@@ -121,7 +121,7 @@ function drawBrush(context, axis, filter) {
   for (const [from, to] of brushEnds(axis, filter)) context.fillRect(axis.x - 6, to, 12, Math.max(from - to, 2));
 }
 
-// Pixels of what a filter keeps, lower end first; a stretch for each level.
+// Pixel ranges that a filter keeps, lower end first; one for each level.
 function brushEnds({ py, domain: [low, high], column }, filter) {
   if (column.levels) return [...filter.levels].map(level => [py(level - 0.4), py(level + 0.4)]);
   const inside = value => py(Math.min(Math.max(value, low), high));

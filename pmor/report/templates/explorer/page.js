@@ -1,6 +1,6 @@
-// The section as a whole: what is chosen, and what has to be drawn anew when that changes.
+// State of the section, and its updates.
 
-// What an update goes through, each including those before it.
+// Stages of an update, each including those before it.
 const SCATTER_ONLY = 1, FRONT_TOO = 2, ALL = 3;
 // Rows take as long to lay out as all the rest: the table waits until nothing has changed for so long.
 const REST_MS = 120;

@@ -11,7 +11,7 @@ function shade(share) {
   return VIRIDIS[i].map((from, k) => Math.round(from + (VIRIDIS[i + 1][k] - from) * (place - i)));
 }
 
-// Colours of a column, and the number of each design's; what has no value is black.
+// Colours of a column, and the number of each design's; black without a value.
 function colouring(designs, column) {
   if (!column) return { colours: [channels(BLUE)], of: new Uint8Array(designs.count) };
   if (column.levels) {
@@ -46,7 +46,7 @@ function stampsOf(ratio) {
   };
 }
 
-// A function that puts a stamp over what is on an image: ten thousand are drawn faster so than by the canvas itself.
+// A function that blends a stamp into an image: for ten thousand it is faster than the canvas.
 function pressOn({ data, width, height }, half) {
   const whole = new Uint32Array(data.buffer);
   return (stamp, [r, g, b], atX, atY) => {

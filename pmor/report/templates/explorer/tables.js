@@ -1,4 +1,4 @@
-// What is read rather than seen: values of one design, the front as a table, reasons. Text is never parsed as HTML.
+// Values of one design, the front as a table, reasons. Text is never parsed as HTML.
 
 const MOST_ROWS = 100, FIRST_NAMES = 5;
 // Design 9 before design 10.

@@ -1,5 +1,5 @@
-// What flanks deviate by: a transcript of pmor/gear/flank_deviation.py and pmor/gear/kernels/deviation.py.
-// A modification has the keys and units of a case file; `flank` is what the model knows of the gear's flank.
+// Deviations of flanks: a transcript of pmor/gear/flank_deviation.py and pmor/gear/kernels/deviation.py.
+// A modification has the keys and units of a case file; `flank` has the data of the gear's flank.
 
 function deviationOf(modification, flank) {
   const m = modification, tip = flank.tip_circle_roll, start = flank.active_roll[0], end = flank.active_roll[1];

@@ -1,9 +1,9 @@
-// Where two involutes meet in a transverse section, with the wheel's axis out of place: a transcript of
+// Contact points of two involutes in a transverse section, with the wheel's axis displaced: a transcript of
 // pmor/gear/kernels/motion.py and pmor/line/kernels/contact_point.py.
 
 const CORNER = 0.01;
 
-// Kinematics of a pair (`model.kinematics`) with the wheel's axis in a place (um over the face width, as in a case).
+// Kinematics of a pair (`model.kinematics`) with a misaligned wheel axis (um over the face width, as in a case).
 function kinematicsAt(model, axes) {
   const width = model.kinematics.face_width;
   const k = {
@@ -53,7 +53,7 @@ function reversed({ angle, shift }) {
   return { angle: -angle, shift: [-(c * shift[0] + s * shift[1]), -(-s * shift[0] + c * shift[1])] };
 }
 
-// Meeting of the edge at the slave's tip with the master's involute.
+// Contact point of the edge at the slave's tip with the master's involute.
 function cornerFoot(gears, slave, motion) {
   const own = gears[slave], mate = gears[1 - slave], u = own.tip_roll, radius = own.edge_radius;
   const c = Math.cos(motion.angle), s = Math.sin(motion.angle), shift = motion.shift;
@@ -71,18 +71,17 @@ function cornerFoot(gears, slave, motion) {
   const ownTurn = Math.atan2(ownY, ownX), mateTurn = Math.atan2(-ny, -nx);
   if (slave === 1) {
     return {
-      gap, roll: [mateRoll, u], turn: [mateTurn, ownTurn], lever: -mate.base_radius, leverSlope: 0, cornerLead: 0, slant,
+      gap, roll: [mateRoll, u], turn: [mateTurn, ownTurn], lever: -mate.base_radius, leverSlope: 0, cornerAdvance: 0, slant,
     };
   }
   const armX = x - shift[0], armY = y - shift[1], square = x * x + y * y;
   const turning = (x * armX + y * armY) / square - (y * armX - x * armY) / (square * roll);
   const leverSlope = (armX * nx + armY * ny) * (turning - 1);
-  return { gap, roll: [u, mateRoll], turn: [ownTurn, mateTurn], lever: slaveArm, leverSlope, cornerLead: 0, slant };
+  return { gap, roll: [u, mateRoll], turn: [ownTurn, mateTurn], lever: slaveArm, leverSlope, cornerAdvance: 0, slant };
 }
 
-// Closest approach of two undeformed flanks in the section at z, where plain flanks first touch; the gap is that at
-// advance 0; `turn` are the directions in which displacements open
-// the gap, in the frames of the teeth in that section.
+// Closest approach of two undeformed flanks in the section at z, placed where plain flanks first touch; the gap is
+// that at advance 0; `turn` are the directions in which displacements open the gap, in the frames of the teeth.
 function closestApproach(k, gears, rollPosition, z) {
   const section = rollPosition + gears[0].twist * z;
   if (!k.offsets.has(z)) k.offsets.set(z, sectionOffset(k, gears, z));
@@ -90,23 +89,23 @@ function closestApproach(k, gears, rollPosition, z) {
   const pinionRoll = rollAngle(k, gears, 0, section) + k.first_touch + turn;
   const wheelRoll = rollAngle(k, gears, 1, section) + turn;
   const aside = axialOpening(k, gears, pinionRoll), forward = () => moveParallel(k, gears, section, x, y);
-  let meeting;
+  let contactPoint;
   if (pinionRoll > gears[0].tip_roll) {
-    meeting = cornerFoot(gears, 0, forward());
+    contactPoint = cornerFoot(gears, 0, forward());
   } else if (wheelRoll > gears[1].tip_roll) {
-    meeting = cornerFoot(gears, 1, reversed(forward()));
+    contactPoint = cornerFoot(gears, 1, reversed(forward()));
   } else {
     const near = pinionRoll > gears[0].tip_roll - CORNER;
-    meeting = {
+    contactPoint = {
       gap: opening - gears[0].base_radius * k.first_touch, roll: [pinionRoll, wheelRoll], slant: 0,
       turn: [gears[0].half_angle - pinionRoll, gears[1].half_angle - wheelRoll],
       lever: -gears[0].base_radius, leverSlope: near ? cornerFoot(gears, 0, forward()).leverSlope : 0,
-      cornerLead: gears[0].tip_roll - pinionRoll,
+      cornerAdvance: gears[0].tip_roll - pinionRoll,
     };
   }
-  meeting.gap += aside - meeting.lever * k.first_touch;
-  meeting.cornerLead += k.first_touch;
-  return meeting;
+  contactPoint.gap += aside - contactPoint.lever * k.first_touch;
+  contactPoint.cornerAdvance += k.first_touch;
+  return contactPoint;
 }
 
 // Row of the first of four nodes, and the weights of the cubic along the profile at roll angle u.

@@ -1,5 +1,5 @@
-// Law of line contact where a tip corner may carry. Equations (1) to (5): pmor/line/kernels/tip_corner.py, of which
-// this is a transcript, as of approach_of and line_law in pmor/line/kernels/law.py.
+// Law of line contact with tip corners: a transcript of pmor/line/kernels/tip_corner.py, equations (1) to (5), and of
+// approach_of and line_law in pmor/line/kernels/law.py.
 
 const SHORT = 0.2, LONGEST = 0.5;
 
@@ -151,22 +151,22 @@ function approachOf(load, law, gears) {
   return smoothApproach(load, law, gears);
 }
 
-// Distance from where a flank ends to a roll angle, and that over which the layer's end is felt, mm.
+// Distance of a roll angle from the end of the flank, and the influence length of the layer's end, mm.
 function fromCorner(gear, roll, cosine) {
   const distance = 0.5 * gear.base_radius * Math.max(gear.tip_roll ** 2 - roll ** 2, 0);
   return [distance, gear.corner.influence_length * gear.corner.depth * cosine];
 }
 
-// The law where two flanks meet; `carriers` are the rows of nodes and their weights on either gear.
-function lineLaw(gears, meeting, carriers) {
+// The law at a contact point; `carriers` are the rows of nodes and their weights on either gear.
+function lineLaw(gears, contactPoint, carriers) {
   const cosine = 1 / Math.sqrt(1 + (gears[0].twist * gears[0].base_radius) ** 2);
   let near = -1, nearest = 1, inside = 0, compliance = 0, constant = 0, curvature = 0;
   for (let g = 0; g < 2; g++) {
-    const [distance, influence_length] = fromCorner(gears[g], meeting.roll[g], cosine);
+    const [distance, influence_length] = fromCorner(gears[g], contactPoint.roll[g], cosine);
     if (distance < nearest * influence_length) { near = g; nearest = distance / influence_length; inside = distance; }
   }
   for (let g = 0; g < 2; g++) {
-    const gear = gears[g], roll = meeting.roll[g], { row, weight } = carriers[g];
+    const gear = gears[g], roll = contactPoint.roll[g], { row, weight } = carriers[g];
     let value = 0;
     for (let a = 0; a < 4; a++) value += weight[a] * gear.line_constant[Math.min(row + a, gear.line_constant.length - 1)];
     if (g !== near) {
@@ -183,23 +183,23 @@ function lineLaw(gears, meeting, carriers) {
     least: 1e-9 / (compliance * curvature * cosine), plain: Infinity, gear: 0, opening: constant - 0.5, angle: 0,
     curvature, edgeCurvature: 0, place: 0, influence_length: 1, share: 0,
   };
-  return near < 0 ? law : lawNearCorner(gears, meeting, near, inside, cosine, law);
+  return near < 0 ? law : lawNearCorner(gears, contactPoint, near, inside, cosine, law);
 }
 
-function lawNearCorner(gears, meeting, near, inside, cosine, law) {
+function lawNearCorner(gears, contactPoint, near, inside, cosine, law) {
   const gear = gears[near], mate = gears[1 - near], corner = gear.corner;
   const share = gear.line_compliance / (gears[0].line_compliance + gears[1].line_compliance);
   const influence_length = corner.influence_length * corner.depth * cosine;
   let edgeCurvature = 0, { constant, angle } = law, short = 0;
   if (gear.edge_radius > 0) {
-    edgeCurvature = 1 / gear.edge_radius + 1 / (mate.base_radius * Math.max(meeting.roll[1 - near], 1e-3));
+    edgeCurvature = 1 / gear.edge_radius + 1 / (mate.base_radius * Math.max(contactPoint.roll[1 - near], 1e-3));
   }
   if (inside > 0) {
     angle = -law.curvature * inside;
     short = Math.min(SHORT * (corner.place + inside), inside);
     constant += share * singleMean(corner, (corner.place + inside) / influence_length);
   } else {
-    angle = meeting.slant;
+    angle = contactPoint.slant;
   }
   const plain = 0.5 * law.curvature * short ** 2 / law.compliance;
   return { ...law, constant, plain, gear: near, angle, edgeCurvature, place: corner.place, influence_length, share };

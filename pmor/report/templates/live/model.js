@@ -1,4 +1,4 @@
-// The reduced model of the page: unpacked from what the page carries, and swept over a pitch.
+// The reduced model of the page: unpacked from its data, and swept over a pitch.
 
 // Whole numbers, of 24 bits with the sign last: byte by byte apart, deflated, in base64.
 async function unpackIntegers(text) {
@@ -94,7 +94,7 @@ async function unpackModel(data) {
   return model;
 }
 
-// A pair whose wheel's axis is in a place, ready to be solved over a pitch; depends on the axes alone.
+// Sections of all tooth pairs over a pitch; they depend on the position of the axes alone.
 function placedPair(model, axes) {
   const kinematics = kinematicsAt(model, axes), count = model.angles, places = [];
   for (let i = 0; i < count; i++) places.push(placeSections(model, kinematics, kinematics.pitch * i / count));

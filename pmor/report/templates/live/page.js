@@ -39,7 +39,7 @@ async function startLive(root) {
   update();
 }
 
-// Each control is a slider, a number field and what the case says; shapes are choices.
+// A control is a slider with a number field, or a choice, with its initial value.
 function controlsOf(root) {
   return [...root.querySelectorAll("[data-key]")].map(row => ({
     row, key: row.dataset.key, group: row.dataset.group, initial: row.dataset.initial,
@@ -137,7 +137,7 @@ function pressureOf({ law, load }) {
   return load > law.plain ? NaN : 2 * load / (Math.PI * Math.sqrt(2 * law.compliance * load / law.curvature));
 }
 
-// What a reader looks for in all positions together.
+// Largest Hertz pressure over all positions, and gears whose tip edges carry.
 function findingsOf(model, result) {
   let pressure = 0;
   const corners = new Set();
@@ -150,7 +150,7 @@ function findingsOf(model, result) {
   return { pressure, corners: corners.size ? [...corners].sort().join(", ") : "no" };
 }
 
-// Where a setting leaves what the run has checked, or what a linear model can say.
+// Warnings beyond the limits of the run's sweep and of a linear model.
 function warningsOf({ limits }, model, result, { pressure }) {
   const said = [], { torque_Nm: torque } = result.setting, missing = result.states.filter(s => !s.converged).length;
   if (missing) said.push(`${missing} of ${model.angles} positions did not converge: the curve has gaps.`);
@@ -274,7 +274,7 @@ function flankPlot(model, loads) {
   }).join(""));
 }
 
-// What is set, as sections of a case file; what a case leaves at its default is left out.
+// The setting as sections of a case file, without defaults.
 function tomlOf(data, setting) {
   const lines = ["[load]", `torque_Nm = ${setting.torque_Nm}`];
   const section = (name, values, defaults) => {

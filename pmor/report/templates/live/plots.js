@@ -2,7 +2,7 @@
 
 const PLOT = { width: 560, height: 250, left: 58, right: 12, top: 10, bottom: 42 };
 
-// Frame, ticks and labels; `inside` gets the scales of both axes and returns what is drawn between them.
+// Frame, ticks and labels; `inside` draws between them, given the scales of both axes.
 function frame(options, inside) {
   const { x: [x0, x1], y: [y0, y1], label, xLabel, yLabel, logarithmic } = options, p = { ...PLOT, ...options.size };
   const w = p.width - p.left - p.right, h = p.height - p.top - p.bottom;

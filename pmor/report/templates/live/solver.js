@@ -3,7 +3,7 @@
 
 const MAX_STEPS = 60, PATIENCE = 20, TOLERANCE = 1e-11, NEARBY = 0.2, ROUND_OFF = 1e-9;
 
-// Sections of all tooth pairs in reach at a pinion angle, without load and without deviations of the flanks.
+// Sections of all tooth pairs that can touch at a pinion angle, without load and without deviations of the flanks.
 function placeSections(model, kinematics, phi) {
   const { gears, pair_count } = model, { z } = model.sections, pitch = kinematics.pitch, margin = 0.5 * pitch;
   const middle = 0.5 * (kinematics.path_start + kinematics.path_end);
@@ -27,19 +27,18 @@ function placeSections(model, kinematics, phi) {
 function placeSection(model, k, rollPosition, z, pair, s, margin) {
   const section = rollPosition + model.gears[0].twist * z;
   if (section < k.path_start - margin || section > k.path_end + margin) return null;
-  const meeting = closestApproach(k, model.gears, rollPosition, z);
-  meeting.pair = pair;
-  meeting.section = s;
-  meeting.law = null;
-  return meeting;
+  const contactPoint = closestApproach(k, model.gears, rollPosition, z);
+  contactPoint.pair = pair;
+  contactPoint.section = s;
+  contactPoint.law = null;
+  return contactPoint;
 }
 
-// Find the law of a section, and the rows of nodes that carry it: only where it may carry.
+// Law of a section and the rows of nodes that carry it, found when it is first needed.
 function makeReady(model, section) {
   const { gears } = model, carriers = gears.map((gear, g) => cubicRows(gear.roll, section.roll[g]));
-  // A displacement of a row of nodes along its own normal, at right angles to that, and along the axis, without what of
-  // that goes with the normal, opens the gap so much. Four rows
-  // in any case: of a flank with fewer elements, or at its end, the first ones have no share.
+  // Derivatives of the gap by the displacements of four rows of nodes: along their normals, at right angles to these, and
+  // along the axis without the part that turns with the normal. Rows beyond the end of a flank have no share.
   section.row = gears.map((gear, g) => Math.max(Math.min(carriers[g].row, gear.roll.length - 4), 0));
   section.gradient = gears.map((gear, g) => {
     const { row: first, weight } = carriers[g], { parts } = model.between[g], share = new Float64Array(4 * parts);
@@ -56,7 +55,7 @@ function makeReady(model, section) {
   section.law = lineLaw(gears, section, carriers);
 }
 
-// What a section's gradient is of the vectors of a neighbouring tooth, on its displaced (0) or loaded side (1).
+// Product of a section's gradient with the vectors of a neighbouring tooth, on its displaced (0) or loaded side (1).
 function projected(model, section, g, apart, side) {
   const key = (2 * apart + side) * 2 + g, known = section.projected[key];
   if (known) return known;
@@ -91,7 +90,7 @@ function neighbourProduct(model, apart, g, to, by) {
   return total;
 }
 
-// Flexibility between two sections of an angle, mm/N; what is known already is kept.
+// Flexibility between two sections of an angle, mm/N, computed once.
 function flexibilityOf(model, place, n, m) {
   const { sections, flexibility } = place, size = sections.length, known = flexibility[n * size + m];
   if (!Number.isNaN(known)) return known;
@@ -110,7 +109,7 @@ function flexibilityOf(model, place, n, m) {
 }
 
 function leverAt(section, advance) {
-  const further = Math.max(advance - section.cornerLead, 0);
+  const further = Math.max(advance - section.cornerAdvance, 0);
   return { further, turning: further > 0 ? section.leverSlope : 0 };
 }
 
@@ -140,25 +139,25 @@ function solveFactored(factor, stride, count, x) {
   }
 }
 
-// Work space of a solution; positions have few different sizes.
-const rooms = new Map();
+// Workspaces by size; positions have few different ones.
+const workspaces = new Map();
 
-function roomFor(size) {
-  if (!rooms.has(size)) {
+function workspaceOf(size) {
+  if (!workspaces.has(size)) {
     const numbers = () => new Float64Array(size);
-    rooms.set(size, {
+    workspaces.set(size, {
       free: numbers(), levers: numbers(), slopes: numbers(), loaded: numbers(), levered: numbers(),
       carries: new Uint8Array(size), active: new Int32Array(size), matrix: new Float64Array(size * size),
       factor: new Float64Array(size * size),
     });
   }
-  return rooms.get(size);
+  return workspaces.get(size);
 }
 
-// Lead (rad) and forces of the sections (N) under a torque (N mm); `removed` is what flanks deviate by in each, mm.
+// Advance (rad) and forces of the sections (N) under a torque (N mm); `removed` is the deviation of the flanks, mm.
 function solvePosition(model, place, removed, torque) {
   const { sections } = place, size = sections.length, { width } = model.sections, rate = model.rate;
-  const { free, levers, slopes, loaded, levered, carries, active, matrix, factor } = roomFor(size);
+  const { free, levers, slopes, loaded, levered, carries, active, matrix, factor } = workspaceOf(size);
   const force = new Float64Array(size);
   let touch = Infinity;
   for (let n = 0; n < size; n++) {
