@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
@@ -26,7 +25,7 @@ from pmor.pair.conditions import conditions_of
 from pmor.pair.model import refuse_loads
 from pmor.reduction.basis import Basis
 from pmor.results.root_stress import RootStress
-from pmor.storage.atomic import atomic_path, ensure_folder, refuse_existing
+from pmor.storage.atomic import ensure_folder, refuse_existing
 from pmor.storage.basis_file import write_basis
 from pmor_online.compare import training_failures
 from pmor_online.conditions import sweep_assemblies
@@ -41,7 +40,7 @@ if TYPE_CHECKING:
     from pmor.dynamics.result import DynamicsResult
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class ReducedModel:
     """A trained model of a pair: full FE to hundredths of a per cent, in hundredths of a millisecond per position.
 
@@ -49,14 +48,17 @@ class ReducedModel:
     ----------
     basis : Basis
     force : ndarray, shape (M, T, 2, f), or None
-        Nodal forces of the training, N, which a file keeps beside the basis; None where `source` has them.
+        Nodal forces of the training, N, which a file keeps beside the basis.
     source : Path or None
-        File that the model was read from.
+        File that the model was read from. It may have changed since: the model is in memory.
+    source_bytes : int
+        Its size when it was read.
     """
 
     basis: Basis
     force: FloatArray | None = None
     source: Path | None = None
+    source_bytes: int = 0
 
     @property
     def case(self) -> Case:
@@ -277,15 +279,10 @@ class ReducedModel:
             When the file exists and may not be replaced, or cannot be written.
         """
         target = Path(path)
-        ensure_folder(target.parent)
-        if self.force is not None:
-            write_basis(target, self.basis, self.force, overwrite)
-            return
-        if self.source is None:
+        if self.force is None:
             raise OutputError(f"{target}: the model has no forces of its training: save one of train() or load_model()")
-        refuse_existing(target, overwrite)
-        with atomic_path(target, overwrite) as temporary:
-            shutil.copyfile(self.source, temporary)
+        ensure_folder(target.parent)
+        write_basis(target, self.basis, self.force, overwrite)
 
     def export(self, path: Path | str, to: str, *, torque_Nm: float | None = None, overwrite: bool = False) -> None:
         """Write the model in the format of another program, as `pmor.export_file` does of a basis file.
@@ -345,13 +342,12 @@ class ReducedModel:
             return run_models_of(self.case, Path(folder), self._save, elastic, True, overwrite, executor, progress)
         kept = [*inputs, *([self.source] if self.source else [])]
         return sweep_model(
-            self.reduced, self.source or self._save, Path(folder),
+            self.reduced, (self.source, self.source_bytes) if self.source else self._save, Path(folder),
             overwrite=overwrite, executor=executor, progress=progress, inputs=kept,
         )  # fmt: skip
 
     def _save(self, path: Path) -> None:
-        if self.source is None or not path.exists() or not path.samefile(self.source):
-            self.save(path, overwrite=True)
+        self.save(path, overwrite=True)
 
     def __repr__(self) -> str:
         return f"<ReducedModel, {self.size} unknowns at most, of {self.case!r}>"

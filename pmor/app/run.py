@@ -140,7 +140,7 @@ def run_models_of(
 
 
 def sweep_model(
-    reduced: ReducedPair, basis: Path | Callable[[Path], None], folder: Path, *, overwrite: bool,
+    reduced: ReducedPair, basis: tuple[Path, int] | Callable[[Path], None], folder: Path, *, overwrite: bool,
     executor: Executor | None, progress: Steps, inputs: Sequence[Path],
 ) -> RunResult:  # fmt: skip
     """Sweep with a reduced model alone, and leave what `pmor online` leaves.
@@ -148,8 +148,8 @@ def sweep_model(
     Parameters
     ----------
     reduced : ReducedPair
-    basis : Path or callable
-        Basis file of the model, or what writes one: it is left beside the results.
+    basis : (Path, int) or callable
+        Basis file of the model and its size in bytes; or a function that writes one beside the results.
     folder, overwrite, executor, progress, inputs
         As in `run_case`.
     """
@@ -161,8 +161,8 @@ def sweep_model(
     with results_folder(folder, names, (), overwrite, inputs):
         if callable(basis):
             basis(folder / OWN_BASIS)
-        path = folder / OWN_BASIS if callable(basis) else basis
-        found = run_online(reduced, path, executor=executor, progress=progress)
+        path, size = (folder / OWN_BASIS, None) if callable(basis) else basis
+        found = run_online(reduced, path, basis_bytes=size, executor=executor, progress=progress)
         _write(found, folder, None, True)
     return RunResult(found, folder)
 

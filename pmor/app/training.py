@@ -14,7 +14,7 @@ from pmor.case import Case
 from pmor.core.errors import CaseError
 from pmor.core.progress import Steps, quietly
 from pmor.storage.atomic import ensure_writable, refuse_existing
-from pmor.storage.basis_file import read_basis, require_made_from
+from pmor.storage.basis_file import read_model, require_made_from
 from pmor.storage.results_folder import refuse_foreign_folder, refuse_in_the_way
 from pmor.work.cost import meshed_within_memory, refuse_large_basis
 from pmor.work.offline import OfflineSummary, parts_of, run_offline
@@ -103,13 +103,13 @@ def load_model(path: Path | str, *, case: Case | None = None) -> ReducedModel:
     CaseError
         When a sweep would take more memory than there is.
     """
-    source = Path(path)
+    source = Path(path).absolute()
     refuse_large_basis(source)
-    basis = read_basis(source)
+    basis, force, size = read_model(source)
     if case is not None:
         require_made_from(source, basis, case)
         basis = replace(basis, case=case)
-    return ReducedModel(basis, source=source)
+    return ReducedModel(basis, force, source, size)
 
 
 def compare(

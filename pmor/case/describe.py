@@ -8,7 +8,7 @@ from dataclasses import asdict, fields
 from typing import Any
 
 from pmor.case.change import sections_of
-from pmor.case.document import flattened
+from pmor.case.document import GEARS, MODIFICATION, flattened
 from pmor.case.flanks import trained_flanks
 from pmor.case.schema import Case, ConditionCase
 from pmor.case.width import meshed_width
@@ -78,3 +78,13 @@ def basis_key(case: Case) -> str:
         parts["flanks"] = {"pinion": asdict(flanks[0]), "wheel": asdict(flanks[1])}
     text = json.dumps(parts, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()
+
+
+def basis_settings(case: Case) -> dict[str, Any]:
+    """Return everything that enters `basis_key`, each by its name for people."""
+    sections = sections_of(case)
+    names = ["pair", *GEARS, "mesh", "contact", "reduction", *(["offline"] if case.reduction.trained else [])]
+    found = {f"[{name}] {key}": value for name in names for key, value in sections[name].items()}
+    for gear, flank in zip(GEARS, trained_flanks(case), strict=True):
+        found |= {f"[{gear}.{MODIFICATION}] {key}": value for key, value in asdict(flank).items()}
+    return found | {"[results] root_stress": case.root_stress, "the meshed part of the width": meshed_width(case)}

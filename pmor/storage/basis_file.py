@@ -12,7 +12,7 @@ import numpy as np
 
 from pmor.body.flank_compliance import FlankCompliance
 from pmor.body.root_stress import RootStressShapes
-from pmor.case import Case, basis_key, describe, parse_case, text_of
+from pmor.case import Case, basis_key, basis_settings, parse_case, text_of
 from pmor.case.coarser import coarser
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import FileFormatError
@@ -126,19 +126,35 @@ def read_basis(path: Path) -> Basis:
         When the file is not a valid basis file of this version.
     """
     with open_checked(path, BASIS_SCHEMA) as file:
-        case = _read_case(file, path)
-        pair, coarse = gear_pair(case), coarser(case)
-        items = {path: item for path, item in items_of(file).items() if not (coarse and path.startswith(f"{COARSER}/"))}
-        layout = basis_layout(case)
-        check_layout(items, layout, basis_sizes(case, pair))
-        arrays = {name: read(file, name, field) for name, field in layout.items() if name in file and name != KEPT}
-        basis = replace(_basis(file, case, arrays), training=_training(file, case, arrays))
-        if coarse is not None:
-            arrays = read_all(file[COARSER], coarser_layout(coarse), basis_sizes(coarse, pair))
-            basis = replace(basis, coarser=_basis(file[COARSER], coarse, arrays))
-        with np.errstate(all="ignore"):  # absurd numbers are refused, not warned of
-            check_basis(basis, pair)
-        return basis
+        return _read(file, path)
+
+
+def read_model(path: Path) -> tuple[Basis, FloatArray, int]:
+    """Read a basis file with the force fields, as `write_basis` takes them, and the size of the file in bytes.
+
+    Raises
+    ------
+    FileFormatError
+    """
+    with open_checked(path, BASIS_SCHEMA) as file:
+        basis = _read(file, path)
+        return basis, read(file, KEPT, basis_layout(basis.case)[KEPT]), file.id.get_filesize()
+
+
+def _read(file: h5py.File, path: Path) -> Basis:
+    case = _read_case(file, path)
+    pair, coarse = gear_pair(case), coarser(case)
+    items = {path: item for path, item in items_of(file).items() if not (coarse and path.startswith(f"{COARSER}/"))}
+    layout = basis_layout(case)
+    check_layout(items, layout, basis_sizes(case, pair))
+    arrays = {name: read(file, name, field) for name, field in layout.items() if name in file and name != KEPT}
+    basis = replace(_basis(file, case, arrays), training=_training(file, case, arrays))
+    if coarse is not None:
+        arrays = read_all(file[COARSER], coarser_layout(coarse), basis_sizes(coarse, pair))
+        basis = replace(basis, coarser=_basis(file[COARSER], coarse, arrays))
+    with np.errstate(all="ignore"):  # absurd numbers are refused, not warned of
+        check_basis(basis, pair)
+    return basis
 
 
 def _read_case(file: h5py.File, path: Path) -> Case:
@@ -209,15 +225,10 @@ def require_made_from(path: Path, basis: Basis, case: Case) -> None:
     case : Case
         Its required origin; modifications, sweep, comparison and output may differ.
     """
-    if basis_key(basis.case) == basis_key(case):
-        return
-    own = {name: value for name, value, _ in describe(basis.case)}
-    # Settings that no basis depends on come last: the keys differ.
-    modifications = "pinion.modification.", "wheel.modification."
-    free = ("title", "load.", *modifications, "misalignment.", "online.", "compare.", "results.", "output.")
-    differences = (
-        f"[{name.replace('.', '] ')} is {own.get(name)} in it, {value} in the case"
-        for name, value, _ in sorted(describe(case), key=lambda setting: setting[0].startswith(free))
-        if own.get(name) != value
-    )
-    raise FileFormatError(f"{path}: is the basis of another case: {next(differences)}; {BASIS_SCHEMA.remedy}")
+    own, asked = basis_settings(basis.case), basis_settings(case)
+    for name in [*asked, *own]:
+        if own.get(name) != asked.get(name):
+            raise FileFormatError(
+                f"{path}: is the basis of another case: {name} is {own.get(name)} in it, {asked.get(name)} in the "
+                f"case; {BASIS_SCHEMA.remedy}"
+            )

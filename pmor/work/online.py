@@ -15,8 +15,8 @@ from pmor_online.run import OnlineResult, root_stress_of_case, sweep_case
 
 
 def run_online(
-    reduced: ReducedPair, basis_path: Path, model: ElasticModel | None = None, *, executor: Executor | None = None,
-    progress: Steps = quietly,
+    reduced: ReducedPair, basis_path: Path, model: ElasticModel | None = None, *, basis_bytes: int | None = None,
+    executor: Executor | None = None, progress: Steps = quietly,
 ) -> OnlineResult:  # fmt: skip
     """Sweep with the reduced model and, given the full one, compare.
 
@@ -24,9 +24,11 @@ def run_online(
     ----------
     reduced : ReducedPair
     basis_path : Path
-        Where the basis came from.
+        File of the basis.
     model : ElasticModel, optional
         Full FE of the same case.
+    basis_bytes : int, optional
+        Size of the file when the basis was read; by default its present one.
     executor : concurrent.futures.Executor, optional
         Of threads: shares out the angles.
     progress : callable
@@ -45,6 +47,6 @@ def run_online(
     if model is not None:
         with Progress(case.compare.angles, f"{scheme}: full FE, unseen angles", further=progress) as bar:
             comparison = compare_models(reduced, model, bar.step, executor)
-    size_mib = basis_path.stat().st_size / 2**20
+    size_mib = (basis_path.stat().st_size if basis_bytes is None else basis_bytes) / 2**20
     return OnlineResult(reduced, sweep, comparison, size_mib, executor is not None, conditions, basis_path.name,
                         readings=readings, root_stress=stress)  # fmt: skip

@@ -14,6 +14,12 @@ import pmor
 from pmor.app.cli import main
 
 
+def stored(path):
+    """Content of a file, without the second of its writing and the checksum over it."""
+    skipped = ("created", "contents_sha256")
+    return [line for line in pmor.info(path).splitlines()[1:] if line.split()[0] not in skipped]
+
+
 @pytest.fixture(scope="module")
 def case():
     small = {"profile_elements": 5, "width_elements": 2, "angles_per_pitch": 6}
@@ -42,9 +48,41 @@ def test_a_saved_model_answers_as_before(tmp_path, model):
     with pytest.raises(pmor.OutputError, match="exists already"):
         model.save(tmp_path / "new" / "basis.h5")
     again.save(tmp_path / "copy.h5")
-    assert (tmp_path / "copy.h5").read_bytes() == (tmp_path / "new" / "basis.h5").read_bytes()
+    assert stored(tmp_path / "copy.h5") == stored(tmp_path / "new" / "basis.h5")
     with pytest.raises(pmor.OutputError, match="no forces of its training"):
         pmor.ReducedModel(model.basis).save(tmp_path / "bare.h5")
+
+
+@pytest.mark.parametrize("fate", ["overwritten", "removed", "left by chdir"])
+def test_a_loaded_model_is_saved_and_reported_as_it_was_read_whatever_became_of_its_file(
+    fate, tmp_path, model, case, full, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    model.save("a.h5")
+    before, loaded = stored(tmp_path / "a.h5"), pmor.load_model("a.h5")
+    if fate == "overwritten":
+        fewer = pmor.change_case(case, offline={"angles_per_pitch": 4})
+        pmor.train(fewer, full).save("a.h5", overwrite=True)
+        assert stored(tmp_path / "a.h5") != before
+    elif fate == "removed":
+        (tmp_path / "a.h5").unlink()
+    else:
+        (tmp_path / "elsewhere").mkdir()
+        monkeypatch.chdir(tmp_path / "elsewhere")
+    loaded.save("b.h5")
+    assert stored("b.h5") == before
+    report = loaded.report("out", compare=False)
+    np.testing.assert_array_equal(report.sweep.ste_um, model.sweep().ste_um)
+    assert report.summary["basis_mib"] == loaded.source_bytes / 2**20
+
+
+def test_a_report_leaves_the_model_that_was_read_not_the_file_that_is_there_now(tmp_path, model, case, full):
+    model.save(tmp_path / "basis.h5")
+    before, loaded = stored(tmp_path / "basis.h5"), pmor.load_model(tmp_path / "basis.h5")
+    fewer = pmor.change_case(case, offline={"angles_per_pitch": 4})
+    pmor.train(fewer, full).save(tmp_path / "basis.h5", overwrite=True)
+    loaded.report(tmp_path, full=full, overwrite=True)
+    assert stored(tmp_path / "basis.h5") == before
 
 
 def test_the_command_sweeps_a_saved_model_to_the_same_numbers(tmp_path, model):

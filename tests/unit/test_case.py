@@ -1,13 +1,16 @@
 import dataclasses
+import re
 import tomllib
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from pmor.case import GearCase, basis_key, describe, load_case, parse_case
-from pmor.core.errors import CaseError
+from pmor.core.errors import CaseError, FileFormatError
 from pmor.pair.conditions import conditions_of
+from pmor.storage.basis_file import require_made_from
 
 CASES = Path(__file__).parents[2] / "cases"
 
@@ -21,6 +24,7 @@ face_width_mm = 10.0
 teeth = 30
 bore_radius_mm = 10.0
 """
+TRAINED = '[contact]\nscheme = "direct"\n[mesh]\nwidth = "whole"\n'
 
 
 def parse(text):
@@ -137,6 +141,25 @@ def test_describe_lists_every_setting_once_and_marks_defaults():
     for section, values in tomllib.loads(MINIMAL).items():
         for key in values:
             assert not settings[f"{section}.{key}"][1]
+
+
+@pytest.mark.parametrize(
+    ("own", "asked", "words"),
+    [
+        ("[pinion.modification]\nhelix_slope_um = 5.0\n", "", "the meshed part of the width is whole in it, half in"),
+        ("", "[pinion.modification]\nhelix_slope_um = 5.0\n", "the meshed part of the width is half in it, whole in"),
+        ("", "[[condition]]\nin_plane_um = 10.0\n", "the meshed part of the width is half in it, whole in"),
+        ("", "[results]\nroot_stress = false\n", "[results] root_stress is True in it, False in the case"),
+        (TRAINED, f"{TRAINED}[wheel.modification]\nhelix_crowning_um = 4.0\n",
+         "[wheel.modification] helix_crowning_um is 0.0 in it, 4.0 in the case"),
+        (TRAINED, f"{TRAINED}[offline]\nangles_per_pitch = 41\n", "[offline] angles_per_pitch is 40 in it, 41 in the"),
+    ],
+)  # fmt: skip
+def test_the_basis_of_another_case_is_refused_with_the_first_setting_that_differs(own, asked, words):
+    basis = SimpleNamespace(case=parse(MINIMAL + own))
+    with pytest.raises(FileFormatError, match=re.escape(f"basis.h5: is the basis of another case: {words}")):
+        require_made_from(Path("basis.h5"), basis, parse(MINIMAL + asked))
+    require_made_from(Path("basis.h5"), basis, parse(MINIMAL + own + "# a comment\n"))
 
 
 def test_basis_key_changes_with_what_determines_a_basis_only():
