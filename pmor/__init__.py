@@ -36,7 +36,9 @@ Errors
     program to compare with is missing or failed.
 
 Units in names are those of the values; names without one are in mm, N, MPa or rad (`pmor.core.conventions`).
-Long work takes ``executor``, a `concurrent.futures.Executor`, and ``progress``, called with the number of steps done.
+Long work takes ``executor``, a `concurrent.futures.Executor` of threads, and ``progress``, called with the number of
+steps done. `run_dynamics` takes one of processes, `campaign` any: these start processes, which import the script anew,
+so that its calls belong below ``if __name__ == "__main__":``.
 Notes beside the results go to the log ``pmor``. Nothing heavy is imported before its use.
 """
 

@@ -8,9 +8,12 @@ from __future__ import annotations
 import multiprocessing
 import os
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import contextmanager
+from functools import partial
 from typing import TypeVar
+
+from pmor.core.errors import CaseError, ExternalProgramError
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -54,15 +57,46 @@ def in_order(
     object
         Results in the order of the items.
     """
-    for result in (map if executor is None else executor.map)(work, items):
-        progress()
-        yield result
+    with executor_errors(executor, work):
+        for result in (map if executor is None else executor.map)(work, items):
+            progress()
+            yield result
+
+
+@contextmanager
+def executor_errors(executor: Executor | None, work: Callable[..., object]) -> Iterator[None]:
+    """Name the defect of an executor that cannot do some work, or whose workers ended.
+
+    Raises
+    ------
+    CaseError
+        When the work is for threads, and the executor one of processes.
+    ExternalProgramError
+        When the executor does no more work.
+    """
+    while isinstance(work, partial):
+        work = work.func
+    if isinstance(executor, ProcessPoolExecutor) and "<locals>" in work.__qualname__:
+        raise CaseError("executor: is one of processes, and this work is for threads: pass a ThreadPoolExecutor")
+    try:
+        yield
+    except BrokenExecutor as error:
+        raise ExternalProgramError(
+            f"the executor does no more work ({type(error).__name__}): a script with an executor of processes makes "
+            "its calls below 'if __name__ == \"__main__\":'; else see what became of its workers"
+        ) from error
 
 
 @contextmanager
 def threads(count: int) -> Iterator[Executor | None]:
-    """Give an executor of so many threads; none for one, whose work is done where it is asked for."""
-    if count == 1:
+    """Give an executor of so many threads; none for one, whose work is done where it is asked for.
+
+    Raises
+    ------
+    CaseError
+        When there is no such number.
+    """
+    if _checked(count) == 1:
         yield None
         return
     with ThreadPoolExecutor(max_workers=count) as executor:
@@ -72,8 +106,14 @@ def threads(count: int) -> Iterator[Executor | None]:
 @contextmanager
 def processes(count: int) -> Iterator[Executor | None]:
     """Give an executor of so many processes, for work that holds Python's lock; none for one, as `threads`."""
-    if count == 1:
+    if _checked(count) == 1:
         yield None
         return
     with ProcessPoolExecutor(count, multiprocessing.get_context("spawn")) as executor:
         yield executor
+
+
+def _checked(count: int) -> int:
+    if not isinstance(count, int) or count < 1:
+        raise CaseError(f"{count!r} workers: must be a whole number of at least 1")
+    return count

@@ -19,6 +19,7 @@ import numpy as np
 
 from pmor.body.elastic_gear import elastic_gear
 from pmor.case import Case, change_case, without_models
+from pmor.core.errors import ExternalProgramError
 from pmor.core.threads import threads
 from pmor.fe.condensation import condense_sector, sector_stiffness
 from pmor.gear.condition import ALIGNED, Assembly
@@ -37,7 +38,7 @@ from pmor.results.sweep import SteSweep
 from pmor.storage.basis_file import read_basis
 from pmor.work.cost import meshed_within_memory, stages
 from pmor.work.offline import run_offline
-from pmor.work.pace import Pace
+from pmor.work.pace import LOG, Pace
 from pmor.work.table import Columns, table, text_lines
 from pmor_online.conditions import sweep_assemblies
 from pmor_online.model import ReducedPair, online_angles, reduced_pair
@@ -150,6 +151,8 @@ def run(
     progress : callable, optional
         As in `pmor.app.capabilities`: further bases.
     """
+    with threads(jobs):
+        pass  # refused now, not after minutes
     rows, listed, step = offline_rows(case), variants(case), progress or (lambda count: None)
     pace, models, sizes = Pace("bases", len(listed)), list[ReducedPair](), list[float]()
     with tempfile.TemporaryDirectory() as folder:
@@ -163,7 +166,12 @@ def run(
     lines = next(i for i, variant in enumerate(listed) if variant.label == "line loads")
     rows += line_load_rows(listed[lines].case, models[lines])
     rows += parallel_rows(case, models[0], jobs)
-    return Bench([*rows, *start_rows(case), *stage_rows(case)], machine(), list(before))
+    for measure in (start_rows, stage_rows):
+        try:
+            rows += measure(case)
+        except (ExternalProgramError, subprocess.SubprocessError, OSError) as error:  # minutes of work are not lost
+            LOG.warning("left out: %s", error)
+    return Bench(rows, machine(), list(before))
 
 
 def offline_rows(case: Case) -> list[Row]:
@@ -291,7 +299,8 @@ def stage_rows(case: Case) -> list[Row]:
     """Time the stages of a run, with their peak memory, beside the estimates of `pmor plan`."""
     told = {stage.name: stage for stage in stages(case)}
     return [
-        {**_row(f"run: {name}", case, [1e3 * found["seconds"]]), "peak_mib": found["peak_mib"],
+        {**_row(f"run: {name}", case, [1e3 * found["seconds"]]),
+         **{key: value for key, value in found.items() if key == "peak_mib"},
          "told_ms": 1e3 * told[name].seconds, "told_mib": told[name].memory / 2**20}
         for name, found in measure_stages(case).items()
     ]  # fmt: skip

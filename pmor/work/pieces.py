@@ -5,13 +5,14 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Executor, as_completed
+from concurrent.futures import Executor, Future, as_completed
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 from pmor.case import Case
 from pmor.core.errors import ConvergenceError
+from pmor.core.threads import executor_errors
 from pmor.core.version import __version__
 from pmor.report.data_files import write_summary_json
 from pmor.storage.manifest import is_ours
@@ -156,12 +157,17 @@ def _answers(
             yield piece, _attempt(piece.run)
             pace.step()
         return
-    futures = {executor.submit(_attempt, piece.run): piece for piece in pieces}
+    futures = dict[Future[Result | ConvergenceError], Piece]()
     try:
+        for piece in pieces:
+            with executor_errors(executor, piece.run):
+                futures[executor.submit(_attempt, piece.run)] = piece
         for future in as_completed(futures):
             pace.step()
             pace.tell()
-            yield futures[future], future.result()
+            with executor_errors(executor, _attempt):
+                answer = future.result()
+            yield futures[future], answer
     finally:
         for future in futures:
             future.cancel()

@@ -9,17 +9,21 @@ import pytest
 from pmor.case import load_case, parse_case
 from pmor.lab.bench import (
     Bench,
+    Variant,
     line_load_variants,
     offline_rows,
     parallel_rows,
     read_rows,
     run,
+    stage_rows,
     start_rows,
     sweep_rows,
     variants,
 )
+from pmor.lab.core import stages
 from pmor.pair.model import mesh_model
 from pmor.report.provenance import machine
+from pmor.work.cost import Stage
 from pmor_online.model import reduced_pair
 from pmor_online.sweep import largest_size
 from tests.support.small_case import case_text
@@ -118,6 +122,29 @@ def test_a_start_is_timed_with_the_command_and_a_command_that_fails_is_no_time(c
     monkeypatch.setattr("pmor.lab.bench.sys.executable", "false")
     with pytest.raises(subprocess.CalledProcessError):
         start_rows(case)
+
+
+def test_what_a_system_does_not_measure_is_left_out_and_the_rest_kept(case, monkeypatch, tmp_path, caplog):
+    """Without /proc, in a hardened container, where a process cannot be started."""
+    monkeypatch.setattr("pmor.lab.core.stages.SYSTEM", tmp_path / "none")
+    stages._forget_peak()
+    assert stages._peaks() == {}
+    for name in ("offline_rows", "line_load_rows", "parallel_rows", "variants", "sweep_rows"):
+        monkeypatch.setattr(f"pmor.lab.bench.{name}", lambda *_: [])
+    monkeypatch.setattr("pmor.lab.bench.variants", lambda case: [Variant("line loads", case)])
+    monkeypatch.setattr("pmor.lab.bench._basis", lambda case, path: path.write_bytes(b""))
+    monkeypatch.setattr("pmor.lab.bench.sweep_rows", lambda *_: [{"phase": "position"}])
+    monkeypatch.setattr("pmor.lab.bench.sys.executable", "false")
+    monkeypatch.setattr("pmor.lab.core.stages.sys.executable", "false")
+    assert [row["phase"] for row in run(case).rows] == ["position"]
+    assert [record.getMessage().partition(":")[0] for record in caplog.records if "left out" in record.message] == [
+        "left out", "left out"
+    ]  # fmt: skip
+    monkeypatch.setattr("pmor.lab.bench.measure_stages", lambda case: {"sweep": {"seconds": 1.0}})
+    monkeypatch.setattr("pmor.lab.bench.stages", lambda case: [Stage("sweep", 2**20, 1.0)])
+    (row,) = stage_rows(case)
+    assert "1 MiB" in str(Bench([row], machine(), []))
+    assert "peak_mib" not in row
 
 
 def test_the_table_stands_as_markdown_beside_the_numbers(row, tmp_path):

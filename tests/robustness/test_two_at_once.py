@@ -1,11 +1,13 @@
 """Two runs into the same place at the same time: one works, the other is told; nothing is corrupted."""
 
+import subprocess
+import sys
 import time
 
 import pytest
 
 from pmor.storage.basis_file import read_basis
-from tests.support.processes import finish, start
+from tests.support.processes import ROOT, finish, start
 from tests.support.small_case import case_text
 from tests.support.stored_files import results_in
 
@@ -55,3 +57,15 @@ def test_two_runs_into_one_folder(case_file, tmp_path):
     code, _, errors = finish(first)
     assert (code, errors) == (0, "")
     assert results_in(out) == {"basis.h5", "ste.csv", "summary.json", "results.h5"}
+
+
+def test_a_script_without_a_guard_is_told_that_its_processes_need_one(tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text(
+        "import math\nfrom pmor.core.threads import in_order, processes\n"
+        "with processes(2) as executor:\n    list(in_order(math.sqrt, [4.0], executor))\n"
+    )
+    done = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=120, cwd=ROOT)
+    assert done.returncode == 1
+    assert done.stderr.splitlines()[-1].startswith("pmor.core.errors.ExternalProgramError: the executor does no more")
+    assert '__name__ == "__main__"' in done.stderr.splitlines()[-1]

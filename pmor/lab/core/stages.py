@@ -13,22 +13,37 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
 from pmor.case import Case, load_case, text_of
+from pmor.core.errors import ExternalProgramError
 
 Result = TypeVar("Result")
+# The system's data on this process, on Linux.
+SYSTEM = Path("/proc/self")
 
 
 def measure_stages(case: Case) -> dict[str, dict[str, float]]:
-    """Run a case in a process of its own and return seconds and peak memory (MiB) of each stage, by name."""
+    """Run a case in a process of its own and return seconds and peak memory (MiB) of each stage, by name.
+
+    Peaks are left out where the system does not count them.
+
+    Raises
+    ------
+    ExternalProgramError
+        When the process fails.
+    """
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"{case.name}.toml"
         path.write_text(text_of(case), encoding="utf-8")
         command = [sys.executable, "-m", "pmor.lab.core.stages", str(path)]
-        done = subprocess.run(command, check=True, capture_output=True, text=True, encoding="utf-8")
+        done = subprocess.run(command, check=False, capture_output=True, text=True, encoding="utf-8", errors="replace")
+    if done.returncode:
+        reason = (done.stderr.splitlines() or [f"exit code {done.returncode}"])[-1]
+        raise ExternalProgramError(f"{case.name}: the process that measures the stages of a run failed: {reason}")
     found: dict[str, dict[str, float]] = json.loads(done.stdout.splitlines()[-1])
     return found
 
@@ -41,12 +56,8 @@ def run_stages(case: Case, folder: Path) -> dict[str, dict[str, float]]:
         _forget_peak()
         start, cpu = time.perf_counter(), time.process_time()
         result = work()
-        found[name] = {
-            "seconds": time.perf_counter() - start,
-            "cpu_seconds": time.process_time() - cpu,
-            "peak_mib": _kib("VmHWM") / 1024,
-            "address_mib": _kib("VmPeak") / 1024,
-        }
+        times = {"seconds": time.perf_counter() - start, "cpu_seconds": time.process_time() - cpu}
+        found[name] = times | _peaks()
         return result
 
     def load() -> Any:
@@ -81,13 +92,20 @@ def run_stages(case: Case, folder: Path) -> dict[str, dict[str, float]]:
 
 
 def _forget_peak() -> None:
-    """Let the system count the peak of memory anew."""
-    Path("/proc/self/clear_refs").write_text("5", encoding="ascii")
+    """Let the system count the peak of memory anew, where it can."""
+    with suppress(OSError):
+        (SYSTEM / "clear_refs").write_text("5", encoding="ascii")
 
 
-def _kib(name: str) -> float:
-    lines = Path("/proc/self/status").read_text(encoding="ascii").splitlines()
-    return next(float(line.split()[1]) for line in lines if line.startswith(name))
+def _peaks() -> dict[str, float]:
+    """Peaks of memory and addresses, MiB; empty where the system does not tell, or does not count anew."""
+    try:
+        with (SYSTEM / "clear_refs").open("a", encoding="ascii"):
+            lines = dict(line.split(":", 1) for line in (SYSTEM / "status").read_text(encoding="ascii").splitlines())
+    except OSError:
+        return {}
+    names = {"peak_mib": "VmHWM", "address_mib": "VmPeak"}
+    return {key: float(lines[name].split()[0]) / 1024 for key, name in names.items()}
 
 
 if __name__ == "__main__":
