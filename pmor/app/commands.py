@@ -89,7 +89,7 @@ def study(
 
 def convergence(case_path: Path, out: Path | None = None, overwrite: bool = False) -> None:
     """Solve a case on finer and finer meshes of each element."""
-    _of_case("convergence", case_path, out, 1, overwrite)
+    _of_case("convergence", case_path, out, 1, overwrite, "meshes did not converge")
 
 
 def stability(case_path: Path, out: Path | None = None, jobs: int = 1, only: str = "", overwrite: bool = False) -> None:
@@ -108,7 +108,7 @@ def dynamics(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite:
 
 
 def _of_case(
-    name: str, case_path: Path, out: Path | None, jobs: int, overwrite: bool, what_failed: str = "", **options: str
+    name: str, case_path: Path, out: Path | None, jobs: int, overwrite: bool, what_failed: str, **options: str
 ) -> None:
     """Call a function of `pmor.app.capabilities` with a case, and leave its files."""
     from pmor.case import load_case
@@ -117,7 +117,7 @@ def _of_case(
     folder = out or default_folder(case.name, f"_{name.removeprefix('run_')}")
     with (processes if name == "run_dynamics" else threads)(jobs) as executor:
         found = getattr(capabilities, name)(case, folder, overwrite=overwrite, executor=executor, **options)
-    _finish(found, folder, getattr(found, "failures", ()), what_failed)
+    _finish(found, folder, found.failures, what_failed)
 
 
 def design(

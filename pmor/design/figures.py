@@ -98,9 +98,10 @@ def _contour(axes: Axes, found: Found, judge: Judge, best: FloatArray, first: in
             x[first], x[second] = p, q
             values[i, k] = judge.results(judge.assembly(x))[:, column] @ judge.weights
     # Even steps would all lie on the slopes, and none in the valley.
-    levels = np.geomspace(max(float(values.min()), 1e-3), max(float(values.max()), 2e-3), LEVELS)
-    shown = axes.contourf(along, across, values, levels=levels, cmap="viridis", extend="min")
-    axes.contour(along, across, values, levels=levels, colors="white", linewidths=0.3)
+    known = values[np.isfinite(values)] if np.isfinite(values).any() else np.zeros(1)
+    levels = np.geomspace(max(float(known.min()), 1e-3), max(float(known.max()), 2e-3), LEVELS)
+    shown = axes.contourf(along, across, np.ma.masked_invalid(values), levels=levels, cmap="viridis", extend="min")
+    axes.contour(along, across, np.ma.masked_invalid(values), levels=levels, colors="white", linewidths=0.3)
     axes.figure.colorbar(shown, ax=axes, label=WORDS[design.objective.minimise] + ", mean", format="%.2g")
     axes.plot(
         best[first], best[second], "*", color=COLOURS[1], ms=13, mec="white", label="best", clip_on=False, zorder=5
@@ -217,6 +218,8 @@ def _limit_to_bulk(axes: Axes, x: FloatArray, y: FloatArray) -> None:
     """Show where most variants are: few that are very bad would press the rest together."""
     for values, limit in ((x, axes.set_xlim), (y, axes.set_ylim)):
         known = values[np.isfinite(values)]
+        if not len(known):
+            continue
         low, high = known.min(), float(np.percentile(known, 97.0))
         margin = 0.05 * max(high - low, 1e-3 * abs(high))
         limit(low - margin, high + margin)

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmor.core.arrays import FloatArray
+from pmor.core.errors import ConvergenceError
 from pmor.design.measures import peak_to_peak
 from pmor.gear.condition import Assembly
 from pmor.gear.modification import Modification
@@ -48,7 +49,10 @@ def obeys(pair: GearPair) -> bool:
 
 
 def harris_rule(reduced: ReducedPair, torque_Nm: float) -> HarrisRule:
-    """Hold the rule against the least peak-to-peak of a pair that `obeys`, under one torque."""
+    """Hold the rule against the least peak-to-peak of a pair that `obeys`, under one torque.
+
+    ConvergenceError where a position did not converge.
+    """
     from scipy.optimize import minimize_scalar
 
     pair, misalignment = reduced.meshed.pair, assembly_of(reduced.basis.case).misalignment
@@ -65,6 +69,8 @@ def harris_rule(reduced: ReducedPair, torque_Nm: float) -> HarrisRule:
 
     amounts = np.linspace(0.0, LARGEST_RATIO * rule, AMOUNTS)
     values = np.array([spread(amount) for amount in amounts])
+    if not np.isfinite(values).all():
+        raise ConvergenceError(f"Harris's rule at {torque_Nm:g} N m: a position did not converge", [])
     least = int(values.argmin())
     near = amounts[max(least - 1, 0)], amounts[min(least + 1, AMOUNTS - 1)]
     found = float(minimize_scalar(spread, bounds=near, method="bounded", options={"xatol": 1e-3 * rule}).x)

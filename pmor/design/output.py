@@ -76,7 +76,7 @@ def design_text(found: Found, read: Readings) -> str:
             lines += [f"  {shown.title}", *(f"    {line}" for line in text_lines(shown))]
     if found.best is None:
         lines.append("  ! no variant keeps all constraints")
-    return "\n".join(lines)
+    return "\n".join([*lines, *(f"  ! {sentence}" for sentence in (*read.failures, *found.failures[:MOST_ROWS]))])
 
 
 def _entry(found: Found, n: int) -> dict[str, Any]:
@@ -177,7 +177,7 @@ def _blocks(found: Found, read: Readings) -> list[Block]:
     blocks: list[Block] = [_count_words(found)]
     if found.best is None:
         blocks.append(Warning("No variant keeps all constraints."))
-    blocks += [Warning(sentence) for sentence in found.failures[:MOST_ROWS]]
+    blocks += [Warning(sentence) for sentence in (*read.failures, *found.failures[:MOST_ROWS])]
     blocks += [Picture(name, caption, figure) for name, caption, figure in pictures if figure is not None]
     return [*blocks, *_tables(found, read)]
 

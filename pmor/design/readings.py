@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmor.core.arrays import FloatArray
+from pmor.core.errors import ConvergenceError
 from pmor.design.harris import HarrisRule, harris_rule, obeys
 from pmor.design.judge import Judge, nominal
 from pmor.design.search import Found
@@ -29,6 +30,7 @@ class Readings:
     # shape (m,): Objective of fresh draws of chosen variants, full solutions; empty without scatter
     fresh: Mapping[str, FloatArray]
     harris: tuple[HarrisRule, ...]  # Under each torque, of spur pairs whose tip relief is designed
+    failures: tuple[str, ...]  # Readings that did not converge
 
 
 def read_off(found: Found) -> Readings:
@@ -38,13 +40,17 @@ def read_off(found: Found) -> Readings:
     curves = {"base case": judge.solver.solve(judge.base).ste_um}
     curves |= {name: judge.solver.solve(judge.assembly(x[n])).ste_um for name, n in chosen.items()}
     best = found.best
+    fresh = _fresh(judge, {name: x[n] for name, n in chosen.items() if name in ("best", "best without scatter")})
+    failures = [f"{name}: {lost} of {len(values)} pairs drawn anew did not converge"
+                for name, values in fresh.items() if (lost := int(np.isnan(values).sum()))]  # fmt: skip
     return Readings(
         base=judge.results(judge.base),
         chosen=chosen,
         curves=curves,
         rates={} if best is None else judge.objective_rates(x[best]),
-        fresh=_fresh(judge, {name: x[n] for name, n in chosen.items() if name in ("best", "best without scatter")}),
-        harris=_harris(found),
+        fresh=fresh,
+        harris=_harris(found, failures),
+        failures=tuple(failures),
     )
 
 
@@ -74,12 +80,18 @@ def _fresh(judge: Judge, chosen: Mapping[str, FloatArray]) -> dict[str, FloatArr
     return {name: np.array(values) for name, values in found.items()}
 
 
-def _harris(found: Found) -> tuple[HarrisRule, ...]:
+def _harris(found: Found, failures: list[str]) -> tuple[HarrisRule, ...]:
     reduced, design = found.judge.reduced, found.design
     relieved = {gear for v in design.variables if v.key == "tip_relief_um" for gear in v.gears}
     if relieved != {"pinion", "wheel"} or not obeys(reduced.meshed.pair):
         return ()
-    return tuple(harris_rule(reduced, torque) for torque in design.load.torques_Nm)
+    rules = []
+    for torque in design.load.torques_Nm:
+        try:
+            rules.append(harris_rule(reduced, torque))
+        except ConvergenceError as error:
+            failures.append(str(error))
+    return tuple(rules)
 
 
 def percentile_95(values: FloatArray) -> float:

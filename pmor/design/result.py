@@ -51,8 +51,8 @@ class DesignResult:
 
     @property
     def failures(self) -> tuple[str, ...]:
-        """Variants without a solution and pieces of the search that stopped, and why."""
-        return self.found.failures
+        """Variants without a solution, pieces of the search that stopped, readings that are missing, and why."""
+        return self.found.failures + self.read.failures
 
     def result(self, key: str) -> FloatArray:
         """Return one result, such as ``peak_to_peak_um``, of all variants as drawn, shape (V, T)."""

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
+from pmor.core.errors import ConvergenceError
 from pmor.design.descent import Descent, best_first, kept
 from pmor.design.judge import Judge, at_torque, nominal
 from pmor.design.loader import DesignFile
@@ -141,14 +142,16 @@ class _Search:
             self._piece(f"samples {number:05d}", [], partial(_judged, self.judge, chunk, "sample"))
             for number, chunk in enumerate(chunks)
         ]
-        return together([from_data(part, design) for part in self._run("samples", pieces)])
+        parts = self._run("samples", pieces)
+        if not parts:
+            raise ConvergenceError(f"no variant was solved, first: {self.failures[0]}", [])
+        return together([from_data(part, design) for part in parts])
 
     def descents(self, samples: Variants) -> list[Variants]:
         """Go downhill from the best samples, and from that for each torque alone, and as drawn."""
         design, constraints, pieces = self.design, self.design.constraints, []
-        for number, n in enumerate(
-            best_first(samples.objective, samples.limits, constraints)[: design.search.descents]
-        ):
+        best = best_first(samples.objective, samples.limits, constraints)[: design.search.descents]
+        for number, n in enumerate(best[np.isfinite(samples.objective[best])]):
             work = partial(_descended, self.judge, self.judge, samples.x[n], "descent")
             pieces.append(self._piece(f"descent {number:03d}", samples.x[n].tolist(), work))
         others = [] if not design.scatters else [("as drawn", nominal(design))]
@@ -160,7 +163,10 @@ class _Search:
             chosen = [torques.index(torque) for torque in other.load.torques_Nm]
             weights = np.array(other.load.weights) / sum(other.load.weights)
             value = samples.results[:, chosen, column] @ weights
-            start = samples.x[best_first(value, samples.limits, constraints)[0]]
+            first = best_first(value, samples.limits, constraints)[0]
+            if not np.isfinite(value[first]):
+                continue
+            start = samples.x[first]
             work = partial(_descended, self.judge.alike(other), self.judge, start, name)
             pieces.append(self._piece(f"best {name}", start.tolist(), work))
         return [from_data(part, design) for part in self._run("descents", pieces)]

@@ -14,7 +14,7 @@ import numpy as np
 
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import ConvergenceError
-from pmor.dynamics.harmonic_balance import Balance
+from pmor.dynamics.harmonic_balance import Balance, in_Hz, solution_of
 
 # Lengths of steps, in the scaled space.
 FIRST_STEP, LARGEST_STEP, LEAST_STEP = 0.01, 0.06, 1e-7
@@ -57,6 +57,7 @@ class Branch:
     points: tuple[Point, ...]
     folds: tuple[Fold, ...]
     ended: str
+    lost: tuple[str, ...] = ()  # Folds that were not found between their neighbours, and why
 
     @property
     def speed(self) -> FloatArray:
@@ -88,7 +89,7 @@ class Follower:
     def point(self, y: FloatArray, matrix: FloatArray, along: FloatArray) -> Point:
         """Return the point at corrected coordinates by the derivatives there; its tangent goes on along `along`."""
         bordered = np.vstack([matrix, along])
-        tangent = np.linalg.solve(bordered, np.append(np.zeros(len(y) - 1), 1.0))
+        tangent = solution_of(bordered, np.append(np.zeros(len(y) - 1), 1.0))
         return Point(float(y[-1] * self.scale[-1]), y[:-1] * self.scale[:-1], tangent / np.linalg.norm(tangent))
 
     def length(self, point: Point, further: Point) -> float:
@@ -109,18 +110,23 @@ class Follower:
         """Come to the branch at right angles to a direction."""
         for count in range(1, MAX_CORRECTIONS + 1):
             residual, matrix = self.equations(y)
-            change = np.linalg.solve(np.vstack([matrix, along]), np.append(-residual, 0.0))
+            change = solution_of(np.vstack([matrix, along]), np.append(-residual, 0.0))
             y = y + change
             if np.linalg.norm(change) <= CORRECTED * (1.0 + np.linalg.norm(y)):
                 return self.point(y, matrix, along), count
         raise ConvergenceError("the step along the branch was not corrected")
 
     def refine(self, point: Point, step: float, value: Callable[[Point], float]) -> Point:
-        """Find where a quantity vanishes that has opposite signs at a point and a step further (Illinois)."""
+        """Find where a quantity vanishes that has opposite signs at a point and a step further (Illinois).
+
+        ConvergenceError where it is not found.
+        """
         low, high = 0.0, step
         at_low, at_high = value(point), value(self.advance(point, step)[0])
         found, side = point, 0
         for _ in range(MAX_REFINEMENTS):
+            if not np.isfinite(at_high - at_low):
+                raise ConvergenceError("the place was not found between two points of the branch")
             middle = (low * at_high - high * at_low) / (at_high - at_low)
             found = self.advance(point, middle)[0]
             here = value(found)
@@ -151,31 +157,39 @@ def trace(
 ) -> Branch:
     """Follow a branch from a point along its tangent, until it leaves the limits of the frequency or is `over`.
 
-    The last point may lie outside the limits, by less than a step.
+    The last point may lie outside the limits, by less than a step; folds do not.
     """
     points, step = [start], FIRST_STEP
-    folds: list[Fold] = []
+    folds, lost = list[Fold](), list[str]()
+
+    def branch(ended: str) -> Branch:
+        return Branch(follow.balance, tuple(points), tuple(folds), ended, tuple(lost))
+
     while len(points) < MAX_POINTS:
         last = points[-1]
         step = min(step, follow.longest_step(last))
         try:
             new, corrections = follow.advance(last, step)
-        except (ConvergenceError, np.linalg.LinAlgError) as error:
+        except ConvergenceError as error:
             new, corrections, reason = None, 0, str(error)
         if new is None or new.tangent @ last.tangent < LEAST_COSINE:
             reason = reason if new is None else "the branch turns too sharply"
             step *= SHRINKAGE
             if step < LEAST_STEP:
-                return Branch(follow.balance, tuple(points), tuple(folds), reason)
+                return branch(reason)
             continue
         if new.tangent[-1] * last.tangent[-1] < 0.0 and max(abs(new.tangent[-1]), abs(last.tangent[-1])) > UPRIGHT:
-            turn = follow.refine(last, step, lambda point: float(point.tangent[-1]))
-            folds.append(Fold(turn, "run_up" if last.tangent[-1] > 0.0 else "run_down"))
+            try:
+                turn = follow.refine(last, step, lambda point: float(point.tangent[-1]))
+                if limits[0] <= turn.speed <= limits[1]:
+                    folds.append(Fold(turn, "run_up" if last.tangent[-1] > 0.0 else "run_down"))
+            except ConvergenceError as error:
+                lost.append(f"fold near mesh frequency {in_Hz(last.speed)}: {error}")
         points.append(new)
         if not limits[0] <= new.speed <= limits[1]:
-            return Branch(follow.balance, tuple(points), tuple(folds), "end of the speeds")
+            return branch("end of the speeds")
         if over(new):
-            return Branch(follow.balance, tuple(points), tuple(folds), "back at the branch it left")
+            return branch("back at the branch it left")
         if corrections <= EASY:
             step = min(GROWTH * step, LARGEST_STEP)
-    return Branch(follow.balance, tuple(points), tuple(folds), f"more than {MAX_POINTS} points")
+    return branch(f"more than {MAX_POINTS} points")

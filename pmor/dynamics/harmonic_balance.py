@@ -11,12 +11,13 @@ The unknowns are real: mean, then cosine and sine of each harmonic (Cameron & Gr
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from pmor.core.arrays import FloatArray
+from pmor.core.arrays import BoolArray, FloatArray
 from pmor.core.errors import ConvergenceError
 from pmor.dynamics.force_law import ForceLaw, forces_at
 from pmor.dynamics.oscillator import Oscillator, mesh_stiffness_of, static_stiffness_of
@@ -79,7 +80,7 @@ class Balance:
         """
         force, slope = self.forces(unknowns)
         if not np.isfinite(force).all():
-            raise ConvergenceError(f"at mesh frequency {speed:.6g} the motion leaves the range of the force law")
+            raise ConvergenceError(f"at mesh frequency {in_Hz(speed)} the motion leaves the range of the force law")
         linear, rate = self._linear(speed)
         residual = linear @ unknowns + harmonics_of(force, self.orders)
         residual[0] -= self.at_rest[1]
@@ -96,6 +97,22 @@ class Balance:
             target[cosine, cosine] = target[cosine + 1, cosine + 1] = value.real
             target[cosine, cosine + 1], target[cosine + 1, cosine] = value.imag, -value.imag
         return matrix, rates
+
+
+def in_Hz(speed: float) -> str:
+    """Return an angular frequency as messages give it."""
+    return f"{speed / (2.0 * np.pi):.6g} Hz"
+
+
+def solution_of(matrix: FloatArray, right: FloatArray) -> FloatArray:
+    """Return the solution of linear equations; ConvergenceError where it is not unique and finite."""
+    try:
+        found = np.linalg.solve(matrix, right)
+    except np.linalg.LinAlgError:
+        found = np.full_like(right, np.nan)
+    if not np.isfinite(found).all():
+        raise ConvergenceError("the linearised equations of motion are singular")
+    return np.asarray(found)
 
 
 def harmonics_of(values: FloatArray, orders: int) -> FloatArray:
@@ -137,7 +154,7 @@ def solve_at(balance: Balance, speed: float, start: FloatArray) -> FloatArray:
     unknowns, history = start.copy(), []
     residual, matrix, _ = balance.residual(unknowns, speed)
     for _ in range(MAX_STEPS):
-        step = np.linalg.solve(matrix, -residual)
+        step = solution_of(matrix, -residual)
         norm, share = float(np.linalg.norm(residual)), 1.0
         while True:
             try:
@@ -153,28 +170,42 @@ def solve_at(balance: Balance, speed: float, start: FloatArray) -> FloatArray:
         history.append((norm,))
         if share * np.linalg.norm(step) <= TOLERANCE * np.linalg.norm(unknowns):
             return unknowns
-    raise ConvergenceError(f"no periodic motion found at mesh frequency {speed:.6g}", history)
+    raise ConvergenceError(f"no periodic motion found at mesh frequency {in_Hz(speed)}", history)
 
 
 def rest(balance: Balance) -> FloatArray:
     """Return a start: the mean displacement at which the mean of the force over the cycle bears the load."""
+    phase, start = balance.phase, np.zeros(balance.size)
+
+    def mean_force(x: FloatArray) -> FloatArray:
+        return np.asarray(forces_at(balance.law, phase, np.repeat(x, len(phase)))[0].mean(keepdims=True))
+
+    start[0] = _bearing(balance, mean_force, 1)[0]
+    return start
+
+
+def quasi_static(balance: Balance) -> FloatArray:
+    """Return a start at low frequencies: the displacement at which the force at each phase bears the load."""
+    phase = balance.phase
+    return harmonics_of(_bearing(balance, lambda x: forces_at(balance.law, phase, x)[0], len(phase)), balance.orders)
+
+
+def _bearing(balance: Balance, force: Callable[[FloatArray], FloatArray], count: int) -> FloatArray:
+    """Displacements (count,) at which a force that rises with them bears the load."""
     stiffness, load = balance.at_rest
 
-    def excess(x: float) -> float:
-        unknowns = np.zeros(balance.size)
-        unknowns[0] = x
-        return float(balance.forces(unknowns)[0].mean()) + stiffness * x - load
+    def short(x: FloatArray) -> BoolArray:
+        # Beyond the range of the law, where the force is no number, is too far.
+        return np.asarray(force(x) + stiffness * x < load)
 
-    low, high = 0.0, SMALLEST
-    while excess(high) < 0.0 and high < LARGEST:
-        high *= 2.0
+    low, high = np.zeros(count), np.full(count, SMALLEST)
+    while (further := short(high) & (high < LARGEST)).any():
+        high = np.where(further, 2.0 * high, high)
     for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)
-        # Beyond the range of the law, where the force is no number, is too far.
-        low, high = (middle, high) if excess(middle) < 0.0 else (low, middle)
-    start = np.zeros(balance.size)
-    start[0] = low
-    return start
+        below = short(middle)
+        low, high = np.where(below, middle, low), np.where(below, high, middle)
+    return low
 
 
 def rms(unknowns: FloatArray) -> FloatArray:

@@ -14,6 +14,7 @@ import numpy as np
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import ConvergenceError
 from pmor.dynamics.force_law import CompiledLaw, cycles_of, forces_at
+from pmor.dynamics.harmonic_balance import in_Hz
 from pmor.dynamics.kernels.motion import DONE, EquationOfMotion, move
 from pmor.dynamics.oscillator import Oscillator
 
@@ -81,7 +82,9 @@ def integrate(
         seen,
     )  # fmt: skip
     if status != DONE:
-        raise ConvergenceError(f"between mesh frequencies {first:.6g} and {last:.6g} the motion leaves the force law")
+        raise ConvergenceError(
+            f"between mesh frequencies {in_Hz(first)} and {in_Hz(last)} the motion leaves the range of the force law"
+        )
     along = seen[:, : oscillator.size] @ oscillator.lever
     return Motion(phase, first + rate * times, seen, along, forces_at(law, phase, along)[0], steps)
 

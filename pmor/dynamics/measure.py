@@ -17,8 +17,9 @@ from pmor.core.errors import ConvergenceError
 from pmor.dynamics.continuation import Branch
 from pmor.dynamics.force_law import SolvedLaw, cycles_of
 from pmor.dynamics.gear_model import GearModel, natural_modes
-from pmor.dynamics.harmonic_balance import rms
-from pmor.dynamics.integration import SAMPLES, Motion, integrate, run_through
+from pmor.dynamics.harmonic_balance import SAMPLES, in_Hz, rms
+from pmor.dynamics.integration import SAMPLES as RUN_SAMPLES
+from pmor.dynamics.integration import Motion, integrate, run_through
 from pmor.dynamics.kernels.laws import ForceTable
 from pmor.dynamics.operating import mean_stiffness, static_displacement
 from pmor.dynamics.oscillator import Oscillator, position_under
@@ -30,6 +31,8 @@ HZ = 1.0 / (2.0 * np.pi)
 SETTLING = 300
 # Highest harmonic at the lowest speed, over the natural frequency.
 BEYOND_NATURAL = 1.6
+# Harmonics whose products the samples of harmonic balance tell apart.
+MOST_HARMONICS = SAMPLES // 4
 # Points that are kept of a run.
 RUN_POINTS = 400
 # Spectra of a run: cycles of each, highest order, how many.
@@ -95,8 +98,17 @@ def speeds_of(task: Task, rest: AtRest) -> tuple[float, float]:
 
 
 def needed_harmonics(rest: AtRest, limits: tuple[float, float]) -> int:
-    """Return the number of harmonics of the mesh frequency up to well above the natural frequency at all speeds."""
-    return max(HARMONICS, math.ceil(BEYOND_NATURAL * rest.natural / limits[0]))
+    """Return the number of harmonics of the mesh frequency up to well above the natural frequency at all speeds.
+
+    ConvergenceError where these are more than the samples of a mesh cycle tell.
+    """
+    highest = BEYOND_NATURAL * rest.natural
+    if highest > MOST_HARMONICS * limits[0]:
+        raise ConvergenceError(
+            f"at mesh frequencies below {in_Hz(highest / MOST_HARMONICS)} the natural frequency is beyond the "
+            f"{MOST_HARMONICS} harmonics that are solved for: raise the lowest mesh frequency"
+        )
+    return max(HARMONICS, math.ceil(highest / limits[0]))
 
 
 def solve(task: Task, part: str) -> Data:
@@ -226,14 +238,14 @@ def follow(pieces: Iterable[Motion], cycles: int) -> tuple[list[Data], Data | No
     kept, spectra = list[FloatArray](), list[tuple[float, FloatArray]]()
     stride, due, done = max(SPECTRUM_CYCLES, cycles // SPECTRA), 0, 0
     for piece in pieces:
-        apart = (piece.force == 0.0).reshape(-1, SAMPLES).mean(axis=1)
+        apart = (piece.force == 0.0).reshape(-1, RUN_SAMPLES).mean(axis=1)
         kept.append(np.column_stack([piece.cycle_speed, piece.rms, apart]))
         count = len(apart)
         while due < done + count:
             start = min(due - done, count - SPECTRUM_CYCLES)
             if start >= 0:
                 spectra.append((float(piece.cycle_speed[start : start + SPECTRUM_CYCLES].mean()),
-                                _spectrum(piece.displacement[start * SAMPLES :])))  # fmt: skip
+                                _spectrum(piece.displacement[start * RUN_SAMPLES :])))  # fmt: skip
             due += stride
         done += count
     return _run_points(np.concatenate(kept)), _spectra(spectra)
@@ -252,7 +264,7 @@ def _run_points(kept: FloatArray) -> list[Data]:
 
 def _spectrum(displacement: FloatArray) -> FloatArray:
     """Amplitudes of the orders of the mesh frequency in the first cycles of some, whole and broken orders."""
-    length = SPECTRUM_CYCLES * SAMPLES
+    length = SPECTRUM_CYCLES * RUN_SAMPLES
     block = displacement[:length] - displacement[:length].mean()
     # Hann's window keeps an order from those beside it; the mean of it is a half.
     window = 0.5 - 0.5 * np.cos(2.0 * np.pi * np.arange(length) / length)

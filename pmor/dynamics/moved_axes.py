@@ -83,10 +83,11 @@ def assembly_under(case: Case, model: GearModel, pair: GearPair, torque_Nm: floa
     )
 
 
-def model_error(case: Case, model: GearModel, reduced: ReducedPair, table: ForceTable, largest: Data) -> float:
+def model_error(case: Case, model: GearModel, reduced: ReducedPair, table: ForceTable, largest: Data) -> float | None:
     """Return the largest error of the force, over its mean: the table does not follow the axes.
 
-    The table is by displacements of the oscillator; the largest motion is as `dynamics.json` holds it.
+    The table is by displacements of the oscillator; the largest motion is as `dynamics.json` holds it. None where there
+    is no force with the axes displaced at an instant.
     """
     pair, assembly = reduced.meshed.pair, assembly_of(case)
     phase, x = 2.0 * np.pi * np.array(largest["mesh_cycles"]), 1e-3 * np.array(largest["displacement_um"])
@@ -97,5 +98,6 @@ def model_error(case: Case, model: GearModel, reduced: ReducedPair, table: Force
         misalignment = displaced(assembly.misalignment, model, pair, case.pair.face_width_mm, positions[:, i])
         forces = mesh_force_of(reduced, replace(assembly, misalignment=misalignment))
         exact = forces(float(phase[i]), x[i : i + 1] - shift_of(case, pair, misalignment))[0]
-        missed.append(abs(found[i] - max(float(exact), 0.0)))
-    return max(missed) / float(np.mean(largest["mesh_force_N"]))
+        missed.append(abs(found[i] - np.maximum(exact, 0.0)))
+    most = float(np.max(missed))
+    return most / float(np.mean(largest["mesh_force_N"])) if np.isfinite(most) else None

@@ -61,7 +61,7 @@ def dynamics_text(found: Dynamics) -> str:
     for shown in _tables(found):
         if shown.rows:
             lines += [f"  {shown.title}", *(f"    {line}" for line in text_lines(shown))]
-    lines += [f"  ! {sentence}" for sentence in _lost(found)]
+    lines += [f"  ! {sentence}" for sentence in found.failures]
     return "\n".join(lines)
 
 
@@ -75,7 +75,7 @@ def _blocks(found: Dynamics) -> list[Block]:
         _law_paragraph(case, found.laws, responses),
         "Displacements count along the transverse line of action from where flanks of the drawing touch, the dynamic "
         f"transmission error about its mean. {_backs(found)}",
-        *(Warning(sentence) for sentence in _lost(found)),
+        *map(Warning, found.failures),
     ]
     if responses:
         factors = [rated(case, found.pair, model.mass, response) for response in responses]
@@ -196,12 +196,6 @@ def _most(response: Data, key: str) -> float | None:
 
 def _percent(share: float | None) -> float | None:
     return None if share is None else 100.0 * share
-
-
-def _lost(found: Dynamics) -> list[str]:
-    """Sentences on torques and parts that failed."""
-    sentences = [f"{response['torque_Nm']:g} N m: {lost}" for response in found.responses for lost in response["lost"]]
-    return [*sentences, *found.failures]
 
 
 def _backs(found: Dynamics) -> str:

@@ -7,27 +7,35 @@ from dataclasses import replace
 import numpy as np
 
 from pmor.core.arrays import FloatArray
+from pmor.core.errors import ConvergenceError
 from pmor.dynamics.continuation import Branch, Follower, Point, trace
-from pmor.dynamics.harmonic_balance import Balance, fourier_rows, rms
+from pmor.dynamics.harmonic_balance import Balance, fourier_rows, in_Hz, rms
 from pmor.dynamics.stability import alternating, monodromy
 
 # First step off the branch, in the scaled space, and the share of motion between the old harmonics that is none.
 FIRST_STEP, VANISHED = 0.02, 0.005
 
 
-def doublings(branch: Branch, follow: Follower, grown: FloatArray) -> tuple[Point, ...]:
+def doublings(
+    branch: Branch, follow: Follower, grown: FloatArray, limits: tuple[float, float], lost: list[str]
+) -> list[Point]:
     """Find where multipliers pass -1 along a branch of monodromy matrices `grown`, (points, 2n, 2n).
 
-    There det(monodromy + 1) changes its sign.
+    There det(monodromy + 1) changes its sign. Returns the points within the limits of the frequency; failures are added
+    to `lost`.
     """
-    values = np.linalg.det(grown + np.eye(grown.shape[1]))
+    signs = np.linalg.slogdet(grown + np.eye(grown.shape[1])).sign
     found = []
-    for i in range(len(values) - 1):
-        if values[i] * values[i + 1] < 0.0:
-            point = branch.points[i]
-            step = follow.length(point, branch.points[i + 1])
-            found.append(follow.refine(point, step, lambda p: _distance(branch.balance, p)))
-    return tuple(found)
+    for i in np.flatnonzero(signs[:-1] * signs[1:] < 0.0):
+        point = branch.points[i]
+        step = follow.length(point, branch.points[i + 1])
+        try:
+            place = follow.refine(point, step, lambda p: _distance(branch.balance, p))
+        except ConvergenceError as error:
+            lost.append(f"period doubling near mesh frequency {in_Hz(point.speed)}: {error}")
+        else:
+            found += [place] if limits[0] <= place.speed <= limits[1] else []
+    return found
 
 
 def doubled_branch(point: Point, follow: Follower, limits: tuple[float, float]) -> Branch:

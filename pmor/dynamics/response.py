@@ -10,7 +10,7 @@ from pmor.core.arrays import BoolArray, FloatArray
 from pmor.core.errors import ConvergenceError
 from pmor.dynamics.continuation import Branch, Fold, Follower, Point, first_point, follower, trace
 from pmor.dynamics.force_law import ForceLaw
-from pmor.dynamics.harmonic_balance import Balance, rest, solve_at
+from pmor.dynamics.harmonic_balance import Balance, in_Hz, quasi_static, rest, solve_at
 from pmor.dynamics.oscillator import Oscillator
 from pmor.dynamics.period_doubling import doubled_branch, doublings
 from pmor.dynamics.stability import monodromy, stability_of
@@ -54,18 +54,19 @@ def response(
     balance = Balance(oscillator, law, cycles=1, harmonics=harmonics)
     follow, start = _from_above(balance, limits[1])
     lost: list[str] = []
-    branches = [trace(follow, start, limits)]
-    branches += _from_below(follow, branches[0], limits, lost)
-    branches, grown = map(list, zip(*map(_known, branches), strict=True))
-    places = [place for i, branch in enumerate(branches) for place in doublings(branch, follow, grown[i])]
+    main = trace(follow, start, limits)
+    known = _known("branch from the upper limit", main, lost)
+    for below in _from_below(follow, main, limits, lost):
+        known += _known("branch from the lower limit", below, lost)
+    places = [place for branch, grown in known for place in doublings(branch, follow, grown, limits, lost)]
     for place in places:
+        name = f"twice the period at mesh frequency {in_Hz(place.speed)}"
         try:
-            doubled, growth = _known(doubled_branch(place, follow, limits))
-            branches.append(doubled)
-            grown.append(growth)
+            known += _known(name, doubled_branch(place, follow, limits), lost)
         except ConvergenceError as error:
-            lost.append(f"twice the period at mesh frequency {place.speed:.6g}: {error}")
-    return Response(tuple(branches), tuple(map(stability_of, grown)), tuple(places), tuple(lost))
+            lost.append(f"{name}: {error}")
+    branches, growth = [branch for branch, _ in known], [stability_of(grown) for _, grown in known]
+    return Response(tuple(branches), tuple(growth), tuple(places), tuple(lost))
 
 
 def _from_above(balance: Balance, high: float) -> tuple[Follower, Point]:
@@ -77,7 +78,8 @@ def _from_above(balance: Balance, high: float) -> tuple[Follower, Point]:
             break
         except ConvergenceError:
             if speed > FARTHEST * high:
-                raise
+                speed, found = high, solve_at(balance, high, quasi_static(balance))
+                break
             speed *= FARTHER
     follow = follower(balance, found, speed)
     start = first_point(follow, found, speed, upwards=False)
@@ -85,7 +87,7 @@ def _from_above(balance: Balance, high: float) -> tuple[Follower, Point]:
         return follow, start
     last = trace(follow, start, (high, speed)).points[-1]
     if last.speed > high:
-        raise ConvergenceError(f"no periodic motion found at mesh frequency {high:.6g}")
+        raise ConvergenceError(f"no periodic motion found at mesh frequency {in_Hz(high)}")
     return follow, last
 
 
@@ -93,7 +95,7 @@ def _from_below(follow: Follower, main: Branch, limits: tuple[float, float], los
     """Follow the motion that begins near rest at the lower limit, unless the main branch comes there."""
     balance, low = follow.balance, limits[0]
     try:
-        start = solve_at(balance, low, rest(balance))
+        start = _near_rest(balance, low)
         end = solve_at(balance, low, main.points[-1].unknowns) if main.points[-1].speed < low else None
     except ConvergenceError as error:
         lost.append(f"motion at the lower limit: {error}")
@@ -103,14 +105,24 @@ def _from_below(follow: Follower, main: Branch, limits: tuple[float, float], los
     return [trace(follow, first_point(follow, start, low, upwards=True), limits)]
 
 
-def _known(branch: Branch) -> tuple[Branch, FloatArray]:
-    """Return a branch as far as the growth of disturbances is known, and that; at least its first point."""
+def _near_rest(balance: Balance, speed: float) -> FloatArray:
+    try:
+        return solve_at(balance, speed, rest(balance))
+    except ConvergenceError:
+        return solve_at(balance, speed, quasi_static(balance))
+
+
+def _known(name: str, branch: Branch, lost: list[str]) -> list[tuple[Branch, FloatArray]]:
+    """Return a branch as far as the growth of disturbances is known, and that; nothing where it is not at the start."""
+    lost += branch.lost
     found = []
     for point in branch.points:
         try:
             found.append(monodromy(branch.balance, point.unknowns, point.speed))
         except ConvergenceError as error:
             if not found:
-                raise
-            return replace(branch, points=branch.points[: len(found)], ended=str(error)), np.array(found)
-    return branch, np.array(found)
+                lost.append(f"{name}: {error}")
+                return []
+            branch = replace(branch, points=branch.points[: len(found)], ended=str(error))
+            break
+    return [(branch, np.array(found))]

@@ -35,7 +35,7 @@ class Dynamics:
     backlash: float | None  # See `backlash_of`
     laws: tuple[MeshLaw, ...]  # One per torque that has one
     responses: tuple[Data, ...]  # One per torque that has one, as in `dynamics.json`
-    failures: tuple[str, ...]  # Torques without a force law, a response or a run, and why
+    failures: tuple[str, ...]  # Torques without a force law or a response, parts of responses that are lost, and why
 
 
 def reduced_of(case: Case) -> ReducedPair:
@@ -82,16 +82,18 @@ def run_dynamics(
         Piece(_name(task, part), {"case": case}, errors, partial(solve, task, part)) for task in tasks for part in parts
     ]
     found, lost = run_pieces(pieces, pieces_folder, executor=executor, progress=progress, what="parts of responses")
-    responses = []
+    responses, missing = [], [*failures, *lost]
     for task, law in zip(tasks, laws, strict=True):
         if _name(task, BRANCHES) in found:
             response = joined(dict(found[name]) for part in parts if (name := _name(task, part)) in found)
-            known = model.supports and response["largest"] is not None
-            response["axes_motion_force_error_share"] = (
-                model_error(case, model, reduced, law.table, response["largest"]) if known else None
-            )
-            responses.append(response)
-    return Dynamics(case, pair, model, backlash_of(case, pair), laws, tuple(responses), (*failures, *lost))
+            share, largest = None, response["largest"]
+            if model.supports and largest is not None:
+                share = model_error(case, model, reduced, law.table, largest)
+                if share is None:
+                    response["lost"].append("no mesh force with the axes displaced as in the largest motion")
+            responses.append({**response, "axes_motion_force_error_share": share})
+            missing += [f"{law.torque_Nm:g} N m: {sentence}" for sentence in response["lost"]]
+    return Dynamics(case, pair, model, backlash_of(case, pair), laws, tuple(responses), tuple(missing))
 
 
 def _with_law(task: Task, law: MeshLaw, reduced: ReducedPair, case: Case) -> Task:

@@ -19,8 +19,10 @@ from pmor.dynamics.force_law import forces_at
 from pmor.dynamics.harmonic_balance import Balance, fourier_rows
 from pmor.dynamics.kernels.growth import grow
 
-# Steps per mesh cycle, in two runs that are extrapolated, and samples of the slope per step.
-STEPS, SAMPLES = 512, 16
+# Steps per mesh cycle at least, in two runs that are extrapolated; samples of the slope per mesh cycle, and most steps.
+STEPS, SAMPLES = 512, 8192
+# Longest step times the largest natural frequency of the mesh: above 2 the steps themselves are unstable.
+LONGEST_STEP = 0.3
 # A disturbance that grows by less per period is none: the accuracy of the multipliers.
 GROWTH = 1e-6
 
@@ -30,8 +32,10 @@ def monodromy(balance: Balance, unknowns: FloatArray, speed: float) -> FloatArra
 
     ConvergenceError where the motion leaves the force law between the samples of the balance.
     """
-    slope = _slopes(balance, unknowns)
+    slope = _slopes(balance, unknowns, speed)
     fine, coarse = (_grown(balance, means, speed)[0] for means in (slope, slope.reshape(-1, 2).mean(axis=1)))
+    if not (np.isfinite(fine).all() and np.isfinite(coarse).all()):
+        raise ConvergenceError("the growth of disturbances over a period is beyond all numbers")
     return (4.0 * fine - coarse) / 3.0
 
 
@@ -44,8 +48,8 @@ def alternating(balance: Balance, unknowns: FloatArray, speed: float) -> tuple[F
     """Return the phases of a period and the disturbance there, along the line of action, that comes nearest to -1."""
     found, vectors = np.linalg.eig(monodromy(balance, unknowns, speed))
     nearest = vectors[:, [np.abs(found + 1.0).argmin()]].real
-    seen = _grown(balance, _slopes(balance, unknowns), speed, nearest)[1][:, 0]
-    return 2.0 * np.pi * (np.arange(len(seen)) + 0.5) / STEPS, seen
+    seen = _grown(balance, _slopes(balance, unknowns, speed), speed, nearest)[1][:, 0]
+    return 2.0 * np.pi * balance.cycles * (np.arange(len(seen)) + 0.5) / len(seen), seen
 
 
 @lru_cache(maxsize=8)
@@ -54,13 +58,18 @@ def _rows(samples: int, orders: int) -> FloatArray:
     return fourier_rows(2.0 * np.pi * (np.arange(samples) + 0.5) / samples, orders)
 
 
-def _slopes(balance: Balance, unknowns: FloatArray) -> FloatArray:
-    """Mean of dF/dx over each step of a period, (cycles STEPS,)."""
-    phase = 2.0 * np.pi * (np.arange(SAMPLES * balance.cycles * STEPS) + 0.5) / (SAMPLES * STEPS)
+def _slopes(balance: Balance, unknowns: FloatArray, speed: float) -> FloatArray:
+    """Mean of dF/dx over each step of a period, (steps,)."""
+    phase = 2.0 * np.pi * (np.arange(SAMPLES * balance.cycles) + 0.5) / SAMPLES
     _, slope = forces_at(balance.law, phase, _rows(len(phase), balance.orders) @ unknowns)
     if not np.isfinite(slope).all():
         raise ConvergenceError("the motion leaves the range of the force law")
-    return np.asarray(slope.reshape(-1, SAMPLES).mean(axis=1))
+    lever = balance.oscillator.lever
+    fastest = np.sqrt(max(float(slope.max()), 0.0) * float(lever @ np.linalg.solve(balance.oscillator.mass, lever)))
+    steps = STEPS
+    while steps < SAMPLES and 2.0 * np.pi * fastest > LONGEST_STEP * steps * speed:
+        steps *= 2
+    return np.asarray(slope.reshape(-1, SAMPLES // steps).mean(axis=1))
 
 
 def _grown(

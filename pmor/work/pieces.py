@@ -10,6 +10,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from pmor.case import Case
 from pmor.core.errors import ConvergenceError
 from pmor.core.threads import executor_errors
@@ -178,6 +180,8 @@ def _attempt(run: Callable[[], Result]) -> Result | ConvergenceError:
         return run()
     except ConvergenceError as error:
         return error
+    except np.linalg.LinAlgError as error:
+        return ConvergenceError(f"singular equations ({error})", [])
 
 
 def _file(folder: Path, piece: Piece) -> Path:

@@ -1,6 +1,7 @@
 """Designs: what the command leaves and takes over, that searches find what grids find, and what stands scatter."""
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -23,6 +24,7 @@ from pmor.design.variants import STORE
 from pmor.storage.describe import file_text
 from pmor.storage.design_file import read_design_file
 from pmor.work.pieces import PARTS
+from pmor_online.variants import VariantSolver
 from tests.support.small_design import DESIGN, written
 
 SCATTER = """
@@ -48,6 +50,39 @@ def reduced(file):
 @pytest.fixture(scope="module")
 def found(file, reduced, tmp_path_factory):
     return run_design(file, reduced, tmp_path_factory.mktemp("found"))
+
+
+@pytest.mark.parametrize("every", [1, 5])
+def test_variants_without_a_solution_are_named_and_the_rest_is_written(tmp_path, capsys, undrawn, monkeypatch, every):
+    """With 1 no variant has a solution: no best one, no rule of Harris, no draws."""
+    monkeypatch.setattr(readings, "FRESH", 8)
+    monkeypatch.setattr(figures, "CONTOUR", 4)
+    genuine, count = VariantSolver._state, iter(range(10**6))
+
+    def lost(self, lines, found):
+        converged = found.converged & bool(next(count) % every)
+        return genuine(self, lines, found._replace(converged=converged))
+
+    monkeypatch.setattr(VariantSolver, "_state", lost)
+    scattered = SCATTER.replace("percentile_95", "nominal")
+    path, out = written(tmp_path, DESIGN + scattered), tmp_path / "out"
+    assert main(["design", str(path), "--out", str(out)]) == 3
+    captured = capsys.readouterr()
+    assert re.search(r"did not converge, first: variant \d+ \(tip_relief_um = ", captured.err)
+    assert "! Harris's rule at 60 N m: a position did not converge" in captured.out
+    data = json.loads((out / "design.json").read_text())
+    assert data["failed"] > 0
+    assert (data["best"] is None) == (every == 1)
+    assert (out / "report.html").exists()
+
+
+def test_a_search_whose_pieces_all_fail_says_so(file, reduced, tmp_path, monkeypatch):
+    def fails(judge, x, origin):
+        raise ConvergenceError("made to fail")
+
+    monkeypatch.setattr(search, "_judged", fails)
+    with pytest.raises(ConvergenceError, match="no variant was solved, first: samples 00000: made to fail"):
+        run_design(file, reduced, tmp_path)
 
 
 def test_the_command_leaves_what_scripts_rely_on(tmp_path, capsys, undrawn, monkeypatch):

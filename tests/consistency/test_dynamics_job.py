@@ -13,7 +13,7 @@ from pmor.core.errors import ConvergenceError
 from pmor.core.threads import processes
 from pmor.dynamics import law, run, solution
 from pmor.dynamics.force_table import tabulate
-from pmor.dynamics.measure import BRANCHES, RUNS, at_rest, joined, solve, speeds_of
+from pmor.dynamics.measure import BRANCHES, RUNS, at_rest, joined, needed_harmonics, solve, speeds_of
 from pmor.dynamics.operating import static_displacement
 from pmor.dynamics.output import FILES
 from pmor.lab.slices import run as slices
@@ -170,6 +170,25 @@ def test_a_torque_without_a_response_is_named_and_leaves_the_others(model, monke
     result.write(tmp_path)
     assert "100 N m, branches: made to fail" in (tmp_path / "dynamics.md").read_text()
     assert (tmp_path / PARTS).exists(), "the next run takes over what there is"
+
+
+def test_what_is_lost_of_a_response_is_a_failure_and_exit_code_3(tmp_path, monkeypatch, capsys):
+    def without_a_fold(task, part):
+        return {**solve(task, part), "lost": ["fold near mesh frequency 2000 Hz: made to fail"]}
+
+    monkeypatch.setattr(solution, "solve", without_a_fold)
+    path, out = tmp_path / "small.toml", tmp_path / "out"
+    path.write_text(text(torques_Nm=[60.0], run_cycles=0, damping_ratio=0.2))
+    assert main(["dynamics", str(path), "--out", str(out)]) == 3
+    assert "first: 60 N m: fold near mesh frequency 2000 Hz" in capsys.readouterr().err
+    assert "60 N m: fold near mesh frequency 2000 Hz" in (out / "dynamics.md").read_text()
+
+
+def test_a_speed_at_which_motion_is_static_is_refused_in_words(model):
+    rest = at_rest(solution.task_of(model.case, solution.gear_model(model.case, model.reduced.meshed.pair),
+                                    law.force_law(model.case, model.reduced)[0], 80.0))  # fmt: skip
+    with pytest.raises(ConvergenceError, match=r"below \d+\.\d+ Hz .*: raise the lowest mesh frequency"):
+        needed_harmonics(rest, (1e-3 * rest.natural, rest.natural))
 
 
 @pytest.mark.slow

@@ -16,6 +16,19 @@ def test_a_ring_is_its_disc_without_the_bore():
     np.testing.assert_allclose(ring.polar_kg_m2, whole.polar_kg_m2 - bore.polar_kg_m2, rtol=1e-14)
 
 
+def test_a_ring_tilts_with_the_second_moment_of_its_mass_about_a_diameter():
+    """The integral of density (y^2 + z^2), by Gauss points over radius and width and even steps over the angle."""
+    outer, inner, width, density = 0.06, 0.035, 0.05, 7810.0
+    points, weights = np.polynomial.legendre.leggauss(4)
+    radius = 0.5 * (outer + inner) + 0.5 * (outer - inner) * points[:, None, None]
+    z, angle = 0.5 * width * points[:, None], 2.0 * np.pi * np.arange(8) / 8
+    mass = (
+        density * radius * 0.25 * (outer - inner) * width * np.multiply.outer(weights, weights)[..., None] * np.pi / 4
+    )
+    expected = (mass * ((radius * np.sin(angle)) ** 2 + z**2)).sum()
+    np.testing.assert_allclose(disc(60.0, 35.0, 50.0, density).tilting_kg_m2, expected, rtol=1e-12)
+
+
 def test_the_mass_along_the_line_of_action_is_that_of_two_masses_on_it():
     """1 / m is the sum of 1 / (I / rb^2), in t."""
     pinion, wheel = Inertia(1.0, 0.002, 0.001), Inertia(5.0, 0.03, 0.02)

@@ -1,16 +1,18 @@
 """The pair in motion on a benchmark: x'' + 2 zeta x' + (1 + 0.2 cos wt) max(x, 0) = 1, by the code of the gears."""
 
+import re
+
 import numpy as np
 import pytest
 
 from pmor.core.errors import ConvergenceError
-from pmor.dynamics.continuation import first_point, follower, trace
-from pmor.dynamics.harmonic_balance import Balance, rest, rms, solve_at
+from pmor.dynamics.continuation import Follower, first_point, follower, trace
+from pmor.dynamics.harmonic_balance import Balance, rest, rms, solution_of, solve_at
 from pmor.dynamics.integration import integrate, run_through
 from pmor.dynamics.kernels.laws import VaryingStiffness
 from pmor.dynamics.period_doubling import between_orders, doublings
 from pmor.dynamics.response import HARMONICS, response
-from pmor.dynamics.stability import stability_of
+from pmor.dynamics.stability import monodromy, stability_of
 from tests.support.motion import along_line_of_action, largest, monodromies, multipliers, state_of
 
 BENCHMARK = VaryingStiffness(stiffness=1.0, variation=0.2, pulls=False)
@@ -95,10 +97,79 @@ def test_strong_damping_leaves_no_fold():
 def test_the_linear_oscillator_is_unstable_where_theory_says():
     """Limits by Hill's determinant, zeta 0.02."""
     branch, follow = followed(0.02, BENCHMARK._replace(pulls=True), (1.7, 2.3))
-    limits = [point.speed for point in doublings(branch, follow, monodromies(branch))]
+    limits = [point.speed for point in doublings(branch, follow, monodromies(branch), (1.7, 2.3), [])]
     np.testing.assert_allclose(limits, [2.08995, 1.90679], rtol=1e-5)
     inside = (branch.speed > limits[1]) & (branch.speed < limits[0])
     np.testing.assert_array_equal(stability_of(monodromies(branch)), ~inside)
+
+
+def test_no_doubling_is_told_of_outside_the_speeds_that_were_asked_for():
+    branch, follow = followed(0.02, BENCHMARK._replace(pulls=True), (1.7, 2.3))
+    limits = [point.speed for point in doublings(branch, follow, monodromies(branch), (2.0, 2.3), [])]
+    np.testing.assert_allclose(limits, [2.08995], rtol=1e-5)
+
+
+@pytest.mark.parametrize("zeta", [0.5, 0.05])
+def test_slow_motion_is_quasi_static_and_stable(zeta):
+    """At 0.005 of the natural frequency x = 1 / (1 + 0.2 cos psi), to the order of the inertia, 0.005^2 x 0.2."""
+    found = response(along_line_of_action(1.0, 2.0 * zeta, 1.0), BENCHMARK, (0.005, 0.01), 320)
+    (branch,), (stable,) = found.branches, found.stable
+    assert found.lost == ()
+    assert found.doublings == ()
+    assert stable.all()
+    phase = branch.balance.phase
+    for point in branch.points[:: len(branch.points) // 2]:
+        displacement = branch.balance.displacement(point.unknowns)
+        # Of the damping, 2 zeta w dx/dpsi, at most.
+        np.testing.assert_allclose(
+            displacement, 1.0 / (1.0 + 0.2 * np.cos(phase)), atol=1e-4 + 0.7 * zeta * point.speed
+        )
+
+
+def test_quasi_static_motion_is_a_start_where_rest_is_none(monkeypatch):
+    monkeypatch.setattr("pmor.dynamics.response.rest", lambda balance: np.full(balance.size, 1e3))
+    found = response(along_line_of_action(1.0, 0.1, 1.0), BENCHMARK, (0.05, 0.06), 40)
+    assert found.lost == ()
+    assert found.stable[0].all()
+
+
+@pytest.mark.parametrize("where", ["continuation", "period_doubling"])
+def test_a_place_that_is_not_found_costs_no_branch(monkeypatch, where):
+    """In the first case the folds, in the second the doublings."""
+    genuine = Follower.refine
+
+    def refine(self, point, step, value):
+        if value.__module__ == f"pmor.dynamics.{where}":
+            raise ConvergenceError("made to fail")
+        return genuine(self, point, step, value)
+
+    monkeypatch.setattr(Follower, "refine", refine)
+    law, limits = (BENCHMARK, (0.55, 1.4)) if where == "continuation" else (BENCHMARK._replace(pulls=True), (1.7, 2.3))
+    found = response(along_line_of_action(1.0, 0.1 if where == "continuation" else 0.04, 1.0), law, limits)
+    assert len(found.branches[0].points) > 10
+    assert len(found.lost) == 2
+    assert all(
+        re.match(r"(fold|period doubling) near mesh frequency 0\.\d+ Hz: made to fail", lost) for lost in found.lost
+    )
+
+
+def test_singular_equations_are_a_failure_in_words():
+    with pytest.raises(ConvergenceError, match="singular"):
+        solution_of(np.zeros((2, 2)), np.ones(2))
+
+
+def test_a_branch_whose_stability_is_unknown_is_named_and_leaves_the_others(monkeypatch):
+    genuine = monodromy
+
+    def fails_above(balance, unknowns, speed):
+        if speed > 1.3:
+            raise ConvergenceError("made to fail")
+        return genuine(balance, unknowns, speed)
+
+    monkeypatch.setattr("pmor.dynamics.response.monodromy", fails_above)
+    found = response(along_line_of_action(1.0, 0.1, 1.0), BENCHMARK, (0.87, 1.4))
+    assert [branch.points[0].speed for branch in found.branches] == [0.87]
+    assert found.lost == ("branch from the upper limit: made to fail",)
 
 
 def test_motion_inside_the_instability_has_twice_the_period():

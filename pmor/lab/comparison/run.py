@@ -11,7 +11,7 @@ from pathlib import Path
 
 from pmor.case import Case
 from pmor.core.errors import CaseError, ConvergenceError
-from pmor.lab.comparison.curves import Point, curves_of, points_of_curves
+from pmor.lab.comparison.curves import SAMPLINGS, Point, curves_of, points_of_curves
 from pmor.lab.comparison.measure import Reduction, Row, Truth, build, effort, online_times_ms, worth
 from pmor.lab.comparison.result import FILES, Comparison
 from pmor.lab.comparison.training import TrainingSet, greedy_training, grid_training, sobol_training, solves_until
@@ -53,7 +53,7 @@ def run(
     ------
     CaseError, OutputError
     ConvergenceError
-        When a reduction solves no state at all.
+        When no reduction, or no point of a sampling, is left.
     """
     started = time.perf_counter()
     if case.contact.kind == "line":
@@ -77,7 +77,9 @@ def run(
             *(piece(p.name, p, partial(p.measure, truth)) for p in points),
         ]
         found, broken = run_pieces(pieces, parts, executor=executor, progress=progress, what="reductions")
-    if broken:
+    reductions = [r for r in reductions if r.variant.label in found]
+    points = [p for p in points if p.name in found]
+    if not any(r.training.solves for r in reductions) or {p.variant.sampling for p in points} != set(SAMPLINGS):
         raise ConvergenceError(f"{len(broken)} reductions did not converge at all, first: {broken[0]}", [])
     LOG.info("run times of %d reductions", len(reductions))
     online = online_times_ms([r.basis for r in reductions], repeats)
@@ -90,6 +92,7 @@ def run(
         *(failure for training in trainings.values() for failure in training.failures),
         *(failure for entry in entries for failure in entry["failures"]),
         *failures,
+        *broken,
     ]
     curves = curves_of(case, points, [found[point.name] for point in points], greedy)
     seconds = time.perf_counter() - started

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pmor.case import Case
-from pmor.report.page import Block, Picture
+from pmor.report.page import Block, Picture, Warning
 from pmor.report.panels import log_log, panels
 from pmor.report.style import COLOURS
 from pmor.report.table import Table
@@ -60,6 +60,7 @@ class Convergence:
     case: Case
     levels: tuple[Level, ...]
     limits: dict[tuple[str, str], float]  # Extrapolated, um, by width and quantity
+    failures: tuple[str, ...] = ()  # Meshes that did not converge, and why
 
     def error_percent(self, level: Level, quantity: str) -> float | None:
         """Return the distance of a mesh from the limit of a quantity, % of it."""
@@ -71,6 +72,7 @@ class Convergence:
         data = {
             "case": self.case.name,
             "levels": [self._row(level) for level in self.levels],
+            "failures": list(self.failures),
             "limits": [{"width": w, "quantity": q, "limit_um": limit} for (w, q), limit in self.limits.items()],
         }
         caption = (
@@ -80,6 +82,7 @@ class Convergence:
         # Without a limit, or with all meshes skipped, there is nothing to draw on logarithmic axes.
         drawn = any(_largest(self, level) for level in self.levels)
         blocks: list[Block] = [
+            *map(Warning, self.failures),
             "The STE by exact line loads on finer and finer meshes of the bodies, against its limit: Aitken's "
             f"extrapolation of the three finest quadratic meshes, at {self.case.torque_Nm:g} N m. "
             "Over the width there are half as many elements as along the profile; a row counts those that are meshed.",
@@ -95,7 +98,7 @@ class Convergence:
         lines = [f"Mesh convergence: {self.case.title}"]
         for shown in self._tables():
             lines += [f"  {shown.title}", *(f"    {line}" for line in text_lines(shown))]
-        return "\n".join(lines)
+        return "\n".join([*lines, *(f"  ! {failure}" for failure in self.failures)])
 
     def _row(self, level: Level) -> dict[str, Any]:
         errors = {f"{q.removesuffix('_um')}_error_percent": self.error_percent(level, q) for q in QUANTITIES}

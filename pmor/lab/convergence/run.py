@@ -15,7 +15,7 @@ import numpy as np
 from pmor.case import Case, change_case
 from pmor.case.width import elements_across, meshed_width
 from pmor.core.arrays import FloatArray
-from pmor.core.errors import CaseError
+from pmor.core.errors import CaseError, ConvergenceError
 from pmor.gear.pair import GearPair
 from pmor.lab.convergence.result import ELEMENTS, FILES, PLANE, PROFILE_ELEMENTS, QUANTITIES, Convergence, Level
 from pmor.pair.conditions import conditions_of
@@ -61,11 +61,12 @@ def run(
         )
     pieces = list(_pieces(case, profile_elements))
     with pieces_folder(folder, FILES, overwrite=overwrite) as parts:
-        results, _ = run_pieces(pieces, parts, executor=executor, progress=progress, what="meshes")
-    levels = tuple(Level(**results[piece.name]) for piece in pieces)
+        results, failures = run_pieces(pieces, parts, executor=executor, progress=progress, what="meshes")
+    lost = {"reason": "did not converge"}
+    levels = tuple(Level(**results.get(piece.name, asdict(_level(piece.cases["case"])) | lost)) for piece in pieces)
     widths = dict.fromkeys(level.width for level in levels)
     limits = {(w, q): _limit([v for v in levels if v.width == w], q) for w in widths for q in QUANTITIES}
-    return Convergence(case, levels, {key: limit for key, limit in limits.items() if limit is not None})
+    return Convergence(case, levels, {key: limit for key, limit in limits.items() if limit is not None}, failures)
 
 
 def _pieces(case: Case, profile_elements: Sequence[int]) -> Iterator[Piece]:
@@ -80,8 +81,12 @@ def _pieces(case: Case, profile_elements: Sequence[int]) -> Iterator[Piece]:
                 yield Piece(f"{width} {element} {n}", {"case": one}, ANGLES, partial(_solve, one))
 
 
+def _level(case: Case) -> Level:
+    return Level(meshed_width(case), case.mesh.element, case.mesh.profile_elements, elements_across(case))
+
+
 def _solve(case: Case) -> Result:
-    level = Level(meshed_width(case), case.mesh.element, case.mesh.profile_elements, elements_across(case))
+    level = _level(case)
     seconds = next(stage.seconds for stage in stages(case) if stage.name == FINITE_ELEMENTS)
     if seconds > LONGEST_S:
         return asdict(level) | {"reason": f"about {seconds / 60.0:.0f} min of finite elements"}
@@ -95,6 +100,8 @@ def _solve(case: Case) -> Result:
     reduced = reduced_pair(train(case, model).basis)
     phi = np.append(compared_angles(reduced.meshed.pair), online_angles(reduced.meshed.pair.pitch, ANGLES))
     ste = sweep_line_loads(reduced, phi, conditions_of(case, [case.torque_Nm])).ste_um[0]
+    if not np.isfinite(ste).all():
+        raise ConvergenceError(f"{int(np.isnan(ste).sum())} of {len(phi)} positions did not converge", [])
     found = (*ste[:2].tolist(), float(np.mean(ste[2:])), float(np.ptp(ste[2:])))
     return asdict(level) | dict(zip(QUANTITIES, found, strict=True)) | {"offline_s": seconds}
 
@@ -112,10 +119,12 @@ def _limit(levels: Sequence[Level], quantity: str) -> float | None:
     Differences that fall by less than half from mesh to mesh are extrapolated as if they fell by half.
     """
     for element in ELEMENTS:
-        known = [v for level in levels if level.element == element and (v := getattr(level, quantity)) is not None]
-        if len(known) < 3:
+        values = [getattr(level, quantity) for level in levels if level.element == element]
+        # Of meshes that follow each other in the ladder: one between them may have failed.
+        known = [three for i in range(len(values) - 2) if None not in (three := values[i : i + 3])]
+        if not known:
             continue
-        first, second, third = known[-3:]
+        first, second, third = known[-1]
         ratio = (third - second) / (second - first) if second != first else 0.0
         ratio = min(max(ratio, 0.0), SLOWEST)
         return float(third + (third - second) * ratio / (1.0 - ratio))
