@@ -87,7 +87,7 @@ def waterfall_figure(responses: Sequence[Data]) -> Figure | None:
                      ylabel="Order of the mesh frequency [-]")  # fmt: skip
         for axes in list(panels)[len(shown) :]:
             axes.set_visible(False)
-        figure.colorbar(mesh, ax=figure.axes, label="DTE amplitude, zero to peak [µm]")
+        figure.colorbar(mesh, ax=figure.axes, format="%g", label="DTE amplitude, zero to peak [µm]")
     return figure
 
 

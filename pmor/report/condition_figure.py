@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pmor.report.panels import panels
-from pmor.report.style import COLOURS
+from pmor.report.style import COLOURS, legend_label
 from pmor.report.sweep_figures import periodic
 from pmor.results.sweep import SteSweep, peak_to_peak_um
 from pmor_online.conditions import ConditionSweep
@@ -43,7 +43,7 @@ def conditions_figure(own: SteSweep, nominal: int, conditions: Sequence[Conditio
         for number in sorted(range(len(conditions)), key=coloured.__contains__):
             drawn: dict[str, Any] = {"color": "#bbbbbb", "lw": 0.7}
             if number in coloured:
-                drawn = {"color": COLOURS[coloured.index(number)], "label": _short(conditions[number].name)}
+                drawn = {"color": COLOURS[coloured.index(number)], "label": _label(conditions[number].name)}
             _draw(over_torque, over_angle, conditions[number].sweep, conditions[number].own, drawn)
         _draw(over_torque, over_angle, own, nominal, {"color": "black", "ls": "--", "label": "the case's own"})
         over_torque.set_ylim(bottom=0.0)
@@ -68,5 +68,5 @@ def _least(conditions: Sequence[ConditionSweep], most: int) -> list[int]:
     return sorted(np.argsort(spans, kind="stable")[:most].tolist())  # NaN comes last
 
 
-def _short(name: str) -> str:
-    return name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}…"
+def _label(name: str) -> str:
+    return legend_label(name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}…")

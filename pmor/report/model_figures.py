@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pmor.report.page import Picture
-from pmor.report.panels import panels
+from pmor.report.panels import log_ticks, panels
 from pmor.report.style import COLOURS
 from pmor.report.summary import ms_per_position
 from pmor.report.sweep_figures import angle_axes, curve_of, few_torques
@@ -81,7 +81,7 @@ def _error_over_time(models: Compared) -> Figure:
         axes.margins(x=0.1)
         axes.set_ylim(floor, top)
         for axis in (axes.xaxis, axes.yaxis):
-            axis.set_major_formatter("{x:g}")
+            log_ticks(axis)
         _legend(figure, axes)
     return figure
 

@@ -44,15 +44,12 @@ def panels(
 
 
 def log_log(axes: Axes, ticks: Sequence[int] = ()) -> None:
-    """Logarithmic axes, with plain numbers while they are few digits; `ticks` are the only ones below, if given."""
-    from matplotlib.ticker import FixedLocator, LogFormatterMathtext, NullLocator
+    """Logarithmic axes with plain numbers; `ticks` are the only ones below, if given."""
+    from matplotlib.ticker import FixedLocator, NullLocator
 
     axes.set(xscale="log", yscale="log")
     for axis in (axes.xaxis, axes.yaxis):
-        low, high = axis.get_view_interval()
         log_ticks(axis)
-        if high >= 1e4 * low:
-            axis.set_major_formatter(LogFormatterMathtext())
     if ticks:
         axes.xaxis.set_major_locator(FixedLocator(ticks))
         axes.xaxis.set_major_formatter("{x:g}")

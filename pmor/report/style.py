@@ -56,6 +56,7 @@ def plot_style() -> Iterator[None]:
         "axes.prop_cycle": cycler(color=COLOURS),
         "savefig.dpi": 110,
         "svg.hashsalt": "pmor",
+        "text.parse_math": False,  # users' names may hold dollar signs
     }
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
@@ -80,6 +81,11 @@ def new_figure(width_in: float = 7.2, height_in: float = 4.2) -> Figure:
     from matplotlib.figure import Figure
 
     return Figure(figsize=(width_in, height_in), layout="constrained")
+
+
+def legend_label(text: str) -> str:
+    """Return a user's text as a label; matplotlib would leave one that begins with an underscore out of the legend."""
+    return f" {text}" if text.startswith("_") else text
 
 
 def write_picture(content: bytes, target: Path) -> None:

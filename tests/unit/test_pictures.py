@@ -9,7 +9,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from pmor.gear.condition import Assembly
+from pmor.report.condition_figure import conditions_figure
 from pmor.report.mesh_figure import LOADED_FLANK_COLOUR, mesh_figure
+from pmor.report.panels import log_log, panels
 from pmor.report.pattern_figure import contact_pattern_figure
 from pmor.report.style import COLOURS, picture_bytes, write_picture
 from pmor.report.sweep_figures import (
@@ -20,6 +23,7 @@ from pmor.report.sweep_figures import (
     spectrum_figure,
     ste_figure,
 )
+from pmor_online.conditions import ConditionSweep
 from pmor_online.contact_pattern import ContactPattern
 from tests.support.sweeps import made_up_sweep
 
@@ -227,6 +231,27 @@ def test_contact_pattern_is_as_wide_as_the_face():
 def test_contact_pattern_of_nothing_is_refused():
     with pytest.raises(ValueError, match="no tooth pair"):
         contact_pattern_figure([])
+
+
+@pytest.mark.parametrize("name", ["$\\bad$", "_hidden", "50 $ or $ 60", "a^{b", "%s{x:g}"])
+def test_names_of_conditions_are_shown_as_they_are_written(name):
+    sweep = make_sweep()
+    figure = conditions_figure(sweep, 1, [ConditionSweep(name, Assembly(), 0, sweep)])
+    draw(figure)
+    assert [text.strip() for text in legend_texts(figure)] == [name, "the case's own"]
+    assert not any(text.get_parse_math() for text in figure.legends[0].get_texts())
+
+
+@pytest.mark.parametrize("top", [30.0, 1e3, 1e9])
+def test_logarithmic_axes_have_plain_numbers(top):
+    with panels(1, 4.0, 4.0) as (figure, (axes,)):
+        axes.plot([1.0, top], [1e-3, 1e-3 * top])
+        log_log(axes)
+        figure.canvas.draw()
+        labels = [label.get_text() for axis in (axes.xaxis, axes.yaxis) for label in axis.get_ticklabels(which="both")]
+    assert any(labels)
+    for label in filter(None, labels):
+        float(label)
 
 
 def test_style_does_not_leak():

@@ -15,6 +15,7 @@ from pmor.lab.stability.matrix import matrix
 from pmor.lab.stability.measure import MOST_STEPS, Entry
 from pmor.lab.stability.variants import REFERENCES
 from pmor.report.page import Block, Heading, Picture, Warning
+from pmor.report.panels import log_log
 from pmor.report.style import COLOURS, new_figure, plot_style
 from pmor.report.table import Table
 from pmor.work.results import Report, writing_results
@@ -153,6 +154,7 @@ def _penalty_figure(law: PenaltyLaw) -> Figure:
         if len(anchor):
             line = above[anchor[0]] * penalty[anchor[0]] / penalty
             axes.loglog(penalty, line, "--", color=COLOURS[1], label="1/k")
+        log_log(axes)
         axes.set(xlabel="Contact penalty k [N/mm³]", ylabel="STE above the limit k → ∞ [µm]")
         axes.legend()
     return figure

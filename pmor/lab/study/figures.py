@@ -13,7 +13,7 @@ from pmor.lab.study.settings import Cell
 from pmor.lab.study.table import Row, StudyTable
 from pmor.report.page import Picture
 from pmor.report.panels import log_log, name_points, panels
-from pmor.report.style import COLOURS
+from pmor.report.style import COLOURS, legend_label
 from pmor.work.front import pareto_front
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ def _curves(parts: StudyParts, rows: Sequence[Row]) -> Figure:
                 # The same gears have the same colour on all meshes.
                 colour = gears.index(row["overlap_ratio"]) if len(gears) > 1 else i
                 axes.plot(np.arange(len(ste) + 1) / len(ste), np.append(ste, ste[0]) - row["ste_mean_um"],
-                          color=COLOURS[colour % len(COLOURS)], label=row["variant"])  # fmt: skip
+                          color=COLOURS[colour % len(COLOURS)], label=legend_label(row["variant"]))  # fmt: skip
             axes.set(title=f"{mesh[0]} x {mesh[1]} elements", xlabel="Pinion angle over the pitch [-]", xlim=(0.0, 1.0))
             axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16))
         shown[0].set_ylabel("STE less its mean [µm]")
