@@ -5,8 +5,6 @@ from __future__ import annotations
 from concurrent.futures import Executor
 from dataclasses import dataclass
 
-import numpy as np
-
 from pmor.case import Case
 from pmor.case.width import meshed_width
 from pmor.core.arrays import FloatArray
@@ -21,7 +19,7 @@ from pmor.results.load_distribution import effective_contact_ratio, face_load_fa
 from pmor.results.mesh_forces import MeshForces, mesh_forces
 from pmor.results.sensitivity import Sensitivities, sensitivities
 from pmor.results.sweep import SteSweep
-from pmor_online.model import ReducedPair, online_angles
+from pmor_online.model import ReducedPair, sweep_angles
 from pmor_online.sweep import sweep_reduced_pair
 
 # Numbers of sections in states that a sweep keeps at most: ten arrays of so many are some hundred megabytes.
@@ -46,7 +44,7 @@ class Readings:
     light : (FlankMap, FlankMap) or None
         At a hundredth of the nominal torque.
     harris : SteSweep
-        Over the torques of the Harris map, one pitch.
+        Over the torques of the Harris map, at the angles of the case's sweep.
     """
 
     face_load_factor: FloatArray
@@ -108,18 +106,15 @@ def flank_maps(meshed: MeshedPair, sweep: SteSweep, torque_index: int) -> tuple[
 
 
 def harris_sweep(reduced: ReducedPair, executor: Executor | None = None) -> SteSweep:
-    """Sweep one pitch over the torques of the case's Harris map, with the transmission error without load."""
+    """Sweep over the angles of the case and the torques of its Harris map, with the transmission error without load."""
     case = reduced.basis.case
     conditions = conditions_of(case, case.results.harris_torques_Nm)
-    sweep = sweep_reduced_pair(reduced, _one_pitch(reduced), conditions, executor)
+    sweep = sweep_reduced_pair(reduced, sweep_angles(case), conditions, executor)
     return with_unloaded(sweep, reduced.meshed, conditions)
 
 
 def _light_maps(reduced: ReducedPair, executor: Executor | None) -> tuple[FlankMap, FlankMap]:
-    conditions = conditions_of(reduced.basis.case, (LIGHT * reduced.basis.case.torque_Nm,))
-    sweep = sweep_reduced_pair(reduced, _one_pitch(reduced), conditions, executor, recorded=True)
+    case = reduced.basis.case
+    conditions = conditions_of(case, (LIGHT * case.torque_Nm,))
+    sweep = sweep_reduced_pair(reduced, sweep_angles(case), conditions, executor, recorded=True)
     return flank_maps(reduced.meshed, sweep, 0)
-
-
-def _one_pitch(reduced: ReducedPair) -> FloatArray:
-    return np.asarray(online_angles(reduced.meshed.pair.pitch, reduced.basis.case.online.angles_per_pitch))

@@ -30,7 +30,7 @@ from pmor.storage.basis_file import write_basis
 from pmor_online.compare import training_failures
 from pmor_online.conditions import sweep_assemblies
 from pmor_online.mesh_error import with_mesh_error
-from pmor_online.model import ReducedPair, online_angles, reduced_pair
+from pmor_online.model import ReducedPair, reduced_pair
 from pmor_online.readings import can_record
 from pmor_online.root_stress import root_stress
 from pmor_online.sweep import largest_size, sweep_reduced_pair
@@ -126,10 +126,9 @@ class ReducedModel:
     def harris_map(
         self, torques_Nm: Iterable[float] | None = None, angles: int | None = None, *, executor: Executor | None = None
     ) -> SweepResult:
-        """Sweep one pitch over the torques of the Harris map, those of the case by default; see `sweep`."""
+        """Sweep over the torques of the Harris map, those of the case by default; see `sweep`."""
         torques = self.case.results.harris_torques_Nm if torques_Nm is None else torques_Nm
-        count = angles or self.case.online.angles_per_pitch
-        return self.sweep(torques, online_angles(self.reduced.meshed.pair.pitch, count), executor=executor)
+        return self.sweep(torques, angles, executor=executor)
 
     def sweep_conditions(
         self, assemblies: Sequence[Assembly], torques_Nm: Iterable[float] | None = None,

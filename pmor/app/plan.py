@@ -101,13 +101,14 @@ def _sizes(case: Case) -> list[str]:
 
 def _work(case: Case) -> list[str]:
     online, compare = case.online, case.compare
+    angles = online.angles_per_pitch * case.pitches
     stages = [
         ("offline, full contact solves", full_solves(case), _training_text(case)),
-        ("online, reduced solves", *_sweep(online.angles_per_pitch * case.pitches, online.torques_Nm)),
+        ("online, reduced solves", *_sweep(angles, online.torques_Nm)),
         ("compare, full and reduced", *_sweep(compare.angles, compare.torques_Nm)),
     ]
     if case.reduction.shapes == "line_loads":
-        stages.insert(2, ("online, Harris map", *_sweep(online.angles_per_pitch, case.results.harris_torques_Nm)))
+        stages.insert(2, ("online, Harris map", *_sweep(angles, case.results.harris_torques_Nm)))
     if case.conditions:
         stages.insert(2, ("online, conditions", *_listed(case)))
     rows = (f"  {label:<30} {solves:>8}  ({text})" for label, solves, text in stages)

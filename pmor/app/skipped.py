@@ -226,7 +226,8 @@ def _of_output(scene: Scene) -> Iterator[Skipped]:
         why = f'shapes = "{shapes}": they are read off exact line loads'
         yield Skipped("flank pressure, K_Hbeta, sensitivities", why, "flank maps, forces and Harris map too")
     elif not case.results.maps:
-        saving = f"a sweep of {case.online.angles_per_pitch} angles at a hundredth of the torque, and three pictures"
+        angles = case.online.angles_per_pitch * case.pitches
+        saving = f"a sweep of {angles} angles at a hundredth of the torque, and three pictures"
         yield Skipped("flank maps and contact pattern", "[results] maps is off", saving)
     if not (output.plots or output.report):
         saving = f"no {PICTURES}; contact patterns not solved"

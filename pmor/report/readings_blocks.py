@@ -32,7 +32,7 @@ def readings_pictures(result: OnlineResult) -> list[Picture]:
         return []
     harris, found = readings.harris, list[Picture]()
     if harris.converged.all():
-        caption = "Harris map: transmission error over the pitch at rising torque, and its peak-to-peak over torque."
+        caption = "Harris map: transmission error over the angle at rising torque, and its peak-to-peak over torque."
         found.append(Picture("harris.png", caption, harris_figure(harris, result.case.torque_Nm)))
         caption = "Orders of the mesh frequency in the transmission error over the torque."
         found.append(Picture("waterfall.png", caption, waterfall_figure(harris)))
@@ -70,7 +70,7 @@ def _over_torque(result: OnlineResult) -> Table:
         "flank pressure max, MPa", "force across the axes' plane, N", "along it, N", "axial, N",
     ]  # fmt: skip
     note = (
-        "Stiffness: mean over the pitch, per face width. K_Hβ: largest over mean line load of the face, added up over "
+        "Stiffness: mean over the angles, per face width. K_Hβ: largest over mean line load of the face, added up over "
         "the cycle (ISO 6336-1's w_max / w_m). Forces of the mesh on either gear: largest over the cycle."
     )
     return Table("Stiffness, load distribution and forces over the torque", columns, rows, note)

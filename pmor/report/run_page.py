@@ -26,7 +26,7 @@ from pmor.report.provenance import provenance
 from pmor.report.readings_blocks import readings_picture_names, readings_pictures, readings_tables
 from pmor.report.root_stress_figures import cycle_figure, fillet_figure
 from pmor.report.style import write_picture
-from pmor.report.summary import COUNTS_FROM, ms_per_position, summary_rows, warnings
+from pmor.report.summary import COUNTS_FROM, ms_per_position, pitches_words, summary_rows, warnings
 from pmor.report.sweep_figures import error_figure, load_sharing_figure, spectrum_figure, ste_figure
 from pmor.report.table import Table
 from pmor.results.sweep import SteSweep, peak_to_peak_um, single_pair_zone, ste_mean_um
@@ -69,7 +69,7 @@ def run_pictures(result: OnlineResult, mesh: SectorMesh | None) -> list[Picture]
     pictures = [
         Picture(
             "ste.png",
-            f"Static transmission error over one pitch: {models}{_bars(sweep)}{_rigid(result)}.",
+            f"Static transmission error over {pitches_words(sweep)}: {models}{_bars(sweep)}{_rigid(result)}.",
             ste_figure(sweep, comparison.full, comparison.reduced) if comparison else ste_figure(sweep),
         ),
         Picture(

@@ -122,7 +122,8 @@ def summary_rows(result: OnlineResult) -> list[tuple[str, float | int | None, st
     """Return the summary in words: (label, value, unit, note)."""
     s, case, comparison = figures(result), result.reduced.basis.case, result.comparison
     rows = [
-        ("STE mean", s["ste_mean_um"], "um", f"at {s['torque_Nm']:g} N m, over {s['n_angles']} angles of a pitch"),
+        ("STE mean", s["ste_mean_um"], "um", f"at {s['torque_Nm']:g} N m, over {s['n_angles']} angles of "
+         + pitches_words(result.sweep)),
         ("STE peak-to-peak", s["ste_peak_to_peak_um"], "um", ""),
         *_unloaded_rows(s),
         _known("STE ripple", s["ste_ripple_um"], "um", "about a quartic where one pair carries the load",
@@ -152,6 +153,11 @@ def summary_rows(result: OnlineResult) -> list[tuple[str, float | int | None, st
         ("offline time", s["offline_s"], "s", "finite elements and training"),
         ("basis", s["basis_mib"], "MiB", ""),
     ]
+
+
+def pitches_words(sweep: SteSweep) -> str:
+    """Return the angular range of a sweep in words."""
+    return "a pitch" if sweep.pitches == 1 else f"{sweep.pitches} pitches"
 
 
 def _readings_rows(s: dict[str, Any], result: OnlineResult) -> list[tuple[str, float | None, str, str]]:

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import math
 from dataclasses import replace
 
 import h5py
@@ -16,13 +17,14 @@ from pmor.gear.modification import Modification
 from pmor.pair.model import refuse_loads
 from pmor.report.readings_blocks import readings_picture_names, readings_pictures, readings_tables
 from pmor.report.results_data import HARRIS, RESULTS
-from pmor.report.run_page import page_files
+from pmor.report.run_page import page_files, run_pictures
 from pmor.report.summary import result_files, summary, summary_rows, write_results
 from pmor.results.sweep import orders_of
 from pmor.storage.describe import file_text
 from pmor.storage.results_file import RESULTS_LAYOUT, RESULTS_SCHEMA, read_results
 from pmor.work.online import run_online
 from pmor_online.model import reduced_pair
+from pmor_online.readings import LIGHT
 from tests.support.broken_files import flip_bit
 from tests.support.line_pairs import models
 
@@ -46,7 +48,8 @@ def run_of(model, folder):
 
 @pytest.fixture(scope="module", params=["spur", "helical"])
 def run(request, tmp_path_factory):
-    return run_of(model_of(request.param), tmp_path_factory.mktemp("run"))
+    found = run_of(model_of(request.param), tmp_path_factory.mktemp("run"))
+    return replace(found, sweep=replace(found.sweep, mesh_error_percent=np.array([0.2, 0.3])))  # the basis has none
 
 
 def test_results_file_holds_what_was_found_and_says_what_it_is(run, tmp_path):
@@ -120,6 +123,22 @@ def test_harris_table_begins_with_the_rigid_flanks(run, tmp_path):
     assert_allclose([row[2] for row in rows[1:]], np.ptp(sweep.ste_um, axis=1), rtol=1e-15)
     assert_allclose(rows[0][2], np.ptp(sweep.unloaded_um[0]), rtol=1e-15)
     assert_allclose(sweep.ste_um[2], run.sweep.ste_um[1], rtol=1e-12)
+
+
+def test_harris_map_and_light_pattern_see_all_teeth_that_the_sweep_sees(tmp_path):
+    """Of teeth with pitch deviations the first pitch shows a part of the peak-to-peak alone."""
+    online = {"torques_Nm": TORQUES, "angles_per_pitch": 6, "pitches": "revolution"}
+    deviations = [12.0 * math.sin(2.0 * math.pi * tooth / 21) for tooth in range(21)]
+    model = model_of("spur", online=online, **{"pinion.modification": {"pitch_deviations_um": deviations}})
+    run = run_of(model, tmp_path)
+    assert_allclose(run.readings.harris.ste_um[2], run.sweep.ste_um[1], rtol=1e-12)
+    assert np.ptp(run.sweep.ste_um[1]) > 2.0 * np.ptp(run.sweep.ste_um[1, :6])
+    assert_allclose(model.harris_map().ste_um, run.readings.harris.ste_um, rtol=0.0)
+    light = model.sweep([LIGHT * model.case.torque_Nm]).flank_maps()[0]
+    assert_allclose(run.readings.light[0].load_N_per_mm, light.load_N_per_mm, rtol=0.0)
+    note = next(note for label, _, _, note in summary_rows(run) if label == "STE mean")
+    assert note.endswith("over 126 angles of 21 pitches")
+    assert "over 21 pitches" in run_pictures(run, None)[0].caption
 
 
 def test_page_has_a_picture_and_a_table_for_each(run):

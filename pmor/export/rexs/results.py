@@ -10,13 +10,13 @@ from pmor.core.arrays import FloatArray
 from pmor.pair.conditions import conditions_of
 from pmor.results.load_distribution import face_load_factor, line_states, over_the_whole_face
 from pmor.results.sweep import mesh_stiffness
-from pmor_online.model import ReducedPair, online_angles
+from pmor_online.model import ReducedPair, sweep_angles
 from pmor_online.sweep import sweep_reduced_pair
 
 
 @dataclass(frozen=True)
 class StageResults:
-    """Results over one mesh cycle under the nominal torque, at n angles.
+    """Results over the pitches of the case's sweep under the nominal torque, at n angles.
 
     Attributes
     ----------
@@ -27,11 +27,11 @@ class StageResults:
         Secant mesh stiffness: force along the transverse line of action over the transmission error.
     z_mm, load_N_per_mm : (m,)
         Of sections over the common face, from its beginning: place, and line load, summed over tooth pairs, mean over
-        the cycle.
+        the angles.
     face_load_factor : float
         K_Hbeta (`pmor.results.load_distribution`).
     roll_rad : (k, 2)
-        Of points of the flanks that carry: roll angles of pinion and wheel.
+        Of points of the flanks that carry over the first pitch: roll angles of pinion and wheel.
     point_z_mm : (k,)
     point_load_N_per_mm : (k,)
         Line load along the contact line.
@@ -53,9 +53,9 @@ class StageResults:
 
 
 def stage_results(reduced: ReducedPair) -> StageResults:
-    """Sweep one mesh cycle under the nominal torque of the case of a reduced pair with line loads."""
+    """Sweep a reduced pair with line loads over the angles of its case under the nominal torque."""
     case, pair = reduced.basis.case, reduced.meshed.pair
-    phi = online_angles(pair.pitch, case.online.angles_per_pitch)
+    phi = sweep_angles(case)
     sweep = sweep_reduced_pair(reduced, phi, conditions_of(case, [case.torque_Nm]), recorded=True)
     stiffness = mesh_stiffness(sweep, pair.pinion.base_radius, pair.common_width).secant[0]
     lines = line_states(sweep)
@@ -63,6 +63,7 @@ def stage_results(reduced: ReducedPair) -> StageResults:
     z, over_face = over_the_whole_face(lines, load.sum(axis=1).mean(axis=0))
     # Points have a place on both flanks, and a pressure: not those at which an edge carries.
     kept = (load > 0.0) & np.isfinite(pressure)
+    kept[case.online.angles_per_pitch :] = False
     for gear, (low, high) in enumerate(pair.active_rolls):
         kept &= (lines.roll_rad[..., gear] >= low) & (lines.roll_rad[..., gear] <= high)
     return StageResults(
