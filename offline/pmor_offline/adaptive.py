@@ -4,7 +4,7 @@ After each full solution the basis is made anew, its error estimated at many can
 solved next (Prud'homme et al., J. Fluids Eng. 124 (2002) 70; the weak greedy algorithm). It ends when the estimate is
 below a tolerance at every candidate, or a budget is spent. The candidates fill the ranges of the roll angle and of all
 declared parameters with a Sobol sequence; they are the same in every round and in every run. Errors fall from round to
-round, so a candidate is estimated anew only while what was last found for it could be the largest (Hesthaven, Stamm &
+round, so a candidate is estimated anew only while its last estimate could be the largest (Hesthaven, Stamm &
 Zhang, ESAIM: M2AN 48 (2014) 259); before it ends all of them are.
 """
 
@@ -31,12 +31,12 @@ from pmor_offline.snapshots import solve_snapshots
 
 
 class ErrorEstimate(Protocol):
-    """What a greedy sampling asks a basis for."""
+    """STE and error estimate of a basis, as a greedy sampling needs them."""
 
     def __call__(
         self, basis: Basis, phi: FloatArray, conditions: Sequence[Condition], *, executor: Executor | None = None
     ) -> tuple[FloatArray, FloatArray]:
-        """Return STE and estimate of what it lacks, um, at pinion angles under as many conditions.
+        """Return STE and the estimate of its error, um, at pinion angles under as many conditions.
 
         NaN where not converged; the executor may take several at a time.
         """
@@ -63,7 +63,7 @@ def greedy_snapshots(
     estimate : callable
         See `ErrorEstimate`.
     known : sequence of Snapshots
-        What is solved already; grows while this runs, by what it yields.
+        Snapshots solved before; those that this yields are appended.
     executor : concurrent.futures.Executor, optional
         Estimates several errors, and solves several of the positions to begin with, at a time.
 
@@ -78,7 +78,7 @@ def greedy_snapshots(
     candidates = _candidates(case, model)
     percent = np.full(len(candidates), np.inf)
     ask = partial(estimate, executor=executor)
-    # What is solved already is chosen again, without being solved: the estimates go on as if there had been no break.
+    # Positions solved before are chosen again without being solved: the estimates go on as without a break.
     for count in range(len(begin), offline.solves):
         basis, _ = make_basis(case, model, known[:count])
         _update(percent, candidates, basis, ask, 0.0)
@@ -89,7 +89,7 @@ def greedy_snapshots(
         worst = int(np.argmax(percent))
         if count == len(known):
             yield solve_snapshots(model, candidates[worst], float(percent[worst]))
-        # Solved once, it has given what it can.
+        # A second solution there adds nothing.
         candidates = candidates[:worst] + candidates[worst + 1 :]
         percent = np.delete(percent, worst)
 

@@ -29,7 +29,7 @@ SEED = 20160919
 
 @dataclass(frozen=True)
 class TrainingPosition:
-    """A pinion angle at which full FE is solved, and under what.
+    """A pinion angle at which full FE is solved, and its conditions.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ def sobol_positions(offline: OfflineCase, pair: GearPair, count: int, seed: int 
 
 
 def first_positions(offline: OfflineCase, pair: GearPair) -> tuple[TrainingPosition, ...]:
-    """Return with what a greedy sampling begins: the training angles under the largest torque, mid deviations."""
+    """Return the first positions of a greedy sampling: the training angles under the largest torque, mid deviations."""
     *deviations, torques = training_values(offline)
     condition = condition_at([*(0.5 * (v[0] + v[-1]) for v in deviations), torques[-1]])
     angles = training_angles(pair, offline.angles_per_pitch)

@@ -44,7 +44,7 @@ def solve_snapshots(
         contact = equilibrium.contact
         nodal = contact.nodal_forces(contact.force, len(position.position.nodes))
         _scatter(position, nodal, np.searchsorted(pairs, position.position.pair_index), force[t])
-    # What holds nodes in their plane takes that component up, and it does no work.
+    # The constraint that keeps nodes in their plane takes that component up, and it does no work.
     force[..., model.mesh.pinion.flank_held_axially] = 0.0
     return Snapshots(
         phi=training.phi, conditions=training.conditions, pair_index=pairs, force=force, ste_um=ste,

@@ -1,4 +1,4 @@
-"""Training: from a case and its full FE to a basis, in memory. Whoever calls it says what is kept, shown, and where."""
+"""Training: from a case and its full FE to a basis, in memory. Files and progress are left to the caller."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ Keep = Callable[[int, Snapshots], None]
 
 @dataclass(frozen=True)
 class Trained:
-    """What a training gives.
+    """Result of a training.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def train(
     case : Case
     model : ElasticModel
     estimate : callable, optional
-        What a greedy sampling asks for errors (`pmor_offline.adaptive`).
+        Error estimate for a greedy sampling (`pmor_offline.adaptive`).
     executor : concurrent.futures.Executor, optional
         Solves several positions, and estimates several errors, at a time. The basis does not depend on it.
     progress : callable

@@ -102,7 +102,7 @@ def sweep_assemblies(
 
 
 def _together(reduced: ReducedPair, assemblies: Sequence[Assembly], most: int) -> list[list[int]]:
-    """Numbers of those that are solved in one call: what they share is placed, or gathered, once."""
+    """Numbers of the assemblies solved in one call: shared sections or shapes are prepared once."""
     groups: dict[Misalignment | Assembly, list[int]] = {}
     for n, one in enumerate(assemblies):
         groups.setdefault(one.misalignment if reduced.basis.shapes is None else one, []).append(n)

@@ -123,7 +123,7 @@ def _nodal_forces(
     rows = window[ELEMENT_ROWS] * scheme.lodm_profile + 1
     force = np.zeros((rows, len(z)))
     np.add.at(force, (contact.place[mine, 0], contact.place[mine, 1]), contact.force[mine])
-    if meshed.pair.overlap_ratio > 0.0:  # each section has its own slave: what the mate's points press on is added
+    if meshed.pair.overlap_ratio > 0.0:  # each section has its own slave: the forces of the mate's points are added
         others = (contact.pair == p) & (contact.slave != gear)
         weight, place = contact.weight[others, 4:], contact.place[others, 2:]
         share = np.einsum("nad,nd->na", weight, weight.sum(axis=1))  # of the element's four nodes

@@ -1,4 +1,4 @@
-"""STE and error estimate at scattered states: what a greedy sampling asks a basis for."""
+"""STE and error estimate at scattered states, for a greedy sampling."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def estimate_errors(
     Parameters
     ----------
     basis : Basis
-        With what the error estimate needs.
+        With the compliance for the error estimate.
     phi : ndarray, shape (n,)
         Pinion angles, rad.
     conditions : sequence of n Condition
@@ -36,7 +36,7 @@ def estimate_errors(
     Returns
     -------
     ste_um, ste_error_um : ndarray, shape (n,)
-        STE and the estimate of what it lacks, um; NaN where not converged.
+        STE and the estimate of its error, um; NaN where not converged.
     """
     reduced = reduced_pair(basis)
 

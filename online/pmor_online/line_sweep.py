@@ -2,7 +2,7 @@
 
 Sections are placed, and their flexibility gathered, once for a block of angles; torques and flank deviations cost a
 solution each, of as many equations as sections carry load. Blocks have a fixed size and each state starts cold, so that
-a result depends neither on the number of threads nor on what else is asked for, to the last bit.
+a result depends neither on the number of threads nor on other conditions of the call, to the last bit.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def sweep_line_loads(
     start = time.perf_counter()
     lines, found = _solve(reduced.lines, phi, conditions, executor, progress, recorded)
     advance = np.where(found.converged, found.advance, np.nan)
-    share, pair_index = _shares(lines, found)
+    share, pair_index = load_shares(lines.first_pair[:, None] + np.arange(found.torque.shape[2]), found.torque)
     return SteSweep(
         phi_rad=np.asarray(phi, dtype=float), torque_Nm=np.array([condition.torque_Nm for condition in conditions]),
         ste_um=advance * reduced.layered.pair.pinion.base_radius * 1e3, pair_share=share, pair_index=pair_index,
@@ -125,22 +125,25 @@ def levers_of(lines: Lines, found: LineResults) -> FloatArray:
     return np.asarray(lines.lever + lines.lever_slope * further)
 
 
-def _pair_torques(lines: Lines, found: LineResults) -> tuple[FloatArray, IntArray]:
-    """Torque on the pinion that each tooth pair carries, (D, A, pairs), N mm, and the pairs that ever do."""
-    pairs = lines.first_pair[:, None] + np.arange(found.torque.shape[2])
-    used = np.unique(pairs[(found.torque > 0.0).any(axis=0)])
-    if len(lines.first_pair) == 1:
-        return found.torque[:, :, used - lines.first_pair[0]], used
-    torque = np.zeros((*found.advance.shape, len(used)))
-    for column, index in enumerate(used):
-        torque[:, :, column] = np.where(pairs == index, found.torque, 0.0).sum(axis=2)
-    return torque, used
+def load_shares(pairs: IntArray, torque: FloatArray) -> tuple[FloatArray, IntArray]:
+    """Return the share of each tooth pair in the torque, (D, A, P), and the P pairs that ever carry.
 
-
-def _shares(lines: Lines, found: LineResults) -> tuple[FloatArray, IntArray]:
-    torque, pairs = _pair_torques(lines, found)
+    Parameters
+    ----------
+    pairs : ndarray of int, shape (A, p)
+        Tooth pairs that can touch at each angle.
+    torque : ndarray, shape (D, A, p)
+        That each of them carries; 0 where not converged.
+    """
     total = torque.sum(axis=2, keepdims=True)
-    return np.divide(torque, total, out=np.zeros_like(torque), where=(total > 0.0) & found.converged[..., None]), pairs
+    fractions = np.divide(torque, total, out=np.zeros_like(torque), where=total > 0.0)
+    used = np.unique(pairs[(fractions > 0.0).any(axis=0)])
+    if len(pairs) == 1:
+        return fractions[:, :, used - pairs[0, 0]], used
+    share = np.zeros((*torque.shape[:2], len(used)))
+    for column, index in enumerate(used):
+        share[:, :, column] = np.where(pairs == index, fractions, 0.0).sum(axis=2)
+    return share, used
 
 
 def _states(reduced: ReducedPair, lines: Lines, found: LineResults, advance: FloatArray) -> SweepStates:
@@ -162,16 +165,24 @@ def _states(reduced: ReducedPair, lines: Lines, found: LineResults, advance: Flo
     return SweepStates(advance, pairs, np.zeros((*advance.shape, pair_count, 0)), loads, of_lines)
 
 
+def loads_and_patches(lines: Lines, found: LineResults, width: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return line loads (N/mm, 0 where not converged), (D, A, P, S), and patches of contact, (D, A, P, S, 3).
+
+    `width` is that of the S sections with their images, mm; patches are those of `line_patches`.
+    """
+    load = np.where(found.converged[..., None], found.force, 0.0).reshape(*found.advance.shape, -1, len(width)) / width
+    patches = np.empty((len(load), load[0].size, PATCH_FIELDS))
+    line_patches(lines.law.reshape(-1, lines.law.shape[2]), load.reshape(len(load), -1), patches)
+    return load, patches.reshape(*load.shape, PATCH_FIELDS)
+
+
 def _line_states(
     reduced: ReducedPair, lines: Lines, found: LineResults, pairs: IntArray, levers: FloatArray
 ) -> LineStates:
     meshed, sections = reduced.layered, reduced.layered.sections
-    images, radius = 2 if meshed.mirrored else 1, meshed.pair.pinion.base_radius
-    grid = *found.force.shape[:2], pairs.shape[1], len(sections.z)
-    load = np.where(found.converged[..., None], found.force, 0.0).reshape(grid) / (images * sections.width)
-    patches = np.empty((len(load), load[0].size, PATCH_FIELDS))
-    line_patches(lines.law.reshape(-1, lines.law.shape[2]), load.reshape(len(load), -1), patches)
-    half_width, offset, pressure = np.moveaxis(patches.reshape(*grid, PATCH_FIELDS), -1, 0)
+    load, patches = loads_and_patches(lines, found, meshed.width)
+    (half_width, offset, pressure), grid = np.moveaxis(patches, -1, 0), load.shape
+    radius = meshed.pair.pinion.base_radius
     return LineStates(
         pair=pairs, z_mm=sections.z, width_mm=sections.width, mirrored=meshed.mirrored,
         roll_rad=lines.roll.reshape(*grid[1:], 2), load_N_per_mm=load, half_width_mm=half_width, offset_mm=offset,

@@ -1,8 +1,8 @@
-"""What the mesh of the bodies costs: an error bar from the same sweep on half as many elements.
+"""Discretisation error of the bodies' mesh: an error bar from the same sweep on half as many elements.
 
-The line loads are exact on their mesh and the local law knows no mesh, so what is left is how well finite elements
-hold bodies and fillets. Half as many elements over profile and width are off by several times as much: of the
-difference, as a root mean square over the pitch, a fixed share is what the finer mesh lacks (Richardson's
+The line loads are exact on their mesh and the local law knows no mesh. The remaining error is that of the finite
+elements of bodies and fillets. Half as many elements over profile and width are off by several times as much: of the
+difference, as a root mean square over the pitch, a fixed share is the error of the finer mesh (Richardson's
 extrapolation, Phil. Trans. A 210 (1911) 307, with a measured rate; `tests/verification/test_mesh_error.py`).
 """
 
@@ -27,13 +27,13 @@ ANGLES = 24
 
 
 def with_mesh_error(sweep: SteSweep, reduced: ReducedPair, conditions: Sequence[Condition]) -> SteSweep:
-    """Return a sweep with the error bar of the mesh, where its basis has what that takes.
+    """Return a sweep with the error bar of the mesh, where its basis holds the coarser mesh.
 
     Parameters
     ----------
     sweep : SteSweep
     reduced : ReducedPair
-        What it was made with.
+        The model of the sweep.
     conditions : sequence of Condition
         Those of the sweep.
     """

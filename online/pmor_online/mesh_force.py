@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pmor.core.arrays import FloatArray
+from pmor.core.arrays import BoolArray, FloatArray
 from pmor.gear.condition import PLAIN, Assembly
 from pmor.line.pair import LinePair, PlacedSections
 from pmor_online.model import ReducedPair
@@ -32,7 +32,7 @@ def mesh_force_of(reduced: ReducedPair, assembly: Assembly = PLAIN) -> Forces:
     reduced : ReducedPair
         Of line loads.
     assembly : Assembly
-        Where the axes are, what the flanks are like; deviations of pitch do not repeat over one mesh cycle.
+        Axes and flanks; deviations of pitch do not repeat over one mesh cycle.
     """
     return _MeshForce(reduced.lines, assembly)
 
@@ -45,16 +45,18 @@ class _MeshForce:
     assembly: Assembly
 
     def __call__(self, phase: float, displacement: FloatArray) -> FloatArray:
-        found = self._solved(phase, displacement)
-        for k in np.flatnonzero(np.isnan(found)):
-            beside = self._solved(phase, displacement[k] * (1.0 + NUDGES))
-            found[k] = next(iter(beside[np.isfinite(beside)]), np.nan)
-        return found
+        force, converged = self._solved(phase, displacement)
+        if not converged.all():
+            for k in np.flatnonzero(~converged):
+                beside, found = self._solved(phase, displacement[k] * (1.0 + NUDGES))
+                force[k] = next(iter(beside[found]), np.nan)
+        return force
 
-    def _solved(self, phase: float, displacement: FloatArray) -> FloatArray:
+    def _solved(self, phase: float, displacement: FloatArray) -> tuple[FloatArray, BoolArray]:
+        """Forces, and where they were found."""
         radius, placed = self.pair.base_radius, place_phases(self.pair, np.array([phase]), self.assembly)
-        found = placed.solve(np.asarray(displacement) / radius, True, placed.deviation(self.assembly))
-        return np.where(found.converged[:, 0], found.torque[:, 0].sum(axis=1) / radius, np.nan)
+        found = placed.solve(displacement / radius, True, placed.deviation(self.assembly))
+        return found.torque[:, 0].sum(axis=1) / radius, found.converged[:, 0]
 
 
 @dataclass(frozen=True)
@@ -120,7 +122,7 @@ class LineLoadLaw:
 
 @dataclass(frozen=True)
 class _Known:
-    """Sections at some phases, what their flanks deviate by, and the forces found there last: a law's own."""
+    """Sections at some phases, their flanks' deviations, and the last forces there; owned by one law."""
 
     placed: PlacedSections
     deviation: FloatArray

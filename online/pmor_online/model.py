@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -15,18 +15,16 @@ from pmor.body.section_compliance import section_compliance
 from pmor.body.support import support_rows
 from pmor.case import Case
 from pmor.case.width import mirrors_at_mid_width
-from pmor.core.arrays import FloatArray
+from pmor.core.arrays import FloatArray, IntArray
 from pmor.gear.meshed_pair import MeshedPair
 from pmor.line.kernels.places import Lines
 from pmor.line.layered_pair import LayeredPair, as_layered
 from pmor.line.pair import LinePair
 from pmor.pair.model import assemble_pair, gear_pair
-from pmor.penalty.elasticity import ReducedElasticity
-from pmor.penalty.kernels.state import Family, GearLines, PositionShapes
+from pmor.penalty.elasticity import ReducedElasticity, shape_elasticity
+from pmor.penalty.kernels.state import Family
 from pmor.penalty.position import Position
 from pmor.reduction.basis import Basis
-from pmor.reduction.contact_shapes import ContactShapes, reduced_elasticity
-from pmor.reduction.flank_lines import FlankLineShapes, line_elasticity
 
 
 @dataclass(frozen=True)
@@ -57,16 +55,14 @@ class ReducedPair:
     @property
     def shape_elasticity_at(self) -> Callable[[Position], ReducedElasticity]:
         """Reduced elasticity of the windows of a position, of a basis with shapes."""
-        shapes, pitch = self._shapes, self.meshed.pair.pitch
-        if isinstance(shapes, ContactShapes):
-            return lambda position: reduced_elasticity(shapes, position, pitch)
-        return lambda position: line_elasticity(shapes, position)
+        return partial(shape_elasticity, self.family)
 
     @property
-    def _shapes(self) -> FlankLineShapes | ContactShapes:
+    def family(self) -> Family:
+        """Shapes for the kernels."""
         if self.basis.shapes is None:
             raise TypeError("line loads have no shapes")
-        return self.basis.shapes
+        return self.basis.shapes.family
 
     @property
     def flank_compliance(self) -> FlankCompliance:
@@ -94,43 +90,31 @@ class ReducedPair:
     @cached_property
     def section_compliance(self) -> tuple[FloatArray, FloatArray]:
         """Compliance between sections, for the kernels of line loads."""
-        rows = len(self.meshed.pinion.roll_angle), len(self.meshed.wheel.roll_angle)
-        sections = self.layered.sections.column, self.layered.sections.share
-        return section_compliance(self.flank_compliance.gears, self.components, sections, rows)
+        return section_compliance(self.flank_compliance.gears, self.components, *self._carriers)
+
+    @property
+    def _carriers(self) -> tuple[tuple[IntArray, FloatArray], tuple[int, int]]:
+        """Columns of nodes that carry the sections, with their shares; rows of nodes on pinion and wheel."""
+        meshed = self.layered
+        rows = len(meshed.pinion.roll_angle), len(meshed.wheel.roll_angle)
+        return (meshed.sections.column, meshed.sections.share), rows
 
     @cached_property
     def lines(self) -> LinePair:
-        """The pair prepared for line loads, on what the gears stand on."""
+        """The pair prepared for line loads, with the compliance of shafts and housing."""
         support = self.flank_compliance.support
         if support is None:
             return LinePair(self.layered, self.section_compliance, self.components)
-        rows = len(self.meshed.pinion.roll_angle), len(self.meshed.wheel.roll_angle)
-        sections = self.layered.sections.column, self.layered.sections.share
 
         def flexibility(lines: Lines) -> FloatArray:
-            placed = support_rows(support, sections, rows, lines.first_pair, lines.row, lines.gradient)
+            placed = support_rows(support, *self._carriers, lines.first_pair, lines.row, lines.gradient)
             return support.flexibility(placed)
 
         return LinePair(self.layered, self.section_compliance, self.components, flexibility)
 
-    @cached_property
-    def family(self) -> Family:
-        """Shapes for the kernels."""
-        shapes = self._shapes
-        if isinstance(shapes, ContactShapes):
-            step = shapes.roll_position[1] - shapes.roll_position[0]
-            positions = PositionShapes(shapes.roll_position[0], step, shapes.loaded, shapes.displacement, shapes.gram)
-            none = GearLines(np.zeros(1, dtype=np.int64), np.empty((1, 0, 0)), np.empty((1, 0, 0)))
-            return Family(False, (none, none), positions)
-        pinion, wheel = (GearLines(gear.start, gear.displacement, gear.gram) for gear in shapes.gears)
-        nowhere = PositionShapes(
-            0.0, 1.0, np.zeros((0, 0), dtype=bool), np.empty((0, 0, 2, 1, 0)), np.empty((0, 0, 2, 2, 0, 0)),
-        )  # fmt: skip
-        return Family(True, (pinion, wheel), nowhere)
-
     @property
     def kernel_compliance(self) -> tuple[FloatArray, FloatArray]:
-        """What the error estimate needs, for the kernel; of length 0 where the basis does not hold it."""
+        """Flank compliance for the error estimate; of length 0 where the basis does not hold it."""
         none = np.empty((0, 0, 0))
         return self.basis.compliance.gears if self.basis.compliance else (none, none)
 

@@ -1,4 +1,4 @@
-"""What an engineer reads off the sweep of exact line loads, for a case: all of it from the same solution."""
+"""Results derived from the sweep of line loads of a case: all of them from the same solution."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ LIGHT = 0.01
 
 @dataclass(frozen=True)
 class Readings:
-    """What is read off a recorded sweep of D torques and A angles.
+    """Results derived from a recorded sweep of D torques and A angles.
 
     Attributes
     ----------
@@ -100,7 +100,7 @@ def derivatives(reduced: ReducedPair, sweep: SteSweep, assembly: Assembly) -> Se
 
 
 def flank_maps(meshed: MeshedPair, sweep: SteSweep, torque_index: int) -> tuple[FlankMap, FlankMap]:
-    """Return what the flanks of pinion and wheel see at one of the torques of a recorded sweep."""
+    """Return the maps of the flanks of pinion and wheel at one of the torques of a recorded sweep."""
     pinion, wheel = (flank_map(sweep, torque_index, gear, meshed.pair.active_rolls[gear]) for gear in range(2))
     return pinion, wheel
 

@@ -16,7 +16,7 @@ from pmor.results.root_stress import FilletEnvelope, RootStress, arc_lengths
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.model import ReducedPair
 
-# Points that are nearer to a line of contact, in modules, are left out: what is large there is the load on a few nodes.
+# Points that are nearer to a line of contact, in modules, are left out: the load on a few nodes dominates there.
 NEAR_CONTACT = 0.5
 # Stresses are found for so many angles at a time: few enough for those of all points to stay in megabytes.
 ANGLES_PER_BLOCK = 25
@@ -40,7 +40,7 @@ def root_stress(
     Returns
     -------
     RootStress or None
-        None where the basis does not hold what it takes. Points near a line of contact do not count.
+        None where the basis has no root stress. Points near a line of contact do not count.
     """
     shapes = reduced.basis.root_stress
     if shapes is None:
@@ -79,7 +79,7 @@ def _nodal_forces(
     reduced: ReducedPair, phi: FloatArray, misalignment: Misalignment, loads: ContactLoads, block: slice,
     pairs: IntArray,
 ) -> tuple[FloatArray, FloatArray]:  # fmt: skip
-    """Forces on the unknowns of the flanks of pinion and wheel, each (D, A, P, n), N: what line loads are made of."""
+    """Forces on the unknowns of the flanks of pinion and wheel, each (D, A, P, n), N, equivalent to the line loads."""
     meshed, sections = reduced.layered, reduced.layered.sections
     lines = place_sections(meshed, np.ascontiguousarray(phi[block], dtype=float), misalignment, reduced.components)
     torque, angle = np.divmod(np.repeat(np.arange(loads.count.size), loads.count.ravel()), loads.count.shape[1])
@@ -133,7 +133,7 @@ def _amplitudes(shapes: RootStressShapes, force: FloatArray, direction: int) -> 
     around = np.zeros((*own.shape[:3], 2 * shapes.neighbours + 1, own.shape[3]))
     count = own.shape[2]
     for place, offset in enumerate(range(-shapes.neighbours, shapes.neighbours + 1)):
-        # What a tooth feels from the one that it is so many teeth ahead of.
+        # Stress in a tooth by the load on the one that it is so many teeth ahead of.
         shift = offset * direction
         felt = slice(max(shift, 0), count + min(shift, 0))
         source = slice(max(-shift, 0), count + min(-shift, 0))

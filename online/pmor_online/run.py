@@ -1,4 +1,4 @@
-"""What a case asks of the online stage: its sweep, and all that is known when it is done."""
+"""The online stage of a case: its sweep and the results."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class LostModel:
 
 @dataclass(frozen=True)
 class OnlineResult:
-    """What the online stage found.
+    """Results of the online stage.
 
     Parameters
     ----------
@@ -62,9 +62,9 @@ class OnlineResult:
     others : tuple of OnlineResult or LostModel
         Models that the case compares beside its own, in its order.
     readings : Readings or None
-        What is read off a sweep of line loads; None of other models, and of sweeps too long to keep.
+        Derived results of a sweep of line loads; None of other models, and of sweeps too long to keep.
     root_stress : RootStress or None
-        Where the basis holds what it takes.
+        None where the basis has no root stress.
     """
 
     reduced: ReducedPair
@@ -80,7 +80,7 @@ class OnlineResult:
 
     @property
     def case(self) -> Case:
-        """What was asked for."""
+        """The case."""
         return self.reduced.basis.case
 
     @property
@@ -142,7 +142,7 @@ def sweep_case(
 
 
 def root_stress_of_case(reduced: ReducedPair, executor: Executor | None = None) -> RootStress | None:
-    """Find the root stress over the angles and torques that a case asks for; None where the basis lacks what it takes.
+    """Find the root stress over the angles and torques that a case asks for; None where the basis has none.
 
     Parameters
     ----------

@@ -25,7 +25,7 @@ from pmor.penalty.pair import as_penalty
 from pmor.penalty.solve import WINDOW_MARGIN, solve_position, standing_depth
 from pmor.results.loads import ContactLoads, SweepStates
 from pmor.results.sweep import SteSweep
-from pmor_online.line_sweep import sections_near, sweep_line_loads
+from pmor_online.line_sweep import load_shares, sections_near, sweep_line_loads
 from pmor_online.model import ReducedPair, online_angles
 
 # A block starts cold: long enough that this does not count, short enough to share out between threads.
@@ -70,7 +70,7 @@ def sweep_reduced_pair(
     found, loads = _solve(reduced, phi, conditions, executor, tolerance, progress, recorded)
     base_radius = reduced.meshed.pair.pinion.base_radius
     advance = np.where(found.converged, found.advance, np.nan)
-    share, pair_index = _shares(found.pair, found.pair_torque)
+    share, pair_index = load_shares(found.pair, found.pair_torque)
     return SteSweep(
         phi_rad=np.asarray(phi, dtype=float), torque_Nm=np.array([condition.torque_Nm for condition in conditions]),
         ste_um=advance * base_radius * 1e3, pair_share=share, pair_index=pair_index, newton_steps=found.steps,
@@ -173,14 +173,3 @@ def _in_order(results: Results, listed: list[Loads]) -> ContactLoads:
     columns = [np.concatenate(parts)[order] for parts in zip(*listed, strict=True)]
     first = (after - count).reshape(results.load_count.shape)
     return ContactLoads(first, results.load_count, *columns)
-
-
-def _shares(pairs: np.ndarray, pair_torque: np.ndarray) -> tuple[FloatArray, np.ndarray]:
-    """Carry the torques of the pairs that can touch at each angle to a common list of pairs, as fractions."""
-    total = pair_torque.sum(axis=2, keepdims=True)
-    fractions = np.divide(pair_torque, total, out=np.zeros_like(pair_torque), where=total > 0.0)
-    used = np.unique(pairs[(fractions > 0.0).any(axis=0)])
-    share = np.zeros((*fractions.shape[:2], len(used)))
-    for column, index in enumerate(used):
-        share[:, :, column] = np.where(pairs == index, fractions, 0.0).sum(axis=2)
-    return share, used

@@ -18,8 +18,8 @@ from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.gear.condition import Assembly, Misalignment
 from pmor.line.kernels.loads import LineResults
 from pmor.line.kernels.places import Lines
-from pmor.line.kernels.pressure import PATCH_FIELDS, line_patches
 from pmor.line.pair import PlacedSections
+from pmor_online.line_sweep import loads_and_patches
 from pmor_online.model import ReducedPair
 
 # A patch of contact that is off its middle by more than this has been cut off, or carried round, by an edge, mm.
@@ -48,7 +48,7 @@ class VariantState:
     pair : (A, P) int
         Tooth pairs.
     z_mm, width_mm : (S,)
-        Where sections are, and what each stands for.
+        Positions and widths of the sections.
     mirrored : bool
         Whether they have images.
     """
@@ -102,22 +102,15 @@ class VariantSolver:
         return self._state(placed.lines, found)
 
     def _state(self, lines: Lines, found: LineResults) -> VariantState:
-        meshed = self.reduced.layered
-        width = meshed.width
-        radius, sections = meshed.pair.pinion.base_radius, meshed.sections
-        grid = *found.advance.shape, -1, len(sections.z)
-        load = np.where(found.converged[..., None], found.force, 0.0).reshape(grid) / width
-        patches = np.empty((len(load), load[0].size, PATCH_FIELDS))
-        line_patches(lines.law.reshape(-1, lines.law.shape[2]), load.reshape(len(load), -1), patches)
-        by_state = *found.advance.shape, -1
-        at_edge = np.abs(patches[..., 1].reshape(load.shape)) > OFF_MIDDLE
-        place = grid[1:]
+        meshed, sections = self.reduced.layered, self.reduced.layered.sections
+        load, patches = loads_and_patches(lines, found, meshed.width)
+        radius, at_edge = meshed.pair.pinion.base_radius, np.abs(patches[..., 1]) > OFF_MIDDLE
         return VariantState(
             ste_um=np.where(found.converged, 1e3 * radius * found.advance, np.nan), converged=found.converged,
-            load_N_per_mm=load, edge_load_N_per_mm=np.where(at_edge, load, 0.0).reshape(by_state).max(axis=2),
-            pressure_MPa=np.nan_to_num(patches[..., 2]).reshape(by_state).max(axis=2),
-            sensitivity=radius * found.sensitivity.reshape(grid) if found.sensitivity.size else None,
-            roll_rad=lines.roll.reshape(*place, 2), pair=lines.first_pair[:, None] + np.arange(load.shape[2]),
+            load_N_per_mm=load, edge_load_N_per_mm=np.where(at_edge, load, 0.0).max(axis=(2, 3)),
+            pressure_MPa=np.nan_to_num(patches[..., 2]).max(axis=(2, 3)),
+            sensitivity=radius * found.sensitivity.reshape(load.shape) if found.sensitivity.size else None,
+            roll_rad=lines.roll.reshape(*load.shape[1:], 2), pair=lines.first_pair[:, None] + np.arange(load.shape[2]),
             z_mm=sections.z, width_mm=sections.width, mirrored=meshed.mirrored,
         )  # fmt: skip
 

@@ -1,4 +1,4 @@
-"""An elastic gear: how its flanks move under forces on them, and what its fillets bear.
+"""An elastic gear: displacements of its flanks and stresses in its fillets under forces on the flanks.
 
 The compliance between flank nodes i and k of the teeth of a gear has two parts,
 

@@ -69,15 +69,12 @@ def elastic_gear(
 
     Parameters
     ----------
-    mesh : SectorMesh
-    youngs_modulus : float
-        MPa.
-    poisson_ratio : float
-    element : {"hex8", "hex8i", "hex20"}
+    mesh, youngs_modulus, poisson_ratio, element
+        As in `pmor.fe.condensation.condense_sector`.
     neighbours : int
         Neighbouring teeth to cover, on either side.
     keep_rows : bool
-        Keep what `pmor.body.volume` needs.
+        Keep the factors for `pmor.body.volume`.
     layer_columns : int
         Columns of elements below the flank whose local compliance is taken out (`pmor.line.hertz`).
     fillet : FilletMesh, optional

@@ -149,16 +149,14 @@ def _surface_strain(corners: FloatArray, slopes: FloatArray) -> FloatArray:
 def cut_stress(
     mesh: FilletMesh, sector: SectorMesh, youngs_modulus: float, poisson_ratio: float
 ) -> tuple[FilletPoints, FloatArray, IntArray]:
-    """Return the stress along a fillet over the displacement of what its mesh is cut out along.
+    """Return the stress along a fillet over the displacement of the cut around its mesh.
 
     Parameters
     ----------
-    mesh : FilletMesh
+    mesh, youngs_modulus, poisson_ratio
+        As in `surface_stress`.
     sector : SectorMesh
         That it is cut out of.
-    youngs_modulus : float
-        MPa.
-    poisson_ratio : float
 
     Returns
     -------
@@ -202,11 +200,8 @@ def sector_stress(
 
     Parameters
     ----------
-    mesh : FilletMesh
-    sector : SectorMesh
-    youngs_modulus : float
-        MPa.
-    poisson_ratio : float
+    mesh, sector, youngs_modulus, poisson_ratio
+        As in `cut_stress`.
 
     Returns
     -------

@@ -25,7 +25,7 @@ class FlankCompliance:
         or three components at each flank node. The same object for identical gears.
     components : int
     support : Support or None
-        The part of low rank, of what the gears stand on; None of gears on rigid shafts. `gears` are without it.
+        The part of low rank, of shafts and housing; None of gears on rigid shafts. `gears` are without it.
     """
 
     gears: tuple[FloatArray, FloatArray]

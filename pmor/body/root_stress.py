@@ -47,7 +47,7 @@ class RootStressShapes:
 
 
 def root_stress_shapes(fillet: FilletStress, components: int) -> RootStressShapes:
-    """Part the stress under forces on a flank into patterns and what they cause.
+    """Factor the stress under forces on a flank into patterns and the stress of each.
 
     Parameters
     ----------

@@ -79,8 +79,8 @@ def support_rows(
         nodes = support.rows[gear].reshape(node_rows[gear], columns, parts, rank)
         carried = np.zeros((count, max(node_rows[gear], ROWS), parts, rank))
         carried[:, : node_rows[gear]] = np.tensordot(shares, nodes, axes=(1, 1))
-        reached = row[..., gear, None] + np.arange(ROWS)
-        by_node = carried[section[:, None], reached].reshape(angles, size, ROWS * parts, rank)
+        rows = row[..., gear, None] + np.arange(ROWS)
+        by_node = carried[section[:, None], rows].reshape(angles, size, ROWS * parts, rank)
         of_tooth_0 = np.einsum("ing,ingr->inr", gradient[:, :, gear], by_node)
         teeth = sense * (first_pair[:, None] + place)
         for tooth in np.unique(teeth).tolist():

@@ -44,7 +44,7 @@ def sector_displacement(gear: ElasticGear, sector: int, teeth: IntArray, forces:
     Raises
     ------
     ValueError
-        When a surface layer was taken out: the flank would not go with what is below it.
+        When a surface layer was taken out: the flank would not fit the material below it.
     """
     if gear.layer_columns:
         raise ValueError("the compliance is without its surface layer: build the gear with layer_columns=0")

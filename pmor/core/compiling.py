@@ -15,7 +15,7 @@ from numba import njit, types
 from pmor.core.keeping import keeping_kernels, kernels_folder
 
 # Divisions follow IEEE 754 instead of raising, which spares a branch at each; results are checked where they are used.
-# fastmath stays off: sums keep their order, and NaN stays what it is.
+# fastmath stays off: sums keep their order, and NaN stays NaN.
 _OPTIONS: dict[str, Any] = {"cache": kernels_folder() is not None, "nogil": True, "error_model": "numpy",
                             "fastmath": False, "no_cfunc_wrapper": True}  # fmt: skip
 # Kernels that neither make, copy nor return arrays go without numba's runtime: arguments are borrowed from the caller
@@ -40,8 +40,8 @@ def _serve_kernels(dispatcher: Any, function: Callable[..., Any], options: dict[
     """Let other kernels call a twin without the wrapper that only a call from Python needs.
 
     The twin is compiled once for all integers: numba would do so for each constant that a caller writes, and once more
-    for int. All kernels take 57 s of CPU with twins, and 80 s without (numba 0.68). What numba asks of a function that
-    kernels call is `get_call_template` and `get_overload`; without these there are no twins, and all else stays.
+    for int. All kernels take 57 s of CPU with twins, and 80 s without (numba 0.68). Of a function that
+    kernels call, numba needs `get_call_template` and `get_overload`; without these there are no twins.
     """
     within = FunctionType(function.__code__, function.__globals__, function.__name__, function.__defaults__)
     within.__qualname__ = f"{function.__qualname__}_within"  # its code is kept apart

@@ -53,7 +53,7 @@ def kernels_folder() -> Path | None:
 
 @contextmanager
 def keeping_kernels() -> Iterator[None]:
-    """Let numba keep what is decorated inside in the folder of the kernels, and all else where it does anyway."""
+    """Let numba keep functions decorated inside in the folder of the kernels, and others in its own place."""
     before, folder = numba.config.CACHE_DIR, kernels_folder()  # type: ignore[attr-defined]
     numba.config.CACHE_DIR = before if folder is None else str(folder)  # type: ignore[attr-defined]
     try:
@@ -106,7 +106,7 @@ def _remove_earlier(folder: Path) -> None:
 
 
 def _private_folder() -> Path | None:
-    """A folder among temporary files that is this user's alone, since what lies in it is run; None if there is none."""
+    """A folder among temporary files that is this user's alone, since its files are run; None if there is none."""
     if not hasattr(os, "getuid"):
         return None
     try:

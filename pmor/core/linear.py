@@ -9,7 +9,7 @@ from pmor.core.compiling import compiled
 
 @compiled
 def cholesky(matrix, size, factor):
-    """Fill the upper Cholesky factor of a symmetric matrix, of which the upper half is read.
+    """Fill the upper Cholesky factor of a symmetric matrix; its upper half is read.
 
     All inner loops run along rows of known beginning, without sums: vector registers can take them.
     """

@@ -10,7 +10,7 @@ from typing import Any
 
 # Steps after the first one, below which a rate says nothing.
 FEWEST_WAITS = 3
-#: what long work takes for progress: called with the number of steps just done
+#: progress of long work: called with the number of steps just done
 Steps = Callable[[int], None]
 
 

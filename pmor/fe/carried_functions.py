@@ -20,7 +20,7 @@ class CarriedFunctions:
     Parameters
     ----------
     unknowns : ndarray of int, shape (k,)
-        What they need, each once.
+        Unknowns that they need, each once.
     weights : ndarray, shape (k, m)
         Of m functions.
     size : int

@@ -1,6 +1,6 @@
 """Displacement of the grid's nodes that quadratic elements do not have: in the middle of faces and of elements.
 
-Flanks are taken as full grids of nodes: what follows from the elements' own shape functions there is put in, and forces
+Flanks are taken as full grids of nodes: displacements there follow from the elements' shape functions, and forces
 there go to the element's nodes by the same shares, so that work is the same.
 """
 

@@ -35,7 +35,7 @@ class CondensedSector:
     flank, left, right : ndarray of int
         Retained degrees of freedom of the sector mesh.
     stiffness : ndarray, shape (n, n)
-        Condensed stiffness in the order flank, left, right, N/mm; the bore is fixed, what has no axial displacement is
+        Condensed stiffness in the order flank, left, right, N/mm; the bore is fixed, axially held unknowns are
         uncoupled. Twice that of half the width where the mesh ends in a plane of symmetry.
     parts : tuple of EliminatedPart
         In the order of elimination; empty unless they were asked for.
@@ -89,7 +89,7 @@ def condense_sector(
 
 
 def sector_stiffness(mesh: SectorMesh, youngs_modulus: float, poisson_ratio: float, element: str) -> FloatArray:
-    """Return the stiffness of a sector's elements, with what has no axial displacement uncoupled from the rest.
+    """Return the stiffness of a sector's elements, with axially held unknowns uncoupled from the rest.
 
     Half the width counts twice: a force is then that on a node and on its image, and work and energy are those of the
     whole width.

@@ -1,4 +1,4 @@
-"""Where the nodes of a hexahedron sit, in the order of its list of nodes (VTK), and what columns of them carry."""
+"""Places of the nodes of a hexahedron, in VTK's order, and the widths that columns of nodes carry."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def node_places(order: int) -> IntArray:
 
 
 def tributary_widths(z: FloatArray, order: int) -> FloatArray:
-    """Return the width that each column of nodes carries: even loads are then what the elements turn them into.
+    """Return the width that each column of nodes carries, so that even loads are the elements' consistent nodal forces.
 
     Parameters
     ----------

@@ -1,9 +1,9 @@
 """Dense elimination of a mesh from within: part by part of a nested dissection, onto the nodes that are retained.
 
-The elements of a part that is not divided further are added up in a dense matrix, its front; so are what two parts
-leave to the one that holds them. The inner nodes of a front are eliminated with LAPACK, the rest is passed on
-(Duff & Reid, ACM Trans. Math. Softw. 9 (1983) 302). No matrix of the whole mesh is assembled, and what the last front
-leaves *is* the condensed matrix.
+The elements of a part that is not divided further are added up in a dense matrix, its front; so are the Schur
+complements of two parts in the one that holds them. The inner nodes of a front are eliminated with LAPACK, the rest is
+passed on (Duff & Reid, ACM Trans. Math. Softw. 9 (1983) 302). No matrix of the whole mesh is assembled. The Schur
+complement of the last front *is* the condensed matrix.
 
 Of symmetric matrices the upper triangle counts; LAPACK, which goes by columns, sees it as the lower one.
 """
@@ -54,7 +54,7 @@ class _Front(NamedTuple):
 
 
 class _Left(NamedTuple):
-    """What a part leaves: ranks of its border's nodes, and their stiffness."""
+    """Schur complement of a part: ranks of its border's nodes, and their stiffness."""
 
     nodes: IntArray
     stiffness: FloatArray
@@ -114,9 +114,9 @@ def inverse(matrix: FloatArray) -> FloatArray:
 
 
 def _add_up(inner: IntArray, border: IntArray, elements: IntArray, stiffness: FloatArray) -> _Front:
-    """Front of a part that is not divided; `elements` holds ranks, -1 of what is held."""
+    """Front of a part that is not divided; `elements` holds ranks, -1 for held nodes."""
     nodes = np.concatenate([inner, border])
-    # What is held goes to the end, to be cut off.
+    # Held nodes go to the end, to be cut off.
     place = np.where(elements < 0, len(nodes), np.searchsorted(nodes, elements))
     unknowns = (3 * place[:, :, None] + np.arange(3)).reshape(len(elements), -1)
     size = 3 * len(nodes) + 3
@@ -128,7 +128,7 @@ def _add_up(inner: IntArray, border: IntArray, elements: IntArray, stiffness: Fl
 
 
 def _join(inner: IntArray, border: IntArray, parts: list[_Left]) -> _Front:
-    """Front of a part from what those within it left.
+    """Front of a part from the Schur complements of those within it.
 
     Neighbours in the order of elimination mostly stay neighbours, so blocks are added where entry by entry takes ten
     times as long.

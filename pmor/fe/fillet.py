@@ -1,7 +1,7 @@
 """A fine mesh of the material around one root fillet, for the notch stress: the mesh of the sector is too coarse there.
 
 Elements run along the outline, from a little above the start of the involute down to the middle of the tooth space, and
-grow with the depth below it. What this mesh is cut out along follows the sector's mesh (`pmor.body.fillet_stress`).
+grow with the depth below it. Its cut follows the sector's mesh (`pmor.body.fillet_stress`).
 """
 
 from __future__ import annotations

@@ -121,7 +121,7 @@ def _stiffness(
     lame = 2.0 * shear * poisson_ratio / (1.0 - 2.0 * poisson_ratio)
     full = shear * products.transpose(0, 1, 4, 3, 2)
     if element == "hex20":
-        # Of the dilatation only what is linear in the element's coordinates resists: it would lock otherwise.
+        # Only the part of the dilatation linear in the element's coordinates counts: the element would lock otherwise.
         linear = np.sqrt(weights * det)[:, :, None] * np.column_stack([np.ones(len(points)), points])
         moments = linear.transpose(0, 2, 1) @ flat
         dilatation = moments.transpose(0, 2, 1) @ np.linalg.solve(linear.transpose(0, 2, 1) @ linear, moments)

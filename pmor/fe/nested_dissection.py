@@ -1,8 +1,8 @@
 """Geometric nested dissection of the structured gear mesh: which nodes are eliminated together, and in which order.
 
-Elements are halved again and again by planes of the grid (George, SIAM J. Numer. Anal. 10 (1973) 345). What is left of
-a part once its inner nodes are eliminated is its border, and a plane across the mesh is a small one. The planes are
-found by counting elements, no graph is needed, and it does not matter how many nodes an element has.
+Elements are halved again and again by planes of the grid (George, SIAM J. Numer. Anal. 10 (1973) 345). Once the inner
+nodes of a part are eliminated its border is left, and a plane across the mesh is a small one. The planes are found by
+counting elements, no graph is needed, and it does not matter how many nodes an element has.
 """
 
 from __future__ import annotations

@@ -88,7 +88,7 @@ class SectorMesh:
 
     @property
     def mirrored(self) -> bool:
-        """Whether the mesh ends in a plane of symmetry at mid width: what acts on it counts twice."""
+        """Whether the mesh ends in a plane of symmetry at mid width: forces on it count twice."""
         return self.width == "half"
 
     @property

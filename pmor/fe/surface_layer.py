@@ -60,7 +60,7 @@ def layer_compliance(mesh: SectorMesh, columns: int, stiffness: FloatArray) -> F
 def inverse_flank_stiffness(mesh: SectorMesh, stiffness: FloatArray) -> FloatArray:
     """Return the inverse of a flank's stiffness, of the nodes that elements have, which it takes the place of.
 
-    What is held axially has a stiffness of its own that means nothing: it does not move.
+    Axially held unknowns have a stiffness of their own without meaning: they do not move.
     """
     compliance = inverse(stiffness)
     held = np.isin(degrees_of_freedom(nodes_of_elements(mesh, mesh.flank)), mesh.held_axially)

@@ -1,4 +1,4 @@
-"""Line contact on the compliance of all flank nodes: slow and obvious, what the compiled solver is measured against.
+"""Line contact on the compliance of all flank nodes: slow and obvious, the reference for the compiled solver.
 
 The equations are those of `pmor.line.kernels.loads`, with the flexibility D = W C W^T multiplied out from the
 compliance C of whole flanks for each position, and Newton's method on forces and advance together.
@@ -8,22 +8,18 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.core.errors import ConvergenceError
-from pmor.core.threads import in_order
 from pmor.gear.condition import Condition, common_build
 from pmor.line.kernels.law import approach_of
 from pmor.line.kernels.places import line_deviations
 from pmor.line.kernels.pressure import PATCH_FIELDS, line_patches
 from pmor.line.kernels.tip_corner import LineLaw
 from pmor.line.layered_pair import LayeredPair, place_sections
-from pmor.results.sweep import SteSweep
 
 #: displacement of the flank unknowns of tooth `offset` of a gear under unit forces on tooth 0, (n, n), mm/N
 ToothCompliance = Callable[[int, int], FloatArray]
@@ -107,7 +103,7 @@ class SolvedAngle:
     states : tuple of LineState or None
         One for each condition; None where Newton's method did not converge.
     failures : tuple of str
-        What went wrong there.
+        Messages of the failed ones.
     seconds : float
         Wall time.
     """
@@ -115,56 +111,6 @@ class SolvedAngle:
     states: tuple[LineState | None, ...]
     failures: tuple[str, ...]
     seconds: float
-
-
-def sweep_full(
-    meshed: LayeredPair, compliance: ToothCompliance, phi: FloatArray, conditions: Sequence[Condition],
-    progress: Callable[[], None] = lambda: None, executor: Executor | None = None,
-) -> SteSweep:  # fmt: skip
-    """Solve all angles under all conditions.
-
-    Parameters
-    ----------
-    meshed : LayeredPair
-    compliance : callable
-        ``compliance(gear, offset)`` of whole flanks (`ToothCompliance`).
-    phi : ndarray, shape (A,)
-        Pinion angles, rad.
-    conditions : sequence of Condition
-        Torques with the same axes and flanks.
-    progress : callable
-        Called after each angle.
-    executor : concurrent.futures.Executor, optional
-        Solves several angles at a time.
-
-    Returns
-    -------
-    SteSweep
-        Its seconds are those of the angles, added up.
-    """
-    solve = partial(solve_angle, meshed, compliance, conditions=conditions)
-    solved = list(in_order(solve, map(float, phi), executor, progress))
-    return collect_sweep(meshed, solved, phi, conditions, sum(angle.seconds for angle in solved))
-
-
-def collect_sweep(
-    meshed: LayeredPair, solved: Sequence[SolvedAngle], phi: FloatArray, conditions: Sequence[Condition], seconds: float
-) -> SteSweep:
-    """Collect solved angles into a sweep; arguments as in `sweep_full`, `seconds` is its wall time."""
-    loaded = [state.pair for angle in solved for state in angle.states if state is not None]
-    pairs = np.unique(np.concatenate(loaded)) if loaded else np.empty(0, dtype=np.int64)
-    grid = len(conditions), len(solved)
-    advance, share, steps = np.full(grid, np.nan), np.zeros((*grid, len(pairs))), np.zeros(grid, dtype=np.int64)
-    for i, angle in enumerate(solved):
-        for d, state in enumerate(angle.states):
-            if state is not None:
-                advance[d, i], steps[d, i] = state.advance, state.steps
-                np.add.at(share[d, i], np.searchsorted(pairs, state.pair), state.torque / state.torque.sum())
-    return SteSweep(
-        phi_rad=np.asarray(phi, dtype=float), torque_Nm=np.array([condition.torque_Nm for condition in conditions]),
-        ste_um=1e3 * meshed.pair.pinion.base_radius * advance, pair_share=share, pair_index=pairs, newton_steps=steps,
-        converged=np.isfinite(advance), seconds=seconds, pitch_rad=meshed.pair.pitch,
-    )  # fmt: skip
 
 
 def solve_angle(
@@ -175,8 +121,12 @@ def solve_angle(
 
     Parameters
     ----------
-    meshed, compliance, phi, conditions
-        As in `sweep_full`.
+    meshed : LayeredPair
+    compliance : callable
+        ``compliance(gear, offset)`` of whole flanks (`ToothCompliance`).
+    phi : float
+        rad.
+    conditions : sequence of Condition
     start : float, optional
         Advance to start from, rad; by default the expected one.
     """
@@ -312,7 +262,7 @@ class _Flanks:
             changes = (new - force[active]) ** 2 / (np.maximum(new, least[active]) * new.max())
             change = float(np.max(changes, initial=0.0, where=~pulls))
             settled = change <= TOLERANCE and not pulls.any()
-            # The law is steeper the smaller the load: what pulls here may still push there.
+            # The law is steeper the smaller the load: a section that pulls here may still push there.
             carries[active[pulls]] = force[active[pulls]] > least[active[pulls]]
             force[active] = np.where(pulls, np.where(carries[active], 0.5 * least[active], 0.0), new)
             gap = self.rigid_gap(advance)[candidates] + flexibility @ force

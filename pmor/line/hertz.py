@@ -1,7 +1,7 @@
 r"""Semi-analytic line contact: a law for the layer below the loaded surface that a finite-element mesh cannot resolve.
 
 The pressure between two teeth acts on a strip of some hundredth of the tooth's thickness. A mesh of the tooth is far
-coarser, and what it answers near the load depends on where between its nodes the load is. So the tooth is cut into a
+coarser, and its displacement near the load depends on where between its nodes the load is. So the tooth is cut into a
 *surface layer* of depth d below the flank and the rest (Weber & Banaschek 1953 and Cappellini et al., Meccanica 53
 (2018) 49, cut at a depth too). With the layer's inner face held, the mesh's compliance of the layer is C_layer; the
 compliance of all is C, and, exactly, by static condensation,
@@ -10,7 +10,7 @@ compliance of all is C, and, exactly, by static condensation,
 
 T the forces that the held inner face receives from loads on the flank, C_inner the compliance of the inner face. That
 difference is the part without the local dent: the displacement below the layer, averaged as the layer spreads the load.
-It takes the place of C. Of spur gears C_layer is that of the layer in plane strain, so that what it does beyond that,
+It takes the place of C. Of spur gears C_layer is that of the layer in plane strain, so that its three-dimensional part,
 where loads change or end along the width, is not taken out (`pmor.fe.surface_layer`). The layer itself is put back in
 closed form: an elastic layer bonded to a rigid base, in plane strain, under the line load w with Hertz's
 pressure over the half-width b << d. At the middle of the load it gives
@@ -33,16 +33,15 @@ Both gears together, with 1/rho the sum of the curvatures and b^2 = 2 (c_1 + c_2
 
 There is no penalty: w is the unknown, one for each section and tooth pair, nonlinear in the approach.
 
-Where it stops being valid. *Wide contact*: (1) needs b << d; against a bonded layer solved by finite elements it is
-0.5 % low at b = d / 4 and 3 % at b = d / 2. Wider contact is refused before anything is solved (`check_half_width`).
-*Tip corner*: within a depth from the tip, and where its edge carries, the law is that of
-`pmor.line.kernels.tip_corner`, to second order in the gap, of flanks without deviations: a relief that runs out at
-the tip turns the corner away from the mate, which is left out. *Root*: in the fillet the layer ends at a held face, (1)
-does not; where contact begins, 0.8 to 1.2 depths from there, (1) is too large by 0.03 to 0.006 c w, 0.3 % at most.
-*Face ends*: the softer end of a layer at a free face, and what sections do to each other through it, are known as well
-as the mesh resolves a depth; of the paper's pair they make the STE 0.2 % larger. *Helical faces*: on helical flanks the
-layer keeps plane strain up to the face, and sections are coupled through what is below it alone: load must not change
-much over the width within one depth.
+Where it stops being valid. *Wide contact*: (1) needs b << d; against a bonded layer solved by finite elements it is 0.5
+% low at b = d / 4 and 3 % at b = d / 2. Wider contact is refused before anything is solved (`check_half_width`). *Tip
+corner*: within a depth from the tip, and where its edge carries, the law is that of `pmor.line.kernels.tip_corner`, to
+second order in the gap, of flanks without deviations: a relief that runs out at the tip turns the corner away from the
+mate, which is left out. *Root*: in the fillet the layer ends at a held face, (1) does not; where contact begins, 0.8 to
+1.2 depths from there, (1) is too large by 0.03 to 0.006 c w, 0.3 % at most. *Face ends*: the softer end of a layer at a
+free face, and the coupling of sections through it, are known as well as the mesh resolves a depth; of the paper's pair
+they make the STE 0.2 % larger. *Helical faces*: on helical flanks the layer keeps plane strain up to the face, and
+sections are coupled through the material below it alone: load must not change much over the width within one depth.
 """
 
 from __future__ import annotations

@@ -29,7 +29,7 @@ class LinePair:
     components : int
         c, of displacement: 2 without, 3 with those along the axis.
     support : callable, optional
-        Flexibility between placed sections by what the gears stand on, (A, N, N), mm/N.
+        Flexibility between placed sections by shafts and housing, (A, N, N), mm/N.
     """
 
     meshed: LayeredPair
@@ -64,15 +64,15 @@ class PlacedSections:
     flexibility: Flexibility = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        """Make room for the flexibilities."""
+        """Allocate the flexibilities."""
         angles, size = self.lines.gap.shape
-        room = Flexibility(np.zeros((angles, size, size)), np.zeros((angles, size), dtype=bool))
+        workspace = Flexibility(np.zeros((angles, size, size)), np.zeros((angles, size), dtype=bool))
         if self.pair.support is not None:
-            room.between[:] = self.pair.support(self.lines)
-        object.__setattr__(self, "flexibility", room)
+            workspace.between[:] = self.pair.support(self.lines)
+        object.__setattr__(self, "flexibility", workspace)
 
     def deviation(self, assembly: Assembly) -> FloatArray:
-        """Return what both flanks deviate by in all sections, mm, (A, N); empty where they do not."""
+        """Return the deviations of both flanks, added up, in all sections, mm, (A, N); empty where there are none."""
         if not assembly.modified:
             return NONE
         found = np.empty_like(self.lines.gap)
@@ -103,9 +103,8 @@ class PlacedSections:
         LineResults
         """
         angles, size = self.lines.gap.shape
-        wanted = np.ascontiguousarray(
-            np.broadcast_to(loads[:, None] if loads.ndim == 1 else loads, (len(loads), angles))
-        )
+        wanted = np.empty((len(loads), angles))
+        wanted.T[:] = loads.T  # faster than to broadcast, which counts where single angles are solved
         meshed = self.pair.meshed
         found = no_results(len(loads), angles, size, size // len(meshed.width), differentiated)
         if force is not None:

@@ -1,4 +1,4 @@
-"""Tip corner: what the end of the surface layer at the tip land adds to line contact (`tests.programs.ended_layer`)."""
+"""Tip corner: compliance added to line contact by the end of the surface layer (`tests.programs.ended_layer`)."""
 
 from __future__ import annotations
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,11 +13,20 @@ from pmor.core.arrays import FloatArray, IntArray
 from pmor.core.threads import in_order
 from pmor.gear.condition import Condition
 from pmor.gear.meshed_pair import MeshedPair
-from pmor.line.full_model import sweep_full
+from pmor.line.full_model import solve_angle
 from pmor.line.layered_pair import LayeredPair
 from pmor.penalty.pair import as_penalty
-from pmor.penalty.solve import ElasticityAt, SolvedPosition, solve_position
+from pmor.penalty.solve import solve_position
 from pmor.results.sweep import SteSweep
+
+
+class _State(NamedTuple):
+    """A solved state; each tooth pair of `pair` carries the `torque` (N mm) beside it, and may be listed again."""
+
+    advance: float
+    steps: int
+    pair: IntArray
+    torque: FloatArray
 
 
 def sweep_ste(
@@ -45,48 +54,35 @@ def sweep_ste(
     SteSweep
         Its seconds are those of the positions, added up: also of those that were solved at the same time.
     """
-    if isinstance(meshed, LayeredPair):
-        return sweep_full(meshed, elasticity_at, phi, conditions, progress, executor)
-    solved = solve_positions(meshed, elasticity_at, phi, conditions, progress, executor)
-    return collect_sweep(meshed, solved, phi, conditions, sum(position.seconds for position in solved))
-
-
-def solve_positions(
-    meshed: MeshedPair, elasticity_at: ElasticityAt, phi: FloatArray, conditions: Sequence[Condition],
-    progress: Callable[[], None] = lambda: None, executor: Executor | None = None,
-) -> list[SolvedPosition]:  # fmt: skip
-    """Solve all angles, each by itself under all conditions; arguments as in `sweep_ste`."""
-    solve = partial(solve_position, as_penalty(meshed), conditions=conditions, elasticity_at=elasticity_at)
-    return list(in_order(solve, map(float, phi), executor, progress))
-
-
-def collect_sweep(
-    meshed: MeshedPair, solved: Sequence[SolvedPosition], phi: FloatArray, conditions: Sequence[Condition],
-    seconds: float,
-) -> SteSweep:  # fmt: skip
-    """Collect solved positions into a sweep; arguments as in `sweep_ste`, `seconds` is its wall time."""
-    torque, steps, pairs = _torques(solved, len(conditions))
-    converged = np.asarray(np.isfinite(torque).all(axis=2))
-    share = np.zeros(torque.shape)
-    share[converged] = torque[converged] / torque[converged].sum(axis=1, keepdims=True)
-    advances = [[np.nan if e is None else e.advance for e in position.equilibria] for position in solved]
-    used = np.flatnonzero(share.any(axis=(0, 1)))
+    solve = partial(_solve, meshed, elasticity_at, conditions)
+    solved = list(in_order(solve, map(float, phi), executor, progress))
+    loaded = [state.pair[state.torque != 0.0] for states, _ in solved for state in states if state is not None]
+    pairs = np.unique(np.concatenate(loaded)) if loaded else np.empty(0, dtype=np.int64)
+    grid = len(conditions), len(solved)
+    advance, share, steps = np.full(grid, np.nan), np.zeros((*grid, len(pairs))), np.zeros(grid, dtype=np.int64)
+    for i, (states, _) in enumerate(solved):
+        for d, state in enumerate(states):
+            if state is not None:
+                advance[d, i], steps[d, i], carries = state.advance, state.steps, state.torque != 0.0
+                column = np.searchsorted(pairs, state.pair[carries])
+                np.add.at(share[d, i], column, state.torque[carries] / state.torque.sum())
     return SteSweep(
         phi_rad=np.asarray(phi, dtype=float), torque_Nm=np.array([condition.torque_Nm for condition in conditions]),
-        ste_um=np.array(advances).T * meshed.pair.pinion.base_radius * 1e3, pair_share=share[..., used],
-        pair_index=pairs[used], newton_steps=steps, converged=converged, seconds=seconds, pitch_rad=meshed.pair.pitch,
+        ste_um=1e3 * meshed.pair.pinion.base_radius * advance, pair_share=share, pair_index=pairs, newton_steps=steps,
+        converged=np.isfinite(advance), seconds=sum(seconds for _, seconds in solved), pitch_rad=meshed.pair.pitch,
     )  # fmt: skip
 
 
-def _torques(solved: Sequence[SolvedPosition], count: int) -> tuple[FloatArray, IntArray, IntArray]:
-    """Torque of each tooth pair, (count, angles, pairs), N mm, NaN where not converged; steps; and the pairs."""
-    pairs = np.unique(np.concatenate([s.position.pair_index for s in solved]))
-    torque, steps = np.zeros((count, len(solved), len(pairs))), np.zeros((count, len(solved)), dtype=np.int64)
-    for i, position in enumerate(solved):
-        columns = np.searchsorted(pairs, position.position.pair_index)
-        for t, equilibrium in enumerate(position.equilibria):
-            if equilibrium is None:
-                torque[t, i] = np.nan
-                continue
-            torque[t, i, columns], steps[t, i] = equilibrium.pair_torque(len(columns)), equilibrium.steps
-    return torque, steps, pairs
+def _solve(
+    meshed: MeshedPair, elasticity_at: Callable[..., Any], conditions: Sequence[Condition], phi: float
+) -> tuple[list[_State | None], float]:
+    """States at one angle, None where not converged, and the wall time."""
+    if isinstance(meshed, LayeredPair):
+        angle = solve_angle(meshed, elasticity_at, phi, conditions)
+        return [s if s is None else _State(s.advance, s.steps, s.pair, s.torque) for s in angle.states], angle.seconds
+    solved = solve_position(as_penalty(meshed), phi, conditions, elasticity_at)
+    pairs = solved.position.pair_index
+    states = [
+        e if e is None else _State(e.advance, e.steps, pairs, e.pair_torque(len(pairs))) for e in solved.equilibria
+    ]
+    return states, solved.seconds

@@ -14,7 +14,7 @@ By default the slave is the gear whose tip is nearer, so that a tip corner alway
 either gear alike. Forces are transferred by the paper's bilinear shares. A coarse mesh leaves ripple on the curve: it
 is discretisation, not gear whine; raise the LoDM, or use line contact, which has next to none. While a pair enters or
 leaves mesh a tip corner works off the line of action, and the ratio of the two contact torques differs from z2/z1 by
-what the energy balance asks for: the teeth store or give back energy.
+the amount that the energy balance requires: the teeth store or return energy.
 
 Equilibrium is found by semismooth Newton steps with a guard, in two forms: the full model solves in the contact forces
 (`equilibrium`: stable for stiff penalties), the reduced one in the amplitudes of its shapes (`kernels.newton`).

@@ -17,6 +17,8 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from pmor.core.arrays import FloatArray
+from pmor.penalty.kernels.shapes import gather_active_shapes
+from pmor.penalty.kernels.state import Family
 from pmor.penalty.position import Position
 from pmor.penalty.search import Contact
 
@@ -122,6 +124,19 @@ class ReducedElasticity:
         scale[-1] = 1.0 / np.sqrt(matrix[-1, -1])
         solution = scale * la.solve(matrix * np.outer(scale, scale), rhs * scale, assume_a="pos")
         return solution[:-1], float(solution[-1])
+
+
+def shape_elasticity(family: Family, position: Position) -> ReducedElasticity:
+    """Return the active shapes of a position's windows, made orthonormal in energy."""
+    found = gather_active_shapes(position.kernel_pair, position.patches, len(position.nodes), family)
+    shapes = np.zeros((3 * len(position.nodes), found.size))
+    for gear, (low, high) in enumerate(found.ranges):
+        for pair in range(len(position.pair_index)):
+            window = position.window_slice(pair, gear)
+            dofs = slice(3 * window.start, 3 * window.stop)
+            shapes[dofs, low:high] = found.fields[: high - low, dofs].T
+    factor = np.triu(found.factor[: found.size, : found.size])
+    return ReducedElasticity(np.linalg.solve(factor.T, shapes.T).T.reshape(-1, 3, found.size))
 
 
 def full_elasticity(pinion: ElasticGear, wheel: ElasticGear, position: Position) -> FullElasticity:

@@ -291,8 +291,8 @@ def _extrapolated(passed: list[_State], state: _State) -> tuple[FloatArray, floa
     """Return where to go from a state: where its correction says, or further along the last ones when these die slowly.
 
     The linearised problem leaves out how forces turn with the flanks. Under ordinary loads that is little, and the
-    corrections fall by orders of magnitude; under extreme ones they fall by a constant factor, which is what Anderson's
-    mixing of the last few takes away (J. ACM 12 (1965) 547).
+    corrections fall by orders of magnitude; under extreme ones they fall by a constant factor, which Anderson's
+    mixing of the last few removes (J. ACM 12 (1965) 547).
     """
     if not passed or max(state.error) < SLOW * max(passed[-1].error):
         return state.coordinates + state.correction, state.advance + state.rotation

@@ -105,7 +105,7 @@ class PenaltyPair(MeshedPair):
 
     @cached_property
     def limits(self) -> WindowLimits:
-        """What windows are cut by."""
+        """Limits of windows, beside the depth."""
         spacing = 2.0 * max(float(extents[:, :, :2].max()) for extents in self.extents)
         return WindowLimits(
             least_radius=least_radius(self), local_share=LOCAL_SHARE if self.scheme.smooth else 1.0, row_spacing=spacing

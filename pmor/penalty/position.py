@@ -28,7 +28,7 @@ class Position:
     Parameters
     ----------
     assembly : Assembly
-        Where the wheel's axis is, and what the flanks are like.
+        Axes and flanks.
     kernel_pair : Pair
         The gears with the axis there and such flanks, for the kernels.
     patches : ActivePatches

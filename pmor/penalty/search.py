@@ -9,7 +9,7 @@ import numpy as np
 
 from pmor.core.arrays import FloatArray, IntArray
 from pmor.penalty.kernels.search import search_all, search_workspace
-from pmor.penalty.kernels.state import Points, SearchWorkspace
+from pmor.penalty.kernels.state import SearchWorkspace
 from pmor.penalty.pair import PenaltyPair
 from pmor.penalty.position import Position
 
@@ -94,9 +94,5 @@ def search_contact(
     pair, patches = position.kernel_pair, position.patches
     workspace = workspace or search_workspace(pair, patches)
     found = search_all(pair, patches, advance, nodes, largest_gap, workspace)
-    kept: Any = (np.array(values[: found.listed]) for values in workspace.points)
-    points = Points(*kept)
-    return Contact(
-        points.pair, points.slave, points.node, points.weight, points.gap, points.stiffness, points.lever,
-        points.mate_lever, points.place, found.smallest, found.border,
-    )  # fmt: skip
+    listed: Any = [np.array(values[: found.listed]) for values in workspace.points]  # in the order of the fields
+    return Contact(*[*listed, found.smallest, found.border])

@@ -26,7 +26,7 @@ WINDOW_MARGIN = 3.0
 # Deviations that bring a tooth pair into contact before its time do so at its corner, whose gap grows a third as fast
 # beyond the path of contact as that of flanks: a pair that cannot touch is missed, however windows grow.
 CORNER_MARGIN = 4.0
-# How many times more, or less, a condition may drive the pair than the one before, to start from its solution.
+# Largest ratio of the torques of two conditions at which the second starts from the solution of the first.
 FAR = 100.0
 
 
@@ -40,7 +40,7 @@ class SolvedPosition:
     equilibria : tuple of Equilibrium or None
         One for each condition; None where Newton did not converge.
     failures : tuple of str
-        What went wrong, for the conditions that failed.
+        Messages of the conditions that failed.
     seconds : float
         Wall time.
     """
@@ -116,12 +116,10 @@ def window_depth(meshed: PenaltyPair, condition: Condition) -> float:
 
 
 def standing_depth(meshed: PenaltyPair, condition: Condition) -> float:
-    """Return what windows must hold beside the elastic approach, mm.
+    """Return the depth that windows must hold beside the elastic approach, mm.
 
-    Surface error, what axes out of place and deviations of the flanks make of the gap, and penetration of a soft
-    penalty.
-
-    Where the penetration is less than the elastic approach, the margin of the windows covers it.
+    Surface error, changes of the gap by misalignment and deviations of the flanks, and penetration of a soft penalty,
+    unless it is less than the elastic approach: the margin of the windows covers it then.
     """
     torque = condition.torque
     excess = expected_penetration(meshed, torque) - meshed.expected_approach(torque)

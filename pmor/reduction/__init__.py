@@ -1,4 +1,4 @@
-"""Shapes that contact deforms the teeth by, and what they miss.
+"""Shapes in which contact deforms the teeth, and their errors.
 
 `[reduction] shapes`, of penalty contact; line contact is solved for its line loads and has none. In parentheses:
 unknowns, and the largest error of the STE against full FE at 144 unseen positions of the paper's pair (16 x 8 elements,

@@ -1,4 +1,4 @@
-"""The basis: what the offline stage hands to the online stage."""
+"""The basis: result of the offline stage, input of the online stage."""
 
 from __future__ import annotations
 

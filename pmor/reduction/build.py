@@ -1,6 +1,6 @@
 """The reduction that a case asks for.
 
-| shapes | what is solved for | take it for |
+| shapes | unknowns | use |
 |---|---|---|
 | `line_loads` | a line load for each section that carries | line contact: exact, without training |
 | `flank_lines` | an amplitude for each active flank line | the other schemes |

@@ -1,4 +1,4 @@
-"""Static contact shapes of a tooth pair over its roll position, and the reduced elasticity interpolated from them.
+"""Static contact shapes of a tooth pair over its roll position.
 
 One family of shapes *per tooth pair*: the force field that the flanks exchange at a roll position under a training
 torque, on pinion and wheel together, and the displacements it causes on the loaded and the neighbouring teeth. By
@@ -10,14 +10,13 @@ and therefore stay consistent (Blockmans, Tamarozzi, Naets & Desmet, IJNME 102 (
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pmor.core.arrays import FloatArray
-from pmor.penalty.elasticity import ReducedElasticity
-from pmor.penalty.position import Position
-from pmor.reduction.energy import orthonormal_combinations
+from pmor.penalty.kernels.state import Family, GearLines, PositionShapes
 
 if TYPE_CHECKING:
     from pmor.body.elastic_gear import ElasticGear
@@ -63,47 +62,13 @@ class ContactShapes:
         """Grid positions that are combined: S."""
         return int(self.gram.shape[2])
 
-    def weights(self, roll_position: float) -> tuple[int, FloatArray]:
-        """Return the first grid position of the stencil (beyond the grid it has no weight) and the weights, (S, T).
-
-        Cubic (Lagrange) where all four neighbours carry load, else linear; where a pair carries no load at one of the
-        two inner neighbours, the other is used alone. Outside the trained range, and where neither is loaded, the
-        weights are zero.
-        """
-        k, fraction = self._interval(roll_position)
-        before = self.stencil // 2 - 1
-        weights = np.zeros((self.stencil, self.loaded.shape[1]))
-        if not 0.0 <= fraction <= 1.0:
-            return k - before, weights
-        linear = np.array([1.0 - fraction, fraction])[:, None] * self.loaded[k : k + 2]
-        total = linear.sum(axis=0)
-        linear[:, total > 0.0] /= total[total > 0.0]
-        weights[before : before + 2] = linear
-        if before and 0 < k < len(self.roll_position) - 2:
-            whole = self.loaded[k - 1 : k + 3].all(axis=0)
-            weights[:, whole] = cubic_weights(fraction)[:, None]
-        return k - before, weights
-
-    def _interval(self, roll_position: float) -> tuple[int, float]:
-        """Grid position at or below, and fraction of the way to the next; not within 0 to 1 beyond the grid."""
+    @cached_property
+    def family(self) -> Family:
+        """The shapes for the kernels."""
         step = self.roll_position[1] - self.roll_position[0]
-        place = (roll_position - self.roll_position[0]) / step
-        # A position on the grid, to round-off, is that training position and nothing else.
-        nearest = round(place)
-        place = float(nearest) if abs(place - nearest) < 1e-9 else place
-        k = min(max(int(np.floor(place)), 0), len(self.roll_position) - 2)
-        return k, place - k
-
-
-def cubic_weights(fraction: float) -> FloatArray:
-    """Return the weights of the Lagrange cubic through four grid positions, shape (4,), between the inner two."""
-    x = fraction
-    return np.array([
-        -x * (x - 1.0) * (x - 2.0) / 6.0,
-        (x + 1.0) * (x - 1.0) * (x - 2.0) / 2.0,
-        -(x + 1.0) * x * (x - 2.0) / 2.0,
-        (x + 1.0) * x * (x - 1.0) / 6.0,
-    ])  # fmt: skip
+        positions = PositionShapes(self.roll_position[0], step, self.loaded, self.displacement, self.gram)
+        none = GearLines(np.zeros(1, dtype=np.int64), np.empty((1, 0, 0)), np.empty((1, 0, 0)))
+        return Family(False, (none, none), positions)
 
 
 def contact_shapes(
@@ -157,43 +122,6 @@ def shapes_of(
     gram = energy_products(force, displacement, angles_per_pitch, neighbours, STENCIL[interpolation])
     loaded = np.asarray(force.any(axis=(2, 3)))
     return ContactShapes(roll_position, angles_per_pitch, loaded, displacement, gram)
-
-
-def reduced_elasticity(shapes: ContactShapes, position: Position, pitch: float) -> ReducedElasticity:
-    """Interpolate the shapes of all pairs within range and make them orthonormal in energy.
-
-    Parameters
-    ----------
-    shapes : ContactShapes
-    position : Position
-    pitch : float
-        rad.
-    """
-    before = shapes.stencil // 2 - 1
-    active_shapes = [shapes.weights(position.phi + index * pitch) for index in position.pair_index]
-    torques = shapes.loaded.shape[1]
-    present = [np.flatnonzero(weights.any(axis=0)) for _, weights in active_shapes]
-    columns = np.concatenate([p * torques + which for p, which in enumerate(present)]).astype(int)
-    raw = np.zeros((len(position.nodes), 3, len(active_shapes) * torques))
-    gram = np.zeros((len(active_shapes) * torques,) * 2)
-    for q, (k, weights) in enumerate(active_shapes):
-        block_q = slice(q * torques, (q + 1) * torques)
-        for p, index in enumerate(position.pair_index):
-            offset = int(index - position.pair_index[q])
-            for gear, tooth in ((0, offset), (1, -offset)):
-                nodes = position.flank_nodes[p][gear]
-                dofs = (3 * nodes[:, None] + np.arange(3)).ravel()
-                used = np.flatnonzero(weights.any(axis=1))
-                fields = shapes.displacement[k + used, :, gear, shapes.neighbours + tooth][:, :, dofs]
-                moved = np.einsum("at,atf->ft", weights[used], fields)
-                raw[position.window_slice(p, gear), :, block_q] = moved.reshape(len(nodes), 3, torques)
-            if offset <= 0:
-                block_p = slice(p * torques, (p + 1) * torques)
-                k_p, weights_p = active_shapes[p]
-                products = shapes.gram[-offset, k_p + before]
-                block = np.einsum("at,bu,abtu->tu", weights_p, weights, products, optimize=True)
-                gram[block_p, block_q], gram[block_q, block_p] = block, block.T
-    return ReducedElasticity(raw[:, :, columns] @ orthonormal_combinations(gram[np.ix_(columns, columns)]))
 
 
 def energy_products(

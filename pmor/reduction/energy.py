@@ -28,9 +28,3 @@ def principal_energies(gram: FloatArray) -> tuple[FloatArray, FloatArray]:
     values, vectors = np.linalg.eigh(gram)
     kept = np.flatnonzero(values > DEPENDENCE_TOLERANCE * values.max(initial=0.0))[::-1]
     return values[kept], vectors[:, kept]
-
-
-def orthonormal_combinations(gram: FloatArray) -> FloatArray:
-    """Return how to combine fields that have a Gram matrix, shape (n, n), to orthonormal ones, shape (n, m <= n)."""
-    energy, directions = principal_energies(gram)
-    return np.asarray(directions / np.sqrt(energy))

@@ -1,12 +1,12 @@
 """Contact shapes split by flank line: one shape for each line of flank nodes, not for each trained position.
 
-A flank line is a row of flank nodes of equal roll angle. Contact runs over the lines one after the other. What changes
-quickly with the roll position is *which* lines carry load and how much; how the load of a line spreads over the face
+A flank line is a row of flank nodes of equal roll angle. Contact runs over the lines one after the other. The set of
+loaded lines and their loads change quickly with the roll position; the distribution of a line's load over the face
 width hardly changes. So the training gives each line its load distribution (the leading singular vectors of its forces
-over all trained positions and torques), and online each active line has its own amplitude. Nothing is
-interpolated over the angle, and the local dent moves with the contact as finely as the mesh allows. Shapes that belong
-to roll positions must instead be interpolated between dents at different places, which fails as soon as the contact
-passes more than about one element between two trained positions.
+over all trained positions and torques), and online each active line has its own amplitude. Nothing is interpolated over
+the angle, and the local dent moves with the contact as finely as the mesh allows. Shapes that belong to roll positions
+must instead be interpolated between dents at different places, which fails as soon as the contact passes more than
+about one element between two trained positions.
 
 Related: static mode switching (Tamarozzi, Heirman & Desmet, CMAME 268 (2014) 336), whose unit-force modes these are,
 gathered over the width.
@@ -15,16 +15,15 @@ gathered over the width.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pmor.core.arrays import FloatArray, IntArray
 from pmor.core.errors import ConvergenceError
-from pmor.penalty.elasticity import ReducedElasticity
-from pmor.penalty.kernels.types import ELEMENT_ROWS, FIRST_ROW
-from pmor.penalty.position import Position
-from pmor.reduction.energy import DEPENDENCE_TOLERANCE
+from pmor.penalty.kernels import state
+from pmor.penalty.kernels.state import Family, PositionShapes
 
 if TYPE_CHECKING:
     from pmor.body.elastic_gear import ElasticGear
@@ -73,6 +72,13 @@ class FlankLineShapes:
         """Neighbouring teeth covered on either side."""
         return (self.gears[0].displacement.shape[0] - 1) // 2
 
+    @cached_property
+    def family(self) -> Family:
+        """The shapes for the kernels."""
+        pinion, wheel = (state.GearLines(gear.start, gear.displacement, gear.gram) for gear in self.gears)
+        none = np.zeros((0, 0), dtype=bool), np.empty((0, 0, 2, 1, 0)), np.empty((0, 0, 2, 2, 0, 0))
+        return Family(True, (pinion, wheel), PositionShapes(0.0, 1.0, *none))
+
 
 def flank_line_shapes(
     bodies: tuple[ElasticGear, ElasticGear], force: FloatArray, flank_nodes: tuple[FloatArray, FloatArray],
@@ -107,63 +113,10 @@ def flank_line_shapes(
 
 
 def gear_lines(body: ElasticGear, start: IntArray, force: FloatArray) -> GearLines:
-    """Add to force fields on the lines of a gear, shape (m, f), what they move and what work they do."""
+    """Add displacements and energy products to force fields on the lines of a gear, shape (m, f)."""
     offsets = range(-body.neighbours, body.neighbours + 1)
     displacement = np.stack([force @ body.tooth_compliance(k).T for k in offsets])
     return GearLines(start, force, displacement, force @ displacement.transpose(0, 2, 1))
-
-
-def line_elasticity(shapes: FlankLineShapes, position: Position) -> ReducedElasticity:
-    """Gather the shapes of all lines within range and make them orthonormal in energy."""
-    pairs = range(len(position.pair_index))
-    bases = []
-    for gear, lines in enumerate(shapes.gears):
-        active_shapes = [_window_shapes(lines, position, p, gear) for p in pairs]
-        size = sum(map(len, active_shapes))
-        raw, gram = np.zeros((len(position.nodes), 3, size)), np.zeros((size, size))
-        column = np.concatenate([[0], np.cumsum([len(m) for m in active_shapes])])
-        for q in pairs:
-            columns = slice(column[q], column[q + 1])
-            for p in pairs:
-                offset = int(position.pair_index[p] - position.pair_index[q])
-                tooth = shapes.neighbours + (offset if gear == 0 else -offset)
-                nodes = position.flank_nodes[p][gear]
-                dofs = (3 * nodes[:, None] + np.arange(3)).ravel()
-                moved = lines.displacement[tooth][np.ix_(active_shapes[q], dofs)]
-                raw[position.window_slice(p, gear), :, columns] = moved.T.reshape(len(nodes), 3, -1)
-                gram[column[p] : column[p + 1], columns] = lines.gram[tooth][np.ix_(active_shapes[p], active_shapes[q])]
-        kept = independent_shapes(gram)
-        factor = np.linalg.cholesky(gram[np.ix_(kept, kept)])
-        flat = raw.reshape(-1, size)[:, kept]
-        bases.append(np.linalg.solve(factor, flat.T).T.reshape(*raw.shape[:2], -1))
-    return ReducedElasticity(np.concatenate(bases, axis=2))
-
-
-def independent_shapes(gram: FloatArray) -> IntArray:
-    """Return which shapes, taken in order, those before do not make to working precision.
-
-    Parameters
-    ----------
-    gram : ndarray, shape (m, m)
-        Energy products.
-    """
-    kept: list[int] = []
-    rows = np.zeros_like(gram)  # of the Cholesky factor of those that are kept
-    for j in range(len(gram)):
-        known = rows[: len(kept), kept].T
-        row = np.linalg.solve(known, gram[kept, j]) if kept else np.zeros(0)
-        pivot = gram[j, j] - row @ row
-        if pivot > DEPENDENCE_TOLERANCE * gram[j, j]:
-            rows[: len(kept), j], rows[len(kept), j] = row, np.sqrt(pivot)
-            kept.append(j)
-    return np.array(kept, dtype=np.int64)
-
-
-def _window_shapes(lines: GearLines, position: Position, pair: int, gear: int) -> IntArray:
-    """Shapes of the lines that bound the window's elements."""
-    first = position.windows[pair, gear, FIRST_ROW]
-    last = first + position.windows[pair, gear, ELEMENT_ROWS]
-    return np.arange(lines.start[first], lines.start[last + 1])
 
 
 def _distributions(

@@ -10,7 +10,7 @@ are orthonormal in energy, and the first r of them miss of the snapshots' energy
 discarded eigenvalues have of all: no other r shapes miss less.
 
 Snapshots are first brought to the energy 1. Their size means nothing, for each amplitude is solved for anew; raw, a
-load of 180 N m would count 81 times as much as one of 20 N m, and what the contact does under small loads would be the
+load of 180 N m would count 81 times as much as one of 20 N m, and the contact under small loads would be the
 first to be discarded.
 
 Two ways, when to use them:
@@ -18,7 +18,7 @@ Two ways, when to use them:
 * `local_modes`: a basis for each trained roll position, from its snapshots over all training states. For many states
   (torques, and other parameters): the size follows the tolerance, not their number. Between positions it is no better
   than the raw snapshots, and with a dent worse (0.31 against 0.12 %, paper's pair with Hermite patches): those of one
-  torque follow the contact, while the last modes hold what little tells the torques apart, and turn fast.
+  torque follow the contact, while the last modes hold the small differences between torques, and turn fast.
 * `global_modes`: one basis for all roll positions. The textbook way and the known bad alternative, to compare with: a
   contact that moves is not a sum of a few products of a shape and an amplitude (it is *linearly inseparable*; Blockmans
   et al., IJNME 102 (2015) 1162), so that the basis grows with the path of contact. *Measured*, same pair and tolerance

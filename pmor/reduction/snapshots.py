@@ -1,4 +1,4 @@
-"""Snapshots: what full FE finds at a pinion angle, from which a basis is made."""
+"""Snapshots: solutions of full FE at a pinion angle, from which a basis is made."""
 
 from __future__ import annotations
 

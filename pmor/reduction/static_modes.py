@@ -6,9 +6,9 @@ switched on. No snapshot is needed, hence no full solve offline. Normals alone w
 loads both along its own normal. *Measured* on the paper's pair, STE against full FE: 0.01 % at most with normals alone
 (flank lines: 0.005 %), 3e-8 with both directions.
 
-When to use them: to see what the reductions cost, without full FE; for loads or faults that no training covers; for a
-handful of positions, where training does not pay. Online they cost the most unknowns: two for each active node, where
-flank lines have one for each line.
+When to use them: to measure the error of the other reductions without full FE; for loads or faults that no training
+covers; for a handful of positions, where training does not pay. Online they cost the most unknowns: two for each active
+node, where flank lines have one for each line.
 """
 
 from __future__ import annotations

@@ -12,9 +12,8 @@ import pmor.penalty.pair
 import pmor.penalty.solve
 from pmor.gear.condition import PLAIN, at_torques
 from pmor.pair.sweep import sweep_ste
-from pmor.penalty.kernels.shapes import gather_active_shapes, shape_slots
+from pmor.penalty.kernels.shapes import shape_slots
 from pmor.penalty.kernels.sweep import Neighbour, carry_along, place_position
-from pmor.penalty.position import active_patches
 from pmor.penalty.solve import solve_position
 from pmor_online.sweep import sweep_reduced_pair
 
@@ -25,8 +24,6 @@ LAST_STEP = 5e-5
 # Both twins solved as far as doubles go, um: gaps are differences of coordinates of the size of the centre distance,
 # so that two ways of adding them up differ by some units in the last place of these. Measured: six.
 LAST_PLACES = 30.0 * 84e3 * np.finfo(float).eps
-MEMBERS = 1e-8  # of the largest compliance; nearly parallel active shapes lose digits in either factorisation
-WHOLE_FLANK = 100.0  # mm: an approach so large that the windows hold the whole flanks
 
 
 def tight_advances_um(reduced, phi, torques):
@@ -171,30 +168,3 @@ def test_a_start_from_the_neighbour_saves_steps(reduced):
     phi = reduced.meshed.pair.pitch * np.arange(200) / 200
     cold = np.mean([sweep.newton_steps for sweep in cold_sweeps(reduced, phi, [100e3])])
     assert sweep_reduced_pair(reduced, phi, at_torques([100e3])).newton_steps.mean() < 0.95 * cold
-
-
-def kernel_compliance(reduced, position):
-    """The compliance of the windows in the compiled sweep: displacements of the active shapes and their energy."""
-    pairs, nodes = len(position.pair_index), len(position.nodes)
-    active_shapes = gather_active_shapes(position.kernel_pair, position.patches, nodes, reduced.family)
-    size, ranges, gram, fields = active_shapes.size, active_shapes.ranges, active_shapes.gram, active_shapes.fields
-    basis = np.zeros((3 * nodes, size))
-    for gear in range(2):
-        low, high = ranges[gear]
-        for p in range(pairs):
-            window = position.window_slice(p, gear)
-            rows = slice(3 * window.start, 3 * window.stop)
-            basis[rows, low:high] = fields[: high - low, rows].T
-    return basis @ np.linalg.solve(gram[:size, :size], basis.T), size
-
-
-@pytest.mark.parametrize("phi", [0.02, 0.11, 0.25])
-def test_compiled_members_are_those_of_the_slow_twin(phi, reduced):
-    """Displacements and energy agree: U G^-1 U^T of the active shapes is U U^T of the orthonormal basis."""
-    for depth in (0.01, WHOLE_FLANK):
-        position = active_patches(reduced.meshed, phi, depth)
-        basis = reduced.elasticity_at(position).basis.reshape(3 * len(position.nodes), -1)
-        expected = basis @ basis.T
-        found, size = kernel_compliance(reduced, position)
-        assert size == basis.shape[1]
-        assert_allclose(found, expected, rtol=0.0, atol=MEMBERS * np.abs(expected).max())

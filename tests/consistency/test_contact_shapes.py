@@ -9,11 +9,10 @@ from numpy.testing import assert_allclose
 
 from pmor.gear.condition import at_torques
 from pmor.pair.sweep import sweep_ste
-from pmor.penalty.elasticity import full_elasticity
+from pmor.penalty.elasticity import full_elasticity, shape_elasticity
 from pmor.penalty.kernels.shapes import shape_weights
-from pmor.penalty.kernels.state import PositionShapes
 from pmor.penalty.position import active_patches
-from pmor.reduction.contact_shapes import ContactShapes, contact_shapes, reduced_elasticity
+from pmor.reduction.contact_shapes import ContactShapes, contact_shapes
 from pmor.storage.basis_file import read_basis
 
 ROUND_OFF = 1e-10  # products of a few hundred terms, and an eigenvalue decomposition in between
@@ -50,7 +49,7 @@ def test_basis_is_orthonormal_and_made_of_force_fields_with_their_displacements(
             active_shapes.append(force.ravel())
     fields = np.array(active_shapes).T
     moved = full_elasticity(model.pinion, model.wheel, position).compliance @ fields
-    basis = reduced_elasticity(shapes, position, meshed.pair.pitch).basis.reshape(len(moved), -1)
+    basis = shape_elasticity(shapes.family, position).basis.reshape(len(moved), -1)
     assert basis.shape == fields.shape, "none of the active_shapes depends on the others here"
     combination, *_ = np.linalg.lstsq(moved, basis, rcond=None)
     assert_allclose(moved @ combination, basis, rtol=0.0, atol=1e-9 * np.abs(basis).max())
@@ -112,6 +111,12 @@ def shapes_for_weights(stencil=2, loaded=((0, 0), (0, 1), (1, 1), (1, 1), (1, 0)
     return ContactShapes(grid, 3, np.array(loaded, dtype=bool), np.zeros((count, 2, 2, 3, 1)), gram)
 
 
+def weights_at(shapes, roll_position):
+    """First grid position of the stencil, and the weights, (S, T)."""
+    weights = np.full((shapes.stencil, shapes.loaded.shape[1]), np.nan)
+    return shape_weights(shapes.family.positions, roll_position, weights), weights
+
+
 @pytest.mark.parametrize(
     ("place", "below", "expected"),
     [
@@ -125,14 +130,14 @@ def shapes_for_weights(stencil=2, loaded=((0, 0), (0, 1), (1, 1), (1, 1), (1, 0)
 )
 def test_weights_are_linear_and_skip_idle_positions(place, below, expected):
     shapes = shapes_for_weights()
-    k, weights = shapes.weights(0.1 + 0.05 * place)
+    k, weights = weights_at(shapes, 0.1 + 0.05 * place)
     assert k == below
     assert_allclose(weights, expected, rtol=0.0, atol=1e-12)  # round-off of the division by the step
 
 
 def on_the_grid(shapes, roll_position):
     """Weights of all grid positions, shape (M, T)."""
-    below, weights = shapes.weights(roll_position)
+    below, weights = weights_at(shapes, roll_position)
     count = len(shapes.roll_position)
     found = np.zeros((count, 2))
     for a, weight in enumerate(weights):
@@ -141,21 +146,6 @@ def on_the_grid(shapes, roll_position):
         else:
             assert not weight.any(), "beyond the grid"
     return found
-
-
-@pytest.mark.parametrize("place", [-0.5, 0.0, 0.5, 1.0, 1.3, 2.0, 2.5, 2.999, 3.25, 4.6, 5.0, 5.5])
-@pytest.mark.parametrize("stencil", [2, 4])
-def test_the_compiled_weights_are_those_of_the_slow_twin(stencil, place):
-    shapes = shapes_for_weights(stencil, [(0, 0), (0, 1), (1, 1), (1, 1), (1, 1), (1, 0), (0, 0)])
-    found = np.zeros((stencil, 2))
-    below = shape_weights(PositionShapes(0.1, 0.05, *arrays_of(shapes)), 0.1 + 0.05 * place, found)
-    expected_below, expected = shapes.weights(0.1 + 0.05 * place)
-    assert below == expected_below
-    assert_allclose(found, expected, rtol=0.0, atol=1e-12)
-
-
-def arrays_of(shapes):
-    return shapes.loaded, shapes.displacement, shapes.gram
 
 
 @pytest.mark.parametrize("place", [2.0, 2.25, 2.9, 3.5])
@@ -200,8 +190,7 @@ def rebuilt(whole_model, by_position, forces, torques):
 
 
 def sweep_with(shapes, meshed, phi, torques):
-    elasticity_at = partial(reduced_elasticity, shapes, pitch=meshed.pair.pitch)
-    return sweep_ste(meshed, elasticity_at, phi, at_torques(torques))
+    return sweep_ste(meshed, partial(shape_elasticity, shapes.family), phi, at_torques(torques))
 
 
 def test_dependent_training_torques_are_dropped_without_harm(whole_model, forces, by_position):
@@ -209,7 +198,7 @@ def test_dependent_training_torques_are_dropped_without_harm(whole_model, forces
     twice = rebuilt(whole_model, by_position, forces, [0, 1, 1])
     position = active_patches(by_position.meshed, 0.05, 0.05)
     n = by_position.elasticity_at(position).basis.shape[2]
-    assert reduced_elasticity(twice, position, by_position.meshed.pair.pitch).basis.shape[2] == n
+    assert shape_elasticity(twice.family, position).basis.shape[2] == n
     once = sweep_ste(by_position.meshed, by_position.elasticity_at, phi, at_torques(torques))
     redundant = sweep_with(twice, by_position.meshed, phi, torques)
     # What is dropped is 1e-10 of the energy, its square root of the displacement.

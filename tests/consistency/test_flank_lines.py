@@ -9,10 +9,10 @@ from numpy.testing import assert_allclose
 
 from pmor.core.conventions import rotation_z
 from pmor.core.errors import ConvergenceError
-from pmor.penalty.elasticity import full_elasticity
+from pmor.penalty.elasticity import full_elasticity, shape_elasticity
 from pmor.penalty.kernels.types import ELEMENT_ROWS, FIRST_ROW
 from pmor.penalty.position import active_patches
-from pmor.reduction.flank_lines import LEAST_LOAD, flank_line_shapes, line_elasticity
+from pmor.reduction.flank_lines import LEAST_LOAD, flank_line_shapes
 from tests.support.gear_models import body, gear_pair, meshed_pair, sector, tooth
 
 ROUND_OFF = 1e-12  # of the largest: products of a few hundred terms
@@ -115,7 +115,7 @@ def test_basis_of_a_position_is_orthonormal_and_made_of_line_loads_with_their_di
                 active_shapes.append(embedded.ravel())
     fields = np.array(active_shapes).T
     moved = full_elasticity(*bodies, position).compliance @ fields
-    basis = line_elasticity(shapes, position).basis.reshape(len(moved), -1)
+    basis = shape_elasticity(shapes.family, position).basis.reshape(len(moved), -1)
     assert basis.shape == fields.shape
     combination, *_ = np.linalg.lstsq(moved, basis, rcond=None)
     assert_allclose(moved @ combination, basis, rtol=0.0, atol=1e-9 * np.abs(basis).max())

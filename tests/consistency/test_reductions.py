@@ -1,6 +1,6 @@
 """The choices of reductions against full FE and against each other: which is exact, which is not, and where."""
 
-from functools import cache
+from functools import cache, partial
 
 import h5py
 import numpy as np
@@ -12,8 +12,9 @@ from pmor.case import parse_case
 from pmor.gear.condition import at_torques
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.pair.sweep import sweep_ste
+from pmor.penalty.elasticity import shape_elasticity
 from pmor.reduction.build import same_everywhere
-from pmor.reduction.contact_shapes import contact_shapes, reduced_elasticity, shapes_of
+from pmor.reduction.contact_shapes import contact_shapes, shapes_of
 from pmor.reduction.pod import global_modes, local_modes
 from pmor.storage.basis_file import read_basis
 from pmor.work.offline import run_offline
@@ -128,8 +129,8 @@ def training(small_model, small_basis_file):
     return reduced, model, (model.pinion, model.wheel), reduced.basis.shapes.roll_position, force
 
 
-def elasticity(shapes, meshed):
-    return lambda position: reduced_elasticity(shapes, position, meshed.pair.pitch)
+def elasticity(shapes):
+    return partial(shape_elasticity, shapes.family)
 
 
 @pytest.mark.parametrize("interpolation", ["linear", "cubic"])
@@ -140,11 +141,11 @@ def test_pod_that_discards_nothing_spans_the_raw_snapshots(interpolation, traini
     assert modes.shape[1] == force.shape[1]
     shapes = shapes_of(bodies, grid, 6, modes, interpolation)
     raw = contact_shapes(*bodies, grid, 6, force)
-    expected = ste_of(meshed, elasticity(raw, meshed), phi)
-    assert_allclose(ste_of(meshed, elasticity(shapes, meshed), phi), expected, rtol=SAME_SPAN)
+    expected = ste_of(meshed, elasticity(raw), phi)
+    assert_allclose(ste_of(meshed, elasticity(shapes), phi), expected, rtol=SAME_SPAN)
     # At the training torques both are full FE.
     trained = reduced.basis.training
-    found = ste_of(meshed, elasticity(shapes, meshed), phi, trained.torque[:, 0])
+    found = ste_of(meshed, elasticity(shapes), phi, trained.torque[:, 0])
     assert_allclose(found, trained.ste_um, rtol=1e-6)
 
 
@@ -157,7 +158,7 @@ def test_one_basis_for_all_positions_is_worse_than_one_for_each_at_equal_size(tr
     everywhere = same_everywhere(bodies, grid, global_modes(bodies, force, 1e-9)[:size])
     local = shapes_of(bodies, grid, 6, local_modes(bodies, force, 1e-15), "linear")
     assert everywhere.loaded.shape[1] == local.loaded.shape[1] == size
-    error = [np.abs(ste_of(meshed, elasticity(s, meshed), phi) / full - 1.0).max() for s in (everywhere, local)]
+    error = [np.abs(ste_of(meshed, elasticity(s), phi) / full - 1.0).max() for s in (everywhere, local)]
 
     assert error[0] > 5.0 * error[1], error
 

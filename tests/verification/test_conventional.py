@@ -11,8 +11,7 @@ from pmor.core.errors import CaseError, ConvergenceError
 from pmor.fe.assembly import assemble, degrees_of_freedom
 from pmor.fe.completion import completion, nodes_of_elements
 from pmor.fe.nested_dissection import element_places, elimination_order, nested_dissection
-from pmor.fe.sparse_direct import assemble_arc, factorise
-from pmor.fe.whole_gear import whole_gear_mesh
+from pmor.fe.whole_gear import assemble_arc, factorise, whole_gear_mesh
 from pmor.gear.condition import Condition, at_torques
 from pmor.lab.rivals.conventional import conventional_pair, solve_conventional
 from pmor.pair.model import elastic_model, mesh_model

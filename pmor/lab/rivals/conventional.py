@@ -23,7 +23,7 @@ from pmor.case import Case
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError, ConvergenceError
 from pmor.fe.assembly import degrees_of_freedom
-from pmor.fe.sparse_direct import assemble_arc, factorise
+from pmor.fe.whole_gear import assemble_arc, factorise
 from pmor.gear.condition import Condition
 from pmor.line.layered_pair import LayeredPair
 from pmor.pair.model import MeshModel, per_gear

@@ -8,8 +8,8 @@ r_b (e + u e'), with e the unit vector at the angle half - u from +y and e' the 
 outward normal.
 
 In the section at z a helical pair is the spur pair whose pinion is turned further by the twist over z. Gaps are along
-the transverse line of action. A displacement along the axis opens them too: what the flank's screw motion along itself
-leaves as it is says by how much, and the direction (x, y, z) is the flank's normal over cos(base helix angle).
+the transverse line of action. A displacement along the axis opens them too: the direction (x, y, z) is the flank's
+normal over cos(base helix angle), at right angles to the flank's screw motion along itself.
 """
 
 from __future__ import annotations
@@ -136,44 +136,20 @@ def involute_foot(gears, slave, u, radius, motion):
     # The flank that is met is smooth: its normal is that of the force on both.
     axial = -mate.twist * mate.base_radius
     slant = np.arcsin(np.sin(angle) * own_x - np.cos(angle) * own_y)
-    if slave == 1:
-        # The mate's normal is at its base radius wherever the corner is: nothing turns with the pinion.
-        return ContactPoint(
-            gap=gap,
-            pinion_roll=mate_roll,
-            wheel_roll=u,
-            pinion_x=-nx,
-            pinion_y=-ny,
-            pinion_z=-axial,
-            wheel_x=own_x,
-            wheel_y=own_y,
-            wheel_z=axial,
-            lever=-mate.base_radius,
-            mate_lever=-slave_arm,
-            lever_slope=0.0,
-            corner_advance=0.0,
-            slant=slant,
-        )
-    arm_x, arm_y = x - shift[0], y - shift[1]
-    # By how much the normal turns as the corner moves over the mate, (-arm_y, arm_x) for each radian.
-    turning = (x * arm_x + y * arm_y) / (x * x + y * y) - (y * arm_x - x * arm_y) / ((x * x + y * y) * roll)
-    slope = (arm_x * nx + arm_y * ny) * (turning - 1.0)
+    lever, mate_lever, slope = -mate.base_radius, -slave_arm, 0.0
+    pinion, wheel = (mate_roll, -nx, -ny, -axial), (u, own_x, own_y, axial)
+    # The mate's normal is at its base radius wherever the wheel's corner is. The pinion's corner turns with the pinion:
+    if slave == 0:
+        lever, mate_lever, pinion, wheel = slave_arm, mate.base_radius, wheel, pinion
+        arm_x, arm_y = x - shift[0], y - shift[1]
+        # By how much the normal turns as the corner moves over the mate, (-arm_y, arm_x) for each radian.
+        turning = (x * arm_x + y * arm_y) / (x * x + y * y) - (y * arm_x - x * arm_y) / ((x * x + y * y) * roll)
+        slope = (arm_x * nx + arm_y * ny) * (turning - 1.0)
     return ContactPoint(
-        gap=gap,
-        pinion_roll=u,
-        wheel_roll=mate_roll,
-        pinion_x=own_x,
-        pinion_y=own_y,
-        pinion_z=axial,
-        wheel_x=-nx,
-        wheel_y=-ny,
-        wheel_z=-axial,
-        lever=slave_arm,
-        mate_lever=mate.base_radius,
-        lever_slope=slope,
-        corner_advance=0.0,
-        slant=slant,
-    )
+        gap=gap, pinion_roll=pinion[0], wheel_roll=wheel[0], pinion_x=pinion[1], pinion_y=pinion[2],
+        pinion_z=pinion[3], wheel_x=wheel[1], wheel_y=wheel[2], wheel_z=wheel[3], lever=lever, mate_lever=mate_lever,
+        lever_slope=slope, corner_advance=0.0, slant=slant,
+    )  # fmt: skip
 
 
 @compiled
@@ -205,21 +181,11 @@ def closest_approach(kinematics, gears, roll_position, advance, z, forward, back
     pinion, wheel = gears[0].half_angle - pinion_roll, gears[1].half_angle - wheel_roll
     axial = gears[0].twist * gears[0].base_radius
     contact_point = ContactPoint(
-        gap=opening - gears[0].base_radius * advance,
-        pinion_roll=pinion_roll,
-        wheel_roll=wheel_roll,
-        pinion_x=np.cos(pinion),
-        pinion_y=np.sin(pinion),
-        pinion_z=axial,
-        wheel_x=np.cos(wheel),
-        wheel_y=np.sin(wheel),
-        wheel_z=-axial,
-        lever=-gears[0].base_radius,
-        mate_lever=gears[1].base_radius,
-        lever_slope=slope,
-        corner_advance=gears[0].tip_roll - pinion_roll,
-        slant=0.0,
-    )
+        gap=opening - gears[0].base_radius * advance, pinion_roll=pinion_roll, wheel_roll=wheel_roll,
+        pinion_x=np.cos(pinion), pinion_y=np.sin(pinion), pinion_z=axial, wheel_x=np.cos(wheel), wheel_y=np.sin(wheel),
+        wheel_z=-axial, lever=-gears[0].base_radius, mate_lever=gears[1].base_radius, lever_slope=slope,
+        corner_advance=gears[0].tip_roll - pinion_roll, slant=0.0,
+    )  # fmt: skip
     return _turned(contact_point, gears, z, aside)
 
 
@@ -239,18 +205,8 @@ def _turned(contact_point, gears, z, aside):
         s * contact_point.wheel_x + c * contact_point.wheel_y,
     )
     return ContactPoint(
-        gap=contact_point.gap + aside,
-        pinion_roll=contact_point.pinion_roll,
-        wheel_roll=contact_point.wheel_roll,
-        pinion_x=pinion_x,
-        pinion_y=pinion_y,
-        pinion_z=contact_point.pinion_z,
-        wheel_x=wheel_x,
-        wheel_y=wheel_y,
-        wheel_z=contact_point.wheel_z,
-        lever=contact_point.lever,
-        mate_lever=contact_point.mate_lever,
-        lever_slope=contact_point.lever_slope,
-        corner_advance=contact_point.corner_advance,
-        slant=contact_point.slant,
+        gap=contact_point.gap + aside, pinion_roll=contact_point.pinion_roll, wheel_roll=contact_point.wheel_roll,
+        pinion_x=pinion_x, pinion_y=pinion_y, pinion_z=contact_point.pinion_z, wheel_x=wheel_x, wheel_y=wheel_y,
+        wheel_z=contact_point.wheel_z, lever=contact_point.lever, mate_lever=contact_point.mate_lever,
+        lever_slope=contact_point.lever_slope, corner_advance=contact_point.corner_advance, slant=contact_point.slant,
     )  # fmt: skip

@@ -71,19 +71,10 @@ def line_law(gears, layers, contact_point, carriers):
     constant = constant / compliance + np.log(cosine)
     least = 1e-9 / (compliance * curvature * cosine)
     law = LineLaw(
-        compliance=compliance / cosine,
-        constant=constant - 0.5 * np.log(2.0 * compliance / (cosine * curvature)),
-        least=least,
-        plain=np.inf,
-        gear=0.0,
-        opening=constant - 0.5,
-        angle=0.0,
-        curvature=curvature,
-        edge_curvature=0.0,
-        place=0.0,
-        influence_length=1.0,
-        share=0.0,
-    )
+        compliance=compliance / cosine, constant=constant - 0.5 * np.log(2.0 * compliance / (cosine * curvature)),
+        least=least, plain=np.inf, gear=0.0, opening=constant - 0.5, angle=0.0, curvature=curvature, edge_curvature=0.0,
+        place=0.0, influence_length=1.0, share=0.0,
+    )  # fmt: skip
     return law if near < 0 else _law_near_corner(gears, layers, contact_point, near, inside, cosine, law)
 
 
@@ -109,19 +100,10 @@ def _law_near_corner(gears, layers, contact_point, near, inside, cosine, law):
         angle, short, constant = contact_point.slant, 0.0, law.constant
     plain = 0.5 * law.curvature * short**2 / law.compliance
     return LineLaw(
-        compliance=law.compliance,
-        constant=constant,
-        least=law.least,
-        plain=plain,
-        gear=float(near),
-        opening=law.opening,
-        angle=angle,
-        curvature=law.curvature,
-        edge_curvature=edge,
-        place=place,
-        influence_length=influence_length,
-        share=share,
-    )
+        compliance=law.compliance, constant=constant, least=law.least, plain=plain, gear=float(near),
+        opening=law.opening, angle=angle, curvature=law.curvature, edge_curvature=edge, place=place,
+        influence_length=influence_length, share=share,
+    )  # fmt: skip
 
 
 @compiled

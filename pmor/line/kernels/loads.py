@@ -5,14 +5,14 @@ that carry load (along the transverse line of action, w = F / width), their gaps
 
     g = g_0 + e + l advance + D F + delta(w),    D = W C W^T,                                                        (1)
 
-g_0 between the undeformed flanks in their kinematic position, e what the flanks deviate by, l the levers, W the shares
-and directions by which nodes carry the sections, C the compliance between flank nodes, delta the approach of
-`pmor.line.hertz`. (Under a pinion's corner l turns with the advance, and so little that nothing below depends on
-it.) Sought are F > 0 with g = 0, and g >= 0 elsewhere, in balance with the torque, -l F = T, or
-under a given advance. delta rises with the load, and D with its slopes is symmetric and positive definite
-(`pmor.body.surface_layer`): it is the minimum of a strictly convex energy, so there is one solution, and Newton with an
-active set finds it (Johnson, Contact Mechanics 1985, ch. 4; Portugal, Judice & Vicente, Math. Comp. 63 (1994) 625).
-Neither D nor g_0 depends on torque or deviations.
+g_0 between the undeformed flanks in their kinematic position, e the deviations of the flanks, l the levers, W the
+shares and directions by which nodes carry the sections, C the compliance between flank nodes, delta the approach of
+`pmor.line.hertz`. (Under a pinion's corner l turns with the advance, and so little that nothing below depends on it.)
+Sought are F > 0 with g = 0, and g >= 0 elsewhere, in balance with the torque, -l F = T, or under a given advance. delta
+rises with the load, and D with its slopes is symmetric and positive definite (`pmor.fe.surface_layer`): it is the
+minimum of a strictly convex energy, so there is one solution, and Newton with an active set finds it (Johnson, Contact
+Mechanics 1985, ch. 4; Portugal, Judice & Vicente, Math. Comp. 63 (1994) 625). Neither D nor g_0 depends on torque or
+deviations.
 
 Derivatives follow from a factor of the same matrix: with M = D + delta'/width of the sections that carry, l_t the
 slopes of levers that turn, and y = M^-1 l,
@@ -51,7 +51,7 @@ LEAST, BEGINNING = LineLaw._fields.index("least"), 0.5
 
 
 class LineResults(NamedTuple):
-    """What `solve_lines` fills, for D torques or advances.
+    """Results of `solve_lines`, for D torques or advances.
 
     Attributes
     ----------
@@ -136,7 +136,7 @@ def solve_lines(lines, flexibility, deviation, loads, held, warm, rate, width, c
     flexibility : Flexibility
         Workspace of these lines; made ready as it is needed.
     deviation : ndarray, shape (A, N) or (0, 0)
-        What both flanks deviate by, mm.
+        Deviations of both flanks, added up, mm.
     loads : ndarray, shape (D, A)
         Torques (N mm) or advances (rad) at each angle.
     held : bool
@@ -156,8 +156,8 @@ def solve_lines(lines, flexibility, deviation, loads, held, warm, rate, width, c
     """
     size = lines.gap.shape[1]
     workspace = _Workspace(
-        np.empty(size), np.empty(size, dtype=np.bool_), np.empty(size, dtype=np.int64), np.empty((size, size)),
-        np.empty((size, size)), np.empty(size), np.empty(size),
+        free=np.empty(size), carries=np.empty(size, dtype=np.bool_), active=np.empty(size, dtype=np.int64),
+        matrix=np.empty((size, size)), factor=np.empty((size, size)), loaded=np.empty(size), levered=np.empty(size),
     )  # fmt: skip
     if not warm:
         likely = np.empty(lines.gap.shape, dtype=np.bool_)
@@ -223,7 +223,7 @@ def _differentiate(lines, flexibility, i, advance, force, width, compliance, cor
 def _start(lines, i, load, held, rate, force, warm, workspace):
     """Choose the sections to begin with and their forces; return the advance, and the gap up to which others count.
 
-    Where `warm`, those are what `force` holds.
+    Where `warm`, those that `force` holds.
     """
     free, lever, carries, size = workspace.free, lines.lever[i], workspace.carries, len(workspace.free)
     advance = load
@@ -341,7 +341,7 @@ def _accept(lines, i, count, width, force, workspace):
             force[n] = new
             continue
         settled = False
-        # The law is steeper the smaller the load: what pulls here may still push there.
+        # The law is steeper the smaller the load: a section that pulls here may still push there.
         workspace.carries[n] = force[n] > least
         force[n] = BEGINNING * least if workspace.carries[n] else 0.0
     return settled, error

@@ -1,4 +1,4 @@
-"""Where the sections of line contact are over a range of angles, and what they are like there without load.
+"""Positions of the sections of line contact over a range of angles, and their unloaded gaps, levers and laws.
 
 Neither depends on torque or deviations of the flanks (`pmor.line.kernels.loads`, equation 1).
 """
@@ -215,7 +215,7 @@ def _copy_section(lines, i, n):
 
 @compiled
 def line_deviations(lines, z, pinion, wheel, out):
-    """Fill `out`, shape (A, N), with what both flanks deviate by in all sections, mm.
+    """Fill `out`, shape (A, N), with the deviations of both flanks, added up, in all sections, mm.
 
     Parameters
     ----------

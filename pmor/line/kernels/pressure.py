@@ -9,7 +9,7 @@ from pmor.line.kernels.tip_corner import contact_patch, stored_law
 
 # Places at which the largest pressure across a rounded edge is looked for.
 PRESSURES = 400
-# What `line_patches` finds of each section: half-width, offset, peak pressure.
+# Results of `line_patches` for each section: half-width, offset, peak pressure.
 PATCH_FIELDS = 3
 
 

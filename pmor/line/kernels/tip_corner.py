@@ -40,8 +40,9 @@ Against strips of pressure that are free to choose themselves (tests/verificatio
 layer's end it is 4 to 12 % low at the corner. Where Hertz's patch comes to a sharp edge the approach goes on smoothly
 over the angle; its slope by the load jumps by 0.4 to 0.7 %, that of a patch whose end is taken from half-planes.
 
-Left out: what a rounding or chamfer takes off the wedge; that the pressure's middle is m beside the place at which the
-body's displacements and levers are taken (0.1 % of the transmission error); how loads turn the teeth (theta).
+Left out: the material that a rounding or chamfer takes off the wedge; that the pressure's middle is m beside the place
+at which the body's displacements and levers are taken (0.1 % of the transmission error); how loads turn the teeth
+(theta).
 """
 
 from __future__ import annotations
@@ -54,7 +55,7 @@ from pmor.core.arrays import FloatArray
 from pmor.core.compiling import compiled
 
 # Half-length of the patch over its distance from the corner, below which its length does not matter for the layer's
-# end, and above twice of which it matters fully; between them it does smoothly. That moves the approach by 2e-4.
+# end; above twice that it matters fully, and between them smoothly. That moves the approach by 2e-4.
 SHORT = 0.2
 # Half-length over the distance at which the table ends: it is not followed any further.
 LONGEST = 0.5
@@ -130,19 +131,16 @@ LAW_FIELDS = len(LineLaw._fields)
 @compiled
 def store_law(law, row):
     """Write a law into an array, shape (`LAW_FIELDS`,)."""
-    row[0], row[1], row[2], row[3], row[4], row[5] = (
-        law.compliance, law.constant, law.least, law.plain, law.gear, law.opening
-    )  # fmt: skip
-    row[6], row[7], row[8], row[9], row[10], row[11] = (
-        law.angle, law.curvature, law.edge_curvature, law.place, law.influence_length, law.share
-    )  # fmt: skip
+    for n, value in enumerate(law):
+        row[n] = value
 
 
 @compiled
 def stored_law(row):
     """Return the law that `store_law` wrote."""
     return LineLaw(
-        row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7], row[8], row[9], row[10], row[11]
+        compliance=row[0], constant=row[1], least=row[2], plain=row[3], gear=row[4], opening=row[5], angle=row[6],
+        curvature=row[7], edge_curvature=row[8], place=row[9], influence_length=row[10], share=row[11],
     )  # fmt: skip
 
 
@@ -174,7 +172,10 @@ class Patch(NamedTuple):
 @compiled
 def _hertz(size, angle, curvature):
     length = np.sqrt(2.0 * size / curvature)
-    return Patch(-angle / curvature, length, 0.5 * size, 0.0, -size, 0.0, 0.5 * length / size, 0.0, -1.0)
+    return Patch(
+        middle=-angle / curvature, length=length, mean=0.5 * size, first=0.0, second=-size, middle_slope=0.0,
+        length_slope=0.5 * length / size, first_slope=0.0, second_slope=-1.0,
+    )  # fmt: skip
 
 
 @compiled
@@ -184,9 +185,10 @@ def _cut_off(size, angle, curvature):
     slope = 1.0 / (angle + 3.0 * curvature * length)
     inside = 0.5 * angle * angle / curvature if angle < 0.0 else 0.0
     return Patch(
-        length, length, angle * length + 0.75 * curvature * length**2 + inside, -length * (angle + curvature * length),
-        -0.5 * curvature * length**2, slope, slope, -(angle + 2.0 * curvature * length) * slope,
-        -curvature * length * slope,
+        middle=length, length=length, mean=angle * length + 0.75 * curvature * length**2 + inside,
+        first=-length * (angle + curvature * length), second=-0.5 * curvature * length**2, middle_slope=slope,
+        length_slope=slope, first_slope=-(angle + 2.0 * curvature * length) * slope,
+        second_slope=-curvature * length * slope,
     )  # fmt: skip
 
 
@@ -220,8 +222,9 @@ def _across(size, angle, curvature, edge_curvature):
     mean = angle * middle + curvature * (0.5 * middle**2 + 0.25 * length**2) + square * length**2
     mean += 0.5 * angle * angle / (curvature if angle < 0.0 else edge_curvature)
     return Patch(
-        middle, length, mean, -first, first * c - size, c * length_slope - length * s * turn, length_slope,
-        -first_slope, first_slope * c - first * s * turn - 1.0,
+        middle=middle, length=length, mean=mean, first=-first, second=first * c - size,
+        middle_slope=c * length_slope - length * s * turn, length_slope=length_slope, first_slope=-first_slope,
+        second_slope=first_slope * c - first * s * turn - 1.0,
     )  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""What the kernels of line contact know of a pair beside its geometry (`pmor.gear.kernels.types`)."""
+"""A pair for the kernels of line contact, beside its geometry (`pmor.gear.kernels.types`)."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Carriers(NamedTuple):
 
 
 class Sections(NamedTuple):
-    """The transverse sections in which line contact is evaluated, S of them, and what carries them (C columns each).
+    """Transverse sections in which line contact is evaluated, S of them, and the C columns of nodes that carry each.
 
     Attributes
     ----------

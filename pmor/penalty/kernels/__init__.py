@@ -1,8 +1,8 @@
 """Compiled penalty contact, from windows to sweeps of the reduced pair. One idea to a file.
 
 =========== ===================================================================================================
-types       what the kernels know of a pair: named tuples of arrays and scalars, columns of arrays by name
-state       what they know of a state: surfaces, contact points, active shapes, workspace
+types       a pair: named tuples of arrays and scalars, columns of arrays by name
+state       a state: surfaces, contact points, active shapes, workspace
 windows     which tooth pairs can touch, and which part of their flanks
 surface     node normals, edge tangents, Ferguson patches and facets through deformed nodes
 projection  the closest point on a grid of patches

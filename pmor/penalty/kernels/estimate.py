@@ -17,7 +17,7 @@ values is the hypercircle's (Prager & Synge, Quart. Appl. Math. 5 (1947) 241):
 
 The last form needs the compliance only where contact forces act, because r is orthogonal to the shapes in energy.
 
-*Estimate.* By the envelope theorem theta = -d Pi / dT. So what the STE lacks is the derivative of the difference of
+*Estimate.* By the envelope theorem theta = -d Pi / dT. So the error of the STE is the derivative of the difference of
 energies by the torque, at a fixed angle, and (1), which is nearly an equation when r is small, gives
 
     STE_full - STE_reduced = r_b d(Pi_reduced - Pi_full)/dT ~ r_b d/dT(1/2 r^T C r) = r_b r^T C dr/dT.             (2)
@@ -31,7 +31,7 @@ by factors of 10 and in sign on tilted axes, where (2) stayed within a factor of
 derivative of their gaps, and at a tip corner the levers turn with the advance: there it is an estimate. (2) is an
 estimate everywhere, with a sign. Points that have only just come to carry let r grow steeply with the torque until the
 row is complete, and (2) with it, while the STE goes on as before: up to 0.17 um on 6 x 2 elements, where the largest
-error was 0.01 um. What full FE itself misses, by its mesh, is no part of either.
+error was 0.01 um. Neither includes the discretisation error of full FE.
 """
 
 from __future__ import annotations
@@ -89,9 +89,9 @@ def _exchanged_work(block, force, change, to, by, work):
 def discarded_energy_slope(count, pair, position, coordinates, compliance):
     """Derivative by the torque of the energy of the contact forces that the active shapes do not carry, rad.
 
-    With r the nodal forces that are left over, it is r^T C dr/dT (eq. 2). How all changes
-    with the torque follows from the last Newton matrix, and what the active shapes carry from that step's solution,
-    which balances the forces on them.
+    With r the nodal forces that are left over, it is r^T C dr/dT (eq. 2). The change of the state with the torque
+    follows from the last Newton matrix, and the part that the active shapes carry from that step's solution, which
+    balances the forces on them.
 
     Parameters
     ----------

@@ -44,10 +44,11 @@ class Loads(NamedTuple):
 
 @allocating
 def empty_loads(size):
-    """Return room for loads."""
+    """Return uninitialised loads."""
     return Loads(
-        np.empty(size, dtype=np.int64), np.empty(size, dtype=np.int64), np.empty(size, dtype=np.int64),
-        np.empty(size), np.empty(size), np.empty(size), np.empty((size, 2)), np.empty(size),
+        pair=np.empty(size, dtype=np.int64), slave=np.empty(size, dtype=np.int64),
+        column=np.empty(size, dtype=np.int64), force=np.empty(size), lever=np.empty(size), mate_lever=np.empty(size),
+        roll=np.empty((size, 2)), z=np.empty(size),
     )  # fmt: skip
 
 
@@ -61,7 +62,7 @@ def _copy_loads(loads, count, to):
 
 @allocating
 def with_space(loads, size):
-    """Return loads with room for at least `size`, and for twice as many as before where that is not enough."""
+    """Return loads of at least `size`, doubled where the present ones are fewer."""
     if size <= len(loads.z):
         return loads
     larger = empty_loads(max(size, 2 * len(loads.z)))
@@ -71,7 +72,7 @@ def with_space(loads, size):
 
 @allocating
 def trimmed(loads, size):
-    """Return the first `size` loads, without room for more."""
+    """Return the first `size` loads alone."""
     exact = empty_loads(size)
     _copy_loads(loads, size, exact)
     return exact

@@ -1,4 +1,4 @@
-"""Nodal scheme (Cosco et al. 2016, eq. 1-4): refine the slave's flank, project its points, list what penetrates."""
+"""Nodal scheme (Cosco et al. 2016, eq. 1-4): refine the slave's flank, project its points, list those in contact."""
 
 from __future__ import annotations
 
@@ -156,9 +156,9 @@ def _guess_row(facing, grid, row, column, foot):
 
 @compiled
 def _search_row(row, direction, scheme, facing, grid, largest_gap, feet, visit, foot, x, row_of_points, count, points):
-    """Project the points of one row of the slave that are to be visited; return what was `Found` in it.
+    """Project the points of one row of the slave that are to be visited; return `Found` of it.
 
-    `foot`, `x` and `row_of_points` are room.
+    `foot`, `x` and `row_of_points` are workspace.
     """
     slave, master, motion = facing.slave, facing.master, facing.motion
     rotation, shift, surface, first = motion.rotation, motion.shift, grid.master, grid.first
@@ -248,7 +248,7 @@ def _grid_of(nodes, facing, scheme):
 
 @allocating
 def search_pair(scheme, facing, nodes, largest_gap, feet, count, points):
-    """List the slave points of one tooth pair that penetrate, or nearly do; return what was `Found`.
+    """List the slave points of one tooth pair that penetrate, or nearly do; return `Found`.
 
     In each section of the slave its points are visited outwards from the kinematic contact there; flanks separate
     quadratically, so a direction ends at the first point that is clear of the master.

@@ -21,21 +21,18 @@ def _most_elements(patches):
     return elements
 
 
-@compiled
-def _most_columns(gears):
-    return max(gears[0].nodes.shape[1], gears[1].nodes.shape[1])
-
-
 @allocating
 def search_workspace(pair, patches):
-    """Return room for all points that `search_all` can list."""
+    """Return a workspace for all points that `search_all` can list."""
     profile_points = _most_elements(patches) * pair.scheme.lodm_profile + 1
-    width_points = (_most_columns(pair.gears) - 1) * pair.scheme.lodm_width + 1
+    columns = max(pair.gears[0].nodes.shape[1], pair.gears[1].nodes.shape[1])
+    width_points = (columns - 1) * pair.scheme.lodm_width + 1
     size = 2 * patches.pairs * profile_points * width_points
     owners, values = np.empty((2, size), dtype=np.int64), np.empty((4, size))
     points = Points(
-        owners[0], owners[1], np.empty((size, 8), dtype=np.int64), np.empty((size, 8, 3)), values[0], values[1],
-        values[2], values[3], np.empty((size, 4), dtype=np.int64),
+        pair=owners[0], slave=owners[1], node=np.empty((size, 8), dtype=np.int64), weight=np.empty((size, 8, 3)),
+        gap=values[0], stiffness=values[1], lever=values[2], mate_lever=values[3],
+        place=np.empty((size, 4), dtype=np.int64),
     )  # fmt: skip
     grid = (patches.pairs, 2, profile_points, width_points, 2)
     forward, back = Motion(np.empty((3, 3)), np.empty(3)), Motion(np.empty((3, 3)), np.empty(3))
@@ -65,8 +62,10 @@ def facing_flanks(pair, patches, p, slave, workspace):
         master_centre[column] = element_row(kinematics, gears, master, own_position) - mate[FIRST_ROW]
         across[column] = (section - mate_z[0]) / column_width
     return Facing(
-        own, mate, len(z), len(mate_z), extents, workspace.forward if slave == 0 else workspace.back, slave == 0,
-        penalty, slave_centre, master_centre, across, column_width, patches.clear,
+        slave=own, master=mate, slave_columns=len(z), master_columns=len(mate_z), extents=extents,
+        motion=workspace.forward if slave == 0 else workspace.back, slave_is_pinion=slave == 0, penalty=penalty,
+        slave_centre=slave_centre, master_centre=master_centre, across=across, column_width=column_width,
+        clear=patches.clear,
     )  # fmt: skip
 
 
@@ -97,19 +96,11 @@ def search_all(pair, patches, advance, nodes, largest_gap, workspace):
         relative_motion(pair.kinematics, pair.gears, roll_position, advance, workspace.forward, workspace.back)
         for slave in range(2):
             facing, before = facing_flanks(pair, patches, p, slave, workspace), found
-            if _any_slave(facing.penalty):
+            if np.any(facing.penalty > 0.0):
                 feet = Feet(workspace.feet.element[p, slave], workspace.feet.guess[p, slave])
                 found = search_pair(pair.scheme, facing, nodes, largest_gap, feet, before.listed, points)
                 found = _with_earlier(found, before, p, slave, points)
     return found
-
-
-@compiled
-def _any_slave(penalty):
-    for value in penalty:
-        if value > 0.0:
-            return True
-    return False
 
 
 @compiled

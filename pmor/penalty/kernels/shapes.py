@@ -1,4 +1,4 @@
-"""ActiveShapes of the reduced pair: the active shapes, their energy, and what they move.
+"""Active shapes of the reduced pair: their energy products and displacements.
 
 The unknowns of the reduced pair are the amplitudes of its active_shapes, and the pinion's rotation.
 """
@@ -43,7 +43,7 @@ def _drop_dependent(low, high, slot, gram, factor):
     """Keep the active shapes from `low` on that are independent, with their Gram matrix and its factor.
 
     Without the local dent, loads on lines that are close together move the tooth alike. A dropped line's load is
-    carried by the others; what that misses of its energy is below the tolerance.
+    carried by the others; the energy lost is below the tolerance.
     """
     size = low
     for j in range(low, high):
@@ -179,10 +179,15 @@ def cubic_weights(x):
 
 @compiled
 def shape_weights(positions, roll_position, weights):
-    """Fill the weights (S, T) of the shapes; return the first grid position of the stencil: `ContactShapes.weights`."""
+    """Fill the weights (S, T) of the shapes; return the first grid position of the stencil.
+
+    Cubic (Lagrange) where all four neighbours carry load, else linear; where a pair carries no load at one of the two
+    inner neighbours, the other is used alone. Outside the trained range, and where neither is loaded, the weights are
+    zero; grid positions beyond the grid have none.
+    """
     loaded, before = positions.loaded, positions.gram.shape[2] // 2 - 1
     place = (roll_position - positions.first) / positions.step
-    nearest = np.rint(place)
+    nearest = np.rint(place)  # on the grid, to round-off, that training position stands alone
     if abs(place - nearest) < 1e-9:
         place = nearest
     k = min(max(int(np.floor(place)), 0), loaded.shape[0] - 2)

@@ -1,4 +1,4 @@
-"""What the kernels pass to each other about a state: surfaces, feet, contact points, active_shapes, work space.
+"""A state for the kernels: surfaces, feet, contact points, active shapes, workspace.
 
 Named tuples of arrays and scalars, as in `pmor.penalty.kernels.types`, which has units and numbering.
 """
@@ -100,7 +100,7 @@ class Points(NamedTuple):
 
 
 class SearchWorkspace(NamedTuple):
-    """Workspace for a search: the points that it lists, the feet that it remembers, and what it needs on the way."""
+    """Workspace for a search: the points that it lists, the feet that it remembers, and two motions."""
 
     points: Points
     feet: Feet
@@ -109,7 +109,7 @@ class SearchWorkspace(NamedTuple):
 
 
 class Found(NamedTuple):
-    """What a search says beside the points.
+    """Results of a search beside the points.
 
     Attributes
     ----------

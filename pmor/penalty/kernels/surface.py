@@ -109,19 +109,19 @@ def edge_tangents(nodes, normals, low, high, along_rows, along_columns):
         for k in range(columns):
             for end in range(2):
                 if i < high:
-                    along = 0.0
-                    for d in range(3):
-                        along += normals[i + end, k, d] * (nodes[i + 1, k, d] - nodes[i, k, d])
-                    for d in range(3):
-                        chord = nodes[i + 1, k, d] - nodes[i, k, d]
-                        along_rows[i, k, end, d] = chord - along * normals[i + end, k, d]
+                    _along_surface(nodes[i, k], nodes[i + 1, k], normals[i + end, k], along_rows[i, k, end])
                 if k < columns - 1:
-                    along = 0.0
-                    for d in range(3):
-                        along += normals[i, k + end, d] * (nodes[i, k + 1, d] - nodes[i, k, d])
-                    for d in range(3):
-                        chord = nodes[i, k + 1, d] - nodes[i, k, d]
-                        along_columns[i, k, end, d] = chord - along * normals[i, k + end, d]
+                    _along_surface(nodes[i, k], nodes[i, k + 1], normals[i, k + end], along_columns[i, k, end])
+
+
+@inlined
+def _along_surface(start, end, normal, out):
+    """Fill `out` with a chord without its part along the normal."""
+    along = 0.0
+    for d in range(3):
+        along += normal[d] * (end[d] - start[d])
+    for d in range(3):
+        out[d] = end[d] - start[d] - along * normal[d]
 
 
 @inlined
@@ -183,7 +183,7 @@ def prepare_surface(nodes, at_root, at_tip, smooth, parabolic, mirrored):
 def row_points(surface, i, s, lodm_width, out):
     """Points of a surface along the width at parameter s of element row i; the same points as `surface_point` gives.
 
-    One direction of the patch is done once for the whole row, which is what makes a row of slave points cheap.
+    One direction of the patch is done once for the whole row, so that a row of slave points is cheap.
     """
     nodes, along_rows, along_columns, smooth = surface.nodes, surface.along_rows, surface.along_columns, surface.smooth
     columns = nodes.shape[1]

@@ -50,7 +50,7 @@ class Settings(NamedTuple):
 
 
 class Results(NamedTuple):
-    """What a sweep over D torques gives; filled by it.
+    """Results of a sweep over D torques.
 
     Attributes
     ----------
@@ -109,7 +109,7 @@ class Neighbour(NamedTuple):
 
 @allocating
 def place_position(phi, depth, pair, family, pair_count, clearance):
-    """Set up all that one position needs, whatever applied_loads it.
+    """Set up a position, for any load.
 
     Parameters
     ----------
@@ -133,8 +133,9 @@ def place_position(phi, depth, pair, family, pair_count, clearance):
     workspace, size = search_workspace(pair, patches), active_shapes.size
     points, vectors, matrices = len(workspace.points.gap), np.empty((5, size + 1)), np.empty((2, size + 1, size + 1))
     work = Work(
-        undeformed, np.empty((nodes, 3)), np.empty((points, size)), np.empty(points), np.empty(points, dtype=np.bool_),
-        vectors[0], vectors[1], vectors[2], vectors[3], vectors[4], matrices[0], matrices[1], workspace,
+        undeformed=undeformed, nodes=np.empty((nodes, 3)), slope=np.empty((points, size)), free_gap=np.empty(points),
+        active=np.empty(points, dtype=np.bool_), target=vectors[0], difference=vectors[1], solution=vectors[2],
+        trial=vectors[3], rhs=vectors[4], matrix=matrices[0], factor=matrices[1], workspace=workspace,
     )  # fmt: skip
     return Position(patches, active_shapes, work)
 
@@ -207,7 +208,7 @@ def _remember_position(patches, converged, neighbour):
 
 @compiled
 def _record_amplitudes(t, i, amplitude, out):
-    # Singly: numba takes seconds to compile what could go wrong between arrays of different shapes.
+    # Singly: numba takes seconds to compile the errors of arrays of different shapes.
     for p in range(amplitude.shape[1]):
         for slot in range(amplitude.shape[2]):
             out[t, i, p, slot] = amplitude[t, p, slot]
@@ -245,8 +246,9 @@ def sweep_reduced(phi, applied_loads, pair, family, compliance, settings, result
     """
     pair_count, count = settings.pair_count, len(applied_loads)
     neighbour = Neighbour(
-        np.zeros(count, dtype=np.bool_), np.zeros(count), np.zeros((count, pair_count, shape_slots(family))),
-        np.zeros(pair_count, dtype=np.int64), np.zeros((pair_count, 2)),
+        known=np.zeros(count, dtype=np.bool_), advance=np.zeros(count),
+        amplitude=np.zeros((count, pair_count, shape_slots(family))), tooth_pair=np.zeros(pair_count, dtype=np.int64),
+        centre=np.zeros((pair_count, 2)),
     )  # fmt: skip
     loads, filled = empty_loads(16 * count * len(phi) if settings.recorded else 0), 0
     for i in range(len(phi)):

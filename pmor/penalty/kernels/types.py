@@ -61,7 +61,7 @@ class NodalScheme(NamedTuple):
 
 
 class WindowLimits(NamedTuple):
-    """What windows are cut by, beside the depth.
+    """Limits of windows, beside the depth.
 
     Attributes
     ----------
