@@ -126,7 +126,7 @@ def _solving(campaign: Campaign, folder: Path) -> dict[str, float]:
     table = designs_of(campaign)
     table_s, store = time.process_time() - started, open_store(folder / "store", 1.0)
     step = campaign.count // SOLVED
-    order = _order(campaign, store, [(i + 1, table(i)) for i in range(0, SOLVED * step, step)])
+    order = Order(task_of(campaign, store), tuple((i + 1, table(i)) for i in range(0, SOLVED * step, step)), 0)
     with LocalProcesses(1) as executor:
         answer = executor.submit(solve_order, order).result()
     seconds = [s for row, s in zip(answer.rows, answer.seconds, strict=True) if row["status"] == "ok"]
@@ -141,10 +141,6 @@ def _solving(campaign: Campaign, folder: Path) -> dict[str, float]:
         "design_bytes": (len(pickle.dumps(order)) - len(pickle.dumps(replace(order, designs=()))))
         / len(order.designs),
     }  # fmt: skip
-
-
-def _order(campaign: Campaign, store: Store, designs: list[Any]) -> Order:
-    return Order(task_of(campaign, store), tuple(designs), 0)
 
 
 def _made_up(campaign: Campaign, chunk: Chunk) -> Answer:

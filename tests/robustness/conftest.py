@@ -1,21 +1,10 @@
-"""A basis file to damage, what it holds, and the counts of how damages ended."""
+"""A basis file to damage, and what it holds."""
 
 import shutil
-from collections import Counter
 
 import pytest
 
 from tests.support.refusals import contents
-
-
-@pytest.fixture(scope="module")
-def tally():
-    """Counts by kind of damage and by how it ended, printed at the end."""
-    counts = Counter()
-    yield counts
-    print("\ncorruptions and how they ended:")
-    for (kind, end), count in sorted(counts.items()):
-        print(f"  {count:6d}  {kind}: {end}")
 
 
 @pytest.fixture

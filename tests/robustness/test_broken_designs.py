@@ -2,34 +2,31 @@
 
 import pytest
 
+from tests.support.random_cases import Raw, toml
 from tests.support.refusals import refused
 from tests.support.small_case import case_text
 
 MESH = {"profile_elements": 5, "width_elements": 2}
 RELIEF = {"key": "tip_relief_um", "range": [0.0, 20.0]}
 START = {"key": "tip_relief_start_roll_deg", "range": [26.0, 30.0]}
-GOOD = {"case": '"small.toml"', "variables": [RELIEF, START]}
+GOOD = {"case": "small.toml", "variables": [RELIEF, START]}
 
 
 def text_of(document):
-    """TOML of a design: keys first, then sections and lists of them; text that stands alone brings its own quotes."""
-    lines = [f"{key} = {value}" for key, value in document.items() if not isinstance(value, dict | list)]
+    """TOML of a design: keys first, then sections and lists of them."""
+    lines = [f"{key} = {toml(value)}" for key, value in document.items() if not isinstance(value, dict | list)]
     for name, content in document.items():
         for table in content if isinstance(content, list) else [content] * isinstance(content, dict):
             lines.append(f"[[{name}]]" if isinstance(content, list) else f"[{name}]")
-            lines += [f"{key} = {_value(value)}" for key, value in table.items()]
+            lines += [f"{key} = {toml(value)}" for key, value in table.items()]
     return "\n".join(lines) + "\n"
-
-
-def _value(value):
-    return f'"{value}"' if isinstance(value, str) and not value.startswith('"') else value
 
 
 # name: (what differs from the good design, what the message must hold)
 BROKEN = {
     "no case": ({"case": None}, ["case: is missing", "add 'case = ...'"]),
-    "case of another name": ({"case": '"smal.toml"'}, ["smal.toml", "there is no such case file", "small.toml"]),
-    "case without line loads": ({"case": '"shapes.toml"'}, ["flank_lines", "write [contact] scheme"]),
+    "case of another name": ({"case": "smal.toml"}, ["smal.toml", "there is no such case file", "small.toml"]),
+    "case without line loads": ({"case": "shapes.toml"}, ["flank_lines", "write [contact] scheme"]),
     "misspelt key": ({"search": {"sample": 8}}, ["[search] sample", "did you mean samples?"]),
     "no variable": ({"variables": None}, ["[[variables]]: is missing", "add one"]),
     "one bracket": ({"variables": {"key": "tip_relief_um", "range": [0.0, 20.0]}}, ["write [[variables]]"]),
@@ -49,7 +46,7 @@ BROKEN = {
     "torque twice": ({"load": {"torques_Nm": [50.0, 50.0]}}, ["torques_Nm = [50.0, 50.0]", "remove it"]),
     "robust without scatter": ({"objective": {"value": "percentile_95"}}, ["needs a scatter", "add [scatter]"]),
     "constraint without bound": ({"constraints": [{"result": "k_h_beta"}]}, ["at_most: is missing"]),
-    "nested too deeply": ({"case": "[" * 100_000}, ["not valid TOML", "nested too deeply"]),
+    "nested too deeply": ({"case": Raw("[" * 100_000)}, ["not valid TOML", "nested too deeply"]),
     "against itself": ({"pareto": {"against": "peak_to_peak_um"}}, ["is the objective itself"]),
 }  # fmt: skip
 

@@ -19,9 +19,7 @@ from pmor.gear.clearance import (
 )
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance
 from pmor.gear.tooth import Tooth
-from pmor.pair.model import gear_pair as pair_of_case
 from tests.support.gear_models import gear_pair, tooth
-from tests.support.small_case import small_case
 
 OVERLAP = 1e-6  # mm
 # Points on fillet and on flank, of which every so many are held against the mate: chords of its fillet cut 1e-8 mm off.
@@ -140,15 +138,6 @@ def both(distance=0.0, **keys):
 def test_gears_that_cannot_run_are_refused_with_number_limit_and_remedy(pair, message):
     with pytest.raises(GeometryError, match=message + ".*(0|than 0): reduce .*addendum"):
         refuse_interference(pair())
-
-
-def test_a_case_of_gears_that_cannot_run_is_refused():
-    from dataclasses import replace
-
-    case = small_case()
-    gear = replace(case.pair.pinion, addendum=1.3)
-    with pytest.raises(GeometryError, match="tip circle reaches"):
-        pair_of_case(replace(case, pair=replace(case.pair, pinion=gear, wheel=gear)))
 
 
 def test_clearance_land_and_overreach_are_those_of_the_textbook():

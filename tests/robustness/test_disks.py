@@ -11,26 +11,23 @@ import pytest
 
 from pmor.core.errors import OutputError
 from pmor.storage.basis_file import read_basis, write_basis
+from tests.support.processes import small_disk
 from tests.support.refusals import command, refused
 from tests.support.small_case import case_text
 
 FORCE, MUCH_FORCE = np.zeros((2, 2, 2, 36)), np.zeros((2000, 2, 2, 36))
 
 
-def mount(folder, *options):
-    command = ["mount", *options, str(folder)]
-    if shutil.which("mount") is None or subprocess.run(command, capture_output=True).returncode != 0:
-        pytest.skip("this account may not mount file systems")
+NO_MOUNT = "this account may not mount file systems"
 
 
 @pytest.fixture
 def tiny_disk(tmp_path):
     """A file system of 48 KiB: less than a basis."""
-    folder = tmp_path / "disk"
-    folder.mkdir()
-    mount(folder, "-t", "tmpfs", "-o", "size=48k", "tmpfs")
-    yield folder
-    subprocess.run(["umount", str(folder)], check=True)
+    with small_disk(tmp_path / "disk", "48k") as (folder, small):
+        if not small:
+            pytest.skip(NO_MOUNT)
+        yield folder
 
 
 @pytest.fixture
@@ -39,7 +36,8 @@ def read_only(tmp_path):
     folder = tmp_path / "disk"
     (folder / "basis.h5.parts").mkdir(parents=True)
     (folder / "basis.h5.parts" / "angle_00000.h5").write_text("work of an hour")
-    mount(folder, "--bind", str(folder))
+    if shutil.which("mount") is None or subprocess.run(["mount", "--bind", folder, folder]).returncode != 0:
+        pytest.skip(NO_MOUNT)
     subprocess.run(["mount", "-o", "remount,ro,bind", str(folder)], check=True)
     yield folder
     subprocess.run(["umount", str(folder)], check=True)
@@ -52,18 +50,13 @@ def case_file(tmp_path):
     return str(path)
 
 
-def test_a_full_disk_leaves_no_basis_and_no_rubbish(tiny_disk, small_basis):
+@pytest.mark.parametrize("there", [{}, {"basis.h5": "precious"}], ids=["new", "replaced"])
+def test_a_full_disk_leaves_what_was_there_and_no_rubbish(there, tiny_disk, small_basis):
+    for name, content in there.items():
+        (tiny_disk / name).write_text(content)
     with pytest.raises(OutputError, match=r"cannot write .*basis\.h5: no space is left on the disk: free some"):
-        write_basis(tiny_disk / "basis.h5", small_basis, MUCH_FORCE)
-    assert list(tiny_disk.iterdir()) == []
-
-
-def test_a_full_disk_keeps_the_basis_that_is_there(tiny_disk, small_basis):
-    (tiny_disk / "basis.h5").write_text("precious")
-    with pytest.raises(OutputError, match="no space is left"):
         write_basis(tiny_disk / "basis.h5", small_basis, MUCH_FORCE, overwrite=True)
-    assert (tiny_disk / "basis.h5").read_text() == "precious"
-    assert len(list(tiny_disk.iterdir())) == 1
+    assert {path.name: path.read_text() for path in tiny_disk.iterdir()} == there
 
 
 def test_the_command_keeps_the_angles_that_are_done_when_the_disk_is_full(tiny_disk, case_file, tmp_path):

@@ -14,13 +14,12 @@ import sys
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
-from pathlib import Path
 
 import pytest
 
 from tests.support.fuzz_trials import load_sound, prepare, trial, warm_up
+from tests.support.processes import ROOT
 
-ROOT = Path(__file__).parents[2]
 FEW, MANY = 50, 5000
 PATIENCE = 120.0  # until a process says something, s: the computer may have other work
 MOST = 50  # times the file
@@ -70,7 +69,8 @@ def run_trials(folder, numbers):
     said, outcomes = folder / "trials.txt", []
     while numbers:
         said.write_text("")
-        command = [sys.executable, "-m", "tests.support.fuzz_trials", folder, said, *map(str, astuple(numbers))]
+        trials = map(str, (numbers.start, numbers.stop, numbers.step))
+        command = [sys.executable, "-m", "tests.support.fuzz_trials", folder, said, *trials]
         process = subprocess.Popen(command, cwd=ROOT, stderr=subprocess.DEVNULL)
         length = -1
         while process.poll() is None:
@@ -88,7 +88,3 @@ def run_trials(folder, numbers):
         outcomes.append({"number": died, "kind": "?", "done": [], "end": end, "grown": 0, "size": 0, "seconds": 0.0})
         numbers = range(died + numbers.step, numbers.stop, numbers.step)
     return outcomes
-
-
-def astuple(numbers):
-    return numbers.start, numbers.stop, numbers.step

@@ -28,16 +28,13 @@ def test_half_the_addresses_end_in_one_line(command, profile_elements, tmp_path)
     needed = max(stage.memory for stage in stages(case)) + RESERVED_BYTES
     path = tmp_path / "case.toml"
     path.write_text(pmor.case.text_of(case))
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
     line = f'ulimit -v {needed // 2048}; exec "{sys.executable}" -m pmor {command} {path}'
-    done = subprocess.run(["bash", "-c", line], cwd=tmp_path, env=_environment(), capture_output=True, text=True)
+    done = subprocess.run(["bash", "-c", line], cwd=tmp_path, env=environment, capture_output=True, text=True)
     assert done.returncode == 2
     assert done.stderr.startswith("pmor: error: ")
     assert len(done.stderr.splitlines()) == 1
     assert [item.name for item in tmp_path.iterdir()] == ["case.toml"]
-
-
-def _environment():
-    return os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
 
 
 FACTOR = 2.0
@@ -56,16 +53,12 @@ SIZES = {
 }  # fmt: skip
 
 
-def by_name(case):
-    return {stage.name: stage for stage in stages(case)}
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SIZES)
 def test_memory_is_within_a_factor_of_two_of_what_was_told(name, capsys):
     """Times are told, not judged: `pytest -n 0 -m slow tests/robustness/test_little_memory.py`."""
     case = paper(**SIZES[name])
-    measured, estimated = measure_stages(case), by_name(case)
+    measured, estimated = measure_stages(case), {stage.name: stage for stage in stages(case)}
     with capsys.disabled():
         for stage, found in measured.items():
             told = estimated[stage]

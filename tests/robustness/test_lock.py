@@ -2,17 +2,19 @@
 
 import errno
 import fcntl
+import os
 import signal
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
 from pmor.core.errors import OutputError
 from pmor.storage.lock import only_writer_in_folder, only_writer_of_file
+from tests.support.processes import ROOT
+from tests.support.refusals import refused
+from tests.support.small_case import case_text
 
-ROOT = Path(__file__).parents[2]
 HOLD = """
 import sys
 from pathlib import Path
@@ -88,6 +90,19 @@ def test_two_locks_in_one_process_exclude_each_other_too(tmp_path):
     with only_writer_in_folder(tmp_path), pytest.raises(OutputError, match="another folder"):
         with only_writer_in_folder(tmp_path):
             pytest.fail("the lock is held")
+
+
+@pytest.mark.parametrize(("command", "option"), [("offline", "-o"), ("run", "--out")])
+def test_the_second_of_two_commands_into_the_same_place_is_told(command, option, tmp_path):
+    place, case = tmp_path / "place", tmp_path / "tiny.toml"
+    case.write_text(case_text())
+    place.mkdir(exist_ok=True)
+    lock = only_writer_of_file(place / "basis.h5") if command == "offline" else only_writer_in_folder(place)
+    with lock:
+        target = place / "basis.h5" if command == "offline" else place
+        words = [f"{target}: process {os.getpid()} on ", "is writing it at present; wait for it"]
+        refused(command, case, option, target, "--overwrite", words=words)
+    assert list(place.iterdir()) == []
 
 
 def test_only_one_of_many_processes_is_inside(tmp_path):

@@ -75,23 +75,22 @@ def test_what_a_case_does_not_write_is_in_nobodys_way(case_file, tmp_path):
     assert (tmp_path / "report.html").read_text() == "mine"
 
 
-@pytest.mark.parametrize("overwrite", [[], ["--overwrite"]])
-def test_a_study_leaves_a_users_own_folder_alone(overwrite, tmp_path, no_work):
-    (tmp_path / "parts").mkdir()
-    (tmp_path / "parts" / "thesis.txt").write_text("mine")
-    error = refused("study", "cases/paper_study.toml", "--quick", "--out", tmp_path, *overwrite)
-    assert f"{tmp_path / 'parts'}: is needed for unfinished work, and pmor did not make it; move it away" in error
-    assert (tmp_path / "parts" / "thesis.txt").read_text() == "mine"
-
-
-@pytest.mark.parametrize("resume", [[], ["--resume"]])
-def test_offline_leaves_a_users_own_folder_alone(resume, case_file, tmp_path, no_work):
-    parts = tmp_path / "basis.h5.parts"
-    parts.mkdir()
-    (parts / "angle_00000.h5").write_text("mine")
-    error = refused("offline", case_file, "-o", tmp_path / "basis.h5", *resume)
-    assert f"{parts}: is needed for unfinished work" in error
-    assert (parts / "angle_00000.h5").read_text() == "mine"
+@pytest.mark.parametrize(
+    ("parts", "arguments"),
+    [
+        ("parts", ["study", "cases/paper_study.toml", "--quick", "--out", "."]),
+        ("parts", ["study", "cases/paper_study.toml", "--quick", "--out", ".", "--overwrite"]),
+        ("basis.h5.parts", ["offline", "tiny.toml", "-o", "basis.h5"]),
+        ("basis.h5.parts", ["offline", "tiny.toml", "-o", "basis.h5", "--resume"]),
+    ],
+)
+def test_a_users_own_folder_is_left_alone(parts, arguments, case_file, tmp_path, no_work):
+    (tmp_path / parts).mkdir()
+    (tmp_path / parts / "angle_00000.h5").write_text("mine")
+    places = {".": tmp_path, "tiny.toml": case_file, "basis.h5": tmp_path / "basis.h5"}
+    error = refused(*(places.get(argument, argument) for argument in arguments))
+    assert f"{tmp_path / parts}: is needed for unfinished work, and pmor did not make it; move it away" in error
+    assert (tmp_path / parts / "angle_00000.h5").read_text() == "mine"
 
 
 def test_no_output_replaces_what_it_is_made_from(case_file, tmp_path, no_work):

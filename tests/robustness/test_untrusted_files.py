@@ -12,7 +12,7 @@ from pmor.storage.basis_file import read_basis
 from pmor.storage.describe import file_text
 from pmor.storage.hdf5 import set_attributes
 from tests.support.broken_files import edit
-from tests.support.broken_hdf5 import datasets_of, replace, reseal, with_data
+from tests.support.broken_hdf5 import datasets_of, put, reseal, with_data
 from tests.support.refusals import refused
 from tests.support.stored_files import results_in
 
@@ -149,12 +149,11 @@ def test_what_cannot_be_true_of_positions_is_refused(change, shapes, interpolati
 
 
 def packed(file):
-    replace(file, "training/phi", lambda name: file.create_dataset(
-        name, (4 * 10**8,), "f8", chunks=(10**6,), fillvalue=1.0, compression="gzip"))  # fmt: skip
+    put(file, "training/phi", shape=(4 * 10**8,), dtype="f8", chunks=(10**6,), fillvalue=1.0, compression="gzip")
 
 
 def never_written(file):
-    replace(file, "training/phi", lambda name: file.create_dataset(name, (4 * 10**8,), "f8"))
+    put(file, "training/phi", shape=(4 * 10**8,), dtype="f8")
 
 
 @pytest.mark.parametrize("change", [packed, never_written])

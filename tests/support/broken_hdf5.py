@@ -47,9 +47,13 @@ def replace(file, name, make):
             file[name].attrs[key] = value
 
 
+def put(file, name, **how):
+    """Put a dataset of other contents or of another layout in the place of one."""
+    replace(file, name, lambda place: file.create_dataset(place, **how))
+
+
 def with_data(file, name, change):
-    data = change(file[name][()])
-    replace(file, name, lambda place: file.create_dataset(place, data=data))
+    put(file, name, data=change(file[name][()]))
 
 
 def swap(file, first, second):
@@ -62,23 +66,18 @@ def swap(file, first, second):
 
 
 def other_type(file, rng, folder):
-    kind = ODD_TYPES[rng.integers(len(ODD_TYPES))]
+    kind = some(rng, ODD_TYPES)
     with np.errstate(all="ignore"):
         with_data(file, some(rng, datasets_of(file)), lambda data: data.astype(kind))
 
 
 def odd_contents(file, rng, folder):
-    name = some(rng, datasets_of(file))
-    kind = rng.integers(4)
-    if kind == 0:
-        replace(file, name, lambda place: file.create_dataset(place, data="text of any length"))
-    elif kind == 1:
-        references = h5py.ref_dtype if rng.random() < 0.5 else h5py.regionref_dtype
-        replace(file, name, lambda place: file.create_dataset(place, (3,), dtype=references))
-    elif kind == 2:
-        replace(file, name, lambda place: file.create_dataset(place, data=np.zeros(3, [("a", "f8"), ("b", "i4")])))
-    else:
-        replace(file, name, lambda place: file.create_dataset(place, data=h5py.Empty("f8")))
+    reference = h5py.ref_dtype if rng.random() < 0.5 else h5py.regionref_dtype
+    ways = [
+        {"data": "text of any length"}, {"shape": (3,), "dtype": reference},
+        {"data": np.zeros(3, [("a", "f8"), ("b", "i4")])}, {"data": h5py.Empty("f8")},
+    ]  # fmt: skip
+    put(file, some(rng, datasets_of(file)), **some(rng, ways))
 
 
 def other_shape(file, rng, folder):
@@ -94,7 +93,7 @@ def other_shape(file, rng, folder):
             lambda: np.take(data, range(0), axis),
             lambda: np.take(data, range(1), axis) if data.size else data,
         ]
-        return ways[rng.integers(len(ways))]()
+        return some(rng, ways)()
 
     with_data(file, some(rng, datasets_of(file)), change)
 
@@ -125,12 +124,7 @@ def odd_numbers(file, rng, folder):
     """One number, a row or all of them are other than they should be."""
 
     def change(data):
-        if data.dtype == bool:
-            odd = [False, True][rng.integers(2)]
-        elif data.dtype.kind == "i":
-            odd = ODD_INTEGERS[rng.integers(len(ODD_INTEGERS))]
-        else:
-            odd = ODD_NUMBERS[rng.integers(len(ODD_NUMBERS))]
+        odd = some(rng, {"b": [False, True], "i": ODD_INTEGERS}.get(data.dtype.kind, ODD_NUMBERS))
         kind = rng.integers(3)
         if kind == 0 or data.ndim == 0:
             return np.full_like(data, odd)
@@ -143,7 +137,7 @@ def odd_numbers(file, rng, folder):
 
 
 def scaled(file, rng, folder):
-    factor = [-1.0, 2.0, 1e-3, 1e6, 1.01][rng.integers(5)]
+    factor = some(rng, [-1.0, 2.0, 1e-3, 1e6, 1.01])
     one = rng.random() < 0.3
 
     def change(data):
@@ -166,22 +160,20 @@ def stored_otherwise(file, rng, folder):
         return
     kind = rng.integers(6)
     if kind == 0:
-        replace(file, name, lambda place: file.create_dataset(place, data=data, compression="gzip"))
+        put(file, name, data=data, compression="gzip")
     elif kind == 1:
-        endless = (None,) * data.ndim
-        replace(file, name, lambda place: file.create_dataset(place, data=data, chunks=True, maxshape=endless))
+        put(file, name, data=data, chunks=True, maxshape=(None,) * data.ndim)
     elif kind == 2:  # gigabytes of nothing
-        shape = (int(rng.integers(10**6, 4 * 10**8)), *data.shape[1:])
-        replace(file, name, lambda place: file.create_dataset(place, shape, data.dtype, chunks=(1000, *data.shape[1:]),
-                                                              fillvalue=1, compression="gzip"))  # fmt: skip
+        shape, chunks = (int(rng.integers(10**6, 4 * 10**8)), *data.shape[1:]), (1000, *data.shape[1:])
+        put(file, name, shape=shape, dtype=data.dtype, chunks=chunks, fillvalue=1, compression="gzip")
     elif kind == 3:  # declared, never written
         shape = (int(rng.integers(1, 10**8)), *data.shape[1:]) if rng.random() < 0.7 else data.shape
-        replace(file, name, lambda place: file.create_dataset(place, shape, data.dtype))
+        put(file, name, shape=shape, dtype=data.dtype)
     elif kind == 4:
         elsewhere = folder / "elsewhere.raw"
         elsewhere.write_bytes(data.tobytes())
         external = [(str(elsewhere), 0, h5py.h5f.UNLIMITED)]
-        replace(file, name, lambda place: file.create_dataset(place, data.shape, data.dtype, external=external))
+        put(file, name, shape=data.shape, dtype=data.dtype, external=external)
     else:
         source = h5py.VirtualSource(str(folder / "basis.h5"), name, data.shape, data.dtype)
         made_up = h5py.VirtualLayout(data.shape, data.dtype)
@@ -247,11 +239,11 @@ def attributes(file, rng, folder):
         del item.attrs[name]
     if kind == 0:
         return
-    text = ODD_TEXTS[rng.integers(len(ODD_TEXTS))]
+    text = some(rng, ODD_TEXTS)
     if kind == 1:
-        item.attrs[name] = ODD_NUMBERS[rng.integers(len(ODD_NUMBERS))]
+        item.attrs[name] = some(rng, ODD_NUMBERS)
     elif kind == 2:
-        item.attrs[name] = ODD_INTEGERS[rng.integers(len(ODD_INTEGERS))]
+        item.attrs[name] = some(rng, ODD_INTEGERS)
     elif kind == 3:
         item.attrs.create(name, np.bytes_(text.encode(errors="surrogateescape") or b"\0"))
     elif kind == 4:
@@ -282,7 +274,7 @@ def case_text(file, rng, folder):
         lambda: [*lines[:at], "\x1b[31m = 1", *lines[at:]],
         lambda: lines[:at],
     ]
-    text = "\n".join(ways[rng.integers(len(ways))]()) + "\n"
+    text = "\n".join(some(rng, ways)()) + "\n"
     set_attributes(file, case_text=text, case_sha256=hashlib.sha256(text.encode()).hexdigest())
 
 
@@ -297,7 +289,7 @@ def break_file(path, rng):
     done = []
     with h5py.File(path, "r+") as file:
         for _ in range(1 + int(rng.random() < 0.2) + int(rng.random() < 0.1)):
-            way = BREAKS[rng.integers(len(BREAKS))]
+            way = some(rng, BREAKS)
             try:
                 way(file, rng, path.parent)
             except (KeyError, ValueError, TypeError, AttributeError, OSError, RuntimeError, OverflowError) as error:
@@ -325,5 +317,5 @@ def reseal(file):
         set_attributes(file, **checksums(file))
 
 
-def some(rng, names):
-    return names[rng.integers(len(names))]
+def some(rng, choices):
+    return choices[rng.integers(len(choices))]

@@ -36,6 +36,10 @@ def models(name, hand=1.0, width="whole"):
         changes["pair"]["helix_angle_deg"] *= hand
     mesh = {"profile_elements": 5, "width_elements": 4, "width": width} | changes.pop("mesh", {})
     text = case_text(**changes, mesh=mesh, contact={"scheme": "line"}, reduction={"shapes": "line_loads"})
+    return _solved(text)
+
+
+def _solved(text):
     case = parse_case(text, "small", "small case")
     full = elastic_model(case, mesh_model(case))
     return full, reduced_pair(train(case, full).basis)
@@ -66,5 +70,4 @@ def random_modification(rng, active):
 def small_pair():
     mesh = {"profile_elements": 5, "width_elements": 2}
     text = case_text(mesh=mesh, contact={"scheme": "line"}, reduction={"shapes": "line_loads"})
-    case = parse_case(text, "small", "small case")
-    return reduced_pair(train(case, elastic_model(case, mesh_model(case))).basis)
+    return _solved(text)[1]

@@ -161,16 +161,35 @@ def _place(draw, document):
     return keys, draw(st.integers(0, len(keys) - 1))
 
 
-def _weird_value(draw, document):
-    keys, i = _place(draw, document)
-    keys[i] = keys[i][0], draw(st.one_of(st.sampled_from(WEIRD), STRANGE_TEXT, st.floats(), st.integers()))
+def _another(pair):
+    """Put another pair in the place of one, made of its key and value."""
+
+    def mutate(draw, document):
+        keys, i = _place(draw, document)
+        keys[i] = pair(draw, *keys[i])
+
+    return mutate
 
 
-def _wrong_unit(draw, document):
-    keys, i = _place(draw, document)
-    key, value = keys[i]
-    if isinstance(value, int | float):
-        keys[i] = key, float(value) * draw(st.sampled_from(WRONG_UNITS))
+def _weird_value(draw, key, _value):
+    return key, draw(st.one_of(st.sampled_from(WEIRD), STRANGE_TEXT, st.floats(), st.integers()))
+
+
+def _wrong_unit(draw, key, value):
+    return key, float(value) * draw(st.sampled_from(WRONG_UNITS)) if isinstance(value, int | float) else value
+
+
+def _strange_key(draw, _key, value):
+    return toml(draw(STRANGE_TEXT)), value
+
+
+def _misspelt_key(draw, key, value):
+    at = draw(st.integers(0, len(key) - 1))
+    return key[:at] + key[at + 1 :] or "x", value
+
+
+def _no_toml(draw, key, _value):
+    return key, Raw(draw(st.sampled_from(["4,0", "", "=", '"', "[1", "0x", "1e", "1_", "{", "'''", "\x00"])))
 
 
 def _missing_key(draw, document):
@@ -181,18 +200,6 @@ def _missing_key(draw, document):
 def _double_key(draw, document):
     keys, i = _place(draw, document)
     keys.append(keys[i])
-
-
-def _strange_key(draw, document):
-    keys, i = _place(draw, document)
-    keys[i] = toml(draw(STRANGE_TEXT)), keys[i][1]
-
-
-def _misspelt_key(draw, document):
-    keys, i = _place(draw, document)
-    key = keys[i][0]
-    at = draw(st.integers(0, len(key) - 1))
-    keys[i] = key[:at] + key[at + 1 :] or "x", keys[i][1]
 
 
 def _moved_key(draw, document):
@@ -216,13 +223,9 @@ def _strange_section(draw, document):
     document[i] = name, document[i][1]
 
 
-def _no_toml(draw, document):
-    keys, i = _place(draw, document)
-    keys[i] = keys[i][0], Raw(draw(st.sampled_from(["4,0", "", "=", '"', "[1", "0x", "1e", "1_", "{", "'''", "\x00"])))
-
-
-MUTATIONS = [_weird_value, _weird_value, _wrong_unit, _missing_key, _double_key, _strange_key, _misspelt_key,
-             _moved_key, _missing_section, _double_section, _strange_section, _no_toml]  # fmt: skip
+PAIRS = _weird_value, _weird_value, _wrong_unit, _strange_key, _misspelt_key, _no_toml
+MUTATIONS = [*map(_another, PAIRS), _missing_key, _double_key, _moved_key, _missing_section, _double_section,
+             _strange_section]  # fmt: skip
 
 
 @st.composite

@@ -10,7 +10,7 @@ from pmor.campaigns.relations import case_of, text_of_design, with_relations
 from pmor.campaigns.settings import Relations
 from pmor.campaigns.table import designs_of
 from pmor.case import parse_case
-from pmor.core.errors import CaseError, GeometryError
+from pmor.core.errors import GeometryError
 from pmor.gear.pair import zero_backlash_centre_distance
 from pmor.pair.model import gear_pair
 from tests.support.small_case import case_text
@@ -102,8 +102,3 @@ def test_a_modification_changes_one_gear_alone():
 def test_the_text_of_a_design_is_a_case_file():
     text = text_of_design(BASE, {"pinion.teeth": 20, "pair.module_mm": math.pi})
     assert parse_case(text, "one", "one").pair.module_mm == math.pi
-
-
-def test_a_value_that_no_case_allows_is_refused_before_anything_is_solved(tmp_path):
-    with pytest.raises(CaseError, match=r"\[designs\] pair.face_width_mm = -3.0: must be between"):
-        campaign(tmp_path, 'method = "grid"\npair.face_width_mm = [-3.0, 20.0]\n')

@@ -31,23 +31,13 @@ def parse(text):
     return parse_case(text, name="demo", where="demo.toml")
 
 
-def test_minimal_case_is_filled_with_the_documented_defaults():
+def test_defaults_follow_from_the_load_and_the_scheme():
     case = parse(MINIMAL)
     assert (case.name, case.title, case.torque_Nm) == ("demo", "demo", 50.0)
-    assert case.pair.centre_distance_mm is None
-    assert (case.pair.pressure_angle_deg, case.pair.helix_angle_deg) == (20.0, 0.0)
-    assert case.pair.pinion == GearCase(teeth=30, bore_radius_mm=10.0)
-    assert (case.mesh.element, case.mesh.profile_elements, case.mesh.width_elements) == ("hex20", 8, 4)
-    assert case.mesh.spacing == "arc_length"
-    assert (case.contact.scheme, case.contact.edge_normals) == ("line", None)
-    assert (case.contact.lodm_profile, case.contact.lodm_width, case.contact.penalty_N_mm3) == (4, 1, 1e6)
-    assert (case.mesh.width, case.reduction.shapes) == ("half", "line_loads")
-    assert (case.reduction.interpolation, case.reduction.pod_tolerance) == ("linear", 1e-6)
-    assert (case.offline.angles_per_pitch, case.offline.torques_Nm) == (40, (10.0, 35.0, 90.0))
-    assert (case.online.angles_per_pitch, case.online.torques_Nm) == (200, (50.0,))
-    assert (case.compare.angles, case.compare.torques_Nm) == (40, (15.0, 50.0, 80.0))
-    assert case.output.plots
-    assert case.output.report
+    assert (case.contact.scheme, case.reduction.shapes) == ("line", "line_loads")
+    assert case.offline.torques_Nm == (10.0, 35.0, 90.0)
+    assert case.online.torques_Nm == (50.0,)
+    assert case.compare.torques_Nm == (15.0, 50.0, 80.0)
     assert case.text == MINIMAL
 
 
@@ -102,12 +92,6 @@ def test_torques_are_sorted():
 def test_written_centre_distance_is_taken():
     case = parse(MINIMAL.replace("module_mm = 2", "module_mm = 2\ncentre_distance_mm = 60.2"))
     assert case.pair.centre_distance_mm == 60.2
-
-
-@pytest.mark.parametrize("change", ["teeth = 6\nprofile_shift = 0.5", "teeth = 1000"])
-def test_extreme_tooth_numbers_are_accepted(change):
-    text = MINIMAL.replace("teeth = 30", change).replace("bore_radius_mm = 10.0", "bore_radius_mm = 1.0")
-    assert parse(text).pair.pinion.teeth in (6, 1000)
 
 
 def test_byte_order_mark_and_windows_line_ends_are_read(tmp_path):

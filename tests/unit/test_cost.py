@@ -20,6 +20,7 @@ from pmor.pair.model import gear_pair, sector_meshes
 from pmor.work.cost import RESERVED_BYTES, refuse_beyond_memory, stages
 from pmor.work.sizes import gear_size
 from tests.support.processes import ROOT
+from tests.support.refusals import refused
 
 CASES = ROOT / "cases"
 MIB = 2**20
@@ -104,11 +105,10 @@ COMMANDS = {
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_no_command_meshes_what_does_not_fit(command, little_memory, monkeypatch, capsys, tmp_path):
+def test_no_command_meshes_what_does_not_fit(command, little_memory, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     output = {"offline": ["-o", "basis.h5"], "bench": ["--json", "bench.json"]}.get(command, ["--out", "out"])
-    assert main([command, str(CASES / COMMANDS[command]), *output]) == 2
-    assert "somebody allows 100 MiB" in capsys.readouterr().err
+    refused(command, CASES / COMMANDS[command], *output, words=["somebody allows 100 MiB"])
 
 
 @pytest.mark.parametrize(
@@ -127,14 +127,13 @@ def test_no_call_meshes_what_does_not_fit(call, little_memory):
         call(paper())
 
 
-def test_a_basis_that_does_not_fit_is_refused_before_it_is_read(monkeypatch, capsys, tmp_path):
+def test_a_basis_that_does_not_fit_is_refused_before_it_is_read(monkeypatch, tmp_path):
     basis = tmp_path / "basis.h5"
     with basis.open("wb") as file:
         file.truncate(1000 * MIB)  # a hole, it takes no room
     monkeypatch.setattr(pmor.work.cost, "memory_limits", lambda: (limit(1500 * MIB),))
-    assert main(["online", str(basis)]) == 2
-    errors = capsys.readouterr().err
-    assert f"{basis}: takes about 4.1 GiB of memory, and somebody allows 1.46 GiB: ask for more, or train" in errors
+    words = f"{basis}: takes about 4.1 GiB of memory, and somebody allows 1.46 GiB: ask for more, or train"
+    refused("online", basis, words=[words])
 
 
 def test_a_study_is_refused_before_its_first_cell(monkeypatch, tmp_path):

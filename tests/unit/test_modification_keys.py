@@ -51,14 +51,11 @@ def crowned():
 
 def test_each_gear_has_modifications_of_its_own(crowned):
     assert crowned.pinion_modification.helix_crowning_um == 5.0
+    assert crowned.pinion_modification.pitch_deviations_um[:4] == (0.0, -0.5, 1.0, -1.5)
     assert crowned.wheel_modification == Modification(**RELIEF)
     assert crowned.pair.wheel == crowned.pair.pinion
     alone = parse_case(case_text() + "[pinion.modification]\nhelix_crowning_um = 5\n", "one", "case")
     assert alone.wheel_modification == UNMODIFIED
-
-
-def test_pitch_deviations_keep_their_order(crowned):
-    assert crowned.pinion_modification.pitch_deviations_um[:4] == (0.0, -0.5, 1.0, -1.5)
 
 
 def test_conditions_are_the_case_but_for_what_they_say(crowned):

@@ -89,19 +89,14 @@ def test_every_figure_renders_and_names_its_units():
         assert_units_on_every_axis(figure)
 
 
-def test_ste_figure_has_a_curve_and_markers_per_torque():
+def test_ste_figure_has_a_curve_and_markers_per_torque_in_one_colour():
     figure = ste_figure(make_sweep(), make_sweep((30.0, 160.0), 7))
     lines = figure.axes[0].get_lines()
-    curves = [line for line in lines if line.get_linestyle() == "-"]
-    markers = [line for line in lines if line.get_marker() == "o"]
-    assert (len(curves), len(markers)) == (3, 2)
+    curves = [line.get_color() for line in lines if line.get_linestyle() == "-"]
+    markers = [line.get_markeredgecolor() for line in lines if line.get_marker() == "o"]
+    assert (len(set(curves)), len(markers)) == (3, 2)
+    assert markers == [curves[0], curves[2]]
     assert legend_texts(figure) == ["160 N m", "100 N m", "30 N m", "reduced", "full FE"]
-
-
-def test_ste_figure_gives_both_models_one_colour_per_torque():
-    lines = ste_figure(make_sweep(), make_sweep((160.0,), 7)).axes[0].get_lines()
-    assert lines[2].get_color() == lines[3].get_markeredgecolor()
-    assert len({line.get_color() for line in lines[:3]}) == 3
 
 
 def test_ste_curve_covers_the_pitch_and_is_periodic():
@@ -164,26 +159,19 @@ def test_a_thousand_torques_are_drawn_as_a_few_and_the_picture_says_so():
     draw(sharing)
 
 
-def test_load_sharing_leaves_out_pairs_that_never_carry():
+def test_load_sharing_leaves_out_pairs_that_never_carry_and_ends_a_share_where_its_successor_began():
     figure = load_sharing_figure(make_sweep())
     assert len(figure.axes) == 3
     assert legend_texts(figure) == ["pair -1", "pair 0"]
+    assert_allclose([line.get_ydata()[-1] for line in figure.axes[0].get_lines()], [100.0, 0.0])
 
 
-def test_load_share_of_a_pair_ends_where_its_successor_began():
-    lines = load_sharing_figure(make_sweep((100.0,))).axes[0].get_lines()
-    assert_allclose([line.get_ydata()[-1] for line in lines], [100.0, 0.0])
-
-
-def test_spectrum_has_ten_orders_per_torque_on_a_logarithmic_axis():
-    axes = spectrum_figure(make_sweep()).axes[0]
+@pytest.mark.parametrize(("angles", "count"), [(24, 10), (12, 5)], ids=["ten", "what the sweep resolves"])
+def test_spectrum_has_orders_per_torque_on_a_logarithmic_axis(angles, count):
+    axes = spectrum_figure(make_sweep(n=angles)).axes[0]
     assert axes.get_yscale() == "log"
-    assert [len(bars) for bars in axes.containers] == [10, 10, 10]
-    assert_allclose(axes.get_xticks(), np.arange(1, 11))
-
-
-def test_spectrum_shows_no_order_that_the_sweep_cannot_resolve():
-    assert_allclose(spectrum_figure(make_sweep(n=12)).axes[0].get_xticks(), np.arange(1, 6))
+    assert [len(bars) for bars in axes.containers] == [count] * 3
+    assert_allclose(axes.get_xticks(), np.arange(1, count + 1))
 
 
 def test_spectrum_of_an_incomplete_curve_says_so():
@@ -221,11 +209,7 @@ def test_contact_pattern_uses_one_scale_and_states_the_peaks():
     assert first.get_title() == "Pinion flank, 50 % of torque\npeak 400 MPa"
     assert second.get_title() == "Pinion flank, 50 % of torque\nno contact"
     assert first.collections[0].get_clim() == second.collections[0].get_clim() == (0.0, 400.0)
-
-
-def test_contact_pattern_is_as_wide_as_the_face():
-    axes = contact_pattern_figure([pattern()]).axes[0]
-    assert_allclose(axes.get_xlim(), [-10.0, 10.0])
+    assert_allclose(first.get_xlim(), [-10.0, 10.0])
 
 
 def test_contact_pattern_of_nothing_is_refused():

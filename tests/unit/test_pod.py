@@ -167,12 +167,6 @@ def assert_positive_symmetric(matrix):
     assert np.linalg.eigvalsh(0.5 * (matrix + matrix.T)).min() > -ROUND_OFF
 
 
-def test_products_of_neighbouring_bases_are_symmetric_and_positive(bodies, force):
-    modes = local_modes(bodies, force, 1e-12)
-    for one, two in zip(modes[:-1], modes[1:], strict=True):
-        assert_positive_symmetric(products(bodies, one, two))
-
-
 def test_alignment_leaves_the_subspaces_as_they_are(bodies, force):
     modes = local_modes(bodies, force, 1e-3)
     size = modes.shape[1]

@@ -13,7 +13,8 @@ from pmor.fe.hexahedron import shape_gradient
 from pmor.fe.outline import tooth_outline
 from pmor.fe.quality import mesh_quality
 from pmor.fe.sector import build_sector
-from tests.support.gear_models import MODULE, tooth
+from pmor.gear.tooth import Tooth
+from tests.support.gear_models import ALPHA, MODULE, tooth
 
 EXACT = 1e-12  # relative; the same formula, or a sum of a few terms
 PLACE = 1e-10  # mm at radii up to 600 mm: round-off
@@ -82,6 +83,12 @@ def test_an_inverted_element_is_named():
 def test_a_bore_as_large_as_the_root_circle_is_refused(bore_radius):
     with pytest.raises(MeshError, match="leaves no rim"):
         build_sector(tooth(21), bore_radius, 10.0, 4, 1)
+
+
+def test_a_corner_in_place_of_a_fillet_is_refused():
+    corner = Tooth(10, 1.0, math.radians(10.0), profile_shift=1.0, addendum=0.75, dedendum=1.0, rack_tip_radius=0.0)
+    with pytest.raises(MeshError, match="rack_tip_radius = 0: leaves a corner .*; raise it"):
+        tooth_outline(corner, 4, "arc_length")
 
 
 # --- topology ------------------------------------------------------------------------------------------------------
@@ -255,5 +262,5 @@ def test_helical_mesh_is_the_spur_section_twisted():
 
 
 def test_module_scales_everything():
-    small, large = mesh_of(tooth(21), 4, 1), mesh_of(type(tooth(21))(21, 3.0 * MODULE, tooth(21).pressure_angle), 4, 1)
+    small, large = mesh_of(tooth(21), 4, 1), mesh_of(Tooth(21, 3.0 * MODULE, ALPHA), 4, 1)
     assert_allclose(large.nodes[:, :2], 3.0 * small.nodes[:, :2], rtol=1e-9, atol=PLACE)

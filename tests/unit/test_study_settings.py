@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 
-from pmor.app.cli import main
 from pmor.core.errors import CaseError
 from pmor.lab.study.cells import study_cases
 from pmor.lab.study.loader import load, parse_study
 from pmor.lab.study.settings import Cell, ReferenceMesh, quick_study
+from tests.support.refusals import refused
 from tests.support.small_case import case_text
 
 SHIPPED = Path(__file__).parents[2] / "cases" / "paper_study.toml"
@@ -124,16 +124,12 @@ def test_what_a_cell_makes_of_the_base_case_is_refused_with_the_cell_named(base)
         study_cases(parse(text, base))
 
 
-def test_a_bad_study_is_one_line_and_exit_code_2(base, capsys):
+def test_a_bad_study_is_one_line_and_exit_code_2(base):
     path = base / "study.toml"
     path.write_text(TEXT.replace("[grid]", "[gird]"))
-    assert main(["study", str(path), "--out", str(base / "out")]) == 2
-    error = capsys.readouterr().err
-    assert error.startswith("pmor: error: ")
-    assert error.count("\n") == 1
+    refused("study", path, "--out", base / "out", words=["gird"])
     assert not (base / "out").exists()
-    assert main(["study", str(base / "none.toml")]) == 2
-    assert "none.toml: there is no such study file" in capsys.readouterr().err
+    refused("study", base / "none.toml", words=["none.toml: there is no such study file"])
 
 
 VARIANTS = 'base = "base.toml"\n[[variant]]\nname = "wide"\ncell = "4@1"\npair = { face_width_mm = 30.0 }\n'
