@@ -78,7 +78,14 @@ BROKEN = {
         ["[pinion] bore_radius_mm = 38.0", "below 35 mm", "lower it"],
     ),
     "bore of the wheel": (GOOD + WHEEL_WITH_LARGE_BORE, ["[wheel] bore_radius_mm = 36.0", "lower it"]),
-    "tips that reach below the root circle": (replaced(PINION, PINION + "\naddendum = 1.3"), ["tip circle reaches"]),
+    "centre distance in metres": (
+        replaced(PAIR, PAIR + "\ncentre_distance_mm = 0.084"),
+        ["centre_distance_mm = 0.084", "looks like metres", "write 84.0"],
+    ),
+    "face in metres": (
+        replaced(PINION, PINION + "\nface_width_mm = 0.02"),
+        ["[pinion] face_width_mm = 0.02", "looks like metres"],
+    ),
     "no room for a bore": (
         replaced(PINION, "teeth = 6\nprofile_shift = -1.5"),
         ["[pinion] teeth = 6", "no room", "raise teeth"],
@@ -113,7 +120,7 @@ BROKEN = {
     "choice that is no text": (replaced('scheme = "direct"', "scheme = 1"), ["scheme = 1", '"line"']),
     "title that is no text": ("title = 5\n" + without('title = "Small spur pair for quick checks"'), ["quotes"]),
     "title of two lines": (replaced("Small spur pair for", "Small\\nspur"), ["title", "one line"]),
-    "zero torque": (replaced("torque_Nm = 100.0", "torque_Nm = 0.0"), ["torque_Nm = 0.0", "nothing to solve"]),
+    "zero torque": (replaced("torque_Nm = 100.0", "torque_Nm = 0.0"), ["torque_Nm = 0.0", "no contact to solve"]),
     "empty torque list": (replaced("[40.0, 160.0]", "[]"), ["[offline] torques_Nm = []", "must not be empty"]),
     "number for torque list": (replaced("[40.0, 160.0]", "160.0"), ["[offline] torques_Nm", "in brackets"]),
     "bad value in a torque list": (replaced("[40.0, 160.0]", "[40.0, nan]"), ["[offline] torques_Nm", "finite"]),

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from pmor.case import make_case
 from pmor.core.errors import GeometryError
 from pmor.gear.clearance import (
     below_form_circle,
@@ -19,6 +20,7 @@ from pmor.gear.clearance import (
 )
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance
 from pmor.gear.tooth import Tooth
+from pmor.pair.model import gear_pair as pair_of_case
 from tests.support.gear_models import gear_pair, tooth
 
 OVERLAP = 1e-6  # mm
@@ -138,6 +140,12 @@ def both(distance=0.0, **keys):
 def test_gears_that_cannot_run_are_refused_with_number_limit_and_remedy(pair, message):
     with pytest.raises(GeometryError, match=message + ".*(0|than 0): reduce .*addendum"):
         refuse_interference(pair())
+
+
+def test_a_case_of_gears_that_cannot_run_is_refused():
+    case = make_case(teeth=21, addendum=1.3, bore_radius_mm=20.0, module_mm=4.0, face_width_mm=20.0, torque_Nm=100.0)
+    with pytest.raises(GeometryError, match="tip circle reaches"):
+        pair_of_case(case)
 
 
 def test_clearance_land_and_overreach_are_those_of_the_textbook():

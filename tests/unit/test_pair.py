@@ -257,6 +257,7 @@ def test_overlap_lets_teeth_mesh_whose_profiles_alone_would_lose_contact():
 @pytest.mark.parametrize(
     ("pinion", "wheel", "faces", "message"),
     [
+        (gear(21, 0.0, 15.0), gear(21, 0.0, 15.0), (), "must be opposite"),
         (gear(21, 0.0, 15.0), gear(21), (), "must be opposite"),
         (gear(21), gear(21), ((0.0, 10.0), (12.0, 20.0)), "beside each other"),
     ],
