@@ -19,7 +19,7 @@ from pmor_online.model import ReducedPair, unseen_angles
 from pmor_online.sweep import sweep_reduced_pair
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Comparison:
     """The same positions solved by both models.
 

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from itertools import islice
+from typing import Annotated, Any
 
 import numpy as np
 
 from pmor.case import Case, ConditionCase, check_flanks, refuse_uneven_load
+from pmor.case.checks import MOST_ANGLES
+from pmor.case.document import GEARS
+from pmor.case.reader import Reader, checked
 from pmor.case.width import meshed_width
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError
+from pmor.core.ranges import Range
 from pmor.gear.condition import Assembly, Misalignment
 from pmor.gear.meshed_pair import MeshedPair
 from pmor.gear.modification import Modification
@@ -18,36 +24,73 @@ from pmor.gear.pair import GearPair
 from pmor.pair.modifications import refuse_modifications_off_the_flank
 from pmor_online.model import online_angles
 
+# Torques of a sweep in Python keep their order.
+TORQUES = Annotated[tuple[float, ...], Range(0.0, 1e12, "N m", low_excluded=True, in_order=True)]
+ANGLES = Annotated[int, Range(1, MOST_ANGLES)]
+# Pinion angles in rad: beyond, neighbouring numbers are too far apart.
+LARGEST_ANGLE = 1e6
+
 
 def asked_case(
     case: Case, pair: GearPair, torques_Nm: Iterable[float] | None, angles: int | FloatArray | None,
     misalignment: Misalignment | None, flanks: tuple[Modification | None, Modification | None],
 ) -> Case:  # fmt: skip
-    """Return the case of a model with the requested sweep.
+    """Return the case of a model with the requested sweep, checked by the rules for the keys of a case file.
 
     Raises
     ------
     CaseError
     """
-    online, off = case.online, case.misalignment
+    reader, online, off = Reader(case.name), case.online, case.misalignment
     if torques_Nm is not None:
-        torques = tuple(map(float, torques_Nm))
-        if not torques or not all(np.isfinite(torque) and torque > 0.0 for torque in torques):
-            raise CaseError(f"torques_Nm = {list(torques)}: must be positive numbers, and at least one")
-        online = replace(online, torques_Nm=torques)
-    if isinstance(angles, int | np.integer):
-        if angles < 1:
-            raise CaseError(f"angles = {angles}: must be a whole number of at least 1, or angles in rad")
-        online = replace(online, angles_per_pitch=int(angles))
+        listed_Nm = _listed(torques_Nm, f"{case.name}: torques_Nm")
+        online = replace(online, torques_Nm=reader.value(listed_Nm, TORQUES, "torques_Nm"))
+    if angles is not None and _is_single(angles):
+        online = replace(online, angles_per_pitch=reader.value(angles, ANGLES, "angles"))
     if misalignment is not None:
-        off = misalignment
-    pinion, wheel = flanks
-    asked = replace(
-        case, online=online, misalignment=off, pinion_modification=pinion or case.pinion_modification,
-        wheel_modification=wheel or case.wheel_modification,
-    )  # fmt: skip
+        off = checked(misalignment, Misalignment, case.name, "misalignment")
+    pinion, wheel = (
+        own if flank is None else checked(flank, Modification, case.name, f"{gear}.modification")
+        for gear, flank, own in zip(GEARS, flanks, (case.pinion_modification, case.wheel_modification), strict=True)
+    )
+    asked = replace(case, online=online, misalignment=off, pinion_modification=pinion, wheel_modification=wheel)
     check_assembly(asked, case, pair)
     return asked
+
+
+def checked_assemblies(case: Case, assemblies: Sequence[Assembly]) -> tuple[Assembly, ...]:
+    """Return assemblies, checked by the rules for the keys of a case file.
+
+    Raises
+    ------
+    CaseError
+        With the number of the assembly, from 0.
+    """
+    found = []
+    for number, one in enumerate(assemblies):
+        where = f"{case.name}: assemblies[{number}]"
+        if not isinstance(one, Assembly):
+            raise CaseError(f"{where} = {one!r:.60}: must be an Assembly")
+        flanks = [checked(getattr(one, gear), Modification, where, f"{gear}.modification") for gear in GEARS]
+        found.append(Assembly(checked(one.misalignment, Misalignment, where, "misalignment"), *flanks))
+    if not found:
+        raise CaseError("assemblies: there is none: give at least one")
+    return tuple(found)
+
+
+def _is_single(value: Any) -> bool:
+    one = isinstance(value, str | bytes | Mapping) or not isinstance(value, Iterable)
+    return one or (isinstance(value, np.ndarray) and value.ndim == 0)
+
+
+def _listed(values: Any, where: str) -> Any:
+    """List the values of an iterable; text and single values as they are."""
+    if _is_single(values):
+        return values
+    found = list(islice(values, MOST_ANGLES + 1))
+    if len(found) > MOST_ANGLES:
+        raise CaseError(f"{where}: {len(found)} values or more, and {MOST_ANGLES} are enough: sweep fewer at a time")
+    return found
 
 
 def check_assembly(asked: Case, case: Case, pair: GearPair) -> None:
@@ -84,9 +127,17 @@ def positions(case: Case, meshed: MeshedPair, angles: int | FloatArray | None) -
     ------
     CaseError
     """
-    if angles is None or isinstance(angles, int | np.integer):
+    if angles is None or _is_single(angles):
         return online_angles(meshed.pair.pitch, case.online.angles_per_pitch, case.pitches)
-    phi = np.atleast_1d(np.asarray(angles, dtype=float))
-    if not len(phi) or not np.isfinite(phi).all():
-        raise CaseError(f"angles = {phi.tolist()}: must be finite numbers in rad, and at least one")
-    return phi
+    where = f"{case.name}: angles"
+    try:
+        phi = np.asarray(angles if isinstance(angles, np.ndarray) else _listed(angles, where))
+    except ValueError:  # lists of different lengths
+        phi = np.empty((0, 0))
+    numbers = phi.ndim == 1 and phi.dtype.kind in "iuf" and 0 < len(phi) <= MOST_ANGLES
+    if not numbers or not (np.abs(phi) <= LARGEST_ANGLE).all():  # nan neither
+        raise CaseError(
+            f"{where}, of shape {phi.shape} and type {phi.dtype}: must be a whole number, or a list of 1 to "
+            f"{MOST_ANGLES} finite numbers in rad, at most {LARGEST_ANGLE:g}: correct them"
+        )
+    return np.asarray(phi, dtype=float)

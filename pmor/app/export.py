@@ -6,7 +6,9 @@ import logging
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pmor.case.reader import Reader
 from pmor.core.errors import CaseError, OutputError
+from pmor.core.ranges import Torque
 from pmor.storage.atomic import atomic_path, ensure_folder, refuse_existing
 from pmor.storage.results_folder import refuse_in_the_way, results_folder
 
@@ -91,6 +93,8 @@ def export_model(model: ReducedPair, to: str, path: Path, overwrite: bool, torqu
         from pmor.dynamics.fmu.law import mesh_law
         from pmor.dynamics.fmu.write import write_fmu
 
+        if torque_Nm is not None:
+            torque_Nm = Reader(model.basis.case.name).value(torque_Nm, Torque, "torque_Nm")
         if not write_fmu(mesh_law(model, torque_Nm), path, overwrite):
             _LOG.info("no compiler here: the unit holds its source, and no binary")
         return

@@ -15,7 +15,7 @@ from pmor.storage.describe import file_text
 from pmor.work.verify import UNSEEN_STATES, Check, checks_text, verify_basis
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Verification:
     """The laws of a basis, verified against full FE of its case.
 

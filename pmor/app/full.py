@@ -24,7 +24,7 @@ from pmor.work.cost import meshed_within_memory
 _LOG = logging.getLogger("pmor")
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class FullModel:
     """Full finite-element contact of a pair: the truth of its mesh, milliseconds to seconds per position.
 

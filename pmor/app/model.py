@@ -9,7 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pmor.app.asked import asked_case, check_assembly, listed, positions, with_assembly
+from pmor.app.asked import asked_case, check_assembly, checked_assemblies, listed, positions, with_assembly
 from pmor.app.export import export_model, export_sweep
 from pmor.app.full import FullModel
 from pmor.app.result import ConditionsResult, SweepResult
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from pmor.dynamics.result import DynamicsResult
 
 
-@dataclass(frozen=True, repr=False, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ReducedModel:
     """A trained model of a pair: full FE to hundredths of a per cent, in hundredths of a millisecond per position.
 
@@ -153,8 +153,7 @@ class ReducedModel:
         """
         meshed = self.reduced.meshed
         asked = asked_case(self.case, meshed.pair, torques_Nm, angles, None, (None, None))
-        if not assemblies:
-            raise CaseError("assemblies: there is none: give at least one")
+        assemblies = checked_assemblies(self.case, assemblies)
         asked = replace(asked, conditions=tuple(listed(asked, n, one) for n, one in enumerate(assemblies)))
         check_assembly(asked, self.case, meshed.pair)
         if self.case.reduction.trained:

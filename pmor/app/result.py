@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class SweepResult:
     """Static transmission error, load sharing and stiffness over T torques and N pinion angles.
 
@@ -209,7 +209,7 @@ class SweepResult:
         return f"<SweepResult: {len(self.phi_rad)} angles x {torques} N m, STE peak-to-peak {spans} um{ending}>"
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ConditionsResult:
     """Static transmission error of B assemblies of a pair, over T torques and N pinion angles.
 

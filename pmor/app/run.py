@@ -32,7 +32,7 @@ from pmor_online.model import ReducedPair
 from pmor_online.run import OnlineResult
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class RunResult:
     """Results of a run, and the folder with its files."""
 

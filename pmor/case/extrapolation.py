@@ -14,7 +14,7 @@ def beyond_training(case: Case) -> tuple[str, ...]:
     """
     if not case.reduction.trained:
         return ()
-    largest, trained = case.online.torques_Nm[-1], case.offline.torques_Nm[-1]
+    largest, trained = max(case.online.torques_Nm), case.offline.torques_Nm[-1]
     found = [f"torque to {largest:g} N m, trained to {trained:g} N m"] if largest > trained else []
     for key in MISALIGNMENTS:
         value, values = getattr(case.misalignment, key), getattr(case.offline, key)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 from pmor.case.gears import GearCase
@@ -81,8 +80,6 @@ def check_flanks(case: Case, where: str) -> None:
     """
     for flank in modified_flanks(case):
         place = f"{where}: {flank.place}"
-        if not math.isfinite(flank.modification.largest_um):
-            raise CaseError(f"{place}: an amount is no finite number: correct it")
         for amount, extent, what in EXTENTS:
             if getattr(flank.modification, amount) != 0.0 and getattr(flank.modification, extent) is None:
                 raise CaseError(

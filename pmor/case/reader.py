@@ -252,6 +252,28 @@ class Reader:
             self.refuse(place, str(error))
 
 
+def checked(section: Any, kind: type[Section], where: str, name: str) -> Section:
+    """Return a section that was made in Python, checked by the rules for its keys in a file.
+
+    Parameters
+    ----------
+    section : object
+        An instance of `kind`.
+    kind : type
+    where, name : str
+        Place and name of the section, for messages.
+
+    Raises
+    ------
+    CaseError
+    """
+    if not isinstance(section, kind):
+        raise CaseError(f"{where}: {name} = {section!r:.60}: must be a {kind.__name__}")
+    written = {i.name: value for i, _ in _annotated(kind)  # type: ignore[arg-type]
+               if (value := getattr(section, i.name)) is not i.default}  # fmt: skip
+    return Reader(where).section({key: v for key, v in written.items() if v is not None}, kind, name)
+
+
 @cache
 def _annotated(kind: type) -> tuple[tuple[Field[Any], Any], ...]:
     hints = get_type_hints(kind, include_extras=True)

@@ -59,20 +59,25 @@ def did_you_mean(word: str, valid: list[str]) -> str:
     return f"did you mean {closest[0]}?" if closest else f"valid are {', '.join(valid)}"
 
 
+def plain(value: Any) -> Any:
+    """Return numpy's numbers and arrays as Python's, also in lists."""
+    value = value.tolist() if hasattr(value, "tolist") else value
+    return [plain(item) for item in value] if isinstance(value, list | tuple) else value
+
+
 def convert(value: object, annotation: Any) -> Any:
     """Check `value` against the annotation of its field and return it in the field's type.
 
     Parameters
     ----------
     value : object
-        As the TOML reader gives it.
+        As the TOML reader gives it, or as Python has it.
     annotation : type
         A form of the schemas: bool, str, Path, Literal, tuple of Literal; `Annotated` int, float or tuple of float with
         a `Range`; a `Topography`; a class with a static method `from_toml`; a tuple of these; one of these or None; a
         number or words.
     """
-    if isinstance(value, tuple):
-        value = list(value)
+    value = plain(value)
     if get_origin(annotation) in (UnionType, Union):
         choices = [choice for choice in get_args(annotation) if choice is not NoneType]
         words = [choice for choice in choices if get_origin(choice) is Literal]

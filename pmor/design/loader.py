@@ -9,12 +9,13 @@ from typing import Any
 
 from pmor.case import Case, change_case, check_flanks, load_case, without_models
 from pmor.case.flanks import EXTENTS
-from pmor.case.reader import Reader, parse_toml, read_text, sections_in
+from pmor.case.reader import Reader, checked, parse_toml, read_text, sections_in
 from pmor.case.values import toml_text
 from pmor.core.errors import CaseError
 from pmor.design.settings import AMOUNT_KEYS, MISALIGNMENT_KEYS, Design, Load
 from pmor.design.variables import assembly_at, corners
 from pmor.gear.condition import Assembly
+from pmor.gear.modification import Modification
 from pmor.gear.pair import GearPair
 from pmor.pair.conditions import assembly_of
 from pmor.pair.model import gear_pair
@@ -134,11 +135,14 @@ def _check_corner(assembly: Assembly, case: Case, pair: GearPair, where: str) ->
         case, pinion_modification=assembly.pinion, wheel_modification=assembly.wheel,
         mesh=replace(case.mesh, width="whole" if case.mesh.width == "half" else case.mesh.width),
     )  # fmt: skip
-    check_flanks(asked, f"{where}: [[variables]] range")
+    place = f"{where}: [[variables]] range"
+    for gear, flank in (("pinion", assembly.pinion), ("wheel", assembly.wheel)):
+        checked(flank, Modification, place, f"{gear}.modification")
+    check_flanks(asked, place)
     try:
         refuse_modifications_off_the_flank(asked, pair)
     except CaseError as error:
-        raise CaseError(f"{where}: [[variables]] range: {error}") from None
+        raise CaseError(f"{place}: {error}") from None
 
 
 def _check_together(design: Design, where: str) -> None:

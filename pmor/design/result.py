@@ -17,7 +17,7 @@ from pmor.gear.condition import Assembly
 from pmor.work.results import writing_results
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class DesignResult:
     """Variants of the flank modifications of a pair: V of n variables under T torques."""
 

@@ -20,7 +20,7 @@ COMMON = {"torque": "ste/torque", "angle": "ste/phi"}
 MOST_ROWS = 1_048_576
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ResultArray:
     """An array with its unit, axes and description.
 

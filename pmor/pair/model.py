@@ -177,8 +177,7 @@ def mesh_model(case: Case) -> MeshModel:
     GeometryError, MeshError
     """
     pair = gear_pair(case)
-    refuse_impossible_load(case, approach_estimate(case, pair))
-    refuse_bent_blank(case, pair)
+    refuse_loads_of_bodies(case, pair)
     pinion, wheel = sector_meshes(case, pair)
     qualities = [mesh_quality(mesh.nodes, mesh.elements) for mesh in (pinion, wheel)]
     meshed = assemble_pair(case, pair, (pinion.flank_nodes, wheel.flank_nodes),
@@ -188,6 +187,17 @@ def mesh_model(case: Case) -> MeshModel:
     return MeshModel(pinion, wheel, min(qualities, key=lambda q: q.min_scaled_jacobian), meshed)
 
 
+def refuse_loads_of_bodies(case: Case, pair: GearPair) -> None:
+    """Refuse loads of training and sweep that teeth or blanks cannot bear, as far as this shows before meshing.
+
+    Raises
+    ------
+    CaseError, GeometryError
+    """
+    refuse_impossible_load(case, approach_estimate(case, pair))
+    refuse_bent_blank(case, pair)
+
+
 def refuse_loads(case: Case, meshed: MeshedPair) -> None:
     """Refuse loads of training and sweep beyond the range of the contact model, or lost in round-off.
 
@@ -195,7 +205,7 @@ def refuse_loads(case: Case, meshed: MeshedPair) -> None:
     ------
     CaseError, GeometryError
     """
-    refuse_impossible_load(case, approach_estimate(case, meshed.pair))
+    refuse_loads_of_bodies(case, meshed.pair)
     if isinstance(meshed, PenaltyPair):
         refuse_lost_load(case, partial(round_off_residual, meshed))
     if isinstance(meshed, LayeredPair):

@@ -16,7 +16,7 @@ from pmor.reduction.contact_shapes import ContactShapes
 from pmor.reduction.flank_lines import FlankLineShapes
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Training:
     """The full-FE solutions that a basis was made from: n angles with T conditions each.
 
@@ -55,7 +55,7 @@ def untrained(seconds: float = 0.0, greedy: bool = False) -> Training:
     return Training(np.empty(0), (), nothing, nothing.astype(bool), np.empty(0) if greedy else None, seconds)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Basis:
     """A reduced basis with all that the online stage needs.
 

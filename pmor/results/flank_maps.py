@@ -19,7 +19,7 @@ from pmor.results.sweep import SteSweep
 PROFILE_POINTS = 101
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class FlankMap:
     """Largest values over the mesh cycle on a gear's active flank, R roll angles x Z places over the face.
 

@@ -9,7 +9,7 @@ import numpy as np
 from pmor.core.arrays import FloatArray, IntArray
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ContactLoads:
     """Forces at the contact points of all states of a sweep, n of them, one state behind the other.
 
@@ -48,7 +48,7 @@ class ContactLoads:
     z_mm: FloatArray
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class LineStates:
     """Line contact in all states of a sweep: D torques, A angles, P tooth pairs, S sections over the width.
 
@@ -106,7 +106,7 @@ class LineStates:
         return np.asarray(self.load_N_per_mm * (self.images * self.width_mm))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SweepStates:
     """The states behind a sweep.
 

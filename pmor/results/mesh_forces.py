@@ -17,7 +17,7 @@ from pmor.core.arrays import FloatArray
 from pmor.results.loads import ContactLoads
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class MeshForces:
     """Force of the mesh on each gear and its moment about the point of that gear's axis at mid width of the pair.
 

@@ -10,7 +10,7 @@ import numpy as np
 from pmor.core.arrays import FloatArray
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Orders:
     """Harmonics of a curve over the angle of a shaft.
 

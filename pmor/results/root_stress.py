@@ -40,7 +40,7 @@ class Largest(NamedTuple):
     z_mm: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class FilletEnvelope:
     """Largest stresses along the fillets of one gear over the mesh cycle: D torques, p points, c columns.
 
@@ -64,7 +64,7 @@ class FilletEnvelope:
         return arc_lengths(self.section_mm)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class RootStress:
     """The largest stress at both fillets of each loaded tooth: D torques, A angles, 2 gears, P tooth pairs, 2 sides.
 

@@ -21,7 +21,7 @@ from pmor.results.load_distribution import line_states
 from pmor.results.sweep import SteSweep
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Sensitivities:
     """Derivatives of the STE by K parameters, in um per unit of each.
 

@@ -19,7 +19,7 @@ from pmor.results.orders import Orders, orders
 MIN_RIPPLE_POINTS = 8  # a quartic takes five; fewer than three beyond that say nothing about ripple
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SteSweep:
     """Static transmission error and load sharing over one pitch, or over several of them.
 
@@ -134,7 +134,7 @@ class SteSweep:
         return self.pitches * self.pitch_rad
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class MeshStiffness:
     """Mesh stiffness per face width, N/(mm um); NaN where it is undefined.
 

@@ -155,11 +155,27 @@ def test_a_comparison_is_at_angles_that_no_training_has_seen(model, full):
         ({"torques_Nm": [200.0]}, "beyond the training: torque to 200 N m, trained to 160 N m: train over it, or pass"),
         ({"misalignment": pmor.Misalignment(in_plane_um=3.0)}, "tilted axes"),
         ({"misalignment": pmor.Misalignment(in_plane_um=3.0), "extrapolate": True}, "tilted axes"),
-        ({"torques_Nm": []}, "at least one"),
-        ({"torques_Nm": [0.0]}, "must be positive"),
-        ({"torques_Nm": [float("nan")]}, "must be positive"),
+        ({"torques_Nm": [30.0, 200.0, 50.0]}, "beyond the training: torque to 200 N m"),
+        ({"torques_Nm": []}, "must not be empty"),
+        ({"torques_Nm": "125"}, "must be a list"),
+        ({"torques_Nm": 125.0}, "must be a list"),
+        ({"torques_Nm": np.array(125.0)}, "must be a list"),
+        ({"torques_Nm": [[50.0]]}, "not a list"),
+        ({"torques_Nm": [True]}, "must be a number"),
+        ({"torques_Nm": range(1, 10**9)}, "1000000 are enough"),
         ({"angles": 0}, "angles = 0"),
+        ({"angles": 200.0}, "angles = 200.0: must be a whole number"),
+        ({"angles": True}, "angles = true"),
+        ({"angles": "20"}, 'angles = "20"'),
+        ({"angles": 2_000_000}, r"between 1 and 1e\+06"),
         ({"angles": [0.0, float("inf")]}, "finite"),
+        ({"angles": []}, "shape"),
+        ({"angles": np.zeros((2, 3))}, r"of shape \(2, 3\)"),
+        ({"angles": [[0.0], [0.1, 0.2]]}, "finite numbers in rad"),
+        ({"angles": ["a"]}, "finite numbers in rad"),
+        ({"angles": [1e300]}, "finite numbers in rad"),
+        ({"misalignment": (1.0, 0.0, 0.0)}, "must be a Misalignment"),
+        ({"pinion": {"tip_relief_um": 5.0}}, "must be a Modification"),
     ],
 )
 def test_what_a_model_cannot_answer_is_refused(model, arguments, message):
@@ -179,3 +195,12 @@ def test_importing_the_package_loads_nothing_heavy():
     code = f"import sys, pmor; dir(pmor); print([name for name in {heavy!r} if name in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_models_and_results_equal_themselves_alone(model, full):
+    """Arrays have no single answer to ==; sets and dictionaries may hold them."""
+    swept, comparison = model.sweep(), pmor.compare(model, full)
+    built = model.sweep_conditions([pmor.Assembly()], angles=4)
+    things = [model, model.basis, full, swept, swept.sweep, swept.stiffness, comparison, built]
+    assert all(one == one and one != model.sweep() for one in things)  # noqa: PLR0124
+    assert len({*things, *things}) == len(things)

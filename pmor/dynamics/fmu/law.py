@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from pmor.case import Case
 from pmor.core.errors import CaseError, ConvergenceError
@@ -12,6 +12,7 @@ from pmor.gear.condition import Assembly, at_torques
 from pmor.gear.pair import GearPair
 from pmor.line.unloaded import unloaded_ste_um
 from pmor.pair.conditions import assembly_of
+from pmor.pair.model import refuse_loads
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.mesh_force import mesh_force_of
 from pmor_online.model import ReducedPair, online_angles
@@ -50,7 +51,7 @@ def mesh_law(reduced: ReducedPair, torque_Nm: float | None = None, tolerance: fl
     Raises
     ------
     CaseError
-        Where the basis has other shapes, or teeth differ from each other.
+        Where the basis has other shapes, teeth differ from each other, or the torque is beyond the range of contact.
     ConvergenceError
         Where the law gives no force.
     """
@@ -66,6 +67,7 @@ def mesh_law(reduced: ReducedPair, torque_Nm: float | None = None, tolerance: fl
             "leave them out"
         )
     torque = LARGEST_TORQUE * case.torque_Nm if torque_Nm is None else torque_Nm
+    refuse_loads(replace(case, online=replace(case.online, torques_Nm=(torque,))), reduced.meshed)
     low, high = _range(reduced, assembly, torque)
     table = tabulate(mesh_force_of(reduced, assembly), low, high, tolerance=tolerance)
     pair = reduced.meshed.pair
