@@ -12,7 +12,9 @@ import pytest
 
 from pmor.case import make_case
 from pmor.core.errors import CaseError, FileFormatError
+from pmor.export.rexs.model import Component, Gearbox, Relation
 from pmor.export.rexs.read import read_stage
+from pmor.export.rexs.stage import find_stage
 from pmor.export.rexs.write import rexs_text
 from pmor.gear.modification import Modification
 from pmor.gear.topography import Topography
@@ -158,7 +160,7 @@ def as_json():
     [
         ("<model", "cannot be read as REXS"),
         ("<page/>", "is XML, but no REXS model"),
-        ('<!DOCTYPE x [<!ENTITY a "b">]><model version="1.0"/>', "declares entities"),
+        ('<!DOCTYPE x [<!ENTITY a "b">]><model version="1.0"/>', "declares a document type"),
         ('<model version="1.0"><components><component id="x" type="a"/></components></model>', "no whole number"),
         ('<model version="1.0"/>', "no stage of two external cylindrical gears"),
     ],
@@ -170,6 +172,170 @@ def test_what_is_no_gearbox_is_refused_in_one_line(tmp_path, text, message):
     assert "\n" not in str(caught.value)
     with pytest.raises(FileFormatError, match="no such file"):
         read_stage(tmp_path / "b.rexs")
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('unit="MPa">206000.0', 'unit="GPa">206'), ('unit="MPa">206000.0', 'unit="kN / mm^2">206'),
+        ('unit="N m">120.0', 'unit="N mm">120000'), ('unit="N m">120.0', 'unit="kNm">0.12'),
+        ('unit="mm">3.0', 'unit="cm">0.3'), ('unit="mm">3.0', f'unit="inch">{3.0 / 25.4!r}'),
+        ('unit="mm">77.4', 'unit="m">0.0774'), ('unit="mm">0.015', 'unit="\u00b5m">15'),
+        ('unit="deg">20.0', f'unit="mrad">{1e3 * math.radians(20.0)!r}'), ('unit="mm">3.0', 'unit="">3.0'),
+    ],
+)  # fmt: skip
+def test_units_of_other_programs_are_converted(tmp_path, old, new):
+    found, expected = (as_plain(read_stage(path).case) for path in (changed(tmp_path, (old, new)), GEARBOX))
+    assert found == pytest.approx(expected, rel=1e-11, abs=1e-11)
+
+
+def as_plain(case):
+    """Numbers of the gears, the load and the modifications, by their keys."""
+    parts = {"pinion": case.pair.pinion, "wheel": case.pair.wheel, "on_pinion": case.pinion_modification}
+    numbers = {f"{name}.{k}": v for name, part in parts.items() for k, v in vars(part).items() if isinstance(v, float)}
+    pair = {k: v for k, v in vars(case.pair).items() if isinstance(v, float)}
+    return numbers | pair | {"torque": case.torque_Nm, "teeth": case.pair.pinion.teeth}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('unit="MPa">206000.0', 'unit="psi">206000.0', "elastic_modulus: unit = 'psi': must be one of MPa"),
+        ('unit="MPa">206000.0', 'unit="mPa">206000.0', "elastic_modulus: unit = 'mPa'"),
+        ('unit="N m">120.0', 'unit="lbf ft">120.0', "torque_around_u_axis: unit = 'lbf ft': must be one of Nm"),
+        ('unit="mm">3.0', 'unit="deg">3.0', "normal_module: unit = 'deg': must be one of mm"),
+        ('unit="deg">20.0', 'unit="gon">20.0', "normal_pressure_angle: unit = 'gon'"),
+        ('unit="none">23<', 'unit="none">23.4<', "number_of_teeth = 23.4: must be a whole number"),
+        ('unit="none">23<', 'unit="none">many<', "number_of_teeth = 'many': must be a number"),
+        ('unit="mm">77.4', 'unit="mm">77,4', "tip_diameter = '77,4': must be a number"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_converted_is_refused_with_its_place(tmp_path, old, new, said):
+    with pytest.raises(FileFormatError) as caught:
+        read_stage(changed(tmp_path, (old, new)))
+    assert said in str(caught.value)
+    assert str(caught.value).startswith(str(tmp_path / "gearbox.rexs"))
+    assert "\n" not in str(caught.value)
+
+
+BOMB = '<!DOCTYPE x [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;">]><model version="1.0">&b;</model>'
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16", "latin-1"])
+def test_declarations_of_entities_are_refused_in_any_encoding(tmp_path, encoding):
+    head = f'<?xml version="1.0" encoding="{encoding}"?>'
+    (tmp_path / "a.rexs").write_bytes(f"{head}{BOMB}".encode(encoding))
+    with pytest.raises(FileFormatError, match="declares a document type"):
+        read_stage(tmp_path / "a.rexs")
+
+
+def archive_with(path, method, change):
+    with zipfile.ZipFile(path, "w", method) as archive:
+        archive.write(GEARBOX, "inside.rexs")
+    data = bytearray(path.read_bytes())
+    change(data)
+    path.write_bytes(data)
+
+
+def flags(data, value):
+    """Set the general flags in both headers of the only file."""
+    for place in (6, data.rindex(b"PK\x01\x02") + 8):
+        data[place] = value
+
+
+def method(data, value):
+    for place in (8, data.rindex(b"PK\x01\x02") + 10):
+        data[place] = value
+
+
+def scramble(data):
+    data[200:400] = b"\xff" * 200
+
+
+@pytest.mark.parametrize(
+    ("packing", "change"),
+    [
+        (zipfile.ZIP_DEFLATED, scramble), (zipfile.ZIP_STORED, scramble), (zipfile.ZIP_LZMA, scramble),
+        (zipfile.ZIP_BZIP2, scramble), (zipfile.ZIP_DEFLATED, lambda data: flags(data, 1)),
+        (zipfile.ZIP_DEFLATED, lambda data: method(data, 97)),
+    ],
+    ids=["deflated", "stored", "lzma", "bzip2", "encrypted", "unknown method"],
+)  # fmt: skip
+def test_archives_that_cannot_be_unpacked_are_refused_in_one_line(tmp_path, packing, change):
+    archive_with(tmp_path / "box.rexsz", packing, change)
+    refused_as_no_rexs(tmp_path / "box.rexsz")
+
+
+def refused_as_no_rexs(path):
+    with pytest.raises(FileFormatError, match="cannot be read as REXS") as caught:
+        read_stage(path)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["unheard-of", "utf-7", "idna", "base64", "undefined"])
+def test_encodings_that_expat_does_not_know_are_refused_in_one_line(tmp_path, name):
+    text = GEARBOX.read_text()
+    (tmp_path / "a.rexs").write_text(f'<?xml version="1.0" encoding="{name}"?>{text[text.index("<model") :]}')
+    refused_as_no_rexs(tmp_path / "a.rexs")
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda model: model["components"][0].update(id=math.inf), lambda model: model["components"][0].update(id=1.5),
+        lambda model: model["components"][0].update(id=True), lambda model: model["components"][0].update(type=True),
+        lambda model: model["components"][1]["attributes"][0].update(id=7), lambda model: model.update(components=3),
+        lambda model: model["components"][1]["attributes"][0].update(unit=["mm"]), lambda model: model.clear(),
+        lambda model: model["relations"][0]["refs"][0].update(id=math.nan), lambda model: model.update(relations="abc"),
+        lambda model: model["relations"][0]["refs"][0].update(role=None),
+        lambda model: model["load_spectrum"].update(load_cases=[None]),
+    ],
+)  # fmt: skip
+def test_json_with_values_of_other_types_is_refused_in_one_line(tmp_path, change):
+    document = as_json()
+    change(document["model"])
+    (tmp_path / "box.rexsj").write_text(json.dumps(document))
+    refused_as_no_rexs(tmp_path / "box.rexsj")
+
+
+def planetary(planets, load=900.0, **data):
+    """A sun on a shaft with its planets, each on one of its own: teeth of planets by their numbers from 11 on."""
+
+    def part(number, kind, **values):
+        return Component(number, kind, "", {k: (v, "") for k, v in values.items()}, "made")
+
+    gears = [part(1, "cylindrical_gear", number_of_teeth=20.0)]
+    gears += [part(11 + i, "cylindrical_gear", number_of_teeth=float(z)) for i, z in enumerate(planets)]
+    parts = [*gears, part(5, "external_load", torque_around_u_axis=load)]
+    relations = [Relation("assembly", (("assembly", 101), ("part", 5)))]
+    for gear in gears:
+        parts.append(part(100 + gear.number, "shaft"))
+        relations.append(Relation("assembly", (("assembly", 100 + gear.number), ("part", gear.number))))
+    for i in range(len(planets)):
+        parts.append(part(51 + i, "cylindrical_stage"))
+        relations.append(Relation("stage", (("stage", 51 + i), ("gear_1", 1), ("gear_2", 11 + i))))
+    if data:
+        parts.append(part(90, "cylindrical_stage_gear_data", **data))
+        relations.append(Relation("stage_gear_data", (("stage", 51), ("gear", 1), ("stage_gear_data", 90))))
+    return Gearbox("1.0", "", {p.number: p for p in parts}, tuple(relations), ())
+
+
+def test_meshes_of_one_shaft_share_its_torque_and_the_case_says_so():
+    for planets in ([31], [31, 31, 31]):
+        found = find_stage(planetary(planets), 51, "made")
+        assert found.torques_Nm == (900.0 / len(planets),)
+        assert bool(found.notes) == (len(planets) > 1)
+    assert "shaft 101 drives 3 meshes: each takes 1/3 of its torque" in found.notes
+
+
+def test_torque_that_divides_between_unlike_meshes_is_unknown():
+    found = find_stage(planetary([31, 40]), 51, "made")
+    assert found.torques_Nm == ()
+    assert found.notes == ("shaft 101 drives 2 meshes: its torque divides in an unknown way",)
+
+
+def test_torque_of_a_gear_in_its_stage_goes_before_that_of_its_shaft():
+    assert find_stage(planetary([31, 31], torque=450.5), 51, "made").torques_Nm == (450.5,)
 
 
 @pytest.mark.parametrize("attribute", ["normal_module", "normal_pressure_angle", "helix_angle_reference_diameter"])

@@ -9,36 +9,9 @@ from xml.etree import ElementTree
 import numpy as np
 
 from pmor.core.version import __version__
+from pmor.export.rexs.units import UNITS
 
 VERSION = "2.0.0"
-#: units of the attributes that are written; the others have none, and a custom attribute says its own
-UNITS = {
-    **dict.fromkeys((
-        "center_distance", "common_face_width", "coordinates_of_topographical_modification",
-        "diameters_of_topographical_modification", "end_relief_depth_datum_face", "end_relief_depth_non_datum_face",
-        "end_relief_length_datum_face", "end_relief_length_non_datum_face", "face_width",
-        "helix_crowning_amount_datum_face", "helix_crowning_amount_non_datum_face", "helix_slope", "inner_diameter",
-        "load_distribution_node_positions", "normal_module", "point_coordinates_radius", "point_coordinates_u_coord",
-        "profile_crowning_at_root", "profile_crowning_at_tip", "profile_slope", "profile_twist",
-        "root_relief_datum_diameter", "root_relief_depth", "support_vector", "tip_diameter",
-        "tip_relief_datum_diameter", "tip_relief_depth", "tooth_tip_chamfer", "topographical_modification_amounts",
-        "u_axis_vector", "u_coordinate_on_shaft",
-        "w_axis_vector", "custom_pmor_tip_rounding",
-    ), "mm"),
-    **dict.fromkeys((
-        "custom_pmor_pitch_deviations", "custom_pmor_transmission_error", "custom_pmor_transmission_error_peak_to_peak",
-    ), "mum"),
-    **dict.fromkeys((
-        "helix_angle_reference_diameter", "normal_pressure_angle", "point_coordinates_angle_about_u_axis",
-        "custom_pmor_pinion_angle",
-    ), "deg"),
-    **dict.fromkeys((
-        "load_distribution_along_face_width", "local_normal_line_load", "meshing_stiffness_characteristic",
-    ), "N / mm"),
-    **dict.fromkeys(("elastic_modulus", "local_hertzian_contact_stress"), "MPa"),
-    **dict.fromkeys(("torque", "torque_around_u_axis"), "N m"),
-}  # fmt: skip
-
 Value = str | bool | int | float | Sequence[int] | Sequence[float] | np.ndarray
 
 

@@ -1,4 +1,4 @@
-"""Content of a REXS file of any version: components, relations, loads; units and names of version 2.0.
+"""Content of a REXS file of any version: components, relations, loads; names of version 2.0.
 
 Forms of a file: XML (`.rexs`), the same in a ZIP archive (`.rexsz`), JSON (`.rexsj`). Names of attributes changed from
 version to version, their numbers did not: those that matter here are renamed below, as the schemas say by number.
@@ -8,17 +8,21 @@ from __future__ import annotations
 
 import base64
 import json
+import lzma
 import math
 import zipfile
-from collections.abc import Iterable, Iterator
+import zlib
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
+from xml.parsers import expat
 
 import numpy as np
 
 from pmor.core.errors import FileFormatError
+from pmor.export.rexs.units import factor_of
 
 #: in 1.x: in 2.0
 COMPONENT_NAMES = {"flank_geometry": "cylindrical_gear_flank", "stage_gear_data": "cylindrical_stage_gear_data"}
@@ -28,17 +32,15 @@ ATTRIBUTE_NAMES = {
     "tip_radius": "tip_corner_radius_reference_profile",
     "tip_radius_factor": "tip_corner_radius_factor_reference_profile",
 }
-#: unit in a file: the one used here, and how many of it
-UNITS = {
-    "deg": ("deg", 1.0), "°": ("deg", 1.0), "rad": ("deg", 180.0 / math.pi),
-    "mm": ("mm", 1.0), "mum": ("mm", 1e-3), "µm": ("mm", 1e-3), "m": ("mm", 1e3),
-    "MPa": ("MPa", 1.0), "N / mm^2": ("MPa", 1.0), "Pa": ("MPa", 1e-6),
-    "N m": ("N m", 1.0), "none": ("none", 1.0), "": ("none", 1.0),
-}  # fmt: skip
 #: numbers of arrays in Base64
 CODES = {"int32": "<i4", "float32": "<f4", "float64": "<f8"}
 # Largest unpacked size: an archive may hold anything.
 LARGEST_BYTES = 200 * 2**20
+# Errors of reading, unpacking and parsing: lack of memory, passwords and unknown encodings or methods are among them.
+UNREADABLE = (
+    OSError, ValueError, LookupError, RuntimeError, EOFError, MemoryError, expat.ExpatError, zipfile.BadZipFile,
+    zlib.error, lzma.LZMAError,
+)  # fmt: skip
 REMEDY = "give a REXS file (.rexs, .rexsz or .rexsj) as a gearbox program writes it"
 
 Value = float | str | list[float] | list[str]
@@ -53,7 +55,9 @@ class Component:
     number : int
     kind, name : str
     values : dict
-        By attribute: numbers in the units of `UNITS`, text, lists of them.
+        By attribute: numbers, text, lists of them, with the unit of the file.
+    file : str
+        For messages.
     used : set of str
         Attributes that were read.
     """
@@ -61,7 +65,8 @@ class Component:
     number: int
     kind: str
     name: str
-    values: dict[str, Value]
+    values: dict[str, tuple[Value, str]]
+    file: str
     used: set[str] = field(default_factory=set)
 
     @property
@@ -70,25 +75,61 @@ class Component:
         return f"{self.kind} {self.number}" + (f" ({self.name})" if self.name else "")
 
     def number_of(self, *attributes: str) -> float | None:
-        """Return the first of some attributes that is a finite number; None where none is."""
+        """Return the first of some attributes that is a finite number, in the units of `FACTORS`; None without any.
+
+        Raises
+        ------
+        FileFormatError
+            When its unit is unknown, or it is text.
+        """
         for attribute in attributes:
-            value = self.values.get(attribute)
+            value, _ = self._read(attribute)
+            if value and isinstance(value, str):
+                raise FileFormatError(f"{self.file}: {self.label}: {attribute} = {value!r:.60}: must be a number")
             if isinstance(value, float) and math.isfinite(value):
-                self.used.add(attribute)
-                return value
+                return value * self._factor(attribute)
         return None
+
+    def whole_number_of(self, attribute: str) -> int | None:
+        """Return a number without decimals; None where there is none.
+
+        Raises
+        ------
+        FileFormatError
+            When it has decimals, and as in `number_of`.
+        """
+        value = self.number_of(attribute)
+        if value is not None and value != int(value):
+            raise FileFormatError(f"{self.file}: {self.label}: {attribute} = {value:.9g}: must be a whole number")
+        return None if value is None else int(value)
 
     def text_of(self, attribute: str) -> str:
         """Return an attribute as text; empty where it is not there."""
-        value = self.values.get(attribute, "")
-        self.used.add(attribute)
+        value, _ = self._read(attribute)
         return value if isinstance(value, str) else ""
 
     def numbers_of(self, attribute: str) -> list[float]:
         """Return an attribute that is a list of numbers; empty where it is not there, or none."""
-        value = self.values.get(attribute, [])
+        value, _ = self._read(attribute)
+        numbers = [v for v in value if isinstance(v, float)] if isinstance(value, list) else []
+        return [v * self._factor(attribute) for v in numbers]
+
+    def direction_of(self, attribute: str) -> list[float]:
+        """Return the unit vector along an attribute of three numbers of any unit; empty where there is none."""
+        value, _ = self._read(attribute)
+        vector = [v for v in value if isinstance(v, float)] if isinstance(value, list) else []
+        length = math.hypot(*vector) if len(vector) == 3 else 0.0
+        return [v / length for v in vector] if 0.0 < length < math.inf else []
+
+    def _read(self, attribute: str) -> tuple[Value, str]:
         self.used.add(attribute)
-        return [v for v in value if isinstance(v, float)] if isinstance(value, list) else []
+        return self.values.get(attribute, ("", ""))
+
+    def _factor(self, attribute: str) -> float:
+        try:
+            return factor_of(attribute, self.values[attribute][1])
+        except ValueError as error:
+            raise FileFormatError(f"{self.file}: {self.label}: {attribute}: {error}") from None
 
 
 @dataclass(frozen=True)
@@ -146,42 +187,113 @@ def read_rexs(path: Path | str) -> Gearbox:
     """
     path = Path(path)
     try:
-        if path.suffix.lower() == ".rexsj":
-            return _from_json(json.loads(path.read_text(encoding="utf-8-sig")), path)
-        root = ElementTree.fromstring(_xml_text(path))
+        content = _unpacked(path)
+        root = _json_tree(json.loads(content)) if path.suffix.lower() == ".rexsj" else _xml_tree(content)
     except FileNotFoundError:
         raise FileFormatError(f"{path}: there is no such file: check the path") from None
-    except (OSError, ValueError, zipfile.BadZipFile, ElementTree.ParseError, RecursionError) as error:
+    except UNREADABLE as error:
         raise FileFormatError(f"{path}: cannot be read as REXS ({error}): {REMEDY}") from None
-    return _from_xml(root, path)
+    return _gearbox(root, path)
 
 
-def _xml_text(path: Path) -> bytes:
-    if not zipfile.is_zipfile(path):
-        text = path.read_bytes()
-    else:
+def _unpacked(path: Path) -> bytes:
+    if path.is_file() and zipfile.is_zipfile(path):
         with zipfile.ZipFile(path) as archive:
             inside = [item for item in archive.infolist() if item.filename.lower().endswith(".rexs")]
             if len(inside) != 1:
                 raise ValueError(f"{len(inside)} .rexs files in the archive, instead of one")
-            if inside[0].file_size > LARGEST_BYTES:
-                raise ValueError(f"more than {LARGEST_BYTES // 2**20} MiB")
-            text = archive.read(inside[0])
-    if b"<!DOCTYPE" in text[:4096] or b"<!ENTITY" in text:
-        raise ValueError("it declares entities, which no gearbox needs")  # they can make a page a gigabyte
-    return text
+            _refuse_large(inside[0].file_size)
+            return archive.read(inside[0])
+    _refuse_large(path.stat().st_size)
+    return path.read_bytes()
 
 
-def _from_xml(root: ElementTree.Element, path: Path) -> Gearbox:
+def _refuse_large(size: int) -> None:
+    if size > LARGEST_BYTES:
+        raise ValueError(f"more than {LARGEST_BYTES // 2**20} MiB")
+
+
+def _xml_tree(text: bytes) -> ElementTree.Element:
+    """Elements of XML without a document type: entities, which it declares, can expand to any size."""
+
+    def refuse(*declaration: object) -> None:
+        raise ValueError(f"it declares a document type or an entity, {declaration[0]!r:.60}")
+
+    builder, parser = ElementTree.TreeBuilder(), expat.ParserCreate()
+    parser.StartDoctypeDeclHandler = parser.EntityDeclHandler = refuse
+    parser.StartElementHandler, parser.EndElementHandler = builder.start, builder.end
+    parser.CharacterDataHandler = builder.data
+    parser.Parse(text, True)
+    return builder.close()
+
+
+def _json_tree(document: Any) -> ElementTree.Element:
+    """The elements of the XML from their objects in JSON, where values stand under the name of their type."""
+    try:
+        model = document["model"]
+        root = ElementTree.Element("model", version=str(model["version"]))
+        root.attrib |= {key: str(model[key]) for key in ("applicationId", "applicationVersion") if key in model}
+        relations = ElementTree.SubElement(root, "relations")
+        for item in model.get("relations", []):
+            relation = ElementTree.SubElement(relations, "relation", type=_text(item["type"]))
+            for ref in item["refs"]:
+                ElementTree.SubElement(relation, "ref", role=_text(ref["role"]), id=_id(ref["id"]))
+        _add_components(ElementTree.SubElement(root, "components"), model.get("components", []))
+        spectra = model.get("load_spectrum") or model.get("load_spectrums") or []
+        spectrum = ElementTree.SubElement(root, "load_spectrum")
+        for one in spectra if isinstance(spectra, list) else [spectra]:
+            for case in one.get("load_cases", []):
+                _add_components(ElementTree.SubElement(spectrum, "load_case"), case.get("components", []))
+    except (KeyError, TypeError, AttributeError, ValueError) as error:
+        raise ValueError(f"is JSON, but no REXS model, {error!r}") from None
+    return root
+
+
+def _add_components(parent: ElementTree.Element, items: Iterable[dict[str, Any]]) -> None:
+    for item in items:
+        said = {"id": _id(item["id"]), "type": _text(item["type"]), "name": _text(item.get("name") or "")}
+        component = ElementTree.SubElement(parent, "component", said)
+        for attribute in item.get("attributes", []):
+            names = {"id": _text(attribute["id"]), "unit": _text(attribute.get("unit") or "")}
+            content = next((v for k, v in attribute.items() if k not in names), "")
+            _add_content(ElementTree.SubElement(component, "attribute", names), content)
+
+
+def _add_content(attribute: ElementTree.Element, content: Any) -> None:
+    if isinstance(content, dict):
+        array = ElementTree.SubElement(attribute, "array", code=_text(content["code"]))
+        array.text = _text(content["value"])
+    elif isinstance(content, list):
+        array = ElementTree.SubElement(attribute, "array")
+        for item in content:
+            _add_content(ElementTree.SubElement(array, "c"), item)
+    else:
+        attribute.text = str(content).lower() if isinstance(content, bool) else str(content)
+
+
+def _text(value: Any) -> str:
+    if not isinstance(value, str):
+        raise TypeError(f"{value!r:.60} where text belongs")
+    return value
+
+
+def _id(value: Any) -> str:
+    if isinstance(value, bool) or not isinstance(value, int | str):
+        raise TypeError(f"{value!r:.60} as an id, which is a whole number")
+    return str(value)
+
+
+def _gearbox(root: ElementTree.Element, path: Path) -> Gearbox:
     if root.tag != "model" or "version" not in root.attrib:
         raise FileFormatError(f"{path}: is XML, but no REXS model (it begins with <{root.tag}>): {REMEDY}")
     try:
-        components = _components(root.iterfind("components/component"))
+        components = _components(root.iterfind("components/component"), path)
         relations = [
             Relation(item.get("type", ""), tuple((ref.get("role", ""), int(ref.get("id", ""))) for ref in item))
             for item in root.iterfind("relations/relation")
         ]
-        load_cases = [_components(case.iterfind("component")) for case in root.iterfind("load_spectrum/load_case")]
+        cases = root.iterfind("load_spectrum/load_case")
+        load_cases = [_components(case.iterfind("component"), path) for case in cases]
     except (KeyError, ValueError) as error:
         place = "an id is no whole number, or an array none of its code"
         raise FileFormatError(f"{path}: {place} ({error}): {REMEDY}") from None
@@ -189,82 +301,30 @@ def _from_xml(root: ElementTree.Element, path: Path) -> Gearbox:
     return Gearbox(root.get("version", ""), program, components, tuple(relations), tuple(load_cases))
 
 
-def _components(items: Iterable[ElementTree.Element]) -> dict[int, Component]:
+def _components(items: Iterable[ElementTree.Element], path: Path) -> dict[int, Component]:
     found = {}
     for item in items:
-        values = {a.get("id", ""): _value(a.get("unit", ""), _content(a)) for a in item.iterfind("attribute")}
-        component = _component(int(item.get("id", "")), item.get("type", ""), item.get("name", ""), values)
-        found[component.number] = component
+        number, kind, values = int(item.get("id", "")), item.get("type", ""), dict[str, tuple[Value, str]]()
+        for one in item.iterfind("attribute"):
+            name = one.get("id", "")
+            values[ATTRIBUTE_NAMES.get(name, name)] = _value(_content(one)), one.get("unit", "")
+        name = item.get("name", "")
+        found[number] = Component(number, COMPONENT_NAMES.get(kind, kind), name, values, str(path))
     return found
-
-
-def _component(number: int, kind: str, name: str, values: dict[str, Value]) -> Component:
-    renamed = {ATTRIBUTE_NAMES.get(key, key): value for key, value in values.items()}
-    return Component(number, COMPONENT_NAMES.get(kind, kind), name, renamed)
 
 
 def _content(attribute: ElementTree.Element) -> str | list[str]:
     array = attribute.find("array")
     if array is not None and array.get("code"):
-        return _decoded(array.get("code", ""), array.text or "")
-    cells = [cell.text or "" for cell in attribute.iter("c")]
+        # Numbers in Base64, lowest byte first.
+        values = np.frombuffer(base64.b64decode(array.text or ""), dtype=np.dtype(CODES[array.get("code", "")]))
+        return [repr(value) for value in values.tolist()]
+    cells = [(cell.text or "").strip() for cell in attribute.iter("c") if not len(cell)]
     return cells if len(attribute) else (attribute.text or "").strip()
 
 
-def _decoded(code: str, text: str) -> list[str]:
-    """Numbers of an array in Base64, lowest byte first."""
-    values = np.frombuffer(base64.b64decode(text), dtype=np.dtype(CODES[code]))
-    return [repr(value) for value in values.tolist()]
-
-
-def _value(unit: str, content: str | list[str]) -> Value:
-    factor = UNITS.get(unit, (unit, 1.0))[1]
-    if isinstance(content, list):
-        numbers = list(_numbers(content, factor))
-        return numbers if len(numbers) == len(content) else content
-    return next(_numbers([content], factor), content)
-
-
-def _numbers(texts: Iterable[str], factor: float) -> Iterator[float]:
-    for text in texts:
-        try:
-            yield float(text) if factor == 1.0 else factor * float(text)
-        except ValueError:
-            return
-
-
-def _from_json(document: Any, path: Path) -> Gearbox:
-    """Build the model of a JSON file: the elements of the XML as objects, values under the name of their type."""
+def _value(content: str | list[str]) -> Value:
     try:
-        model = document["model"]
-        relations = [
-            Relation(item["type"], tuple((ref["role"], int(ref["id"])) for ref in item["refs"]))
-            for item in model.get("relations", [])
-        ]
-        components = _json_components(model.get("components", []))
-        spectra = model.get("load_spectrum") or model.get("load_spectrums") or []
-        spectra = spectra if isinstance(spectra, list) else [spectra]
-        load_cases = [_json_components(c.get("components", [])) for s in spectra for c in s.get("load_cases", [])]
-        program = f"{model.get('applicationId', '')} {model.get('applicationVersion', '')}".strip()
-        return Gearbox(str(model["version"]), program, components, tuple(relations), tuple(load_cases))
-    except (KeyError, TypeError, AttributeError, ValueError) as error:
-        raise FileFormatError(f"{path}: is JSON, but no REXS model ({error!r}): {REMEDY}") from None
-
-
-def _json_components(items: list[Any]) -> dict[int, Component]:
-    found = {}
-    for item in items:
-        values = dict[str, Value]()
-        for attribute in item.get("attributes", []):
-            content = next((v for k, v in attribute.items() if k not in ("id", "unit")), "")
-            values[attribute["id"]] = _value(attribute.get("unit", ""), _flat(content))
-        found[int(item["id"])] = _component(int(item["id"]), item["type"], item.get("name", ""), values)
-    return found
-
-
-def _flat(content: Any) -> str | list[str]:
-    if isinstance(content, dict):
-        return _decoded(content["code"], content["value"])
-    if isinstance(content, list):
-        return [str(_flat(item)) for item in content]
-    return str(content).lower() if isinstance(content, bool) else str(content)
+        return [float(text) for text in content] if isinstance(content, list) else float(content)
+    except ValueError:
+        return content

@@ -80,7 +80,7 @@ class _Draft:
     def __init__(self, gearbox: Gearbox, stage: Stage, where: str) -> None:
         self.gearbox, self.stage, self.where = gearbox, stage, where
         self.gears = stage.pinion, stage.wheel
-        self.notes = list[str]()
+        self.notes = list(stage.notes)
         self.datum = [self._datum(gear) for gear in self.gears]
         # Seen from the larger z the pinion's carrying flank is the left one.
         self.along = [a * self.datum[0] * (1 if stage.loaded == "left" else -1) for a in axis_of(stage.pinion)]
@@ -157,9 +157,9 @@ class _Draft:
         shift = flank.number_of("addendum_modification_coefficient")
         if shift is None:
             shift = (flank.number_of("addendum_modification") or 0.0) / module
-        teeth = self._needed(gear, "number_of_teeth")
+        teeth = gear.whole_number_of("number_of_teeth") or int(self._needed(gear, "number_of_teeth"))
         radius = 0.5 * teeth * module / math.cos(math.radians(helix))
-        keys: dict[str, Any] = {"teeth": int(teeth)}
+        keys: dict[str, Any] = {"teeth": teeth}
         if shift:
             keys["profile_shift"] = _rounded(shift)
         keys |= self._addendum(gear, module, shift, radius)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 from pmor.core.errors import CaseError
@@ -24,6 +23,8 @@ class Stage:
         Flank of the driving gear that carries, "left" or "right", seen from its datum face with the tip up.
     loaded_known : bool
         Whether the file says so.
+    notes : tuple of str
+        Assumptions.
     """
 
     component: Component
@@ -32,6 +33,7 @@ class Stage:
     torques_Nm: tuple[float, ...]
     loaded: str
     loaded_known: bool
+    notes: tuple[str, ...]
 
 
 def stages(gearbox: Gearbox) -> dict[int, tuple[Component, Component]]:
@@ -64,14 +66,14 @@ def find_stage(gearbox: Gearbox, wanted: int | None, where: str) -> Stage:
     number = next(iter(found)) if wanted is None else wanted
     if number not in found:
         raise CaseError(f"{where}: stage {number}: there is no such stage of cylindrical gears: choose from {listed}")
-    torques, drivers = _torques(gearbox, found)
+    torques, drivers, notes = _torques(gearbox, found)
     one, two = found[number]
     pinion, wheel = (two, one) if drivers.get(number, one.number) == two.number else (one, two)
     flanks = {data.text_of("loaded_tooth_flank") for data in _gear_data(gearbox, number, pinion)} & {"left", "right"}
     said, known = min(flanks, default="left"), len(flanks) == 1
     return Stage(
         gearbox.components[number], pinion, wheel, tuple(sorted(torques.get(pinion.number, ()))),
-        said, known,
+        said, known, tuple(notes.get(number, ())),
     )  # fmt: skip
 
 
@@ -88,14 +90,12 @@ def face_middle(gearbox: Gearbox, gear: Component, along: list[float]) -> float 
 
 def axis_of(gear: Component) -> list[float]:
     """Return a gear's axis, a unit vector."""
-    axis = gear.numbers_of("u_axis_vector")
-    length = math.hypot(*axis) if len(axis) == 3 else 0.0
-    return [a / length for a in axis] if length else [1.0, 0.0, 0.0]
+    return gear.direction_of("u_axis_vector") or [1.0, 0.0, 0.0]
 
 
 def _teeth(gear: Component) -> str:
-    teeth = gear.number_of("number_of_teeth")
-    return "?" if teeth is None else f"{teeth:g}"
+    teeth = gear.whole_number_of("number_of_teeth")
+    return "?" if teeth is None else str(teeth)
 
 
 def _gear_data(gearbox: Gearbox, stage: int, gear: Component) -> list[Component]:
@@ -110,13 +110,13 @@ def _gear_data(gearbox: Gearbox, stage: int, gear: Component) -> list[Component]
 
 def _torques(
     gearbox: Gearbox, found: dict[int, tuple[Component, Component]]
-) -> tuple[dict[int, set[float]], dict[int, int]]:
-    """Torques of the load cases by gear, N m, and the driving gear of each stage that the power comes to.
+) -> tuple[dict[int, set[float]], dict[int, int], dict[int, dict[str, None]]]:
+    """Torques of the load cases by gear, N m; the driving gear of each stage; notes on stages.
 
     Torques given for gears in stages are taken; else the torque that enters at a shaft goes on from stage to stage
-    without losses.
+    without losses. Meshes that leave a shaft share its torque equally where their teeth are alike.
     """
-    torques, drivers = dict[int, set[float]](), dict[int, int]()
+    torques, drivers, notes = dict[int, set[float]](), dict[int, int](), dict[int, dict[str, None]]()
     for number, pair in found.items():
         for gear in pair:
             for data in _gear_data(gearbox, number, gear):
@@ -124,14 +124,15 @@ def _torques(
                     drivers[number] = gear.number
                 if said := data.number_of("torque"):
                     torques.setdefault(gear.number, set()).add(abs(said))
+    given, passed = set(torques), dict[int, set[float]]()
     shaft_of = {
         gear.number: shaft.number
         for pair in found.values() for gear in pair for shaft in gearbox.beside(gear.number, "shaft", "assembly")
     }  # fmt: skip
     for loads in gearbox.load_cases or ({},):
         for shaft, torque in _entering(gearbox, loads).items():
-            _pass_on(shaft, torque, found, shaft_of, torques, drivers)
-    return torques, drivers
+            _pass_on(shaft, torque, found, shaft_of, passed, drivers, notes)
+    return {**passed, **{gear: torques[gear] for gear in given}}, drivers, notes
 
 
 def _entering(gearbox: Gearbox, loads: dict[int, Component]) -> dict[int, float]:
@@ -149,18 +150,25 @@ def _entering(gearbox: Gearbox, loads: dict[int, Component]) -> dict[int, float]
 
 def _pass_on(
     shaft: int, torque: float, found: dict[int, tuple[Component, Component]], shaft_of: dict[int, int],
-    torques: dict[int, set[float]], drivers: dict[int, int],
+    torques: dict[int, set[float]], drivers: dict[int, int], notes: dict[int, dict[str, None]],
 ) -> None:  # fmt: skip
     reached, waiting = {shaft}, [(shaft, torque)]
     while waiting:
         here, torque = waiting.pop()
-        for number, pair in found.items():
-            for gear, mate in (pair, pair[::-1]):
-                there = shaft_of.get(mate.number)
-                teeth = gear.number_of("number_of_teeth"), mate.number_of("number_of_teeth")
-                if shaft_of.get(gear.number) != here or there is None or there in reached or None in teeth:
-                    continue
-                drivers.setdefault(number, gear.number)
-                torques.setdefault(gear.number, set()).add(float(f"{torque:.12g}"))
-                reached.add(there)
-                waiting.append((there, torque * teeth[1] / teeth[0]))  # type: ignore[operator]
+        leaving = [
+            (number, gear, mate, shaft_of[mate.number])
+            for number, pair in found.items() for gear, mate in (pair, pair[::-1])
+            if shaft_of.get(gear.number) == here and shaft_of.get(mate.number, here) not in reached
+        ]  # fmt: skip
+        teeth = [(gear.whole_number_of("number_of_teeth"), mate.whole_number_of("number_of_teeth"))
+                 for _, gear, mate, _ in leaving]  # fmt: skip
+        alike, count = len(set(teeth)) == 1, len(leaving)
+        for (number, gear, _, there), (own, other) in zip(leaving, teeth, strict=True):
+            drivers.setdefault(number, gear.number)
+            reached.add(there)
+            if count > 1:
+                how = f"each takes 1/{count} of its torque" if alike else "its torque divides in an unknown way"
+                notes.setdefault(number, {})[f"shaft {here} drives {count} meshes: {how}"] = None
+            if alike and own and other:
+                torques.setdefault(gear.number, set()).add(float(f"{torque / count:.12g}"))
+                waiting.append((there, torque / count * other / own))

@@ -1,0 +1,73 @@
+"""Units of REXS attributes: those of the standard, and others that programs write."""
+
+from __future__ import annotations
+
+import math
+
+#: units of the standard, of attributes that are read or written; the others have none
+UNITS = {
+    **dict.fromkeys((
+        "addendum_modification", "addendum_reference_profile", "center_distance", "common_face_width",
+        "coordinate_where_helix_crowning_is_specified_datum_face",
+        "coordinate_where_helix_crowning_is_specified_non_datum_face", "coordinates_of_topographical_modification",
+        "custom_pmor_tip_rounding", "diameter_where_profile_crowning_root_is_specified",
+        "diameter_where_profile_crowning_tip_is_specified", "diameter_where_profile_slope_amount_is_specified",
+        "diameters_of_topographical_modification", "end_relief_depth_datum_face", "end_relief_depth_non_datum_face",
+        "end_relief_length_datum_face", "end_relief_length_non_datum_face", "face_width",
+        "helix_crowning_amount_datum_face", "helix_crowning_amount_non_datum_face", "helix_evaluation_end",
+        "helix_evaluation_start", "helix_highest_point", "helix_slope", "inner_diameter", "length",
+        "length_where_profile_crowning_root_is_specified", "length_where_profile_crowning_tip_is_specified",
+        "load_distribution_node_positions", "normal_module", "outer_diameter_begin", "point_coordinates_radius",
+        "point_coordinates_u_coord", "profile_crowning_at_root", "profile_crowning_at_tip", "profile_evaluation_end",
+        "profile_evaluation_start", "profile_highest_point", "profile_slope", "profile_twist", "protuberance_amount",
+        "root_diameter", "root_relief_datum_diameter", "root_relief_datum_length", "root_relief_depth",
+        "root_relief_evaluation_reference", "root_relief_evaluation_reference_length", "support_vector",
+        "tip_corner_radius_reference_profile", "tip_diameter", "tip_relief_datum_diameter", "tip_relief_datum_length",
+        "tip_relief_depth", "tip_relief_evaluation_reference", "tip_relief_evaluation_reference_length",
+        "tooth_tip_chamfer", "tooth_tip_height", "topographical_modification_amounts", "u_axis_vector",
+        "u_coordinate_on_shaft", "w_axis_vector",
+    ), "mm"),
+    **dict.fromkeys((
+        "custom_pmor_pitch_deviations", "custom_pmor_transmission_error", "custom_pmor_transmission_error_peak_to_peak",
+    ), "mum"),
+    **dict.fromkeys((
+        "custom_pmor_pinion_angle", "helix_angle_reference_diameter", "normal_pressure_angle",
+        "point_coordinates_angle_about_u_axis",
+    ), "deg"),
+    **dict.fromkeys((
+        "load_distribution_along_face_width", "local_normal_line_load", "meshing_stiffness_characteristic",
+    ), "N / mm"),
+    **dict.fromkeys(("elastic_modulus", "local_hertzian_contact_stress"), "MPa"),
+    **dict.fromkeys(("torque", "torque_around_u_axis"), "N m"),
+}  # fmt: skip
+#: units that are converted, by the one used here; spaces, dots and stars between factors do not count
+FACTORS = {
+    "mm": {"mm": 1.0, "mum": 1e-3, "um": 1e-3, "\u00b5m": 1e-3, "\u03bcm": 1e-3, "nm": 1e-6, "cm": 10.0, "dm": 100.0,
+           "m": 1e3, "in": 25.4, "inch": 25.4},
+    "deg": {"deg": 1.0, "\u00b0": 1.0, "degree": 1.0, "rad": 180.0 / math.pi, "mrad": 0.18 / math.pi},
+    "MPa": {"MPa": 1.0, "N/mm^2": 1.0, "N/mm\u00b2": 1.0, "Pa": 1e-6, "N/m^2": 1e-6, "kPa": 1e-3, "GPa": 1e3,
+            "kN/mm^2": 1e3},
+    "N m": {"Nm": 1.0, "Nmm": 1e-3, "Ncm": 1e-2, "kNm": 1e3, "kNmm": 1.0, "MNm": 1e6},
+    "N / mm": {"N/mm": 1.0, "N/m": 1e-3, "kN/mm": 1e3},
+    "none": {"none": 1.0, "-": 1.0, "1": 1.0},
+}  # fmt: skip
+
+
+def factor_of(attribute: str, unit: str) -> float:
+    """Return the factor from a unit to the one used here for an attribute; an empty unit is that of the standard.
+
+    Raises
+    ------
+    ValueError
+        When the unit is unknown, or of another quantity.
+    """
+    standard = UNITS.get(attribute, "none")
+    known = next(factors for factors in FACTORS.values() if _plain(standard) in factors)
+    factor = known.get(_plain(unit or standard))
+    if factor is None:
+        raise ValueError(f"unit = {unit!r}: must be one of {', '.join(known)}")
+    return factor
+
+
+def _plain(unit: str) -> str:
+    return "".join(c for c in unit if not c.isspace() and c not in "*\u00b7\u22c5")
