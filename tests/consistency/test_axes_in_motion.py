@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pmor.case import change_case, parse_case
+from pmor.case import change_case
 from pmor.dynamics.force_law import shifted
 from pmor.dynamics.gear_model import gear_model
 from pmor.dynamics.law import force_law
@@ -13,7 +13,7 @@ from pmor.gear.condition import ALIGNED, Assembly, Misalignment
 from pmor.pair.model import gear_pair
 from pmor_online.mesh_force import mesh_force_of
 from tests.support.line_pairs import small_pair
-from tests.support.small_case import case_text
+from tests.support.small_case import case_with
 
 STIFF = {"pinion_bearing_stiffness_N_um": [200.0, 100.0, 400.0], "wheel_bearing_stiffness_N_um": [200.0, 50.0, 400.0],
          "pinion_tilting_stiffness_kNm_rad": [100.0, 100.0]}  # fmt: skip
@@ -24,7 +24,7 @@ TORQUE = 100.0
 def case():
     dynamics = {"torques_Nm": [TORQUE], "degrees_of_freedom": 12, "run_cycles": 0} | STIFF
     mesh = {"profile_elements": 5, "width_elements": 2}
-    return parse_case(case_text(mesh=mesh, contact={"scheme": "line"}, reduction=None, dynamics=dynamics), "small", "")
+    return case_with(mesh=mesh, contact={"scheme": "line"}, reduction=None, dynamics=dynamics)
 
 
 def positions(model, **given):
@@ -87,9 +87,8 @@ def test_the_shift_of_displaced_axes_is_that_of_the_mean_force_of_line_loads(key
 
 @pytest.fixture(scope="module")
 def helical():
-    text = case_text(
+    case = case_with(
         mesh={"profile_elements": 5, "width_elements": 4}, contact={"scheme": "line"}, reduction=None,
         pair={"helix_angle_deg": 20.0}, wheel={"teeth": 33, "bore_radius_mm": 20.0},
     )  # fmt: skip
-    case = parse_case(text, "small", "")
     return case, reduced_of(case)

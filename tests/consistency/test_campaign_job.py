@@ -18,21 +18,16 @@ import pmor.campaigns.solve as solve_module
 import pmor.campaigns.supervise as supervise_module
 from pmor.app.cli import main
 from pmor.campaigns.describe import folder_text
-from pmor.campaigns.loader import load
 from pmor.campaigns.output import RESULTS
 from pmor.campaigns.relations import case_of
-from pmor.campaigns.run import run
 from pmor.campaigns.solve import basis_of, results_of
 from pmor.campaigns.store import entries, open_store
 from pmor.core.errors import OutputError
-from pmor.pair.model import elastic_model, mesh_model
 from pmor.report.data_files import write_summary_json
 from pmor.report.summary import figures
 from pmor.storage.campaign_file import CAMPAIGN_SCHEMA, STATUS
 from pmor.storage.hdf5 import attribute, open_checked, read
 from pmor.storage.results_folder import working_folder
-from pmor_offline.train import train
-from pmor_online.model import reduced_pair
 from pmor_online.readings import read_off
 from pmor_online.run import OnlineResult, sweep_case
 from tests.support.small_case import case_text
@@ -97,7 +92,7 @@ def test_the_row_of_a_design_is_what_a_run_of_its_case_gives(tmp_path):
     case = case_of(BASE, {"pair.helix_angle_deg": 12.0, "wheel.teeth": 24}, "design 1")
     store = open_store(tmp_path / "store", 1.0)
     row, failures = results_of(case, store)
-    reduced = reduced_pair(train(case, elastic_model(case, mesh_model(case))).basis)
+    reduced = pmor.train(case).reduced
     sweep = sweep_case(reduced)
     summary = figures(OnlineResult(reduced, sweep, None, 0.0, readings=read_off(reduced, sweep)))
     assert failures == ()
@@ -291,19 +286,6 @@ def test_case_files_edited_by_hand_and_folders_of_others_stay(folder, faulty, ca
     assert main(["campaign", "campaign.toml", "--out", "out", "--overwrite"]) == 0
     assert not edited.read_text().endswith("# checked\n")
     assert kept.read_text() == "mine"
-
-
-def test_command_and_python_leave_the_same_files(folder, faulty, capsys):
-    assert main(["campaign", "campaign.toml", "--out", "out"]) == 0
-    steps = []
-    found = run(load("campaign.toml"), progress=steps.append)
-    assert sum(steps) == DESIGNS
-    found.write("written")
-    assert str(found).splitlines()[:2] == capsys.readouterr().out.splitlines()[:2]
-    assert results(folder / "written") == results(folder / "out")
-    assert {path.name for path in folder.joinpath("written").iterdir()} == {
-        path.name for path in folder.joinpath("out").iterdir()
-    }
 
 
 def test_the_case_file_of_a_design_reads_back_as_what_was_solved(folder, capsys):

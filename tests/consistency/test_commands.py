@@ -1,7 +1,7 @@
 """The commands as an engineer types them, on a case of seconds."""
 
-import csv
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -43,14 +43,22 @@ def summary_of(folder):
     return json.loads((folder / "summary.json").read_text())
 
 
+def python(folder, *arguments):
+    """A process in a folder where an engineer has modules called offline and online, as folders of ours are."""
+    for name in ("offline", "online"):
+        (folder / f"{name}.py").write_text('whose = "my own"\n')
+    path = os.pathsep.join(str(ROOT / name) for name in (".", "offline", "online"))
+    return subprocess.run(
+        [sys.executable, *arguments], cwd=folder, env=os.environ | {"PYTHONPATH": path}, capture_output=True, text=True,
+        timeout=600, check=False,
+    )  # fmt: skip
+
+
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
-    """The folder of one whole run, pictures and all; what it printed."""
+    """The folder of one whole run, pictures and all, beside an engineer's own modules; what it printed."""
     folder = tmp_path_factory.mktemp("finished")
-    done = subprocess.run(
-        [sys.executable, "-m", "pmor.app.cli", "run", write_case(folder), "--out", str(folder / "out")],
-        cwd=ROOT, capture_output=True, text=True, timeout=600, check=False,
-    )  # fmt: skip
+    done = python(folder, "-m", "pmor", "run", write_case(folder), "--out", str(folder / "out"))
     assert (done.returncode, complaints(done.stderr)) == (0, "")
     return folder / "out", done.stdout
 
@@ -107,13 +115,9 @@ def test_run_ends_with_a_short_summary(finished):
     assert len(text.splitlines()) < 20
 
 
-def test_a_second_run_takes_the_basis_that_is_there(out, tmp_path, monkeypatch, finished):
-    forbid_offline(monkeypatch)
-    assert main(["run", write_case(tmp_path, output=QUIET), "--out", str(out)]) == 0
-    again, before = summary_of(out), summary_of(finished[0])
-    assert again["offline_s"] == before["offline_s"]
-    # The same basis, the same arithmetic: equal up to the threads of the linear algebra library.
-    assert again["ste_mean_um"] == pytest.approx(before["ste_mean_um"], rel=1e-9)
+def test_modules_of_an_engineer_are_found_beside_the_package(tmp_path):
+    words = "import pmor_offline.train, pmor_online.run, offline, online; print(offline.whose, online.whose, sep=', ')"
+    assert python(tmp_path, "-c", words).stdout == "my own, my own\n"
 
 
 def test_another_sweep_takes_the_basis_that_is_there(out, tmp_path, monkeypatch):
@@ -206,23 +210,6 @@ def test_a_failed_position_ends_with_3_and_is_named(out, tmp_path, monkeypatch, 
     assert message in (out / "report.html").read_text()
 
 
-def test_a_reduced_position_that_fails_is_an_empty_field(out, tmp_path, monkeypatch, capsys, undrawn):
-    import pmor_online.run
-    from pmor_online.sweep import sweep_reduced_pair
-
-    def with_a_gap(*arguments, **more):
-        sweep = sweep_reduced_pair(*arguments, **more)
-        sweep.ste_um[0, -1], sweep.converged[0, -1] = float("nan"), False
-        return sweep
-
-    monkeypatch.setattr(pmor_online.run, "sweep_reduced_pair", with_a_gap)
-    assert main(["online", str(out / "basis.h5"), "-o", str(tmp_path / "results")]) == 3
-    assert "did not converge" in capsys.readouterr().out
-    with (tmp_path / "results" / "ste.csv").open() as file:
-        rows = list(csv.DictReader(file))
-    assert [(row["ste_um"] == "", row["converged"]) for row in rows] == [(False, "1")] * 3 + [(True, "0")]
-
-
 def test_training_that_fails_is_not_passed_over_in_silence(tmp_path, monkeypatch, capsys):
     """A basis with a hole answers everywhere, but worse: whoever runs the case must be told, also the next time."""
     trained = []
@@ -242,7 +229,7 @@ def test_training_that_fails_is_not_passed_over_in_silence(tmp_path, monkeypatch
         assert f"phi = {trained[0]:.6g} rad, torque = 40 N m" in "".join(capsys.readouterr())
 
 
-# --- offline, online, compare, info ----------------------------------------------------------------------------------
+# --- offline, online, compare ----------------------------------------------------------------------------------------
 
 
 def test_offline_then_online(tmp_path, monkeypatch, capsys, undrawn):
@@ -255,10 +242,7 @@ def test_offline_then_online(tmp_path, monkeypatch, capsys, undrawn):
     results = tmp_path / "out" / "tiny"  # the default
     pictures = PICTURES - {"error.png", "mesh.png"}  # no full FE, no mesh
     assert results_in(results) == pictures | {"summary.json", "ste.csv", "results.h5", "report.html"}
-    found = summary_of(results)
-    assert set(found) >= SUMMARY_KEYS
-    for key in ("rom_vs_full_ste_max_rel", "rom_vs_full_ste_rms_rel", "full_ms_per_position"):
-        assert found[key] is None
+    assert set(summary_of(results)) >= SUMMARY_KEYS
 
 
 def test_offline_refuses_an_existing_file_before_any_work(tmp_path, monkeypatch, capsys):
@@ -278,14 +262,6 @@ def test_compare_leaves_numbers_only(out, tmp_path, monkeypatch, capsys):
     assert results_in(out) == {"basis.h5", "summary.json", "ste.csv", "results.h5"}
     assert summary_of(out)["full_ms_per_position"] > 0.0
     assert "reduced vs full, max" in capsys.readouterr().out
-
-
-def test_info_shows_what_is_in_a_basis(out, capsys):
-    assert main(["info", str(out / "basis.h5")]) == 0
-    text = capsys.readouterr().out
-    assert "pmor-basis" in text
-    assert "shapes/pinion/displacement" in text
-    assert "training/force" in text
 
 
 # --- gears that cannot be ------------------------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""Kept kernels are those of the present sources: an edit in any file of theirs is noticed."""
+"""Kept kernels are those of the present sources; a second process compiles those that a first run needs later."""
 
 import os
 import re
@@ -16,6 +16,8 @@ from pmor.core import keeping
 from pmor.core.compiling import compiled
 from pmor.gear.kernels.motion import roll_angle
 from pmor.penalty.kernels.windows import relative_radius
+from pmor.work import kernels as beside
+from tests.support.small_case import case_with
 
 CHECKOUT = Path(pmor.__file__).parents[1]
 # `relative_radius` stands on `roll_angle` in another file, and that on the constant it is given here in a third one.
@@ -173,3 +175,29 @@ def test_an_edit_two_files_down_is_noticed(tmp_path, kernels):
     lowest = kernels / "lowest.py"
     lowest.write_text(lowest.read_text().replace("x + 0.0", "x + 0.1"))
     assert relative_radius_of(tmp_path) != before
+
+
+# --- a second process ------------------------------------------------------------------------------------------------
+
+
+def test_what_the_second_process_does_works_for_full_fe_and_for_trained_shapes(monkeypatch):
+    monkeypatch.setattr(beside, "is_kept", lambda _kernel: False)
+    monkeypatch.setattr(beside, "kernels_folder", Path)
+    monkeypatch.setattr(beside, "other_models", lambda _case: [("direct", None)])
+    with beside.kernels_beside(case_with(contact={"scheme": "line"})) as wait:
+        assert wait() == 0
+
+
+def test_nothing_is_started_where_all_is_compiled(monkeypatch):
+    monkeypatch.setattr(beside, "is_kept", lambda _kernel: True)
+    monkeypatch.setattr(beside.subprocess, "Popen", None)
+    with beside.kernels_beside(case_with()) as wait:
+        assert wait() is None
+
+
+def test_a_second_process_that_fails_is_waited_for_and_no_matter(monkeypatch):
+    monkeypatch.setattr(beside, "is_kept", lambda _kernel: False)
+    monkeypatch.setattr(beside, "kernels_folder", Path)
+    monkeypatch.setattr(beside, "_COMMAND", "raise SystemExit(3)")
+    with beside.kernels_beside(case_with()) as wait:
+        assert wait() == 3

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import csv
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,6 +20,7 @@ from pmor_online.conditions import sweep_assemblies, sweep_listed
 from pmor_online.model import reduced_pair
 from pmor_online.run import OnlineResult
 from tests.support.small_case import case_text
+from tests.support.stored_files import rows_of
 
 LISTED = """
 [pinion.modification]
@@ -66,11 +65,6 @@ def finished(tmp_path_factory):
     return folder / "out"
 
 
-def rows_of(path):
-    with path.open(newline="") as file:
-        return list(csv.DictReader(file))
-
-
 def test_many_conditions_in_one_call_are_what_each_is_alone(model):
     many = model.sweep_conditions(BUILT, angles=8)
     assert many.ste_um.shape == (3, 2, 8)
@@ -113,13 +107,6 @@ def test_a_page_and_a_picture_show_the_conditions(finished):
     assert ">Conditions<" in page
     assert "pinion tip_relief_um = 20.0" in page
     assert (finished / "conditions.png").stat().st_size > 10_000
-
-
-def test_every_column_of_the_conditions_is_documented(finished):
-    documented = (Path(__file__).parents[2] / "cases" / "README.md").read_text(encoding="utf-8")
-    header = rows_of(finished / "conditions.csv")[0]
-    names = ["ste_order_<k>_um" if name.startswith("ste_order_") else name for name in header]
-    assert [name for name in names if f"`{name}`" not in documented] == []
 
 
 def test_a_saved_basis_sweeps_the_conditions_of_another_case_file(finished, tmp_path):

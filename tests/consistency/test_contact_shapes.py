@@ -1,7 +1,9 @@
-"""The shapes at trained positions: energy, interpolation weights, smaller and redundant bases."""
+"""The shapes at trained positions: what a basis is made of, interpolation weights, smaller and redundant bases.
+
+Energy products of all families: test_verify.
+"""
 
 from functools import partial
-from itertools import product
 
 import numpy as np
 import pytest
@@ -13,7 +15,6 @@ from pmor.penalty.elasticity import full_elasticity, shape_elasticity
 from pmor.penalty.kernels.shapes import shape_weights
 from pmor.penalty.position import active_patches
 from pmor.reduction.contact_shapes import ContactShapes, contact_shapes
-from pmor.storage.basis_file import read_basis
 
 ROUND_OFF = 1e-10  # products of a few hundred terms, and an eigenvalue decomposition in between
 TRAINED = 1e-6  # a trained state lies in the basis, what is left is interpolation round-off
@@ -57,43 +58,6 @@ def test_basis_is_orthonormal_and_made_of_force_fields_with_their_displacements(
     assert_allclose(
         energy, np.eye(len(energy)), rtol=0.0, atol=1e-8
     )  # active shapes are nearly parallel: two digits lost
-
-
-@pytest.mark.parametrize("interpolation", ["linear", "cubic"])
-def test_energy_products_equal_the_work_of_forces_on_displacements(
-    interpolation, whole_model, forces, small_basis_file
-):
-    """gram[d, k, a, b]: force field at k + a on one pair, displacement by the shape at k + b on the pair d ahead.
-
-    Cubics combine one position more on either side: a and b are then counted from k - 1.
-    """
-    _, model = whole_model
-    path = small_basis_file(width="whole", shapes="positions", interpolation=interpolation)
-    shapes, meshed = read_basis(path).shapes, model.mesh.meshed
-    app, before = shapes.angles_per_pitch, {"linear": 0, "cubic": 1}[interpolation]
-    assert shapes.stencil == 2 * (before + 1)
-    count, scale = len(forces), np.abs(shapes.gram).max()
-    checked = np.zeros(shapes.gram.shape[0], dtype=int)
-    position = active_patches(meshed, float(np.mean(meshed.pair.roll_position_range)) - 0.1, WHOLE_FLANK)
-    compliance = full_elasticity(model.pinion, model.wheel, position).compliance
-
-    def embedded(pair):
-        """All active shapes on one of the pairs: columns of window forces, by position and torque."""
-        force = np.zeros((len(position.nodes), 3, count, forces.shape[1]))
-        for gear in range(2):
-            fields = np.moveaxis(forces[:, :, gear], 2, 0)
-            force[position.window_slice(pair, gear)] = fields.reshape(-1, 3, *fields.shape[1:])
-        return force.reshape(3 * len(position.nodes), count, -1)
-
-    for d in range(min(shapes.gram.shape[0], len(position.pair_index))):
-        moved = np.tensordot(compliance, embedded(d), 1)
-        expected = np.einsum("fkt,fmu->kmtu", embedded(0), moved, optimize=True)
-        for k, a, b in product(range(count), range(shapes.stencil), range(shapes.stencil)):
-            here, ahead = k + a - before, k + d * app + b - before
-            if 0 <= here < count and 0 <= ahead < count:
-                assert_allclose(shapes.gram[d, k, a, b], expected[here, ahead], rtol=0.0, atol=ROUND_OFF * scale)
-                checked[d] += expected[here, ahead].any()
-    assert (checked[:2] > 0).all(), "the pair itself and its neighbour were both under load somewhere"
 
 
 def test_shapes_at_positions_end_idle(reduced_by):

@@ -6,19 +6,19 @@ import numpy as np
 import pytest
 
 from pmor.app.cli import main
-from pmor.case import change_case, parse_case
+from pmor.case import change_case
 from pmor.core.errors import CaseError, ConvergenceError
 from pmor.lab.convergence import run
 from pmor.lab.convergence.result import ELEMENTS, FILES
 from pmor_online.line_sweep import sweep_line_loads
-from tests.support.small_case import case_text
+from tests.support.small_case import case_text, case_with
 
 LADDER = (2, 4, 8)
 
 
 @pytest.fixture(scope="module")
 def case():
-    return parse_case(case_text(contact={"scheme": "line"}, reduction=None), "small", "small case")
+    return case_with(contact={"scheme": "line"}, reduction=None)
 
 
 def test_errors_fall_with_the_elements_and_everything_is_written(case, tmp_path, monkeypatch):
@@ -93,7 +93,7 @@ def test_a_ladder_without_a_limit_has_no_picture(case, tmp_path):
 
 
 def test_other_schemes_have_no_limit(case, tmp_path, capsys):
-    other = parse_case(case_text(), "small", "small case")
+    other = case_with()
     with pytest.raises(CaseError, match='scheme = "direct".*write "line"'):
         run.run(other)
     path = tmp_path / "small.toml"

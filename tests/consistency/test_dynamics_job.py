@@ -21,7 +21,7 @@ from pmor.lab.slices.page import write_slices
 from pmor.pair.model import gear_pair
 from pmor.work.pieces import PARTS
 from pmor_online.mesh_force import mesh_force_of
-from tests.support.small_case import case_text
+from tests.support.small_case import case_text, case_with
 
 MESH = {"profile_elements": 5, "width_elements": 2}
 DYNAMICS = {"torques_Nm": [60.0, 100.0], "mesh_frequency_ratio": [0.8, 1.2], "run_cycles": 200}
@@ -104,7 +104,7 @@ def test_an_interrupted_torque_goes_on_where_it_stopped(tmp_path, model, monkeyp
     ],
 )
 def test_backs_of_teeth_are_those_of_the_drawing_unless_the_case_has_its_own(changes, backlash_um):
-    case = parse_case(case_text(mesh=MESH, contact={"scheme": "line"}, reduction=None, **changes), "small", "small")
+    case = case_with(mesh=MESH, contact={"scheme": "line"}, reduction=None, **changes)
     found = solution.backlash_of(case, gear_pair(case))
     if backlash_um is None:
         assert found is None

@@ -7,10 +7,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.case import parse_case
 from pmor.case.width import whole_width
 from pmor.gear.condition import ALIGNED, Condition, Misalignment, at_torques
-from pmor.pair.model import elastic_model, mesh_model
 from pmor.pair.sweep import sweep_ste
 from pmor.penalty.solve import solve_position
 from pmor_offline.gather import make_basis
@@ -20,7 +18,7 @@ from pmor_online.errors import estimate_errors
 from pmor_online.model import reduced_pair
 from pmor_online.sweep import sweep_reduced_pair
 from tests.support.discarded_energy import discarded_energy_slope
-from tests.support.small_case import case_text
+from tests.support.small_case import case_with, full_fe
 
 pytestmark = pytest.mark.jit
 TORQUES = 3e4, 1e5  # N mm
@@ -31,13 +29,12 @@ TILT = (-15.0, 15.0)
 def setting(scheme="direct", tilted=False, shapes="flank_lines"):
     """A case and its full model, trained so poorly that errors are seen."""
     spread = {"in_plane_um": TILT, "out_of_plane_um": TILT} if tilted else {}
-    text = case_text(
+    case = case_with(
         mesh={"profile_elements": 8, "width_elements": 4}, contact={"scheme": scheme, "lodm_profile": 4},
         reduction={"shapes": shapes, "distribution_tolerance": 0.02},
         offline={"angles_per_pitch": 6, "torques_Nm": [20.0, 150.0], **{k: list(v) for k, v in spread.items()}},
     )  # fmt: skip
-    case = parse_case(text, "small", "small case")
-    return case, elastic_model(case, mesh_model(case))
+    return case, full_fe(case)
 
 
 @cache
@@ -141,7 +138,7 @@ def test_without_compliance_in_the_basis_there_is_no_error_bar():
 def test_half_the_width_estimates_what_the_whole_width_does():
     case, _ = setting()
     whole = whole_width(replace(case, offline=replace(case.offline, sampling="sobol")))
-    model = elastic_model(whole, mesh_model(whole))
+    model = full_fe(whole)
     one = (Condition(torque=1.5e5),)
     snapshots = [solve_snapshots(model, TrainingPosition(float(p), one)) for p in poor_basis().training.phi]
     other = make_basis(whole, model, snapshots)[0]

@@ -1,6 +1,5 @@
 """Designs on a page in a browser against the same questions put to numpy, and what a reader meets there."""
 
-import csv
 import itertools
 import json
 import re
@@ -13,6 +12,7 @@ import pytest
 from pmor.report.explorer import Column, Designs
 from pmor.report.page import Heading, page_html
 from tests.support.chromium import browser
+from tests.support.stored_files import rows_of
 
 NASTY = "</script><script>document.title = 'broken'</script>\"'&<!--"
 ROOT = "document.querySelector('.explorer')"
@@ -292,8 +292,7 @@ def test_the_file_it_saves_has_the_rows_within_the_filters(page, data, tmp_path)
     while not (tmp_path / "designs.csv").exists():
         assert time.monotonic() < until
         time.sleep(0.02)
-    with open(tmp_path / "designs.csv", newline="", encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
+    rows = rows_of(tmp_path / "designs.csv")
     expected = shown_by_numpy(data, filters)
     assert [row["name"] for row in rows] == data.names[expected].tolist()
     for column in data.columns:

@@ -1,8 +1,6 @@
 """`pmor export` writes what the Python API writes, refuses what it cannot make, and harms nobody's files."""
 
-import csv
-import json
-import subprocess
+import runpy
 import sys
 from pathlib import Path
 
@@ -14,7 +12,7 @@ from pmor.app.cli import main
 from pmor.dynamics.fmu import law
 from pmor.dynamics.force_table import tabulate
 from pmor.export.rexs.model import read_rexs
-from pmor.report.data_files import write_ste_csv
+from tests.support.stored_files import rows_of
 
 pytestmark = pytest.mark.jit  # sweeps and force laws of whole models
 ROOT = Path(__file__).parents[2]
@@ -62,18 +60,24 @@ def test_the_command_writes_the_force_law_and_the_results_of_the_api(tmp_path, b
     np.testing.assert_allclose(1e3 * np.array(said.numbers_of("custom_pmor_transmission_error")), expected, rtol=1e-9)
 
 
-def test_tables_hold_the_numbers_of_the_sweep(tmp_path, basis, model):
+@pytest.mark.parametrize("source", ["basis", "results"])
+def test_tables_hold_the_numbers_of_the_sweep(tmp_path, basis, model, source, undrawn):
+    if source == "results":
+        model.report(tmp_path / "out")
+        basis = tmp_path / "out" / "results.h5"
     assert export(basis, "--to", "csv", "-o", tmp_path / "tables") == 0
-    lines = (tmp_path / "tables" / "ste_per_torque_per_angle.csv").read_text().splitlines()
-    rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
+    rows = rows_of(tmp_path / "tables" / "ste_per_torque_per_angle.csv")
     result = model.sweep()
     assert [float(row["ste"]) for row in rows] == result.ste_um.ravel().tolist()
     assert [float(row["phi"]) for row in rows] == np.tile(result.phi_rad, 2).tolist()
-    orders = (tmp_path / "tables" / "orders_per_torque_per_order.csv").read_text().splitlines()
-    first = next(csv.DictReader(line for line in orders if not line.startswith("#")))
+    first = rows_of(tmp_path / "tables" / "orders_per_torque_per_order.csv")[0]
     np.testing.assert_allclose(float(first["amplitude"]), result.orders_um(1)[0, 0], rtol=1e-12)
-    model.export(tmp_path / "again", to="csv")
-    assert {p.name for p in (tmp_path / "again").iterdir()} == {p.name for p in (tmp_path / "tables").iterdir()}
+
+
+def test_a_report_replaces_no_page_of_others(tmp_path, model):
+    (tmp_path / "report.html").write_text("mine")
+    with pytest.raises(pmor.OutputError, match=r"report\.html: .*choose another place"):
+        model.report(tmp_path)
 
 
 def test_files_are_named_after_their_source_in_the_current_folder(tmp_path, monkeypatch):
@@ -112,14 +116,6 @@ def test_what_cannot_be_made_is_refused_in_one_line(arguments, message, tmp_path
     assert not (tmp_path / "new").exists()
 
 
-def test_a_results_file_becomes_tables(tmp_path, model):
-    model.report(tmp_path / "out")
-    assert export(tmp_path / "out" / "results.h5", "--to", "csv", "-o", tmp_path / "tables") == 0
-    lines = (tmp_path / "tables" / "ste_per_torque_per_angle.csv").read_text().splitlines()
-    rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
-    assert [float(row["ste"]) for row in rows] == model.sweep().ste_um.ravel().tolist()
-
-
 @pytest.mark.parametrize("arguments", [["--to", "step"], ["--to", "fmu", "--torque", "-1"], []])
 def test_wrong_usage_exits_with_2(arguments, capsys):
     with pytest.raises(SystemExit) as caught:
@@ -133,33 +129,10 @@ def test_a_model_refuses_a_format_that_it_does_not_have(model, tmp_path):
         model.export(tmp_path / "x", to="step")
 
 
-def test_a_report_is_what_a_run_leaves(tmp_path, model):
-    report = model.report(tmp_path / "out")
-    assert report.page == tmp_path / "out" / "report.html"
-    result = model.sweep()
-    write_ste_csv(tmp_path / "ste.csv", result.sweep)
-    columns = [read(path, "ste_um") for path in (tmp_path / "ste.csv", tmp_path / "out" / "ste.csv")]
-    assert columns[0] == columns[1]
-    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
-    assert summary["ste_peak_to_peak_um"] == pytest.approx(result.peak_to_peak_um[1])
-    assert pmor.load_model(tmp_path / "out" / "basis.h5").case == model.case
-    (tmp_path / "other").mkdir()
-    (tmp_path / "other" / "report.html").write_text("mine")
-    with pytest.raises(pmor.OutputError, match=r"report\.html: .*choose another place"):
-        model.report(tmp_path / "other")
-
-
-def read(path, column):
-    with path.open() as file:
-        return [row[column] for row in csv.DictReader(file)]
-
-
-def test_the_script_in_cases_walks_from_a_gearbox_to_the_page(tmp_path):
-    done = subprocess.run(
-        [sys.executable, str(ROOT / "cases" / "rexs_to_page.py"), str(tmp_path / "out")],
-        cwd=ROOT, capture_output=True, text=True, timeout=600, check=False,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    assert "triangular_tip_relief" in done.stderr
+def test_the_script_in_cases_walks_from_a_gearbox_to_the_page(tmp_path, monkeypatch, caplog, undrawn):
+    caplog.set_level("INFO")
+    monkeypatch.setattr(sys, "argv", ["rexs_to_page.py", str(tmp_path / "out")])
+    runpy.run_path(str(ROOT / "cases" / "rexs_to_page.py"), run_name="__main__")
+    assert "triangular_tip_relief" in caplog.text
     for name in ("report/report.html", "gearbox.fmu", "gearbox_results.rexs", "tables/ste_per_torque_per_angle.csv"):
         assert (tmp_path / "out" / name).stat().st_size > 0

@@ -1,4 +1,7 @@
-"""One shape for each line of flank nodes: where it sits, what it moves, what work it does, what it learns from."""
+"""One shape for each line of flank nodes: where it sits, what it moves, what work it does, what it learns from.
+
+Static modes: unit forces on all nodes of a line, in two directions.
+"""
 
 from itertools import product
 
@@ -13,6 +16,7 @@ from pmor.penalty.elasticity import full_elasticity, shape_elasticity
 from pmor.penalty.kernels.types import ELEMENT_ROWS, FIRST_ROW
 from pmor.penalty.position import active_patches
 from pmor.reduction.flank_lines import LEAST_LOAD, flank_line_shapes
+from pmor.reduction.static_modes import static_mode_shapes
 from tests.support.gear_models import body, gear_pair, meshed_pair, sector, tooth
 
 ROUND_OFF = 1e-12  # of the largest: products of a few hundred terms
@@ -188,15 +192,10 @@ def turn_between(one, two):
     return np.arctan2(y2, x2) - np.arctan2(y1, x1)
 
 
-def test_without_a_loaded_state_there_is_nothing_to_make_shapes_from(bodies, flank_nodes):
-    nothing = np.zeros((3, 2, 2, 3 * LINES * COLUMNS))
-    with pytest.raises(ConvergenceError, match="no training state loads a flank"):
-        flank_line_shapes(bodies, nothing, flank_nodes, TOLERANCE)
-
-
-def test_a_gear_without_load_is_refused_though_its_mate_has_some(bodies, flank_nodes, rng):
+@pytest.mark.parametrize("idle", [[0, 1], [1]], ids=["both", "wheel"])
+def test_a_gear_without_a_loaded_state_is_refused(idle, bodies, flank_nodes, rng):
     force = normal_loads(flank_nodes, rng)
-    force[:, 1] = 0.0
+    force[:, idle] = 0.0
     with pytest.raises(ConvergenceError, match="no training state loads a flank"):
         flank_line_shapes(bodies, force, flank_nodes, TOLERANCE)
 
@@ -222,3 +221,39 @@ def test_the_number_of_shapes_does_not_grow_with_the_training_torques(small_mode
     ]
     for start in starts[1:]:
         assert np.array_equal(start, starts[0])
+
+
+# --- static modes ----------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def static_modes(bodies, flank_nodes):
+    return static_mode_shapes(bodies, flank_nodes)
+
+
+def test_each_line_has_two_static_modes_for_each_of_its_nodes(static_modes):
+    for gear in static_modes.gears:
+        assert np.array_equal(gear.start, 2 * COLUMNS * np.arange(LINES + 1))
+        for line, shape in np.ndindex(LINES, 2 * COLUMNS):
+            force = gear.force[gear.start[line] + shape].reshape(LINES, COLUMNS, 3)
+            loaded = np.argwhere(np.linalg.norm(force, axis=2) > 1e-12)
+            assert [(int(i), int(k)) for i, k in loaded] == [(line, shape // 2)]
+
+
+def test_forces_of_static_modes_are_along_the_normal_and_the_profile(static_modes, flank_nodes):
+    """The normal from the involute itself; nodes give it to a hundredth."""
+    for gear, nodes, lines in zip(GEARS, flank_nodes, static_modes.gears, strict=True):
+        force = lines.force.reshape(LINES, -1, 2, LINES, COLUMNS, 3)
+        for i, k in np.ndindex(LINES, COLUMNS):
+            normal = gear.flank_normal(gear.roll_angle_at(np.hypot(*nodes[i, k, :2])), 0.0)
+            across, along = (f / np.linalg.norm(f) for f in force[i, k, :, i, k])
+            assert abs(across @ normal) > 0.99
+            assert abs(along @ normal) < 0.12
+            assert_allclose([across[2], along[2], across @ along], 0.0, rtol=0.0, atol=1e-12)
+
+
+def test_forces_in_the_transverse_plane_are_sums_of_static_modes(static_modes, rng):
+    for lines in static_modes.gears:
+        wanted = (rng.normal(size=(5, LINES, COLUMNS, 3)) * [1.0, 1.0, 0.0]).reshape(5, -1)
+        found, *_ = np.linalg.lstsq(lines.force.T, wanted.T, rcond=None)
+        assert_allclose(lines.force.T @ found, wanted.T, rtol=0.0, atol=1e-10)

@@ -8,17 +8,15 @@ from functools import cache
 import numpy as np
 import pytest
 
-from pmor.case import parse_case
+import pmor
 from pmor.core.errors import CaseError
 from pmor.dynamics.fmu.law import mesh_law
 from pmor.dynamics.fmu.write import write_fmu
 from pmor.gear.condition import Assembly, Misalignment
 from pmor.pair.conditions import assembly_of
-from pmor.pair.model import elastic_model, gear_pair, mesh_model
-from pmor_offline.train import train
+from pmor.pair.model import gear_pair
 from pmor_online.mesh_force import mesh_force_of
-from pmor_online.model import reduced_pair
-from tests.support.small_case import case_text
+from tests.support.small_case import case_with
 
 pytestmark = pytest.mark.jit  # thousands of states
 COARSE = 1e-3  # of the largest force; a unit's own table is ten times finer, and takes ten times as long
@@ -27,12 +25,11 @@ COARSE = 1e-3  # of the largest force; a unit's own table is ten times finer, an
 @cache
 def small_pair(**pair):
     mesh = {"profile_elements": 5, "width_elements": 2, "width": "whole"}
-    text = case_text(
+    case = case_with(
         mesh=mesh, contact={"scheme": "line"}, reduction={"shapes": "line_loads"}, pair=pair,
         **{"pinion.modification": {"tip_relief_um": 10.0, "tip_relief_start_roll_deg": 25.0}},
     )  # fmt: skip
-    case = parse_case(text, "small", "small case")
-    return reduced_pair(train(case, elastic_model(case, mesh_model(case))).basis)
+    return pmor.train(case).reduced
 
 
 @cache

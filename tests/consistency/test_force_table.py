@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import pmor
 from pmor.case import load_case
 from pmor.dynamics.force_table import Watched, table_error, tabulate
 from pmor.dynamics.harmonic_balance import Balance, rest, rms, solve_at
@@ -13,11 +14,8 @@ from pmor.dynamics.integration import integrate
 from pmor.dynamics.operating import mean_stiffness, static_displacement
 from pmor.gear.condition import PLAIN, at_torques
 from pmor.pair.conditions import assembly_of
-from pmor.pair.model import elastic_model, mesh_model
-from pmor_offline.train import train
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.mesh_force import LineLoadLaw, mesh_force_of, place_phases
-from pmor_online.model import reduced_pair
 from tests.support.line_pairs import small_pair
 from tests.support.motion import along_line_of_action
 
@@ -94,7 +92,7 @@ def test_a_section_that_only_just_touches_is_in_equilibrium():
     One state in four million of this pair.
     """
     case = load_case(Path(__file__).parents[2] / "cases" / "paper_relief.toml")
-    reduced = reduced_pair(train(case, elastic_model(case, mesh_model(case))).basis)
+    reduced = pmor.train(case).reduced
     pair, assembly = reduced.meshed.pair, assembly_of(case)
     placed = place_phases(reduced.lines, np.array([2.0 * np.pi * 0.26407904754068884 / pair.pitch]), assembly)
     advance = np.array([0.009619448732414413 / pair.pinion.base_radius])

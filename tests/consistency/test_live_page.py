@@ -15,12 +15,11 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.case import load_case, parse_case
+from pmor.case import load_case
 from pmor.case.width import whole_width
 from pmor.gear.condition import Condition, Misalignment
 from pmor.gear.modification import Modification
 from pmor.gear.topography import Topography
-from pmor.pair.model import elastic_model, mesh_model
 from pmor.report.live.compliance import packed_compliance
 from pmor.report.live.section import live_section
 from pmor.report.page import page_html
@@ -31,7 +30,7 @@ from pmor_offline.gather import make_basis
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.model import online_angles, reduced_pair
 from tests.support.chromium import browser
-from tests.support.small_case import case_text
+from tests.support.small_case import case_with, full_fe
 
 pytestmark = pytest.mark.jit
 CASES = Path(__file__).parents[2] / "cases"
@@ -46,7 +45,7 @@ HELICAL = {
 
 def online_result(case):
     """A run of a case without comparison, and the pair that its page solves."""
-    basis, _ = make_basis(case, elastic_model(case, mesh_model(case)), ())
+    basis, _ = make_basis(case, full_fe(case), ())
     reduced = reduced_pair(basis)
     return run_online(reduced, Path(__file__)), live_pair(reduced)
 
@@ -129,19 +128,14 @@ def test_the_page_solves_what_python_solves(page, spur):
     assert len(page_html("", [live_section(*spur)])) <= LARGEST_SECTION
 
 
-def test_the_page_solves_a_pair_of_unlike_helical_gears(tmp_path):
-    text = case_text(**HELICAL, wheel={"teeth": 30, "bore_radius_mm": 25.0})
-    result, pair = online_result(parse_case(text, "helical", "helical"))
-    assert len(live_section(result, pair).data["bodies"]) == 2
-    with opened_page(tmp_path, result, pair) as opened:
-        compare_settings(opened, result, pair, 5)
-
-
-def test_a_helical_wheel_that_is_the_pinion_of_the_other_hand_shares_its_compliance(tmp_path):
-    result, pair = online_result(parse_case(case_text(**HELICAL), "helical", "helical"))
+@pytest.mark.parametrize(("wheel", "bodies"), [({"teeth": 30, "bore_radius_mm": 25.0}, 2), (None, 1)])
+def test_the_page_solves_helical_pairs_and_gears_that_differ_in_the_hand_alone_share_a_compliance(
+    wheel, bodies, tmp_path
+):
+    result, pair = online_result(case_with(**HELICAL, wheel=wheel))
     data = live_section(result, pair).data
-    assert len(data["bodies"]) == 1
-    assert data["body_of"][1]["mirrored"]
+    assert len(data["bodies"]) == bodies
+    assert data["body_of"][1]["mirrored"] == (bodies == 1)
     with opened_page(tmp_path, result, pair) as opened:
         compare_settings(opened, result, pair, 5)
 
@@ -161,7 +155,7 @@ def test_what_has_no_slider_counts_as_it_stands_in_the_case(tmp_path):
     gear = {"teeth": 21, "bore_radius_mm": 20.0, "tip_rounding_mm": 0.3}
     for width in "half", "plane_strain":
         mesh = {"element": "hex20", "profile_elements": 4, "width_elements": 2, "width": width}
-        plain = parse_case(case_text(pinion=gear, mesh=mesh, contact=None, reduction=None, offline=None), "a", "a")
+        plain = case_with(pinion=gear, mesh=mesh, contact=None, reduction=None, offline=None)
         case = replace(plain, pinion_modification=flanks[0], wheel_modification=flanks[1])
         result, pair = online_result(case if width == "half" else plain)
         with opened_page(tmp_path, result, pair) as opened:

@@ -14,7 +14,8 @@ from numpy.testing import assert_allclose
 
 import pmor
 from pmor.gear.condition import Misalignment, at_torques
-from pmor.pair.model import ElasticModel, elastic_model, mesh_model
+from pmor.pair.model import ElasticModel, mesh_model
+from tests.support.small_case import full_fe
 from tests.support.states import states_at
 
 SCHEMES = ("line", "direct", "paper", "facet")
@@ -80,7 +81,7 @@ def bodies(pair, mesh, lines):
     """Gears of full FE: the same for all schemes but line contact, which takes a layer below the flank out of them."""
     case = pmor.make_case(**sections("paper", "line" if lines else "direct"))
     case = replace(case, pair=pair, mesh=mesh)
-    model = elastic_model(case, mesh_model(case))
+    model = full_fe(case)
     return model.pinion, model.wheel
 
 

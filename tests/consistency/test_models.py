@@ -3,7 +3,6 @@
 import json
 import shutil
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,12 +15,12 @@ from pmor.app.plan import plan
 from pmor.body.elastic_gear import with_layer
 from pmor.case import basis_key, change_case, model_names, other_models, parse_case, without_models
 from pmor.core.errors import CaseError
-from pmor.pair.model import elastic_model, mesh_model, model_of_solved
+from pmor.pair.model import mesh_model, model_of_solved
 from pmor.penalty.solve import solve_position as solve
 from pmor.report.run_page import page_files
 from pmor.storage.basis_file import read_basis
 from pmor.work.cost import stages
-from tests.support.small_case import case_text
+from tests.support.small_case import case_text, case_with, full_fe
 from tests.support.stored_files import results_in
 
 QUIET = {"plots": False, "report": False}
@@ -39,7 +38,7 @@ def text_with(*models, **changes):
     return text.replace("[compare]", f"[compare]\nmodels = {json.dumps(models)}")
 
 
-def case_with(*models, **changes):
+def with_models(*models, **changes):
     return parse_case(text_with(*models, **changes), "small", "small.toml")
 
 
@@ -94,15 +93,10 @@ def test_the_summary_lists_the_models_and_keeps_its_keys_for_the_own_one(finishe
     assert models["line"]["rom_vs_full_ste_max_rel"] < 1e-7 < models["direct"]["rom_vs_full_ste_max_rel"]
 
 
-def test_every_key_of_a_model_is_documented(finished):
-    text = (Path(__file__).parents[2] / "cases" / "README.md").read_text(encoding="utf-8")
-    assert [key for model in summary_of(finished)["models"] for key in model if f"`{key}`" not in text] == []
-
-
 def test_each_basis_is_the_one_that_its_model_has_alone(finished, tmp_path):
     """Whoever solves the finite elements: here they are those of line contact, with the layer put back."""
-    case = parse_case(case_text(), "alone", "alone")  # Hermite patches, flank lines
-    model = elastic_model(case, mesh_model(case))
+    case = case_with()  # Hermite patches, flank lines
+    model = full_fe(case)
     pmor.work.offline.run_offline(case, model, tmp_path / "basis.h5")
     alone, found = read_basis(tmp_path / "basis.h5"), read_basis(finished / "basis_direct.h5")
     assert basis_key(found.case) == basis_key(case)
@@ -154,7 +148,7 @@ def test_a_model_that_cannot_be_trained_is_named_and_the_others_have_their_resul
     for words in ("paper: no full solve converged", "Reduced models beside full FE", "Which model to take", "to repeat",
                   "Static transmission error of all models", "over the time for a position"):  # fmt: skip
         assert words in page
-    assert {"models.png", "error_time.png"} <= set(page_files(case_with("paper")))
+    assert {"models.png", "error_time.png"} <= set(page_files(with_models("paper")))
 
 
 def test_a_hole_in_the_training_of_a_model_is_named_with_it(out, tmp_path, monkeypatch, capsys):
@@ -172,21 +166,21 @@ def test_a_hole_in_the_training_of_a_model_is_named_with_it(out, tmp_path, monke
 
 def test_each_name_has_its_shapes_and_the_own_model_is_always_among_them():
     schemes = ("paper", "direct", "facet")
-    case = case_with(*schemes)
+    case = with_models(*schemes)
     assert model_names(case) == (*schemes, "line")
     shapes = {scheme: model.reduction.shapes for scheme, model in other_models(case)}
     assert shapes == dict(zip(schemes, ("positions", *["flank_lines"] * 2), strict=True))
-    own = case_with("line", "paper", contact={"scheme": "paper"}, reduction={"shapes": "pod"})
+    own = with_models("line", "paper", contact={"scheme": "paper"}, reduction={"shapes": "pod"})
     ((scheme, model),) = other_models(own)
     assert (model_names(own), scheme, model.reduction.shapes) == (("line", "paper"), "line", "line_loads")
-    for listed in (without_models(case), case_with("line")):
+    for listed in (without_models(case), with_models("line")):
         assert dict(other_models(listed)) == {}
     assert model_names(without_models(case)) == ()
     assert change_case(without_models(case), scheme="direct", shapes="flank_lines").compare.models is None
 
 
 def test_models_change_no_basis_of_the_case():
-    assert basis_key(case_with("paper")) == basis_key(parse_case(case_text(**LINES), "small", "small"))
+    assert basis_key(with_models("paper")) == basis_key(case_with(**LINES))
 
 
 @pytest.mark.parametrize(
@@ -204,7 +198,7 @@ def test_models_change_no_basis_of_the_case():
 )  # fmt: skip
 def test_a_model_that_the_case_does_not_fit_is_refused_by_name(models, changes, words):
     with pytest.raises(CaseError, match=words) as caught:
-        case_with(*models, **changes)
+        with_models(*models, **changes)
     assert "\n" not in str(caught.value)
 
 
@@ -217,13 +211,13 @@ def test_a_load_beyond_a_model_is_refused_by_name_before_anything_is_solved(tmp_
 
 
 def test_the_plan_tells_models_stages_and_what_is_shared():
-    case = case_with("paper", "direct")
+    case = with_models("paper", "direct")
     text = plan(case)
     for words in ("positions; 8 full solves", "line_loads, the case's own; nothing is trained", "training, paper",
                   "comparison, direct", "paper, direct: the same gears, whatever the contact"):  # fmt: skip
         assert words in text
     assert "finite elements, paper" not in text
-    patches = case_with("line", contact={"scheme": "direct"}, reduction={"shapes": "flank_lines"})
+    patches = with_models("line", contact={"scheme": "direct"}, reduction={"shapes": "flank_lines"})
     assert "finite elements, line" in plan(patches), "the layer below the flank is not known there"
     names = [stage.name for stage in stages(case)]
     alone = [stage.name for stage in stages(without_models(case))]
@@ -236,10 +230,10 @@ def test_the_plan_tells_models_stages_and_what_is_shared():
 @pytest.mark.parametrize("width_elements", [1, 2])
 def test_a_gear_with_its_layer_put_back_is_the_one_without_a_layer(width_elements):
     mesh = {"profile_elements": 5, "width_elements": width_elements}
-    lines = parse_case(case_text(mesh=mesh, **LINES), "lines", "lines")
-    patches = parse_case(case_text(mesh=mesh), "patches", "patches")
-    solved = elastic_model(lines, mesh_model(lines))
-    expected = elastic_model(patches, mesh_model(patches)).pinion
+    lines = case_with(mesh=mesh, **LINES)
+    patches = case_with(mesh=mesh)
+    solved = full_fe(lines)
+    expected = full_fe(patches).pinion
     found = model_of_solved(patches, mesh_model(patches), solved)
     assert found.pinion is found.wheel
     size = np.abs(expected.compliance).max()

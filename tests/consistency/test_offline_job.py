@@ -1,15 +1,16 @@
-"""The offline stage as a job: interrupted, resumed, in threads, and with solves that fail."""
+"""The offline stage: interrupted, resumed, with solves that fail, the same to the last bit whoever does the work."""
 
 import time
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import fields
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
 
 import pmor_offline.adaptive
 import pmor_offline.train
-from pmor.case import basis_key, parse_case
+from pmor.case import basis_key
 from pmor.core.errors import ConvergenceError
 from pmor.gear.condition import Condition
 from pmor.storage.basis_file import read_basis
@@ -17,7 +18,11 @@ from pmor.storage.results_folder import working_folder
 from pmor.storage.snapshot_file import read_snapshots, write_snapshots
 from pmor.work.offline import run_offline
 from pmor_offline.sampling import TrainingPosition
-from tests.support.small_case import case_text, fail_where
+from pmor_offline.train import train
+from pmor_online.compare import compare_models
+from pmor_online.errors import estimate_errors
+from pmor_online.model import reduced_pair
+from tests.support.small_case import case_with, fail_where, full_fe
 from tests.support.stored_files import assert_same_basis, results_in
 
 SAME = 1e-12  # the same arithmetic in another order of the angles: equal but for threads of the linear algebra library
@@ -26,10 +31,9 @@ SAME = 1e-12  # the same arithmetic in another order of the angles: equal but fo
 @pytest.fixture(scope="module")
 def tiny():
     """Four angles and one element over the width: the job is what is tested."""
-    from pmor.pair.model import elastic_model, mesh_model
 
-    case = parse_case(case_text(), "tiny", "tiny")
-    return case, elastic_model(case, mesh_model(case))
+    case = case_with()
+    return case, full_fe(case)
 
 
 @pytest.fixture(scope="module")
@@ -109,20 +113,6 @@ def test_parts_of_another_case_and_damaged_parts_are_solved_again(tiny, whole, t
     assert_same_basis(path, whole)
 
 
-def test_two_at_a_time_give_the_same_basis(tiny, whole, tmp_path):
-    path = tmp_path / "basis.h5"
-    with ThreadPoolExecutor(2) as executor:
-        assert run_offline(*tiny, path, executor=executor).solved == 4
-    assert_same_basis(path, whole)
-
-
-def test_an_existing_basis_is_replaced_on_demand(tiny, whole, tmp_path):
-    path = tmp_path / "basis.h5"
-    path.write_text("old")
-    run_offline(*tiny, path, overwrite=True)
-    assert_same_basis(path, whole)
-
-
 def test_a_solve_that_fails_is_flagged_and_named(tiny, whole, tmp_path, monkeypatch):
     complete = read_basis(whole).training
     phi = complete.phi[1]
@@ -158,13 +148,13 @@ def test_a_failed_solve_is_tried_again_on_resume(tiny, whole, tmp_path, monkeypa
 # --- greedy ----------------------------------------------------------------------------------------------------------
 
 STATES = 8  # four to begin with, four where the error estimate is largest
+GREEDY = {"sampling": "greedy", "solves": STATES, "tolerance_percent": 1e-9}  # no tolerance ends it before the budget
 
 
 @pytest.fixture(scope="module")
 def greedy(tiny, few_candidates):
-    """The same pair, whose training goes by the error estimate; no tolerance ends it before the budget does."""
-    search = {"sampling": "greedy", "solves": STATES, "tolerance_percent": 1e-9}
-    return parse_case(case_text(offline=search), "tiny", "tiny"), tiny[1]
+    """The same pair, whose training goes by the error estimate."""
+    return case_with(offline=GREEDY), tiny[1]
 
 
 @pytest.fixture(scope="module")
@@ -206,3 +196,61 @@ def test_a_greedy_run_searches_again_from_a_damaged_part_on(greedy, greedy_whole
     done = run_offline(*greedy, path, resume=True)
     assert (done.solved, done.resumed) == (STATES - 4, 4)
     assert_same_basis(path, greedy_whole)
+
+
+# --- in memory -------------------------------------------------------------------------------------------------------
+
+
+def assert_same(one, other):
+    """Everything that is a number of two bases, but how long they took."""
+    for field in fields(one.training):
+        if field.name not in ("seconds", "conditions"):
+            assert_array_equal(getattr(one.training, field.name), getattr(other.training, field.name), field.name)
+    assert one.training.conditions == other.training.conditions
+    for lines, expected in zip(one.shapes.gears, other.shapes.gears, strict=True):
+        for field in fields(lines):
+            assert_array_equal(getattr(lines, field.name), getattr(expected, field.name), field.name)
+
+
+@pytest.mark.jit
+@pytest.mark.usefixtures("few_candidates")
+@pytest.mark.parametrize("offline", [{}, {"sampling": "sobol", "solves": 6}, GREEDY], ids=["grid", "sobol", "greedy"])
+def test_threads_train_the_same_basis_to_the_last_bit(offline, tiny, tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+    model, calls, kept, shared = tiny[1], [], {}, {}
+    case = case_with(offline=offline)
+    alone = train(case, model, estimate_errors, None, lambda: calls.append(1), keep=kept.__setitem__)
+    with ThreadPoolExecutor(2) as executor:
+        together = train(case, model, estimate_errors, executor, keep=shared.__setitem__)
+    assert_same(together.basis, alone.basis)
+    assert_array_equal(together.force, alone.force)
+    assert alone.failures == together.failures == ()
+    positions = len(alone.basis.training.phi)
+    assert sorted(kept) == sorted(shared) == list(range(positions))
+    assert len(calls) == positions
+    solved = {}
+    resumed = train(case, model, estimate_errors, known={0: kept[0]}, keep=solved.__setitem__)
+    assert sorted(solved) == list(range(1, positions)), "what is known is not solved again"
+    assert_same(resumed.basis, alone.basis)
+    assert list(tmp_path.iterdir()) == []
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.jit
+def test_threads_compare_and_estimate_the_same_to_the_last_bit(tiny):
+    model = tiny[1]
+    basis = train(tiny[0], model).basis
+    reduced = reduced_pair(basis)
+    conditions = [there[0] for there in basis.training.conditions]
+    with ThreadPoolExecutor(2) as executor:
+        full = [compare_models(reduced, model, executor=way).full for way in (None, executor)]
+        errors = [estimate_errors(basis, basis.training.phi, conditions, executor=way) for way in (None, executor)]
+    assert_array_equal(full[0].ste_um, full[1].ste_um)
+    assert_array_equal(full[0].pair_share, full[1].pair_share)
+    assert_array_equal(errors[0], errors[1])
+    assert np.isfinite(errors[0]).all()
+
+
+def test_a_greedy_training_says_what_it_needs(tiny):
+    with pytest.raises(TypeError, match="estimates errors"):
+        train(case_with(offline=GREEDY), tiny[1])

@@ -1,8 +1,6 @@
-import csv
 import json
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -24,6 +22,7 @@ from pmor.work.online import run_online
 from pmor_online.compare import Comparison
 from pmor_online.contact_pattern import contact_patterns
 from pmor_online.model import online_angles, reduced_pair, unseen_angles
+from tests.support.stored_files import rows_of
 
 FULL_FE_KEYS = ("rom_vs_full_ste_max_rel", "rom_vs_full_ste_rms_rel", "full_ms_per_position")
 
@@ -54,13 +53,22 @@ def page_only(result):
     return replace(result, reduced=replace(result.reduced, basis=replace(basis, case=case)))
 
 
-def with_failures(result, where):
-    """The result with positions of the reduced sweep that did not converge."""
-    sweep = result.sweep
+def failing(sweep, where):
+    """The sweep with positions that did not converge."""
     ste, converged = sweep.ste_um.copy(), sweep.converged.copy()
     ste[where], converged[where] = np.nan, False
-    sweep = replace(sweep, ste_um=ste, converged=converged)
-    return replace(result, sweep=sweep)
+    return replace(sweep, ste_um=ste, converged=converged)
+
+
+def with_failures(result, where):
+    """The result with positions of the reduced sweep that did not converge."""
+    return replace(result, sweep=failing(result.sweep, where))
+
+
+def with_full_failures(result, where):
+    """The result with positions of full FE that did not converge."""
+    comparison = result.comparison
+    return replace(result, comparison=Comparison(comparison.reduced, failing(comparison.full, where)))
 
 
 # --- the sweep and its summary ---------------------------------------------------------------------------------------
@@ -118,8 +126,7 @@ def test_each_mean_says_over_which_angles(compared):
 
 def test_table_reads_back_as_the_sweep(compared, tmp_path):
     write_results(compared, tmp_path)
-    with (tmp_path / "ste.csv").open() as file:
-        rows = list(csv.DictReader(file))
+    rows = rows_of(tmp_path / "ste.csv")
     sweep = compared.sweep
     assert len(rows) == sweep.ste_um.size
     assert list(rows[0])[:5] == ["phi_rad", "torque_Nm", "ste_um", "ste_error_estimate_um", "converged"]
@@ -146,8 +153,7 @@ def test_a_failed_position_is_named_and_stays_empty(compared, tmp_path):
     assert failed.failures == (line,)
     assert f"  ! {line}" in result_text(failed).splitlines()
     write_results(failed, tmp_path)
-    with (tmp_path / "ste.csv").open() as file:
-        rows = [r for r in csv.DictReader(file) if r["converged"] == "0"]
+    rows = [r for r in rows_of(tmp_path / "ste.csv") if r["converged"] == "0"]
     assert [(r["ste_um"], float(r["phi_rad"]), float(r["torque_Nm"])) for r in rows] == [("", phi, 100.0)]
     found = json.loads((tmp_path / "summary.json").read_text())
     assert found["n_positions_failed"] == 1
@@ -166,11 +172,7 @@ def test_a_torque_at_which_nothing_converges_gives_nulls_not_numbers(compared, t
 
 
 def test_full_fe_that_fails_leaves_gaps_in_the_comparison(compared, tmp_path):
-    full = compared.comparison.full
-    ste, converged = full.ste_um.copy(), full.converged.copy()
-    ste[0, 1], converged[0, 1] = np.nan, False
-    gap = replace(compared, comparison=Comparison(compared.comparison.reduced,
-                                                  replace(full, ste_um=ste, converged=converged)))  # fmt: skip
+    gap = with_full_failures(compared, (0, 1))
     error = compared.comparison.relative_error
     assert gap.comparison.max_relative_error == np.abs(np.delete(error.ravel(), 1)).max()
     write_pages(page_only(gap), None, tmp_path)
@@ -178,11 +180,7 @@ def test_full_fe_that_fails_leaves_gaps_in_the_comparison(compared, tmp_path):
 
 @pytest.mark.parametrize("rows", [[0], [0, 1]], ids=["one torque", "all"])
 def test_full_fe_that_fails_throughout_is_reported_all_the_same(rows, compared, tmp_path, monkeypatch):
-    full = compared.comparison.full
-    ste, converged = full.ste_um.copy(), full.converged.copy()
-    ste[rows], converged[rows] = np.nan, False
-    gone = replace(full, ste_um=ste, converged=converged)
-    result = replace(compared, comparison=Comparison(compared.comparison.reduced, gone))
+    full, result = compared.comparison.full, with_full_failures(compared, rows)
     write_results(result, tmp_path)
     found = json.loads((tmp_path / "summary.json").read_text())
     nothing = len(rows) == 2
@@ -289,15 +287,6 @@ def test_switches_leave_out_what_is_not_wanted(plots, report, alone, tmp_path, u
     assert ("all pictures" in announced) == (not found)
     assert ("picture files" in announced) == (report and not plots)
     assert ("the report page" in announced) == (plots and not report)
-
-
-def test_every_column_and_key_that_a_run_writes_is_documented(alone, tmp_path):
-    write_results(alone, tmp_path)
-    text = (Path(__file__).parents[2] / "cases" / "README.md").read_text(encoding="utf-8")
-    header = (tmp_path / "ste.csv").read_text().splitlines()[0].split(",")
-    columns = ["share_pair_<j>" if name.startswith("share_pair_") else name for name in header]
-    keys = json.loads((tmp_path / "summary.json").read_text())
-    assert [name for name in (*columns, *keys) if f"`{name}`" not in text] == []
 
 
 def test_pictures_come_in_the_formats_that_the_case_asks_for(alone, tmp_path, undrawn):

@@ -1,6 +1,5 @@
 """What a run of exact line loads leaves beside the transmission error: results file, tables, pictures, and the API."""
 
-import csv
 import json
 import math
 from dataclasses import replace
@@ -27,6 +26,7 @@ from pmor_online.model import reduced_pair
 from pmor_online.readings import LIGHT
 from tests.support.broken_files import flip_bit
 from tests.support.line_pairs import models
+from tests.support.stored_files import rows_of
 
 RELIEF = {"tip_relief_um": 8.0, "tip_relief_start_roll_deg": 26.0, "helix_crowning_um": 6.0}
 TORQUES = [40.0, 100.0]
@@ -116,8 +116,7 @@ def test_summary_has_the_figures_of_the_nominal_torque(run):
 
 def test_harris_table_begins_with_the_rigid_flanks(run, tmp_path):
     write_results(run, tmp_path)
-    with (tmp_path / HARRIS).open(newline="") as file:
-        rows = [[float(value) for value in row.values()] for row in csv.DictReader(file)]
+    rows = [[float(value) for value in row.values()] for row in rows_of(tmp_path / HARRIS)]
     assert [row[0] for row in rows] == [0.0, 20.0, 60.0, 100.0]
     sweep = run.readings.harris
     assert_allclose([row[2] for row in rows[1:]], np.ptp(sweep.ste_um, axis=1), rtol=1e-15)

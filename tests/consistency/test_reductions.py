@@ -8,9 +8,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import pmor_offline.train
-from pmor.case import parse_case
+from pmor.case import change_case
 from pmor.gear.condition import at_torques
-from pmor.pair.model import elastic_model, mesh_model
 from pmor.pair.sweep import sweep_ste
 from pmor.penalty.elasticity import shape_elasticity
 from pmor.reduction.build import same_everywhere
@@ -21,7 +20,7 @@ from pmor.work.offline import run_offline
 from pmor_online.compare import compare_models
 from pmor_online.model import reduced_pair, unseen_angles
 from pmor_online.sweep import sweep_reduced_pair
-from tests.support.small_case import case_text, small_case
+from tests.support.small_case import full_fe, small_case
 
 SAME_SPAN = 1e-9  # the equilibrium is solved to a relative residual of 1e-9
 # Unit forces in the transverse plane on all active nodes; only forces along the axis are left out, which a curved
@@ -42,32 +41,13 @@ def ste_of(meshed, elasticity_at, phi, torques=(60e3, 100e3)):
 
 @cache
 def model_of(scheme, width):
-    case = case_with(scheme, width)
-    return scheme, elastic_model(case, mesh_model(case))
+    return full_fe(change_case(small_case(width), scheme=scheme))
 
 
-@pytest.fixture(scope="module")
-def scheme_model():
-    """The small model."""
-    return model_of("direct", "half")
-
-
-def case_with(scheme, width="half", **reduction):
-    text = case_text(
-        mesh={"profile_elements": 5, "width_elements": 2, "width": width},
-        contact={"scheme": scheme},
-        offline={"angles_per_pitch": 6},
-        compare={"angles": 4},
-        reduction=reduction,
-    )
-    return parse_case(text, "small", "small case")
-
-
-def errors_of(scheme_model, folder, width="half", **reduction):
+def errors_of(folder, scheme="direct", width="half", **reduction):
     """Reduced against full STE at unseen positions, by the slow twin."""
-    scheme, model = scheme_model
-    path = folder / "basis.h5"
-    assert run_offline(case_with(scheme, width, **reduction), model, path, overwrite=True).failed == ()
+    model, path = model_of(scheme, width), folder / "basis.h5"
+    assert run_offline(change_case(small_case(width, **reduction), scheme=scheme), model, path).failed == ()
     reduced, phi = reduced_pair(read_basis(path)), unseen(model)
     full = ste_of(model.mesh.meshed, model.elasticity_at, phi)
     return np.abs(ste_of(reduced.meshed, reduced.elasticity_at, phi) / full - 1.0)
@@ -79,7 +59,7 @@ def errors_of(scheme_model, folder, width="half", **reduction):
 @pytest.mark.parametrize("width", ["half", "whole"])
 @pytest.mark.parametrize("scheme", ["direct", "facet"])
 def test_static_modes_are_full_fe(scheme, width, tmp_path):
-    assert errors_of(model_of(scheme, width), tmp_path, width, shapes="static_modes").max() < EXACT
+    assert errors_of(tmp_path, scheme, width, shapes="static_modes").max() < EXACT
 
 
 @pytest.mark.parametrize(
@@ -93,9 +73,9 @@ def test_static_modes_are_full_fe(scheme, width, tmp_path):
     ],
     ids=lambda r: " ".join(map(str, r.values())) or "flank_lines",
 )
-def test_nothing_else_is_nearly_as_close(reduction, scheme_model, tmp_path):
+def test_nothing_else_is_nearly_as_close(reduction, tmp_path):
     """Six angles on five elements: measured 1e-5 to 2e-2."""
-    assert EXACT * 100.0 < errors_of(scheme_model, tmp_path, **reduction).max() < 0.1
+    assert EXACT * 100.0 < errors_of(tmp_path, **reduction).max() < 0.1
 
 
 def test_static_modes_need_no_full_solve(small_model, tmp_path, monkeypatch):
@@ -170,22 +150,9 @@ def test_a_global_basis_needs_many_more_modes(training):
         assert everywhere.shape[0] > 3 * local.shape[1]
 
 
-# --- as a whole ------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    "reduction",
-    [
-        {"shapes": "pod", "interpolation": "cubic"},
-        {"shapes": "global_pod"},
-        {"shapes": "static_modes"},
-    ],
-    ids=lambda r: " ".join(r.values()),
-)
-def test_a_case_file_selects_each(reduction, small_model, small_basis_file):
-    """Stored, read and swept by compiled code as by the slow twin."""
-    reduced = reduced_pair(read_basis(small_basis_file(**reduction)))
-    assert reduced.basis.case.reduction.shapes == reduction["shapes"]
+def test_the_compiled_sweep_of_cubics_through_pod_modes_is_its_slow_twin(small_model, small_basis_file):
+    """The other families: test_compiled_sweep."""
+    reduced = reduced_pair(read_basis(small_basis_file(shapes="pod", interpolation="cubic")))
     phi = unseen(small_model[1], 5)
     fast = sweep_reduced_pair(reduced, phi, at_torques([60e3, 100e3]), tolerance=1e-9)
     assert_allclose(fast.ste_um, ste_of(reduced.meshed, reduced.elasticity_at, phi), rtol=1e-8)

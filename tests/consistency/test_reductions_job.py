@@ -15,13 +15,12 @@ from pmor.case import load_case, parse_case
 from pmor.lab.comparison.result import FILES
 from pmor.lab.comparison.training import greedy_training
 from pmor.lab.comparison.variants import changed, variants
-from pmor.pair.model import elastic_model, mesh_model
 from pmor.storage.basis_file import read_basis
 from pmor.work.offline import run_offline
 from pmor.work.states import unseen_states
 from pmor_offline.gather import make_basis
 from pmor_online.errors import estimate_errors
-from tests.support.small_case import case_text, fail_where
+from tests.support.small_case import case_text, fail_where, full_fe
 from tests.support.stored_files import results_in
 
 pytestmark = [pytest.mark.jit, pytest.mark.usefixtures("few_candidates")]
@@ -49,7 +48,7 @@ def case():
 
 @pytest.fixture(scope="module")
 def model(case):
-    return elastic_model(case, mesh_model(case))
+    return full_fe(case)
 
 
 @pytest.fixture(scope="module")

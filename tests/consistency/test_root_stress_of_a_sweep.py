@@ -1,6 +1,5 @@
 """Root stress of a sweep with line loads: forces, symmetry, tables, files."""
 
-import csv
 import json
 import math
 from dataclasses import replace
@@ -26,6 +25,7 @@ from pmor.storage.basis_file import read_basis
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.root_stress import NEAR_CONTACT, _amplitudes, _nodal_forces, _stress, _under_contact
 from tests.support.small_case import case_text
+from tests.support.stored_files import rows_of
 
 TORQUES = [50.0, 100.0]
 
@@ -163,8 +163,7 @@ def test_points_near_a_line_of_contact_do_not_count(model):
 
 def test_the_table_has_a_line_for_each_side_of_each_loaded_tooth(stress, tmp_path):
     write_stress_csv(tmp_path / "stress.csv", stress)
-    with open(tmp_path / "stress.csv", newline="") as file:
-        rows = list(csv.DictReader(file))
+    rows = rows_of(tmp_path / "stress.csv")
     assert tuple(rows[0]) == STRESS_COLUMNS
     assert len(rows) == np.isfinite(stress.max_principal_MPa).sum()
     assert {row["gear"] for row in rows} == set(GEARS)

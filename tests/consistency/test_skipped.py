@@ -1,7 +1,5 @@
 """What the plan says is left out is left out, and the sizes are those of the run."""
 
-from collections import Counter
-
 import h5py
 import numpy as np
 import pytest
@@ -9,18 +7,18 @@ import pytest
 import pmor.pair.model
 from pmor.app.plan import plan
 from pmor.app.skipped import computed, scene, skipped, unknowns
-from pmor.case import change_case, load_case, parse_case
+from pmor.case import change_case, load_case
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.condensation import condense_sector
 from pmor.gear.condition import Condition
 from pmor.pair.conditions import full_solves
-from pmor.pair.model import elastic_model, mesh_model, neighbouring_teeth
+from pmor.pair.model import mesh_model, neighbouring_teeth
 from pmor.penalty.position import active_patches
 from pmor.penalty.solve import window_depth
 from pmor.storage.basis_file import read_basis
 from pmor.work.offline import run_offline
 from pmor.work.sizes import rows_in_contact
-from tests.support.small_case import case_text
+from tests.support.small_case import case_with, full_fe
 
 CASES = ("paper_spur", "paper_64", "small_spur", "unequal_pair")
 UNEQUAL = {
@@ -34,7 +32,7 @@ UNEQUAL = {
 
 
 def case(**changes):
-    return parse_case(case_text(**changes), "c", "c")
+    return case_with(**changes)
 
 
 def listed(some):
@@ -115,7 +113,7 @@ def test_as_many_models_are_solved_as_are_announced(changes, models, monkeypatch
         return condense_sector(mesh, *rest)
 
     monkeypatch.setattr("pmor.body.elastic_gear.condense_sector", counted)
-    elastic = elastic_model(some, mesh_model(some))
+    elastic = full_fe(some)
     assert len(sectors) == models
     found = scene(some)
     assert dict(computed(found))["finite-element models"].startswith(f"{models},")
@@ -133,7 +131,7 @@ def test_as_many_models_are_solved_as_are_announced(changes, models, monkeypatch
 def test_matrices_and_bytes_of_distant_teeth_are_those_not_held():
     some = case()
     saving = listed(some)["the compliance of distant teeth"].saving
-    elastic = elastic_model(some, mesh_model(some))
+    elastic = full_fe(some)
     kept, size = elastic.pinion.compliance.shape[:2]
     assert saving == f"{21 - kept} matrices, {(21 - kept) * size**2 * 8 / 2**20:.3g} MiB"
 
@@ -167,7 +165,7 @@ def test_what_is_meshed_of_the_width_is_what_the_plan_says(width, tmp_path):
     mesh = {"profile_elements": 5, "width_elements": across}
     some = case(mesh=mesh | {"width": width.partition(",")[0]}, offline={"angles_per_pitch": 4})
     whole = case(mesh=mesh | {"width": "whole"})
-    run_offline(some, elastic_model(some, mesh_model(some)), tmp_path / "b.h5")
+    run_offline(some, full_fe(some), tmp_path / "b.h5")
     basis = read_basis(tmp_path / "b.h5")
     assert basis.flank_nodes[0].shape[1] == held
     names = {"half the face width", "all but one layer over the width"} & set(listed(some))
@@ -182,23 +180,6 @@ def test_what_is_meshed_of_the_width_is_what_the_plan_says(width, tmp_path):
         assert listed(some)[what].saving == expected
     # Flank nodes are all that the shapes hold: nothing of the volume.
     assert basis.shapes.gears[0].displacement.shape[2] == 3 * 6 * held
-
-
-def test_one_trained_torque_is_one_solve_an_angle(tmp_path, monkeypatch):
-    some, solved = case(**UNEQUAL), Counter()
-    from pmor.penalty import solve
-
-    genuine = solve.solve_equilibrium
-
-    def counted(meshed, position, elasticity, condition, start=None):
-        solved[condition.torque] += 1
-        return genuine(meshed, position, elasticity, condition, start)
-
-    monkeypatch.setattr(solve, "solve_equilibrium", counted)
-    run_offline(some, elastic_model(some, mesh_model(some)), tmp_path / "b.h5")
-    assert set(solved) == {100e3}
-    assert "training at further torques" in listed(some)
-    assert "training at further torques" not in listed(case())
 
 
 TILT = {"in_plane_um": [-10.0, 0.0, 10.0], "out_of_plane_um": [0.0, 5.0]}
@@ -216,12 +197,17 @@ TRAININGS = {
 def test_as_many_states_are_solved_as_are_announced(training, tmp_path, few_candidates):
     offline, reduction, text = TRAININGS[training]
     some = case(offline=offline, reduction=reduction)
-    run_offline(some, elastic_model(some, mesh_model(some)), tmp_path / "b.h5")
+    run_offline(some, full_fe(some), tmp_path / "b.h5")
     solved = read_basis(tmp_path / "b.h5").training.converged.size
     assert full_solves(some) == solved
     line = next(line for line in plan(some).splitlines() if "offline, full contact solves" in line)
     assert line.split()[4] == str(solved)
     assert text in line
+
+
+def test_further_torques_are_left_out_where_one_is_trained():
+    assert "training at further torques" in listed(case(**UNEQUAL))
+    assert "training at further torques" not in listed(case())
 
 
 def test_what_static_modes_save_is_the_training_that_the_case_describes():
@@ -239,7 +225,7 @@ def test_ranges_are_printed_where_the_training_is_spread_over_them():
 @pytest.mark.parametrize("changes", [{}, UNEQUAL], ids=["alike", "unequal"])
 def test_the_compliance_for_the_error_bar_is_as_large_as_announced(changes, tmp_path):
     some = case(**changes)
-    run_offline(some, elastic_model(some, mesh_model(some)), tmp_path / "b.h5")
+    run_offline(some, full_fe(some), tmp_path / "b.h5")
     with h5py.File(tmp_path / "b.h5") as file:
         stored = [item[()] for item in file["error_estimate"].values()]
     announced = dict(computed(scene(some)))["compliance for the error bar"]

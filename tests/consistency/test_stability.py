@@ -1,9 +1,13 @@
-"""The matrix of variants and its measures."""
+"""Stiff and extreme variants: the matrix, its measures, the models that it keeps, and the command on a tiny case."""
+
+import json
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+import pmor.lab.stability.measure
+from pmor.app.cli import main
 from pmor.case import change_case, changed_text, load_case, parse_case
 from pmor.core.errors import PmorError
 from pmor.gear.condition import at_torques
@@ -13,19 +17,25 @@ from pmor.lab.stability.flank_variants import flank_variants
 from pmor.lab.stability.matrix import base_case, matrix
 from pmor.lab.stability.measure import measure
 from pmor.lab.stability.places import mirrored_angles, pinion_angles
+from pmor.lab.stability.result import FILES
 from pmor.lab.stability.run import penalty_law
 from pmor.lab.stability.variants import REFERENCES, Variant
 from pmor.penalty.elasticity import FullElasticity, ReducedElasticity
 from pmor.penalty.solve import solve_position
-from tests.support.small_case import case_text
+from tests.support.small_case import case_text, case_with, full_fe, small_case
 from tests.support.stored_energy import stored_in_points
+from tests.support.stored_files import results_in
 
 TORQUE = 1e5
+SAME_MODEL = 1e-12
+# DESIGN.md, section 5: scripts rely on these.
+KEYS = {"name", "converged", "newton_steps", "condition", "difference_rel", "ok", "note"}
+MORE = {"torque_balance_rel", "seconds"}
 
 
 @pytest.fixture(scope="module")
 def base():
-    return base_case(parse_case(case_text(mesh={"profile_elements": 5, "width_elements": 2}), "small", "small"))
+    return base_case(case_with(mesh={"profile_elements": 5, "width_elements": 2}))
 
 
 @pytest.fixture(scope="module")
@@ -119,7 +129,7 @@ def test_mirrored_angles_are_as_far_from_the_other_end(model):
     assert_allclose(mirrored_angles(pair, phi, pair), [last, 0.5 * (first + last), first], atol=1e-12)
 
 
-def test_an_entry_says_what_is_wrong_and_a_crash_becomes_one(base, store, monkeypatch):
+def test_an_entry_says_what_is_wrong(base, store):
     held = Variant("strict", "g", "a", {"contact": {"penalty_N_mm3": 1e4}}, "base", tolerance=1e-3)
     entry = measure(held, base, store)
     assert entry.converged
@@ -136,14 +146,6 @@ def test_an_entry_says_what_is_wrong_and_a_crash_becomes_one(base, store, monkey
                     tolerance=1e-3, limit="they lock")  # fmt: skip
     entry = measure(known, base, store)
     assert (entry.ok, entry.explained, entry.converged) == (False, True, True)
-
-    def crash(*arguments):
-        raise ZeroDivisionError("made to crash")
-
-    monkeypatch.setattr("pmor.lab.stability.measure.solve_variant", crash)
-    entry = measure(Variant("crash", "g", "a"), base, store)
-    assert (entry.ok, entry.explained, entry.converged) == (False, False, False)
-    assert entry.note == "ZeroDivisionError: made to crash"
 
 
 def test_the_law_of_the_penalty_is_fitted_where_it_is_stiff(base, store):
@@ -184,3 +186,115 @@ def test_extreme_helices_and_flanks_hold_or_are_refused_in_words(name, base, sto
         assert "would bend the pinion's blank, 0.4 mm thick" in entry.note
     else:
         assert entry.torque_balance_rel is not None
+
+
+# --- models that are kept --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("first", ["aligned", "tilted"])
+def test_axes_that_may_tilt_and_axes_that_do_not_have_models_of_their_own(first):
+    """Half of the width is meshed for one, all of it for the other, with the same keys in [mesh]."""
+    aligned = small_case()
+    cases = {"aligned": aligned, "tilted": change_case(aligned, offline={"in_plane_um": [-10.0, 10.0]})}
+    store = ModelStore()
+    for name in sorted(cases, key=lambda name: name != first):
+        model, _ = store.model(cases[name])
+        alone = full_fe(cases[name])
+        phi = model.mesh.meshed.pair.roll_position_range[0]
+        advances = [
+            solve_position(m.mesh.meshed, phi, at_torques([1e5]), m.elasticity_at).equilibria[0].advance
+            for m in (model, alone)
+        ]
+        assert_allclose(*advances, rtol=SAME_MODEL)
+
+
+def test_cases_that_differ_in_the_contact_alone_share_a_model_but_line_contact_has_its_own():
+    store, case = ModelStore(), case_with()
+    model, seconds = store.model(case)
+    other, same_seconds = store.model(change_case(case, penalty_N_mm3=1e5))
+    assert other.pinion is model.pinion
+    assert other.mesh.meshed.scheme.penalty != model.mesh.meshed.scheme.penalty
+    assert same_seconds == seconds
+    assert store.model(change_case(case, scheme="line"))[0].pinion is not model.pinion
+
+
+# --- the command -----------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def case_path(tmp_path):
+    path = tmp_path / "tiny.toml"
+    path.write_text(case_text())
+    return path
+
+
+def run(case_path, *more):
+    out = case_path.parent / "out"
+    code = main(["stability", str(case_path), "--out", str(out), *more])
+    return code, out
+
+
+@pytest.mark.jit
+def test_everything_is_there_and_holds(case_path, capsys):
+    code, out = run(case_path, "--only", "torque", "--jobs", "2")
+    text = capsys.readouterr().out
+    assert code == 0, text
+    assert results_in(out) == {"stability.json", "stability.md", "report.html"} < set(FILES)
+    found = json.loads((out / "stability.json").read_text())
+    entries = {entry["name"]: entry for entry in found["entries"]}
+    assert len(entries) == found["n_entries"] == 14
+    assert found["n_failed"] == 0
+    for name, entry in entries.items():
+        assert set(entry) >= KEYS | MORE
+        assert entry["ok"] != entry["explained"]
+        if name in ("torque zero", "torque reversed", "torque 100000 N m"):
+            assert entry["explained"]
+            assert entry["converged"] is entry["condition"] is entry["newton_steps"] is None
+            assert entry["note"].startswith("refused: ")
+        else:
+            assert entry["converged"] is True
+            assert entry["newton_steps"] <= 12
+            assert entry["condition"] >= 1.0
+            assert entry["difference_rel"] < 1e-6
+    page = (out / "report.html").read_text()
+    assert "torque 1000 N m: Hertz pressure" in page
+    assert "14 variants: 11 ok, 3 explained limits, 0 failed" in text
+
+
+@pytest.mark.jit
+def test_a_variant_that_crashes_is_named_and_stops_nothing(case_path, capsys, monkeypatch):
+    genuine = pmor.lab.stability.measure.solve_variant
+
+    def sometimes(meshed, elasticity_at, phi, condition, *rest):
+        if condition.torque == 1e3:
+            raise RuntimeError("made to crash")
+        return genuine(meshed, elasticity_at, phi, condition, *rest)
+
+    monkeypatch.setattr(pmor.lab.stability.measure, "solve_variant", sometimes)
+    code, out = run(case_path, "--only", "torque 1")
+    assert code == 3
+    captured = capsys.readouterr()
+    assert "! torque 1 N m: RuntimeError: made to crash" in captured.out
+    error = "pmor: error: 1 variants failed, first: torque 1 N m: RuntimeError: made to crash"
+    assert captured.err.splitlines()[-1] == error
+    entries = json.loads((out / "stability.json").read_text())["entries"]
+    failed = {e["name"]: (e["explained"], e["converged"]) for e in entries if not e["ok"]}
+    assert failed == {"torque 1 N m": (False, False), "torque 100000 N m": (True, None)}
+    assert '<p class="warning">' in (out / "report.html").read_text()
+
+
+@pytest.mark.jit
+def test_a_text_that_no_variant_has_is_refused(case_path, capsys):
+    code, out = run(case_path, "--only", "no such thing")
+    assert code == 2
+    assert "no variant has this in its name or group" in capsys.readouterr().err
+    assert not out.exists()
+
+
+@pytest.mark.jit
+def test_reduced_bases_of_all_trainings_hold(case_path, capsys):
+    code, out = run(case_path, "--only", "reduced basis")
+    assert code == 0, capsys.readouterr().out
+    entries = json.loads((out / "stability.json").read_text())["entries"]
+    assert [e["name"] for e in entries if e["explained"]] == ["load beyond the training"]
+    assert all(e["difference_rel"] < 0.05 for e in entries if e["ok"])

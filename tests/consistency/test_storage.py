@@ -126,19 +126,20 @@ def test_basis_comes_back_bit_for_bit(path, basis, force):
         assert attribute(file, "basis_key") == basis_key(basis.case)
 
 
+def items_in(file):
+    found = [file]
+    file.visititems(lambda _name, item: found.append(item))
+    return found
+
+
 def test_every_dataset_says_unit_axes_and_meaning(path, family):
     with h5py.File(path) as file:
-        found = []
-
-        def visit(_name, item):
-            if isinstance(item, h5py.Dataset):
-                assert all(item.attrs[key] for key in ("unit", "dims", "description", "sha256"))
-                # One name for each axis.
-                assert len(attribute(item, "dims").split(", ")) == item.ndim, item.name
-                found.append(item.name)
-
-        file.visititems(visit)
-        assert len(found) == DATASETS[family]
+        datasets = [item for item in items_in(file) if isinstance(item, h5py.Dataset)]
+        for item in datasets:
+            assert all(item.attrs[key] for key in ("unit", "dims", "description", "sha256"))
+            # One name for each axis.
+            assert len(attribute(item, "dims").split(", ")) == item.ndim, item.name
+        assert len(datasets) == DATASETS[family]
         provenance = {"schema", "schema_version", "created", "pmor_version", "numpy_version", "h5py_version"}
         assert provenance | {"case_text", "case_sha256", "basis_key"} <= set(file.attrs)
 
@@ -146,18 +147,10 @@ def test_every_dataset_says_unit_axes_and_meaning(path, family):
 def test_no_text_lies_where_the_format_has_no_checksum(path):
     """Text of variable length does; one flipped bit in it can make the HDF5 library loop forever."""
     with h5py.File(path) as file:
-        found = []
-
-        def visit(_name, item):
-            for key in item.attrs:
-                text = h5py.check_string_dtype(item.attrs.get_id(key).dtype)
-                if text is not None:
-                    found.append(text.length)
-
-        visit("/", file)
-        file.visititems(visit)
-    assert len(found) > 50
-    assert None not in found
+        kinds = [item.attrs.get_id(key).dtype for item in items_in(file) for key in item.attrs]
+    lengths = [text.length for text in map(h5py.check_string_dtype, kinds) if text is not None]
+    assert len(lengths) > 50
+    assert None not in lengths
 
 
 def test_a_case_file_with_long_comments_fits(tmp_path, basis, force, family):

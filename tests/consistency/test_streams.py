@@ -120,17 +120,17 @@ def test_streams_that_are_no_files_are_left_alone(monkeypatch):
     assert sys.stdout is notebook
 
 
-def test_help_imports_nothing_heavy():
-    code = (
-        "import sys, pmor.app.cli\n"
-        "try: pmor.app.cli.main(['--help'])\n"
-        "except SystemExit: pass\n"
-        "print(sorted({'numpy', 'scipy', 'numba', 'h5py', 'matplotlib', 'offline', 'online'} & set(sys.modules)))"
-    )
+HELP = "import pmor.app.cli\ntry: pmor.app.cli.main(['--help'])\nexcept SystemExit: pass\n"
+HEAVY = {"numpy", "scipy", "numba", "h5py", "matplotlib", "jinja2", "tqdm", "pmor_offline", "pmor_online"}
+
+
+@pytest.mark.parametrize(("code", "said"), [(HELP, "usage: pmor"), ("import pmor\ndir(pmor)\n", "")])
+def test_help_and_the_interface_import_nothing_heavy(code, said):
+    code += f"import sys\nprint(sorted({HEAVY!r} & set(sys.modules)))"
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, timeout=60, check=True
     )
-    assert "usage: pmor" in done.stdout
+    assert said in done.stdout
     assert done.stdout.endswith("[]\n")
 
 

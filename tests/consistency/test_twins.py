@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import re
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -12,14 +14,17 @@ import pmor
 from pmor.app.cli import main
 from pmor.design import figures, readings
 from pmor.dynamics import law
+from pmor.lab import bench
+from pmor.lab.comparison import run as comparison
 from pmor.lab.convergence import run as convergence
 from tests.support.small_case import case_text
 from tests.support.small_design import DESIGN, written
 from tests.support.stored_files import results_in
 
 LINES = {"contact": {"scheme": "line", "lodm_profile": 1}, "reduction": {"shapes": "line_loads"}}
-# What differs from run to run: wall times.
-TIMED = ("online_ms_per_position", "full_ms_per_position", "offline_s", "seconds")
+# Keys of what differs from run to run: wall times, and the machine's load.
+TIMED = re.compile(r"(_ms|_s|seconds|machine)$|(^|_)(ms|time)_")
+ALL_TIMES = ("times.json", "times.csv")
 
 
 def small(folder, **changes):
@@ -31,7 +36,7 @@ def small(folder, **changes):
 def untimed(value):
     """Plain data without wall times."""
     if isinstance(value, dict):
-        return {key: untimed(entry) for key, entry in value.items() if key not in TIMED}
+        return {key: untimed(entry) for key, entry in value.items() if not TIMED.search(key)}
     return [untimed(entry) for entry in value] if isinstance(value, list) else value
 
 
@@ -39,11 +44,14 @@ def assert_alike(one: Path, other: Path):
     """Two folders of results: the same files, and the same figures in those for machines."""
     assert results_in(one) == results_in(other) != set()
     for name in results_in(one):
-        if name.endswith(".json"):
+        if name.endswith(".json") and name not in ALL_TIMES:
             found, expected = (untimed(json.loads((folder / name).read_text())) for folder in (one, other))
             assert found == expected, name
-        elif name.endswith(".csv"):
+        elif name.endswith(".csv") and name not in ALL_TIMES:
             assert (one / name).read_text() == (other / name).read_text(), name
+
+
+pytestmark = pytest.mark.usefixtures("undrawn")
 
 
 @pytest.fixture(scope="module")
@@ -57,6 +65,8 @@ def run(tmp_path_factory):
         "output": {"format": ["png"]},
     }
     path = small(folder, **LINES, **more)
+    with path.open("a") as file:
+        file.write('[[condition]]\nname = "more torque"\ntorque_Nm = 120.0\n')
     assert main(["run", str(path), "--out", str(folder / "command")]) == 0
     return path, folder / "command"
 
@@ -72,6 +82,18 @@ def test_run(run, tmp_path):
     assert_alike(folder, tmp_path / "python")
     assert result.failures == ()
     assert untimed(result.summary).keys() == untimed(json.loads((folder / "summary.json").read_text())).keys()
+
+
+def test_every_column_and_key_that_a_run_leaves_is_documented(run):
+    documented = (Path(__file__).parents[2] / "cases" / "README.md").read_text(encoding="utf-8")
+    found = json.loads((run[1] / "summary.json").read_text())
+    names = {*found, *(key for part in ("models", "conditions") for entry in found[part] for key in entry)}
+    for path in run[1].glob("*.csv"):
+        names |= set(path.read_text().splitlines()[0].split(","))
+    names = {re.sub(r"^share_pair_-?\d+$", "share_pair_<j>", name) for name in names}
+    names = {re.sub(r"^ste_order_\d+", "ste_order_<k>", name) for name in names}
+    assert {"k_h_beta", "share_pair_<j>", "ste_order_<k>_um"} < names
+    assert {name for name in names if f"`{name}`" not in documented} == set()
 
 
 def test_a_report_of_a_model_is_that_of_a_run(run, tmp_path):
@@ -135,6 +157,8 @@ def test_online(run, model, tmp_path):
     result = model.report(tmp_path / "python", compare=False)
     assert_alike(tmp_path / "command", tmp_path / "python")
     assert result.comparison is None
+    model.sweep().to_csv(tmp_path / "ste.csv")
+    assert (tmp_path / "ste.csv").read_text() == (tmp_path / "python" / "ste.csv").read_text()
 
     other = tmp_path / "small.toml"
     other.write_text(path.read_text().replace("angles_per_pitch = 4\ntorques_Nm = [100.0]", "angles_per_pitch = 6"))
@@ -165,46 +189,69 @@ def test_to_resume_takes_a_file(model):
 # --- capabilities and experiments ------------------------------------------------------------------------------------
 
 DYNAMICS = {"torques_Nm": [100.0], "mesh_frequency_ratio": [0.9, 1.1], "run_cycles": 100}
+TRAINING = {"sampling": "greedy", "solves": 16, "tolerance_percent": 0.3, "out_of_plane_um": [-10.0, 10.0]}
+STUDY = """
+base = "small.toml"
+[grid]
+cells = ["6@2"]
+angles_per_pitch = 8
+[reference]
+members = [[6, 1, 4], [8, 1, 2]]
+"""
+
+
+def both(command, call, path, **options):
+    """What the Python call finds, beside the command: both leave the same files."""
+    one, other = path.parent / "command", path.parent / "python"
+    flags = [word for name, value in options.items() for word in (f"--{name}", value)]
+    assert main([command, str(path), "--out", str(one), *flags]) == 0
+    asked = path if command in ("study", "design", "campaign") else pmor.load_case(path)
+    found = call(asked, other, **options)
+    assert_alike(one, other)
+    return found
 
 
 def test_stability(tmp_path):
-    path = small(tmp_path)
-    assert main(["stability", str(path), "--only", "torque zero", "--out", str(tmp_path / "command")]) == 0
-    pmor.stability(pmor.load_case(path), tmp_path / "python", only="torque zero")
-    assert_alike(tmp_path / "command", tmp_path / "python")
+    both("stability", pmor.stability, small(tmp_path), only="torque zero")
 
 
 def test_convergence(tmp_path, monkeypatch, capsys):
     """A ladder of three coarse meshes."""
     monkeypatch.setitem(convergence.run.__kwdefaults__, "profile_elements", (2, 4, 8))
-    path = small(tmp_path, **LINES)
-    assert main(["convergence", str(path), "--out", str(tmp_path / "command")]) == 0
-    found = pmor.convergence(pmor.load_case(path), tmp_path / "python")
-    assert_alike(tmp_path / "command", tmp_path / "python")
+    found = both("convergence", pmor.convergence, small(tmp_path, **LINES))
     assert len(capsys.readouterr().out.splitlines()) == len(str(found).splitlines()) + 1
+
+
+def test_study(tmp_path):
+    small(tmp_path)
+    (tmp_path / "study.toml").write_text(STUDY)
+    found = both("study", pmor.study, tmp_path / "study.toml")
+    assert found.failures == ()
+
+
+@pytest.mark.jit
+def test_reductions(tmp_path, monkeypatch, few_candidates):
+    """Fewer states and solves than an engineer would ask for."""
+    monkeypatch.setattr(comparison, "run", partial(comparison.run, states=3, repeats=1, most_solves=16))
+    found = both("reductions", pmor.reductions, small(tmp_path, offline=TRAINING, mesh={"width_elements": 2}))
+    assert found.failures == ()
 
 
 def test_dynamics(tmp_path, monkeypatch):
     monkeypatch.setattr(law, "TOLERANCE", 1e-3)
     monkeypatch.setattr(law, "STATIC_TOLERANCE", 1e-3)
     monkeypatch.setattr(law, "CHECKED", 10)
-    path = small(tmp_path, **LINES, dynamics=DYNAMICS)
-    assert main(["dynamics", str(path), "--out", str(tmp_path / "command")]) == 0
-    pmor.run_dynamics(pmor.load_case(path), tmp_path / "python")
-    assert_alike(tmp_path / "command", tmp_path / "python")
+    both("dynamics", pmor.run_dynamics, small(tmp_path, **LINES, dynamics=DYNAMICS))
 
 
-def test_design(tmp_path, undrawn, monkeypatch):
+def test_design(tmp_path, monkeypatch):
     monkeypatch.setattr(readings, "FRESH", 64)
     monkeypatch.setattr(figures, "CONTOUR", 4)
     path = written(tmp_path, DESIGN.replace("descents = 2", "descents = 1").replace("points = 2", "points = 1"))
-    assert main(["design", str(path), "--out", str(tmp_path / "command")]) == 0
-    found = pmor.run_design(path, tmp_path / "python")
-    assert_alike(tmp_path / "command", tmp_path / "python")
+    assert both("design", pmor.run_design, path).failures == ()
     assert main(["design", str(path), "--out", str(tmp_path / "command"), "--case", "0"]) == 0
     case = pmor.write_design_case(path, tmp_path / "python", 0)
     assert (tmp_path / "command" / case.name).read_text() == case.read_text()
-    assert found.failures == ()
 
 
 def test_campaign(tmp_path):
@@ -213,10 +260,36 @@ def test_campaign(tmp_path):
     path.write_text('case = "base.toml"\n[designs]\nmethod = "grid"\n'
                     "pair.face_width_mm = { from = 15.0, to = 20.0, steps = 2 }\n"
                     f'[store]\nfolder = "{tmp_path / "store"}"\n')  # fmt: skip
-    assert main(["campaign", str(path), "--out", str(tmp_path / "command")]) == 0
-    found = pmor.campaign(path, tmp_path / "python")
-    assert results_in(tmp_path / "command") == results_in(tmp_path / "python")
-    assert found.count("ok") == 2
+    assert both("campaign", pmor.campaign, path).count("ok") == 2
     assert main(["campaign", str(path), "--out", str(tmp_path / "case"), "--case", "2"]) == 0
     case = pmor.write_campaign_case(path, tmp_path / "again", 2)
     assert (tmp_path / "case" / case.name).read_text() == case.read_text()
+
+
+@pytest.mark.jit
+def test_bench(tmp_path, monkeypatch):
+    """The case and one with line loads, without the neighbours of the case."""
+    path = small(tmp_path)
+    case = pmor.load_case(path)
+    listed = [bench.variants(case)[0], bench.line_load_variants(case)[0]]
+    monkeypatch.setattr(bench, "variants", lambda case: listed)
+    for name, value in {"SWEEP_SIDE": 30, "REPEATS": 1, "RELIEFS": 2}.items():
+        monkeypatch.setattr(bench, name, value)
+    measure, measured, asked = bench.run, [], []
+
+    def once(*arguments, **options):
+        """Times are never the same twice: the second call gets those of the first."""
+        asked.append((arguments, options))
+        measured.extend([] if measured else [measure(*arguments, **options)])
+        return measured[0]
+
+    monkeypatch.setattr(bench, "run", once)
+    assert main(["bench", str(path), "--json", str(tmp_path / "command" / "bench.json")]) == 0
+    found = pmor.bench(case, tmp_path / "python" / "bench.json")
+    assert asked[0] == asked[1]
+    assert_alike(tmp_path / "command", tmp_path / "python")
+    assert {row["phase"].partition(":")[0] for row in found.rows} == {
+        "offline", "position", "sweep", "start", "run", "conditions", "results"
+    }  # fmt: skip
+    assert set(found.machine) >= {"cpu", "cores", "system", "python"}
+    assert all(row["basis_mib"] > 0.0 for row in found.rows if row["phase"].startswith("position"))

@@ -9,9 +9,7 @@ import pytest
 import pmor.work.verify
 import pmor_online.model
 from pmor.app.cli import main
-from pmor.case import parse_case
 from pmor.gear.condition import Condition
-from pmor.pair.model import elastic_model, mesh_model
 from pmor.penalty.elasticity import ReducedElasticity
 from pmor.reduction.flank_lines import FlankLineShapes
 from pmor.storage.basis_file import read_basis, write_basis
@@ -21,7 +19,7 @@ from pmor.work.verify import Check, checks_text, verify_basis
 from pmor_offline.sampling import TrainingPosition
 from pmor_offline.snapshots import solve_snapshots
 from pmor_online.errors import estimate_errors
-from tests.support.small_case import case_text
+from tests.support.small_case import case_with, full_fe
 
 pytestmark = pytest.mark.jit
 FAMILIES = [
@@ -38,14 +36,13 @@ SLIGHTLY = 1.0 + 1e-7
 def case_of(offline, **reduction):
     # A penalty so soft that many points share each contact: error bars jump where one of a few begins to carry.
     mesh, points = {"profile_elements": 6, "width_elements": 2}, {"lodm_profile": 4, "penalty_N_mm3": 1e3}
-    text = case_text(mesh=mesh, contact=points, offline=offline, reduction=reduction)
-    return parse_case(text, "small", "small case")
+    return case_with(mesh=mesh, contact=points, offline=offline, reduction=reduction)
 
 
 @pytest.fixture(scope="module")
 def model():
     case = case_of({"angles_per_pitch": 8})
-    return elastic_model(case, mesh_model(case))
+    return full_fe(case)
 
 
 @pytest.fixture(scope="module")
@@ -91,7 +88,7 @@ def test_a_basis_of_misaligned_gears_passes(tmp_path):
     """Its states are scattered over the tilt as well, on the whole width."""
     tilt = {"in_plane_um": [-10.0, 10.0], "out_of_plane_um": [-10.0, 10.0]}
     case = case_of({"sampling": "sobol", "solves": 24, **tilt}, distribution_tolerance=0.01)
-    model = elastic_model(case, mesh_model(case))
+    model = full_fe(case)
     run_offline(case, model, tmp_path / "b.h5")
     basis = read_basis(tmp_path / "b.h5")
     assert np.ptp([c.misalignment.in_plane_um for there in basis.training.conditions for c in there]) > 15.0

@@ -54,13 +54,18 @@ def step_of(file, name, step):
     return root[f"PointData/{name}"][first : first + count]
 
 
-def test_vtk_reads_every_step_as_it_was_written(written):
-    reader_of = pytest.importorskip("vtkmodules.vtkIOHDF", reason="vtk is not installed: pip install '.[test]'")
-    from vtkmodules.util.numpy_support import vtk_to_numpy
-
-    reader = reader_of.vtkHDFReader()
+@pytest.fixture
+def reader(written):
+    found = pytest.importorskip("vtkmodules.vtkIOHDF", reason="vtk is not installed: pip install '.[test]'")
+    reader = found.vtkHDFReader()
     reader.SetFileName(str(written))
     reader.UpdateInformation()
+    return reader
+
+
+def test_vtk_reads_every_step_as_it_was_written(reader, written):
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
     with h5py.File(written) as file:
         values = file["VTKHDF/Steps/Values"][:]
         assert reader.GetNumberOfSteps() == len(values)
@@ -78,13 +83,10 @@ def test_vtk_reads_every_step_as_it_was_written(written):
             assert set(vtk_to_numpy(grid.GetCellData().GetArray("gear"))) == {0, 1}
 
 
-def test_vtk_numbers_the_nodes_of_an_element_as_we_do(written):
+def test_vtk_numbers_the_nodes_of_an_element_as_we_do(reader):
     """At a place without any symmetry its shape functions give what ours do."""
-    reader_of = pytest.importorskip("vtkmodules.vtkIOHDF", reason="vtk is not installed: pip install '.[test]'")
     from vtkmodules.vtkCommonCore import reference
 
-    reader = reader_of.vtkHDFReader()
-    reader.SetFileName(str(written))
     reader.Update()
     cell, place = reader.GetOutput().GetCell(3), (0.3, 0.6, 0.8)
     count = cell.GetNumberOfPoints()

@@ -3,6 +3,7 @@
 import pmor.penalty.solve
 from pmor.case import parse_case
 from pmor.core.errors import ConvergenceError
+from pmor.pair.model import elastic_model, mesh_model
 
 SECTIONS = {
     "load": {"torque_Nm": 100.0},
@@ -30,11 +31,20 @@ def case_text(**changes):
     return "\n".join(lines)
 
 
+def case_with(**changes):
+    """The small case; arguments as in `case_text`."""
+    return parse_case(case_text(**changes), "small", "small case")
+
+
+def full_fe(case):
+    """Full FE of a case."""
+    return elastic_model(case, mesh_model(case))
+
+
 def small_case(width="half", **reduction):
     """The case of the fixture `small_model`, with the meshed width and the keys of its section [reduction]."""
     mesh = {"profile_elements": 5, "width_elements": 2, "width": width}
-    text = case_text(mesh=mesh, offline={"angles_per_pitch": 6}, compare={"angles": 4}, reduction=reduction)
-    return parse_case(text, "small", "small case")
+    return case_with(mesh=mesh, offline={"angles_per_pitch": 6}, compare={"angles": 4}, reduction=reduction)
 
 
 def _toml(value):

@@ -1,5 +1,7 @@
 """What the tests of stored files share: names in a folder, conditions to store, whether two bases are the same."""
 
+import csv
+
 import h5py
 import numpy as np
 from numpy.testing import assert_allclose
@@ -11,6 +13,12 @@ from pmor.storage.manifest import MANIFEST
 def results_in(folder):
     """Names of what a command left in a folder; the manifest goes without saying."""
     return {path.name for path in folder.iterdir()} - {MANIFEST}
+
+
+def rows_of(path):
+    """Rows of a table, by their columns; lines that begin with # are comments."""
+    with open(path, newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(line for line in file if not line.startswith("#")))
 
 
 def some_conditions(rng, count):
