@@ -21,14 +21,13 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.case import parse_case
 from pmor.fe import sector
 from pmor.fe.outline import tooth_outline
 from pmor.gear.topography import Topography
 from pmor.lab.rivals.calculix import PROGRAM, calculix_available, calculix_ste
 from pmor.pair.conditions import nominal_condition
-from pmor.pair.model import elastic_model, mesh_model
-from tests.support.small_case import case_text
+from pmor.pair.model import mesh_model
+from tests.support.small_case import case_with, full_fe
 from tests.support.states import states_at
 
 SAME_MESH = 1e-3  # measured: 2e-4; 3e-3 is what is asked for
@@ -76,7 +75,7 @@ def case_of(name, profile, width, **contact):
         "reduction": None,
     }
     torques = {"torques_Nm": [PAIRS[name]["load"]["torque_Nm"]]}
-    return parse_case(case_text(**sections, offline=torques, online=torques, compare=torques), name, name)
+    return case_with(**sections, offline=torques, online=torques, compare=torques)
 
 
 def angle(pair, share):
@@ -84,15 +83,15 @@ def angle(pair, share):
 
 
 @cache
-def full_fe(name, profile, width, scheme):
+def solved_pair(name, profile, width, scheme):
     case = case_of(name, profile, width, scheme=scheme, lodm_profile=1, slave="pinion")
     if scheme == "facet":
         case = replace(case, mesh=replace(case.mesh, element="hex8"), torque_Nm=FACET_TORQUE_NM)
-    return case, elastic_model(case, mesh_model(case))
+    return case, full_fe(case)
 
 
 def solved(name, share, profile, width, scheme):
-    case, model = full_fe(name, profile, width, scheme)
+    case, model = solved_pair(name, profile, width, scheme)
     meshed = model.mesh.meshed
     return meshed, states_at(model, angle(meshed.pair, share), [nominal_condition(case)])[0]
 
@@ -104,7 +103,7 @@ def ste_um(name, share, profile, width, scheme):
 
 def same_mesh(name, share, profile, width, beside):
     """CalculiX over our facets on the same mesh, with the same elements."""
-    case, model = full_fe(name, profile, width, "facet")
+    case, model = solved_pair(name, profile, width, "facet")
     phi, torque = angle(model.mesh.meshed.pair, share), 1e3 * case.torque_Nm
     return calculix_ste(case, model.mesh, phi, torque, beside=beside).ste_um / ste_um(
         name, share, profile, width, "facet"

@@ -18,12 +18,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.case import parse_case
 from pmor.gear.condition import Condition
 from pmor.lab.rivals.calculix import PROGRAM, calculix_available
-from pmor.pair.model import elastic_model, mesh_model
 from tests.support.calculix_plane import plane_ste_um
-from tests.support.small_case import case_text
+from tests.support.small_case import case_with, full_fe
 from tests.support.states import states_at
 
 WIDTH = 20.0  # mm, of the pairs that torques are named for; 1 mm of it is solved
@@ -52,21 +50,19 @@ CORNERS = [
 
 
 @cache
-def full_fe(name):
+def solved_pair(name):
     torque = {"torque_Nm": 1.0}
-    case = parse_case(
-        case_text(
+    case = case_with(
             **PAIRS[name], load=torque, contact={"scheme": "line"}, reduction=None,
             mesh={"element": "hex20", "profile_elements": 16, "width_elements": 1, "width": "plane_strain"},
             offline={"torques_Nm": [1.0]}, online={"torques_Nm": [1.0]}, compare={"torques_Nm": [1.0]},
-        ), name, name,
-    )  # fmt: skip
-    return case, elastic_model(case, mesh_model(case))
+        )  # fmt: skip
+    return case, full_fe(case)
 
 
 def solved(name, torque, phi):
     """STE (um), and for each tooth pair in contact line load and half-width."""
-    _, model = full_fe(name)
+    _, model = solved_pair(name)
     meshed = model.mesh.meshed
     (found,) = states_at(model, phi, [Condition(torque=1e3 * torque / WIDTH)])
     load, half_width = (
@@ -77,14 +73,14 @@ def solved(name, torque, phi):
 
 
 def calculix(name, torque, phi, ours_um, half_width):
-    case, model = full_fe(name)
+    case, model = solved_pair(name)
     fine, reach = 0.25 * half_width.min(), 2.0 * half_width.max()
     given, pair = replace(case, torque_Nm=torque / WIDTH), model.mesh.meshed.pair
     return plane_ste_um(given, pair, phi, fine, reach, PENALTY_N_MM3, ours_um)
 
 
 def corner_angle(name, end, beyond):
-    start, stop = full_fe(name)[1].mesh.meshed.pair.roll_position_range
+    start, stop = solved_pair(name)[1].mesh.meshed.pair.roll_position_range
     return start - beyond if end == "entry" else stop + beyond
 
 
@@ -99,7 +95,7 @@ def test_line_contact_at_a_corner_gives_the_ste_that_calculix_gave(name, torque,
 @pytest.mark.skipif(not calculix_available(), reason=f"CalculiX ({PROGRAM}) is not installed")
 @pytest.mark.parametrize(("name", "torque", "share"), INSIDE)
 def test_line_contact_between_the_tips_gives_the_ste_of_calculix(name, torque, share):
-    pair = full_fe(name)[1].mesh.meshed.pair
+    pair = solved_pair(name)[1].mesh.meshed.pair
     phi = pair.roll_position_range[0] + share * pair.pitch
     ours, load, half_width = solved(name, torque, phi)
     entered = 1e3 * np.sum(load / load.sum() * 4.0 * load / (math.pi**2 * half_width * PENALTY_N_MM3))

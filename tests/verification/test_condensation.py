@@ -96,13 +96,6 @@ def test_reciprocity_between_teeth(gear):
         )
 
 
-def test_incompatible_modes_make_the_gear_softer():
-    mesh = sector(GEARS["spur"], 3, 2)
-    stiff, soft = (elastic_gear(mesh, YOUNG, POISSON, e).tooth_compliance(0) for e in ("hex8", "hex8i"))
-    values = np.linalg.eigvalsh(soft - stiff)
-    assert values[0] > -1e-9 * values[-1]
-
-
 # --- forces and moments --------------------------------------------------------------------------------------------
 
 
@@ -155,13 +148,6 @@ def test_energy_of_all_teeth_is_independent_of_the_frame_of_the_loaded_tooth(rin
         energies.append(displacement.ravel() @ (stiffness @ displacement.ravel()))
     direct = forces.ravel() @ elastic.tooth_compliance(0) @ forces.ravel()
     assert_allclose(energies, direct, rtol=EQUAL)
-
-
-def test_stiffer_material_deflects_in_proportion():
-    mesh = sector(tooth(9), 2, 1)
-    soft = elastic_gear(mesh, YOUNG, POISSON, "hex8i", neighbours=1).compliance
-    hard = elastic_gear(mesh, 4.0 * YOUNG, POISSON, "hex8i", neighbours=1).compliance
-    assert_allclose(soft, 4.0 * hard, rtol=0, atol=1e-10 * np.abs(soft).max())
 
 
 def test_whole_gear_mesh_is_closed():

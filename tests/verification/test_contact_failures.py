@@ -11,7 +11,6 @@ from pmor.case import change_case, load_case
 from pmor.core.errors import ConvergenceError
 from pmor.gear.condition import Condition, at_torques
 from pmor.pair.conditions import nominal_condition
-from pmor.pair.model import elastic_model, mesh_model
 from pmor.penalty.elasticity import ReducedElasticity
 from pmor.penalty.equilibrium import solve_equilibrium
 from pmor.penalty.kernels.search import search_workspace
@@ -20,6 +19,7 @@ from pmor.penalty.search import search_contact
 from pmor.penalty.solve import solve_position, surface_error, window_depth
 from tests.support.gear_models import meshed_pair
 from tests.support.loaded_pair import DEPTH, NEWTON, PAIRS, SAME_STATE, TORQUE, Model
+from tests.support.small_case import full_fe
 
 
 def test_too_few_steps_raise_with_the_history():
@@ -153,7 +153,7 @@ def test_a_point_at_the_border_of_two_patches_stays_where_it_was_found():
 def test_points_that_would_go_to_and_fro_between_two_patches_come_to_rest(case, changes, phi):
     """One of 1,500 positions of facets, and one of the study's reference; the second takes a minute: -m slow."""
     changed = change_case(load_case(Path(f"cases/{case}.toml")), **changes)
-    model = elastic_model(changed, mesh_model(changed))
+    model = full_fe(changed)
     meshed, conditions = model.mesh.meshed, [nominal_condition(changed)]
     position = active_patches(meshed, phi, 3.0 * window_depth(meshed, conditions[0]))
     elasticity = model.elasticity_at(position)

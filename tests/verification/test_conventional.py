@@ -5,19 +5,18 @@ import pytest
 import scipy.sparse as sp
 from numpy.testing import assert_allclose
 
-from pmor.case import parse_case
 from pmor.core.conventions import rotation_z
 from pmor.core.errors import CaseError, ConvergenceError
 from pmor.fe.assembly import assemble, degrees_of_freedom
 from pmor.fe.completion import completion, nodes_of_elements
-from pmor.fe.nested_dissection import element_places, elimination_order, nested_dissection
+from pmor.fe.nested_dissection import elimination_order, nested_dissection
 from pmor.fe.whole_gear import assemble_arc, factorise, whole_gear_mesh
 from pmor.gear.condition import Condition, at_torques
 from pmor.lab.rivals.conventional import conventional_pair, solve_conventional
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.penalty.solve import solve_position
 from tests.support.gear_models import POISSON, YOUNG, sector, tooth
-from tests.support.small_case import case_text
+from tests.support.small_case import case_with
 
 SAME_STATE = 1e-9  # two exact routes to one equilibrium; they differ by the residuals at which Newton stops
 EXACT = 1e-12  # the same sums in another order
@@ -43,7 +42,7 @@ def pair(request):
 
 
 def both_ways(sections):
-    case = parse_case(case_text(**sections), "small", "small case")
+    case = case_with(**sections)
     mesh = mesh_model(case)
     return elastic_model(case, mesh), conventional_pair(case, mesh)
 
@@ -113,13 +112,6 @@ def arc_of(mesh, sectors):
     return assemble_arc(mesh, YOUNG, POISSON, "hex20" if mesh.order == 2 else "hex8i", sectors)
 
 
-def test_elements_with_common_nodes_are_neighbours_on_the_grid(mesh):
-    places = element_places(mesh)
-    assert len(np.unique(places, axis=0)) == len(places)
-    for node in np.unique(mesh.elements[:, :8]):
-        assert np.ptp(places[(mesh.elements == node).any(axis=1)], axis=0).max() <= 1
-
-
 def test_separators_come_last_and_separate():
     grid = np.arange(9 * 4 * 3).reshape(9, 4, 3)
     places = np.stack(np.meshgrid(np.arange(8), np.arange(3), np.arange(2), indexing="ij"), axis=-1).reshape(-1, 3)
@@ -135,14 +127,6 @@ def test_separators_come_last_and_separate():
     assert set(below) == {*grid[4].ravel(), *retained}
     assert set(above) == {*grid[4].ravel()}
     assert np.array_equal(np.sort(np.concatenate([part.elements for part in parts])), np.arange(len(elements)))
-
-
-@pytest.mark.parametrize("sectors", [1, 3, 12])
-def test_elimination_order_holds_the_free_nodes_once(mesh, sectors):
-    _, _, numbers = whole_gear_mesh(mesh)
-    order = elimination_order(mesh, numbers, sectors)
-    expected = np.setdiff1d(numbers[:sectors], numbers[:, np.concatenate([mesh.bore, mesh.middles])])
-    assert np.array_equal(np.sort(order), expected)
 
 
 def test_whole_gear_in_order_of_elimination_is_the_whole_gear(mesh, rng):
@@ -162,13 +146,6 @@ def test_whole_gear_in_order_of_elimination_is_the_whole_gear(mesh, rng):
         assert_allclose(flanks[k] @ displacement[dofs], expected, rtol=0, atol=EXACT)
 
 
-def test_ring_is_cut_open_at_the_faces_that_come_last(mesh):
-    _, _, numbers = whole_gear_mesh(mesh)
-    order = elimination_order(mesh, numbers, mesh.teeth)
-    faces = numbers[[0, 6]][:, nodes_of_elements(mesh, mesh.right)]
-    assert set(order[-faces.size :]) == set(faces.ravel())
-
-
 @pytest.mark.parametrize("sectors", [2, 12])
 def test_nested_dissection_fills_less_than_the_order_of_the_mesh(mesh, sectors):
     ordered, _ = arc_of(mesh, sectors)
@@ -181,6 +158,6 @@ def test_nested_dissection_fills_less_than_the_order_of_the_mesh(mesh, sectors):
 
 
 def test_line_contact_is_refused():
-    case = parse_case(case_text(contact=None), "line", "line case")
+    case = case_with(contact=None)
     with pytest.raises(CaseError, match='scheme = "line".*choose'):
         conventional_pair(case, mesh_model(case))

@@ -28,19 +28,19 @@ def followed(zeta, law=BENCHMARK, limits=(0.55, 1.4)):
 
 
 @pytest.mark.parametrize(
-    ("zeta", "run_up", "run_down", "size"), [(0.05, 0.9069, 0.8344, 1.4769), (0.02, 0.8954, 0.592, 3.623)]
+    ("zeta", "run_up", "run_down", "size", "at"),
+    [(0.05, 0.9069, 0.8344, 1.4769, 0.8368), (0.02, 0.8954, 0.592, 3.623, None)],
 )
-def test_folds_and_the_largest_motion_are_those_of_the_benchmark(zeta, run_up, run_down, size):
+def test_folds_and_the_largest_motion_are_those_of_the_benchmark(zeta, run_up, run_down, size, at):
     branch, follow = followed(zeta)
     assert branch.ended == "end of the speeds"
     assert [fold.kind for fold in branch.folds] == ["run_down", "run_up"]
     found = [fold.point.speed for fold in branch.folds]
     np.testing.assert_allclose(found, [run_down, run_up], rtol=PUBLISHED)
-    np.testing.assert_allclose(rms(largest(branch, follow).unknowns), size, rtol=PUBLISHED)
-
-
-def test_the_largest_motion_is_where_the_benchmark_has_it():
-    np.testing.assert_allclose(largest(*followed(0.05)).speed, 0.8368, rtol=PUBLISHED)
+    top = largest(branch, follow)
+    np.testing.assert_allclose(rms(top.unknowns), size, rtol=PUBLISHED)
+    if at:
+        np.testing.assert_allclose(top.speed, at, rtol=PUBLISHED)
 
 
 def test_folds_hardly_move_with_the_number_of_harmonics(monkeypatch):

@@ -7,11 +7,10 @@ from scipy.integrate import solve_ivp
 from pmor.core.errors import ConvergenceError
 from pmor.dynamics.force_law import forces_at
 from pmor.dynamics.force_table import table_error, tabulate
-from pmor.dynamics.gear_model import natural_modes
 from pmor.dynamics.harmonic_balance import Balance, rest, rms, solve_at
 from pmor.dynamics.integration import integrate
 from pmor.dynamics.kernels.laws import VaryingStiffness
-from pmor.dynamics.operating import mean_stiffness, static_displacement
+from pmor.dynamics.operating import static_displacement
 from pmor.dynamics.oscillator import Oscillator, static_stiffness_of
 from pmor.dynamics.response import response
 from pmor.dynamics.stability import monodromy
@@ -95,18 +94,6 @@ def test_harmonic_balance_of_many_degrees_of_freedom_is_motion_over_time():
     np.testing.assert_allclose(motion.rms[-1], rms(unknowns), rtol=1e-3)
 
 
-def test_linear_response_peaks_at_the_natural_frequencies():
-    bearings = on_bearings(3.0)
-    light = Oscillator(bearings.mass, 1e-3 * bearings.mass, bearings.stiffness, bearings.lever, bearings.load)
-    law = LAW._replace(variation=1e-6, pulls=True)
-    for frequency in natural_modes(light, 1.0)[0]:
-        sizes = []
-        for speed in frequency * np.array([0.999, 1.0, 1.001]):
-            balance = Balance(light, law, cycles=1, harmonics=2)
-            sizes.append(float(rms(solve_at(balance, speed, rest(balance)))))
-        assert sizes[1] > 1.05 * max(sizes[0], sizes[2])
-
-
 def test_gears_that_turn_together_are_not_held_and_need_not_be():
     turning = Oscillator(np.eye(2), 0.1 * np.eye(2), np.zeros((2, 2)), np.array([1.0, 1.0]), np.array([1.0, 1.0]))
     assert static_stiffness_of(turning) == pytest.approx((0.0, 1.0), abs=1e-12)
@@ -146,14 +133,3 @@ def test_beyond_its_range_a_table_gives_no_force_and_nobody_takes_it_for_one():
         response(heavy, table, (0.5, 1.5))
     with pytest.raises(ConvergenceError, match="not borne"):
         static_displacement(table, 10.0, np.zeros(1), (-0.2, 1.9))
-
-
-def test_slow_motion_follows_the_static_transmission_error():
-    table = tabulate(curved, -0.2, 3.0, tolerance=2e-6)
-    stiffness = mean_stiffness(table, 1.0, (-0.2, 2.9))
-    oscillator = along_line_of_action(1.0, 0.1, 1.0)
-    balance = Balance(oscillator, table, cycles=1, harmonics=20)
-    speed = 1e-3 * np.sqrt(stiffness)
-    moving = balance.displacement(solve_at(balance, speed, rest(balance)))
-    static = static_displacement(table, 1.0, balance.phase, (-0.2, 2.9))
-    np.testing.assert_allclose(moving, static, atol=1e-4 * np.ptp(static))

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from pmor.case import parse_case
 from pmor.dynamics.gear_model import gear_model, natural_modes
 from pmor.dynamics.harmonic_balance import Balance, rest, rms, solve_at
 from pmor.dynamics.integration import integrate
@@ -14,7 +13,7 @@ from pmor.dynamics.kernels.laws import VaryingStiffness
 from pmor.dynamics.quantities import cycle_of, quantities
 from pmor.dynamics.response import response
 from pmor.pair.model import gear_pair
-from tests.support.small_case import case_text
+from tests.support.small_case import case_with
 
 TORQUE_NM, STIFFNESS = 100.0, 3e5  # N/mm
 LAW = VaryingStiffness(STIFFNESS, 0.15, False)
@@ -30,11 +29,10 @@ IN_PLANE = {
 
 
 def model_of(helix_deg=20.0, **dynamics):
-    text = case_text(
+    case = case_with(
         pair={"helix_angle_deg": helix_deg}, wheel={"teeth": 31, "bore_radius_mm": 20.0}, contact={"scheme": "line"},
         reduction=None, dynamics=dynamics,
     )  # fmt: skip
-    case = parse_case(text, "small", "small")
     pair = gear_pair(case)
     return gear_model(case, pair), pair
 
@@ -43,8 +41,8 @@ def on(model, damping=0.05):
     return model.oscillator(TORQUE_NM, 2.0 * damping * math.sqrt(STIFFNESS * model.mass))
 
 
-def stiffer(factor):
-    return {key: [factor * v for v in value] if isinstance(value, list) else value for key, value in SOFT.items()}
+def stiffer(factor, dynamics=SOFT):
+    return {key: [factor * v for v in value] if isinstance(value, list) else value for key, value in dynamics.items()}
 
 
 @pytest.mark.parametrize("helix_deg", [0.0, 20.0, -20.0])
@@ -114,10 +112,7 @@ def test_momentum_and_energy_are_kept_without_damping(dynamics):
 
 @pytest.mark.parametrize("dynamics", [IN_PLANE, SOFT], ids=["six", "twelve"])
 def test_stiff_bearings_give_the_motion_of_one_degree_of_freedom(dynamics):
-    stiff = stiffer(1e6) if dynamics is SOFT else {
-        key: [1e6 * v for v in value] if isinstance(value, list) else value for key, value in IN_PLANE.items()
-    }  # fmt: skip
-    one, many = on(model_of()[0]), on(model_of(**stiff)[0])
+    one, many = on(model_of()[0]), on(model_of(**stiffer(1e6, dynamics))[0])
     speed = 0.8 * math.sqrt(STIFFNESS / one.mass[0, 0])
     found = []
     for oscillator in (one, many):

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.case import parse_case
 from pmor.core.errors import ConvergenceError, ExternalProgramError
 from pmor.fe.whole_gear import whole_gear_mesh
 from pmor.gear.condition import at_torques
@@ -22,7 +21,7 @@ from pmor.lab.rivals.calculix import (
 )
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.penalty.solve import solve_position
-from tests.support.small_case import case_text
+from tests.support.small_case import case_with, full_fe
 
 # Of the STE; agreement within 2e-2 is what is asked for.
 SAME_MECHANICS = 2e-4  # measured: 7e-5 at most; 1e-3 would hide a penalty that is wrong by a twentieth
@@ -40,7 +39,7 @@ needs_calculix = pytest.mark.skipif(not calculix_available(), reason=f"CalculiX 
 
 def paper_case(profile_elements, width_elements, element="hex8", **gears):
     """The paper's pair with facets, the surface that CalculiX has."""
-    text = case_text(
+    return case_with(
         mesh={
             "profile_elements": profile_elements,
             "width_elements": width_elements,
@@ -50,7 +49,6 @@ def paper_case(profile_elements, width_elements, element="hex8", **gears):
         contact={"scheme": "facet", "lodm_profile": 1, "slave": "pinion"},
         **gears,
     )
-    return parse_case(text, "paper", "paper case")
 
 
 class Pair:
@@ -146,7 +144,7 @@ def test_bodies_move_as_those_of_calculix(element, rng):
     """
     gear = {"teeth": 12, "profile_shift": 0.2, "bore_radius_mm": 10.0}
     case = paper_case(2, 1, element, pinion=gear | {"poisson_ratio": 0.0 if element == "hex20" else 0.3})
-    model = elastic_model(case, mesh_model(case))
+    model = full_fe(case)
     gear, _ = place_gears(case, model.mesh, 0.0, 0.0, np.array([0]), None)
     mesh = model.pinion.mesh
     loaded = np.flatnonzero(~np.isin(mesh.flank.ravel(), mesh.middles))

@@ -13,14 +13,12 @@ from pmor.core.conventions import rotation_z
 from pmor.gear.condition import ALIGNED, at_torques
 from pmor.gear.kernels.types import Motion
 from pmor.line.kernels.contact_point import closest_approach, cubic_rows, involute_foot, roll_of
-from pmor.pair.model import elastic_model, mesh_model
 from pmor.pair.sweep import sweep_ste
 from pmor.penalty.position import relative_motion
-from pmor.penalty.solve import solve_position
 from pmor.results.sweep import ripple_um
 from tests.support.gear_models import POISSON, YOUNG
 from tests.support.loaded_pair import line_model
-from tests.support.small_case import case_text
+from tests.support.small_case import case_with, full_fe
 from tests.support.states import states_at
 from tests.support.stored_energy import stored_in_lines
 
@@ -110,7 +108,7 @@ def paper_model(elements, width=4, **contact):
     changes = {"mesh": mesh, "contact": contact}
     text = load_case(CASES / "paper_spur.toml").text
     case = parse_case(changed_text(text, changes), "paper", "paper case")
-    return elastic_model(case, mesh_model(case))
+    return full_fe(case)
 
 
 def curve(model, angles=48, torque=TORQUE):
@@ -168,40 +166,27 @@ def width_of(meshed, column):
 
 
 @pytest.mark.jit
-def test_contact_over_ten_elements_has_hertz_width_and_pressure():
-    model, torque, column = paper_model(64, **FINE), 5e6, 2
-    meshed = model.mesh.meshed
-    pair = meshed.pair
-    pitch_point = math.tan(pair.working_pressure_angle)
-    solved = solve_position(meshed, pair.roll_position(pitch_point), at_torques([torque]), model.elasticity_at)
-    contact = solved.equilibria[0].contact
-    mine = (contact.place[:, 1] == column) & (contact.pair == contact.pair[contact.force.argmax()])
-    width = width_of(meshed, column)
-    line_load, length = contact.force[mine].sum() / width, contact.stiffness[mine].sum() / (1e7 * width)
-    radius = 0.5 * pair.pinion.base_radius * pitch_point
-    modulus = YOUNG / (2.0 * (1.0 - POISSON**2))
-    half_width = math.sqrt(4.0 * line_load * radius / (math.pi * modulus))  # Johnson (1985), eq. 4.43
-    assert_allclose(0.5 * length, half_width, rtol=0.02)
-    assert_allclose(-1e7 * contact.gap[mine].min(), 2.0 * line_load / (math.pi * half_width), rtol=0.02)
-
-
-@pytest.mark.jit
-def test_line_contact_gives_hertz_width_and_pressure_on_elements_as_large_as_the_contact():
-    """Under the same torque as the points above, whose resolved pressure it must meet, on elements of 1.1 mm."""
-    found = []
+def test_resolved_contact_has_hertz_width_and_pressure_and_so_has_line_contact_on_elements_as_large_as_it():
+    """Points on 64 elements, seven of them in contact, against Johnson (1985), eq. 4.43, and against lines on 8."""
+    torque, column, found = 2.5e6, 2, []
     for elements, contact in ((64, FINE), (8, {})):
         model = paper_model(elements, **contact)
         meshed = model.mesh.meshed
-        phi = meshed.pair.roll_position(math.tan(meshed.pair.working_pressure_angle))
-        (lines,), column = states_at(model, phi, at_torques([2.5e6])), 2
+        pair = meshed.pair
+        pitch_point = math.tan(pair.working_pressure_angle)
+        (state,) = states_at(model, pair.roll_position(pitch_point), at_torques([torque]))
         if contact:
-            state = lines.contact
-            mine = state.place[:, 1] == column
-            length = state.stiffness[mine].sum() / (1e7 * width_of(meshed, column))
-            found.append((0.5 * length, -1e7 * state.gap[mine].min()))
+            points = state.contact
+            mine = (points.place[:, 1] == column) & (points.pair == points.pair[points.force.argmax()])
+            width = width_of(meshed, column)
+            line_load, length = points.force[mine].sum() / width, points.stiffness[mine].sum() / (1e7 * width)
+            found.append((0.5 * length, -1e7 * points.gap[mine].min()))
         else:
-            half_width, _, pressure = lines.patches()[lines.section == column].T
+            half_width, _, pressure = state.patches()[state.section == column].T
             found.append((half_width[0], pressure[0]))
+    radius, modulus = 0.5 * pair.pinion.base_radius * pitch_point, YOUNG / (2.0 * (1.0 - POISSON**2))
+    half_width = math.sqrt(4.0 * line_load * radius / (math.pi * modulus))
+    assert_allclose(found[0], [half_width, 2.0 * line_load / (math.pi * half_width)], rtol=0.02)
     assert_allclose(found[1], found[0], rtol=0.03)
 
 
@@ -214,13 +199,10 @@ def unlike():
 @cache
 def unlike_model(driver, driven):
     shift, bore = {17: 0.3, 31: 0.1}, {17: 14.0, 31: 30.0}
-    case = parse_case(
-        case_text(mesh={"profile_elements": 6, "width_elements": 2}, contact=None,
+    case = case_with(mesh={"profile_elements": 6, "width_elements": 2}, contact=None,
                   pinion={"teeth": driver, "profile_shift": shift[driver], "bore_radius_mm": bore[driver]},
-                  wheel={"teeth": driven, "profile_shift": shift[driven], "bore_radius_mm": bore[driven]}),
-        "unlike", "unlike case",
-    )  # fmt: skip
-    return elastic_model(case, mesh_model(case))
+                  wheel={"teeth": driven, "profile_shift": shift[driven], "bore_radius_mm": bore[driven]})  # fmt: skip
+    return full_fe(case)
 
 
 @pytest.mark.parametrize("share", np.linspace(0.02, 0.95, 8))

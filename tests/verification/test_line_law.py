@@ -7,7 +7,6 @@ import pytest
 import scipy.sparse.linalg as spla
 from numpy.testing import assert_allclose
 
-from pmor.case import parse_case
 from pmor.core.errors import GeometryError
 from pmor.fe.assembly import assemble, degrees_of_freedom
 from pmor.fe.completion import completion
@@ -22,7 +21,7 @@ from pmor.pair.model import mesh_model
 from tests.support.gear_models import MODULE, POISSON, YOUNG, tooth
 from tests.support.line_laws import NO_CORNERS, plain_law
 from tests.support.loaded_pair import line_model
-from tests.support.small_case import case_text
+from tests.support.small_case import case_with
 
 ROUND_OFF = 1e-12
 PLAIN = plain_law(compliance=5.5e-6, opening=-0.53 + math.log(2.0), curvature=1.0 / 8.0, least=1e-4)
@@ -86,7 +85,7 @@ def test_approach_is_continuous_at_the_least_load():
 
 def test_contact_too_wide_for_the_layer_is_refused_before_anything_is_solved():
     offline, online = {"torques_Nm": [1e4]}, {"torques_Nm": [100.0, 1e4]}
-    case = parse_case(case_text(contact=None, offline=offline, online=online), "wide", "wide case")
+    case = case_with(contact=None, offline=offline, online=online)
     with pytest.raises(GeometryError, match="10000 N m.*half-wide.*layer_depth"):
         mesh_model(case)
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.case import parse_case
+from pmor.core.conventions import rotation_z
 from pmor.gear.condition import PLAIN, Assembly, Condition, Misalignment, at_torques
 from pmor.gear.kernels.types import Motion
 from pmor.gear.modification import Modification
@@ -17,7 +17,7 @@ from pmor.pair.model import mesh_model
 from pmor_online.contact_pattern import contact_patterns
 from pmor_online.line_sweep import sweep_line_loads
 from tests.support.line_pairs import PAIRS, TORQUE, models
-from tests.support.small_case import case_text
+from tests.support.small_case import case_with
 from tests.support.states import states_at
 
 # Full FE is solved to 1e-9 in its energy norm.
@@ -38,13 +38,9 @@ def random_conditions(rng, count):
     """Angles in pitches, and conditions with torques from 0.02 to 2 of nominal, tilts and modifications up to 40 um."""
     found = []
     for _ in range(count):
-        torque, misalignment = (
-            TORQUE * math.exp(rng.uniform(math.log(0.02), math.log(2.0))),
-            Misalignment(*rng.uniform(-40.0, 40.0, 2)),
-        )
-        condition = Condition(
-            torque=torque, misalignment=misalignment, pinion=random_modification(rng), wheel=random_modification(rng)
-        )
+        torque = TORQUE * math.exp(rng.uniform(math.log(0.02), math.log(2.0)))
+        misalignment, pinion = Misalignment(*rng.uniform(-40.0, 40.0, 2)), random_modification(rng)
+        condition = Condition(torque=torque, misalignment=misalignment, pinion=pinion, wheel=random_modification(rng))
         found.append((rng.uniform(0.0, 1.0), condition))
     return found
 
@@ -163,7 +159,7 @@ def test_the_loaded_transmission_error_comes_down_to_the_unloaded_one(name):
 
 def test_unloaded_flanks_of_points_are_those_of_lines():
     """Rigid involutes know no contact scheme."""
-    case = parse_case(case_text(mesh={"profile_elements": 5, "width_elements": 4, "width": "whole"}), "small", "small")
+    case = case_with(mesh={"profile_elements": 5, "width_elements": 4, "width": "whole"})
     assembly = Assembly(Misalignment(in_plane_um=10.0), Modification(tip_relief_um=9.0, tip_relief_start_roll_deg=26.0))
     phi = np.linspace(0.0, 0.3, 7)
     found = [unloaded_ste_um(m, phi, [assembly]) for m in (models("spur")[1].meshed, mesh_model(case).meshed)]
@@ -201,27 +197,12 @@ def test_a_flank_that_screws_along_itself_opens_no_gap(z, place):
     meshed = models("helical")[1].meshed
     pair = meshed.pair
     start, end = pair.roll_position_range
-    section = start + place * (end - start)
-    motions = [Motion(np.zeros((3, 3)), np.zeros(3)) for _ in range(2)]
-    kinematics = meshed.kinematics(PLAIN.misalignment)
-    contact_point = closest_approach(
-        kinematics, meshed.gears, section - pair.pinion.twist_per_length * z, 0.0, z, *motions
-    )
-    opening = {
-        0: (
-            (contact_point.pinion_x, contact_point.pinion_y, contact_point.pinion_z),
-            contact_point.pinion_roll,
-            pair.pinion,
-        ),
-        1: (
-            (contact_point.wheel_x, contact_point.wheel_y, contact_point.wheel_z),
-            contact_point.wheel_roll,
-            pair.wheel,
-        ),
-    }
-    smooth = (0, 1) if 0.0 < place < 1.0 else ((1,) if place > 1.0 else (0,))
-    for gear in smooth:
-        direction, roll, tooth = opening[gear]
+    at = start + place * (end - start) - pair.pinion.twist_per_length * z
+    still = [Motion(np.zeros((3, 3)), np.zeros(3)) for _ in range(2)]
+    m = closest_approach(meshed.kinematics(PLAIN.misalignment), meshed.gears, at, 0.0, z, *still)
+    flanks = [((m.pinion_x, m.pinion_y, m.pinion_z), m.pinion_roll, pair.pinion),
+              ((m.wheel_x, m.wheel_y, m.wheel_z), m.wheel_roll, pair.wheel)]  # fmt: skip
+    for direction, roll, tooth in flanks[int(place > 1.0) : 1 + int(place > 0.0)]:
         x, y, _ = tooth.flank_point(roll, z)
         screw = np.array([-y * tooth.twist_per_length, x * tooth.twist_per_length, 1.0])
         # A corner's contact point is not at the roll angle's own point of the mate, but on the same normal.
@@ -229,28 +210,19 @@ def test_a_flank_that_screws_along_itself_opens_no_gap(z, place):
         assert_allclose(np.linalg.norm(direction), 1.0 / math.cos(pair.base_helix_angle), rtol=1e-12)
 
 
-def test_contact_forces_balance_each_other():
-    """Forces of all tooth pairs on both gears, in space, with their moments; the axial one is F_t tan(beta)."""
+def test_nodal_forces_on_both_gears_balance_each_other():
+    """Of all tooth pairs; the axial one is F_t tan(beta_b). Moments of sections: test_helical_identities."""
     full, _ = models("helical")
-    meshed = full.mesh.meshed
-    pair = meshed.pair
-    phi = 0.1 * pair.pitch
+    pair = full.mesh.meshed.pair
+    phi, total = 0.1 * pair.pitch, np.zeros((2, 3))
     (state,) = states_at(full, phi, at_torques([TORQUE]))
-    total = np.zeros((2, 2, 3))
     for p, index in enumerate(state.loaded_pairs):
-        for gear in range(2):
-            # Undeformed sections lie between nodes on the helicoid: the moment of the forces where they really act.
-            forces = state.nodal_force[gear][p].reshape(-1, 3)
-            roll_position = phi + index * pair.pitch
-            if gear == 0:
-                angle = roll_position
-            else:
-                angle = math.pi + pair.wheel_tooth_rotation(roll_position)
-            c, s = math.cos(angle), math.sin(angle)
-            total[gear, 0] += np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ forces.sum(axis=0)
-    assert_allclose(total[0, 0] + total[1, 0], 0.0, atol=1e-9 * np.abs(total[0, 0]).max())
+        own = phi + index * pair.pitch
+        for gear, angle in enumerate((own, math.pi + pair.wheel_tooth_rotation(own))):
+            total[gear] += rotation_z(angle) @ state.nodal_force[gear][p].reshape(-1, 3).sum(axis=0)
+    assert_allclose(total[0] + total[1], 0.0, atol=1e-9 * np.abs(total).max())
     tangential = TORQUE / pair.pinion.base_radius
-    assert_allclose(abs(total[0, 0, 2]), tangential * math.tan(pair.base_helix_angle), rtol=1e-9)
+    assert_allclose(abs(total[0, 2]), tangential * math.tan(pair.base_helix_angle), rtol=1e-9)
     assert_allclose(state.wheel_torque / TORQUE, pair.wheel.teeth / pair.pinion.teeth, rtol=1e-9)
 
 
@@ -260,13 +232,11 @@ def test_the_other_hand_is_the_mirror_image():
     flank = {"tip_relief_um": 12.0, "tip_relief_start_roll_deg": 25.0, "helix_crowning_um": 5.0}
     right = Assembly(Misalignment(20.0, -15.0), Modification(**flank, helix_slope_um=10.0, twist_um=6.0))
     left = Assembly(Misalignment(-20.0, 15.0), Modification(**flank, helix_slope_um=-10.0, twist_um=-6.0))
-    found = [
-        sweep_line_loads(
-            models("helical", hand)[1], phi, at_torques([TORQUE], assembly.misalignment, assembly.pinion)
-        ).ste_um
-        for hand, assembly in ((1.0, right), (-1.0, left))
-    ]
-    assert_allclose(found[1], found[0], rtol=1e-10)
+    one, other = (
+        sweep_line_loads(models("helical", hand)[1], phi, at_torques([TORQUE], b.misalignment, b.pinion)).ste_um
+        for hand, b in ((1.0, right), (-1.0, left))
+    )
+    assert_allclose(other, one, rtol=1e-10)
 
 
 # --- modifications -------------------------------------------------------------------------------------------------
@@ -275,8 +245,10 @@ def test_the_other_hand_is_the_mirror_image():
 @pytest.mark.parametrize("name", ["spur", "helical"])
 def test_crowning_on_either_gear_is_the_same(name):
     phi, (_, reduced) = np.linspace(0.0, 0.29, 7), models(name)
-    pinion = sweep_line_loads(reduced, phi, at_torques([TORQUE], pinion=Modification(helix_crowning_um=10.0))).ste_um
-    wheel = sweep_line_loads(reduced, phi, at_torques([TORQUE], wheel=Modification(helix_crowning_um=10.0))).ste_um
+    pinion, wheel = (
+        sweep_line_loads(reduced, phi, at_torques([TORQUE], **{gear: Modification(helix_crowning_um=10.0)})).ste_um
+        for gear in ("pinion", "wheel")
+    )
     # Where a corner carries, the flanks meet at other roll angles; over the width it is the same place.
     assert_allclose(wheel, pinion, rtol=0.0, atol=1e-3 * 10.0)
 

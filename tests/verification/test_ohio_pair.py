@@ -9,13 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import pmor
 from pmor.case import load_case
 from pmor.gear.condition import at_torques
 from pmor.gear.modification import UNMODIFIED
-from pmor.pair.model import elastic_model, mesh_model
-from pmor_offline.train import train
 from pmor_online.line_sweep import sweep_line_loads
-from pmor_online.model import online_angles, reduced_pair
+from pmor_online.model import online_angles
 
 CASE = Path(__file__).parents[2] / "cases" / "osu_spur.toml"
 
@@ -23,7 +22,7 @@ CASE = Path(__file__).parents[2] / "cases" / "osu_spur.toml"
 @pytest.mark.slow
 def test_relief_suits_a_load_between_240_and_300_newton_metres():
     case = load_case(CASE)
-    reduced = reduced_pair(train(case, elastic_model(case, mesh_model(case))).basis)
+    reduced = pmor.train(case).reduced
     phi, torques = online_angles(reduced.meshed.pair.pitch, 200), np.arange(100.0, 401.0, 10.0)
 
     def peak_to_peak(torques_Nm, pinion, wheel):

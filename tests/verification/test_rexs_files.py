@@ -11,16 +11,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pmor.case import make_case, parse_case
+import pmor
+from pmor.case import make_case
 from pmor.core.errors import CaseError
 from pmor.export.rexs.read import read_stage
 from pmor.export.rexs.results import stage_results
 from pmor.export.rexs.write import rexs_text
 from pmor.gear.modification import Modification
-from pmor.pair.model import elastic_model, gear_pair, mesh_model
-from pmor_offline.train import train
-from pmor_online.model import reduced_pair
-from tests.support.small_case import case_text
+from pmor.pair.model import gear_pair
+from tests.support.small_case import case_with
 
 SHARED = Path(__file__).parents[2].parent / "shared" / "rexs"
 FVA, SEW = SHARED / "FVA-Industriegetriebe_2stufig_1-4.rexs", SHARED / "SEW_3-stage_cylindrical_gearbox_1.0.rexs"
@@ -83,12 +82,11 @@ def all_of_it():
 
 @cache
 def small_results():
-    text = case_text(
+    case = case_with(
         mesh={"profile_elements": 5, "width_elements": 2}, contact={"scheme": "line"},
         reduction={"shapes": "line_loads"}, online={"angles_per_pitch": 16},
     )  # fmt: skip
-    case = parse_case(text, "small", "small case")
-    reduced = reduced_pair(train(case, elastic_model(case, mesh_model(case))).basis)
+    reduced = pmor.train(case).reduced
     return reduced, stage_results(reduced)
 
 

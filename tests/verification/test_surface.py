@@ -1,6 +1,7 @@
-"""Ferguson patches and facets over a grid of nodes: continuity, and what they reproduce."""
+"""Ferguson patches and facets over a grid of nodes: continuity, what they reproduce, and the closest point on them."""
 
 import math
+from itertools import product
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from pmor.fe.outline import tooth_outline
 from pmor.penalty.kernels.state import Surface as KernelSurface
 from pmor.penalty.kernels.surface import refine, surface_point
 from tests.support.gear_models import tooth
-from tests.support.surfaces import ROUND_OFF, Surface, circle, cylinder, random_rotation, saddle
+from tests.support.surfaces import FOOT, GAP, ROUND_OFF, Surface, circle, cylinder, random_rotation, saddle
 
 DIFFERENCES = 1e-8  # central differences of a cubic, step 1e-5
 
@@ -25,10 +26,8 @@ def orders(errors):
 @pytest.mark.parametrize("smooth", [True, False])
 def test_surface_passes_through_its_nodes(smooth):
     surface = Surface(saddle(), smooth)
-    for i, k in surface.elements:
-        for s in (0, 1):
-            for t in (0, 1):
-                assert_allclose(surface.at(i, k, s, t)[0], surface.nodes[i + s, k + t], atol=ROUND_OFF)
+    for (i, k), s, t in product(surface.elements, (0, 1), (0, 1)):
+        assert_allclose(surface.at(i, k, s, t)[0], surface.nodes[i + s, k + t], atol=ROUND_OFF)
 
 
 @pytest.mark.parametrize("smooth", [True, False])
@@ -46,10 +45,8 @@ def test_patches_meet_along_their_edges(smooth):
 @pytest.mark.parametrize("parabolic", [True, False])
 def test_all_patches_have_the_shared_normal_at_a_node(parabolic):
     surface = Surface(saddle(), parabolic=parabolic)
-    for i, k in surface.elements:
-        for s in (0, 1):
-            for t in (0, 1):
-                assert_allclose(surface.normal(i, k, s, t), surface.normals[i + s, k + t], atol=ROUND_OFF)
+    for (i, k), s, t in product(surface.elements, (0, 1), (0, 1)):
+        assert_allclose(surface.normal(i, k, s, t), surface.normals[i + s, k + t], atol=ROUND_OFF)
 
 
 def test_tangent_planes_agree_all_along_an_edge_of_a_cylinder():
@@ -157,16 +154,21 @@ def ends(n):
     return 0, n - 1
 
 
-def test_facets_of_a_circle_are_second_order():
-    errors = shape_errors(circle, lambda p: math.hypot(p[0], p[1]) - 1.0, inside, smooth=False)
-    assert_allclose(orders(errors), 2.0, atol=0.05)
-    assert_allclose(errors, 1.0 - np.cos(0.5 / np.array([4, 8, 16])), rtol=1e-9)  # the sagitta
+def off_circle(point):
+    return math.hypot(point[0], point[1]) - 1.0
 
 
-@pytest.mark.parametrize("rows", [inside, ends])
-def test_patches_of_a_circle_are_fourth_order(rows):
-    errors = shape_errors(circle, lambda p: math.hypot(p[0], p[1]) - 1.0, rows)
-    assert_allclose(orders(errors), 4.0, atol=0.1)
+def test_facets_of_a_circle_miss_it_by_the_sagitta():
+    errors = shape_errors(circle, off_circle, inside, smooth=False)
+    assert_allclose(errors, 1.0 - np.cos(0.5 / np.array([4, 8, 16])), rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("rows", "parabolic", "order"), [(inside, True, 4.0), (ends, True, 4.0), (ends, False, 2.0)], ids=str
+)
+def test_patches_of_a_circle_are_fourth_order_and_with_averaged_edge_normals_second(rows, parabolic, order):
+    errors = shape_errors(circle, off_circle, rows, parabolic=parabolic)
+    assert_allclose(orders(errors), order, atol=0.1)
 
 
 @pytest.mark.parametrize("rows", [inside, ends])
@@ -176,11 +178,6 @@ def test_patches_of_a_parabola_are_third_order(rows):
         lambda n: cylinder(np.square, np.linspace(0.0, 1.0, n + 1)), lambda p: p[1] - p[0] ** 2, rows, sizes=(8, 16, 32)
     )
     assert np.all(orders(errors) > 2.9)
-
-
-def test_averaged_edge_normals_are_only_second_order():
-    errors = shape_errors(circle, lambda p: math.hypot(p[0], p[1]) - 1.0, ends, parabolic=False)
-    assert_allclose(orders(errors), 2.0, atol=0.1)
 
 
 GEAR = tooth(21)
@@ -205,18 +202,16 @@ def flank_error(gear, surface, rows):
     return worst
 
 
-@pytest.mark.parametrize("rows", [inside, ends])
-def test_patches_of_the_involute_are_third_order(rows):
-    errors = [flank_error(GEAR, Surface(flank_grid(GEAR, n, 4)), rows(n)) for n in (8, 16, 32)]
-    assert np.all(orders(errors) > 2.7)
+@pytest.mark.parametrize(
+    ("gear", "rows", "order"), [(GEAR, inside, 2.7), (GEAR, ends, 2.7), (HELICAL, inside, 1.9)],
+    ids=["inside", "ends", "helical"],
+)  # fmt: skip
+def test_patches_of_the_involute_are_third_order_and_of_a_helicoid_second(gear, rows, order):
+    """The grid of a helical flank does not follow its lines of curvature: zero twist costs an order there."""
+    columns = {GEAR: lambda n: 4, HELICAL: lambda n: n + 1}[gear]
+    errors = [flank_error(gear, Surface(flank_grid(gear, n, columns(n))), rows(n)) for n in (8, 16, 32)]
+    assert np.all(orders(errors) > order)
     assert errors[0] < 5e-4  # 8 elements: below half a micrometre, where facets miss by ten
-
-
-def test_patches_of_a_helicoid_are_second_order():
-    # The grid of a helical flank does not follow its lines of curvature: zero twist costs an order there.
-    errors = [flank_error(HELICAL, Surface(flank_grid(HELICAL, n, n + 1)), inside(n)) for n in (8, 16, 32)]
-    assert np.all(orders(errors) > 1.9)
-    assert errors[0] < 5e-4
 
 
 def test_parabolic_normals_beat_averaged_ones_at_the_tip():
@@ -255,3 +250,83 @@ def test_two_by_two_nodes_have_chords_for_tangents():
     for i, k in ((0, 0), (0, 1), (1, 0), (1, 1)):
         expected = np.cross(nodes[i, 1] - nodes[i, 0], nodes[1, k] - nodes[0, k])
         assert_allclose(surface.normals[i, k], expected / np.linalg.norm(expected), atol=ROUND_OFF)
+
+
+# --- the closest point -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("smooth", [True, False])
+def test_foot_is_perpendicular(smooth, rng):
+    surface = Surface(saddle(), smooth)
+    for i, k in surface.elements:
+        s, t = rng.uniform(0.2, 0.8, 2)
+        place, gap = surface.at(i, k, s, t)[0], rng.uniform(-0.05, 0.05)
+        x = place + gap * surface.normal(i, k, s, t)
+        element, guess, foot, found, tangents = surface.project(x, (i, k))
+        assert element.tolist() == [i, k]
+        for tangent in tangents:
+            assert abs((x - foot) @ tangent) <= FOOT * (tangent @ tangent)
+        assert_allclose(found, gap, atol=GAP)
+        assert_allclose(guess, [s, t], atol=FOOT)
+        assert_allclose(foot, place, atol=FOOT)
+
+
+@pytest.mark.parametrize("smooth", [True, False])
+def test_projection_walks_to_the_same_foot_from_every_patch(smooth, rng):
+    """On a convex surface, to which facets alike are convex, the closest point is unique."""
+    surface = Surface(circle(6, 5), smooth)
+    for i, k in ((0, 0), (3, 2), (5, 3)):
+        x = surface.at(i, k, 0.4, 0.6)[0] + 0.03 * surface.normal(i, k, 0.4, 0.6)
+        for start in surface.elements:
+            element, guess, foot, gap, _ = surface.project(x, start, rng.uniform(0.0, 1.0, 2))
+            assert element.tolist() == [i, k]
+            assert_allclose(guess, [0.4, 0.6], atol=FOOT)
+            assert_allclose(gap, 0.03, atol=GAP)
+            assert_allclose(foot, surface.at(i, k, 0.4, 0.6)[0], atol=FOOT)
+
+
+def test_foot_of_a_point_over_a_patch_edge_has_the_same_gap_from_either_side():
+    surface = Surface(circle(4))
+    x = surface.at(1, 1, 1.0, 0.5)[0] + 0.02 * surface.normal(1, 1, 1.0, 0.5)
+    gaps = [surface.project(x, start)[3] for start in ((1, 1), (2, 1), (0, 0), (3, 2))]
+    assert_allclose(gaps, 0.02, atol=GAP)
+
+
+@pytest.mark.parametrize("start", [(0, 0), (1, 0)])
+def test_foot_on_a_convex_edge_between_facets_is_on_the_edge(start):
+    roof = cylinder(lambda x: -np.abs(x), [-1.0, 0.0, 1.0], 3)
+    _, _, foot, _, _ = Surface(roof, smooth=False).project(np.array([0.05, 0.4, 0.3]), start)
+    assert_allclose(foot, [0.0, 0.0, 0.3], atol=FOOT)
+
+
+def test_coarse_looks_from_the_last_foot_come_to_the_same_foot():
+    """The reduced sweep: one step at a time, each from where the last ended; the gap is off by the step's square."""
+    surface, step = Surface(circle(6, 5)), 1e-2
+    x = surface.at(3, 2, 0.4, 0.6)[0] + 0.03 * surface.normal(3, 2, 0.4, 0.6)
+    element, guess = np.array([3, 2]), np.array([0.4, 0.6]) + 0.7 * step * np.array([0.6, -0.4])
+    gaps = []
+    for _ in range(3):
+        element, guess, _, gap, _ = surface.project(x, element, guess, foot_step=step)
+        assert element.tolist() == [3, 2]
+        gaps.append(abs(gap - 0.03))
+    assert gaps[0] < step**2 * (1.0 / 6.0) ** 2, "the step's square times the element's length squared over the radius"
+    assert gaps[0] > GAP
+    assert gaps[-1] < GAP
+    assert_allclose(guess, [0.4, 0.6], atol=FOOT)
+
+
+def test_points_beyond_the_outer_edge_project_on_the_continued_surface():
+    surface = Surface(cylinder(lambda x: 0.0 * x, np.linspace(0.0, 1.0, 4)))
+    element, guess, foot, gap, _ = surface.project(np.array([1.1, 0.2, 1.1]))
+    assert element.tolist() == [2, 2]
+    assert_allclose(guess, [1.3, 1.3], atol=FOOT)
+    assert_allclose(foot, [1.1, 0.0, 1.1], atol=FOOT)
+    assert_allclose(gap, 0.2, atol=GAP)
+
+
+def test_far_points_end_at_the_limit_of_the_continuation():
+    surface = Surface(cylinder(lambda x: 0.0 * x, np.linspace(0.0, 1.0, 4)))
+    element, guess, _, _, _ = surface.project(np.array([3.0, 0.2, -3.0]))
+    assert element.tolist() == [2, 0]
+    assert guess[0] > 1.0
+    assert guess[1] < 0.0

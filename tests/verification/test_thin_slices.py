@@ -20,15 +20,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import pmor
 from pmor.body.flank_compliance import FlankCompliance
 from pmor.case import change_case, load_case
 from pmor.gear.condition import at_torques
 from pmor.gear.modification import Modification
 from pmor.lab.slices.run import SlicedPair, without_neighbours
-from pmor.pair.model import elastic_model, mesh_model
-from pmor_offline.train import train
 from pmor_online.line_sweep import sweep_line_loads
-from pmor_online.model import online_angles, reduced_pair
+from pmor_online.model import online_angles
 
 CASES = Path(__file__).parents[2] / "cases"
 # Mean STE of thin slices and of a prototype of full FE on 16 x 8 linear elements, um.
@@ -78,7 +77,7 @@ def mean_ste_um(reduced, torque_Nm, off):
 def test_full_fe_without_what_slices_leave_out_is_thin_slices(name):
     case = change_case(load_case(CASES / f"{name}.toml"), contact={"scheme": "line"},
                        reduction={"shapes": "line_loads"})  # fmt: skip
-    reduced = reduced_pair(train(case, elastic_model(case, mesh_model(case))).basis)
+    reduced = pmor.train(case).reduced
     found = {off: mean_ste_um(reduced, case.torque_Nm, off) for off in ((), *((s,) for s in SWITCHES), SWITCHES)}
     expected, prototype = PUBLISHED[name]
     print(f"\n{case.title}, {case.torque_Nm:g} N m: mean and peak-to-peak STE, um")  # noqa: T201

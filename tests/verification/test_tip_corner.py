@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.case import parse_case
 from pmor.gear.condition import PLAIN
 from pmor.line.hertz import bonded_layer_constant
 from pmor.line.kernels.law import approach_of, widest_load
@@ -21,10 +20,9 @@ from pmor.line.kernels.pressure import edge_pressure
 from pmor.line.kernels.tip_corner import LineLaw, contact_patch, corner_approach, single_mean
 from pmor.line.tip_corner import INFLUENCE_LENGTH, corner_coefficients, wedge_softness
 from pmor.pair.conditions import nominal_condition
-from pmor.pair.model import elastic_model, mesh_model
 from tests.programs.ended_layer import ended_layer, patch_means, smooth_rest
 from tests.support.line_laws import corner_law, corner_of
-from tests.support.small_case import case_text
+from tests.support.small_case import case_with, full_fe
 from tests.support.states import states_at
 
 ANGLE, POISSON, RADIUS = math.radians(121.0), 0.3, 5.0  # the paper's tip, a flank of 8 mm on a layer of 1.6 mm
@@ -194,9 +192,8 @@ def test_a_small_rounding_comes_down_to_the_sharp_edge():
 @cache
 def plane_pair(**pinion):
     mesh = {"element": "hex20", "profile_elements": 6, "width_elements": 1, "width": "plane_strain"}
-    text = case_text(pinion=pinion, contact={"scheme": "line"}, reduction=None, mesh=mesh)
-    case = parse_case(text, "plane", "plane")
-    return case, elastic_model(case, mesh_model(case))
+    case = case_with(pinion=pinion, contact={"scheme": "line"}, reduction=None, mesh=mesh)
+    return case, full_fe(case)
 
 
 @pytest.mark.parametrize("end", ["entry", "exit"])
