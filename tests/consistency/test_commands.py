@@ -1,6 +1,5 @@
 """The commands as an engineer types them, on a case of seconds."""
 
-import json
 import os
 import shutil
 import subprocess
@@ -19,8 +18,8 @@ from pmor.storage.hdf5 import attribute, set_attributes
 from pmor.storage.seal import checksums
 from tests.support.broken_files import flip_bit_of, is_truncated, set_attribute
 from tests.support.processes import complaints
-from tests.support.small_case import case_text, fail_where
-from tests.support.stored_files import results_in
+from tests.support.small_case import case_text, fail_where, write_case
+from tests.support.stored_files import results_in, summary_of
 
 ROOT = Path(__file__).parents[2]
 QUIET = {"plots": False, "report": False}
@@ -31,16 +30,6 @@ SUMMARY_KEYS = {
     "rom_size", "rom_vs_full_ste_max_rel", "rom_vs_full_ste_rms_rel", "online_ms_per_position",
     "full_ms_per_position", "offline_s", "basis_mib",
 }  # fmt: skip
-
-
-def write_case(folder, **changes):
-    path = folder / "tiny.toml"
-    path.write_text(case_text(**changes))
-    return str(path)
-
-
-def summary_of(folder):
-    return json.loads((folder / "summary.json").read_text())
 
 
 def python(folder, *arguments):
@@ -129,7 +118,7 @@ def test_another_sweep_takes_the_basis_that_is_there(out, tmp_path, monkeypatch)
         compare={"angles": 1, "torques_Nm": [70.0]},
         output=QUIET,
     )
-    assert main(["run", changed, "--out", str(out)]) == 0
+    assert main(["run", str(changed), "--out", str(out)]) == 0
     found = summary_of(out)
     assert (found["n_angles"], found["torque_Nm"]) == (5, 80.0)
     assert results_in(out) == {"basis.h5", "ste.csv", "summary.json", "results.h5"}, "no pictures, no page"
@@ -147,14 +136,14 @@ def test_another_sweep_takes_the_basis_that_is_there(out, tmp_path, monkeypatch)
 )
 def test_a_change_of_what_the_basis_rests_on_makes_a_new_one(change, out, tmp_path, monkeypatch):
     calls = count_offline(monkeypatch)
-    assert main(["run", write_case(tmp_path, output=QUIET, **change), "--out", str(out)]) == 0
+    assert main(["run", str(write_case(tmp_path, output=QUIET, **change)), "--out", str(out)]) == 0
     assert len(calls) == 1
     assert read_basis(out / "basis.h5").case.text == case_text(output=QUIET, **change)
 
 
 def test_overwrite_makes_a_new_basis(out, tmp_path, monkeypatch):
     calls = count_offline(monkeypatch)
-    assert main(["run", write_case(tmp_path, output=QUIET), "--out", str(out), "--overwrite", "--jobs", "2"]) == 0
+    assert main(["run", str(write_case(tmp_path, output=QUIET)), "--out", str(out), "--overwrite", "--jobs", "2"]) == 0
     assert len(calls) == 1
 
 
@@ -181,7 +170,7 @@ def test_a_damaged_basis_is_made_anew_by_run_and_refused_by_online(damage, more,
     assert not (tmp_path / "results").exists()
 
     calls = count_offline(monkeypatch)
-    arguments = ["run", write_case(tmp_path, output=QUIET), "--out", str(out)]
+    arguments = ["run", str(write_case(tmp_path, output=QUIET)), "--out", str(out)]
     if more:
         assert main(arguments) == 2
         assert "basis.h5: is there, and not known to be written by pmor" in capsys.readouterr().err
@@ -201,7 +190,7 @@ def test_a_failed_position_ends_with_3_and_is_named(out, tmp_path, monkeypatch, 
         return phi == seen[0] and torque == 60e3
 
     fail_where(first_angle, monkeypatch)
-    assert main(["run", write_case(tmp_path), "--out", str(out)]) == 3
+    assert main(["run", str(write_case(tmp_path)), "--out", str(out)]) == 3
     text, error = capsys.readouterr()
     message = f"full FE: phi = {seen[0]:.6g} rad, torque = 60 N m did not converge"
     assert f"  ! {message}" in text.splitlines()
@@ -219,7 +208,7 @@ def test_training_that_fails_is_not_passed_over_in_silence(tmp_path, monkeypatch
         return phi == trained[0] and torque == 40e3
 
     fail_where(first_trained, monkeypatch)
-    arguments = ["run", write_case(tmp_path, output=QUIET), "--out", str(tmp_path / "out")]
+    arguments = ["run", str(write_case(tmp_path, output=QUIET)), "--out", str(tmp_path / "out")]
     assert main(arguments) == 3
     text, error = capsys.readouterr()
     assert f"phi = {trained[0]:.6g} rad, torque = 40 N m" in text + error
@@ -235,7 +224,7 @@ def test_training_that_fails_is_not_passed_over_in_silence(tmp_path, monkeypatch
 def test_offline_then_online(tmp_path, monkeypatch, capsys, undrawn):
     monkeypatch.chdir(tmp_path)
     basis = tmp_path / "new" / "basis.h5"
-    assert main(["offline", write_case(tmp_path), "-o", str(basis)]) == 0
+    assert main(["offline", str(write_case(tmp_path)), "-o", str(basis)]) == 0
     assert f"{basis}: 4 angles solved, 0 taken over" in capsys.readouterr().out
     assert results_in(basis.parent) == {"basis.h5"}
     assert main(["online", str(basis)]) == 0
@@ -249,7 +238,7 @@ def test_offline_refuses_an_existing_file_before_any_work(tmp_path, monkeypatch,
     basis = tmp_path / "basis.h5"
     basis.write_text("precious")
     monkeypatch.setattr("pmor.pair.model.mesh_model", lambda *_a: pytest.fail("nothing may be meshed"))
-    case = write_case(tmp_path)
+    case = str(write_case(tmp_path))
     assert main(["offline", case, "-o", str(basis)]) == 2
     assert "exists already; choose another name or add --overwrite" in capsys.readouterr().err
     assert basis.read_text() == "precious"
@@ -258,7 +247,7 @@ def test_offline_refuses_an_existing_file_before_any_work(tmp_path, monkeypatch,
 
 def test_compare_leaves_numbers_only(out, tmp_path, monkeypatch, capsys):
     forbid_offline(monkeypatch)
-    assert main(["compare", write_case(tmp_path), "--out", str(out)]) == 0
+    assert main(["compare", str(write_case(tmp_path)), "--out", str(out)]) == 0
     assert results_in(out) == {"basis.h5", "summary.json", "ste.csv", "results.h5"}
     assert summary_of(out)["full_ms_per_position"] > 0.0
     assert "reduced vs full, max" in capsys.readouterr().out
@@ -279,7 +268,7 @@ def test_compare_leaves_numbers_only(out, tmp_path, monkeypatch, capsys):
 )
 @pytest.mark.parametrize("command", ["run", "compare", "offline"])
 def test_gears_that_cannot_be_made_leave_nothing_behind(command, change, words, tmp_path, capsys):
-    case = write_case(tmp_path, **change)
+    case = str(write_case(tmp_path, **change))
     target = ["-o", str(tmp_path / "out" / "basis.h5")] if command == "offline" else ["--out", str(tmp_path / "out")]
     assert main([command, case, *target]) == 2
     text, error = capsys.readouterr()
@@ -294,12 +283,12 @@ def test_a_mesh_that_cannot_be_used_names_the_gear(tmp_path, monkeypatch, capsys
         raise MeshError("an element is inside out")
 
     monkeypatch.setattr(pmor.pair.model, "build_sector", refuse)
-    assert main(["run", write_case(tmp_path), "--out", str(tmp_path / "out")]) == 2
+    assert main(["run", str(write_case(tmp_path)), "--out", str(tmp_path / "out")]) == 2
     assert capsys.readouterr().err == "pmor: error: gear with 21 teeth: an element is inside out\n"
     assert results_in(tmp_path) == {"tiny.toml"}
 
 
 def test_an_output_folder_that_cannot_be_made(tmp_path, capsys):
     (tmp_path / "file").touch()
-    assert main(["run", write_case(tmp_path), "--out", str(tmp_path / "file" / "out")]) == 2
+    assert main(["run", str(write_case(tmp_path)), "--out", str(tmp_path / "file" / "out")]) == 2
     assert "is a file, not a folder" in capsys.readouterr().err

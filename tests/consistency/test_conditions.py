@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 
 import numpy as np
@@ -20,7 +19,7 @@ from pmor_online.conditions import sweep_assemblies, sweep_listed
 from pmor_online.model import reduced_pair
 from pmor_online.run import OnlineResult
 from tests.support.small_case import case_text
-from tests.support.stored_files import rows_of
+from tests.support.stored_files import rows_of, summary_of
 
 LISTED = """
 [pinion.modification]
@@ -95,7 +94,7 @@ def test_each_condition_is_swept_at_the_torques_of_the_case_and_at_its_own(finis
         ("more relief", 50.0), ("more relief", 100.0), ("tilted", 50.0), ("tilted", 75.0), ("tilted", 100.0),
     ]  # fmt: skip
     assert [float(row["in_plane_um"]) for row in rows] == [0.0, 0.0, 20.0, 20.0, 20.0]
-    listed = json.loads((finished / "summary.json").read_text())["conditions"]
+    listed = summary_of(finished)["conditions"]
     for row, same in zip(rows, listed, strict=True):
         assert {key: row[key] for key in ("condition",)} == {"condition": same["condition"]}
         assert float(row["ste_mean_um"]) == same["ste_mean_um"]

@@ -1,6 +1,5 @@
 """Sweeps beyond the training: refused unless asked for, said to be so, and with an error bar that tells their error."""
 
-import json
 from functools import cache
 
 import numpy as np
@@ -16,6 +15,7 @@ from pmor.work.offline import run_offline
 from pmor_online.model import reduced_pair
 from pmor_online.sweep import sweep_reduced_pair
 from tests.support.small_case import case_text, full_fe
+from tests.support.stored_files import summary_of
 
 TILT = {"in_plane_um": [-10.0, 0.0, 10.0]}
 MESH = {"profile_elements": 8, "width_elements": 4}
@@ -40,50 +40,48 @@ EXTRAPOLATE = {"online": {"extrapolate": True, "torques_Nm": [100.0, 200.0]}}
 # --- the rule --------------------------------------------------------------------------------------------------------
 
 
-def test_torques_beyond_the_training_are_refused_unless_asked_for():
-    with pytest.raises(CaseError, match=r"200.0 N m is beyond .*largest training torque, 100.0 N m: .*extrapolate"):
-        case_of(online={"torques_Nm": [100.0, 200.0]})
-    assert beyond_training(case_of(**EXTRAPOLATE)) == ("torque to 200 N m, trained to 100 N m",)
-    assert beyond_training(case_of(online={"extrapolate": True})) == ()
+ASKED = {"online": {"extrapolate": True}}
+TILTED = {"misalignment": {"in_plane_um": 20.0, "centre_distance_um": -5.0}}
+APART = {"misalignment": {"centre_distance_um": 5.0}}
 
 
-def test_a_misalignment_beyond_the_training_is_refused_unless_asked_for():
-    beyond = {"misalignment": {"in_plane_um": 20.0, "centre_distance_um": -5.0}}
-    with pytest.raises(CaseError, match=r"in_plane_um = 20.0: is beyond the training, -10 to 10 um: .*extrapolate"):
-        case_of(True, **beyond)
-    assert beyond_training(case_of(True, online={"extrapolate": True}, **beyond)) == (
-        "in_plane_um = 20, trained -10 to 10 um",
-        "centre_distance_um = -5, trained at 0 um",
-    )
+@pytest.mark.parametrize(
+    ("tilted", "changes", "words"),
+    [
+        (False, {"online": {"torques_Nm": [200.0]}}, "200.0 N m is beyond .*training torque, 100.0 N m: .*extrapolate"),
+        (True, TILTED, "in_plane_um = 20.0: is beyond the training, -10 to 10 um: .*extrapolate"),
+        (False, EXTRAPOLATE | {"compare": {"torques_Nm": [200.0]}}, r"\[compare\] torques_Nm = .*lower it, or add"),
+        (False, EXTRAPOLATE | {"load": {"torque_Nm": 200.0}}, r"\[load\] torque_Nm = 200.0: is beyond the largest"),
+        (False, EXTRAPOLATE | {"reduction": {"error_estimate": False}}, "extrapolate = true: .*= false: write true"),
+    ],
+)
+def test_sweeps_beyond_the_training_are_refused_unless_asked_for_with_an_error_bar(tilted, changes, words):
+    with pytest.raises(CaseError, match=words):
+        case_of(tilted, **changes)
 
 
-def test_comparison_and_nominal_torque_stay_within_the_training():
-    with pytest.raises(CaseError, match=r"\[compare\] torques_Nm = \[200.0\]: .*lower it, or add a larger one"):
-        case_of(compare={"torques_Nm": [200.0]}, **EXTRAPOLATE)
-    with pytest.raises(CaseError, match=r"\[load\] torque_Nm = 200.0: is beyond the largest training torque"):
-        case_of(load={"torque_Nm": 200.0}, **EXTRAPOLATE)
+@pytest.mark.parametrize(
+    ("tilted", "changes", "beyond"),
+    [
+        (False, EXTRAPOLATE, ("torque to 200 N m, trained to 100 N m",)),
+        (False, ASKED, ()),
+        (True, ASKED | TILTED, ("in_plane_um = 20, trained -10 to 10 um", "centre_distance_um = -5, trained at 0 um")),
+        (False, ASKED | APART | {"mesh": {"width": "plane_strain"}}, ("centre_distance_um = 5, trained at 0 um",)),
+        (False, EXTRAPOLATE | {"reduction": {"shapes": "static_modes"}}, ()),  # they have no training to leave
+    ],
+)
+def test_what_is_beyond_the_training_is_named(tilted, changes, beyond):
+    assert beyond_training(case_of(tilted, **changes)) == beyond
 
 
 @pytest.mark.parametrize(
     ("width", "words"),
     [("half", "has half the width, .*give .offline. in_plane_um a range"), ("plane_strain", "has one section .*whole")],
 )
-@pytest.mark.parametrize("extrapolate", [True, False])
-def test_tilt_stays_refused_where_the_basis_has_not_the_whole_width(width, words, extrapolate):
-    tilted = {"misalignment": {"in_plane_um": 5.0}, "mesh": {"width": width}}
+@pytest.mark.parametrize("asked", [{}, ASKED])
+def test_tilt_stays_refused_where_the_basis_has_not_the_whole_width(width, words, asked):
     with pytest.raises(CaseError, match=f"in_plane_um = 5.0: tilted axes load the width unevenly, .*{words}"):
-        case_of(online={"extrapolate": extrapolate}, **tilted)
-    apart = {"misalignment": {"centre_distance_um": 5.0}, "mesh": {"width": width}}
-    assert len(beyond_training(case_of(online={"extrapolate": True}, **apart))) == 1
-
-
-def test_without_an_error_bar_nothing_is_extrapolated():
-    with pytest.raises(CaseError, match=r"extrapolate = true: .*error_estimate = false: write true"):
-        case_of(reduction={"error_estimate": False}, **EXTRAPOLATE)
-
-
-def test_static_modes_have_no_training_to_leave():
-    assert beyond_training(case_of(reduction={"shapes": "static_modes"}, **EXTRAPOLATE)) == ()
+        case_of(misalignment={"in_plane_um": 5.0}, mesh={"width": width}, **asked)
 
 
 def test_a_basis_does_not_depend_on_it():
@@ -162,7 +160,7 @@ def test_a_sweep_beyond_the_training_says_so(basis_path, tmp_path, capsys):
     out = capsys.readouterr().out
     assert f"! extrapolated: {what}; see the error bar" in out
     assert "STE error bar, max" in out
-    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    summary = summary_of(tmp_path / "out")
     assert summary["extrapolated"] == [what]
     assert summary["ste_error_estimate_max_um"] > 0.0
     assert f"extrapolated: {what}" in (tmp_path / "out" / "report.html").read_text()
@@ -171,7 +169,7 @@ def test_a_sweep_beyond_the_training_says_so(basis_path, tmp_path, capsys):
 def test_a_sweep_within_the_training_says_nothing(basis_path, tmp_path, capsys):
     assert online(basis_path, tmp_path, text_of(online=QUICK | {"extrapolate": True})) == 0
     assert "extrapolated" not in capsys.readouterr().out
-    assert json.loads((tmp_path / "out" / "summary.json").read_text())["extrapolated"] == []
+    assert summary_of(tmp_path / "out")["extrapolated"] == []
 
 
 def test_loads_beyond_the_model_stay_refused(basis_path, tmp_path, capsys):

@@ -21,7 +21,7 @@ from pmor.report.run_page import page_files
 from pmor.storage.basis_file import read_basis
 from pmor.work.cost import stages
 from tests.support.small_case import case_text, case_with, full_fe
-from tests.support.stored_files import results_in
+from tests.support.stored_files import results_in, summary_of
 
 QUIET = {"plots": False, "report": False}
 LINES = {"contact": {"scheme": "line"}, "reduction": {"shapes": "line_loads"}}
@@ -46,10 +46,6 @@ def write_case(folder, *models, **changes):
     path = folder / "tiny.toml"
     path.write_text(text_with(*models, **changes))
     return str(path)
-
-
-def summary_of(folder):
-    return json.loads((folder / "summary.json").read_text())
 
 
 @pytest.fixture(scope="module")

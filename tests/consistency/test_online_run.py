@@ -1,4 +1,3 @@
-import json
 import math
 from dataclasses import replace
 
@@ -22,7 +21,7 @@ from pmor.work.online import run_online
 from pmor_online.compare import Comparison
 from pmor_online.contact_pattern import contact_patterns
 from pmor_online.model import online_angles, reduced_pair, unseen_angles
-from tests.support.stored_files import rows_of
+from tests.support.stored_files import rows_of, summary_of
 
 FULL_FE_KEYS = ("rom_vs_full_ste_max_rel", "rom_vs_full_ste_rms_rel", "full_ms_per_position")
 
@@ -100,7 +99,7 @@ def test_the_summary_is_that_of_sweep_and_comparison(compared, small_basis_path)
 
 def test_without_full_fe_its_keys_are_null(alone, tmp_path):
     write_results(alone, tmp_path)
-    found = json.loads((tmp_path / "summary.json").read_text())
+    found = summary_of(tmp_path)
     assert all(found[key] is None for key in FULL_FE_KEYS)
     assert not any("full" in label for label, *_ in summary_rows(alone))
 
@@ -155,7 +154,7 @@ def test_a_failed_position_is_named_and_stays_empty(compared, tmp_path):
     write_results(failed, tmp_path)
     rows = [r for r in rows_of(tmp_path / "ste.csv") if r["converged"] == "0"]
     assert [(r["ste_um"], float(r["phi_rad"]), float(r["torque_Nm"])) for r in rows] == [("", phi, 100.0)]
-    found = json.loads((tmp_path / "summary.json").read_text())
+    found = summary_of(tmp_path)
     assert found["n_positions_failed"] == 1
     assert math.isfinite(found["ste_mean_um"])
 
@@ -163,7 +162,7 @@ def test_a_failed_position_is_named_and_stays_empty(compared, tmp_path):
 def test_a_torque_at_which_nothing_converges_gives_nulls_not_numbers(compared, tmp_path):
     failed = with_failures(compared, np.s_[1, :])
     write_results(failed, tmp_path)
-    found = json.loads((tmp_path / "summary.json").read_text())
+    found = summary_of(tmp_path)
     assert found["ste_mean_um"] is None
     assert found["ste_peak_to_peak_um"] is None
     assert found["ste_ripple_um"] is None
@@ -182,7 +181,7 @@ def test_full_fe_that_fails_leaves_gaps_in_the_comparison(compared, tmp_path):
 def test_full_fe_that_fails_throughout_is_reported_all_the_same(rows, compared, tmp_path, monkeypatch):
     full, result = compared.comparison.full, with_full_failures(compared, rows)
     write_results(result, tmp_path)
-    found = json.loads((tmp_path / "summary.json").read_text())
+    found = summary_of(tmp_path)
     nothing = len(rows) == 2
     assert (found["rom_vs_full_ste_max_rel"] is None) == nothing
     assert (found["rom_vs_full_ste_rms_rel"] is None) == nothing

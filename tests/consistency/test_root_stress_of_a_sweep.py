@@ -1,6 +1,5 @@
 """Root stress of a sweep with line loads: forces, symmetry, tables, files."""
 
-import json
 import math
 from dataclasses import replace
 
@@ -25,7 +24,7 @@ from pmor.storage.basis_file import read_basis
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.root_stress import NEAR_CONTACT, _amplitudes, _nodal_forces, _stress, _under_contact
 from tests.support.small_case import case_text
-from tests.support.stored_files import rows_of
+from tests.support.stored_files import rows_of, summary_of
 
 TORQUES = [50.0, 100.0]
 
@@ -213,7 +212,7 @@ def test_online_writes_table_summary_and_pictures(model, tmp_path, capsys):
     assert main(["online", str(tmp_path / "basis.h5"), "--case", str(case), "-o", str(tmp_path / "out")]) == 0
     out = tmp_path / "out"
     assert all((out / name).exists() for name in ("stress.csv", "root_stress.png", "root_stress_cycle.png"))
-    found = json.loads((out / "summary.json").read_text())
+    found = summary_of(out)
     assert len(found["root_stress_max_MPa"]) == 2
     assert_allclose(found["root_stress_iso6336_MPa"], 89.09, atol=0.01)
     assert math.isclose(found["root_stress_radius_mm"][0], 37.6, abs_tol=0.1)

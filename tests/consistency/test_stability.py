@@ -22,7 +22,7 @@ from pmor.lab.stability.run import penalty_law
 from pmor.lab.stability.variants import REFERENCES, Variant
 from pmor.penalty.elasticity import FullElasticity, ReducedElasticity
 from pmor.penalty.solve import solve_position
-from tests.support.small_case import case_text, case_with, full_fe, small_case
+from tests.support.small_case import case_with, full_fe, small_case, write_case
 from tests.support.stored_energy import stored_in_points
 from tests.support.stored_files import results_in
 
@@ -223,9 +223,7 @@ def test_cases_that_differ_in_the_contact_alone_share_a_model_but_line_contact_h
 
 @pytest.fixture
 def case_path(tmp_path):
-    path = tmp_path / "tiny.toml"
-    path.write_text(case_text())
-    return path
+    return write_case(tmp_path)
 
 
 def run(case_path, *more):

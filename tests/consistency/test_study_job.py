@@ -17,7 +17,7 @@ from pmor.lab.study.loader import load
 from pmor.lab.study.result import FILES
 from pmor.lab.study.solve import grid_cell
 from tests.support.small_case import case_text, case_with, fail_where
-from tests.support.stored_files import results_in
+from tests.support.stored_files import results_in, untimed
 
 STUDY = """
 base = "base.toml"
@@ -97,14 +97,6 @@ def table_of(out):
     return json.loads((out / "study.json").read_text())
 
 
-def without_times(value):
-    """Drop what depends on the clock, by the names of the keys alone."""
-    if isinstance(value, dict):
-        kept = {k: v for k, v in value.items() if not re.match(r"ms_|time_", k) and not k.endswith("_s")}
-        return {k: without_times(v) for k, v in kept.items() if k != "machine"}
-    return [without_times(v) for v in value] if isinstance(value, list) else value
-
-
 def test_everything_is_there(finished):
     names = results_in(finished)
     assert {"study.json", "study.md", "report.html", "parts"} | PICTURES == names <= {*FILES, "parts"}
@@ -165,7 +157,7 @@ def test_finished_parts_are_taken_over_and_the_rest_is_done(folder, finished, st
     # What was not done again has kept even its times.
     kept, expected = ([row for row in table["rows"] if row["cell"] == "6@1"] for table in (after, before))
     assert kept == expected
-    assert without_times(after) == without_times(before)
+    assert untimed(after) == untimed(before)
 
 
 def test_parts_of_other_settings_are_not_taken_over(folder, finished, started, tmp_path, monkeypatch):

@@ -17,27 +17,12 @@ from pmor.dynamics import law
 from pmor.lab import bench
 from pmor.lab.comparison import run as comparison
 from pmor.lab.convergence import run as convergence
-from tests.support.small_case import case_text
+from tests.support.small_case import case_text, write_case
 from tests.support.small_design import DESIGN, written
-from tests.support.stored_files import results_in
+from tests.support.stored_files import results_in, untimed
 
 LINES = {"contact": {"scheme": "line", "lodm_profile": 1}, "reduction": {"shapes": "line_loads"}}
-# Keys of what differs from run to run: wall times, and the machine's load.
-TIMED = re.compile(r"(_ms|_s|seconds|machine)$|(^|_)(ms|time)_")
 ALL_TIMES = ("times.json", "times.csv")
-
-
-def small(folder, **changes):
-    path = folder / "small.toml"
-    path.write_text(case_text(**changes))
-    return path
-
-
-def untimed(value):
-    """Plain data without wall times."""
-    if isinstance(value, dict):
-        return {key: untimed(entry) for key, entry in value.items() if not TIMED.search(key)}
-    return [untimed(entry) for entry in value] if isinstance(value, list) else value
 
 
 def assert_alike(one: Path, other: Path):
@@ -64,7 +49,7 @@ def run(tmp_path_factory):
         "compare": {"models": ["line", "direct"]},
         "output": {"format": ["png"]},
     }
-    path = small(folder, **LINES, **more)
+    path = write_case(folder, **LINES, **more)
     with path.open("a") as file:
         file.write('[[condition]]\nname = "more torque"\ntorque_Nm = 120.0\n')
     assert main(["run", str(path), "--out", str(folder / "command")]) == 0
@@ -191,7 +176,7 @@ def test_to_resume_takes_a_file(model):
 DYNAMICS = {"torques_Nm": [100.0], "mesh_frequency_ratio": [0.9, 1.1], "run_cycles": 100}
 TRAINING = {"sampling": "greedy", "solves": 16, "tolerance_percent": 0.3, "out_of_plane_um": [-10.0, 10.0]}
 STUDY = """
-base = "small.toml"
+base = "tiny.toml"
 [grid]
 cells = ["6@2"]
 angles_per_pitch = 8
@@ -212,18 +197,18 @@ def both(command, call, path, **options):
 
 
 def test_stability(tmp_path):
-    both("stability", pmor.stability, small(tmp_path), only="torque zero")
+    both("stability", pmor.stability, write_case(tmp_path), only="torque zero")
 
 
 def test_convergence(tmp_path, monkeypatch, capsys):
     """A ladder of three coarse meshes."""
     monkeypatch.setitem(convergence.run.__kwdefaults__, "profile_elements", (2, 4, 8))
-    found = both("convergence", pmor.convergence, small(tmp_path, **LINES))
+    found = both("convergence", pmor.convergence, write_case(tmp_path, **LINES))
     assert len(capsys.readouterr().out.splitlines()) == len(str(found).splitlines()) + 1
 
 
 def test_study(tmp_path):
-    small(tmp_path)
+    write_case(tmp_path)
     (tmp_path / "study.toml").write_text(STUDY)
     found = both("study", pmor.study, tmp_path / "study.toml")
     assert found.failures == ()
@@ -233,7 +218,7 @@ def test_study(tmp_path):
 def test_reductions(tmp_path, monkeypatch, few_candidates):
     """Fewer states and solves than an engineer would ask for."""
     monkeypatch.setattr(comparison, "run", partial(comparison.run, states=3, repeats=1, most_solves=16))
-    found = both("reductions", pmor.reductions, small(tmp_path, offline=TRAINING, mesh={"width_elements": 2}))
+    found = both("reductions", pmor.reductions, write_case(tmp_path, offline=TRAINING, mesh={"width_elements": 2}))
     assert found.failures == ()
 
 
@@ -241,7 +226,7 @@ def test_dynamics(tmp_path, monkeypatch):
     monkeypatch.setattr(law, "TOLERANCE", 1e-3)
     monkeypatch.setattr(law, "STATIC_TOLERANCE", 1e-3)
     monkeypatch.setattr(law, "CHECKED", 10)
-    both("dynamics", pmor.run_dynamics, small(tmp_path, **LINES, dynamics=DYNAMICS))
+    both("dynamics", pmor.run_dynamics, write_case(tmp_path, **LINES, dynamics=DYNAMICS))
 
 
 def test_design(tmp_path, monkeypatch):
@@ -269,7 +254,7 @@ def test_campaign(tmp_path):
 @pytest.mark.jit
 def test_bench(tmp_path, monkeypatch):
     """The case and one with line loads, without the neighbours of the case."""
-    path = small(tmp_path)
+    path = write_case(tmp_path)
     case = pmor.load_case(path)
     listed = [bench.variants(case)[0], bench.line_load_variants(case)[0]]
     monkeypatch.setattr(bench, "variants", lambda case: listed)

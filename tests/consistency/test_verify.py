@@ -105,14 +105,10 @@ def test_without_an_error_estimate_what_needs_it_is_left_out(basis, model):
 # --- faults ----------------------------------------------------------------------------------------------------------
 
 
-def test_displacements_that_are_not_those_of_the_forces(basis, model):
-    moved = basis.shapes.gears[0].displacement
-    assert broken(with_pinion(basis, displacement=moved * SLIGHTLY), model) == {"displacements"}
-
-
-def test_energy_products_that_are_not_those_of_the_forces(basis, model):
-    gram = basis.shapes.gears[0].gram
-    assert broken(with_pinion(basis, gram=gram * SLIGHTLY), model) == {"energy products"}
+@pytest.mark.parametrize(("name", "law"), [("displacement", "displacements"), ("gram", "energy products")])
+def test_displacements_and_products_that_are_not_those_of_the_forces(name, law, basis, model):
+    slightly = {name: getattr(basis.shapes.gears[0], name) * SLIGHTLY}
+    assert broken(with_pinion(basis, **slightly), model) == {law}
 
 
 @pytest.mark.parametrize("name", ["displacement", "gram"])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pmor.case import parse_case
-from pmor.gear.condition import Condition
+from pmor.gear.condition import PLAIN, Condition
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.penalty.elasticity import full_elasticity
 from pmor.penalty.equilibrium import solve_equilibrium
@@ -51,13 +51,13 @@ class Model:
         return self.solve(phi, torque, **options)[2].advance * self.base_radius * 1e3
 
 
-def rigid_advance(meshed, phi):
-    """Lead at which the undeformed flanks just touch, rad."""
-    position, advance = active_patches(meshed, phi, 0.05), 0.0
+def rigid_advance(meshed, phi, assembly=PLAIN):
+    """Advance at which the undeformed flanks just touch, rad."""
+    position, advance = active_patches(meshed, phi, 0.05 + assembly.spread, assembly), 0.0
     for _ in range(50):
         gap = search_contact(meshed, position, np.zeros_like(position.nodes), advance).smallest_gap
         advance += gap / meshed.pair.pinion.base_radius
-        if abs(gap) < 1e-10:
+        if abs(gap) < 1e-11:
             return advance
     raise AssertionError("the rigid flanks did not meet")
 

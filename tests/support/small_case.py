@@ -31,6 +31,13 @@ def case_text(**changes):
     return "\n".join(lines)
 
 
+def write_case(folder, **changes):
+    """Write the small case to a file of a folder; arguments as in `case_text`."""
+    path = folder / "tiny.toml"
+    path.write_text(case_text(**changes))
+    return path
+
+
 def case_with(**changes):
     """The small case; arguments as in `case_text`."""
     return parse_case(case_text(**changes), "small", "small case")

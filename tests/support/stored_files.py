@@ -1,6 +1,8 @@
 """What the tests of stored files share: names in a folder, conditions to store, whether two bases are the same."""
 
 import csv
+import json
+import re
 
 import h5py
 import numpy as np
@@ -13,6 +15,21 @@ from pmor.storage.manifest import MANIFEST
 def results_in(folder):
     """Names of what a command left in a folder; the manifest goes without saying."""
     return {path.name for path in folder.iterdir()} - {MANIFEST}
+
+
+# Keys of what differs from run to run: wall times, and the machine's load.
+TIMED = re.compile(r"(_ms|_s|seconds|machine)$|(^|_)(ms|time)_")
+
+
+def untimed(value):
+    """Plain data without wall times."""
+    if isinstance(value, dict):
+        return {key: untimed(entry) for key, entry in value.items() if not TIMED.search(key)}
+    return [untimed(entry) for entry in value] if isinstance(value, list) else value
+
+
+def summary_of(folder):
+    return json.loads((folder / "summary.json").read_text())
 
 
 def rows_of(path):

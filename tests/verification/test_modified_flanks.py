@@ -19,11 +19,11 @@ from pmor.gear.topography import Topography
 from pmor.lab.rivals.deviated_mesh import flank_shift
 from pmor.pair.model import mesh_model
 from pmor.penalty.position import active_patches
-from pmor.penalty.search import search_contact
 from pmor.penalty.solve import solve_position
 from pmor_online.model import online_angles, reduced_pair
 from pmor_online.sweep import sweep_reduced_pair
 from tests.support.gear_models import WIDTH, gear_pair, meshed_pair, tooth
+from tests.support.loaded_pair import rigid_advance
 from tests.support.small_case import case_text, small_case
 
 PAIR = gear_pair(tooth(17, 0.4), tooth(31, 0.1))
@@ -44,13 +44,7 @@ def even(amount_um):
 
 def rigid_ste_um(meshed, phi, assembly=PLAIN):
     """Transmission error at which the undeformed flanks just touch."""
-    position, advance = active_patches(meshed, phi, 0.05 + assembly.spread, assembly), 0.0
-    for _ in range(50):
-        gap = search_contact(meshed, position, np.zeros_like(position.nodes), advance).smallest_gap
-        advance += gap / meshed.pair.pinion.base_radius
-        if abs(gap) < 1e-11:
-            return advance * meshed.pair.pinion.base_radius * 1e3
-    raise AssertionError("the rigid flanks did not meet")
+    return rigid_advance(meshed, phi, assembly) * meshed.pair.pinion.base_radius * 1e3
 
 
 @pytest.mark.parametrize("slave", ["pinion", "wheel"])
