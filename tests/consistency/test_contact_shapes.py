@@ -16,7 +16,6 @@ from pmor.penalty.kernels.shapes import shape_weights
 from pmor.penalty.position import active_patches
 from pmor.reduction.contact_shapes import ContactShapes, contact_shapes
 
-ROUND_OFF = 1e-10  # products of a few hundred terms, and an eigenvalue decomposition in between
 TRAINED = 1e-6  # a trained state lies in the basis, what is left is interpolation round-off
 WHOLE_FLANK = 100.0  # mm: an approach so large that the windows hold the whole flanks
 

@@ -67,20 +67,16 @@ def test_lines_with_one_distribution_nearly_reproduce_the_training(name, reduced
     assert np.median(sweep.ste_um / reduced.basis.training.ste_um) < 1.0
 
 
-def assert_periodic(meshed, elasticity_at):
-    conditions = at_torques([60e3, 100e3])
+def test_one_pitch_on_the_same_happens_to_the_next_pair(reduced):
+    meshed, conditions = reduced.meshed, at_torques([60e3, 100e3])
     for phi in (0.013, 0.21):
         angles = phi, phi + meshed.pair.pitch
-        here, there = (solve_position(meshed, p, conditions, elasticity_at) for p in angles)
+        here, there = (solve_position(meshed, p, conditions, reduced.elasticity_at) for p in angles)
         assert_allclose(advance_um(meshed, there), advance_um(meshed, here), rtol=NEWTON)
         assert_allclose(there.position.pair_index, here.position.pair_index - 1)
         for a, b in zip(here.equilibria, there.equilibria, strict=True):
             n = len(here.position.pair_index)
             assert_allclose(b.pair_torque(n), a.pair_torque(n), rtol=0.0, atol=1e-7 * conditions[-1].torque)
-
-
-def test_one_pitch_on_the_same_happens_to_the_next_pair(reduced):
-    assert_periodic(reduced.meshed, reduced.elasticity_at)
 
 
 def test_size_is_the_largest_number_of_unknowns(reduced):

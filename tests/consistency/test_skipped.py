@@ -31,10 +31,6 @@ UNEQUAL = {
 }
 
 
-def case(**changes):
-    return case_with(**changes)
-
-
 def listed(some):
     return {item.what: item for item in skipped(scene(some))}
 
@@ -82,22 +78,32 @@ def test_the_plan_prints_what_because_and_savings():
 
 def test_maps_are_left_out_where_they_are_not_asked_for():
     lines = {"contact": {"scheme": "line"}, "reduction": {"shapes": "line_loads"}}
-    assert not {"flank maps and contact pattern", "flank pressure, K_Hbeta, sensitivities"} & set(listed(case(**lines)))
-    assert "flank maps and contact pattern" in listed(case(**lines, results={"maps": False}))
-    assert "flank pressure, K_Hbeta, sensitivities" in listed(case())
+    assert not {"flank maps and contact pattern", "flank pressure, K_Hbeta, sensitivities"} & set(
+        listed(case_with(**lines))
+    )
+    assert "flank maps and contact pattern" in listed(case_with(**lines, results={"maps": False}))
+    assert "flank pressure, K_Hbeta, sensitivities" in listed(case_with())
 
 
-def test_the_plan_warns_of_a_load_beyond_linear_elasticity():
-    heavy = {"torques_Nm": [1e3]}
-    text = plan(case(load={"torque_Nm": 1e3}, offline=heavy, online=heavy, compare=heavy))
-    assert "! Hertz pressure" in text
+HEAVY = {"load": {"torque_Nm": 1e3}} | {name: {"torques_Nm": [1e3]} for name in ("offline", "online", "compare")}
+TILT = {"in_plane_um": [-10.0, 0.0, 10.0], "out_of_plane_um": [0.0, 5.0]}
 
 
-def test_the_plan_says_where_the_sweep_extrapolates():
-    online = {"torques_Nm": [100.0, 200.0], "extrapolate": True}
-    expected = "! the sweep extrapolates: torque to 200 N m, trained to 160 N m; read its error bar"
-    assert expected in plan(case(online=online)).splitlines()
-    assert "extrapolates" not in plan(case(online={"extrapolate": True}))
+@pytest.mark.parametrize(
+    ("changes", "usual", "words"),
+    [
+        (HEAVY, {}, "! Hertz pressure"),
+        ({"online": {"torques_Nm": [100.0, 200.0], "extrapolate": True}}, {"online": {"extrapolate": True}},
+         "! the sweep extrapolates: torque to 200 N m, trained to 160 N m; read its error bar"),
+        ({"offline": {"sampling": "sobol", **TILT}}, {"offline": TILT},
+         "ranges of the training torque 40 to 160 N m, in plane -10 to 10 um, out of plane 0 to 5 um"),
+    ],
+    ids=["beyond linear elasticity", "extrapolated", "spread over ranges"],
+)  # fmt: skip
+def test_the_plan_warns_of_loads_and_says_where_a_training_ends(changes, usual, words):
+    said, otherwise = (" ".join(plan(case_with(**c)).split()) for c in (changes, usual))
+    assert words in said
+    assert " ".join(words.split()[:3]) not in otherwise
 
 
 @pytest.mark.parametrize(
@@ -106,7 +112,7 @@ def test_the_plan_says_where_the_sweep_extrapolates():
     ids=["identical", "other material", "other teeth", "identical, solved twice"],
 )  # fmt: skip
 def test_as_many_models_are_solved_as_are_announced(changes, models, monkeypatch):
-    some, sectors = case(**changes), []
+    some, sectors = case_with(**changes), []
 
     def counted(mesh, *rest):
         sectors.append(mesh)
@@ -129,7 +135,7 @@ def test_as_many_models_are_solved_as_are_announced(changes, models, monkeypatch
 
 
 def test_matrices_and_bytes_of_distant_teeth_are_those_not_held():
-    some = case()
+    some = case_with()
     saving = listed(some)["the compliance of distant teeth"].saving
     elastic = full_fe(some)
     kept, size = elastic.pinion.compliance.shape[:2]
@@ -137,7 +143,7 @@ def test_matrices_and_bytes_of_distant_teeth_are_those_not_held():
 
 
 def test_pairs_and_patches_out_of_reach_are_not_in_any_window():
-    some = case(mesh={"profile_elements": 20}, pinion={"teeth": 30})
+    some = case_with(mesh={"profile_elements": 20}, pinion={"teeth": 30})
     meshed = mesh_model(some).meshed
     found = scene(some)
     most = meshed.tooth_pair_count
@@ -163,8 +169,8 @@ WIDTHS = {
 def test_what_is_meshed_of_the_width_is_what_the_plan_says(width, tmp_path):
     across, what, held = WIDTHS[width]
     mesh = {"profile_elements": 5, "width_elements": across}
-    some = case(mesh=mesh | {"width": width.partition(",")[0]}, offline={"angles_per_pitch": 4})
-    whole = case(mesh=mesh | {"width": "whole"})
+    some = case_with(mesh=mesh | {"width": width.partition(",")[0]}, offline={"angles_per_pitch": 4})
+    whole = case_with(mesh=mesh | {"width": "whole"})
     run_offline(some, full_fe(some), tmp_path / "b.h5")
     basis = read_basis(tmp_path / "b.h5")
     assert basis.flank_nodes[0].shape[1] == held
@@ -182,7 +188,6 @@ def test_what_is_meshed_of_the_width_is_what_the_plan_says(width, tmp_path):
     assert basis.shapes.gears[0].displacement.shape[2] == 3 * 6 * held
 
 
-TILT = {"in_plane_um": [-10.0, 0.0, 10.0], "out_of_plane_um": [0.0, 5.0]}
 TRAININGS = {
     "grid": ({}, {}, "4 angles x 2 torques: 40, 160 N m)"),
     "grid, tilted": (TILT, {}, "4 angles x 2 torques: 40, 160 N m x 6 misalignments)"),
@@ -196,7 +201,7 @@ TRAININGS = {
 @pytest.mark.parametrize("training", TRAININGS)
 def test_as_many_states_are_solved_as_are_announced(training, tmp_path, few_candidates):
     offline, reduction, text = TRAININGS[training]
-    some = case(offline=offline, reduction=reduction)
+    some = case_with(offline=offline, reduction=reduction)
     run_offline(some, full_fe(some), tmp_path / "b.h5")
     solved = read_basis(tmp_path / "b.h5").training.converged.size
     assert full_solves(some) == solved
@@ -206,25 +211,20 @@ def test_as_many_states_are_solved_as_are_announced(training, tmp_path, few_cand
 
 
 def test_further_torques_are_left_out_where_one_is_trained():
-    assert "training at further torques" in listed(case(**UNEQUAL))
-    assert "training at further torques" not in listed(case())
+    assert "training at further torques" in listed(case_with(**UNEQUAL))
+    assert "training at further torques" not in listed(case_with())
 
 
 def test_what_static_modes_save_is_the_training_that_the_case_describes():
-    assert listed(case(offline=TILT, reduction={"shapes": "static_modes"}))["the training"].saving.startswith("48 full")
-    assert "the training" not in listed(case())
-
-
-def test_ranges_are_printed_where_the_training_is_spread_over_them():
-    ranges = "ranges of the training torque 40 to 160 N m, in plane -10 to 10 um, out of plane 0 to 5 um"
-    spread = plan(case(offline={"sampling": "sobol", **TILT}))
-    assert ranges in " ".join(spread.split())
-    assert "ranges of the training" not in plan(case(offline=TILT))
+    assert listed(case_with(offline=TILT, reduction={"shapes": "static_modes"}))["the training"].saving.startswith(
+        "48 full"
+    )
+    assert "the training" not in listed(case_with())
 
 
 @pytest.mark.parametrize("changes", [{}, UNEQUAL], ids=["alike", "unequal"])
 def test_the_compliance_for_the_error_bar_is_as_large_as_announced(changes, tmp_path):
-    some = case(**changes)
+    some = case_with(**changes)
     run_offline(some, full_fe(some), tmp_path / "b.h5")
     with h5py.File(tmp_path / "b.h5") as file:
         stored = [item[()] for item in file["error_estimate"].values()]
@@ -233,7 +233,7 @@ def test_the_compliance_for_the_error_bar_is_as_large_as_announced(changes, tmp_
     matrices, held = sum(map(len, stored)), sum(array.nbytes for array in stored)
     assert announced == f"{matrices} matrices of {size} x {size} in the basis, {held / 2**20:.3g} MiB"
     changes = {**changes, "reduction": {"error_estimate": False}}
-    without = case(**changes)
+    without = case_with(**changes)
     assert "compliance for the error bar" not in dict(computed(scene(without)))
 
 
@@ -241,11 +241,11 @@ def test_the_whole_width_of_tilted_axes_is_explained():
     """Only where half would do otherwise."""
     even = {"width_elements": 2}
     for some, explained in (
-        (case(mesh=even, offline=TILT), True),
-        (case(mesh=even), False),
-        (case(mesh=even, offline={"centre_distance_um": [0.0, 20.0]}), False),
-        (case(mesh={"width_elements": 3}, offline=TILT), False),
-        (case(mesh={"width_elements": 2, "width": "whole"}, offline=TILT), False),
+        (case_with(mesh=even, offline=TILT), True),
+        (case_with(mesh=even), False),
+        (case_with(mesh=even, offline={"centre_distance_um": [0.0, 20.0]}), False),
+        (case_with(mesh={"width_elements": 3}, offline=TILT), False),
+        (case_with(mesh={"width_elements": 2, "width": "whole"}, offline=TILT), False),
     ):
         what = dict(computed(scene(some)))
         assert ("  face width" in what) == explained
@@ -255,7 +255,7 @@ def test_the_whole_width_of_tilted_axes_is_explained():
 
 
 def test_points_over_the_width_are_only_where_they_are_asked_for():
-    plain, asked = case(contact={"lodm_profile": 4}), case(contact={"lodm_profile": 4, "lodm_width": 4})
+    plain, asked = case_with(contact={"lodm_profile": 4}), case_with(contact={"lodm_profile": 4, "lodm_width": 4})
     extents = [mesh_model(some).meshed.extents[0].shape for some in (plain, asked)]
     saved = extents[1][0] * extents[1][1] - extents[0][0] * extents[0][1]
     assert listed(plain)["contact points over the width"].saving == f"{saved} per flank"
