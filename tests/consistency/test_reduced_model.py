@@ -141,6 +141,12 @@ def test_unlike_gears_agree_with_full_fe_between_the_training_angles(shapes, bou
 # --- where it was not trained ----------------------------------------------------------------------------------------
 
 
+def meshed_case(elements, points, shapes="flank_lines", **offline):
+    """A case of so many elements over profile and width, and contact points to an element."""
+    mesh = dict(zip(("profile_elements", "width_elements"), elements, strict=True))
+    return case_with(mesh=mesh, contact={"lodm_profile": points}, reduction={"shapes": shapes}, offline=offline)
+
+
 def relative_errors(model, case, path, phi, full):
     """Reduced against full STE at pinion angles of one's choice."""
     assert run_offline(case, model, path).failed == ()
@@ -170,19 +176,14 @@ def test_error_falls_with_the_number_of_training_angles(tmp_path):
     Where a pair enters or leaves contact the load it carries has a kink, and the largest errors sit there: they fall
     more slowly and less evenly, so the root mean square only has to fall. Flank lines are not interpolated.
     """
-
-    def case_of(angles, shapes):
-        mesh, training = {"profile_elements": 6, "width_elements": 2}, {"angles_per_pitch": angles}
-        return case_with(mesh=mesh, contact={"lodm_profile": 4}, reduction={"shapes": shapes}, offline=training)
-
-    model = full_fe(case_of(8, "positions"))
+    cases = {n: meshed_case((6, 2), 4, "positions", angles_per_pitch=n) for n in (8, 16, 32)}
+    model = full_fe(cases[8])
     phi, full = unseen_sweep(model)
-    grids = (8, 16, 32)
-    errors = [relative_errors(model, case_of(n, "positions"), tmp_path / f"{n}.h5", phi, full) for n in grids]
+    errors = [relative_errors(model, case, tmp_path / f"{n}.h5", phi, full) for n, case in cases.items()]
     orders = -np.diff(np.log2([np.median(error) for error in errors]))
     assert (orders > 1.0).all(), f"orders {orders}"
     assert (np.diff([rms(error) for error in errors]) < 0.0).all()
-    lines = relative_errors(model, case_of(8, "flank_lines"), tmp_path / "lines.h5", phi, full)
+    lines = relative_errors(model, meshed_case((6, 2), 4, angles_per_pitch=8), tmp_path / "lines.h5", phi, full)
     # Measured 1.7e-4 against 1.5e-3.
     assert rms(lines) < 0.2 * rms(errors[-1]), "with a quarter of the training"
 
@@ -190,11 +191,7 @@ def test_error_falls_with_the_number_of_training_angles(tmp_path):
 @pytest.mark.jit
 def test_lines_from_one_torque_and_ten_angles_are_within_a_thousandth_of_full_fe(tmp_path):
     """Measured 1.7e-4 at most, at 60 N m, for which nothing was trained. Interpolated positions: 1.3e-2."""
-    case = case_with(
-        mesh={"profile_elements": 10, "width_elements": 2},
-        contact={"lodm_profile": 4},
-        offline={"angles_per_pitch": 10, "torques_Nm": [100.0]},
-    )
+    case = meshed_case((10, 2), 4, angles_per_pitch=10, torques_Nm=[100.0])
     model = full_fe(case)
     phi, full = unseen_sweep(model, 30)
     assert relative_errors(model, case, tmp_path / "basis.h5", phi, full).max() < 1e-3
@@ -210,12 +207,7 @@ def test_lines_are_far_closer_to_full_fe_than_interpolated_positions_on_fine_mes
     """
     errors = {}
     for shapes in ("flank_lines", "positions"):
-        case = case_with(
-            mesh={"profile_elements": 24, "width_elements": width_elements},
-            contact={"lodm_profile": 1},
-            reduction={"shapes": shapes},
-            offline={"angles_per_pitch": 8},
-        )
+        case = meshed_case((24, width_elements), 1, shapes, angles_per_pitch=8)
         if not errors:
             model = full_fe(case)
             phi, full = unseen_sweep(model, 20)

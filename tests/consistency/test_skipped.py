@@ -78,11 +78,10 @@ def test_the_plan_prints_what_because_and_savings():
 
 def test_maps_are_left_out_where_they_are_not_asked_for():
     lines = {"contact": {"scheme": "line"}, "reduction": {"shapes": "line_loads"}}
-    assert not {"flank maps and contact pattern", "flank pressure, K_Hbeta, sensitivities"} & set(
-        listed(case_with(**lines))
-    )
-    assert "flank maps and contact pattern" in listed(case_with(**lines, results={"maps": False}))
-    assert "flank pressure, K_Hbeta, sensitivities" in listed(case_with())
+    maps, pressure = "flank maps and contact pattern", "flank pressure, K_Hbeta, sensitivities"
+    assert not {maps, pressure} & set(listed(case_with(**lines)))
+    assert maps in listed(case_with(**lines, results={"maps": False}))
+    assert pressure in listed(case_with())
 
 
 HEAVY = {"load": {"torque_Nm": 1e3}} | {name: {"torques_Nm": [1e3]} for name in ("offline", "online", "compare")}
@@ -216,9 +215,8 @@ def test_further_torques_are_left_out_where_one_is_trained():
 
 
 def test_what_static_modes_save_is_the_training_that_the_case_describes():
-    assert listed(case_with(offline=TILT, reduction={"shapes": "static_modes"}))["the training"].saving.startswith(
-        "48 full"
-    )
+    left_out = listed(case_with(offline=TILT, reduction={"shapes": "static_modes"}))
+    assert left_out["the training"].saving.startswith("48 full")
     assert "the training" not in listed(case_with())
 
 

@@ -51,12 +51,10 @@ CORNERS = [
 
 @cache
 def solved_pair(name):
-    torque = {"torque_Nm": 1.0}
-    case = case_with(
-            **PAIRS[name], load=torque, contact={"scheme": "line"}, reduction=None,
-            mesh={"element": "hex20", "profile_elements": 16, "width_elements": 1, "width": "plane_strain"},
-            offline={"torques_Nm": [1.0]}, online={"torques_Nm": [1.0]}, compare={"torques_Nm": [1.0]},
-        )  # fmt: skip
+    mesh = {"element": "hex20", "profile_elements": 16, "width_elements": 1, "width": "plane_strain"}
+    sections = {"load": {"torque_Nm": 1.0}, "contact": {"scheme": "line"}, "reduction": None, "mesh": mesh}
+    sections |= {stage: {"torques_Nm": [1.0]} for stage in ("offline", "online", "compare")}
+    case = case_with(**PAIRS[name], **sections)
     return case, full_fe(case)
 
 

@@ -39,16 +39,9 @@ needs_calculix = pytest.mark.skipif(not calculix_available(), reason=f"CalculiX 
 
 def paper_case(profile_elements, width_elements, element="hex8", **gears):
     """The paper's pair with facets, the surface that CalculiX has."""
-    return case_with(
-        mesh={
-            "profile_elements": profile_elements,
-            "width_elements": width_elements,
-            "width": "whole",
-            "element": element,
-        },
-        contact={"scheme": "facet", "lodm_profile": 1, "slave": "pinion"},
-        **gears,
-    )
+    mesh = {"profile_elements": profile_elements, "width_elements": width_elements, "width": "whole"}
+    contact = {"scheme": "facet", "lodm_profile": 1, "slave": "pinion"}
+    return case_with(mesh=mesh | {"element": element}, contact=contact, **gears)
 
 
 class Pair:

@@ -198,11 +198,10 @@ def unlike():
 
 @cache
 def unlike_model(driver, driven):
-    shift, bore = {17: 0.3, 31: 0.1}, {17: 14.0, 31: 30.0}
-    case = case_with(mesh={"profile_elements": 6, "width_elements": 2}, contact=None,
-                  pinion={"teeth": driver, "profile_shift": shift[driver], "bore_radius_mm": bore[driver]},
-                  wheel={"teeth": driven, "profile_shift": shift[driven], "bore_radius_mm": bore[driven]})  # fmt: skip
-    return full_fe(case)
+    gears = {17: {"profile_shift": 0.3, "bore_radius_mm": 14.0}, 31: {"profile_shift": 0.1, "bore_radius_mm": 30.0}}
+    pinion, wheel = ({"teeth": teeth, **gears[teeth]} for teeth in (driver, driven))
+    mesh = {"profile_elements": 6, "width_elements": 2}
+    return full_fe(case_with(mesh=mesh, contact=None, pinion=pinion, wheel=wheel))
 
 
 @pytest.mark.parametrize("share", np.linspace(0.02, 0.95, 8))
