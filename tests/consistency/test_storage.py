@@ -40,11 +40,6 @@ def basis(whole):
 
 
 @pytest.fixture
-def case(basis):
-    return basis.case
-
-
-@pytest.fixture
 def force(whole):
     with h5py.File(whole) as file:
         return file["training/force"][()]
@@ -218,11 +213,11 @@ def test_an_existing_file_stays_unless_told_otherwise(path, basis, force):
 # --- what is in a file -----------------------------------------------------------------------------------------------
 
 
-def test_file_text_lists_attributes_and_datasets(path, case, basis):
+def test_file_text_lists_attributes_and_datasets(path, basis):
     lines = [" ".join(line.split()) for line in file_text(path).splitlines()]
     assert lines[0] == f"{path}: pmor-basis"
     assert "case_name small" in lines
-    assert f"basis_key {basis_key(case)}" in lines
+    assert f"basis_key {basis_key(basis.case)}" in lines
     shapes = basis.shapes
     positions = isinstance(shapes, ContactShapes)
     shape = shapes.displacement.shape if positions else shapes.gears[1].displacement.shape

@@ -1,6 +1,7 @@
 """The laws of a basis: good ones of every family obey them, and each fault breaks the law that it is against."""
 
 from dataclasses import replace
+from functools import cache
 
 import h5py
 import numpy as np
@@ -48,14 +49,12 @@ def model():
 @pytest.fixture(scope="module")
 def basis_file(model, tmp_path_factory):
     """Function from the keys of [reduction] to a basis file."""
-    made = {}
 
+    @cache
     def basis_path(**reduction):
-        name = str(reduction)
-        if name not in made:
-            made[name] = tmp_path_factory.mktemp("basis") / "small.h5"
-            run_offline(case_of({"angles_per_pitch": 8}, **reduction), model, made[name])
-        return made[name]
+        path = tmp_path_factory.mktemp("basis") / "small.h5"
+        run_offline(case_of({"angles_per_pitch": 8}, **reduction), model, path)
+        return path
 
     return basis_path
 

@@ -92,20 +92,6 @@ def test_solve_position_grows_its_windows_until_they_hold_the_contact(overloaded
     )
 
 
-def test_solve_position_reports_what_failed_and_goes_on(monkeypatch):
-    def never(meshed, position, elasticity, condition, *rest, **more):
-        if condition.torque > TORQUE:
-            raise ConvergenceError("too much", [(1.0, 1.0)])
-        return solve_equilibrium(meshed, position, elasticity, condition, *rest, **more)
-
-    monkeypatch.setattr("pmor.penalty.solve.solve_equilibrium", never)
-    model = Model(PAIRS["paper"])
-    solved = solve_position(model.meshed, model.phi(0.8), at_torques([2.0 * TORQUE, TORQUE]), model.elasticity)
-    assert solved.equilibria[0] is None
-    assert solved.equilibria[1] is not None
-    assert solved.failures == ("too much",)
-
-
 @pytest.mark.parametrize("surface", ["hermite", "facet"])
 @pytest.mark.parametrize("far", [np.inf, pmor.penalty.solve.FAR])
 def test_convergence_does_not_depend_on_the_company(surface, far, monkeypatch):

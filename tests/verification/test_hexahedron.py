@@ -152,16 +152,6 @@ def test_incompatible_modes_only_soften(rng):
     assert values[-1] > 0.0
 
 
-def test_assembly_adds_element_matrices(rng):
-    nodes, elements = block((2, 1, 1), (2.0, 1.0, 1.0), "hex8i")
-    expected = np.zeros((36, 36))
-    for matrix, element in zip(element_stiffness(nodes, elements, YOUNG, POISSON, "hex8i"), elements, strict=True):
-        dofs = degrees_of_freedom(element)
-        expected[np.ix_(dofs, dofs)] += matrix
-    found = assemble(nodes, elements, YOUNG, POISSON, "hex8i").toarray()
-    assert_allclose(found, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
-
-
 # --- bending -------------------------------------------------------------------------------------------------------
 
 

@@ -140,11 +140,3 @@ def test_a_solution_that_fails_in_a_small_window_is_sought_in_a_larger_one(monke
     monkeypatch.setattr(solve, "solve_equilibrium", fails_at_first)
     assert_allclose(solved(0.9).advance, expected.advance, rtol=1e-6)
     assert_allclose(depths[-1], 3.0 * depths[0])
-
-
-def test_a_solution_that_fails_in_whole_windows_is_given_up(monkeypatch):
-    def fails(*arguments, **more):
-        raise ConvergenceError("never", [])
-
-    monkeypatch.setattr(solve, "solve_equilibrium", fails)
-    assert solved(0.9) is None
