@@ -1,4 +1,4 @@
-"""Where the mean transmission error of public helical pairs lies between thin slices and full FE.
+"""Published figures of public pairs: thin slices beside full FE, and the load that a relief suits.
 
 Programs for gear design commonly take a helical tooth for thin slices, each as stiff as a spur tooth after Weber and
 Banaschek (1955), that know neither each other nor the neighbouring teeth, on a body without twist, in contact on the
@@ -24,7 +24,7 @@ import pmor
 from pmor.body.flank_compliance import FlankCompliance
 from pmor.case import change_case, load_case
 from pmor.gear.condition import at_torques
-from pmor.gear.modification import Modification
+from pmor.gear.modification import UNMODIFIED, Modification
 from pmor.lab.slices.run import SlicedPair, without_neighbours
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.model import online_angles
@@ -89,3 +89,25 @@ def test_full_fe_without_what_slices_leave_out_is_thin_slices(name):
         assert found[(switch,)][0] < 0.97 * found[()][0]
     assert found[("tip contact",)][0] >= found[()][0]
     assert abs(found[SWITCHES][0] / expected - 1.0) < 0.1
+
+
+@pytest.mark.slow
+def test_relief_of_the_ohio_pair_suits_a_load_between_240_and_300_newton_metres():
+    """Thin slices put the least peak-to-peak at 200 N m; the body, which couples the teeth, moves it up."""
+    case = load_case(CASES / "osu_spur.toml")
+    reduced = pmor.train(case).reduced
+    phi, torques = online_angles(reduced.meshed.pair.pitch, 200), np.arange(100.0, 401.0, 10.0)
+
+    def peak_to_peak(torques_Nm, pinion, wheel):
+        sweep = sweep_line_loads(reduced, phi, at_torques(1e3 * torques_Nm, pinion=pinion, wheel=wheel))
+        assert sweep.converged.all()
+        return np.ptp(sweep.ste_um, axis=1)
+
+    found = peak_to_peak(torques, case.pinion_modification, case.wheel_modification)
+    plain = peak_to_peak(np.array([85.0, 340.0]), UNMODIFIED, UNMODIFIED)
+    for torque, value in zip(torques, found, strict=True):
+        print(f"{torque:5.0f} N m: {value:.3f} um")  # noqa: T201
+    print(f"without relief: {plain[0]:.2f} um at 85, {plain[1]:.2f} um at 340 N m")  # noqa: T201
+    assert 240.0 <= torques[found.argmin()] <= 300.0
+    assert found.min() <= 0.8
+    assert plain[1] > 3.0 * plain[0]
