@@ -76,6 +76,17 @@ class Browser:
         for kind in ("keyDown", "keyUp"):
             self.call("Input.dispatchKeyEvent", type=kind, key=key, code=key, windowsVirtualKeyCode=code)
 
+    def nameless(self, *roles):
+        """Nodes of some roles that say to nobody what they are, of more than twenty."""
+        tree = self.call("Accessibility.getFullAXTree")["nodes"]
+        nodes = [n for n in tree if not n.get("ignored") and n.get("role", {}).get("value") in roles]
+        assert len(nodes) > 20
+        return [n for n in nodes if not n["name"]["value"]]
+
+    def scrolls_sideways_on_a_phone(self):
+        self.call("Emulation.setDeviceMetricsOverride", width=390, height=800, deviceScaleFactor=2, mobile=True)
+        return self.evaluate("document.documentElement.scrollWidth") > 390
+
     def named(self, *methods):
         """Events of some methods so far."""
         return [event for event in self.events if event.get("method") in methods]
