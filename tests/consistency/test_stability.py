@@ -138,7 +138,7 @@ def test_an_entry_says_what_is_wrong(base, store):
     assert entry.note.startswith("differs by")
     refused = measure(Variant("none", "g", "a", {"load": {"torque_Nm": 0.0}}), base, store)
     assert refused.explained
-    assert "nothing to solve" in refused.note
+    assert "there is no contact to solve" in refused.note
     reversed_ = measure(Variant("back", "g", "a", {"load": {"torque_Nm": -1.0}}), base, store)
     assert "mirror image" in reversed_.note
 

@@ -164,7 +164,7 @@ def test_parts_of_other_settings_are_not_taken_over(folder, finished, started, t
     def not_now(*arguments):
         raise ConvergenceError("not now", [])
 
-    for name in ("reference_member", "grid_cell", "variant_cell"):
+    for name in ("reference_mesh", "grid_cell", "variant_cell"):
         monkeypatch.setattr(pmor.lab.study.run.solve, name, not_now)
     shutil.copytree(finished, tmp_path / "out")
     other = tmp_path / "tiny.toml"

@@ -181,7 +181,7 @@ base = "tiny.toml"
 cells = ["6@2"]
 angles_per_pitch = 8
 [reference]
-members = [[6, 1, 4], [8, 1, 2]]
+meshes = [[6, 1, 4], [8, 1, 2]]
 """
 
 
