@@ -14,6 +14,7 @@ from pmor.lab.bench import (
     offline_rows,
     parallel_rows,
     read_rows,
+    run,
     stage_rows,
     start_rows,
     sweep_rows,
