@@ -74,7 +74,7 @@ def test_many_conditions_in_one_call_are_what_each_is_alone(model):
         assert_array_equal(found.unloaded_um, alone.unloaded_um)
     assert_array_equal(many.peak_to_peak_um, np.ptp(many.ste_um, axis=2))
     assert np.ptp(many.mean_um[:, 0]) > 1.0, "the conditions differ"
-    assert "3 ways" in repr(many)
+    assert "3 assemblies" in repr(many)
 
 
 def test_conditions_are_taken_in_portions_that_memory_holds(model, monkeypatch):
