@@ -83,9 +83,10 @@ class Browser:
         assert len(nodes) > 20
         return [n for n in nodes if not n["name"]["value"]]
 
-    def scrolls_sideways_on_a_phone(self):
+    def fit_a_phone(self):
+        """Show the page on a phone, and wait until it is no wider: pictures are drawn again after the layout."""
         self.call("Emulation.setDeviceMetricsOverride", width=390, height=800, deviceScaleFactor=2, mobile=True)
-        return self.evaluate("document.documentElement.scrollWidth") > 390
+        self.wait_for("document.documentElement.scrollWidth <= 390")
 
     def named(self, *methods):
         """Events of some methods so far."""
