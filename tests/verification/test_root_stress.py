@@ -1,6 +1,6 @@
 """Root stress of the paper's gear, a line load at the outer point of contact: against CalculiX and in our own meshes.
 
-CalculiX: a whole ring of second-order elements, plane strain, 0.06 mm along the fillet (`tests/support/calculix_fillet.py`):
+CalculiX: a whole ring of second-order elements, plane strain, 0.06 mm along the fillet (`support/calculix_fillet.py`):
 86.84 MPa at r = 37.614 mm, elements of 0.12 mm 86.85 MPa. In 3-D, 20 mm wide, 0.2 mm along the fillet: 91.40 MPa at mid
 width. Ours: 86.72 MPa at r = 37.637 mm, and 91.2 MPa. The other side: -103.08 MPa there, here -102.9.
 Slow: ``pytest -n 0 -m slow tests/verification/test_root_stress.py -s``; seconds in plane strain, four minutes in 3-D.
