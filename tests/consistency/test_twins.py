@@ -173,7 +173,7 @@ def test_to_resume_takes_a_file(model):
 
 # --- capabilities and experiments ------------------------------------------------------------------------------------
 
-DYNAMICS = {"torques_Nm": [100.0], "mesh_frequency_ratio": [0.9, 1.1], "run_cycles": 100}
+DYNAMICS = {"torques_Nm": [100.0], "mesh_frequency_ratio": [0.9, 1.1], "run_cycles": 100, "damping_ratio": 0.1}
 TRAINING = {"sampling": "greedy", "solves": 16, "tolerance_percent": 0.3, "out_of_plane_um": [-10.0, 10.0]}
 STUDY = """
 base = "tiny.toml"
