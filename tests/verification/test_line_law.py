@@ -111,7 +111,7 @@ def whole_layer(mesh, columns, element):
 @pytest.mark.parametrize("element", ["hex8i", "hex20"])
 def test_under_even_loads_the_layer_amid_the_face_deforms_as_one_section_does(element):
     order, gear = 2 if element == "hex20" else 1, tooth(21)
-    mesh = build_sector(gear, 20.0, 80.0, 4, 24 // order, "arc_length", order=order)
+    mesh = build_sector(gear, 20.0, 80.0, 4, 16 // order, "arc_length", order=order)
     stiffness = sector_stiffness(mesh, YOUNG, POISSON, element)
     alike = layer_compliance(mesh, 2, stiffness)
     assert_allclose(alike, alike.T, rtol=0.0, atol=ROUND_OFF * alike.max())
