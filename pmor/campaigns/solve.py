@@ -14,7 +14,7 @@ from pmor.campaigns.settings import OF_RELIEF, Number
 from pmor.campaigns.store import Store, key_of
 from pmor.case import Case, GearCase
 from pmor.case.coarser import coarser
-from pmor.core.errors import CaseError, ConvergenceError, GeometryError, MeshError
+from pmor.core.errors import CaseError, ConvergenceError, GeometryError, InsufficientMemoryError, MeshError
 from pmor.fe.sector import SectorMesh
 from pmor.line.layered_pair import LayeredPair, layers_of
 from pmor.line.sections import loaded_components
@@ -34,6 +34,11 @@ def row_of(task: Task, number: int, design: Mapping[str, Number], store: Store) 
         complete = with_relations(task.base_text, design, task.relations)
         relief = not set(OF_RELIEF).isdisjoint(task.results)
         results, failures = results_of(case_of(task.base_text, complete, f"{NAME} {number}"), store, relief)
+    except InsufficientMemoryError as error:
+        reason = str(error)
+        if task.workers.memory_GiB is not None:
+            reason = reason.replace("ulimit -d", "[workers] memory_GiB")
+        return plain_row(task, number, complete, "lost", reason)
     except (CaseError, GeometryError, MeshError) as error:
         return plain_row(task, number, complete, "infeasible", str(error))
     except ConvergenceError as error:

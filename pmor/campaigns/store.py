@@ -45,12 +45,12 @@ class Store:
         if not self.limit_bytes:
             return solve()
         path = self.folder / key[0] / f"{key}.h5"
-        found = _found(path)
+        found = _found(path, key)
         if found is None:
             found = solve()
             with suppress(OutputError, OSError):  # no space, no rights: the next one solves it again
                 ensure_folder(path.parent)
-                write_compliance(path, found)
+                write_compliance(path, key, found)
                 _make_room(path.parent, self.limit_bytes / len(PARTS))
         return found
 
@@ -110,14 +110,14 @@ def _bytes_of(value: Any) -> Iterable[bytes]:
         yield repr(value).encode()
 
 
-def _found(path: Path) -> SolvedGear | None:
+def _found(path: Path, key: str) -> SolvedGear | None:
     """An entry, or None where there is none that is whole; it counts as used now."""
     if not path.is_file():
         return None
     try:
-        solved = read_compliance(path)
+        solved = read_compliance(path, key)
     except FileFormatError:
-        return None  # damaged, or removed meanwhile: it is made anew
+        return None  # damaged, of another gear, or removed meanwhile: it is made anew
     with suppress(OSError):
         os.utime(path)
     return solved

@@ -77,7 +77,7 @@ def _failure(future: Future[Answer]) -> str | None:
         raise _gave_up(error) from error
     if isinstance(error, PmorError) or not isinstance(error, Exception):
         raise error  # no other piece would fare better
-    return f"its worker failed, {type(error).__name__}"
+    return f"its worker failed, {type(error).__name__}: {error}".rstrip(": ")
 
 
 def _gave_up(error: BaseException) -> ExternalProgramError:

@@ -62,11 +62,14 @@ class Solvers:
         with self._lock:  # no process starts behind the back of `close`
             if self.closing:
                 raise Ended("the work was given up")
-            process = subprocess.Popen(
-                COMMAND, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, encoding="utf-8",
-                env={**os.environ, **one_thread, **path},
-                start_new_session=True,  # an interruption on the terminal is for the one that watches over it
-            )  # fmt: skip
+            try:
+                process = subprocess.Popen(
+                    COMMAND, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, encoding="utf-8",
+                    env={**os.environ, **one_thread, **path},
+                    start_new_session=True,  # an interruption on the terminal is for the one that watches over it
+                )  # fmt: skip
+            except OSError as error:
+                raise Ended(f"its process did not start ({error.strerror})") from error
             self._running.add(process)
         return process
 
@@ -82,7 +85,8 @@ class Solvers:
             assert stream is not None
             with suppress(OSError):  # for orders that it did not take any more
                 stream.close()
-        self._running.discard(process)
+        with self._lock:
+            self._running.discard(process)
         if code is not None and code < 0:
             return f"its process was ended by the signal {signal.Signals(-code).name}"
         return f"its process ended with the exit code {code}"
@@ -166,12 +170,18 @@ def _ask(order: Order, rows: list[Row], seconds: list[float]) -> None:
     try:
         process.stdin.write(json.dumps({"task": asdict(order.task), "designs": order.designs[len(rows) :]}) + "\n")
         process.stdin.flush()
+        for _ in order.designs[len(rows) :]:
+            answer = _answer(process, order.task.workers.time_limit_s)
+            rows.append(answer["row"])
+            seconds.append(answer["seconds"])
     except OSError:
         raise Ended(_solvers().end(process)) from None
-    for _ in order.designs[len(rows) :]:
-        answer = _answer(process, order.task.workers.time_limit_s)
-        rows.append(answer["row"])
-        seconds.append(answer["seconds"])
+    except Ended:
+        raise
+    except BaseException:  # its further answers would be taken for those to the next order
+        process.kill()
+        _solvers().end(process)
+        raise
 
 
 def _answer(process: subprocess.Popen[str], limit_s: float) -> dict[str, Any]:
@@ -180,7 +190,12 @@ def _answer(process: subprocess.Popen[str], limit_s: float) -> dict[str, Any]:
     late = threading.Event()
     watch = threading.Timer(limit_s, _stop_late, (process, late))
     watch.daemon = True
-    watch.start()
+    try:
+        watch.start()
+    except RuntimeError as error:
+        process.kill()
+        _solvers().end(process)
+        raise Ended(f"no thread could watch over it ({error}): raise ulimit -v or -u, or lower --jobs") from error
     line = process.stdout.readline()
     watch.cancel()
     answer: dict[str, Any] = json.loads(line) if line.endswith("\n") else {FAILED: None}

@@ -22,6 +22,10 @@ class CaseError(PmorError):
     """The case file cannot be read or asks for something impossible."""
 
 
+class InsufficientMemoryError(CaseError):
+    """The case takes more memory than there is: the same case may run elsewhere."""
+
+
 class GeometryError(PmorError):
     """The gear cannot be made, or the pair cannot mesh."""
 

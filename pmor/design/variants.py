@@ -18,6 +18,8 @@ from pmor.work.pieces import Result
 
 #: name of the file of all variants that are finished, in the folder of finished pieces
 STORE = "variants.h5"
+# The file is written anew when there are so many times its variants.
+GROWTH = 1.1
 ARRAYS = ("x", "results", "objective", "limits")
 
 
@@ -70,15 +72,19 @@ class Store:
     def __init__(self, file: DesignFile, folder: Path) -> None:
         self._file, self._path = file, folder / STORE
         self._parts: list[Variants] = []
+        self._count = self._written = 0
 
     def take_over(self, variants: Variants) -> None:
         """Add variants of an earlier run; they are written with the next new ones."""
         self._parts.append(variants)
+        self._count += len(variants)
 
     def add(self, variants: Variants) -> None:
-        """Add variants and write the file."""
-        self._parts.append(variants)
-        write_design_file(self._path, stored(self._file, together(self._parts)))
+        """Add variants; write the file where it lacks a tenth of them: in all, eleven times their number at most."""
+        self.take_over(variants)
+        if self._count >= GROWTH * self._written:
+            write_design_file(self._path, stored(self._file, together(self._parts)))
+            self._written = self._count
 
 
 def stored(file: DesignFile, variants: Variants) -> DesignResults:

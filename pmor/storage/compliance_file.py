@@ -8,11 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from pmor.body.root_stress import RootStressShapes
+from pmor.core.errors import FileFormatError
 from pmor.storage.basis_layout import COMPLIANCE, ROOT_STRESS
-from pmor.storage.hdf5 import Schema, create, open_checked, read_all, write_all
+from pmor.storage.hdf5 import Schema, attribute, create, open_checked, read_all, write_all
 from pmor.storage.layout import Field
 
-COMPLIANCE_SCHEMA = Schema("pmor-compliance", 1, "remove it: the gear is solved again")
+COMPLIANCE_SCHEMA = Schema("pmor-compliance", 2, "remove it: the gear is solved again")
 STRESS = "root_stress"
 LAYOUT = {
     "compliance": Field("mm/N", COMPLIANCE, "of the flank nodes, of the loaded tooth and those beside it"),
@@ -36,22 +37,24 @@ class SolvedGear:
     root_stress: RootStressShapes | None
 
 
-def read_compliance(path: Path) -> SolvedGear:
-    """Read a file.
+def read_compliance(path: Path, key: str) -> SolvedGear:
+    """Read the file of the gear with a key.
 
     Raises
     ------
     FileFormatError
-        When it is missing, foreign, damaged, or of another version.
+        When it is missing, foreign, damaged, of another version, or of another gear.
     """
     with open_checked(path, COMPLIANCE_SCHEMA) as file:
+        if attribute(file, "key", str) != key:
+            raise FileFormatError(f"{path}: is of another gear: {COMPLIANCE_SCHEMA.remedy}")
         arrays = read_all(file, LAYOUT)
         stress = RootStressShapes(*(arrays[f"{STRESS}/{name}"] for name in ROOT_STRESS)) if STRESS in file else None
         return SolvedGear(arrays["compliance"], stress)
 
 
-def write_compliance(path: Path, solved: SolvedGear) -> None:
-    """Write a file, whole; equal contents are equal files.
+def write_compliance(path: Path, key: str, solved: SolvedGear) -> None:
+    """Write the file of the gear with a key, whole; equal contents are equal files.
 
     Raises
     ------
@@ -59,5 +62,5 @@ def write_compliance(path: Path, solved: SolvedGear) -> None:
     """
     stress = solved.root_stress
     arrays = {} if stress is None else {f"{STRESS}/{name}": getattr(stress, name) for name in ROOT_STRESS}
-    with create(path, COMPLIANCE_SCHEMA, {}, overwrite=True, dated=False) as file:
+    with create(path, COMPLIANCE_SCHEMA, {"key": key}, overwrite=True, dated=False) as file:
         write_all(file, {"compliance": solved.compliance, **arrays}, LAYOUT)

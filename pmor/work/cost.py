@@ -14,7 +14,7 @@ from pmor.case import Case, other_models
 from pmor.case.coarser import coarser
 from pmor.case.live_page import takes_whole_width
 from pmor.case.width import meshed_width, whole_width
-from pmor.core.errors import CaseError
+from pmor.core.errors import InsufficientMemoryError
 from pmor.core.keeping import is_kept
 from pmor.core.memory import MemoryLimit, memory_limits, memory_text
 from pmor.gear.pair import GearPair
@@ -183,7 +183,7 @@ def _refuse(what: str, memory: int, smaller: str, limits: Sequence[MemoryLimit] 
     for limit in memory_limits() if limits is None else limits:
         needed = memory + RESERVED_BYTES * limit.of_addresses
         if needed > limit.size:
-            raise CaseError(
+            raise InsufficientMemoryError(
                 f"{what}: takes about {memory_text(needed)} of {'addresses' if limit.of_addresses else 'memory'}, and "
                 f"{limit.source} {memory_text(limit.size)}: {limit.remedy}{smaller}"
             )

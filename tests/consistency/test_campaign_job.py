@@ -1,11 +1,15 @@
 """A whole campaign: its rows are those of runs, and the same bytes whatever befalls its processes and executors."""
 
+import errno
+import io
 import json
 import os
+import re
 import signal
 import sys
 import threading
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -18,11 +22,15 @@ import pmor.campaigns.solve as solve_module
 import pmor.campaigns.supervise as supervise_module
 from pmor.app.cli import main
 from pmor.campaigns.describe import folder_text
+from pmor.campaigns.loader import load
 from pmor.campaigns.output import RESULTS
 from pmor.campaigns.relations import case_of
-from pmor.campaigns.solve import basis_of, results_of
+from pmor.campaigns.run import task_of
+from pmor.campaigns.settings import Workers
+from pmor.campaigns.solve import basis_of, results_of, row_of
 from pmor.campaigns.store import entries, open_store
 from pmor.core.errors import OutputError
+from pmor.core.memory import MemoryLimit
 from pmor.report.data_files import write_summary_json
 from pmor.report.summary import figures
 from pmor.storage.campaign_file import CAMPAIGN_SCHEMA, STATUS
@@ -159,6 +167,64 @@ def test_a_design_that_fails_twice_has_a_row_that_says_so_and_costs_no_other(fol
     text = (folder / "out" / "campaign.csv").read_text()
     for reason in ("signal SIGKILL, 2 times", "its memory did not suffice, 2 times", "ZeroDivisionError: division"):
         assert reason in text
+
+
+def test_an_order_that_broke_off_leaves_no_answers_to_the_next_one(folder, faulty, monkeypatch):
+    """A thread to watch over a process may be refused at any answer: ulimit -v, or a limit on threads."""
+    assert main(["campaign", "campaign.toml", "--out", "plain"]) == 0
+    genuine, count = threading.Timer.start, iter(range(10**6))
+
+    def refused(timer):
+        if next(count) in (7, 12):
+            raise RuntimeError("can't start new thread")
+        genuine(timer)
+
+    monkeypatch.setattr(threading.Timer, "start", refused)
+    assert main(["campaign", "campaign.toml", "--out", "struck"]) == 0
+    assert next(count) > 12
+    assert results(folder / "struck") == results(folder / "plain")
+
+
+def test_without_threads_or_processes_designs_are_lost_with_the_reason(folder, faulty, monkeypatch, capsys):
+    def refused(*arguments, **options):
+        raise OSError(errno.ENOMEM, "Cannot allocate memory")
+
+    monkeypatch.setattr(supervise_module.subprocess, "Popen", refused)
+    assert main(["campaign", "campaign.toml", "--out", "out"]) == 3
+    reason = "its process did not start (Cannot allocate memory), 2 times"
+    assert f"{DESIGNS} designs have no results, first: design 1: {reason}" in capsys.readouterr().err
+
+
+def test_too_little_memory_is_no_property_of_a_design(folder, tmp_path, monkeypatch):
+    task = task_of(load(folder / "campaign.toml"), open_store(tmp_path / "store", 1.0))
+    limit = MemoryLimit(2**28, "ulimit -d allows", "raise ulimit -d")
+    monkeypatch.setattr("pmor.work.cost.memory_limits", lambda: (limit,))
+    for workers, word in ((Workers(), "raise ulimit -d"), (Workers(memory_GiB=0.25), r"raise \[workers\] memory_GiB")):
+        row = row_of(replace(task, workers=workers), 1, {"pair.face_width_mm": 20.0}, open_store(tmp_path / "s", 1.0))
+        assert row["status"] == "lost"
+        assert re.search(f"takes about .* allows 256 MiB: {word}", row["reason"])
+
+
+def test_processes_may_end_while_all_of_them_are_ended(monkeypatch):
+    """One thread closes, those beside the processes see them end."""
+    solvers, ended = supervise_module.Solvers(), []
+
+    class Process:
+        stdin = stdout = io.StringIO()
+
+        def wait(self, limit=None):
+            return 0
+
+        def kill(self):
+            if self not in ended:
+                ended.append(self)
+                thread = threading.Thread(target=solvers.end, args=(self,))
+                thread.start()
+                thread.join(0.2)
+
+    solvers._running = {Process() for _ in range(5)}
+    solvers.close()
+    assert len(ended) == 5
 
 
 @pytest.mark.parametrize("kind", [ThreadPoolExecutor, ProcessPoolExecutor])

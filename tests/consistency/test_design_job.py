@@ -13,7 +13,7 @@ from pmor.app.cli import main
 from pmor.case import load_case
 from pmor.core.errors import ConvergenceError
 from pmor.core.threads import threads
-from pmor.design import figures, readings, run, search
+from pmor.design import figures, readings, run, search, variants
 from pmor.design.descent import Descent, kept
 from pmor.design.harris import harris_rule
 from pmor.design.judge import Judge
@@ -251,3 +251,17 @@ def test_a_design_for_a_range_is_none_for_one_torque(ohio, tmp_path):
     values = found.variants.results[:, 0, 0]
     assert values[single] < 0.3 * values[best]
     assert found.variants.objective[best] < 0.7 * found.variants.objective[single]
+
+
+def test_the_file_of_finished_variants_is_written_in_proportion_to_them(file, found, tmp_path, monkeypatch):
+    """Pieces of a search may be many: to write all variants after each takes the square of their number."""
+    one = replace(
+        found.variants, **{name: getattr(found.variants, name)[:1] for name in variants.ARRAYS}, origin=("s",)
+    )
+    written = []
+    monkeypatch.setattr(variants, "write_design_file", lambda path, content: written.append(len(content.arrays["x"])))
+    store = variants.Store(file, tmp_path)
+    for count in range(1, 1001):
+        store.add(one)
+        assert written[-1] >= count / 1.1
+    assert sum(written) < 12 * 1000

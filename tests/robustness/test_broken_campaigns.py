@@ -1,6 +1,7 @@
 """Broken campaign files: one line that names the place, the value and the remedy, exit code 2, nothing left behind."""
 
 import sys
+from types import ModuleType, SimpleNamespace
 
 import pytest
 
@@ -126,3 +127,28 @@ def test_a_cluster_that_is_not_there_is_told_of_in_one_line(
         monkeypatch.setitem(sys.modules, "distributed", None)
     refused("campaign", two_designs, "--dask", address, "--out", tmp_path / "out", words=[words])
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("address", ["tls://127.0.0.1:9", "scheduler.json"])
+def test_an_address_of_tls_takes_certificates(two_designs, tmp_path, monkeypatch, address):
+    """Dask's own client waits for half a minute in a thread of its own, and ends in a traceback."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "scheduler.json").write_text('{"address": "tls://127.0.0.1:9"}')
+    distributed, comm = ModuleType("distributed"), ModuleType("distributed.comm")
+    distributed.Client = lambda *arguments, **options: pytest.fail("asked for")
+    distributed.Security = lambda: SimpleNamespace(get_connection_args=lambda role: {"ssl_context": None})
+    comm.get_address_host_port = lambda address: ("127.0.0.1", 9)
+    monkeypatch.setitem(sys.modules, "distributed", distributed)
+    monkeypatch.setitem(sys.modules, "distributed.comm", comm)
+    refused("campaign", two_designs, "--dask", address, "--out", tmp_path / "out", words=["takes certificates"])
+
+
+@pytest.mark.parametrize("content", ["", "{}", "[]", "not a scheduler"])
+def test_a_file_that_is_no_scheduler_file_is_refused(two_designs, tmp_path, monkeypatch, content):
+    (tmp_path / "scheduler.json").write_text(content)
+    distributed, comm = ModuleType("distributed"), ModuleType("distributed.comm")
+    distributed.Client = distributed.Security = comm.get_address_host_port = None
+    monkeypatch.setitem(sys.modules, "distributed", distributed)
+    monkeypatch.setitem(sys.modules, "distributed.comm", comm)
+    file = tmp_path / "scheduler.json"
+    refused("campaign", two_designs, "--dask", file, "--out", tmp_path / "out", words=["is no scheduler file"])

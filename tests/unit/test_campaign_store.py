@@ -14,7 +14,7 @@ from pmor.storage.describe import file_text
 
 ONE = SolvedGear(np.arange(18.0).reshape(2, 3, 3), None)
 # Of an entry of that size, about.
-ENTRY_BYTES = 1400
+ENTRY_BYTES = 3000
 
 
 def unsolvable():
@@ -62,10 +62,23 @@ def test_a_damaged_entry_is_solved_anew(tmp_path):
     assert path.read_bytes() == whole, "equal contents are equal files"
 
 
+def test_entries_that_were_exchanged_are_solved_anew(tmp_path):
+    store, other = open_store(tmp_path / "store", 1.0), SolvedGear(2.0 * ONE.compliance, None)
+    store.get(key("c", 1), lambda: ONE)
+    store.get(key("c", 2), lambda: other)
+    first, second = entries(store.folder)
+    whole = first.read_bytes(), second.read_bytes()
+    first.write_bytes(whole[1])
+    second.write_bytes(whole[0])
+    assert store.get(key("c", 1), lambda: ONE) is ONE
+    assert store.get(key("c", 2), lambda: other) is other
+    assert (first.read_bytes(), second.read_bytes()) == whole
+
+
 def test_a_disk_that_is_full_stops_nobody(tmp_path, monkeypatch):
     store = open_store(tmp_path / "store", 1.0)
 
-    def full(path, solved):
+    def full(path, key, solved):
         raise OutputError("no space is left")
 
     monkeypatch.setattr(store_module, "write_compliance", full)
