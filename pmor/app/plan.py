@@ -203,7 +203,7 @@ def _models(case: Case) -> list[str]:
 
 def _value_text(key: str, value: object) -> str:
     if value is None:
-        return NOT_WRITTEN[key]
+        return NOT_WRITTEN.get(key, "none")
     if isinstance(value, bool):
         return str(value).lower()
     return f"[{short_list(value)}]" if isinstance(value, tuple) else str(value)

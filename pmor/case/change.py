@@ -180,7 +180,7 @@ def _toml(value: Any) -> str:
     if isinstance(value, Topography):
         value = _shallow(value)
     if isinstance(value, Mapping):
-        return "{" + ", ".join(f"{key} = {_toml(item)}" for key, item in value.items()) + "}"
+        return "{" + ", ".join(_lines(value)) + "}"
     if isinstance(value, float):
         return repr(value)
     # JSON writes text and whole numbers as TOML does; the rest becomes text, which the case file's rules refuse.

@@ -1,12 +1,15 @@
 """Cases made and changed in Python say what they are, pass the checks of a file, and read back."""
 
+import tomllib
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from pmor.case import Case, change_case, load_case, make_case, parse_case, text_of
+import pmor.app.plan
+from pmor.case import Case, change_case, describe, load_case, make_case, parse_case, text_of
+from pmor.case.change import changed_text
 from pmor.core.errors import CaseError
 
 CASES = Path(__file__).parents[2] / "cases"
@@ -63,3 +66,17 @@ def test_a_case_shows_itself_in_one_line():
     assert isinstance(case, Case)
     expected = "<Case 'mine': 21/21 teeth, module 4 mm, face width 20 mm, 100 N m, line, 8 x 4 elements>"
     assert repr(case) == expected
+
+
+def test_keys_that_are_not_set_are_left_out_of_inline_tables_too():
+    text = changed_text("[pinion]", {"pinion": {"blank": {"rim_thickness_mm": 4.0, "web_offset_mm": None}}})
+    assert tomllib.loads(text) == {"pinion": {"blank": {"rim_thickness_mm": 4.0}}}
+
+
+def test_the_plan_shows_keys_that_are_not_set_also_without_words_of_their_own(monkeypatch):
+    case = make_case(**SMALL)
+    unset = [key.rpartition(".")[2] for key, value, _ in describe(case) if value is None]
+    assert "centre_distance_mm" in unset
+    monkeypatch.setattr(pmor.app.plan, "NOT_WRITTEN", {})
+    lines = [line.split() for line in pmor.app.plan.plan(case).splitlines()]
+    assert [words[0] for words in lines if words[1:] == ["none", "*"]] == unset
