@@ -78,7 +78,7 @@ def contact_patterns(reduced: ReducedPair, phi: float, condition: Condition) -> 
     """
     meshed = reduced.meshed
     if isinstance(meshed, LayeredPair):
-        (state,) = solve_angle(meshed, reduced.flank_compliance.between, phi, [condition]).states
+        (state,) = solve_angle(meshed, reduced.flank_compliance, phi, [condition]).states
         return () if state is None else tuple(_line_pattern(meshed, state, int(p)) for p in np.unique(state.pair))
     solved = solve_position(as_penalty(meshed), phi, [condition], reduced.elasticity_at)
     equilibrium, position = solved.equilibria[0], solved.position

@@ -12,12 +12,10 @@ import numpy as np
 
 from pmor.body.flank_compliance import FlankCompliance
 from pmor.body.section_compliance import section_compliance
-from pmor.body.support import support_rows
 from pmor.case import Case
 from pmor.case.width import mirrors_at_mid_width
-from pmor.core.arrays import FloatArray, IntArray
+from pmor.core.arrays import FloatArray
 from pmor.gear.meshed_pair import MeshedPair
-from pmor.line.kernels.places import Lines
 from pmor.line.layered_pair import LayeredPair, as_layered
 from pmor.line.pair import LinePair
 from pmor.pair.model import assemble_pair, gear_pair
@@ -46,10 +44,10 @@ class ReducedPair:
         return as_layered(self.meshed)
 
     @property
-    def elasticity_at(self) -> Callable[..., Any]:
-        """Elasticity of the windows of a position; of line loads the compliance of teeth."""
+    def elasticity_at(self) -> Any:
+        """Elasticity of the windows of a position, callable; of line loads the compliance of the flanks."""
         if self.basis.shapes is None:
-            return self.flank_compliance.between
+            return self.flank_compliance
         return self.shape_elasticity_at
 
     @property
@@ -90,27 +88,12 @@ class ReducedPair:
     @cached_property
     def section_compliance(self) -> tuple[FloatArray, FloatArray]:
         """Compliance between sections, for the kernels of line loads."""
-        return section_compliance(self.flank_compliance.gears, self.components, *self._carriers)
-
-    @property
-    def _carriers(self) -> tuple[tuple[IntArray, FloatArray], tuple[int, int]]:
-        """Columns of nodes that carry the sections, with their shares; rows of nodes on pinion and wheel."""
-        meshed = self.layered
-        rows = len(meshed.pinion.roll_angle), len(meshed.wheel.roll_angle)
-        return (meshed.sections.column, meshed.sections.share), rows
+        return section_compliance(self.flank_compliance.gears, self.components, *self.layered.carriers)
 
     @cached_property
     def lines(self) -> LinePair:
-        """The pair prepared for line loads, with the compliance of shafts and housing."""
-        support = self.flank_compliance.support
-        if support is None:
-            return LinePair(self.layered, self.section_compliance, self.components)
-
-        def flexibility(lines: Lines) -> FloatArray:
-            placed = support_rows(support, *self._carriers, lines.first_pair, lines.row, lines.gradient)
-            return support.flexibility(placed)
-
-        return LinePair(self.layered, self.section_compliance, self.components, flexibility)
+        """The pair prepared for line loads."""
+        return LinePair(self.layered, self.section_compliance, self.components, self.flank_compliance.support)
 
     @property
     def kernel_compliance(self) -> tuple[FloatArray, FloatArray]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,7 +25,7 @@ class FlankCompliance:
         or three components at each flank node. The same object for identical gears.
     components : int
     support : Support or None
-        The part of low rank, of shafts and housing; None of gears on rigid shafts. `gears` are without it.
+        The part of low rank, of the gears' blanks; None of solid ones. `gears` are without it.
     """
 
     gears: tuple[FloatArray, FloatArray]
@@ -43,7 +43,9 @@ class FlankCompliance:
         return np.asarray(blocks[offset] if offset >= 0 else blocks[-offset].T)
 
 
-def flank_compliance(bodies: tuple[ElasticGear, ElasticGear], components: int) -> FlankCompliance:
+def flank_compliance(
+    bodies: tuple[ElasticGear, ElasticGear], components: int, support: Support | None = None
+) -> FlankCompliance:
     """Take the compliance of the flanks from two elastic gears.
 
     Parameters
@@ -52,11 +54,16 @@ def flank_compliance(bodies: tuple[ElasticGear, ElasticGear], components: int) -
         Pinion and wheel; the same object when they are identical.
     components : int
         Of the displacement at a node: 2 or 3.
+    support : Support, optional
+        For three components at each node.
     """
     pinion, wheel = bodies
     first = _loaded_part(pinion, components)
     second = first if wheel is pinion else _loaded_part(wheel, components)
-    return FlankCompliance((first, second), components)
+    if support is not None:
+        by_node = support.rows.reshape(2, -1, 3, len(support.compliance))
+        support = replace(support, rows=by_node[:, :, :components].reshape(2, -1, by_node.shape[3]))
+    return FlankCompliance((first, second), components, support)
 
 
 def _loaded_part(body: ElasticGear, components: int) -> FloatArray:

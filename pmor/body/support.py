@@ -1,15 +1,15 @@
-"""The part of low rank of a pair's compliance, behind the interfaces of both gears.
+"""The part of low rank of the compliance of two gears: their blanks, which turn with the teeth.
 
 A gear's cyclic part is that of a sector held at an interface: its bore, or the cylinder below its rim. A unit force on
-a flank makes r reactions there: force and moment about a hub, or harmonics of tractions. With R_i the reactions to unit
-forces on the unknowns of tooth i, and S the compliance behind the interface (shafts and bearings, web and hub),
+a flank makes r reactions there, as harmonics of tractions. With R_i the reactions to unit forces on the unknowns of
+tooth i, and S the compliance behind the interface, of web and hub,
 
     C_ik = C_local(i - k) + R_i S R_k^T,                  D = D_local + L S L^T.                         (A)
 
-L has one row for each placed section: the gradient of its gap times R. Both gears share the coordinates: S may couple
-them, as a housing does. Rows turn from tooth to tooth, R_(i+1) = R_i Q with Q orthogonal. So S may differ from tooth to
-tooth (a web with holes, a bearing with unequal stiffness). S is symmetric and not negative: D stays symmetric and
-positive definite.
+L has one row for each placed section: the gradient of its gap times R. Rows turn from tooth to tooth, R_(i+1) = R_i Q
+with Q orthogonal: S stands in the frame of the gear, and may differ from tooth to tooth (a web with holes). S is
+symmetric and not negative: D stays symmetric and positive definite. What stands still while the gears turn, such as
+shafts, bearings and housing, is no part of it: see `support` of `pmor.line.layered_pair.LayeredPair`.
 """
 
 from __future__ import annotations
@@ -28,16 +28,16 @@ class Support:
 
     Parameters
     ----------
-    rows : two ndarrays, shape (n, r)
+    rows : ndarray, shape (2, n, r)
         R of tooth 0 of pinion and wheel: reactions to unit forces on the flank's unknowns, in the tooth's frame.
-    turn : two ndarrays, shape (r, r)
+    turn : ndarray, shape (2, r, r)
         Q of pinion and wheel, from a tooth to the next one counter-clockwise; orthogonal.
     compliance : ndarray, shape (r, r)
         S: displacements of the interfaces under unit reactions; mm/N where the reactions are forces in N.
     """
 
-    rows: tuple[FloatArray, FloatArray]
-    turn: tuple[FloatArray, FloatArray]
+    rows: FloatArray
+    turn: FloatArray
     compliance: FloatArray
 
     def flexibility(self, rows: FloatArray) -> FloatArray:

@@ -21,7 +21,7 @@ from pmor.body.volume import nodal_stress, principal_and_von_mises, sector_displ
 from pmor.case import Case, GearCase, text_of
 from pmor.core.arrays import FloatArray, IntArray
 from pmor.core.conventions import rotation_z
-from pmor.core.errors import ConvergenceError
+from pmor.core.errors import CaseError, ConvergenceError
 from pmor.core.version import __version__
 from pmor.fe.element import QUADRATIC_NODES, tributary_widths
 from pmor.fe.sector import SectorMesh
@@ -80,7 +80,11 @@ def export(reduced: ReducedPair, path_out: Path, overwrite: bool = False) -> Non
     ConvergenceError
         When a position has no equilibrium.
     OutputError
+    CaseError
+        For gears with a support, whose displacement is not that of their sectors.
     """
+    if isinstance(reduced.meshed, LayeredPair) and reduced.flank_compliance.support is not None:
+        raise CaseError(f"{reduced.basis.case.name}: VTKHDF shows sectors without their blanks: leave the blanks out")
     phi = step_angles(reduced)
     forces, pairs = flank_forces(reduced, phi)
     case = reduced.basis.case
@@ -114,7 +118,7 @@ def flank_forces(reduced: ReducedPair, phi: FloatArray) -> tuple[FloatArray, Int
     unknowns = 3 * meshed.pinion.nodes.shape[0] * meshed.pinion.nodes.shape[1]
     for step, angle in enumerate(phi):
         if isinstance(meshed, LayeredPair):
-            found_here = solve_angle(meshed, reduced.flank_compliance.between, float(angle), [condition])
+            found_here = solve_angle(meshed, reduced.flank_compliance, float(angle), [condition])
             (state,) = found_here.states
             if state is None:
                 raise ConvergenceError(found_here.failures[0], [])

@@ -7,11 +7,13 @@ compliance C of whole flanks for each position, and Newton's method on forces an
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
+from pmor.body.support import Support
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.core.errors import ConvergenceError
 from pmor.gear.condition import Condition, common_build
@@ -20,13 +22,22 @@ from pmor.line.kernels.places import line_deviations
 from pmor.line.kernels.pressure import PATCH_FIELDS, line_patches
 from pmor.line.kernels.tip_corner import LineLaw
 from pmor.line.layered_pair import LayeredPair, place_sections
-
-#: displacement of the flank unknowns of tooth `offset` of a gear under unit forces on tooth 0, (n, n), mm/N
-ToothCompliance = Callable[[int, int], FloatArray]
+from pmor.line.pair import support_flexibility
 
 MAX_STEPS, PATIENCE, TOLERANCE = 100, 20, 1e-12
 # Sections whose rigid flanks overlap by more than minus this share of the deepest overlap may carry.
 NEARBY = 0.2
+
+
+class ToothCompliance(Protocol):
+    """Compliance of the flanks of both gears, equation (A) of `pmor.body`."""
+
+    @property
+    def support(self) -> Support | None:
+        """The part of low rank."""
+
+    def between(self, gear: int, offset: int) -> FloatArray:
+        """Return the displacement of tooth `offset` of a gear under unit forces on tooth 0, (n, n), mm/N."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +67,7 @@ class LineState:
     loaded_pairs : (p,) int
         Tooth pairs with a section that may carry.
     nodal_force, displacement : pairs of (p, rows, columns, c)
-        Of the flank nodes of these teeth of pinion and wheel in their teeth's frames, N and mm.
+        Of the flank nodes of these teeth of pinion and wheel in their teeth's frames, N and mm; without any support.
     condition_number : float
         Of the last matrix of the sections that carry.
     """
@@ -162,13 +173,14 @@ class _Flanks:
         self, meshed: LayeredPair, compliance: ToothCompliance, phi: float, conditions: Sequence[Condition]
     ) -> None:
         assembly = common_build(conditions)
-        self.meshed, self.compliance, self.phi = meshed, compliance, phi
-        own = compliance(0, 0)
+        self.meshed, self.between, self.phi = meshed, compliance.between, phi
+        own = self.between(0, 0)
         self.components = own.shape[0] // (meshed.pinion.nodes.size // 3)
         lines = place_sections(meshed, np.array([phi]), assembly.misalignment, self.components)
         deviation = np.zeros_like(lines.gap)
         line_deviations(lines, meshed.sections.z, *meshed.deviations(assembly), deviation)
         self.lines, self.free = lines, (lines.gap + deviation)[0]
+        self.of_support = support_flexibility(meshed, compliance.support, lines)[0]
         self.sections = len(meshed.sections.z)
         self.width = np.tile(meshed.width, meshed.tooth_pair_count)
         self.laws = [LineLaw(*row) for row in lines.law[0].tolist()]
@@ -200,12 +212,12 @@ class _Flanks:
         # The wheel's teeth are numbered against its own counter-clockwise sense.
         sense = 1 if gear == 0 else -1
         return np.stack([
-            sum(self.compliance(gear, sense * int(a - b)) @ forces[k] for k, b in enumerate(loaded)) for a in pairs
+            sum(self.between(gear, sense * int(a - b)) @ forces[k] for k, b in enumerate(loaded)) for a in pairs
         ])  # fmt: skip
 
     def flexibility(self, candidates: IntArray) -> FloatArray:
         """Change of the gaps of sections by forces in them, mm/N."""
-        total, pair = np.zeros((len(candidates), len(candidates))), candidates // self.sections
+        total, pair = self.of_support[np.ix_(candidates, candidates)], candidates // self.sections
         pairs = np.unique(pair)
         for gear in range(2):
             weights = np.stack([self.weights(gear, n) for n in candidates])

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from pmor.core.arrays import FloatArray
+from pmor.core.arrays import FloatArray, IntArray
 from pmor.gear.condition import ALIGNED, Misalignment
 from pmor.gear.meshed_pair import MeshedPair
 from pmor.gear.tip_edge import TipEdge
@@ -52,14 +53,24 @@ class LayeredPair(MeshedPair):
     ----------
     layers : two SurfaceLayer
         Of pinion and wheel.
+    support : callable, optional
+        ``support(lines, meshed)``: flexibility between placed sections by the hubs' compliance, (A, N, N), mm/N;
+        symmetric, not negative. A function of a module or a partial of one, which other processes can take.
     """
 
     layers: tuple[SurfaceLayer, SurfaceLayer]
+    support: Callable[[Lines, LayeredPair], FloatArray] | None = None
 
     @cached_property
     def sections(self) -> Sections:
         """Where line loads are."""
         return sections_of(self)
+
+    @property
+    def carriers(self) -> tuple[tuple[IntArray, FloatArray], tuple[int, int]]:
+        """Columns of nodes that carry the sections, with their shares; rows of nodes on pinion and wheel."""
+        rows = len(self.pinion.roll_angle), len(self.wheel.roll_angle)
+        return (self.sections.column, self.sections.share), rows
 
     @cached_property
     def width(self) -> FloatArray:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from pmor.body.support import Support, support_rows
 from pmor.core.arrays import FloatArray
 from pmor.gear.condition import Assembly, Misalignment
 from pmor.line.kernels.flexibility import Flexibility
@@ -28,14 +28,14 @@ class LinePair:
         Between sections of the flanks of teeth 0, 1, ... apart, of pinion and wheel, mm/N (`section_compliance`).
     components : int
         c, of displacement: 2 without, 3 with those along the axis.
-    support : callable, optional
-        Flexibility between placed sections by shafts and housing, (A, N, N), mm/N.
+    support : Support, optional
+        The part of low rank of the gears' compliance.
     """
 
     meshed: LayeredPair
     compliance: tuple[FloatArray, FloatArray]
     components: int
-    support: Callable[[Lines], FloatArray] | None = None
+    support: Support | None = None
 
     @property
     def base_radius(self) -> float:
@@ -65,10 +65,8 @@ class PlacedSections:
 
     def __post_init__(self) -> None:
         """Allocate the flexibilities."""
-        angles, size = self.lines.gap.shape
-        workspace = Flexibility(np.zeros((angles, size, size)), np.zeros((angles, size), dtype=bool))
-        if self.pair.support is not None:
-            workspace.between[:] = self.pair.support(self.lines)
+        between = support_flexibility(self.pair.meshed, self.pair.support, self.lines)
+        workspace = Flexibility(between, np.zeros(self.lines.gap.shape, dtype=bool))
         object.__setattr__(self, "flexibility", workspace)
 
     def deviation(self, assembly: Assembly) -> FloatArray:
@@ -114,6 +112,17 @@ class PlacedSections:
             meshed.width, self.pair.compliance, meshed.corners, found,
         )  # fmt: skip
         return found
+
+
+def support_flexibility(meshed: LayeredPair, support: Support | None, lines: Lines) -> FloatArray:
+    """Return flexibilities between placed sections by the gears' support and by the hubs', shape (A, N, N), mm/N."""
+    total = np.zeros((*lines.gap.shape, lines.gap.shape[1]))
+    if meshed.support is not None:
+        total += meshed.support(lines, meshed)
+    if support is not None:
+        placed = support_rows(support, *meshed.carriers, lines.first_pair, lines.row, lines.gradient)
+        total += support.flexibility(placed)
+    return total
 
 
 def no_results(conditions: int, angles: int, size: int, pairs: int, differentiated: bool) -> LineResults:

@@ -34,6 +34,7 @@ from pmor.penalty.pair import ContactScheme, PenaltyPair
 
 if TYPE_CHECKING:
     from pmor.body.elastic_gear import ElasticGear
+    from pmor.body.support import Support
 
 T = TypeVar("T")
 
@@ -69,16 +70,19 @@ class ElasticModel:
     mesh : MeshModel
     pinion, wheel : ElasticGear
         The same object when the gears are identical.
+    support : Support or None
+        The part of low rank of their compliance, for three components of displacement at each node of a flank.
 
     Raises
     ------
     ValueError
-        When a compliance is that of another mesh, or has another layer below the flank taken out of it.
+        For a compliance of another mesh, or without another layer below the flank; under penalty contact for a support.
     """
 
     mesh: MeshModel
     pinion: ElasticGear
     wheel: ElasticGear
+    support: Support | None = None
 
     def __post_init__(self) -> None:
         """Refuse what does not belong together: sizes may agree, and every result be wrong."""
@@ -93,13 +97,19 @@ class ElasticModel:
                     f"{name}: contact takes {columns} columns of elements below the flank for its layer, "
                     f"the compliance is without {body.layer_columns}"
                 )
+        if self.support is not None and not isinstance(self.mesh.meshed, LayeredPair):
+            raise ValueError('penalty contact takes no support of the gears: write [contact] scheme = "line"')
 
     @property
-    def elasticity_at(self) -> Callable[..., Any]:
-        """Full compliance of the windows of a position; under line contact that of teeth."""
+    def elasticity_at(self) -> Any:
+        """Full compliance of the windows of a position, callable; under line contact the model itself."""
         if isinstance(self.mesh.meshed, LayeredPair):
-            return lambda gear, offset: (self.pinion, self.wheel)[gear].tooth_compliance(offset)
+            return self
         return partial(full_elasticity, self.pinion, self.wheel)
+
+    def between(self, gear: int, offset: int) -> FloatArray:
+        """Return the displacement of tooth `offset` of a gear under unit forces on tooth 0, shape (n, n), mm/N."""
+        return (self.pinion, self.wheel)[gear].tooth_compliance(offset)
 
 
 def gear_pair(case: Case) -> GearPair:
@@ -319,7 +329,7 @@ def model_of_solved(case: Case, mesh: MeshModel, solved: ElasticModel) -> Elasti
     alike = all(_same_sector(sector, body.mesh) for sector, body in zip(sectors, bodies, strict=True))
     columns = [layer.columns for layer in layers] or [0, 0]
     if alike and columns == [body.layer_columns for body in bodies]:
-        return ElasticModel(mesh, *bodies)
+        return ElasticModel(mesh, *bodies, solved.support)
     return elastic_model(case, mesh)
 
 

@@ -30,7 +30,7 @@ class _State(NamedTuple):
 
 
 def sweep_ste(
-    meshed: MeshedPair, elasticity_at: Callable[..., Any], phi: FloatArray,
+    meshed: MeshedPair, elasticity_at: Any, phi: FloatArray,
     conditions: Sequence[Condition], progress: Callable[[], None] = lambda: None, executor: Executor | None = None,
 ) -> SteSweep:  # fmt: skip
     """Solve all angles under all conditions.
@@ -38,8 +38,8 @@ def sweep_ste(
     Parameters
     ----------
     meshed : MeshedPair
-    elasticity_at : callable
-        Gives the elastic model of a position's windows; under line contact the compliance of teeth.
+    elasticity_at : callable or ToothCompliance
+        Gives the elastic model of a position's windows; under line contact the compliance of the flanks.
     phi : ndarray, shape (n,)
         Pinion angles, rad.
     conditions : sequence of Condition
@@ -74,7 +74,7 @@ def sweep_ste(
 
 
 def _solve(
-    meshed: MeshedPair, elasticity_at: Callable[..., Any], conditions: Sequence[Condition], phi: float
+    meshed: MeshedPair, elasticity_at: Any, conditions: Sequence[Condition], phi: float
 ) -> tuple[list[_State | None], float]:
     """States at one angle, None where not converged, and the wall time."""
     if isinstance(meshed, LayeredPair):

@@ -186,6 +186,12 @@ def _check_compliance(case: Case, compliance: FlankCompliance) -> None:
         mixed = _mix(len(blocks[0]))
         require(_same(blocks[0] @ mixed, mixed @ blocks[0]), "the compliance of a flank is not symmetric")
         require((np.diagonal(blocks[0]) >= 0.0).all(), "its compliance moves a flank against its load")
+    if compliance.support is not None:
+        matrix, turns = compliance.support.compliance, compliance.support.turn
+        require(_same(matrix, matrix.T), "the compliance of its support is not symmetric")
+        least = np.linalg.eigvalsh(matrix).min(initial=0.0)
+        require(least >= -ROUND_OFF * np.abs(matrix).max(initial=0.0), "its support moves against its load")
+        require(_same(turns @ turns.transpose(0, 2, 1), np.eye(len(matrix))), "its support does not turn with a tooth")
 
 
 def _check_root_stress(basis: Basis, pair: GearPair) -> None:

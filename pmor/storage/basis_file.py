@@ -12,6 +12,7 @@ import numpy as np
 
 from pmor.body.flank_compliance import FlankCompliance
 from pmor.body.root_stress import RootStressShapes
+from pmor.body.support import Support
 from pmor.case import Case, basis_key, basis_settings, parse_case, text_of
 from pmor.case.coarser import coarser
 from pmor.core.arrays import FloatArray
@@ -28,6 +29,7 @@ from pmor.storage.basis_layout import (
     GEARS,
     POSITIONS,
     ROOT_STRESS,
+    SUPPORT,
     basis_layout,
     basis_sizes,
     coarser_layout,
@@ -109,6 +111,10 @@ def _arrays(basis: Basis) -> dict[str, np.ndarray]:
         arrays[f"{group}/pinion"] = pinion
         if wheel is not pinion:
             arrays[f"{group}/wheel"] = wheel
+        if basis.compliance.support is not None:
+            if shapes is not None:
+                raise ValueError('shapes take no support of the gears: write [contact] scheme = "line"')
+            arrays |= {f"support/{name}": array for name, array in vars(basis.compliance.support).items()}
     if basis.root_stress is not None:
         pinion_stress, wheel_stress = basis.root_stress
         for gear, stress in zip(GEARS, (pinion_stress, wheel_stress), strict=True):
@@ -198,7 +204,9 @@ def _basis(file: h5py.Group, case: Case, arrays: dict[str, np.ndarray]) -> Basis
     if group := compliance_group(case):
         gears = of(group)
         both = gears["pinion"], gears.get("wheel", gears["pinion"])
-        compliance = FlankCompliance(both, attribute(file[group], "components", int))
+        own = of("support")
+        require(len(own) in (0, len(SUPPORT)), f"its support has {', '.join(own)} alone")
+        compliance = FlankCompliance(both, attribute(file[group], "components", int), Support(**own) if own else None)
     flanks = [of(f"flank/{gear}") for gear in GEARS]
     found = [of(f"root_stress/{gear}") for gear in GEARS]
     stresses = [RootStressShapes(**arrays) for arrays in found if len(arrays) == len(ROOT_STRESS)]

@@ -44,6 +44,11 @@ POSITIONS = {
     ),
     "gram": Field("N mm", "pitch offset, position, a, b, shape, shape", "energy products of the shapes"),
 }  # fmt: skip
+SUPPORT = {
+    "rows": Field("1", "gear, loaded unknown, reaction", "reactions of the interfaces to unit forces on tooth 0"),
+    "turn": Field("1", "gear, reaction, reaction", "turns reactions from a tooth to the next one counter-clockwise"),
+    "compliance": Field("mm/N", "reaction, reaction", "displacements of the interfaces under unit reactions"),
+}
 COMPLIANCE = "pitch offset, loaded unknown, loaded unknown"
 ROOT_STRESS = {
     "section": Field("mm", "point, xy", "along the loaded side's fillet, from the involute to the tooth space, z = 0"),
@@ -81,7 +86,9 @@ def basis_layout(case: Case) -> dict[str, Field]:
         if case.root_stress:
             stress = {name: replace(field, optional=True) for name, field in ROOT_STRESS.items()}
             layout |= {f"root_stress/{gear}/{name}": field for name, field in stress.items()}
-    if has_shapes(case) and not case.reduction.by_line:
+    if not has_shapes(case):
+        layout |= {f"support/{name}": replace(field, optional=True) for name, field in SUPPORT.items()}
+    elif not case.reduction.by_line:
         layout |= {f"shapes/{name}": field for name, field in POSITIONS.items()}
     if case.offline.sampling == "greedy":
         layout["training/estimate"] = DECAY

@@ -24,6 +24,8 @@ def live_pair(reduced: ReducedPair) -> ReducedPair | str | None:
         return None
     if why := why_not_live(case):
         return why
+    if reduced.layered.support is not None or reduced.flank_compliance.support is not None:
+        return "the page solves solid gears on rigid hubs alone"
     if not takes_whole_width(case):
         return reduced
     whole = whole_width(case)

@@ -55,7 +55,7 @@ def unseen_states(offline: OfflineCase, pair: GearPair, count: int) -> States:
 
 
 def solve_states(
-    meshed: MeshedPair, elasticity_at: Callable[..., Any], states: States, executor: Executor | None = None,
+    meshed: MeshedPair, elasticity_at: Any, states: States, executor: Executor | None = None,
     progress: Callable[[], None] = lambda: None,
 ) -> FloatArray:  # fmt: skip
     """Solve all states with full FE.

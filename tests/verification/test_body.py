@@ -1,28 +1,70 @@
 """A body on what it stands on, equation (A): rows of low rank against the compliance of all nodes together."""
 
+import pickle
 from dataclasses import replace
+from functools import cache
 
+import h5py
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+import pmor.lab.core.models
 from pmor.body.support import Support
+from pmor.core.errors import CaseError, FileFormatError
+from pmor.export import vtkhdf
 from pmor.gear.condition import Misalignment, at_torques
+from pmor.lab.core.models import ModelStore
+from pmor.lab.stability.measure import _mirrored
+from pmor.lab.stability.solve import ste_only
 from pmor.line.pair import LinePair
+from pmor.pair.conditions import nominal_condition
+from pmor.pair.model import mesh_model, model_of_solved
+from pmor.storage.basis_file import read_basis, write_basis
+from pmor.work.live import live_pair
+from pmor_offline.gather import make_basis
+from pmor_online.compare import compare_models
+from pmor_online.contact_pattern import contact_patterns
 from pmor_online.line_sweep import sweep_line_loads
+from pmor_online.model import reduced_pair
+from tests.support.broken_hdf5 import reseal
 from tests.support.line_pairs import TORQUE, models
 
 SAME = 1e-12
+# Solutions by two ways of Newton's method, to its tolerance.
+SOLVED = 1e-9
+# Moments of forces that nodes carry in place of the flank between them.
+CARRIED = 1e-4
 ANGLES, RANK = 3, 7
 
 
-def made_up_support(reduced, rng):
+def made_up_support(blocks, rng):
     """Rows and a compliance that mean nothing, which moves the flanks about as much as the gears' own."""
-    compliance = reduced.flank_compliance
-    rows = tuple(rng.standard_normal((blocks.shape[1], RANK)) for blocks in compliance.gears)
-    turn = tuple(np.linalg.qr(rng.standard_normal((RANK, RANK)))[0] for _ in compliance.gears)
+    rows = rng.standard_normal((2, len(blocks[0]), RANK))
+    turn = np.stack([np.linalg.qr(rng.standard_normal((RANK, RANK)))[0] for _ in blocks])
     factor = rng.standard_normal((RANK, RANK))
-    return Support(rows, turn, compliance.gears[0][0].diagonal().max() / RANK**2 * factor @ factor.T)
+    return Support(rows, turn, blocks[0].diagonal().max() / RANK**2 * factor @ factor.T)
+
+
+def made_up_hubs(lines, meshed):
+    """A tilt of both hubs under the loads, which softens the pair by about as much as its gears."""
+    z = np.tile(meshed.sections.z, meshed.tooth_pair_count)
+    arms = np.where(np.isfinite(lines.gap)[..., None], np.stack([lines.lever, lines.lever * z], axis=-1), 0.0)
+    return arms @ np.diag([1e-9, 1e-10]) @ arms.transpose(0, 2, 1)
+
+
+@cache
+def supported(name):
+    """Full FE and the reduced pair, with a support of both kinds."""
+    rigid, _ = models(name)
+    rng, case = np.random.default_rng(26), models(name)[1].basis.case
+    meshed = replace(rigid.mesh.meshed, support=made_up_hubs)
+    full = replace(
+        rigid, mesh=replace(rigid.mesh, meshed=meshed),
+        support=made_up_support([body.tooth_compliance(0) for body in (rigid.pinion, rigid.wheel)], rng),
+    )  # fmt: skip
+    reduced = reduced_pair(make_basis(case, full, ())[0])
+    return full, replace(reduced, meshed=replace(reduced.meshed, support=made_up_hubs))
 
 
 def weights(reduced, lines, angle, n, gear):
@@ -62,7 +104,7 @@ def flexibility_of_all_nodes(reduced, support, lines, angle):
 @pytest.mark.parametrize("name", ["spur", "helical"])
 def test_a_part_of_low_rank_is_the_compliance_of_all_rows_together(name, monkeypatch):
     rng, rigid = np.random.default_rng(25), models(name)[1]
-    support = made_up_support(rigid, rng)
+    support = made_up_support([blocks[0] for blocks in rigid.flank_compliance.gears], rng)
     compliance = replace(rigid.flank_compliance, support=support)
     reduced = replace(rigid, basis=replace(rigid.basis, compliance=compliance))
     phi, conditions = rigid.meshed.pair.pitch * rng.random(ANGLES), at_torques([0.3 * TORQUE, TORQUE])
@@ -98,3 +140,114 @@ def test_a_part_of_low_rank_is_the_compliance_of_all_rows_together(name, monkeyp
     stiff = sweep_line_loads(rigid, phi, conditions, recorded=True)
     assert (found.ste_um > 1.02 * stiff.ste_um).all(), "it gives"
     assert np.abs(stiff.states.lines.load_N_per_mm - loads).max() > 0.05 * loads.max()
+
+
+@pytest.mark.parametrize("name", ["spur", "helical"])
+def test_full_and_reduced_pair_agree_on_a_support(name):
+    full, reduced = supported(name)
+    found = compare_models(reduced, full)
+    assert found.reduced.converged.all()
+    assert found.max_relative_error < SAME
+    for part in (replace(full, support=None), replace(full, mesh=models(name)[0].mesh)):
+        without = compare_models(reduced, part)
+        assert (without.full.ste_um < 0.98 * found.full.ste_um).all(), "each of the two gives"
+
+
+def test_contact_pattern_and_forces_on_the_flanks_share_the_load_as_the_sweep():
+    _, reduced = supported("helical")
+    phi, condition = 0.3 * reduced.meshed.pair.pitch, nominal_condition(reduced.basis.case)
+    sweep = sweep_line_loads(reduced, np.array([phi]), [condition])
+    expected = sweep.pair_share[0, 0][sweep.pair_share[0, 0] > 0.0]
+    rigid = sweep_line_loads(models("helical")[1], np.array([phi]), [condition]).pair_share[0, 0]
+    assert np.abs(rigid[rigid > 0.0] - expected).max() > 1e-3
+    assert_allclose([pattern.share for pattern in contact_patterns(reduced, phi, condition)], expected, rtol=SOLVED)
+    forces, _ = vtkhdf.flank_forces(reduced, np.array([phi]))
+    nodes = reduced.meshed.pinion.nodes.reshape(-1, 3)
+    on_pinion = forces[0, ..., 0].reshape(len(forces[0]), -1, 3)
+    torques = on_pinion[..., 1] @ nodes[:, 0] - on_pinion[..., 0] @ nodes[:, 1]
+    assert_allclose(torques / torques.sum(), expected, rtol=CARRIED)
+
+
+def test_a_supported_pair_goes_to_other_processes():
+    _, reduced = supported("spur")
+    phi, conditions = np.array([0.02]), at_torques([TORQUE])
+    again = pickle.loads(pickle.dumps(reduced.lines))
+    found, expected = (
+        pair.place(phi, Misalignment()).solve(np.array([TORQUE])).advance for pair in (again, reduced.lines)
+    )
+    assert_allclose(found, expected, rtol=0.0)
+    assert_allclose(1e3 * reduced.lines.base_radius * expected, sweep_line_loads(reduced, phi, conditions).ste_um)
+
+
+# --- stored, or refused ---------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def stored(tmp_path):
+    basis, path = supported("spur")[1].basis, tmp_path / "basis.h5"
+    write_basis(path, basis, np.empty((0, 0, 2, basis.flank_nodes[0].size)))
+    return path
+
+
+def test_a_support_comes_back_bit_for_bit(stored):
+    written, read = supported("spur")[1].basis.compliance.support, read_basis(stored).compliance.support
+    for found, expected in zip(vars(read).values(), vars(written).values(), strict=True):
+        np.testing.assert_array_equal(found, expected)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("compliance", lambda s: s + np.triu(np.ones_like(s), 1), "compliance of its support is not symmetric"),
+        ("compliance", lambda s: -s, "its support moves against its load"),
+        ("turn", lambda s: 1.01 * s, "its support does not turn with"),
+        ("turn", lambda s: s[..., :-1], "has the shape"),
+        ("rows", None, "its support has turn, compliance alone"),
+    ],
+)
+def test_a_support_that_cannot_be_is_refused(stored, name, value, message):
+    with h5py.File(stored, "r+") as file:
+        old = file[f"support/{name}"]
+        data, words = old[()], dict(old.attrs)
+        del file[f"support/{name}"]
+        if value is not None:
+            file[f"support/{name}"] = value(data)
+            for key, word in words.items():
+                file[f"support/{name}"].attrs[key] = word
+        reseal(file)
+    with pytest.raises(FileFormatError, match=message):
+        read_basis(stored)
+
+
+def test_penalty_contact_refuses_a_support(small_model, small_basis_path, tmp_path):
+    support = supported("spur")[0].support
+    with pytest.raises(ValueError, match='penalty contact takes no support .*"line"'):
+        replace(small_model[1], support=support)
+    basis = read_basis(small_basis_path)
+    basis = replace(basis, compliance=replace(basis.compliance, support=support))
+    with pytest.raises(ValueError, match='shapes take no support .*"line"'):
+        write_basis(tmp_path / "basis.h5", basis, np.empty((0, 0, 2, 0)))
+    assert not any(tmp_path.iterdir())
+
+
+def test_models_made_of_others_keep_the_support(monkeypatch):
+    full, reduced = supported("spur")
+    case, phi = reduced.basis.case, np.array([0.01, 0.08, 0.2])
+    full = model_of_solved(case, mesh_model(case), full)
+    expected = ste_only(full.mesh.meshed, full, phi, nominal_condition(case))
+    assert_allclose(_mirrored(case, full, phi), expected, rtol=SAME)
+    monkeypatch.setattr(pmor.lab.core.models, "elastic_model", lambda *_: full)
+    again, _ = ModelStore().model(case)
+    assert_allclose(ste_only(again.mesh.meshed, again, phi, nominal_condition(case)), expected, rtol=0.0)
+    stiff = ste_only(full.mesh.meshed, replace(full, support=None), phi, nominal_condition(case))
+    assert (expected > 1.02 * stiff).all()
+
+
+def test_page_and_pictures_in_space_refuse_what_they_would_leave_out(tmp_path):
+    _, reduced = supported("spur")
+    rigid = models("spur")[1]
+    for pair in (replace(reduced, meshed=rigid.meshed), replace(rigid, meshed=reduced.meshed)):
+        assert "rigid hubs alone" in live_pair(pair)
+    with pytest.raises(CaseError, match="leave the blanks out"):
+        vtkhdf.export(reduced, tmp_path / "pair.vtkhdf")
+    assert not any(tmp_path.iterdir())

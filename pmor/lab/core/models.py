@@ -6,7 +6,7 @@ import json
 import threading
 import time
 from concurrent.futures import Future
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 from pmor.case import Case
 from pmor.case.width import meshed_width
@@ -46,7 +46,7 @@ class ModelStore:
                 found.set_result((solved, time.perf_counter() - started))
                 self._remove_oldest()
         model, seconds = found.result()
-        return ElasticModel(mesh_model(case), model.pinion, model.wheel), seconds
+        return replace(model, mesh=mesh_model(case)), seconds
 
     def _remove_oldest(self) -> None:
         with self._lock:

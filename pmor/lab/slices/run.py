@@ -77,7 +77,7 @@ class SlicedPair(ReducedPair):
 def without_neighbours(compliance: FlankCompliance) -> FlankCompliance:
     """Return a compliance of flanks without the terms between teeth."""
     pinion, wheel = compliance.gears
-    return FlankCompliance((pinion[:1], wheel[:1]), compliance.components)
+    return replace(compliance, gears=(pinion[:1], wheel[:1]))
 
 
 def _of(task: Task) -> Data:

@@ -146,7 +146,8 @@ def _mirrored(case: Case, model: ElasticModel, phi: FloatArray) -> FloatArray:
         contact={"slave": slaves.get(case.contact.slave, case.contact.slave)},
         **{name: {"torques_Nm": torques} for name, torques in loads.items()},
     )  # fmt: skip
-    mirror = ElasticModel(mesh_model(exchanged), model.wheel, model.pinion)
+    support = model.support and replace(model.support, rows=model.support.rows[::-1], turn=model.support.turn[::-1])
+    mirror = ElasticModel(mesh_model(exchanged), model.wheel, model.pinion, support)
     angles = mirrored_angles(model.mesh.meshed.pair, phi, mirror.mesh.meshed.pair)
     return ste_only(mirror.mesh.meshed, mirror.elasticity_at, angles, nominal_condition(exchanged))
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,7 +13,7 @@ from pmor.core.errors import ConvergenceError
 from pmor.gear.condition import Condition
 from pmor.gear.meshed_pair import MeshedPair
 from pmor.lab.stability.balances import line_torque_imbalance, newton_condition, torque_imbalance
-from pmor.line.full_model import solve_angle
+from pmor.line.full_model import ToothCompliance, solve_angle
 from pmor.line.layered_pair import LayeredPair
 from pmor.pair.sweep import sweep_ste
 from pmor.penalty.equilibrium import solve_equilibrium
@@ -45,7 +45,7 @@ class _State:
 
 
 def solve_variant(
-    meshed: MeshedPair, elasticity_at: Callable[..., Any], phi: FloatArray, condition: Condition,
+    meshed: MeshedPair, elasticity_at: Any, phi: FloatArray, condition: Condition,
     start_mm: float | None = None, rising: tuple[float, ...] = (),
 ) -> Solved:  # fmt: skip
     """Solve all positions under one torque.
@@ -79,7 +79,7 @@ def solve_variant(
 
 
 def _solve_lines(
-    meshed: LayeredPair, compliance: Callable[..., Any], angle: float, condition: Condition, start: float | None
+    meshed: LayeredPair, compliance: ToothCompliance, angle: float, condition: Condition, start: float | None
 ) -> tuple[_State | None, Sequence[str]]:
     solved = solve_angle(meshed, compliance, angle, [condition], start)
     state = solved.states[0]
@@ -90,7 +90,7 @@ def _solve_lines(
 
 
 def _solve_points(
-    meshed: MeshedPair, elasticity_at: Callable[..., Any], angle: float, loads: Sequence[Condition], start: float | None
+    meshed: MeshedPair, elasticity_at: Any, angle: float, loads: Sequence[Condition], start: float | None
 ) -> tuple[_State | None, Sequence[str]]:
     solved = solve_position(as_penalty(meshed), angle, loads, elasticity_at)
     state = solved.equilibria[-1]
@@ -115,7 +115,7 @@ def _under(condition: Condition, torques: Sequence[float]) -> list[Condition]:
 
 
 def ste_only(
-    meshed: MeshedPair, elasticity_at: Callable[..., Any], phi: FloatArray, condition: Condition, before: float = 0.0
+    meshed: MeshedPair, elasticity_at: Any, phi: FloatArray, condition: Condition, before: float = 0.0
 ) -> FloatArray:
     """Return the STE, um, solved first under that share of the torque, if any; NaN where it did not converge."""
     torques = [*([before * condition.torque] if before else []), condition.torque]
