@@ -143,6 +143,7 @@ def test_plan_shows_settings_defaults_sizes_and_work(capsys, tmp_path, monkeypat
     assert "flank nodes per tooth 85 (17 over the profile x 5 over half the width)" in lines
     assert "sections over half the width 5 (a line load each, on exact flanks)" in lines
     assert "offline, full contact solves 0 (line loads are exact: nothing is trained)" in lines
+    assert "compare, full and reduced 144 (48 angles x 3 torques: 30, 100, 160 N m)" in lines
     assert list(tmp_path.iterdir()) == []
 
 
@@ -154,13 +155,3 @@ def test_plan_shortens_long_lists_of_torques(capsys, tmp_path):
     assert "torques_Nm             [1, 2, 3, ..., 160]\n" in found
     assert "160 torques: 1, 2, 3, ..., 160 N m)" in found
     assert max(map(len, found.splitlines())) < 160
-
-
-def test_plan_of_a_reduction_without_training_has_no_full_solves(capsys, tmp_path):
-    case = tmp_path / "static.toml"
-    text = PAPER.read_text().replace('scheme = "line"', 'scheme = "direct"')
-    case.write_text(text + '\n[reduction]\nshapes = "static_modes"\n')
-    assert main(["plan", str(case)]) == 0
-    lines = [" ".join(line.split()) for line in capsys.readouterr().out.splitlines()]
-    assert "offline, full contact solves 0 (static modes are unit forces: nothing is trained)" in lines
-    assert "compare, full and reduced 144 (48 angles x 3 torques: 30, 100, 160 N m)" in lines

@@ -97,14 +97,6 @@ def test_an_order_beyond_that_of_the_elements_is_not_trusted():
     assert found.error > value[2]
 
 
-def test_richardson_of_curves_is_that_of_their_shape(curve, rng):
-    h, pattern = [1 / 48, 1 / 64, 1 / 96], rng.random(30)
-    curves = [shifted(curve, 100.0 * size**2 * pattern) for size in h]
-    found = richardson(h, [shape_error_um(c, curves[-1]) for c in curves[:-1]])
-    assert_allclose(found.order, 2.0, rtol=ORDER)
-    assert_allclose(found.error, 100.0 * h[-1] ** 2 * np.std(pattern), rtol=ORDER)
-
-
 @pytest.mark.parametrize("differences", [[0.3], [0.3, -0.1], [0.1, 0.3], [0.3, 0.0], [math.nan, 0.1]])
 def test_without_an_observable_order_the_last_difference_stands(differences):
     found = richardson([1 / 48, 1 / 64, 1 / 96][-len(differences) - 1 :], differences)
