@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pmor.app import capabilities
-from pmor.core.errors import ConvergenceError, FileFormatError
+from pmor.core.errors import ConvergenceError, FileFormatError, printable
 from pmor.core.progress import Progress
 from pmor.core.threads import processes, threads
 from pmor.storage.results_folder import default_folder
@@ -55,7 +55,7 @@ def offline(case_path: Path, basis_path: Path, resume: bool = False, jobs: int =
     case = load_case(case_path)
     with threads(jobs) as executor:
         done = train_file(case, basis_path, resume=resume, overwrite=overwrite, executor=executor, inputs=(case_path,))
-    print(f"{basis_path}: {done.solved} angles solved, {done.resumed} taken over, {done.seconds:.3g} s")
+    _say(f"{basis_path}: {done.solved} angles solved, {done.resumed} taken over, {done.seconds:.3g} s")
     if done.failed:
         raise ConvergenceError(f"{len(done.failed)} full solves did not converge: {'; '.join(done.failed)}", [])
 
@@ -129,7 +129,7 @@ def design(
     settings = load(design_path)
     folder = out or default_folder(settings.name)
     if variant is not None:
-        print(f"{capabilities.write_design_case(settings, folder, variant, overwrite=overwrite)}: written")
+        _say(f"{capabilities.write_design_case(settings, folder, variant, overwrite=overwrite)}: written")
         return
     with threads(jobs) as executor:
         found = capabilities.run_design(settings, folder, overwrite=overwrite, executor=executor)
@@ -147,7 +147,7 @@ def campaign(
 
     settings = load(campaign_path)
     if case_number is not None:
-        print(f"{capabilities.write_campaign_case(settings, out or Path(), case_number, overwrite=overwrite)}: written")
+        _say(f"{capabilities.write_campaign_case(settings, out or Path(), case_number, overwrite=overwrite)}: written")
         return
     folder = out or default_folder(settings.name)
     with dask_executor(dask) if dask else LocalProcesses(jobs) as executor, Progress(settings.count, "designs") as bar:
@@ -170,7 +170,7 @@ def export(
     """Write a basis, a gearbox or results in the format of another program."""
     from pmor.app.export import export_file
 
-    print(f"{export_file(source, to, target, stage=stage, torque_Nm=torque_Nm, overwrite=overwrite)}: written")
+    _say(f"{export_file(source, to, target, stage=stage, torque_Nm=torque_Nm, overwrite=overwrite)}: written")
 
 
 def info(path: Path, verify: bool = False) -> None:
@@ -197,6 +197,11 @@ def _finish(result: object, folder: Path, failures: Sequence[str] = (), what_fai
         Where a part of it failed.
     """
     print(result)
-    print(f"  results in {folder}")
+    _say(f"  results in {folder}")
     if failures:
         raise ConvergenceError(f"{len(failures)} {what_failed}, first: {failures[0]}", [])
+
+
+def _say(line: str) -> None:
+    """Print a line with names of files, which may hold any character."""
+    print(printable(line))

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pmor.case.reader import Reader
-from pmor.core.errors import CaseError, OutputError
+from pmor.core.errors import CaseError, OutputError, printable
 from pmor.core.ranges import Torque
 from pmor.storage.atomic import atomic_path, ensure_folder, refuse_existing
 from pmor.storage.results_folder import refuse_in_the_way, results_folder
@@ -175,7 +175,7 @@ def _write_tables(
 ) -> None:
     from pmor.export.tables import csv_tables
 
-    tables, too_long = csv_tables(entries, source)
+    tables, too_long = csv_tables(entries, printable(source))
     if folder.exists() and not folder.is_dir():
         raise OutputError(f"{folder}: is a file, and the tables go into a folder; choose another name")
     with results_folder(folder, tuple(tables), (), overwrite, inputs):

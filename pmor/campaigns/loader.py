@@ -26,6 +26,7 @@ from pmor.case import change_case, load_case, parse_case, text_of
 from pmor.case.reader import Reader, keys_of, parse_toml, read_text, sections_in
 from pmor.case.schema import SECTIONS
 from pmor.case.values import did_you_mean, forms_of, toml_text
+from pmor.core.errors import printable
 
 DESIGNS = "designs"
 RANGE_KEYS = ("from", "to", "steps")
@@ -47,7 +48,7 @@ def load(path: Path | str) -> Campaign:
     path = Path(path)
     text = read_text(path, "campaign file")
     reader = _Reader(str(path), sections_in(CampaignSections))
-    said = reader.section(parse_toml(text, str(path)), CampaignSections, filled={"title": path.stem})
+    said = reader.section(parse_toml(text, str(path)), CampaignSections, filled={"title": printable(path.stem)})
     return reader.campaign(said, path, text)
 
 

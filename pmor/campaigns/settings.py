@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Annotated, Literal, get_args
 
 from pmor.case.reader import Sections
+from pmor.core.errors import printable
 from pmor.core.ranges import Range
 
 Method = Literal["grid", "list", "csv", "sobol"]
@@ -225,7 +226,7 @@ class Campaign:
     @property
     def name(self) -> str:
         """Stem of the file name."""
-        return self.inputs[0].stem
+        return printable(self.inputs[0].stem)
 
     @property
     def results(self) -> tuple[str, ...]:

@@ -9,6 +9,7 @@ from pmor.case.document import CONDITION, GEARS, MODIFICATION, flattened
 from pmor.case.reader import NOTHING, Reader, parse_toml, read_text
 from pmor.case.schema import SECTIONS, Case, ConditionCase
 from pmor.case.values import toml_text
+from pmor.core.errors import printable
 from pmor.gear.modification import Modification
 
 # Torques of a stage when the case file gives none, as multiples of the nominal torque.
@@ -47,7 +48,7 @@ def parse_case(text: str, name: str, where: str, folder: Path | None = None) -> 
     text : str
         TOML text.
     name : str
-        Name of the case.
+        Name of the case, which results carry: unprintable characters, as in names of files, are escaped.
     where : str
         Name of the text in error messages, usually the path.
     folder : Path, optional
@@ -58,7 +59,7 @@ def parse_case(text: str, name: str, where: str, folder: Path | None = None) -> 
     Case
         Complete: every default is filled in.
     """
-    document = flattened(parse_toml(text, where))
+    document, name = flattened(parse_toml(text, where)), printable(name)
     reader = Reader(where, SECTIONS, folder)
     names = ["title", *SECTIONS, CONDITION]
     for key in SECTIONS:

@@ -11,7 +11,7 @@ from pmor.case import Case, change_case, check_flanks, load_case, without_models
 from pmor.case.flanks import EXTENTS
 from pmor.case.reader import Reader, checked, parse_toml, read_text, sections_in
 from pmor.case.values import toml_text
-from pmor.core.errors import CaseError
+from pmor.core.errors import CaseError, printable
 from pmor.design.settings import AMOUNT_KEYS, MISALIGNMENT_KEYS, Design, Load
 from pmor.design.variables import assembly_at, corners
 from pmor.gear.condition import Assembly
@@ -55,11 +55,11 @@ def load(path: Path | str) -> DesignFile:
     """
     path = Path(path)
     text, where = read_text(path, "design file"), str(path)
-    said = _read(parse_toml(text, where), where, title=path.stem)
+    said = _read(parse_toml(text, where), where, title=printable(path.stem))
     base = path.parent / said.case
     case = load_case(base)
     design = _complete(said, case, where)
-    return DesignFile(path.stem, f"{text}\n{case.text}", design, case_of(design, case, where), (path, base))
+    return DesignFile(printable(path.stem), f"{text}\n{case.text}", design, case_of(design, case, where), (path, base))
 
 
 def settings_of(case: Case, sections: Mapping[str, Any]) -> DesignFile:

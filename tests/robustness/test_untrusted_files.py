@@ -11,6 +11,7 @@ from pmor.core.errors import FileFormatError
 from pmor.storage.basis_file import read_basis
 from pmor.storage.describe import file_text
 from pmor.storage.hdf5 import set_attributes
+from pmor.storage.results_file import ResultsFile, write_results_file
 from tests.support.broken_files import edit
 from tests.support.broken_hdf5 import datasets_of, put, reseal, with_data
 from tests.support.refusals import refused
@@ -178,3 +179,59 @@ def test_nothing_in_a_file_commands_the_terminal(basis, capsys):
     text = capsys.readouterr().out
     assert all(c.isprintable() or c == "\n" for c in text)
     assert r"\x1b[31mred" in text
+
+
+# --- results of others -----------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def results(tmp_path):
+    """A results file with two torques and three angles."""
+    grid = np.arange(6.0).reshape(2, 3)
+    arrays = {
+        "ste/phi": np.array([0.0, 0.1, 0.2]), "ste/torque": np.array([50.0, 100.0]), "ste/ste": grid,
+        "ste/rotation": grid, "ste/converged": np.ones((2, 3), dtype=bool), "ste/pair_index": np.array([0]),
+        "ste/pair_share": grid[..., None], "stiffness/secant": grid,
+    }  # fmt: skip
+    write_results_file(tmp_path / "results.h5", ResultsFile("small", "", arrays))
+    return tmp_path / "results.h5"
+
+
+def described(**words):
+    return lambda file: set_attributes(file["ste/ste"], **words)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        described(dims="a/../../x, angle"), described(dims="../../x, /tmp/y"), described(unit="um\n# forged [um]: 1"),
+        described(description="two\nlines\x1b[2J"), lambda file: set_attributes(file, case_name="\x1b[31mred\n"),
+    ],
+    ids=["dims that are a path", "dims out of the folder", "unit of two lines", "description of two lines", "name"],
+)  # fmt: skip
+def test_words_in_results_choose_no_path_and_break_no_table(change, results, tmp_path, monkeypatch, capsys):
+    inner = tmp_path / "one" / "two"
+    inner.mkdir(parents=True)
+    monkeypatch.chdir(inner)
+    assert main(["export", str(results), "--to", "csv", "-o", "plain"]) == 0
+    forge(results, change)
+    assert main(["export", str(results), "--to", "csv", "-o", "forged"]) == 0
+    assert (results_in(tmp_path), results_in(inner)) == ({"one", "results.h5"}, {"plain", "forged"})
+    plain, forged = ({p.name: p.read_bytes() for p in (inner / name).glob("*.csv")} for name in ("plain", "forged"))
+    assert forged == plain != {}
+    main(["info", str(results)])
+    assert "\x1b" not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [
+        ("ste/ste", lambda data: data[:, :2]), ("ste/phi", lambda data: data[:2]),
+        ("ste/torque", lambda data: data[:1]), ("ste/pair_share", lambda data: data[0]),
+        ("stiffness/secant", lambda data: data[:, :1]),
+    ],
+)  # fmt: skip
+def test_results_of_lengths_that_contradict_each_other_are_refused(name, change, results, tmp_path):
+    forge(results, lambda file: with_data(file, name, change))
+    refused("export", results, "--to", "csv", "-o", tmp_path / "tables", words=["pmor run"])
+    assert not (tmp_path / "tables").exists()

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from pmor.case.reader import Reader, parse_toml, read_text, sections_in
-from pmor.core.errors import CaseError
+from pmor.core.errors import CaseError, printable
 from pmor.lab.study.settings import Study, quick_study
 
 
@@ -19,7 +19,7 @@ def load(path: Path | str, *, quick: bool = False) -> Study:
         One line with file, section, key, rule and remedy.
     """
     path = Path(path)
-    study = parse_study(read_text(path, "study file"), path.stem, str(path), path.parent)
+    study = parse_study(read_text(path, "study file"), printable(path.stem), str(path), path.parent)
     return quick_study(study) if quick else study
 
 
