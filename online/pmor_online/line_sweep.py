@@ -28,6 +28,8 @@ from pmor_online.model import ReducedPair
 # Sections are placed for so many angles at a time: enough to share out, few enough for the flexibilities of helical
 # pairs to stay in megabytes.
 ANGLES_PER_BLOCK = 50
+# Forces of sections that are held at a time in a block, unless all are recorded.
+FORCES_AT_A_TIME = 2_000_000
 
 
 def sweep_line_loads(
@@ -86,13 +88,14 @@ def _solve(
 
     def solve(block: slice) -> tuple[Lines, LineResults]:
         placed = pair.place(angles[block], misalignment)
-        parts = [
-            placed.solve(loads[numbers], False, placed.deviation(assembly), recorded)
-            for assembly, numbers in alike.items()
-        ]
+        most, parts = max(1, FORCES_AT_A_TIME // placed.lines.gap.size), list[LineResults]()
+        for assembly, numbers in alike.items():
+            deviation = placed.deviation(assembly)
+            for first in range(0, len(numbers), most):
+                found = placed.solve(loads[numbers[first : first + most]], False, deviation, recorded)
+                parts.append(found if recorded else found._replace(force=found.force[:, :0].copy()))
         found = parts[0] if len(parts) == 1 else _in_order(parts, [n for numbers in alike.values() for n in numbers])
-        # Nobody reads the gradients again.
-        return placed.lines._replace(gradient=np.empty((0, 0, 0, 0))), found
+        return _kept(placed.lines, recorded), found
 
     blocks = [slice(i, i + ANGLES_PER_BLOCK) for i in range(0, len(angles), ANGLES_PER_BLOCK)]
     solved = []
@@ -104,6 +107,13 @@ def _solve(
     lines = Lines(*(np.concatenate(arrays) for arrays in zip(*(part[0] for part in solved), strict=True)))
     found = LineResults(*(np.concatenate(a, axis=1) for a in zip(*(part[1] for part in solved), strict=True)))
     return lines, found
+
+
+def _kept(lines: Lines, recorded: bool) -> Lines:
+    """Sections without the arrays that results do not need: they are most of the memory of a long sweep."""
+    if recorded:
+        return lines._replace(gradient=np.empty((0, 0, 0, 0)))
+    return Lines._make(array[:0].copy() for array in lines)._replace(first_pair=lines.first_pair)
 
 
 def _in_order(parts: Sequence[LineResults], numbers: Sequence[int]) -> LineResults:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import islice
 from typing import Annotated, Any
 
@@ -17,11 +17,14 @@ from pmor.case.width import meshed_width
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError
 from pmor.core.ranges import Range
-from pmor.gear.condition import Assembly, Misalignment
+from pmor.gear.condition import Assembly, Condition, Misalignment
 from pmor.gear.meshed_pair import MeshedPair
 from pmor.gear.modification import Modification
 from pmor.gear.pair import GearPair
+from pmor.pair.conditions import conditions_of
+from pmor.pair.model import refuse_loads
 from pmor.pair.modifications import refuse_modifications_off_the_flank
+from pmor.work.cost import refuse_large_sweep
 from pmor_online.model import online_angles
 
 # Torques of a sweep in Python keep their order.
@@ -35,7 +38,7 @@ def asked_case(
     case: Case, pair: GearPair, torques_Nm: Iterable[float] | None, angles: int | FloatArray | None,
     misalignment: Misalignment | None, flanks: tuple[Modification | None, Modification | None],
 ) -> Case:  # fmt: skip
-    """Return the case of a model with the requested sweep, checked by the rules for the keys of a case file.
+    """Return the case of a model with a requested sweep, torques listed, checked by the rules for keys of a case file.
 
     Raises
     ------
@@ -43,8 +46,7 @@ def asked_case(
     """
     reader, online, off = Reader(case.name), case.online, case.misalignment
     if torques_Nm is not None:
-        listed_Nm = _listed(torques_Nm, f"{case.name}: torques_Nm")
-        online = replace(online, torques_Nm=reader.value(listed_Nm, TORQUES, "torques_Nm"))
+        online = replace(online, torques_Nm=reader.value(torques_Nm, TORQUES, "torques_Nm"))
     if angles is not None and _is_single(angles):
         online = replace(online, angles_per_pitch=reader.value(angles, ANGLES, "angles"))
     if misalignment is not None:
@@ -56,6 +58,45 @@ def asked_case(
     asked = replace(case, online=online, misalignment=off, pinion_modification=pinion, wheel_modification=wheel)
     check_assembly(asked, case, pair)
     return asked
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A requested sweep: its case, pinion angles (A,) in rad, and a condition for each torque."""
+
+    case: Case
+    phi: FloatArray
+    conditions: tuple[Condition, ...]
+
+
+def asked_sweep(
+    case: Case, meshed: MeshedPair, torques_Nm: Iterable[float] | None, angles: int | FloatArray | None,
+    misalignment: Misalignment | None, flanks: tuple[Modification | None, Modification | None], sections: int = 0,
+) -> Asked:  # fmt: skip
+    """Return a requested sweep of the case's pair, which records some sections in each position.
+
+    Raises
+    ------
+    CaseError
+        As `asked_case`, and when a load is beyond the range of contact, or the sweep takes more memory than there is.
+    """
+    torques_Nm = listed_within_memory(case, meshed, torques_Nm, angles, sections=sections)
+    asked = asked_case(case, meshed.pair, torques_Nm, angles, misalignment, flanks)
+    refuse_loads(asked, meshed)
+    return Asked(asked, positions(asked, meshed, angles), tuple(conditions_of(asked, asked.online.torques_Nm)))
+
+
+def listed_within_memory(case: Case, meshed: MeshedPair, torques_Nm: Any, angles: Any, **sizes: int) -> Any:
+    """List the torques of a requested sweep; CaseError when it takes more memory than there is, by its lengths."""
+    torques = None if torques_Nm is None else _listed(torques_Nm, f"{case.name}: torques_Nm")
+    count = len(torques) if isinstance(torques, list) else len(case.online.torques_Nm)
+    of_angles = case.pitches * case.online.angles_per_pitch
+    if isinstance(angles, int | np.integer):
+        of_angles = max(int(angles), 0)
+    elif isinstance(angles, list | tuple | np.ndarray):
+        of_angles = np.size(angles) if isinstance(angles, np.ndarray) else len(angles)
+    refuse_large_sweep(case.name, meshed, of_angles, count, **sizes)
+    return torques
 
 
 def checked_assemblies(case: Case, assemblies: Sequence[Assembly]) -> tuple[Assembly, ...]:

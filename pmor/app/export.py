@@ -160,12 +160,14 @@ def _tables(source: Path, folder: Path, overwrite: bool) -> None:
     from pmor.export.sweep_tables import file_entries
     from pmor.storage.hdf5 import schema_name
     from pmor.storage.results_file import RESULTS_SCHEMA
+    from pmor.work.cost import refuse_large_sweep_of
     from pmor_online.run import sweep_case
 
     if schema_name(source) == RESULTS_SCHEMA.name:
         _write_tables(file_entries(source), source.name, folder, overwrite, (source,))
         return
     reduced = _reduced(source)
+    refuse_large_sweep_of(reduced.basis.case, reduced.meshed)
     about = f"{source.name}, case {reduced.basis.case.name}"
     export_sweep(sweep_case(reduced), reduced.meshed.pair, about, folder, overwrite)
 

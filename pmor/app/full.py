@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from concurrent.futures import Executor
 from dataclasses import dataclass
 
-from pmor.app.asked import asked_case, positions
+from pmor.app.asked import asked_sweep
 from pmor.app.result import SweepResult
 from pmor.case import Case
 from pmor.core.arrays import FloatArray
@@ -15,13 +15,14 @@ from pmor.core.progress import Steps, quietly
 from pmor.gear.condition import Misalignment
 from pmor.gear.modification import Modification
 from pmor.line.unloaded import with_unloaded
-from pmor.pair.conditions import conditions_of
 from pmor.pair.limits import range_warnings
-from pmor.pair.model import ElasticModel, MeshModel, approach_estimate, elastic_model, refuse_loads
+from pmor.pair.model import ElasticModel, MeshModel, approach_estimate, elastic_model
 from pmor.pair.sweep import sweep_ste
 from pmor.work.cost import meshed_within_memory
 
 _LOG = logging.getLogger("pmor")
+# Sections to whose memory a state of full FE comes.
+STATE_SECTIONS = 4
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -45,11 +46,10 @@ class FullModel:
     ) -> SweepResult:  # fmt: skip
         """Solve full contact over angles and torques; see `ReducedModel.sweep`."""
         meshed = self.elastic.mesh.meshed
-        case = asked_case(self.case, meshed.pair, torques_Nm, angles, misalignment, (pinion, wheel))
-        refuse_loads(case, meshed)
-        conditions, phi = conditions_of(case, case.online.torques_Nm), positions(case, meshed, angles)
-        sweep = sweep_ste(meshed, self.elastic.elasticity_at, phi, conditions, lambda: progress(1), executor)
-        return SweepResult(with_unloaded(sweep, meshed, conditions), meshed.pair)
+        asked = asked_sweep(self.case, meshed, torques_Nm, angles, misalignment, (pinion, wheel), STATE_SECTIONS)
+        solve = self.elastic.elasticity_at
+        sweep = sweep_ste(meshed, solve, asked.phi, asked.conditions, lambda: progress(1), executor)
+        return SweepResult(with_unloaded(sweep, meshed, asked.conditions), meshed.pair)
 
     def __repr__(self) -> str:
         return f"<FullModel of {self.case!r}>"

@@ -9,7 +9,16 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pmor.app.asked import asked_case, check_assembly, checked_assemblies, listed, positions, with_assembly
+from pmor.app.asked import (
+    asked_case,
+    asked_sweep,
+    check_assembly,
+    checked_assemblies,
+    listed,
+    listed_within_memory,
+    positions,
+    with_assembly,
+)
 from pmor.app.export import export_model, export_sweep
 from pmor.app.full import FullModel
 from pmor.app.result import ConditionsResult, SweepResult
@@ -21,7 +30,6 @@ from pmor.core.progress import Steps, quietly
 from pmor.gear.condition import Assembly, Misalignment
 from pmor.gear.modification import Modification
 from pmor.line.unloaded import with_unloaded
-from pmor.pair.conditions import conditions_of
 from pmor.pair.model import refuse_loads
 from pmor.reduction.basis import Basis
 from pmor.results.root_stress import RootStress
@@ -111,12 +119,10 @@ class ReducedModel:
             the range of the contact scheme.
         """
         meshed = self.reduced.meshed
-        case = asked_case(self.case, meshed.pair, torques_Nm, angles, misalignment, (pinion, wheel))
-        self._refuse_beyond_training(case, extrapolate)
-        refuse_loads(case, meshed)
-        conditions = conditions_of(case, case.online.torques_Nm)
-        phi = positions(case, meshed, angles)
-        recorded = can_record(meshed, case, len(phi), len(conditions))
+        asked = asked_sweep(self.case, meshed, torques_Nm, angles, misalignment, (pinion, wheel))
+        self._refuse_beyond_training(asked.case, extrapolate)
+        phi, conditions = asked.phi, asked.conditions
+        recorded = can_record(meshed, asked.case, len(phi), len(conditions))
         sweep = sweep_reduced_pair(
             self.reduced, phi, conditions, executor=executor, progress=progress, recorded=recorded
         )
@@ -152,6 +158,7 @@ class ReducedModel:
             As `sweep`, with the number of the assembly, from 0.
         """
         meshed = self.reduced.meshed
+        torques_Nm = listed_within_memory(self.case, meshed, torques_Nm, angles, assemblies=len(assemblies))
         asked = asked_case(self.case, meshed.pair, torques_Nm, angles, None, (None, None))
         assemblies = checked_assemblies(self.case, assemblies)
         asked = replace(asked, conditions=tuple(listed(asked, n, one) for n, one in enumerate(assemblies)))
@@ -160,10 +167,8 @@ class ReducedModel:
             for one in assemblies:
                 self._refuse_beyond_training(with_assembly(asked, one), extrapolate)
         refuse_loads(asked, meshed)
-        torques = [asked.online.torques_Nm] * len(assemblies)
-        sweeps = sweep_assemblies(
-            self.reduced, positions(asked, meshed, angles), assemblies, torques, executor, progress
-        )
+        phi, torques = positions(asked, meshed, angles), asked.online.torques_Nm
+        sweeps = sweep_assemblies(self.reduced, phi, assemblies, [torques] * len(assemblies), executor, progress)
         return ConditionsResult(tuple(assemblies), tuple(SweepResult(sweep, meshed.pair) for sweep in sweeps))
 
     def dynamics(
@@ -250,10 +255,9 @@ class ReducedModel:
             As `sweep`, and when the model holds no root stress.
         """
         meshed = self.reduced.meshed
-        case = asked_case(self.case, meshed.pair, torques_Nm, angles, misalignment, (pinion, wheel))
-        refuse_loads(case, meshed)
-        phi, conditions = positions(case, meshed, angles), conditions_of(case, case.online.torques_Nm)
-        found = root_stress(self.reduced, phi, conditions, executor)
+        sections = meshed.tooth_pair_count * meshed.pinion.nodes.shape[1]
+        asked = asked_sweep(self.case, meshed, torques_Nm, angles, misalignment, (pinion, wheel), sections)
+        found = root_stress(self.reduced, asked.phi, asked.conditions, executor)
         if found is None:
             raise CaseError(
                 'the model holds no root stress: train one of line loads, [reduction] shapes = "line_loads", with '

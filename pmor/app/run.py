@@ -23,7 +23,7 @@ from pmor.report.screen import result_text
 from pmor.report.summary import result_files, summary, write_results
 from pmor.results.root_stress import RootStress
 from pmor.storage.results_folder import results_folder, start_results
-from pmor.work.cost import meshed_within_memory, refuse_beyond_memory
+from pmor.work.cost import meshed_within_memory, refuse_beyond_memory, refuse_large_sweep_of
 from pmor.work.live import live_pair
 from pmor.work.models import OWN_BASIS, basis_names, meshed_models, run_models, unfinished
 from pmor.work.online import run_online
@@ -154,6 +154,7 @@ def sweep_model(
         As in `run_case`.
     """
     case = reduced.basis.case
+    refuse_large_sweep_of(case, reduced.meshed)
     refuse_loads(case, reduced.meshed)  # a sweep may go beyond those that the training has been through
     if takes_whole_width(case):
         refuse_beyond_memory(whole_width(case))

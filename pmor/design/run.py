@@ -15,6 +15,7 @@ from pmor.design.readings import read_off
 from pmor.design.result import DesignResult
 from pmor.design.search import run_design, trained_pair
 from pmor.pair.model import refuse_loads
+from pmor.work.cost import refuse_large_sweep
 from pmor.work.results import pieces_folder
 from pmor_online.model import ReducedPair
 
@@ -42,6 +43,8 @@ def run(
         reduced = trained_pair(settings)
     else:
         _refuse_unfit(settings, reduced)
+    search, torques = settings.design.search, settings.design.load.torques_Nm
+    refuse_large_sweep(settings.name, reduced.meshed, search.angles, len(torques))
     with pieces_folder(folder, FILES, inputs=settings.inputs, overwrite=overwrite) as pieces:
         found = run_design(settings, reduced, pieces, executor=executor, progress=progress)
         return DesignResult(found, read_off(found))

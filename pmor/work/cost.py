@@ -17,6 +17,7 @@ from pmor.case.width import meshed_width, whole_width
 from pmor.core.errors import InsufficientMemoryError
 from pmor.core.keeping import is_kept
 from pmor.core.memory import MemoryLimit, memory_limits, memory_text
+from pmor.gear.meshed_pair import MeshedPair
 from pmor.gear.pair import GearPair
 from pmor.line.kernels.loads import solve_lines
 from pmor.pair.conditions import torques_of
@@ -31,6 +32,8 @@ MIB = 2**20
 START_BYTES, SOLVER_BYTES, KERNEL_BYTES, PAGE_BYTES, COMPILING_BYTES = (n * MIB for n in (130, 175, 195, 65, 800))
 # Patterns of forces that the stress along the fillets takes, over the flank's unknowns.
 PATTERNS = 0.25
+# Measured in sweeps: of a position, a tooth pair in it, a recorded section in it; of a torque, an assembly.
+POSITION_BYTES, PAIR_BYTES, SECTION_BYTES, TORQUE_BYTES, ASSEMBLY_BYTES = 100, 32, 200, 1_000, 12_000
 # A sweep takes so many times the size of the basis file: read, unpacked, and made ready for the kernels.
 UNPACKED = 4
 # Addresses that libraries reserve beyond the memory they use, with one thread.
@@ -110,8 +113,7 @@ def sharing_bodies(case: Case) -> tuple[str, ...]:
 def _stages_of(case: Case, pair: GearPair) -> tuple[Stage, ...]:
     """Stages of one model, from its finite elements on."""
     size = pair_size(case, pair)
-    torques = len(case.online.torques_Nm) + sum(len(torques_of(case, condition)) for condition in case.conditions)
-    sweep = case.pitches * case.online.angles_per_pitch * torques
+    sweep = case.pitches * case.online.angles_per_pitch * _swept_torques(case)
     compared = case.compare.angles * len(case.compare.torques_Nm)
     # Not all that the finite elements took in small pieces goes back to the system.
     kept = held_bytes(size) + max(ELEMENT_BYTES[gear.order] // 3 * gear.elements for gear in size.gears)
@@ -119,7 +121,7 @@ def _stages_of(case: Case, pair: GearPair) -> tuple[Stage, ...]:
     training = kept + 2 * basis + size.solves * size.pairs * 3 * size.flank * 2 * DOUBLE
     reduced = 1.0 + size.active_shapes
     full_s, reduced_s = FULL_S + FULL_ENTRY_S * size.window**2, REDUCED_S + REDUCED_MEMBER_S * reduced**2.2
-    online = kept + 2 * basis
+    online = kept + 2 * basis + _sweep_bytes(sweep, size.pairs)
     searched = GREEDY_STATES * size.solves if case.offline.sampling == "greedy" else 0
     coarse = coarser(case)
     coarse_size = pair_size(coarse, pair) if coarse else None
@@ -171,6 +173,40 @@ def meshed_within_memory(case: Case) -> MeshModel:
     """
     refuse_beyond_memory(case)
     return mesh_model(case)
+
+
+def refuse_large_sweep(
+    name: str, meshed: MeshedPair, angles: int, torques: int, assemblies: int = 1, sections: int = 0
+) -> None:
+    """Raise CaseError when a sweep takes more memory than there is.
+
+    Parameters
+    ----------
+    name : str
+        Of the case.
+    meshed : MeshedPair
+    angles, torques, assemblies : int
+        Their numbers.
+    sections : int
+        Recorded in each position.
+    """
+    memory = KERNEL_BYTES + assemblies * (ASSEMBLY_BYTES + torques * TORQUE_BYTES)
+    memory += assemblies * _sweep_bytes(angles * torques, meshed.tooth_pair_count, sections)
+    times = f"{angles} angles x {torques} torques" + f" x {assemblies} assemblies" * (assemblies > 1)
+    _refuse(f"{name}: a sweep of {times}", memory, ", or sweep fewer at a time")
+
+
+def refuse_large_sweep_of(case: Case, meshed: MeshedPair) -> None:
+    """Raise CaseError when the sweep of a case, with its conditions, takes more memory than there is."""
+    refuse_large_sweep(case.name, meshed, case.pitches * case.online.angles_per_pitch, _swept_torques(case))
+
+
+def _swept_torques(case: Case) -> int:
+    return len(case.online.torques_Nm) + sum(len(torques_of(case, condition)) for condition in case.conditions)
+
+
+def _sweep_bytes(positions: int, pairs: int, sections: int = 0) -> int:
+    return positions * (POSITION_BYTES + PAIR_BYTES * pairs + SECTION_BYTES * sections)
 
 
 def refuse_large_basis(path: Path) -> None:

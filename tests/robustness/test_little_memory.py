@@ -1,19 +1,30 @@
 """What a case takes of memory is told within a factor, and too little memory ends in one line."""
 
+import dataclasses
 import os
+import resource
 import subprocess
 import sys
+import tracemalloc
 
+import numpy as np
 import pytest
 
+import pmor
 import pmor.work.cost
 from pmor.case import change_case, load_case, without_models
+from pmor.core.memory import MemoryLimit
 from pmor.lab.core.stages import measure_stages
-from pmor.work.cost import RESERVED_BYTES, stages
+from pmor.work.cost import PAIR_BYTES, POSITION_BYTES, RESERVED_BYTES, stages
 from tests.support.processes import ROOT
+from tests.support.refusals import time_limit
 
 CASES = ROOT / "cases"
 MIB = 2**20
+
+
+def peak_mib():
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
 
 def paper(**changes):
@@ -35,6 +46,75 @@ def test_half_the_addresses_end_in_one_line(command, profile_elements, tmp_path)
     assert done.stderr.startswith("pmor: error: ")
     assert len(done.stderr.splitlines()) == 1
     assert [item.name for item in tmp_path.iterdir()] == ["case.toml"]
+
+
+@pytest.fixture(scope="module")
+def small():
+    mesh = {"profile_elements": 4, "width_elements": 2, "error_bar": False}
+    return paper(mesh=mesh, online={"angles_per_pitch": 8}, output={"plots": False, "report": False})
+
+
+@pytest.fixture(scope="module")
+def full(small):
+    return pmor.full_model(small)
+
+
+@pytest.fixture(scope="module")
+def model(small, full):
+    return pmor.train(small, full)
+
+
+# Some 10 GiB each, of angles, torques, assemblies, or all of them.
+LARGE = {
+    "a fine sweep": lambda model, full: model.sweep(np.linspace(10.0, 160.0, 50), 10**6),
+    "many torques": lambda model, full: model.sweep(np.linspace(10.0, 160.0, 10**6), 50),
+    "given angles": lambda model, full: model.sweep(np.linspace(10.0, 160.0, 100), np.linspace(0.0, 0.3, 500_000)),
+    "full FE": lambda model, full: full.sweep(np.linspace(10.0, 160.0, 20), 10**6),
+    "many assemblies": lambda model, full: model.sweep_conditions(
+        [pmor.Assembly()] * 5000, np.linspace(10.0, 160.0, 100), 200
+    ),
+    "stresses": lambda model, full: model.root_stress(np.linspace(10.0, 160.0, 100), 50_000),
+    "a fine Harris map": lambda model, full: model.harris_map(np.linspace(10.0, 160.0, 1000), 50_000),
+    "a design": lambda model, full: model.design(
+        variables=[{"key": "helix_crowning_um", "range": [0.0, 9.0]}], search={"angles": 400},
+        load={"torques_Nm": np.linspace(10.0, 160.0, 200_000)},
+    ),
+    "a case": lambda model, full: pmor.plan(
+        pmor.change_case(model.case, online={"pitches": 100_000, "torques_Nm": [100.0, *range(1, 80)]})
+    ),
+    "a loaded model": lambda model, full: dataclasses.replace(
+        model, basis=dataclasses.replace(model.basis, case=pmor.change_case(
+            model.case, online={"pitches": 100_000, "torques_Nm": [100.0, *range(1, 80)]}
+        ))
+    ).report("out", compare=False),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("call", LARGE.values(), ids=LARGE)
+def test_results_that_do_not_fit_into_memory_are_refused_before_they_are_solved(
+    call, model, full, monkeypatch, tmp_path
+):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(pmor.work.cost, "memory_limits", lambda: [MemoryLimit(4 * 2**30, "a test allows", "raise it")])
+    before = peak_mib()
+    with time_limit(), pytest.raises(pmor.CaseError, match=r"takes about .* GiB of memory, and a test allows 4 GiB: "):
+        call(model, full)
+    assert list(tmp_path.iterdir()) == []
+    assert peak_mib() < before + 1024.0
+
+
+def test_a_long_sweep_keeps_results_alone(model, monkeypatch):
+    """Forces of all sections in all states would be four times as much; blocks and whole have the same numbers."""
+    torques = np.linspace(10.0, 160.0, 60)
+    monkeypatch.setattr("pmor_online.readings.MOST_KEPT", 0)
+    tracemalloc.start()
+    swept = model.sweep(torques, 2000, pinion=pmor.Modification(helix_crowning_um=3.0))
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    meshed = model.reduced.meshed
+    assert peak < 1.2 * swept.ste_um.size * (POSITION_BYTES + PAIR_BYTES * meshed.tooth_pair_count)
+    part = model.sweep(torques[7:9], swept.phi_rad[77:79], pinion=pmor.Modification(helix_crowning_um=3.0))
+    np.testing.assert_array_equal(part.ste_um, swept.ste_um[7:9, 77:79])
 
 
 FACTOR = 2.0
