@@ -5,7 +5,6 @@ Sizes are those of the meshes of this very case; nothing is solved for them.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
@@ -179,7 +178,7 @@ def _of_training(scene: Scene) -> Iterator[Skipped]:
 
 def _of_contact(scene: Scene) -> Iterator[Skipped]:
     case, contact, rows = scene.case, scene.case.contact, scene.case.mesh.profile_intervals
-    most = math.floor(scene.pair.total_contact_ratio + 1.0) + 1
+    most = scene.pair.most_touching_pairs
     teeth = min(sector.teeth for sector in scene.sectors)
     if most < teeth:
         why = f"{_contact_ratios(scene.pair)}: at most {most} pairs can touch at a time"

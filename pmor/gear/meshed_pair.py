@@ -73,8 +73,7 @@ class MeshedPair:
     @cached_property
     def tooth_pair_count(self) -> int:
         """Largest number of tooth pairs that can touch together."""
-        # The overshoot on either side of the path of contact is at most half a pitch.
-        return math.floor(self.pair.total_contact_ratio + 1.0) + 1
+        return self.pair.most_touching_pairs
 
     def kinematics(self, misalignment: Misalignment) -> Kinematics:
         """Kinematics for the kernels, with the wheel's axis in a place."""

@@ -21,6 +21,9 @@ from pmor.gear.tooth import Tooth, inverse_involute, involute_function
 
 # Modules by which a centre distance may be tighter than without backlash: profile shifts on drawings are rounded.
 ROUNDING = 1e-4
+# Pitches by which tooth pairs are counted beyond where they can touch: more than round-off of `touching_pairs`, and of
+# the kernel that cuts windows, can add.
+ROUND_OFF_PITCHES = 1e-9
 
 
 @dataclass(frozen=True)
@@ -173,6 +176,11 @@ class GearPair:
         return self.contact_ratio + self.overlap_ratio
 
     @property
+    def most_touching_pairs(self) -> int:
+        """Largest number of tooth pairs that can touch together, up to half a pitch beyond the path of contact."""
+        return math.floor(self.total_contact_ratio + 1.0 + ROUND_OFF_PITCHES) + 1
+
+    @property
     def pitch_point_radius(self) -> float:
         """Relative radius of curvature of the flanks at the pitch point, mm."""
         tangent = math.tan(self.working_pressure_angle)
@@ -227,7 +235,7 @@ class GearPair:
         u2 = float(self.contact_roll_angles(np.array(roll_position))[1])
         return u2 - self.wheel.base_half_angle - self.working_pressure_angle
 
-    def tooth_pair_count(self, phi: float, margin: float) -> IntArray:
+    def touching_pairs(self, phi: float, margin: float) -> IntArray:
         """Return the indices j of the tooth pairs that can touch somewhere on their width at pinion angle `phi`.
 
         Parameters

@@ -342,7 +342,7 @@ def per_gear(case: Case, mesh: MeshModel, work: Callable[[SectorMesh, GearCase],
 
 def neighbouring_teeth(pair: GearPair) -> int:
     """Return how many neighbouring teeth can be loaded together with a tooth, counting contact beyond the path."""
-    return max(1, math.ceil(pair.total_contact_ratio + 1.0) - 1)
+    return pair.most_touching_pairs - 1
 
 
 def _layer(case: Case, gear: GearCase, tooth: Tooth) -> SurfaceLayer:

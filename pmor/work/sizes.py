@@ -150,7 +150,7 @@ def pair_size(case: Case, pair: GearPair) -> PairSize:
     ]
     alike = case.mesh.share_identical and pair.pinion == pair.wheel and case.pair.pinion == case.pair.wheel
     gear, rows, solves = both[0], rows_in_contact(case, pair), full_solves(case)
-    pairs = math.floor(pair.total_contact_ratio + 1.0) + 1
+    pairs = pair.most_touching_pairs
     per_line = 1
     if case.reduction.shapes == "static_modes":
         per_line = 2 * gear.layers

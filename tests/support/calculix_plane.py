@@ -58,7 +58,7 @@ def _sector(tooth, gear, width, roll, across):
 
 def _rings(case, pair, turned, phi, fine, reach):
     """Both gears, the pinion `turned` ahead of phi, and for each the teeth that can touch with their faces."""
-    index = pair.tooth_pair_count(phi, MARGIN * pair.pitch)
+    index = pair.touching_pairs(phi, MARGIN * pair.pitch)
     rolls = pair.contact_roll_angles(np.clip(phi + pair.pitch * index, *pair.roll_position_range))
     angles = turned, math.pi + pair.wheel_tooth_rotation(phi)
     rings, touching = [], []

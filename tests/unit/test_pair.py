@@ -158,14 +158,14 @@ def test_pairs_in_reach_are_those_on_the_path(pair, margin):
         candidates = np.arange(-12, 13)
         own = phi + candidates * pair.pitch
         expected = candidates[(own >= first - margin - 1e-12) & (own <= last + margin + 1e-12)]
-        assert pair.tooth_pair_count(phi, margin).tolist() == expected.tolist()
+        assert pair.touching_pairs(phi, margin).tolist() == expected.tolist()
         assert len(expected) >= 1
 
 
 def test_pairs_at_the_very_ends_of_the_path_are_in_reach():
     pair = PAIRS["paper"]
     for end in pair.roll_position_range:
-        assert 0 in pair.tooth_pair_count(end, 0.0)
+        assert 0 in pair.touching_pairs(end, 0.0)
 
 
 # --- pairs that cannot mesh ----------------------------------------------------------------------------------------

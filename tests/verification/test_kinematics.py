@@ -1,5 +1,6 @@
 """The pair over the pitch: periodicity, windows, the rigid pair, and how loads approach it."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -7,9 +8,11 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.case import change_case, load_case
-from pmor.pair.model import mesh_model
+from pmor.gear.condition import ALIGNED, PLAIN
+from pmor.pair.model import mesh_model, neighbouring_teeth
+from pmor.penalty.kernels.windows import place_windows
 from pmor.penalty.position import active_patches, overshoot
-from tests.support.gear_models import meshed_pair
+from tests.support.gear_models import MODULE, WIDTH, helical_pair, meshed_pair
 from tests.support.loaded_pair import DEPTH, PAIRS, TORQUE, Model, every_pair, rigid_advance
 
 
@@ -19,8 +22,31 @@ def test_pairs_in_reach_are_those_of_the_kinematics(pair):
     margin = overshoot(meshed, DEPTH)
     for phi in np.linspace(-pair.pitch, pair.pitch, 9):
         position = active_patches(meshed, phi, DEPTH)
-        assert position.pair_index.tolist() == pair.tooth_pair_count(phi, margin).tolist()
+        assert position.pair_index.tolist() == pair.touching_pairs(phi, margin).tolist()
         assert len(position.pair_index) <= meshed.tooth_pair_count
+
+
+def test_kernels_never_count_more_tooth_pairs_than_there_is_memory_for():
+    """Contact ratios within 1e-12 of integers, at the angles where a pair comes and another one leaves.
+
+    Beyond the rows that the windows of a position have, a kernel would write into foreign memory.
+    """
+    rng, plain = np.random.default_rng(3), helical_pair(MODULE, (21, 33), 20.0, 0.0, WIDTH)
+    kernel = meshed_pair(plain, 6, 2).for_kernels(PLAIN)
+    per_width = plain.overlap_ratio / WIDTH
+    counted = set()
+    for total in np.repeat([2.0, 3.0, 4.0], 40):
+        width = (total + rng.uniform(-1e-12, 1e-12) - plain.contact_ratio) / per_width
+        pair = replace(plain, face_width=width)
+        kinematics = meshed_pair(pair, 6, 2).kinematics(ALIGNED)
+        first, last = (end + side * 0.5 * pair.pitch for end, side in zip(pair.meshing_range, (-1, 1), strict=True))
+        for end in (first, last):
+            phi = end + pair.pitch * rng.integers(-40, 40)
+            patches, _ = place_windows(phi, 10.0 * MODULE, 1.0, 12, kinematics, kernel.gears, kernel.limits)
+            assert patches.pairs <= pair.most_touching_pairs == neighbouring_teeth(pair) + 1
+            assert len(pair.touching_pairs(phi, 0.5 * pair.pitch)) <= pair.most_touching_pairs
+            counted.add(pair.most_touching_pairs - patches.pairs)
+    assert 0 in counted, "the angles are those of the largest number"
 
 
 @every_pair

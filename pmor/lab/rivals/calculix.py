@@ -152,7 +152,7 @@ def input_deck(
 ) -> str:  # fmt: skip
     """Return the input deck of one position; the undeformed pinion is placed `advance` (rad) ahead."""
     meshed = mesh.meshed
-    pairs = meshed.pair.tooth_pair_count(phi, MARGIN * meshed.pair.pitch)
+    pairs = meshed.pair.touching_pairs(phi, MARGIN * meshed.pair.pitch)
     gears = place_gears(case, mesh, phi, advance, pairs, beside)
     driver = gears[1].first_node + len(gears[1].nodes)
     lines: list[str] = []
