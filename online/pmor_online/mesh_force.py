@@ -17,7 +17,7 @@ Forces = Callable[[float, FloatArray], FloatArray]
 
 # Relative, of a displacement: where no equilibrium was found, one beside it is taken.
 NUDGES = np.array([1e-9, -1e-9, 1e-8, -1e-8])
-# Phases whose sections are placed at a time, and flexibilities of sections beyond which none stay placed for later.
+# Phases whose sections are placed at a time, and memory of placed sections beyond which none are kept for later.
 PHASES_AT_ONCE, MOST_BYTES = 1024, 1 << 29
 
 
@@ -112,7 +112,7 @@ class LineLoadLaw:
     def _at(self, phase: FloatArray) -> _Known:
         key = phase.tobytes()
         if key not in self._known:
-            if sum(known.placed.flexibility.between.nbytes for known in self._known.values()) > MOST_BYTES:
+            if sum(known.placed.nbytes for known in self._known.values()) > MOST_BYTES:
                 self._known.clear()
             placed = place_phases(self.reduced.lines, phase, self.assembly)
             force = np.zeros((1, *placed.lines.gap.shape))

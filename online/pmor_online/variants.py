@@ -24,6 +24,9 @@ from pmor_online.model import ReducedPair
 
 # A patch of contact that is off its middle by more than this has been cut off, or carried round, by an edge, mm.
 OFF_MIDDLE = 1e-9
+# Memory of sections that stay placed for further variants on the same axes: a tolerance analysis draws thousands of
+# axes, each of which a helical pair takes megabytes for.
+MOST_IDLE_BYTES = 1 << 29
 
 
 @dataclass(frozen=True)
@@ -74,7 +77,7 @@ class VariantSolver:
     reduced : ReducedPair
         Of line loads.
     phi : ndarray, shape (A,)
-        Pinion angles, rad: all of them are kept in memory with their flexibilities.
+        Pinion angles, rad: all of them are kept in memory with their flexibilities, for the axes used last.
     torques_Nm : sequence of float
     """
 
@@ -84,7 +87,7 @@ class VariantSolver:
         self._torques = np.array([1e3 * torque for torque in torques_Nm])
         # Found once: where active profiles begin and end takes as long as a position.
         self._active = reduced.layered.pair.active_rolls
-        self._idle: dict[Misalignment, list[PlacedSections]] = {}
+        self._idle: list[tuple[Misalignment, PlacedSections]] = []  # the last used one at the end
         self._lock = threading.Lock()
 
     def solve(self, assembly: Assembly, differentiated: bool = False) -> VariantState:
@@ -118,12 +121,14 @@ class VariantSolver:
     def _placed(self, misalignment: Misalignment) -> Iterator[PlacedSections]:
         """Lend the sections on some axes: solving makes flexibilities ready in them, which is for one at a time."""
         with self._lock:
-            idle = self._idle.setdefault(misalignment, [])
-            placed = idle.pop() if idle else None
+            place = next((n for n, (where, _) in enumerate(self._idle) if where == misalignment), None)
+            placed = None if place is None else self._idle.pop(place)[1]
         if placed is None:
             placed = self.reduced.lines.place(self.phi, misalignment)
         try:
             yield placed
         finally:
             with self._lock:
-                idle.append(placed)
+                self._idle.append((misalignment, placed))
+                while len(self._idle) > 1 and sum(one.nbytes for _, one in self._idle) > MOST_IDLE_BYTES:
+                    del self._idle[0]

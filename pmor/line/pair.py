@@ -69,6 +69,11 @@ class PlacedSections:
         workspace = Flexibility(between, np.zeros(self.lines.gap.shape, dtype=bool))
         object.__setattr__(self, "flexibility", workspace)
 
+    @property
+    def nbytes(self) -> int:
+        """Memory that the sections and their flexibilities take."""
+        return sum(array.nbytes for array in (*self.lines, *self.flexibility))
+
     def deviation(self, assembly: Assembly) -> FloatArray:
         """Return the deviations of both flanks, added up, in all sections, mm, (A, N); empty where there are none."""
         if not assembly.modified:
