@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmor.core.arrays import FloatArray
+from pmor.line.hertz import TOO_WIDE
 from pmor.line.unloaded import with_unloaded
 from pmor.pair.conditions import conditions_of
 from pmor.pair.model import ElasticModel
@@ -87,7 +88,9 @@ def training_failures(training: Training) -> list[str]:
 
 def failed_positions(sweep: SteSweep, label: str) -> list[str]:
     """Name the positions of a sweep that did not converge."""
+    wide = np.zeros_like(sweep.converged) if sweep.overloaded is None else sweep.overloaded
     return [
-        f"{label}: phi = {sweep.phi_rad[i]:.6g} rad, torque = {sweep.torque_Nm[t]:g} N m did not converge"
+        f"{label}: phi = {sweep.phi_rad[i]:.6g} rad, torque = {sweep.torque_Nm[t]:g} N m "
+        + (TOO_WIDE if wide[t, i] else "did not converge")
         for t, i in np.argwhere(~sweep.converged)
     ]

@@ -16,6 +16,7 @@ import numpy as np
 from pmor.core.arrays import FloatArray, IntArray
 from pmor.core.threads import in_order
 from pmor.gear.condition import Assembly, Condition, common_misalignment
+from pmor.line.hertz import overloaded
 from pmor.line.kernels.loads import LineResults
 from pmor.line.kernels.places import Lines
 from pmor.line.kernels.pressure import PATCH_FIELDS, line_patches
@@ -55,6 +56,8 @@ def sweep_line_loads(
     """
     start = time.perf_counter()
     lines, found = _solve(reduced.lines, phi, conditions, executor, progress, recorded)
+    wide = overloaded(reduced.layered, lines.law, found.force)
+    found = found._replace(converged=found.converged & ~wide, torque=np.where(wide[..., None], 0.0, found.torque))
     advance = np.where(found.converged, found.advance, np.nan)
     share, pair_index = load_shares(lines.first_pair[:, None] + np.arange(found.torque.shape[2]), found.torque)
     return SteSweep(
@@ -62,7 +65,7 @@ def sweep_line_loads(
         ste_um=advance * reduced.layered.pair.pinion.base_radius * 1e3, pair_share=share, pair_index=pair_index,
         newton_steps=found.steps, converged=found.converged, seconds=time.perf_counter() - start,
         pitch_rad=reduced.layered.pair.pitch, states=_states(reduced, lines, found, advance) if recorded else None,
-        stiffness_N_per_um=_stiffness(reduced, found),
+        stiffness_N_per_um=_stiffness(reduced, found), overloaded=wide,
     )  # fmt: skip
 
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.gear.condition import Assembly, Misalignment
+from pmor.line.hertz import overloaded
 from pmor.line.kernels.loads import LineResults
 from pmor.line.kernels.places import Lines
 from pmor.line.pair import PlacedSections
@@ -102,7 +103,8 @@ class VariantSolver:
         """
         with self._placed(assembly.misalignment) as placed:
             found = placed.solve(self._torques, False, placed.deviation(assembly), differentiated)
-        return self._state(placed.lines, found)
+        wide = overloaded(self.reduced.layered, placed.lines.law, found.force)
+        return self._state(placed.lines, found._replace(converged=found.converged & ~wide))
 
     def _state(self, lines: Lines, found: LineResults) -> VariantState:
         meshed, sections = self.reduced.layered, self.reduced.layered.sections

@@ -34,14 +34,15 @@ Both gears together, with 1/rho the sum of the curvatures and b^2 = 2 (c_1 + c_2
 There is no penalty: w is the unknown, one for each section and tooth pair, nonlinear in the approach.
 
 Where it stops being valid. *Wide contact*: (1) needs b << d; against a bonded layer solved by finite elements it is 0.5
-% low at b = d / 4 and 3 % at b = d / 2. Wider contact is refused before anything is solved (`check_half_width`). *Tip
-corner*: within a depth from the tip, and where its edge carries, the law is that of `pmor.line.kernels.tip_corner`, to
-second order in the gap, of flanks without deviations: a relief that runs out at the tip turns the corner away from the
-mate, which is left out. *Root*: in the fillet the layer ends at a held face, (1) does not; where contact begins, 0.8 to
-1.2 depths from there, (1) is too large by 0.03 to 0.006 c w, 0.3 % at most. *Face ends*: the softer end of a layer at a
-free face, and the coupling of sections through it, are known as well as the mesh resolves a depth; of the paper's pair
-they make the STE 0.2 % larger. *Helical faces*: on helical flanks the layer keeps plane strain up to the face, and
-sections are coupled through the material below it alone: load must not change much over the width within one depth.
+% low at b = d / 4 and 3 % at b = d / 2. Wider contact is refused before anything is solved (`check_half_width`), and a
+state in which it is wider in some section counts as not converged (`overloaded`). *Tip corner*: within a depth from the
+tip, and where its edge carries, the law is that of `pmor.line.kernels.tip_corner`, to second order in the gap, of
+flanks without deviations: a relief that runs out at the tip turns the corner away from the mate, which is left out.
+*Root*: in the fillet the layer ends at a held face, (1) does not; where contact begins, 0.8 to 1.2 depths from there,
+(1) is too large by 0.03 to 0.006 c w, 0.3 % at most. *Face ends*: the softer end of a layer at a free face, and the
+coupling of sections through it, are known as well as the mesh resolves a depth; of the paper's pair they make the STE
+0.2 % larger. *Helical faces*: on helical flanks the layer keeps plane strain up to the face, and sections are coupled
+through the material below it alone: load must not change much over the width within one depth.
 """
 
 from __future__ import annotations
@@ -51,12 +52,17 @@ from functools import cache
 
 import numpy as np
 
-from pmor.core.arrays import FloatArray
+from pmor.core.arrays import BoolArray, FloatArray
 from pmor.core.errors import GeometryError
+from pmor.line.kernels.tip_corner import LineLaw
 from pmor.line.layered_pair import LayeredPair
 
 # Half-width over the depth of the layer, beyond which the closed form is refused.
 WIDEST = 0.5
+TOO_WIDE = (
+    "overloads a section, whose contact is wider than half the depth of the layer that line contact stands on: lower "
+    'the torque, relieve the edges, raise [contact] layer_depth, or choose scheme = "direct"'
+)
 
 
 def line_compliance(youngs_modulus: float, poisson_ratio: float) -> float:
@@ -84,6 +90,33 @@ def bonded_layer_constant(poisson_ratio: float) -> float:
 def approach_constants(depth: FloatArray, poisson_ratio: float) -> FloatArray:
     """Return ln(2 d) + 1/2 + a for layer depths d (mm), shape as `depth`."""
     return np.asarray(np.log(2.0 * depth) + 0.5 + bonded_layer_constant(poisson_ratio))
+
+
+def overloaded(meshed: LayeredPair, law: FloatArray, force: FloatArray) -> BoolArray:
+    """Return in which states some section carries so much that its contact is too wide for the layer.
+
+    `check_half_width` knows the mean load alone; edges of the face may carry several times as much.
+
+    Parameters
+    ----------
+    meshed : LayeredPair
+    law : ndarray, shape (A, N, 12)
+        `LineLaw` of each section.
+    force : ndarray, shape (D, A, N)
+        N.
+
+    Returns
+    -------
+    ndarray of bool, shape (D, A)
+    """
+    total = sum(layer.compliance for layer in meshed.layers)
+    mean = sum(layer.compliance * bonded_layer_constant(layer.poisson_ratio) for layer in meshed.layers) / total
+    fields = map(LineLaw._fields.index, ("compliance", "opening", "curvature"))
+    compliance, opening, curvature = (law[..., field] for field in fields)
+    depth = 0.5 * np.exp(opening - mean)  # both layers' in the logarithmic mean, as the approach has it
+    allowed = 0.5 * curvature * (WIDEST * depth) ** 2
+    load = force / np.tile(meshed.width, force.shape[2] // len(meshed.width))
+    return np.asarray((compliance * load > allowed).any(axis=2))
 
 
 def check_half_width(meshed: LayeredPair, torque: float) -> None:

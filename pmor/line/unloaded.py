@@ -1,7 +1,11 @@
 """Transmission error without load: where rigid flanks touch.
 
-Of all sections of all tooth pairs that can touch the one that closes first stops the pinion: its advance is the lower
-envelope of theirs. Under ever smaller torques the loaded transmission error comes down to it.
+The pinion stops where the first transverse section of any tooth pair closes: its advance is the lower envelope of those
+of all sections. Contact of modified helical flanks moves over the face width as the gears turn: sections are closer
+there than those of the line loads, and between them the advance is taken for a parabola, with the smaller of the
+curvatures at both ends (minmod, as in ENO schemes; Harten et al., J. Comput. Phys. 71 (1987) 231). Where a line of
+contact or a relief ends, the advance bends sharply, and a parabola through three sections would swing below the
+envelope. Under ever smaller torques the loaded transmission error comes down to the envelope of its own sections.
 """
 
 from __future__ import annotations
@@ -20,6 +24,9 @@ from pmor.results.sweep import SteSweep
 
 # Sections are placed for so many angles at a time: their arrays stay within megabytes.
 ANGLES_PER_BLOCK = 500
+# Of helical pairs, sections for each of the line loads': with reliefs of 10 to 40 um over four columns of elements the
+# envelope is known to 0.1 um, and to 1.5 um from those of the line loads.
+FINER = 8
 
 
 def with_unloaded(sweep: SteSweep, meshed: MeshedPair, conditions: Sequence[Condition]) -> SteSweep:
@@ -41,7 +48,7 @@ def with_unloaded(sweep: SteSweep, meshed: MeshedPair, conditions: Sequence[Cond
 
 
 def unloaded_ste_um(meshed: MeshedPair, phi: FloatArray, assemblies: Sequence[Assembly]) -> FloatArray:
-    """Return the transmission error of rigid flanks, of the sections in which line contact is evaluated.
+    """Return the transmission error of rigid flanks.
 
     Parameters
     ----------
@@ -59,7 +66,7 @@ def unloaded_ste_um(meshed: MeshedPair, phi: FloatArray, assemblies: Sequence[As
     """
     misalignment = common_misalignment(assemblies)
     deviations = [meshed.deviations(one) if one.modified else None for one in assemblies]
-    z = sections_of(meshed).z
+    z, helical = _places(meshed), meshed.pair.overlap_ratio > 0.0
     angles, advance = np.ascontiguousarray(phi, dtype=float), np.empty((len(assemblies), len(phi)))
     for start in range(0, len(angles), ANGLES_PER_BLOCK):
         block = slice(start, start + ANGLES_PER_BLOCK)
@@ -68,8 +75,30 @@ def unloaded_ste_um(meshed: MeshedPair, phi: FloatArray, assemblies: Sequence[As
             removed = np.zeros_like(places.gap)
             if flanks is not None:
                 line_deviations(places, z, *flanks, removed)
-            advance[number, block] = _touching_advance(places, removed).min(axis=1)
+            closing = _touching_advance(places, removed).reshape(len(removed), -1, len(z))
+            advance[number, block] = _envelope(z, closing) if helical else closing.min(axis=(1, 2))
     return np.asarray(1e3 * meshed.pair.pinion.base_radius * advance)
+
+
+def _places(meshed: MeshedPair) -> FloatArray:
+    """Sections in which rigid flanks are looked at, mm: those of the line loads on spur gears, whose contact stays."""
+    z = sections_of(meshed).z
+    return z if meshed.pair.overlap_ratio == 0.0 else np.linspace(*meshed.pair.common_face, FINER * len(z) + 1)
+
+
+def _envelope(z: FloatArray, advance: FloatArray) -> FloatArray:
+    """Least advance, (A,), over tooth pairs and over the face width, between sections too; `advance` is (A, P, S)."""
+    lowest = advance.min(axis=(1, 2))
+    with np.errstate(invalid="ignore"):
+        slope = np.diff(advance) / np.diff(z)
+        bend = 2.0 * np.diff(slope) / (z[2:] - z[:-2])
+    # Between the inner sections: those at the ends of the face have no bend of their own.
+    bend, slope, step = np.minimum(bend[..., 1:], bend[..., :-1]), slope[..., 1:-1], np.diff(z)[1:-1]
+    inside = np.abs(slope) < 0.5 * bend * step  # false where sections never close
+    middle = 0.5 * (advance[..., 1:-2] + advance[..., 2:-1])[inside]
+    bend, slope, step = bend[inside], slope[inside], np.broadcast_to(step, inside.shape)[inside]
+    np.minimum.at(lowest, np.nonzero(inside)[0], middle - 0.125 * bend * step**2 - 0.5 * slope**2 / bend)
+    return np.asarray(lowest)
 
 
 def _touching_advance(places: Places, removed: FloatArray) -> FloatArray:

@@ -53,6 +53,8 @@ class SteSweep:
     stiffness_N_per_um : (n_torques, n_angles) or None
         Tangent of the force along the line of action, T / r_b1, over the STE, from the factor of the solution; NaN
         where not converged. None of models that do not know it.
+    overloaded : (n_torques, n_angles) bool or None
+        Positions that count as not converged since contact is too wide for the law of line contact in some section.
     """
 
     phi_rad: FloatArray
@@ -69,6 +71,7 @@ class SteSweep:
     unloaded_um: FloatArray | None = None
     mesh_error_percent: FloatArray | None = None
     stiffness_N_per_um: FloatArray | None = None
+    overloaded: BoolArray | None = None
 
     def __post_init__(self) -> None:
         """Refuse arrays that do not belong together: a wrong shape would broadcast silently further on."""
@@ -76,7 +79,7 @@ class SteSweep:
         expected = {
             "ste_um": grid, "pair_share": (*grid, len(self.pair_index)), "newton_steps": grid, "converged": grid
         }  # fmt: skip
-        for name in ("ste_error_um", "unloaded_um", "stiffness_N_per_um"):
+        for name in ("ste_error_um", "unloaded_um", "stiffness_N_per_um", "overloaded"):
             if getattr(self, name) is not None:
                 expected[name] = grid
         if self.mesh_error_percent is not None:
@@ -98,13 +101,12 @@ class SteSweep:
     def at_torques(self, rows: slice | IntArray) -> SteSweep:
         """Return a sweep with some of the torques, by their place; it keeps no states."""
         ste = self.ste_um[rows]
-        kept = self.ste_error_um, self.unloaded_um, self.mesh_error_percent, self.stiffness_N_per_um
-        error, unloaded, of_mesh, stiffness = (None if a is None else a[rows] for a in kept)
+        optional = ("ste_error_um", "unloaded_um", "mesh_error_percent", "stiffness_N_per_um", "overloaded")
+        kept = {name: values[rows] for name in optional if (values := getattr(self, name)) is not None}
         return replace(
             self, torque_Nm=self.torque_Nm[rows], ste_um=ste, pair_share=self.pair_share[rows],
             newton_steps=self.newton_steps[rows], converged=self.converged[rows],
-            seconds=self.seconds * len(ste) / len(self.ste_um), ste_error_um=error, states=None, unloaded_um=unloaded,
-            mesh_error_percent=of_mesh, stiffness_N_per_um=stiffness,
+            seconds=self.seconds * len(ste) / len(self.ste_um), states=None, **kept,
         )  # fmt: skip
 
     @property
