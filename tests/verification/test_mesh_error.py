@@ -1,10 +1,15 @@
 """What the mesh costs, of linear and of quadratic elements, and its error bar against four times as many elements."""
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import h5py
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 
 import pmor
+import pmor_online.mesh_error
 from pmor.case import change_case
 from pmor.case.coarser import coarser
 from pmor.core.errors import FileFormatError, PmorError
@@ -16,6 +21,7 @@ from pmor_online.mesh_error import with_mesh_error
 from pmor_online.model import online_angles, reduced_pair
 from tests.support.broken_hdf5 import reseal
 from tests.support.small_case import case_with, full_fe
+from tests.support.sweeps import made_up_sweep
 
 ANGLES = 24
 # What is asked for: the bar over the true error, in nine of ten pairs and in all of them.
@@ -143,4 +149,36 @@ def test_a_mesh_that_cannot_be_halved_or_a_case_that_asks_for_none_has_no_error_
     assert coarser(pair_case({}, profile_elements=7)) is None
     assert coarser(pair_case({}, error_bar=False)) is None
     halved = [coarser(pair_case({}, profile_elements=9, width_elements=n)).mesh.width_elements for n in (1, 2, 3, 6, 8)]
-    assert halved == [1, 2, 2, 4, 4], "an even number stays even, so that half the width stands for the whole"
+    assert halved == [4, 8, 2, 4, 4], "an even number stays even, so that half the width stands for the whole"
+    assert coarser(pair_case({}, profile_elements=9, width_elements=1, width="plane_strain")).mesh.width_elements == 1
+
+
+@pytest.mark.parametrize(("across", "slope_um"), [(1, 0.0), (2, 0.0), (2, 30.0)])
+def test_error_bar_knows_the_width_that_one_or_two_elements_miss(across, slope_um):
+    """Crowning or a slope of 30 um: 14.06 um on two elements, where sixteen give 12.79; the bar was 0.3 %."""
+    gears = {"pinion.modification": {"helix_slope_um": slope_um} if slope_um else {"helix_crowning_um": 30.0}}
+    gears |= {"offline": None, "online": None, "compare": None}
+    found, truth = (
+        swept(pair_case(gears, profile_elements=8, width_elements=n, error_bar=n == across)) for n in (across, 8)
+    )
+    mean = truth.ste_um[0].mean()
+    error = 100.0 * np.sqrt(np.mean((found.ste_um[0] - truth.ste_um[0]) ** 2)) / mean
+    assert error > 5.0
+    assert LEAST < found.mesh_error_percent[0] / error < MOST
+
+
+@pytest.mark.parametrize(
+    ("element", "width", "across", "share"),
+    [("hex20", "half", 4, 0.55), ("hex8i", "half", 4, 0.9), ("hex20", "plane_strain", 1, 0.18),
+     ("hex8i", "plane_strain", 1, 0.9), ("hex20", "half", 2, 1.55**2 / 2.1), ("hex8i", "half", 1, 1.9**2 / 2.8)],
+)  # fmt: skip
+def test_bar_is_a_known_share_of_the_difference_between_the_meshes(element, width, across, share, monkeypatch):
+    """Both sweeps are made up: 9.8 and 10.4 um on the mesh, 0.3 and 0.4 um more on the other one."""
+    case = pair_case({}, element=element, width=width, profile_elements=8, width_elements=across)
+    other = SimpleNamespace(basis=SimpleNamespace(case=coarser(case)))
+    reduced = SimpleNamespace(basis=SimpleNamespace(case=case), coarser=other)
+    sweep = made_up_sweep(ste_um=np.array([[9.8, 10.4]]))
+    coarse = replace(sweep, ste_um=sweep.ste_um + np.array([[0.3, 0.4]]))
+    monkeypatch.setattr(pmor_online.mesh_error, "sweep_line_loads", lambda *arguments: coarse)
+    (found,) = with_mesh_error(sweep, reduced, [None]).mesh_error_percent
+    assert_allclose(found, 100.0 * share * np.sqrt(0.125) / 10.1, rtol=1e-12)
