@@ -372,6 +372,11 @@ def test_two_of_them_on_a_page_do_not_meet(opened, folder, data):
 
 def test_a_phone_scrolls_it_in_one_direction_alone(page):
     page.fit_a_phone()
+    # Nor does it before canvases that were wider are drawn anew.
+    page.evaluate("document.body.style.width = '900px'")
+    page.wait_for("document.querySelector('.scatter canvas').clientWidth > 390")
+    narrowed = "(() => { document.body.style.width = ''; return document.documentElement.scrollWidth; })()"
+    assert page.evaluate(narrowed) <= 390
 
 
 def test_every_control_says_what_it_is(page):
