@@ -9,12 +9,23 @@ import numpy as np
 from pmor.gear.condition import ALIGNED, Assembly
 from pmor.gear.meshed_pair import MeshedPair
 from pmor.gear.tooth import Tooth
+from pmor.line.kernels import contact_point, loads, tip_corner
 from pmor.line.layered_pair import LayeredPair
 from pmor.report.live.compliance import packed_compliance
 from pmor_online.model import ReducedPair
 
 # Round-off of finite elements, over the largest compliance: bodies that differ by less are mirror images.
 ALIKE = 1e-9
+
+
+#: of the kernels that the page's solver transcribes
+CONSTANTS = {
+    name: getattr(module, name)
+    for module, names in (
+        (loads, ("MAX_STEPS", "PATIENCE", "TOLERANCE", "NEARBY", "ROUND_OFF", "BEGINNING")),
+        (tip_corner, ("SHORT", "LONGEST")), (contact_point, ("CORNER",)),
+    ) for name in names
+}  # fmt: skip
 
 
 def live_model(reduced: ReducedPair, assembly: Assembly, angles: int) -> dict[str, Any]:
@@ -32,7 +43,8 @@ def live_model(reduced: ReducedPair, assembly: Assembly, angles: int) -> dict[st
     Returns
     -------
     dict
-        `model`, `bodies` (packed compliances) and `body_of` (which one pinion and wheel have, and whether mirrored).
+        `model`, `bodies` (packed compliances), `body_of` (which one pinion and wheel have, and whether mirrored) and
+        `constants` of the solver.
     """
     meshed = reduced.layered
     bodies, body_of = _bodies(reduced)
@@ -53,7 +65,7 @@ def live_model(reduced: ReducedPair, assembly: Assembly, angles: int) -> dict[st
         },
         "gears": [_gear(meshed, assembly, gear) for gear in range(2)],
     }
-    return {"model": model, "bodies": bodies, "body_of": body_of}
+    return {"model": model, "bodies": bodies, "body_of": body_of, "constants": CONSTANTS}
 
 
 def _kinematics(meshed: MeshedPair) -> dict[str, float]:

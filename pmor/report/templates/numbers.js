@@ -1,4 +1,4 @@
-// Round numbers for axes, and numbers as they are read.
+// Numbers for axes and for reading, and elements. Text is never parsed as HTML.
 
 function ticksOf(low, high, count) {
   const raw = (high - low) / count, power = 10 ** Math.floor(Math.log10(raw));
@@ -9,4 +9,14 @@ function ticksOf(low, high, count) {
 
 function shortNumber(value) {
   return String(Number(value.toPrecision(4)));
+}
+
+function element(tag, attributes = {}, ...children) {
+  return filled(document.createElement(tag), attributes, children);
+}
+
+function filled(made, attributes, children) {
+  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
+  made.append(...children);
+  return made;
 }

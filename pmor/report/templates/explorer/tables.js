@@ -1,15 +1,8 @@
-// Values of one design, the front as a table, reasons. Text is never parsed as HTML.
+// Values of one design, the front as a table, reasons.
 
 const MOST_ROWS = 100, FIRST_NAMES = 5;
 // Design 9 before design 10.
 const ORDER = new Intl.Collator("en", { numeric: true });
-
-function element(tag, attributes = {}, ...children) {
-  const made = document.createElement(tag);
-  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
-  made.append(...children);
-  return made;
-}
 
 function nameOf(designs, i) {
   const name = designs.names[i], link = designs.links[i];

@@ -1,8 +1,6 @@
 // Contact points of two involutes in a transverse section, with the wheel's axis displaced: a transcript of
 // pmor/gear/kernels/motion.py and pmor/line/kernels/contact_point.py.
 
-const CORNER = 0.01;
-
 // Kinematics of a pair (`model.kinematics`) with a misaligned wheel axis (um over the face width, as in a case).
 function kinematicsAt(model, axes) {
   const width = model.kinematics.face_width;

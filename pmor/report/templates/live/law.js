@@ -1,8 +1,6 @@
 // Law of line contact with tip corners: a transcript of pmor/line/kernels/tip_corner.py, equations (1) to (5), and of
 // approach_of and line_law in pmor/line/kernels/law.py.
 
-const SHORT = 0.2, LONGEST = 0.5;
-
 function hertzPatch(size, angle, curvature) {
   const length = Math.sqrt(2 * size / curvature);
   return {

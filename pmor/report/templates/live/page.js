@@ -2,8 +2,7 @@
 
 const ORDERS = 10;
 
-async function startLive(root) {
-  const data = JSON.parse(document.getElementById("live-data").textContent);
+async function startLive(root, data) {
   const model = await unpackModel(data), controls = controlsOf(root);
   let places = null, placedFor = "", result = null, before = null, waiting = false;
 
@@ -17,26 +16,48 @@ async function startLive(root) {
     result.ms = performance.now() - started;
     root.result = result;
     before = before || result;  // the first one is the case's own
-    show();
+    draw(root, data, model, result, before);
   }
-  function show() { draw(root, data, model, result, before); }
+  // After an error nothing of an older setting stays in sight.
+  function guarded(action) {
+    try {
+      action();
+    } catch (error) {
+      result = root.result = null;
+      showFailure(root, error);
+    }
+  }
+  const show = () => guarded(() => { if (result) draw(root, data, model, result, before); });
   function soon() {
     if (waiting) return;
     waiting = true;
-    requestAnimationFrame(() => { waiting = false; update(); });
+    requestAnimationFrame(() => { waiting = false; guarded(update); });
   }
 
   wire(root, controls, soon);
   root.querySelector("#live-angle").max = model.angles - 1;
   root.querySelector("#live-angle").addEventListener("input", show);
   root.querySelector("#live-reset").addEventListener("click", () => { reset(root, controls); soon(); });
-  root.querySelector("#live-toml").addEventListener("click", () => giveToml(root, data, result.setting));
+  root.querySelector("#live-toml").addEventListener("click", () => giveToml(root, data, settingOf(data, controls)));
   window.addEventListener("resize", show);
-  window.addEventListener("beforeprint", () => showToml(root, data, result.setting));
+  window.addEventListener("beforeprint", () => showToml(root, data, settingOf(data, controls)));
   reset(root, controls);
   document.getElementById("live-missing").hidden = true;
   root.hidden = false;
-  update();
+  guarded(update);
+}
+
+function showFailure(root, error) {
+  for (const id of ["numbers", "time", "ste", "orders", "load", "flank"]) {
+    root.querySelector(`#live-${id}`).replaceChildren();
+  }
+  showWarnings(root, [`This setting could not be solved (${error.message}). Change it, or go back to the case.`]);
+}
+
+function showWarnings(root, said) {
+  const marker = root.querySelector("#live-marker");
+  marker.hidden = said.length === 0;
+  marker.replaceChildren(...said.map(text => element("li", {}, text)));
 }
 
 // A control is a slider with a number field, or a choice, with its initial value.
@@ -169,21 +190,20 @@ function warningsOf({ limits }, model, result, { pressure }) {
 
 function draw(root, data, model, result, before) {
   const angle = Number(root.querySelector("#live-angle").value), state = result.states[angle];
-  const fill = (id, html) => { root.querySelector(id).innerHTML = html; };
+  const fill = (id, ...nodes) => root.querySelector(id).replaceChildren(...nodes);
   const now = findingsOf(model, result), was = before.findings || (before.findings = findingsOf(model, before));
   const said = warningsOf(data, model, result, now), loads = lineLoads(model, state);
   const number = value => Number.isFinite(value) ? String(Number(value.toPrecision(4))) : "–";
   const concentrations = [result, before].map(r => concentrationOf(model, r.states[angle]));
-  fill("#live-numbers", [
+  fill("#live-numbers", ...[
     ["STE mean, µm", number(result.mean), number(before.mean)],
     ["STE peak-to-peak, µm", number(result.peakToPeak), number(before.peakToPeak)],
     ["highest Hertz pressure, MPa", number(now.pressure), number(was.pressure)],
     ["tip edge carries load", now.corners, was.corners],
     ["largest over mean line load, at the chosen angle", ...concentrations.map(number)],
-  ].map(([name, ...values]) => `<tr><th scope="row">${name}</th>`
-    + values.map(value => `<td class="number">${value}</td>`).join("") + "</tr>").join(""));
-  root.querySelector("#live-marker").hidden = said.length === 0;
-  fill("#live-marker", said.map(text => `<li>${text}</li>`).join(""));
+  ].map(([name, ...values]) => element("tr", {}, element("th", { scope: "row" }, name),
+    ...values.map(value => element("td", { class: "number" }, value)))));
+  showWarnings(root, said);
   const wide = root.querySelector("#live-ste").clientWidth || 560;
   PLOT.width = Math.min(Math.max(wide, 300), 640);
   PLOT.height = Math.round(150 + 0.17 * PLOT.width);
@@ -221,8 +241,8 @@ function stePlot(data, model, result, angle) {
   const y = rangeOf([...now, ...was].map(point => point[1]));
   return frame({ x: [0, pitch], y, label, xLabel: "pinion angle, deg", yLabel: "STE, µm" }, (px, py, h) => {
     const at = px(pitch * angle / model.angles);
-    return `<line class="chosen" x1="${at}" x2="${at}" y1="${PLOT.top}" y2="${PLOT.top + h}"/>`
-      + curve(was, px, py, "case") + curve(now, px, py, "now");
+    return [svgElement("line", { class: "chosen", x1: at, x2: at, y1: PLOT.top, y2: PLOT.top + h }),
+      ...curve(was, px, py, "case"), ...curve(now, px, py, "now")];
   });
 }
 
@@ -235,10 +255,11 @@ function ordersPlot(result, before) {
     x: [0.4, ORDERS + 0.6], y: [low, high], logarithmic: true, label, xTicks: now.map((_, i) => i + 1),
     xLabel: "order of the mesh frequency", yLabel: "amplitude, µm",
   };
-  return frame(options, (px, py) => now.map((value, i) => [["case-bar", was[i], -0.38], ["now-bar", value, 0]]
+  return frame(options, (px, py) => now.flatMap((value, i) => [["case-bar", was[i], -0.38], ["now-bar", value, 0]]
     .filter(([, amplitude]) => amplitude > low)
-    .map(([kind, amplitude, from]) => `<rect class="${kind}" x="${px(i + 1 + from)}" width="${px(0.38) - px(0)}" `
-      + `y="${py(amplitude)}" height="${py(low) - py(amplitude)}"/>`).join("")).join(""));
+    .map(([kind, amplitude, from]) => svgElement("rect", {
+      class: kind, x: px(i + 1 + from), width: px(0.38) - px(0), y: py(amplitude), height: py(low) - py(amplitude),
+    }))));
 }
 
 function loadPlot(model, loads) {
@@ -248,11 +269,11 @@ function loadPlot(model, loads) {
     label: "Line load over the face width at the chosen angle", xLabel: "z over the face width, mm",
     yLabel: "line load, N/mm",
   };
-  return frame(options, (px, py) => pairs.map((pair, i) => {
-    const points = loads.filter(l => l.pair === pair).map(l => [l.z, l.load]);
-    const dots = points.map(([x, y]) => `<circle class="pair${i % 4}" cx="${px(x)}" cy="${py(y)}" r="2.5"/>`).join("");
-    return curve(points, px, py, `now pair${i % 4}`) + dots;
-  }).join(""));
+  return frame(options, (px, py) => pairs.flatMap((pair, i) => {
+    const points = loads.filter(l => l.pair === pair).map(l => [l.z, l.load]), kind = `pair${i % 4}`;
+    const dots = points.map(([x, y]) => svgElement("circle", { class: kind, cx: px(x), cy: py(y), r: 2.5 }));
+    return [...curve(points, px, py, `now ${kind}`), ...dots];
+  }));
 }
 
 function flankPlot(model, loads) {
@@ -269,9 +290,11 @@ function flankPlot(model, loads) {
   };
   return frame(options, (px, py) => loads.map(l => {
     const [from, to] = [0, 1].map(end => px(first + edges[l.section + end])), pressed = 0.15 + 0.85 * l.load / largest;
-    return `<rect class="pressed" x="${from}" width="${to - from}" y="${py(degrees * l.roll[0]) - 4}" height="8" `
-      + `fill-opacity="${pressed.toFixed(3)}"/>`;
-  }).join(""));
+    return svgElement("rect", {
+      class: "pressed", x: from, width: to - from, y: py(degrees * l.roll[0]) - 4, height: 8,
+      "fill-opacity": pressed.toFixed(3),
+    });
+  }));
 }
 
 // The setting as sections of a case file, without defaults.
@@ -304,7 +327,11 @@ function giveToml(root, data, setting) {
   if (navigator.clipboard) navigator.clipboard.writeText(text.value).catch(() => {});
 }
 
-startLive(document.getElementById("live")).catch(() => {
-  document.getElementById("live-missing").textContent =
-    "This browser cannot unpack the model of this section: it needs DecompressionStream, of browsers since 2023.";
+startLive(document.getElementById("live"), DATA).catch(error => {
+  const missing = document.getElementById("live-missing");
+  document.getElementById("live").hidden = true;
+  missing.hidden = false;
+  missing.textContent = typeof DecompressionStream === "undefined"
+    ? "This browser cannot unpack the model of this section: it needs DecompressionStream, of browsers since 2023."
+    : `This section could not start (${error.message}).`;
 });

@@ -1,8 +1,6 @@
 // Line contact with the line loads as unknowns: Newton with an active set, a transcript of
 // pmor/line/kernels/places.py and loads.py, whose equation (1) it solves.
 
-const MAX_STEPS = 60, PATIENCE = 20, TOLERANCE = 1e-11, NEARBY = 0.2, ROUND_OFF = 1e-9;
-
 // Sections of all tooth pairs that can touch at a pinion angle, without load and without deviations of the flanks.
 function placeSections(model, kinematics, phi) {
   const { gears, pair_count } = model, { z } = model.sections, pitch = kinematics.pitch, margin = 0.5 * pitch;
@@ -213,7 +211,7 @@ function solvePosition(model, place, removed, torque) {
       }
       settled = false;
       carries[n] = force[n] > least ? 1 : 0;
-      force[n] = carries[n] ? least : 0;
+      force[n] = carries[n] ? BEGINNING * least : 0;
     }
     const single = step > PATIENCE;
     if (!(single && error > TOLERANCE)) {
@@ -228,7 +226,7 @@ function solvePosition(model, place, removed, torque) {
           carries[n] = 1;
           settled = false;
           if (!section.law) makeReady(model, section);
-          force[n] = section.law.least * width[section.section];
+          force[n] = BEGINNING * section.law.least * width[section.section];
           if (single) break;
         }
       }

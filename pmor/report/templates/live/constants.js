@@ -1,0 +1,2 @@
+// Constants of the kernels, as the page's data has them.
+const { MAX_STEPS, PATIENCE, TOLERANCE, NEARBY, ROUND_OFF, BEGINNING, SHORT, LONGEST, CORNER } = DATA.constants;
