@@ -1,6 +1,8 @@
 """The HTML page, the CSV and JSON files, and the lines on the screen."""
 
+import base64
 import csv
+import hashlib
 import json
 import math
 import re
@@ -14,6 +16,7 @@ from numpy.testing import assert_array_equal
 
 import pmor.report.page
 from pmor.report.data_files import write_ste_csv, write_summary_json
+from pmor.report.explorer import Column, Designs
 from pmor.report.markdown import write_markdown
 from pmor.report.page import Heading, Picture, Warning, page_html, write_page
 from pmor.report.style import data_uri, picture_bytes
@@ -93,6 +96,20 @@ def test_page_is_self_contained():
     assert all(value.startswith("data:image/webp;base64,") for value in references)
     assert "url(" not in page()
     assert "@import" not in page()
+
+
+def test_scripts_run_by_their_hashes_alone_and_nothing_is_fetched():
+    column = Column("ste_um", "STE", "um", np.ones(1), "result")
+    designs = Designs([column], np.array(["a"]), np.array([""]), np.array([""]))
+    for added, count in (([], 0), ([designs], 1)):
+        html = page(*added)
+        (policy,) = re.findall(r'http-equiv="Content-Security-Policy" content="([^"]*)"', html)
+        rules = dict(rule.strip().split(" ", 1) for rule in policy.split(";"))
+        assert rules["default-src"] == "'none'"
+        scripts = re.findall("<script>(.*?)</script>", html, re.DOTALL)
+        hashes = {f"'sha256-{base64.b64encode(hashlib.sha256(s.encode()).digest()).decode()}'" for s in scripts}
+        assert len(hashes) == count
+        assert set(rules["script-src"].split()) == (hashes or {"'none'"})
 
 
 def test_page_is_fit_for_phones():

@@ -1,0 +1,181 @@
+"""The page's solver in an engine without a browser, which no test skips, against the same equations in Python."""
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from pmor.case import load_case
+from pmor.gear.condition import ALIGNED
+from pmor.gear.modification import Modification
+from pmor.gear.topography import Topography
+from pmor.line.kernels import loads
+from pmor.line.kernels.law import approach_of
+from pmor.line.kernels.tip_corner import stored_law
+from pmor.report.live.section import live_section
+from pmor_online.line_sweep import sweep_line_loads
+from pmor_online.model import online_angles
+from tests.support.page_solver import CASES, STE, PageSolver, condition_of, kernel_hashes, online_result
+from tests.support.small_case import case_with
+
+pytestmark = pytest.mark.jit
+HELICAL = {
+    "pair": {"helix_angle_deg": 20.0}, "mesh": {"profile_elements": 5, "width_elements": 2, "element": "hex20"},
+    "pinion": {"teeth": 21, "bore_radius_mm": 20.0}, "contact": None, "reduction": None, "offline": None,
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def spur():
+    return online_result(load_case(CASES / "paper_spur.toml"))
+
+
+def drawn_setting(section, rng):
+    """Random values of all controls: the setting as the page has it, and the values by group and key."""
+    setting, values = json.loads(json.dumps(section.data["case"])), {}
+    for control in section.controls:
+        value = str(rng.choice(control.choices)) if control.choices else float(rng.uniform(control.low, control.high))
+        group = control.group
+        part = setting["modifications"][("pinion", "wheel").index(group)] if group in ("pinion", "wheel") else setting
+        (part["axes"] if group == "axes" else part)[control.key] = values[group, control.key] = value
+    return setting, values
+
+
+def compare_solver(result, pair, count, angles=8):
+    """The page's solver in an engine that no test skips: at random settings and angles that of Python."""
+    section, rng = live_section(result, pair), np.random.default_rng(23)
+    solver, total = PageSolver(section.data), section.data["model"]["angles"]
+    for _ in range(count):
+        setting, values = drawn_setting(section, rng)
+        numbers = np.sort(rng.choice(total, angles, replace=False)).tolist()
+        found = solver.sweep(setting, numbers)
+        phi = online_angles(pair.meshed.pair.pitch, total)[numbers]
+        expected = sweep_line_loads(pair, phi, [condition_of(values, result.case)])
+        assert expected.converged.all()
+        scale = np.abs(expected.ste_um[0]).max()
+        assert_allclose(np.array(found["ste"], dtype=float), expected.ste_um[0], rtol=0.0, atol=STE * scale)
+        # The same way to the solution: a rounded compliance changes a step now and then.
+        assert np.mean(found["steps"] == expected.newton_steps[0]) >= 0.7
+
+
+def test_the_solver_without_a_browser_solves_what_python_solves(spur):
+    compare_solver(*spur, 50)
+
+
+def test_approaches_under_any_load_are_those_of_python(spur):
+    """From far below the least load, on which sections begin, to where contact reaches the end of the layer."""
+    section, pair = live_section(*spur), spur[1]
+    solver, total = PageSolver(section.data), section.data["model"]["angles"]
+    lines = pair.lines.place(online_angles(pair.meshed.pair.pitch, total), ALIGNED).lines
+    solver.run("""var kinematics = kinematicsAt(model, DATA.case.axes);
+    function sectionsAt(i) {
+      const { sections } = placeSections(model, kinematics, kinematics.pitch * i / model.angles);
+      for (const section of sections) makeReady(model, section);
+      return sections;
+    }""")
+    count, corners = len(pair.layered.sections.z), 0
+    for angle in range(0, total, 9):
+        solver.run(f"var placed = sectionsAt({angle});")
+        sections = solver.value("placed.map(({ pair, section, law }) => [pair, section, law.least])")
+        for number, (tooth, place, least) in enumerate(sections):
+            law = stored_law(lines.law[angle, (tooth - lines.first_pair[angle]) * count + place])
+            forces = [0.5 * least, least, *np.geomspace(1e-6, 3e3, 12).tolist()]
+            approach = f"load => approachOf(load, placed[{number}].law, model.gears)"
+            found = solver.value(f"{forces}.map({approach})")
+            expected = [approach_of(force, law, pair.layered.corners) for force in forces]
+            assert_allclose(found, expected, rtol=1e-11)
+            corners += math.isfinite(law.plain)
+    assert corners > 10
+
+
+# Change the page's solver with a kernel, then its hash here.
+TRANSCRIBED = {
+    "pmor/gear/kernels/motion.py": {
+        "roll_angle": "f93197e1", "section_roll_position": "9afc5245", "_wheel_rotation": "26888920",
+        "_move_parallel": "845e85cc", "_reverse": "2cf29239", "relative_motion": "43be8439", "_tilt": "8b6f5ea7",
+        "section_offset": "cb55fdba", "axial_opening": "a100d342", "section_motion": "f9949d80",
+    },
+    "pmor/gear/kernels/deviation.py": {
+        "flank_deviation": "b7103bd5", "_relief": "f7c721d8", "_on_grid": "27f1ecbe", "_cell": "d28fd817",
+    },
+    "pmor/gear/flank_deviation.py": {
+        "kernel_deviation": "4c2ba981", "_radians": "c69bd13e",
+    },
+    "pmor/line/kernels/contact_point.py": {
+        "cubic_rows": "4aef3519", "involute_foot": "181c132f", "_corner_foot": "8e86ea14",
+        "closest_approach": "9ba84ba9", "_turned": "341f0321",
+    },
+    "pmor/line/kernels/places.py": {
+        "_first_pair": "c7cff0de", "_within": "f6350319", "_place": "b913bebe", "_carry": "5e80789c",
+        "line_deviations": "de61c616",
+    },
+    "pmor/line/kernels/law.py": {
+        "_smooth_approach": "32a29c8a", "widest_load": "4d03e551", "approach_of": "e1528084", "line_law": "4c16fc57",
+        "_from_corner": "7bcad0e0", "_law_near_corner": "3f8c264a", "sections_alike": "df9f3b46",
+    },
+    "pmor/line/kernels/tip_corner.py": {
+        "_hertz": "5174cf36", "_cut_off": "afc00315", "_across": "a9f710c5", "contact_patch": "a60b4c7e",
+        "_spread_part": "de89416b", "single_mean": "8b032f55", "_felt": "4ba65c97", "_layer_end": "2bd060bf",
+        "corner_approach": "c061e786",
+    },
+    "pmor/line/kernels/loads.py": {
+        "_start": "09f0db4b", "_solve": "b78f403c", "_turning": "1c549138", "_linearise": "9d4241d9",
+        "_newton_step": "ddb82b02", "_accept": "52b89455", "_touch": "e63eac03",
+    },
+    "pmor/line/kernels/flexibility.py": {
+        "_product": "102734b1", "_bilinear": "ab6dc26c", "_between": "c8b73726", "make_ready": "df9941fd",
+        "make_all_ready": "58bef529",
+    },
+}  # fmt: skip
+
+
+def test_the_page_transcribes_the_kernels_as_they_are():
+    for path, expected in TRANSCRIBED.items():
+        found = kernel_hashes(path)
+        changed = {name: found.get(name) for name, value in expected.items() if found.get(name) != value}
+        assert not changed, f"{path}: bring pmor/report/templates/live up to date with {changed}, then these hashes"
+
+
+def test_constants_travel_with_the_page(spur):
+    """A solver that begins elsewhere takes other steps."""
+    section = live_section(*spur)
+    assert section.data["constants"]["BEGINNING"] == loads.BEGINNING
+    setting, numbers = json.loads(json.dumps(section.data["case"])), range(0, 100, 10)
+    setting["modifications"][0] |= {"helix_slope_um": 15.0, "tip_relief_um": 30.0, "tip_relief_start_roll_deg": 25.0}
+    usual = PageSolver(section.data).sweep(setting, numbers)
+    for name, value in (("MAX_STEPS", 1), ("TOLERANCE", 1e-2), ("BEGINNING", 1e9), ("PATIENCE", 0)):
+        other = PageSolver({**section.data, "constants": {**section.data["constants"], name: value}})
+        assert other.sweep(setting, numbers)["steps"] != usual["steps"], name
+
+
+@pytest.mark.parametrize(("wheel", "bodies"), [({"teeth": 30, "bore_radius_mm": 25.0}, 2), (None, 1)])
+def test_the_page_solves_helical_pairs_and_gears_that_differ_in_the_hand_alone_share_a_compliance(wheel, bodies):
+    result, pair = online_result(case_with(**HELICAL, wheel=wheel))
+    data = live_section(result, pair).data
+    assert len(data["bodies"]) == bodies
+    assert data["body_of"][1]["mirrored"] == (bodies == 1)
+    compare_solver(result, pair, 8)
+
+
+def test_what_has_no_slider_counts_as_it_stands_in_the_case():
+    """Also on rounded tips, whose contact crosses the edge, and in plane strain, where all sections are alike."""
+    rng = np.random.default_rng(5)
+    amounts = tuple(map(tuple, rng.uniform(0.0, 5.0, (5, 3))))
+    grid = Topography(tuple(np.linspace(3.0, 36.0, 5)), (-10.0, 0.0, 10.0), amounts)
+    pitch = tuple(rng.uniform(-3.0, 3.0, 21))
+    more = {
+        "root_relief_um": 4.0, "root_relief_end_roll_deg": 12.0, "root_relief_shape": "parabolic", "twist_um": 6.0,
+        "end_relief_um": 5.0, "end_relief_length_mm": 3.0,
+    }  # fmt: skip
+    flanks = Modification(topography=grid, pitch_deviations_um=pitch, tip_relief_um=2.0,
+                          tip_relief_start_roll_deg=28.0), Modification(**more)  # fmt: skip
+    gear = {"teeth": 21, "bore_radius_mm": 20.0, "tip_rounding_mm": 0.3}
+    for width in "half", "plane_strain":
+        mesh = {"element": "hex20", "profile_elements": 4, "width_elements": 2, "width": width}
+        plain = case_with(pinion=gear, mesh=mesh, contact=None, reduction=None, offline=None)
+        case = replace(plain, pinion_modification=flanks[0], wheel_modification=flanks[1])
+        result, pair = online_result(case if width == "half" else plain)
+        compare_solver(result, pair, 8)
