@@ -34,6 +34,8 @@ START_BYTES, SOLVER_BYTES, KERNEL_BYTES, PAGE_BYTES, COMPILING_BYTES = (n * MIB 
 PATTERNS = 0.25
 # Measured in sweeps: of a position, a tooth pair in it, a recorded section in it; of a torque, an assembly.
 POSITION_BYTES, PAIR_BYTES, SECTION_BYTES, TORQUE_BYTES, ASSEMBLY_BYTES = 100, 32, 200, 1_000, 12_000
+# Smaller sweeps fit wherever the libraries do: the limits of the system are not looked up.
+SMALL_BYTES = 64 * MIB
 # A sweep takes so many times the size of the basis file: read, unpacked, and made ready for the kernels.
 UNPACKED = 4
 # Addresses that libraries reserve beyond the memory they use, with one thread.
@@ -190,10 +192,11 @@ def refuse_large_sweep(
     sections : int
         Recorded in each position.
     """
-    memory = KERNEL_BYTES + assemblies * (ASSEMBLY_BYTES + torques * TORQUE_BYTES)
+    memory = assemblies * (ASSEMBLY_BYTES + torques * TORQUE_BYTES)
     memory += assemblies * _sweep_bytes(angles * torques, meshed.tooth_pair_count, sections)
-    times = f"{angles} angles x {torques} torques" + f" x {assemblies} assemblies" * (assemblies > 1)
-    _refuse(f"{name}: a sweep of {times}", memory, ", or sweep fewer at a time")
+    if memory > SMALL_BYTES:
+        times = f"{angles} angles x {torques} torques" + f" x {assemblies} assemblies" * (assemblies > 1)
+        _refuse(f"{name}: a sweep of {times}", KERNEL_BYTES + memory, ", or sweep fewer at a time")
 
 
 def refuse_large_sweep_of(case: Case, meshed: MeshedPair) -> None:
