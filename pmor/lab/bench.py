@@ -299,8 +299,7 @@ def stage_rows(case: Case) -> list[Row]:
     """Time the stages of a run, with their peak memory, beside the estimates of `pmor plan`."""
     told = {stage.name: stage for stage in stages(case)}
     return [
-        {**_row(f"run: {name}", case, [1e3 * found["seconds"]]),
-         **{key: value for key, value in found.items() if key == "peak_mib"},
+        {**_row(f"run: {name}", case, [1e3 * found.pop("seconds")]), **found,
          "told_ms": 1e3 * told[name].seconds, "told_mib": told[name].memory / 2**20}
         for name, found in measure_stages(case).items()
     ]  # fmt: skip

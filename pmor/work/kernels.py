@@ -1,6 +1,6 @@
 """Kernels compiled by a second process while the first one is at other work: a fresh machine's first run waits less.
 
-Nothing depends on it: the first process compiles what it does not find.
+Nothing depends on it: the first process compiles the kernels that are missing.
 """
 
 from __future__ import annotations

@@ -118,7 +118,7 @@ def test_what_a_system_does_not_measure_is_left_out_and_the_rest_kept(case, monk
     """Without /proc, in a hardened container, where a process cannot be started."""
     monkeypatch.setattr("pmor.lab.core.stages.SYSTEM", tmp_path / "none")
     stages._forget_peak()
-    assert stages._peaks() == {}
+    assert stages._peak() == {}
     for name in ("offline_rows", "line_load_rows", "parallel_rows", "variants", "sweep_rows"):
         monkeypatch.setattr(f"pmor.lab.bench.{name}", lambda *_: [])
     monkeypatch.setattr("pmor.lab.bench.variants", lambda case: [Variant("line loads", case)])

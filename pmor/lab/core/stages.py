@@ -54,10 +54,9 @@ def run_stages(case: Case, folder: Path) -> dict[str, dict[str, float]]:
 
     def measured(name: str, work: Callable[[], Result]) -> Result:
         _forget_peak()
-        start, cpu = time.perf_counter(), time.process_time()
+        start = time.perf_counter()
         result = work()
-        times = {"seconds": time.perf_counter() - start, "cpu_seconds": time.process_time() - cpu}
-        found[name] = times | _peaks()
+        found[name] = {"seconds": time.perf_counter() - start} | _peak()
         return result
 
     def load() -> Any:
@@ -97,15 +96,14 @@ def _forget_peak() -> None:
         (SYSTEM / "clear_refs").write_text("5", encoding="ascii")
 
 
-def _peaks() -> dict[str, float]:
-    """Peaks of memory and addresses, MiB; empty where the system does not tell, or does not count anew."""
+def _peak() -> dict[str, float]:
+    """Peak of memory, MiB; empty where the system does not tell, or does not count anew."""
     try:
         with (SYSTEM / "clear_refs").open("a", encoding="ascii"):
-            lines = dict(line.split(":", 1) for line in (SYSTEM / "status").read_text(encoding="ascii").splitlines())
+            lines = (SYSTEM / "status").read_text(encoding="ascii").splitlines()
     except OSError:
         return {}
-    names = {"peak_mib": "VmHWM", "address_mib": "VmPeak"}
-    return {key: float(lines[name].split()[0]) / 1024 for key, name in names.items()}
+    return {"peak_mib": next(float(line.split()[1]) / 1024 for line in lines if line.startswith("VmHWM"))}
 
 
 if __name__ == "__main__":
