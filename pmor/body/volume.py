@@ -49,7 +49,7 @@ def sector_displacement(gear: ElasticGear, sector: int, teeth: IntArray, forces:
     if gear.layer_columns:
         raise ValueError("the compliance is without its surface layer: build the gear with layer_columns=0")
     mesh, condensed = gear.mesh, gear.sector
-    turn = np.kron(np.eye(len(condensed.left) // 3), rotation_z(-2.0 * np.pi / mesh.teeth))
+    turn = np.kron(np.eye(len(condensed.left) // 3), rotation_z(-mesh.angular_pitch))
     shares, steps = completion(mesh, mesh.flank).T, forces.shape[2]
     flank = np.zeros((3 * len(mesh.nodes), steps))
     left, right = np.zeros((len(condensed.left), steps)), np.zeros((len(condensed.left), steps))

@@ -9,7 +9,7 @@ import numpy as np
 
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import MeshError
-from pmor.gear.tooth import Tooth
+from pmor.gear.tooth import Tooth, angle_from_centre_line
 
 # Share of a full turn that the fillet's tangent has made, from radial to circumferential, where the mesh of the
 # tooth hands over to the mesh of the ring: in the middle neither gets an element angle near 0 or 180 degrees.
@@ -76,8 +76,8 @@ def tooth_outline(tooth: Tooth, profile_elements: int, spacing: str, order: int 
             f"rack_tip_radius = {tooth.rack_tip_radius:g}: leaves a corner in place of a root fillet where "
             f"profile_shift = {tooth.profile_shift:g} is as large as the dedendum; raise it"
         )
-    split = _handover_index(fillet)
-    land_angles = np.linspace(math.atan2(-fillet[-1, 0], fillet[-1, 1]), math.pi / tooth.teeth, 50)
+    split = _handover_index(fillet, tooth.root_radius)
+    land_angles = np.linspace(angle_from_centre_line(fillet[-1], tooth.root_radius), math.pi / tooth.teeth, 50)
     land = tooth.root_radius * np.stack([-np.sin(land_angles), np.cos(land_angles)], axis=-1)
     upper, lower = fillet[: split + 1], np.concatenate([fillet[split:], land[1:]])
 
@@ -90,9 +90,9 @@ def tooth_outline(tooth: Tooth, profile_elements: int, spacing: str, order: int 
     )  # fmt: skip
 
 
-def _handover_index(fillet: FloatArray) -> int:
+def _handover_index(fillet: FloatArray, root_radius: float) -> int:
     tangent = np.gradient(fillet, axis=0)
-    radial = fillet / np.linalg.norm(fillet, axis=1, keepdims=True)
+    radial = fillet / np.copysign(np.linalg.norm(fillet, axis=1, keepdims=True), root_radius)
     inward = -np.einsum("ij,ij->i", tangent, radial)
     turned = inward < math.cos(HANDOVER_ANGLE) * np.linalg.norm(tangent, axis=1)
     return int(np.clip(np.argmax(turned), 2, len(fillet) - 3))

@@ -24,7 +24,7 @@ from pmor.core.arrays import FloatArray, IntArray
 from pmor.core.errors import MeshError
 from pmor.fe.element import QUADRATIC_NODES, node_places
 from pmor.fe.outline import Outline, tooth_outline
-from pmor.gear.tooth import Tooth, twist_sections
+from pmor.gear.tooth import Tooth, angle_from_centre_line, twist_sections
 
 THICKNESS_GROWTH = 1.2
 RIM_GROWTH = 1.3
@@ -92,6 +92,11 @@ class SectorMesh:
         return self.width == "half"
 
     @property
+    def angular_pitch(self) -> float:
+        """Angle from the right side face to the left one, rad; negative in an internal gear."""
+        return math.copysign(2.0 * math.pi / self.teeth, self.nodes[self.flank[0, 0], 1])
+
+    @property
     def images(self) -> FloatArray:
         """How many nodes of the whole width each column of nodes stands for, shape (m + 1,)."""
         images = np.full(len(self.z), 2.0 if self.mirrored else 1.0)
@@ -151,7 +156,8 @@ def build_sector(
         When the bore leaves no rim, or an element is turned inside out.
     """
     outline = tooth_outline(tooth, profile_elements, spacing, order)
-    rim = float(np.linalg.norm(outline.lower_fillet, axis=1).min()) - bore_radius
+    radius = np.copysign(np.linalg.norm(outline.lower_fillet, axis=1), tooth.root_radius)
+    rim = float(radius.min()) - bore_radius
     if rim <= 0.0:
         raise MeshError(f"bore_radius_mm = {bore_radius:g}: leaves no rim below the root; reduce it")
     tooth_points = tooth_block(outline, tooth.module, order)
@@ -188,8 +194,8 @@ def build_sector(
         flank_roll_angle=outline.flank_roll_angle, z=z, left=through_width(ring_id[:-1, 0]).ravel(),
         right=through_width(ring_id[:-1, -1]).ravel(), bore=through_width(ring_id[-1]).ravel(),
         tooth_rows=tuple(through_width(row).ravel() for row in tooth_id),
-        ring_rows=tuple(through_width(row).ravel() for row in ring_id), teeth=tooth.teeth, width=width, order=order,
-        twist_per_length=tooth.twist_per_length,
+        ring_rows=tuple(through_width(row).ravel() for row in ring_id), teeth=abs(tooth.teeth), width=width,
+        order=order, twist_per_length=tooth.twist_per_length,
     )  # fmt: skip
 
 
@@ -217,8 +223,9 @@ def tooth_block(outline: Outline, module: float, order: int = 1) -> FloatArray:
     graded = 0.5 * _through_thickness(half_width, LAYER_DEPTH * module, element, THICKNESS_GROWTH**order)
     across = _halved(np.concatenate([graded, 1.0 - graded[-2::-1]]), order)
 
-    tip_angle = math.atan2(-left[-1, 0], left[-1, 1]) * (1.0 - 2.0 * across)
-    tip = np.linalg.norm(left[-1]) * np.stack([-np.sin(tip_angle), np.cos(tip_angle)], axis=-1)
+    tip_radius = np.copysign(np.linalg.norm(left[-1]), left[-1, 1])
+    tip_angle = angle_from_centre_line(left[-1], tip_radius) * (1.0 - 2.0 * across)
+    tip = tip_radius * np.stack([-np.sin(tip_angle), np.cos(tip_angle)], axis=-1)
     base = left[0] + across[:, None] * (right[0] - left[0])
     sag = 0.5 * abs(left[0, 0]) * math.tan(math.radians(15.0))
     base[:, 1] -= sag * (1.0 - (1.0 - 2.0 * across) ** 2)
@@ -236,8 +243,7 @@ def _ring_block(outline: Outline, handover: FloatArray, bore_radius: float, teet
     """Columns that fan out evenly from the outline to the bore: (rows, columns, 2), from the outline inwards."""
     mirror = np.array([-1.0, 1.0])
     top = np.concatenate([outline.lower_fillet[:-1], handover, (outline.lower_fillet[:-1] * mirror)[::-1]])
-    radius = np.linalg.norm(top, axis=1)
-    angle = np.arctan2(-top[:, 0], top[:, 1])
+    radius, angle = np.copysign(np.linalg.norm(top, axis=1), bore_radius), angle_from_centre_line(top, bore_radius)
     element = order * float(np.mean(np.linalg.norm(np.diff(top, axis=0), axis=1)))
     height = float(radius.mean()) - bore_radius
     depth = _halved(_graded(height, element, 3 if order == 1 else 2, RIM_GROWTH**order), order)[:, None]

@@ -44,7 +44,7 @@ def whole_gear_mesh(mesh: SectorMesh) -> tuple[FloatArray, IntArray, IntArray]:
     numbers[:, right] = np.roll(numbers, 1, axis=0)[:, left]
     nodes = np.empty((mesh.teeth * len(own), 3))
     for k in range(mesh.teeth):
-        nodes[numbers[k, own]] = mesh.nodes[own] @ rotation_z(2.0 * np.pi * k / mesh.teeth).T
+        nodes[numbers[k, own]] = mesh.nodes[own] @ rotation_z(k * mesh.angular_pitch).T
     return nodes, numbers[:, mesh.elements].reshape(-1, mesh.elements.shape[1]), numbers
 
 
@@ -79,7 +79,7 @@ def assemble_arc(
     size, own = 3 * len(free), nodes_of_elements(mesh, mesh.flank)
     flanks = []
     for k in range(sectors):
-        turn = sp.kron(sp.eye_array(mesh.flank.size), rotation_z(-2.0 * np.pi * k / mesh.teeth))
+        turn = sp.kron(sp.eye_array(mesh.flank.size), rotation_z(-k * mesh.angular_pitch))
         flank = (turn @ completion(mesh, mesh.flank)).tocsr()
         columns = degrees_of_freedom(rank[numbers[k, own]])[flank.indices]
         flanks.append(sp.csr_array((flank.data, columns, flank.indptr), shape=(flank.shape[0], size)))

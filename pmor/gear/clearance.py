@@ -15,7 +15,7 @@ import numpy as np
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import GeometryError
 from pmor.gear.pair import GearPair
-from pmor.gear.tooth import Tooth
+from pmor.gear.tooth import Tooth, angle_from_centre_line
 
 # In modules. Less tip clearance than this is unusual (rack of ISO 53: 0.25), and a narrower tip land breaks off when
 # the teeth are hardened (ISO 21771).
@@ -136,7 +136,8 @@ def _in_mate(pair: GearPair, gear: int, corner: complex, angle: FloatArray) -> F
     mate_roll = (pair.action_length - foot * own.base_radius) / mate.base_radius
     mate_turned = mate_roll - mate.base_half_angle - pair.working_pressure_angle
     seen = (corner * np.exp(1j * turned) - 1j * pair.centre_distance) / np.exp(1j * (math.pi + mate_turned))
-    return np.array([np.abs(seen), np.arctan2(-seen.real, seen.imag)])
+    place = np.stack([seen.real, seen.imag], axis=-1)
+    return np.array([np.abs(seen), angle_from_centre_line(place, mate.base_radius)])
 
 
 def _profile(tooth: Tooth) -> tuple[FloatArray, FloatArray]:
@@ -144,7 +145,7 @@ def _profile(tooth: Tooth) -> tuple[FloatArray, FloatArray]:
     fillet = tooth.root_section(np.linspace(1.0, 0.0, FILLET_POINTS))
     flank = tooth.flank_section(np.linspace(tooth.form_roll_angle, tooth.tip_roll_angle, FILLET_POINTS)[1:])
     points = np.concatenate([fillet, flank])
-    return np.hypot(points[:, 0], points[:, 1]), np.arctan2(-points[:, 0], points[:, 1])
+    return np.hypot(points[:, 0], points[:, 1]), angle_from_centre_line(points, tooth.base_radius)
 
 
 def _gaps(place: FloatArray, radius: FloatArray, half: FloatArray) -> FloatArray:

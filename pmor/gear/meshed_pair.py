@@ -82,6 +82,7 @@ class MeshedPair:
     def _make_kinematics(self, misalignment: Misalignment) -> Kinematics:
         pair, width = self.pair, self.pair.face_width
         (start, end), (low, high) = pair.roll_position_range, pair.common_face
+        apart = math.copysign(1e-3, pair.centre_distance)
         kinematics = Kinematics(
             action_length=pair.action_length,
             pressure_angle=pair.working_pressure_angle,
@@ -89,9 +90,9 @@ class MeshedPair:
             pitch=pair.pitch,
             path_start=start,
             path_end=end,
-            offset_y=1e-3 * misalignment.centre_distance_um,
+            offset_y=apart * misalignment.centre_distance_um,
             slope_x=1e-3 * (misalignment.out_of_plane_um / width),
-            slope_y=1e-3 * (misalignment.in_plane_um / width),
+            slope_y=apart * (misalignment.in_plane_um / width),
             face_low=low,
             face_high=high,
         )

@@ -75,7 +75,7 @@ class GearPair:
                 f"faces from z = {low_1:g} to {high_1:g} mm and from {low_2:g} to {high_2:g} mm: lie beside each "
                 "other: move one of them (face_offset_mm), or widen it"
             )
-        if self.centre_distance < self.pinion.base_radius + self.wheel.base_radius:
+        if self.centre_distance / (self.pinion.base_radius + self.wheel.base_radius) < 1.0:
             raise GeometryError(
                 f"centre_distance_mm = {self.centre_distance:g}: below the sum of the base radii "
                 f"{self.pinion.base_radius + self.wheel.base_radius:.6g} mm; raise it"

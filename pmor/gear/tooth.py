@@ -283,6 +283,15 @@ class Tooth:
         return self.roll_angle_at(float(np.linalg.norm(self._trochoid(np.array(tau))))), tau
 
 
+def angle_from_centre_line(points: FloatArray, radius: float) -> FloatArray:
+    """Return the angles of points, shape (..., 2), from a tooth's centre line, counter-clockwise about the axis, rad.
+
+    The radius of any circle of the gear will do: its sign, negative of an internal gear, is the side of the tooth.
+    """
+    side = np.copysign(1.0, radius)
+    return np.asarray(np.arctan2(-side * points[..., 0], side * points[..., 1]))
+
+
 def twist_sections(section: FloatArray, z: FloatArray, twist_per_length: float) -> FloatArray:
     """Carry points of the section z = 0 along the helix.
 

@@ -138,8 +138,8 @@ def check_half_width(meshed: LayeredPair, torque: float) -> None:
     compliance = sum(layer.compliance for layer in meshed.layers)
     half_width = math.sqrt(2.0 * compliance * line_load * pair.pitch_point_radius)
     depth = min(
-        float(np.interp(roll, flank.roll_angle, layer.depth))
-        for flank, layer in zip((meshed.pinion, meshed.wheel), meshed.layers, strict=True)
+        float(np.interp(gear.base_radius * roll, gear.base_radius * gear.roll, layer.depth))
+        for gear, layer in zip(meshed.gears, meshed.layers, strict=True)
     )
     if half_width > WIDEST * depth:
         raise GeometryError(

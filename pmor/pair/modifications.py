@@ -26,6 +26,7 @@ def refuse_modifications_off_the_flank(case: Case, pair: GearPair) -> None:
     for flank in modified_flanks(case):
         tooth = pair.wheel if flank.wheel else pair.pinion
         start, end = map(math.degrees, pair.active_rolls[flank.wheel])
+        low, high = sorted((start, end))
         form, tip = math.degrees(tooth.form_roll_angle), math.degrees(tooth.tip_roll_angle)
         modification = flank.modification
         if modification.tip_relief_um:
@@ -33,19 +34,20 @@ def refuse_modifications_off_the_flank(case: Case, pair: GearPair) -> None:
         if modification.root_relief_um:
             _refuse_beyond(flank, "root_relief_end_roll_deg", start, tip, "above the start of the active profile")
         grid = modification.topography
-        if grid is None or (grid.roll_deg[0] <= start + GRID_SLACK and grid.roll_deg[-1] >= end - GRID_SLACK):
+        if grid is None or (grid.roll_deg[0] <= low + GRID_SLACK and grid.roll_deg[-1] >= high - GRID_SLACK):
             continue
         remedy = "widen the grid"
-        if grid.roll_deg[-1] <= RADIANS.factor and grid.roll_deg[-1] * RADIANS.factor >= end - GRID_SLACK:
+        if grid.roll_deg[-1] <= RADIANS.factor and grid.roll_deg[-1] * RADIANS.factor >= high - GRID_SLACK:
             remedy = "they look like radians: write degrees"
         raise CaseError(
             f"{flank.place} topography: its roll angles from {grid.roll_deg[0]:g} to {grid.roll_deg[-1]:g} deg do not "
-            f"cover the active profile, {start:.6g} to {end:.6g} deg: {remedy}"
+            f"cover the active profile, {low:.6g} to {high:.6g} deg: {remedy}"
         )
 
 
 def _refuse_beyond(flank: ModifiedFlank, key: str, low: float, high: float, rule: str) -> None:
     value = getattr(flank.modification, key)
+    low, high = sorted((low, high))
     if not low < value < high:
         remedy = "lower it" if value >= high else "raise it"
         if low < value * RADIANS.factor < high:

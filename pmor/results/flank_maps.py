@@ -102,7 +102,7 @@ def _follow(roll: FloatArray, at: FloatArray, values: FloatArray, joined: BoolAr
     near = (loaded[1:] | loaded[:-1])[joined]
     if not near.any():
         return
-    count = int(np.ceil(np.abs(moved[near]).max() / step)) + 1
+    count = int(np.ceil(np.abs(moved[near]).max() / abs(step))) + 1
     shares = np.arange(count)[:, None, None] / count
     place = at[:-1][joined] + shares * moved
     # From 0 to a value at a sharp edge, which is none, there is no straight line.

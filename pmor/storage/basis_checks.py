@@ -79,8 +79,9 @@ def check_basis(basis: Basis, pair: GearPair) -> None:
 
 def _check_flank(name: str, tooth: Tooth, roll: FloatArray) -> None:
     ends = np.array([tooth.form_roll_angle, tooth.tip_roll_angle])
-    on_ends = np.abs(roll[[0, -1]] - ends).max() * tooth.base_radius <= PLACE * tooth.module
-    require(on_ends, f"the roll angles of the {name} do not go from the start of its involute to its tip")
+    on_ends = np.abs(roll[[0, -1]] - ends).max() * abs(tooth.base_radius) <= PLACE * tooth.module
+    require(on_ends and (tooth.base_radius * np.diff(roll) > 0.0).all(),
+            f"the roll angles of the {name} do not go from the start of its involute to its tip")  # fmt: skip
 
 
 def _columns(face: tuple[float, float], count: int, half: bool) -> FloatArray:

@@ -24,7 +24,7 @@ COARSER = "coarser"
 
 FLANK = {
     "nodes": Field("mm", "profile, width, xyz", "undeformed flank nodes, tooth frame"),
-    "roll_angle": Field("rad", "profile", "roll angle of the flank nodes", increasing=True, least=0.0),
+    "roll_angle": Field("rad", "profile", "roll angle of the flank nodes", least=0.0),
 }
 LAYER = {
     "depth": Field("mm", "profile", "depth of the layer that line contact stands on", least=1e-9, most=1e6),

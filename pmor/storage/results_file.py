@@ -38,7 +38,7 @@ def _of_sections(unit: str, description: str, finite: bool = True) -> Field:
 def _flank(folder: str) -> dict[str, Field]:
     fields = {
         "torque": Field("N m", "torque", "on the pinion", least=0.0),
-        "roll": Field("rad", "roll", "the gear's own roll angle, over its active profile", increasing=True, least=0.0),
+        "roll": Field("rad", "roll", "the gear's own roll angle, over its active profile", least=0.0),
         "z": Field("mm", "place", "over the common face, from mid width", increasing=True),
         "load": Field("N/mm", FLANK, "largest line load over the mesh cycle; 0 where nothing touches"),
         "half_width": Field("mm", FLANK, "Hertz's half-width of contact"),

@@ -77,10 +77,14 @@ def times(name, factor):
     return other(name, lambda data: data * factor)
 
 
+def disordered(data):
+    return data[[0, *range(len(data) - 2, 0, -1), -1]]
+
+
 LIES = {
     "no lines": (other("shapes/pinion/start", lambda data: data[:0]), "shapes/pinion/start has the shape (0,)"),
     "lines beyond the shapes": (other("shapes/pinion/start", lambda data: data + 1), "do not share its shapes"),
-    "zero roll angles": (other("flank/wheel/roll_angle", np.zeros_like), "flank/wheel/roll_angle do not increase"),
+    "roll angles out of order": (other("flank/wheel/roll_angle", disordered), "do not go from the start of its"),
     "other roll angles": (times("flank/wheel/roll_angle", 1.01), "do not go from the start of its involute to its tip"),
     "zero displacements": (other("shapes/wheel/displacement", np.zeros_like), "energy products of the wheel"),
     "displacements that overflow": (

@@ -34,12 +34,13 @@ ROLL = np.sqrt(np.linspace(0.2**2, 0.6**2, 8))
 
 
 @pytest.mark.parametrize("u", np.linspace(0.2, 0.6, 23))
-def test_cubic_along_the_profile_reproduces_quadratics_in_the_arc_length(u):
+@pytest.mark.parametrize("roll", [ROLL, ROLL[::-1].copy()], ids=["rising", "falling"])
+def test_cubic_along_the_profile_reproduces_quadratics_in_the_arc_length(u, roll):
     weights = np.empty(4)
-    first = cubic_rows(ROLL, u, 0, len(ROLL) - 1, weights)
-    rows = np.minimum(first + np.arange(4), len(ROLL) - 1)
+    first = cubic_rows(roll, u, 0, len(roll) - 1, weights)
+    rows = np.minimum(first + np.arange(4), len(roll) - 1)
     for power in range(3):
-        assert_allclose(weights @ ROLL[rows] ** (2 * power), u ** (2 * power), rtol=1e-12)
+        assert_allclose(weights @ roll[rows] ** (2 * power), u ** (2 * power), rtol=1e-12)
 
 
 def test_cubic_along_the_profile_has_no_kink_at_the_nodes(rng):

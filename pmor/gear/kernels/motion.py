@@ -111,9 +111,10 @@ def section_offset(kinematics, gears, z):
     if x == 0.0 and y == 0.0:
         return 0.0, 0.0, 0.0, 0.0
     base, aligned = gears[0].base_radius + gears[1].base_radius, kinematics.centre_distance
-    distance = np.hypot(x, aligned + y)
-    turn = np.arccos(base / distance) - kinematics.pressure_angle + np.arctan2(x, aligned + y)
-    opening = np.sqrt(distance**2 - base**2) - kinematics.action_length - base * turn
+    side = np.copysign(1.0, aligned)
+    distance = side * np.hypot(x, aligned + y)
+    turn = np.arccos(base / distance) - kinematics.pressure_angle + np.arctan2(side * x, side * (aligned + y))
+    opening = side * np.sqrt(distance**2 - base**2) - kinematics.action_length - base * turn
     return x, y, turn, opening
 
 

@@ -82,15 +82,20 @@ def cubic_rows(roll, u, low, high, weights):
     Parameters
     ----------
     roll : ndarray
-        Roll angles of the node rows.
+        Roll angles of the node rows, rising or falling.
     u : float
         Held inside the element rows `low` to `high` - 1.
     low, high : int
     weights : ndarray, shape (4,)
         Filled; a fourth row that the end of the flank cuts off has weight 0.
     """
-    last = len(roll) - 1
-    i = min(max(np.searchsorted(roll, u, side="right") - 1, low), high - 1)
+    i, above, last = low, high, len(roll) - 1
+    while above - i > 1:
+        middle = (i + above) // 2
+        if (roll[middle] - u) * (roll[last] - roll[0]) > 0.0:
+            above = middle
+        else:
+            i = middle
     base, x = max(i - 1, 0), roll[i] ** 2  # the arc length is proportional to the square of the roll angle
     h = roll[i + 1] ** 2 - x
     s = min(max((u * u - x) / h, 0.0), 1.0)
@@ -125,7 +130,8 @@ def involute_foot(gears, slave, u, radius, motion):
     x = rotation[0, 0] * px + rotation[0, 1] * py + shift[0]
     y = rotation[1, 0] * px + rotation[1, 1] * py + shift[1]
     roll = np.sqrt(max((x * x + y * y) / mate.base_radius**2 - 1.0, 0.0))
-    offset = np.arctan2(-x, y) - (mate.half_angle - roll + np.arctan(roll))
+    side = np.copysign(1.0, mate.base_radius)
+    offset = np.arctan2(-side * x, side * y) - (mate.half_angle - roll + np.arctan(roll))
     turn = mate.half_angle - roll + offset
     nx, ny = -np.cos(turn), -np.sin(turn)
     # Undeformed: the same normal carries the force on both, whether the point is inside a flank or its corner.
@@ -173,7 +179,7 @@ def closest_approach(kinematics, gears, roll_position, advance, z, forward, back
     aside = axial_opening(kinematics, gears, pinion_roll)
     if pinion_roll > gears[0].tip_roll:
         return _turned(_corner_foot(gears, 0, forward), gears, z, aside)
-    if wheel_roll > gears[1].tip_roll:
+    if gears[1].base_radius * (wheel_roll - gears[1].tip_roll) > 0.0:
         return _turned(_corner_foot(gears, 1, back), gears, z, aside)
     slope = 0.0
     if pinion_roll > gears[0].tip_roll - CORNER:

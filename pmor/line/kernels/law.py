@@ -81,7 +81,7 @@ def line_law(gears, layers, contact_point, carriers):
 @compiled
 def _from_corner(flank, corner, roll, cosine):
     """Distance from where the flank ends to the roll angle `roll`, and that over which the layer's end is felt, mm."""
-    distance = 0.5 * flank.base_radius * max(flank.tip_roll**2 - roll**2, 0.0)
+    distance = 0.5 * max(flank.base_radius * (flank.tip_roll**2 - roll**2), 0.0)
     return distance, corner.influence_length * corner.depth * cosine
 
 
