@@ -6,6 +6,7 @@ import logging
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pmor.case.capability import refuse_beyond
 from pmor.case.reader import Reader
 from pmor.core.errors import CaseError, OutputError, printable
 from pmor.core.ranges import Torque
@@ -80,6 +81,7 @@ def export_file(
         from pmor.work.cost import refuse_beyond_memory
 
         reduced = _reduced(source)
+        refuse_beyond(reduced.basis.case, "vtkhdf")
         refuse_beyond_memory(reduced.basis.case)
         export(reduced, path, overwrite)
     else:
@@ -102,8 +104,7 @@ def export_model(model: ReducedPair, to: str, path: Path, overwrite: bool, torqu
     from pmor.export.rexs.write import write_rexs
 
     case = model.basis.case
-    if model.basis.shapes is not None:
-        raise CaseError(f'{case.name}: results for REXS take line loads: write [contact] scheme = "line"')
+    refuse_beyond(case, "rexs")
     write_rexs(case, model.meshed.pair, path, stage_results(model), overwrite)
 
 

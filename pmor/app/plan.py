@@ -7,8 +7,9 @@ from collections.abc import Callable, Iterator
 
 from pmor.app.skipped import computed, remarks, scene, skipped
 from pmor.case import Case, condition_words, describe, model_names, other_models, short_list
+from pmor.case.capability import why_not
 from pmor.case.document import GEARS
-from pmor.case.live_page import asks_for_live_page, takes_whole_width, why_not_live
+from pmor.case.live_page import asks_for_live_page, takes_whole_width
 from pmor.case.width import intervals_across, meshed_width
 from pmor.core.memory import memory_text
 from pmor.core.progress import format_time
@@ -118,7 +119,7 @@ def _work(case: Case) -> list[str]:
 def _live_page(case: Case) -> list[str]:
     if not asks_for_live_page(case):
         return []
-    how = f"left out: {why}" if (why := why_not_live(case)) else "solves line loads itself"
+    how = f"left out: {why}" if (why := why_not(case, "page")) else "solves line loads itself"
     more = "; takes finite elements of the whole width, in 'report' below" if takes_whole_width(case) else ""
     return [f"  {'live page':<30} {how}{more}"]
 

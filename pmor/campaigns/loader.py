@@ -23,6 +23,7 @@ from pmor.campaigns.settings import (
 )
 from pmor.campaigns.table import evenly
 from pmor.case import change_case, load_case, parse_case, text_of
+from pmor.case.capability import why_not
 from pmor.case.reader import Reader, keys_of, parse_toml, read_text, sections_in
 from pmor.case.schema import SECTIONS
 from pmor.case.values import did_you_mean, forms_of, toml_text
@@ -206,10 +207,8 @@ class _Reader(Reader):
             case = change_case(case, compare={"models": None})
         text = text_of_design(text_of(case), fixed)
         found = parse_case(text, case.name, f"{self.where}: {base}")
-        if found.reduction.shapes != "line_loads":
-            self.refuse(str(base), f'has [contact] scheme = "{found.contact.scheme}" with [reduction] shapes = '
-                        f'"{found.reduction.shapes}", and a campaign solves line loads alone: add '
-                        f'contact.scheme = "line" and reduction.shapes = "line_loads" below [{DESIGNS}]')  # fmt: skip
+        if reason := why_not(found, "campaign"):
+            self.refuse(str(base), f"{reason} there, or with their sections below [{DESIGNS}]")
         return text
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from pmor.case import Case, change_case, check_flanks, load_case, without_models
+from pmor.case.capability import refuse_beyond
 from pmor.case.flanks import EXTENTS
 from pmor.case.reader import Reader, checked, parse_toml, read_text, sections_in
 from pmor.case.values import toml_text
@@ -89,11 +90,7 @@ def _complete(design: Design, case: Case, where: str) -> Design:
 
 def case_of(design: Design, case: Case, where: str) -> Case:
     """Return the case as a design trains it, of the whole width if need be; CaseError without line loads."""
-    if case.reduction.shapes != "line_loads":
-        raise CaseError(
-            f'{where}: case: {case.name} has [reduction] shapes = "{case.reduction.shapes}": designs take line loads: '
-            'write [contact] scheme = "line" and [reduction] shapes = "line_loads" there'
-        )
+    refuse_beyond(case, "design", f"{where}: case")
     mesh: dict[str, Any] = {"error_bar": False}
     if case.mesh.width == "half" and uneven(design):
         mesh["width"] = "whole"

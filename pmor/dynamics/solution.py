@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 
 from pmor.case import Case, change_case, without_models
-from pmor.core.errors import CaseError
+from pmor.case.capability import refuse_beyond
 from pmor.dynamics.force_law import Shifted, shifted
 from pmor.dynamics.gear_model import GearModel, gear_model
 from pmor.dynamics.kernels.laws import ForceTable
@@ -48,11 +48,7 @@ def reduced_of(case: Case) -> ReducedPair:
 
 def refuse_other_models(case: Case) -> None:
     """Raise CaseError for a case whose mesh has no force law by displacement, or one with too long a period."""
-    if case.reduction.shapes != "line_loads":
-        raise CaseError(
-            f'case {case.name}: [reduction] shapes = "{case.reduction.shapes}": dynamics take the mesh force from line '
-            'loads: write [contact] scheme = "line" and [reduction] shapes = "line_loads"'
-        )
+    refuse_beyond(case, "dynamics")
     cycles_of(case, gear_pair(case))
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pmor.case import Case, GearCase, describe, model_names, short_list
+from pmor.case.capability import why_not
 from pmor.fe.sector import SectorMesh
 from pmor.gear.classical.formulas import GearBody, classical_results
 from pmor.gear.classical.iso6336_root import nominal_root_stress
@@ -177,7 +178,7 @@ def run_blocks(
         *map(Warning, warnings(result)), Heading("Results"),
         Table("Summary", ("quantity", "value", "unit", "note"), results), _error_table(result), model_table(result),
         Table("Which model to take", ("model", "take it"), advice(result)),
-        *([condition_table(result)] if result.conditions else []), *readings_tables(result), _classical_table(result),
+        *([condition_table(result)] if result.conditions else []), *readings_tables(result), *_classical_tables(result),
         *_live(result, live), *shown, *provenance(case),
         Table("Case settings", ("setting", "value", "source"), settings)
     ]  # fmt: skip
@@ -226,8 +227,10 @@ def _error_in_percent(error: np.ndarray) -> tuple[float | None, float | None]:
     return (float(np.abs(known).max()), float(np.sqrt(np.mean(known**2)))) if len(known) else (None, None)
 
 
-def _classical_table(result: OnlineResult) -> Table:
+def _classical_tables(result: OnlineResult) -> list[Table]:
     case, sweep, i = result.reduced.basis.case, result.sweep, result.nominal
+    if why_not(case, "classical"):
+        return []
     pair = result.reduced.meshed.pair
     mean = float(ste_mean_um(sweep)[i])
     load = 1e3 * case.torque_Nm / pair.pinion.base_radius / pair.common_width
@@ -242,7 +245,7 @@ def _classical_table(result: OnlineResult) -> Table:
         "The formulas add the body's compliance once per tooth pair, finite elements share it between the pairs: "
         "expect finite elements to be softer, more so with a small bore."
     )
-    return Table("Classical formulas for the same pair", columns, rows, note)
+    return [Table("Classical formulas for the same pair", columns, rows, note)]
 
 
 def _gear_body(gear: GearCase) -> GearBody:

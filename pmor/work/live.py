@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from pmor.case.live_page import asks_for_live_page, takes_whole_width, why_not_live
+from pmor.case.capability import why_not
+from pmor.case.live_page import asks_for_live_page, takes_whole_width
 from pmor.case.width import whole_width
 from pmor.pair.model import elastic_model, mesh_model
 from pmor_offline.gather import make_basis
@@ -22,7 +23,7 @@ def live_pair(reduced: ReducedPair) -> ReducedPair | str | None:
     case = reduced.basis.case
     if not asks_for_live_page(case):
         return None
-    if why := why_not_live(case):
+    if why := why_not(case, "page"):
         return why
     if reduced.layered.support is not None or reduced.flank_compliance.support is not None:
         return "the page solves solid gears on rigid hubs alone"

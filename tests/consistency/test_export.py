@@ -116,6 +116,14 @@ def test_what_cannot_be_made_is_refused_in_one_line(arguments, message, tmp_path
     assert not (tmp_path / "new").exists()
 
 
+@pytest.mark.parametrize("to", ["fmu", "rexs", "vtkhdf"])
+def test_formats_refuse_the_cases_that_the_table_of_capabilities_keeps_from_them(to, basis, tmp_path, monkeypatch):
+    monkeypatch.setattr("pmor.case.capability.LIMITS", ((lambda case: "no such case", (to,)),))
+    with pytest.raises(pmor.CaseError, match="takes no such case"):
+        pmor.export_file(basis, to, tmp_path / "new")
+    assert not (tmp_path / "new").exists()
+
+
 @pytest.mark.parametrize("arguments", [["--to", "step"], ["--to", "fmu", "--torque", "-1"], []])
 def test_wrong_usage_exits_with_2(arguments, capsys):
     with pytest.raises(SystemExit) as caught:

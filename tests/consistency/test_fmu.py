@@ -210,10 +210,10 @@ def test_a_unit_says_what_it_cannot_answer(unit, inputs, message):
 
 def test_what_has_no_force_law_is_refused():
     reduced = small_pair(centre_distance_mm=84.02)
-    shaped = dataclasses.replace(reduced, basis=dataclasses.replace(reduced.basis, shapes=object()))
-    with pytest.raises(CaseError, match="takes line loads, and the basis has shapes"):
-        mesh_law(shaped)
     case = reduced.basis.case
+    shaped = dataclasses.replace(case, reduction=dataclasses.replace(case.reduction, shapes="pod"))
+    with pytest.raises(CaseError, match="takes line loads alone, and the case has"):
+        mesh_law(dataclasses.replace(reduced, basis=dataclasses.replace(reduced.basis, case=shaped)))
     uneven = dataclasses.replace(case.pinion_modification, pitch_deviations_um=(1.0,) * 21)
     uneven = dataclasses.replace(case, pinion_modification=uneven)
     with pytest.raises(CaseError, match="pitch deviations"):

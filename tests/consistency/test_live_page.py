@@ -273,12 +273,19 @@ def test_the_compliance_is_rounded_to_one_step(spur):
 
 def test_pages_of_trained_shapes_and_of_fine_meshes_say_why_there_is_none(small_basis, spur):
     why = live_pair(reduced_pair(small_basis))
-    assert "line contact alone" in why
+    assert "line loads alone" in why
     result, pair = spur
     assert live_section(result, pair)
     assert f"Left out: {why}." in run_blocks(result, [], why)
     fine = replace(result.case, mesh=replace(result.case.mesh, profile_elements=64))
     assert "1161 nodes" in live_pair(replace(pair, basis=replace(pair.basis, case=fine)))
+
+
+def test_the_report_leaves_classical_formulas_out_where_they_do_not_take_the_case(spur, monkeypatch):
+    titles = [getattr(block, "title", "") for block in run_blocks(spur[0], [])]
+    monkeypatch.setattr("pmor.case.capability.LIMITS", ((lambda case: "no such case", ("classical",)),))
+    without = [getattr(block, "title", "") for block in run_blocks(spur[0], [])]
+    assert [title for title in titles if title not in without] == ["Classical formulas for the same pair"]
 
 
 def test_a_case_can_do_without(spur):

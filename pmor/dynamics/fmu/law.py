@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from pmor.case import Case
-from pmor.core.errors import CaseError, ConvergenceError
+from pmor.case.capability import refuse_beyond
+from pmor.core.errors import ConvergenceError
 from pmor.dynamics.force_table import TOLERANCE, tabulate
 from pmor.dynamics.kernels.laws import ForceTable
 from pmor.gear.condition import Assembly, at_torques
@@ -56,16 +57,7 @@ def mesh_law(reduced: ReducedPair, torque_Nm: float | None = None, tolerance: fl
         Where the law gives no force.
     """
     case, assembly = reduced.basis.case, assembly_of(reduced.basis.case)
-    if reduced.basis.shapes is not None:
-        raise CaseError(
-            f'{case.name}: a force law takes line loads, and the basis has shapes: write [contact] scheme = "line", '
-            'leave [reduction] shapes = "line_loads", and make the basis anew'
-        )
-    if any(flank.pitch_deviations_um for flank in (assembly.pinion, assembly.wheel)):
-        raise CaseError(
-            f"{case.name}: pitch deviations: the force law of teeth that differ does not repeat with the mesh cycle: "
-            "leave them out"
-        )
+    refuse_beyond(case, "fmu")
     torque = LARGEST_TORQUE * case.torque_Nm if torque_Nm is None else torque_Nm
     refuse_loads(replace(case, online=replace(case.online, torques_Nm=(torque,))), reduced.meshed)
     low, high = _range(reduced, assembly, torque)

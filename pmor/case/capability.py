@@ -1,0 +1,59 @@
+"""Which capability takes which case: those that take some cases alone, and why."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Literal
+
+from pmor.case.schema import Case
+from pmor.core.errors import CaseError
+
+Capability = Literal["campaign", "classical", "design", "dynamics", "fmu", "page", "rexs", "vtkhdf"]
+
+NAMES: dict[Capability, str] = {
+    "campaign": "a campaign", "classical": "the table of classical formulas", "design": "a design",
+    "dynamics": "the force law of dynamics", "fmu": "the force law of a unit for co-simulation",
+    "page": "the live page", "rexs": "a REXS file", "vtkhdf": "a VTKHDF file",
+}  # fmt: skip
+# Nodes of a flank beyond which its compliance takes more of a page than all else: 8 x 8 quadratic elements have 289.
+MOST_NODES = 600
+
+
+def _shapes(case: Case) -> str:
+    if case.reduction.shapes == "line_loads":
+        return ""
+    return (
+        f'line loads alone, and the case has [reduction] shapes = "{case.reduction.shapes}": write [contact] scheme = '
+        '"line" and [reduction] shapes = "line_loads"'
+    )
+
+
+def _uneven_teeth(case: Case) -> str:
+    uneven = any(m.pitch_deviations_um for m in (case.pinion_modification, case.wheel_modification))
+    return "no pitch deviations, with which it does not repeat each mesh cycle: leave them out" if uneven else ""
+
+
+def _many_nodes(case: Case) -> str:
+    across = 1 if case.mesh.width == "plane_strain" else case.mesh.width_elements
+    nodes = (case.mesh.profile_intervals + 1) * (case.mesh.order * across + 1)
+    return f"flanks of {MOST_NODES} nodes at most, and these have {nodes} nodes" if nodes > MOST_NODES else ""
+
+
+# What capabilities take, of cases that they do not take; empty of others.
+LIMITS: tuple[tuple[Callable[[Case], str], tuple[Capability, ...]], ...] = (
+    (_shapes, ("campaign", "design", "dynamics", "fmu", "page", "rexs")),
+    (_uneven_teeth, ("fmu",)),
+    (_many_nodes, ("page",)),
+)
+
+
+def why_not(case: Case, capability: Capability) -> str:
+    """Return the reason why a capability does not take a case, with a remedy; empty where it does."""
+    reasons = (limit(case) for limit, limited in LIMITS if capability in limited)
+    return next((f"{NAMES[capability]} takes {reason}" for reason in reasons if reason), "")
+
+
+def refuse_beyond(case: Case, capability: Capability, where: str | None = None) -> None:
+    """Raise CaseError for a case that a capability does not take, with a place, by default the name of the case."""
+    if reason := why_not(case, capability):
+        raise CaseError(f"{where or case.name}: {reason}")
