@@ -96,17 +96,17 @@ TRANSCRIBED = {
     "pmor/gear/kernels/motion.py": {
         "roll_angle": "f93197e1", "section_roll_position": "9afc5245", "_wheel_rotation": "26888920",
         "_move_parallel": "845e85cc", "_reverse": "2cf29239", "relative_motion": "43be8439", "_tilt": "8b6f5ea7",
-        "section_offset": "cb55fdba", "axial_opening": "a100d342", "section_motion": "f9949d80",
+        "section_offset": "28b81155", "axial_opening": "a100d342", "section_motion": "f9949d80",
     },
     "pmor/gear/kernels/deviation.py": {
-        "flank_deviation": "b7103bd5", "_relief": "f7c721d8", "_on_grid": "27f1ecbe", "_cell": "d28fd817",
+        "flank_deviation": "379bb78d", "_relief": "d8e341d0", "_on_grid": "27f1ecbe", "_cell": "d28fd817",
     },
     "pmor/gear/flank_deviation.py": {
         "kernel_deviation": "4c2ba981", "_radians": "c69bd13e",
     },
     "pmor/line/kernels/contact_point.py": {
-        "cubic_rows": "4aef3519", "involute_foot": "181c132f", "_corner_foot": "8e86ea14",
-        "closest_approach": "9ba84ba9", "_turned": "341f0321",
+        "cubic_rows": "c9214900", "involute_foot": "deaf638f", "_corner_foot": "8e86ea14",
+        "closest_approach": "8b4d2d06", "_turned": "341f0321",
     },
     "pmor/line/kernels/places.py": {
         "_first_pair": "c7cff0de", "_within": "f6350319", "_place": "b913bebe", "_carry": "5e80789c",
@@ -114,7 +114,7 @@ TRANSCRIBED = {
     },
     "pmor/line/kernels/law.py": {
         "_smooth_approach": "32a29c8a", "widest_load": "4d03e551", "approach_of": "e1528084", "line_law": "4c16fc57",
-        "_from_corner": "7bcad0e0", "_law_near_corner": "3f8c264a", "sections_alike": "df9f3b46",
+        "_from_corner": "ebb9595e", "_law_near_corner": "3f8c264a", "sections_alike": "df9f3b46",
     },
     "pmor/line/kernels/tip_corner.py": {
         "_hertz": "5174cf36", "_cut_off": "afc00315", "_across": "a9f710c5", "contact_patch": "a60b4c7e",
