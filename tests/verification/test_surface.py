@@ -163,9 +163,7 @@ def test_facets_of_a_circle_miss_it_by_the_sagitta():
     assert_allclose(errors, 1.0 - np.cos(0.5 / np.array([4, 8, 16])), rtol=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("rows", "parabolic", "order"), [(inside, True, 4.0), (ends, True, 4.0), (ends, False, 2.0)], ids=str
-)
+@pytest.mark.parametrize(("rows", "parabolic", "order"), [(inside, True, 4.0), (ends, True, 4.0), (ends, False, 2.0)])
 def test_patches_of_a_circle_are_fourth_order_and_with_averaged_edge_normals_second(rows, parabolic, order):
     errors = shape_errors(circle, off_circle, rows, parabolic=parabolic)
     assert_allclose(orders(errors), order, atol=0.1)
