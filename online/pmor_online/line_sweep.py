@@ -13,7 +13,7 @@ from concurrent.futures import Executor
 
 import numpy as np
 
-from pmor.core.arrays import FloatArray, IntArray
+from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.core.threads import in_order
 from pmor.gear.condition import Assembly, Condition, common_misalignment
 from pmor.line.hertz import overloaded
@@ -55,8 +55,7 @@ def sweep_line_loads(
         Keep advances and line loads of all states too.
     """
     start = time.perf_counter()
-    lines, found = _solve(reduced.lines, phi, conditions, executor, progress, recorded)
-    wide = overloaded(reduced.layered, lines.law, found.force)
+    lines, found, wide = _solve(reduced.lines, phi, conditions, executor, progress, recorded)
     found = found._replace(converged=found.converged & ~wide, torque=np.where(wide[..., None], 0.0, found.torque))
     advance = np.where(found.converged, found.advance, np.nan)
     share, pair_index = load_shares(lines.first_pair[:, None] + np.arange(found.torque.shape[2]), found.torque)
@@ -81,24 +80,26 @@ def sections_near(reduced: ReducedPair, phi: FloatArray, condition: Condition) -
 def _solve(
     pair: LinePair, phi: FloatArray, conditions: Sequence[Condition], executor: Executor | None,
     progress: Callable[[int], None], recorded: bool,
-) -> tuple[Lines, LineResults]:  # fmt: skip
-    """Solve block by block."""
+) -> tuple[Lines, LineResults, BoolArray]:  # fmt: skip
+    """Solve block by block; return sections, results, and in which states a section is overloaded."""
     angles, misalignment = np.ascontiguousarray(phi, dtype=float), common_misalignment(conditions)
     loads = np.array([condition.torque for condition in conditions], dtype=float)
     alike: dict[Assembly, list[int]] = {}
     for number, condition in enumerate(conditions):
         alike.setdefault(condition.assembly, []).append(number)
 
-    def solve(block: slice) -> tuple[Lines, LineResults]:
+    def solve(block: slice) -> tuple[Lines, LineResults, BoolArray]:
         placed = pair.place(angles[block], misalignment)
-        most, parts = max(1, FORCES_AT_A_TIME // placed.lines.gap.size), list[LineResults]()
+        most, parts, wide = max(1, FORCES_AT_A_TIME // placed.lines.gap.size), list[LineResults](), list[BoolArray]()
         for assembly, numbers in alike.items():
             deviation = placed.deviation(assembly)
             for first in range(0, len(numbers), most):
                 found = placed.solve(loads[numbers[first : first + most]], False, deviation, recorded)
+                wide.append(overloaded(pair.meshed, placed.lines.law, found.force))
                 parts.append(found if recorded else found._replace(force=found.force[:, :0].copy()))
-        found = parts[0] if len(parts) == 1 else _in_order(parts, [n for numbers in alike.values() for n in numbers])
-        return _kept(placed.lines, recorded), found
+        order = [n for numbers in alike.values() for n in numbers]
+        found = parts[0] if len(parts) == 1 else _in_order(parts, order)
+        return _kept(placed.lines, recorded), found, np.concatenate(wide)[np.argsort(order)]
 
     blocks = [slice(i, i + ANGLES_PER_BLOCK) for i in range(0, len(angles), ANGLES_PER_BLOCK)]
     solved = []
@@ -109,7 +110,7 @@ def _solve(
         return solved[0]
     lines = Lines(*(np.concatenate(arrays) for arrays in zip(*(part[0] for part in solved), strict=True)))
     found = LineResults(*(np.concatenate(a, axis=1) for a in zip(*(part[1] for part in solved), strict=True)))
-    return lines, found
+    return lines, found, np.concatenate([part[2] for part in solved], axis=1)
 
 
 def _kept(lines: Lines, recorded: bool) -> Lines:
