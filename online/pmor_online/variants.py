@@ -26,7 +26,7 @@ from pmor_online.model import ReducedPair
 # A patch of contact that is off its middle by more than this has been cut off, or carried round, by an edge, mm.
 OFF_MIDDLE = 1e-9
 # Memory of sections that stay placed for further variants on the same axes: a tolerance analysis draws thousands of
-# axes, each of which a helical pair takes megabytes for.
+# axes, and a helical pair takes megabytes for each.
 MOST_IDLE_BYTES = 1 << 29
 
 

@@ -1,4 +1,4 @@
-"""The surface layer of a tooth: columns of elements below the loaded flank, and how deep they reach."""
+"""The surface layer of a tooth: columns of elements below the loaded flank, and their depth."""
 
 from __future__ import annotations
 

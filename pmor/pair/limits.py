@@ -30,7 +30,7 @@ FEWEST_COLUMNS = 4.0
 
 
 def refuse_impossible_load(case: Case, approach_mm: float) -> None:
-    """Raise CaseError when the largest torque would bend teeth by more than their neighbours leave room for.
+    """Raise CaseError when the largest torque would bend teeth by more than the tooth spaces allow.
 
     Parameters
     ----------

@@ -85,7 +85,7 @@ class ElasticModel:
     support: Support | None = None
 
     def __post_init__(self) -> None:
-        """Refuse what does not belong together: sizes may agree, and every result be wrong."""
+        """Refuse compliances of another mesh: sizes may agree, and every result be wrong."""
         for gear, (sector, body) in enumerate(((self.mesh.pinion, self.pinion), (self.mesh.wheel, self.wheel))):
             name = ("pinion", "wheel")[gear]
             if not _same_sector(sector, body.mesh):
@@ -183,7 +183,7 @@ def mesh_model(case: Case) -> MeshModel:
     Raises
     ------
     CaseError
-        When the load is beyond what any geometry of contact can carry.
+        When the load is beyond any geometry of contact.
     GeometryError, MeshError
     """
     pair = gear_pair(case)
@@ -272,7 +272,7 @@ def elastic_model(case: Case, mesh: MeshModel, keep_volume: bool = False) -> Ela
     case : Case
     mesh : MeshModel
     keep_volume : bool
-        Keep what back-substitution to the volume needs.
+        Keep the factors for back-substitution to the volume.
     """
 
     def build(sector: SectorMesh, gear: GearCase) -> ElasticGear:
@@ -294,7 +294,7 @@ def solved_gear(
         Of the gear: one of those in `mesh`.
     gear : GearCase
     keep_volume : bool
-        Keep what back-substitution to the volume needs.
+        Keep the factors for back-substitution to the volume.
     """
     from pmor.body.elastic_gear import elastic_gear  # with scipy, which a sweep with a basis does without
 

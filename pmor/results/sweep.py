@@ -45,7 +45,7 @@ class SteSweep:
     ste_error_um : (n_torques, n_angles) or None
         Estimated error of the reduced model's STE (`pmor.penalty.kernels.estimate`), um; None where there is none.
     states : SweepStates or None
-        Leads, amplitudes and contact forces of a reduced sweep that was asked to keep them.
+        Advances, amplitudes and contact forces of a reduced sweep that was asked to keep them.
     unloaded_um : (n_torques, n_angles) or None
         Transmission error of the same flanks without load, um; None where it is zero.
     mesh_error_percent : (n_torques,) or None

@@ -2,7 +2,9 @@
 
 import numpy as np
 
-from pmor.dynamics.gear_model import Inertia, disc, equivalent_mass
+from pmor.dynamics.gear_model import Inertia, disc, equivalent_mass, gear_model
+from pmor.pair.model import gear_pair
+from tests.support.small_case import case_with
 
 
 def test_the_steel_discs_of_the_ohio_pair_weigh_what_its_papers_say():
@@ -34,3 +36,14 @@ def test_the_mass_along_the_line_of_action_is_that_of_two_masses_on_it():
     pinion, wheel = Inertia(1.0, 0.002, 0.001), Inertia(5.0, 0.03, 0.02)
     exact = 1e-3 / (0.05**2 / 0.002 + 0.11**2 / 0.03)
     np.testing.assert_allclose(equivalent_mass(pinion, wheel, (50.0, 110.0)), exact, rtol=1e-14)
+
+
+def test_an_inertia_that_is_given_tilts_with_half_of_what_it_adds_to_that_of_the_disc():
+    """A body of revolution, I_tilt = I_polar / 2 + the integral of z^2: the length of the gear is that of its disc."""
+    drawn, given = (
+        gear_model(case, gear_pair(case)).inertias[0]
+        for case in (case_with(dynamics=keys) for keys in ({}, {"pinion_inertia_kg_m2": 0.02}))
+    )
+    assert given.polar_kg_m2 == 0.02 > 2.0 * drawn.polar_kg_m2
+    added = 0.5 * (given.polar_kg_m2 - drawn.polar_kg_m2)
+    np.testing.assert_allclose(given.tilting_kg_m2 - drawn.tilting_kg_m2, added, rtol=1e-12)

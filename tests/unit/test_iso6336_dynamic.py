@@ -6,7 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pmor.dynamics.rating import iso_factor
 from pmor.gear.classical.iso6336_dynamic import DynamicFactor, single_from_mesh_stiffness, tolerances_um
+from pmor.pair.model import gear_pair
+from tests.support.small_case import case_with
 
 FACTOR = DynamicFactor(
     line_load=200.0, stiffness=14.0, contact_ratio=1.7, pitch_um=8.0, form_um=7.0, relief_um=None
@@ -63,3 +66,22 @@ def test_tolerances_grow_by_the_root_of_two_from_class_to_class():
 
 def test_the_stiffness_of_one_pair_is_that_whose_mesh_stiffness_was_given():
     assert single_from_mesh_stiffness(20.0, 1.6) == pytest.approx(20.0 / 1.45)
+
+
+def test_the_inputs_of_a_pair_are_those_of_the_standard():
+    """Deviations of the gear that may have the larger ones, the pitch along the line of action, both reliefs' mean."""
+    relief = {"tip_relief_start_roll_deg": 25.0}
+    case = case_with(
+        wheel={"teeth": 57, "bore_radius_mm": 40.0}, pair={"helix_angle_deg": 20.0}, mesh={"width": "whole"},
+        **{"pinion.modification": relief | {"tip_relief_um": 10.0}, "dynamics": {"accuracy_grade": 5},
+           "wheel.modification": relief | {"tip_relief_um": 30.0}},
+    )  # fmt: skip
+    pair = gear_pair(case)
+    factor = iso_factor(case, pair, {"torque_Nm": 100.0, "mesh_stiffness_mean_N_per_um": 300.0})
+    pitch, form = tolerances_um(4.0, 57 * 4.0 / math.cos(math.radians(20.0)), 5)
+    transverse = math.atan(math.tan(math.radians(20.0)) / math.cos(math.radians(20.0)))
+    np.testing.assert_allclose(factor.pitch_um, pitch * math.cos(transverse), rtol=1e-12)
+    np.testing.assert_allclose(factor.form_um, form, rtol=1e-12)
+    assert factor.relief_um == 20.0
+    radius = 0.5 * 21 * 4.0 / math.cos(math.radians(20.0))
+    np.testing.assert_allclose(factor.line_load, 1e5 / (radius * 20.0), rtol=1e-12)

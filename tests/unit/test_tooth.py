@@ -270,3 +270,12 @@ def test_inverse_involute_undoes_the_involute(degrees):
     angle = math.radians(degrees)
     # tan(a) - a loses the leading digits of small angles.
     assert_allclose(inverse_involute(involute_function(angle)), angle, rtol=1e-12 + 1e-16 / angle**3)
+
+
+@every_gear
+def test_the_sagitta_of_the_helix_is_where_a_chord_between_two_sections_runs_below_the_tip(tooth):
+    """Along the normal in the middle of both; the next term of the helix is (twist times spacing)^2 / 48 of it."""
+    spacing = 0.5
+    low, middle, high = tooth.flank_point(tooth.tip_roll_angle, spacing * np.array([-0.5, 0.0, 0.5]))
+    normal = tooth.flank_normal(tooth.tip_roll_angle, 0.0)
+    assert_allclose(tooth.helix_sagitta(spacing), (middle - 0.5 * (low + high)) @ normal, rtol=1e-4, atol=1e-15)

@@ -1,9 +1,9 @@
-"""Where two involutes meet in a transverse section, and which nodes carry that.
+"""Contact points of two involutes in a transverse section, and the nodes that carry them.
 
 The flanks are the involutes that they stand for, displaced by the nodal displacements that a cubic along the profile
 interpolates, with slopes of the parabola through each node and its neighbours (C1 in the arc length). To first order
 in the displacements: normals, levers and closest points are those of the undeformed involutes, which are parallel
-curves about their base circles and therefore need no iteration. In a tooth's frame the involute at roll angle u is at
+curves about their base circles, so that no iteration is needed. In a tooth's frame the involute at roll angle u is at
 r_b (e + u e'), with e the unit vector at the angle half - u from +y and e' the one at right angles, which is also the
 outward normal.
 
@@ -21,12 +21,12 @@ import numpy as np
 from pmor.core.compiling import compiled
 from pmor.gear.kernels.motion import axial_opening, roll_angle, section_motion
 
-# Leads are far below this, rad.
+# Advances are far below this, rad.
 CORNER = 0.01
 
 
 class ContactPoint(NamedTuple):
-    """Where two flanks meet in a section.
+    """Contact point of two flanks in a section.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class ContactPoint(NamedTuple):
     pinion_roll, wheel_roll : float
         Roll angles on both flanks, rad.
     pinion_x, pinion_y, pinion_z, wheel_x, wheel_y, wheel_z : float
-        How a displacement of the pinion's and of the wheel's point opens the gap, in its tooth's frame.
+        Gradient of the gap by the displacement of the pinion's and of the wheel's point, in the frame of its tooth.
     lever, mate_lever : float
         Derivative of the gap by the pinion's rotation; lever arm of the force on the wheel, mm.
     lever_slope, corner_advance : float
@@ -69,7 +69,7 @@ def roll_of(contact_point, gear):
 
 @compiled
 def opening_of(contact_point, gear):
-    """How a displacement of a gear's point opens the gap."""
+    """Return the gradient of the gap by the displacement of a gear's point."""
     if gear == 0:
         return contact_point.pinion_x, contact_point.pinion_y, contact_point.pinion_z
     return contact_point.wheel_x, contact_point.wheel_y, contact_point.wheel_z
