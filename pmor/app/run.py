@@ -136,7 +136,7 @@ def run_models_of(
         found = run_models(case, model, others, folder, given=save is not None, executor=executor,
                            overwrite=overwrite, started=started, progress=progress)  # fmt: skip
         _write(found, folder, mesh.pinion, pages)
-    return RunResult(found, folder)
+    return RunResult(found, folder.absolute())
 
 
 def sweep_model(
@@ -165,7 +165,7 @@ def sweep_model(
         path, size = (folder / OWN_BASIS, None) if callable(basis) else basis
         found = run_online(reduced, path, basis_bytes=size, executor=executor, progress=progress)
         _write(found, folder, None, True)
-    return RunResult(found, folder)
+    return RunResult(found, folder.absolute())
 
 
 def _write(found: OnlineResult, folder: Path, mesh: SectorMesh | None, pages: bool) -> None:

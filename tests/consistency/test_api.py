@@ -67,6 +67,8 @@ def test_a_loaded_model_is_saved_and_reported_as_it_was_read_whatever_became_of_
     report = loaded.report("out", compare=False)
     np.testing.assert_array_equal(report.sweep.ste_um, model.sweep().ste_um)
     assert report.summary["basis_mib"] == loaded.source_bytes / 2**20
+    monkeypatch.chdir("/")
+    assert report.page.exists()
 
 
 def test_a_report_leaves_the_model_that_was_read_not_the_file_that_is_there_now(tmp_path, model, case, full):
