@@ -16,6 +16,9 @@ import numpy as np
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import GeometryError
 
+# Roll angle below which undercut drowns in round-off, rad: it would take off less than 1e-9 of the base radius.
+LEAST_UNDERCUT = 3e-5
+
 
 def involute_function(alpha: float) -> float:
     """Return ``inv(alpha) = tan(alpha) - alpha`` (rad)."""
@@ -271,14 +274,22 @@ class Tooth:
             involute_angle = involute_function(math.atan(self.roll_angle_at(math.hypot(x, y))))
             return math.atan2(-x, y) - (self.base_half_angle - involute_angle)
 
-        taus = np.linspace(0.5 * math.pi, self.pressure_angle, 721)
-        radii = np.linalg.norm(self._trochoid(taus), axis=-1)
-        values = np.array([excess_angle(t) for t in taus])
-        crossing = np.flatnonzero((values[:-1] <= 0) & (values[1:] > 0) & (radii[1:] > self.base_radius))
-        if len(crossing) == 0:
-            raise GeometryError(f"teeth = {self.teeth}: undercut leaves no involute; raise teeth or profile_shift")
+        if self._tangency_roll_angle() > -LEAST_UNDERCUT:
+            return -self._tangency_roll_angle(), self.pressure_angle
         from scipy.optimize import brentq  # imports for half a second, and few gears are undercut
 
+        def height(tau: float) -> float:
+            return float(np.linalg.norm(self._trochoid(np.array(tau)))) - self.base_radius
+
+        # Below the base circle there is no involute, and just below the limit of undercut the cut is short.
+        start = 0.5 * math.pi
+        if height(start) < 0.0:
+            start = brentq(height, self.pressure_angle, start, xtol=1e-14)
+        taus = np.linspace(start, self.pressure_angle, 721)
+        values = np.array([excess_angle(t) for t in taus])
+        crossing = np.flatnonzero((values[:-1] <= 0) & (values[1:] > 0))
+        if len(crossing) == 0:
+            raise GeometryError(f"teeth = {self.teeth}: undercut leaves no involute; raise teeth or profile_shift")
         tau = brentq(excess_angle, taus[crossing[0] + 1], taus[crossing[0]], xtol=1e-14)
         return self.roll_angle_at(float(np.linalg.norm(self._trochoid(np.array(tau))))), tau
 
