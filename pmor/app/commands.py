@@ -152,8 +152,7 @@ def campaign(
     folder = out or default_folder(settings.name)
     with dask_executor(dask) if dask else LocalProcesses(jobs) as executor, Progress(settings.count, "designs") as bar:
         found = capabilities.campaign(settings, folder, executor=executor, progress=bar.step, overwrite=overwrite)
-    failures = [f"design {number + 1}: {found.reasons[number]}" for number in found.failed]
-    _finish(found, folder, failures, "designs have no results")
+    _finish(found, folder, found.failures, "designs have no results")
 
 
 def bench(case_path: Path, json_path: Path, jobs: int = 2, overwrite: bool = False) -> None:

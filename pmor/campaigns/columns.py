@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from pmor.campaigns.rows import STATUSES, Status
+from pmor.campaigns.rows import PEAKS, STATUSES, Row, Status
 from pmor.campaigns.settings import Campaign
 from pmor.core.arrays import FloatArray, IntArray
 
@@ -50,6 +51,8 @@ class Columns:
         At the nominal torque; NaN of designs without.
     solving_s : ndarray, shape (n,)
         Processor time of each design.
+    fine : dict of int to row
+        Rows of designs, counted from 0, that were judged again on fine angles.
     """
 
     campaign: Campaign
@@ -59,6 +62,7 @@ class Columns:
     results: dict[str, FloatArray]
     solving_s: FloatArray
     effort: Effort
+    fine: Mapping[int, Row] = field(default_factory=dict)
 
     @property
     def status(self) -> np.ndarray:
@@ -69,6 +73,20 @@ class Columns:
     def failed(self) -> IntArray:
         """Feasible designs without results, counted from 0."""
         return np.flatnonzero(self.codes >= STATUSES.index("not converged"))
+
+    @property
+    def failures(self) -> tuple[str, ...]:
+        """Designs without results, or without those on fine angles, and why."""
+        lost = [f"design {i + 1}: {self.reasons[i]}" for i in self.failed]
+        fine = (row for row in self.fine.values() if row["status"] != "ok")
+        return (*lost, *(f"design {row['design']}, on fine angles: {row['reason']}" for row in fine))
+
+    def judged(self, key: str) -> FloatArray:
+        """Return a result of all designs, those on fine angles where there are any, shape (n,)."""
+        values = self.results[key].copy()
+        for i, row in self.fine.items() if key in PEAKS else ():
+            values[i] = np.nan if row["results"][key] is None else row["results"][key]
+        return values
 
     def count(self, status: Status) -> int:
         """Return the number of designs with a status."""

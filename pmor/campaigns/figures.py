@@ -6,12 +6,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pmor.campaigns.rows import ANGLES, PEAKS
 from pmor.campaigns.settings import ResultKey
 from pmor.core.arrays import FloatArray
+from pmor.core.errors import ConvergenceError
+from pmor.design.fine import FEWEST, MOST, NOISE, SETTLED
+from pmor.pair.conditions import conditions_of
 from pmor.results.load_distribution import effective_contact_ratio, face_load_factor, line_states
 from pmor.results.root_stress import RootStress
 from pmor.results.sweep import SteSweep, mesh_orders, mesh_stiffness, peak_to_peak_um, ste_mean_um
-from pmor_online.model import ReducedPair
+from pmor_online.model import ReducedPair, online_angles
+from pmor_online.sweep import sweep_reduced_pair
 
 
 @dataclass(frozen=True)
@@ -82,6 +87,28 @@ def figures_of(reduced: ReducedPair, sweep: SteSweep, stress: RootStress | None)
         "centre_distance_mm": pair.centre_distance,
     }
     return {key: known(value) for key, value in numbers.items()}
+
+
+def peaks_of(reduced: ReducedPair) -> dict[str, float | None]:
+    """Return the peak-to-peak STE of the pair of a case on finer and finer angles, until it no longer moves.
+
+    Raises
+    ------
+    ConvergenceError
+        Where a position did not converge, or the STE still moves on the finest angles.
+    """
+    case, before = reduced.basis.case, None
+    angles = case.online.angles_per_pitch * 2 ** max(0, int(np.ceil(np.log2(FEWEST / case.online.angles_per_pitch))))
+    while angles <= max(MOST, 4 * case.online.angles_per_pitch):
+        phi = online_angles(reduced.meshed.pair.pitch, angles, case.pitches)
+        spans = peak_to_peak_um(sweep_reduced_pair(reduced, phi, conditions_of(case, case.online.torques_Nm)))
+        if not np.isfinite(spans).all():
+            raise ConvergenceError(f"a position on {angles} angles per pitch did not converge", [])
+        if before is not None and (np.abs(spans - before) <= SETTLED * spans + NOISE).all():
+            own = spans[case.online.torques_Nm.index(case.torque_Nm)]
+            return {PEAKS[0]: float(own), PEAKS[1]: float(spans.max()), ANGLES: angles}
+        before, angles = spans, 2 * angles
+    raise ConvergenceError(f"the STE still moves on {angles // 2} angles per pitch", [])
 
 
 def _mean(values: FloatArray) -> float | None:

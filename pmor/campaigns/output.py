@@ -17,7 +17,7 @@ from pmor.campaigns.columns import Columns
 from pmor.campaigns.figures import BY_KEY
 from pmor.campaigns.page import CASES, MOST_CASES, blocks_of, case_file, linked_designs
 from pmor.campaigns.relations import text_of_design, unit_of, with_relations
-from pmor.campaigns.rows import STATUSES
+from pmor.campaigns.rows import PEAKS, STATUSES
 from pmor.campaigns.settings import Campaign, Number
 from pmor.campaigns.table import designs_of
 from pmor.core.errors import CaseError
@@ -60,13 +60,18 @@ def refuse_changed_cases(campaign: Campaign, folder: Path, overwrite: bool) -> N
 def campaign_data(result: Columns) -> dict[str, Any]:
     """Return the content of `campaign.json`: designs by status, least and largest results, reasons."""
     reasons = Counter(reason for reason in result.reasons if reason)
+    peaks = [key for key in PEAKS if key in result.results]
     return {
         "campaign": result.campaign.name,
         "title": result.campaign.sections.title,
         "n_designs": result.campaign.count,
         **{f"n_{status.replace(' ', '_')}": result.count(status) for status in STATUSES},
         "inputs": list(result.inputs),
-        "results": {key: _extremes(values) for key, values in result.results.items()},
+        "results": {key: _extremes(result.judged(key)) for key in result.results},
+        "fine_angles": [
+            {"design": i + 1, **row["results"], "of_the_case": {key: result.results[key][i] for key in peaks}}
+            for i, row in sorted(result.fine.items())
+        ],
         "reasons": [{"reason": reason, "designs": n} for reason, n in sorted(reasons.items(), key=lambda r: -r[1])],
     }
 
@@ -77,14 +82,15 @@ def campaign_text(result: Columns) -> str:
     counts = ", ".join(f"{result.count(status)} {status}" for status in STATUSES if result.count(status))
     lines = [result.campaign.sections.title, f"  {result.campaign.count} designs: {counts}"]
     for key in list(result.results)[:2]:
-        found = _extremes(result.results[key])
+        found = _extremes(result.judged(key))
         if found["least"] is not None:
-            figure = BY_KEY[key]
+            figure, least = BY_KEY[key], found["design_of_least"]
+            few = f" ({result.results[key][least - 1]:.4g} on the angles of its case)" if key in PEAKS else ""
             lines.append(f"  {figure.label}: {found['least']:.4g} to {found['most']:.4g} {figure.unit}, the least of "
-                         f"design {found['design_of_least']}")  # fmt: skip
+                         f"design {least}{few}")  # fmt: skip
     if effort.solving_s:
         lines.append(f"  {format_time(effort.solving_s)} of computing in {format_time(effort.wall_s)}")
-    return "\n".join([*lines, *(f"  ! design {i + 1}: {result.reasons[i]}" for i in result.failed[:10])])
+    return "\n".join([*lines, *(f"  ! {failure}" for failure in result.failures[:10])])
 
 
 def write_design(campaign: Campaign, number: int, folder: Path, overwrite: bool = False) -> Path:

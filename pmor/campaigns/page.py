@@ -49,10 +49,9 @@ def blocks_of(result: Columns) -> list[Block | Designs]:
     campaign = result.campaign
     counts = {status: result.count(status) for status in STATUSES}
     blocks: list[Block | Designs] = []
-    for i in result.failed[:BEST]:
-        blocks.append(Warning(f"design {i + 1}: {result.reasons[i]}"))
-    if len(result.failed) > BEST:
-        blocks.append(Warning(f"{len(result.failed) - BEST} more designs without results: see campaign.csv"))
+    blocks += [Warning(failure) for failure in result.failures[:BEST]]
+    if len(result.failures) > BEST:
+        blocks.append(Warning(f"{len(result.failures) - BEST} more designs without results: see campaign.csv"))
     varied = ", ".join(variable.name for variable in campaign.variables)
     derived = [name for name in campaign.columns if name in campaign.sections.relations.solved]
     follows = f" {', '.join(derived)} follow{'s' * (len(derived) == 1)} from relations." if derived else ""
@@ -114,16 +113,18 @@ def _best(result: Columns) -> Table:
     figures = _shown(result)[: len(FIRST)]
     if not figures:
         return Table("", (), [])
-    ranked = result.results[figures[0].key]
+    ranked = result.judged(figures[0].key)
     order = [int(i) for i in np.argsort(ranked, kind="stable")[:BEST] if np.isfinite(ranked[i])]
     rows: list[list[Cell]] = [
         [i + 1, *(float(column[i]) for column in result.inputs.values()),
-         *(float(result.results[figure.key][i]) for figure in figures)]
+         *(float(result.judged(figure.key)[i]) for figure in figures), float(result.results[figures[0].key][i])]
         for i in order
     ]  # fmt: skip
     inputs = [_headed(label_of(name), unit_of(name)) for name in result.inputs]
     results = [_headed(figure.label, figure.shown_unit) for figure in figures]
-    return Table(f"Least {figures[0].label}", ("design", *inputs, *results), rows)
+    few = _headed(f"{figures[0].label}, on the angles of the case", figures[0].shown_unit)
+    note = "Peak-to-peak STE is that on so many angles that it no longer moves; beside it, last, that of the case."
+    return Table(f"Least {figures[0].label}", ("design", *inputs, *results, few), rows, note)
 
 
 def _headed(label: str, unit: str) -> str:

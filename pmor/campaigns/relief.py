@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from pmor.design.descent import Descent, ranked
+from pmor.design.fine import best_finely
 from pmor.design.judge import Judge
 from pmor.design.settings import Design, Goal, Load, Scatter, Search, Trade, Variable
 from pmor.design.variables import spread_evenly
@@ -24,9 +25,13 @@ SAMPLES = 32
 def best_relief(reduced: ReducedPair, sweep: SteSweep) -> dict[str, float]:
     """Return the tip relief of the least peak-to-peak STE, the mean over the torques of the sweep of a case.
 
-    The best of a few samples is followed downhill by the exact derivatives (`pmor.design.descent`). What else the
-    flanks of the case have stays as it is. Keys are those of `pmor.campaigns.settings.ReliefKey`; values are NaN where
-    a position did not converge.
+    The best of a few samples is followed downhill by the exact derivatives (`pmor.design.descent`), and the best ones
+    are judged again on fine angles. What else the flanks of the case have stays as it is. Keys are those of
+    `pmor.campaigns.settings.ReliefKey`.
+
+    Raises
+    ------
+    ConvergenceError
     """
     case, rolls = reduced.basis.case, reduced.meshed.pair.active_rolls
     most = MOST_AMOUNT * float(np.nanmax(sweep.ste_um))
@@ -46,7 +51,7 @@ def best_relief(reduced: ReducedPair, sweep: SteSweep) -> dict[str, float]:
     )  # fmt: skip
     judge = Judge(reduced, design, assembly_of(case))
     samples = ranked([judge.verdict(x) for x in spread_evenly(design.variables, SAMPLES)], ())
-    best = Descent(judge).run(samples[0].x)[0]
+    best = best_finely(judge, ranked([*Descent(judge).run(samples[0].x), *samples], ()))
     amount, pinion, wheel = best.x.tolist()
     return {
         "best_tip_relief_um": amount,

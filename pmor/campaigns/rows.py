@@ -12,6 +12,9 @@ Row = dict[str, Any]
 Status = Literal["ok", "infeasible", "not converged", "lost"]
 # In the order of their codes in files.
 STATUSES: tuple[Status, ...] = ("ok", "infeasible", "not converged", "lost")
+# Results that the best designs are judged by again on fine angles, and these angles.
+PEAKS = ("ste_peak_to_peak_um", "ste_peak_to_peak_worst_um")
+ANGLES = "angles_per_pitch"
 # Under which the case of a design is checked, with its number.
 NAME = "design"
 
@@ -27,6 +30,7 @@ class Task:
     workers: Workers
     store: str
     store_bytes: float
+    fine: bool = False  # Whether the peak-to-peak STE on fine angles is all that is asked for
 
     @staticmethod
     def from_json(plain: dict[str, Any]) -> Task:

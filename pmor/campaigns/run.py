@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
+from dataclasses import replace
 from pathlib import Path
 
 from pmor.campaigns.chunks import Chunk, ChunkFiles, chunks_of, expected_seconds, key_of_campaign
 from pmor.campaigns.columns import Effort
+from pmor.campaigns.fine import judged_finely
 from pmor.campaigns.output import FILES, refuse_changed_cases
 from pmor.campaigns.result import CampaignResult, gathered
-from pmor.campaigns.rows import Answer, Task
+from pmor.campaigns.rows import ANGLES, PEAKS, Answer, Row, Task
 from pmor.campaigns.settings import Campaign
 from pmor.campaigns.store import Store, open_store, refuse_foreign_store
 from pmor.campaigns.submit import submit_all
@@ -96,4 +98,14 @@ def _solved(campaign: Campaign, parts: Path, executor: Executor, progress: Calla
         n_chunks=len(chunks), resumed=resumed, solving_s=solving, wall_s=time.perf_counter() - started,
         workers=executor.jobs if isinstance(executor, LocalProcesses) else None,
     )  # fmt: skip
-    return gathered(campaign, (answer for _, answer in files.finished()), effort)
+    result = gathered(campaign, (answer for _, answer in files.finished()), effort)
+    fine = replace(task, fine=True, results=(*PEAKS, ANGLES))
+
+    def solve_finely(numbers: Sequence[int]) -> list[Row]:
+        rows: dict[int, Row] = {}
+        orders = (Order(fine, ((i + 1, table(i)),), i) for i in numbers)
+        submit_all(executor, solve_order, orders, lambda order, a: rows.update({order.chunk: a.rows[0]}), lost_answer)
+        return [rows[i] for i in numbers]
+
+    LOG.info("the best designs are judged again on fine angles")
+    return judged_finely(result, solve_finely)

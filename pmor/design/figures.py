@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pmor.core.arrays import FloatArray
+from pmor.design.fine import on_angles
 from pmor.design.harris import HarrisRule
 from pmor.design.judge import Judge, nominal
 from pmor.design.search import Found
@@ -128,7 +129,7 @@ def torque_figure(found: Found, chosen: Mapping[str, FloatArray | None]) -> Figu
     with plot_style():
         figure = new_figure(7.2, 4.6)
         axes = figure.subplots()
-        judge = found.judge.at_torques(over)
+        judge = on_angles(found.judge.at_torques(over), found.fine.design.search.angles)
         column = design.results.index("peak_to_peak_um")
         for number, (name, x) in enumerate(chosen.items()):
             assembly = found.judge.base if x is None else judge.assembly(x)
@@ -146,11 +147,10 @@ def torque_figure(found: Found, chosen: Mapping[str, FloatArray | None]) -> Figu
 
 def ste_figure(found: Found, curves: Mapping[str, FloatArray]) -> Figure:
     """STE over the pitch under the design's torques, (T, A) of each chosen variant, on one scale about the mean."""
-    share = np.arange(found.design.search.angles) / found.design.search.angles
     with panels(len(curves), 2.7 * len(curves) + 0.8, 3.6, legend=6, sharey=True) as (figure, axes):
         for place, (name, ste) in zip(axes, curves.items(), strict=True):
             for number, (torque, curve) in enumerate(zip(found.design.load.torques_Nm, ste, strict=True)):
-                place.plot(np.append(share, 1.0), np.append(curve, curve[0]) - curve.mean(),
+                place.plot(np.arange(len(curve) + 1) / len(curve), np.append(curve, curve[0]) - curve.mean(),
                            color=COLOURS[number % len(COLOURS)], label=f"{torque:g} N m")  # fmt: skip
             place.set(title=name, xlabel="Pinion angle [pitches]")
         axes[0].set_ylabel("STE about its mean [µm]")

@@ -81,10 +81,14 @@ class Judge:
     def verdict(self, x: FloatArray) -> Verdict:
         """Judge one variant."""
         nominal = self.results(self.assembly(x))
-        over = [nominal] if not self.design.scatters else [self.results(self.assembly(x, draw)) for draw in self.draws]
-        return self._verdict(x, nominal, np.stack(over))
+        return self.verdict_of(x, nominal, self.scattered(x) if self.design.scatters else nominal[None])
 
-    def _verdict(self, x: FloatArray, nominal: FloatArray, over: FloatArray) -> Verdict:
+    def scattered(self, x: FloatArray) -> FloatArray:
+        """Return all results of each pair that is drawn, (draws, T, R)."""
+        return np.stack([self.results(self.assembly(x, draw)) for draw in self.draws])
+
+    def verdict_of(self, x: FloatArray, nominal: FloatArray, over: FloatArray) -> Verdict:
+        """Return the verdict on a variant by its results as drawn, (T, R), and over scatter, (draws, T, R)."""
         design, keys = self.design, self.design.results
         objective = over[:, :, keys.index(design.objective.minimise)] @ self.weights
         limited = [over[:, :, keys.index(c.result)].max(axis=1) for c in design.constraints]

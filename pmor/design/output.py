@@ -86,6 +86,8 @@ def _entry(found: Found, n: int) -> dict[str, Any]:
         "origin": variants.origin[n],
         "parameters": dict(zip([v.name for v in design.variables], variants.x[n].tolist(), strict=True)),
         "objective_um": float(variants.objective[n]),
+        "angles_per_pitch": int(found.angles[n]),
+        "objective_searched_um": float(found.searched[n]),
         **{key: variants.results[n, :, k].tolist() for k, key in enumerate(design.results)},
     }
 
@@ -97,7 +99,7 @@ def _rows(found: Found) -> list[dict[str, Any]]:
     for n in range(len(variants)):
         row: dict[str, Any] = {"variant": n, "origin": variants.origin[n], "kept": int(kept[n])}
         row |= {v.name: float(x) for v, x in zip(design.variables, variants.x[n], strict=True)}
-        row["objective_um"] = float(variants.objective[n])
+        row |= {"objective_um": float(variants.objective[n]), "angles_per_pitch": int(found.angles[n])}
         for k, key in enumerate(design.results):
             if key == RESULTS[0]:
                 for t, torque in enumerate(design.load.torques_Nm):
@@ -112,7 +114,9 @@ def _stored(found: Found, read: Readings) -> DesignResults:
     whole = stored(found.file, found.variants)
     arrays = dict(whole.arrays) | {
         "front": found.front,
-        "curves/phi": found.judge.solver.phi,
+        "angles": found.angles,
+        "searched": found.searched,
+        "curves/phi": found.fine.solver.phi,
         "curves/ste": np.stack(list(read.curves.values())),
     }
     return replace(whole, curves=tuple(read.curves), arrays=arrays)
@@ -190,7 +194,9 @@ def _count_words(found: Found) -> str:
     value = {"nominal": "as drawn", "expected": "expected over scatter",
              "percentile_95": "that 95 % of the pairs made stay below"}[design.objective.value]  # fmt: skip
     return (
-        f"{len(found.variants):,} variants of {names} under {torques} N m, {design.search.angles} angles to a pitch, "
+        f"{len(found.variants):,} variants of {names} under {torques} N m, {design.search.angles} angles to a pitch; "
+        f"those that are chosen on {found.angles[found.eligible].min(initial=int(found.angles.max()))} to "
+        f"{found.angles.max()}, on which their results no longer move; "
         f"{int(found.kept.sum()):,} of them keep all constraints. Minimised: {WORDS[design.objective.minimise]}, "
         f"{value}, weighted mean over the torques. Judgements: {spent}; {found.seconds:.3g} s."
     )
@@ -204,11 +210,12 @@ def _tables(found: Found, read: Readings) -> list[Table]:
     against = design.results.index(design.pareto.against)
 
     def row(label: Cell, n: int) -> list[Cell]:
-        return [label, n, *variants.x[n].tolist(), float(variants.objective[n]),
+        return [label, n, *variants.x[n].tolist(), float(found.searched[n]), float(variants.objective[n]),
                 *variants.results[n, :, column].tolist(), float(found.against[n])]  # fmt: skip
 
-    heads = ("which", "variant", *names, "objective, µm", *torques, WORDS[design.pareto.against])
-    base: list[Cell] = ["base case", None, *[None] * len(names), float(read.base[:, column] @ found.judge.weights)
+    few = f"objective on {design.search.angles} angles, µm"
+    heads = ("which", "variant", *names, few, "objective, µm", *torques, WORDS[design.pareto.against])
+    base: list[Cell] = ["base case", None, *[None] * (len(names) + 1), float(read.base[:, column] @ found.judge.weights)
                         if design.objective.minimise == RESULTS[0] else None,
                         *read.base[:, column].tolist(), float(read.base[:, against].max())]  # fmt: skip
     front = found.front[:: max(1, -(-len(found.front) // MOST_ROWS))]

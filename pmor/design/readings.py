@@ -9,13 +9,16 @@ import numpy as np
 
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import ConvergenceError
+from pmor.design.fine import on_angles
 from pmor.design.harris import HarrisRule, harris_rule, obeys
-from pmor.design.judge import Judge, nominal
+from pmor.design.judge import Judge
 from pmor.design.search import Found
 from pmor.design.variables import SEED, drawn
 
 # Pairs that are drawn anew to see how chosen variants stand scatter: other ones than those of the search.
-FRESH, FRESH_SEED = 2000, SEED + 1
+FRESH, FRESH_SEED = 1000, SEED + 1
+# Their angles, over those of the search.
+FINER = 4
 
 
 @dataclass(frozen=True)
@@ -35,12 +38,11 @@ class Readings:
 
 def read_off(found: Found) -> Readings:
     """Read all of it off a search."""
-    judge, x = found.judge, found.variants.x
-    chosen = _chosen(found)
+    judge, x, chosen = found.fine, found.variants.x, found.chosen
     curves = {"base case": judge.solver.solve(judge.base).ste_um}
     curves |= {name: judge.solver.solve(judge.assembly(x[n])).ste_um for name, n in chosen.items()}
     best = found.best
-    fresh = _fresh(judge, {name: x[n] for name, n in chosen.items() if name in ("best", "best without scatter")})
+    fresh = _fresh(found.judge, {name: x[n] for name, n in chosen.items() if name in ("best", "best without scatter")})
     failures = [f"{name}: {lost} of {len(values)} pairs drawn anew did not converge"
                 for name, values in fresh.items() if (lost := int(np.isnan(values).sum()))]  # fmt: skip
     return Readings(
@@ -54,30 +56,12 @@ def read_off(found: Found) -> Readings:
     )
 
 
-def _chosen(found: Found) -> dict[str, int]:
-    torques = found.design.load.torques_Nm
-    numbers = {"best": found.best}
-    if found.design.scatters:
-        numbers["best without scatter"] = found.best_at(range(len(torques)))
-    if len(torques) > 1:
-        numbers |= {f"best at {torques[t]:g} N m": found.best_at([t]) for t in (0, len(torques) - 1)}
-    return {name: n for name, n in numbers.items() if n is not None}
-
-
 def _fresh(judge: Judge, chosen: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
     scatter = judge.design.scatter
     if not (scatter.modifications or scatter.axes):
         return {}
-    draws = drawn(scatter, FRESH, FRESH_SEED)
-    if not scatter.axes:
-        return {name: judge.objective_of(x, draws) for name, x in chosen.items()}
-    # Sections are placed anew for each place of the axes: all that are kept would fill the memory.
-    found: dict[str, list[float]] = {name: [] for name in chosen}
-    for draw in draws:
-        once = Judge(judge.reduced, nominal(judge.design), judge.base)
-        for name, x in chosen.items():
-            found[name].append(float(once.objective_of(x, [draw])[0]))
-    return {name: np.array(values) for name, values in found.items()}
+    draws, fine = drawn(scatter, FRESH, FRESH_SEED), on_angles(judge, FINER * judge.design.search.angles)
+    return {name: fine.objective_of(x, draws) for name, x in chosen.items()}
 
 
 def _harris(found: Found, failures: list[str]) -> tuple[HarrisRule, ...]:

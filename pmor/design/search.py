@@ -15,6 +15,7 @@ import numpy as np
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.core.errors import ConvergenceError
 from pmor.design.descent import Descent, best_first, kept
+from pmor.design.fine import judged_finely, on_angles
 from pmor.design.judge import Judge, at_torque, nominal
 from pmor.design.loader import DesignFile
 from pmor.design.settings import Constraint, Design
@@ -29,6 +30,8 @@ from pmor_online.model import ReducedPair, reduced_pair
 
 # Positions that a chunk of samples solves at least: a second.
 POSITIONS_PER_CHUNK = 100_000
+# Most variants that are judged again on fine angles.
+MOST_FINE = 300
 # Most torques for which a design for that torque alone is searched too, for comparison.
 MOST_SINGLE = 6
 
@@ -40,9 +43,13 @@ class Found:
     file: DesignFile
     judge: Judge  # For figures of single variants
     variants: Variants
+    # shape (V,): Angles per pitch that results are of, and the objective on those of the search
+    angles: IntArray
+    searched: FloatArray
     evaluations: Mapping[str, int]  # Judgements of a variant, by stage; one with derivatives counts as one
     seconds: float  # Of this run, without the finite elements
     failures: tuple[str, ...]
+    final: bool = True  # Whether variants on the angles of the search alone are none to choose
 
     @property
     def design(self) -> Design:
@@ -55,9 +62,30 @@ class Found:
         return all_kept(self.design, self.variants)
 
     @property
+    def eligible(self) -> BoolArray:
+        """Whether a variant may be chosen: it keeps all constraints, on fine angles, (V,)."""
+        return np.asarray(self.kept & ((self.angles > self.design.search.angles) | (not self.final)))
+
+    @property
+    def fine(self) -> Judge:
+        """Judge on the most angles that a chosen variant took."""
+        return on_angles(self.judge, int(self.angles.max()))
+
+    @property
+    def chosen(self) -> dict[str, int]:
+        """Numbers of the best variants by name, such as "best at 170 N m"."""
+        torques = self.design.load.torques_Nm
+        numbers = {"best": self.best}
+        if self.design.scatters:
+            numbers["best without scatter"] = self.best_at(range(len(torques)))
+        if len(torques) > 1:
+            numbers |= {f"best at {torques[t]:g} N m": self.best_at([t]) for t in (0, len(torques) - 1)}
+        return {name: n for name, n in numbers.items() if n is not None}
+
+    @property
     def best(self) -> int | None:
         """The best variant that keeps all constraints."""
-        value = np.where(self.kept, self.variants.objective, np.inf)
+        value = np.where(self.eligible, self.variants.objective, np.inf)
         return int(value.argmin()) if np.isfinite(value).any() else None
 
     @property
@@ -71,16 +99,16 @@ class Found:
     def front(self) -> IntArray:
         """Variants that no other one beats in both, of those that keep all constraints."""
         values = np.stack([self.variants.objective, self.against], axis=1)
-        return pareto_front(np.where(self.kept[:, None], values, np.nan))
+        return pareto_front(np.where(self.eligible[:, None], values, np.nan))
 
     def best_at(self, torques: Sequence[int]) -> int | None:
         """The variant of the least objective as drawn under some of the torques that keeps all constraints."""
         weights = np.array(self.design.load.weights)[list(torques)]
         column = self.design.results.index(self.design.objective.minimise)
-        if not self.kept.any() or not weights.any():
+        if not self.eligible.any() or not weights.any():
             return None
         value = self.variants.results[:, list(torques), column] @ weights
-        return int(np.where(self.kept, value, np.inf).argmin())
+        return int(np.where(self.eligible, value, np.inf).argmin())
 
 
 def trained_pair(file: DesignFile) -> ReducedPair:
@@ -102,9 +130,9 @@ def run_design(
     samples = search.samples()
     tried = search.descents(samples)
     tried += search.trade_offs(samples, tried)
-    variants, seconds = together([samples, *tried]), time.perf_counter() - start
-    failures = (*search.failures, *_lost(variants, file))
-    return Found(file, judge, variants, search.evaluations, seconds, failures)
+    found = search.judged_finely(together([samples, *tried]))
+    failures = (*search.failures, *_lost(found.variants, file))
+    return replace(found, seconds=time.perf_counter() - start, failures=failures)
 
 
 def _lost(variants: Variants, file: DesignFile) -> tuple[str, ...]:
@@ -194,6 +222,30 @@ class _Search:
             pieces.append(self._piece(f"trade-off {number:03d}", [level, *start.tolist()], work))
         return [from_data(part, design) for part in self._run("trade-offs", pieces)]
 
+    def judged_finely(self, variants: Variants) -> Found:
+        """Judge the variants that are to be chosen on fine angles, until these are the ones that are chosen."""
+        few, tried = self.design.search.angles, 0
+        angles = np.full(len(variants), few)
+        found = Found(
+            self.file, self.judge, variants, angles, variants.objective.copy(), self.evaluations, 0.0, (), False
+        )
+        while tried < MOST_FINE:
+            missing = [n for n in {*found.front.tolist(), *found.chosen.values()} if angles[n] == few]
+            if not missing:
+                break
+            tried += len(missing)
+            pieces = [
+                Piece(f"fine angles {n:06d}", {"case": self.file.case}, [self.settings, variants.x[n].tolist()],
+                      partial(_finely, self.judge, variants.x[n], n)) for n in sorted(missing)
+            ]  # fmt: skip
+            variants.objective[missing], angles[missing] = np.nan, 2 * few
+            for part in self._run("fine angles", pieces):
+                n, angles[part["number"]] = part["number"], part["angles"]
+                one = from_data(part, self.design)
+                for name in ("results", "objective", "limits"):
+                    getattr(variants, name)[n] = getattr(one, name)[0]
+        return replace(found, final=True)
+
     def _piece(self, name: str, start: Any, run: Callable[[], Result]) -> Piece:
         def is_whole(part: Result) -> bool:
             self.store.take_over(from_data(part, self.design))
@@ -210,12 +262,17 @@ class _Search:
         )
         self.failures += failures
         parts = [found[piece.name] for piece in pieces if piece.name in found]
-        self.evaluations[stage] = sum(part["evaluations"] for part in parts)
+        self.evaluations[stage] = self.evaluations.get(stage, 0) + sum(part["evaluations"] for part in parts)
         return parts
 
 
 def _judged(judge: Judge, x: FloatArray, origin: str) -> Result:
     return as_data([judge.verdict(one) for one in x], origin, len(x))
+
+
+def _finely(judge: Judge, x: FloatArray, number: int) -> Result:
+    verdict, angles = judged_finely(judge, x)
+    return {**as_data([verdict], "fine angles", 1), "angles": angles, "number": number}
 
 
 def _descended(downhill: Judge, judge: Judge, start: FloatArray, origin: str) -> Result:

@@ -21,6 +21,8 @@ DESIGN_LAYOUT = {
     "x": Field("1", "variant, variable", "values of the variables, each in its unit"),
     "results": Field("1", "variant, torque, result", "as drawn, each in its unit; NaN: not converged", finite=False),
     "objective": Field("um", "variant", "minimised quantity; NaN: not converged", finite=False),
+    "angles": Field("1", "variant", "angles per pitch that results are of", kind=int, least=1.0, optional=True),
+    "searched": Field("um", "variant", "objective on the angles of the search", finite=False, optional=True),
     "limits": Field("1", "variant, constraint", "constrained quantity, in its unit", finite=False, optional=True),
     "kept": Field("1", "variant", "whether all constraints are kept", kind=bool),
     "origin": Field("1", "variant", "number among the origins of the file", kind=int, least=0.0),

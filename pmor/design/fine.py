@@ -1,0 +1,111 @@
+"""Chosen variants judged on finer and finer angles, until their results no longer move.
+
+A search compares many variants on few angles, and prefers those whose extremes fall between them. The angles of a
+level are among those of the next: extremes on few angles are bounds of those on many, and a variant that is worse on
+few angles than the best is on many need not be judged again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from pmor.core.arrays import FloatArray
+from pmor.core.errors import ConvergenceError
+from pmor.design.judge import Judge, Verdict
+from pmor.gear.condition import Assembly
+from pmor_online.model import online_angles
+from pmor_online.variants import VariantSolver, VariantState
+
+# Angles per pitch of the pair as drawn at least, and at most; those of scattered pairs, over those of the search.
+FEWEST, MOST, DRAWN = 512, 8192, 2
+# Change of a result by twice the angles that counts as none: over itself, and besides (um, MPa, N/mm).
+SETTLED, NOISE = 3e-3, 1e-3
+# Angles whose flexibilities are in memory together.
+BLOCK = 256
+# Fields of a state by the axis that counts angles.
+ANGLE_AXIS = {"ste_um": 1, "converged": 1, "load_N_per_mm": 1, "edge_load_N_per_mm": 1, "pressure_MPa": 1,
+              "sensitivity": 1, "roll_rad": 0, "pair": 0}  # fmt: skip
+
+
+class BlockSolver(VariantSolver):
+    """Solves variants on many angles, block by block."""
+
+    def solve(self, assembly: Assembly, differentiated: bool = False) -> VariantState:
+        """Return the state of the pair as it is built in one way; see `VariantSolver.solve`."""
+        blocks = [self.phi[i : i + BLOCK] for i in range(0, len(self.phi), BLOCK)]
+        parts = [VariantSolver(self.reduced, phi, self.torques_Nm).solve(assembly, differentiated) for phi in blocks]
+        fields = {name: axis for name, axis in ANGLE_AXIS.items() if getattr(parts[0], name) is not None}
+        joined: dict[str, Any] = {
+            name: np.concatenate([getattr(part, name) for part in parts], axis=axis) for name, axis in fields.items()
+        }
+        return replace(parts[0], **joined)
+
+
+def on_angles(judge: Judge, angles: int) -> Judge:
+    """Return the judge of the same design on so many angles per pitch; it keeps nothing in memory between variants."""
+    design = replace(judge.design, search=replace(judge.design.search, angles=angles))
+    phi = online_angles(judge.reduced.meshed.pair.pitch, angles)
+    return Judge(judge.reduced, design, judge.base, BlockSolver(judge.reduced, phi, judge.solver.torques_Nm))
+
+
+def judged_finely(judge: Judge, x: FloatArray) -> tuple[Verdict, int]:
+    """Judge a variant on finer and finer angles; return the verdict, and the angles per pitch of the pair as drawn.
+
+    Raises
+    ------
+    ConvergenceError
+        Where a position did not converge, or the results still move on the finest angles.
+    """
+    design, few = judge.design, judge.design.search.angles
+    asked = {
+        "peak_to_peak_um",
+        design.objective.minimise,
+        design.pareto.against,
+        *(c.result for c in design.constraints),
+    }
+    columns = [k for k, key in enumerate(design.results) if key in asked]
+    first = few * 2 ** max(0, int(np.ceil(np.log2(FEWEST / few))))
+    nominal, angles = _settled(
+        judge, first, lambda fine: fine.results(fine.assembly(x)), lambda table: table[:, columns]
+    )
+    if not design.scatters:
+        return judge.verdict_of(x, nominal, nominal[None]), angles
+    over, _ = _settled(judge, DRAWN * few, lambda fine: fine.scattered(x), lambda table: _value_of(judge, x, table))
+    return judge.verdict_of(x, nominal, over), angles
+
+
+def best_finely(judge: Judge, verdicts: Sequence[Verdict]) -> Verdict:
+    """Return the best of variants, the best on few angles first, by their objectives on fine angles."""
+    best: Verdict | None = None
+    for verdict in verdicts:
+        if best is not None and not verdict.objective < best.objective:
+            break
+        found = judged_finely(judge, verdict.x)[0]
+        best = found if best is None or found.objective < best.objective else best
+    assert best is not None
+    return best
+
+
+def _value_of(judge: Judge, x: FloatArray, over: FloatArray) -> FloatArray:
+    verdict = judge.verdict_of(x, over[0], over)
+    return np.append(verdict.limits, verdict.objective)
+
+
+def _settled(
+    judge: Judge, angles: int, results: Callable[[Judge], FloatArray], watched: Callable[[FloatArray], FloatArray]
+) -> tuple[FloatArray, int]:
+    """Return results on twice and twice as many angles, until those that are watched no longer move."""
+    before: FloatArray | None = None
+    while angles <= MOST:
+        found = results(on_angles(judge, angles))
+        now = watched(found)
+        if not np.isfinite(now).all():
+            raise ConvergenceError(f"a position on {angles} angles per pitch did not converge", [])
+        if before is not None and (np.abs(now - before) <= SETTLED * np.abs(now) + NOISE).all():
+            return found, angles
+        before, angles = now, 2 * angles
+    raise ConvergenceError(f"the results still move on {angles // 2} angles per pitch", [])
