@@ -9,8 +9,7 @@ elastic, without the rotation of the gears. Stress is that of the sector's mesh:
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import h5py
@@ -45,23 +44,8 @@ FIELDS = {
 }  # fmt: skip
 
 
-@dataclass(frozen=True)
-class PlacedSector:
-    """A sector of a gear, placed in the undeformed pair.
-
-    Parameters
-    ----------
-    gear : int
-        0 pinion, 1 wheel.
-    rotation : ndarray, shape (3, 3)
-        Of vectors in the sector's frame.
-    shift : ndarray, shape (3,)
-        mm.
-    """
-
-    gear: int
-    rotation: FloatArray
-    shift: FloatArray
+#: where sectors of pinion and wheel are in the undeformed pair: rotation (3, 3) and shift (3,), mm, of their frames
+Placed = Sequence[tuple[FloatArray, FloatArray]]
 
 
 def export(reduced: ReducedPair, path_out: Path, overwrite: bool = False) -> None:
@@ -155,33 +139,33 @@ def _volumes(case: Case) -> tuple[ElasticGear, ElasticGear]:
     return per_gear(case, mesh, build)
 
 
-def _placed(reduced: ReducedPair) -> list[PlacedSector]:
+def _placed(reduced: ReducedPair) -> Placed:
     """Sectors of tooth pair 0 in the middle of its path."""
     pair = reduced.meshed.pair
     middle = 0.5 * sum(pair.meshing_range)
     angles = middle, math.pi + float(pair.wheel_tooth_rotation(middle))
     shifts = np.zeros(3), np.array([0.0, pair.centre_distance, 0.0])
-    return [PlacedSector(gear, rotation_z(angles[gear]), shifts[gear]) for gear in range(2)]
+    return [(rotation_z(angle), shift) for angle, shift in zip(angles, shifts, strict=True)]
 
 
 def _fields(
-    case: Case, gears: tuple[ElasticGear, ElasticGear], placed: list[PlacedSector], forces: FloatArray, pairs: IntArray
+    case: Case, gears: tuple[ElasticGear, ElasticGear], placed: Placed, forces: FloatArray, pairs: IntArray
 ) -> Iterator[dict[str, FloatArray]]:
     """Fields of one sector after the other, at the nodes of its elements: (nodes, components, steps)."""
     materials = case.pair.pinion, case.pair.wheel
-    for place in placed:
-        body, material = gears[place.gear], materials[place.gear]
-        teeth = pairs if place.gear == 0 else -pairs  # the wheel's teeth count against the pinion's
-        displacement = sector_displacement(body, 0, teeth, forces[place.gear])
+    for gear, (rotation, _) in enumerate(placed):
+        body, material = gears[gear], materials[gear]
+        teeth = pairs if gear == 0 else -pairs  # the wheel's teeth count against the pinion's
+        displacement = sector_displacement(body, 0, teeth, forces[gear])
         stress = nodal_stress(body.mesh, displacement, material.youngs_modulus_GPa * 1e3, material.poisson_ratio)
         principal, von_mises = principal_and_von_mises(stress)
         own = np.unique(body.mesh.elements[:, :QUADRATIC_NODES])
         pressure = np.zeros((len(body.mesh.nodes), 1, displacement.shape[2]))
         for number in np.flatnonzero(teeth % body.mesh.teeth == 0):
-            pressure[body.mesh.flank.ravel(), 0] += _pressure(body.mesh, forces[place.gear, number])
+            pressure[body.mesh.flank.ravel(), 0] += _pressure(body.mesh, forces[gear, number])
         yield {
-            "displacement_mm": np.einsum("ij,njm->nim", place.rotation, displacement)[own],
-            "stress_MPa": _turned(stress, place.rotation)[own], "max_principal_MPa": principal[own, None],
+            "displacement_mm": np.einsum("ij,njm->nim", rotation, displacement)[own],
+            "stress_MPa": _turned(stress, rotation)[own], "max_principal_MPa": principal[own, None],
             "von_mises_MPa": von_mises[own, None], "flank_pressure_MPa": pressure[own]
         }  # fmt: skip
 
@@ -203,7 +187,7 @@ def _turned(stress: FloatArray, rotation: FloatArray) -> FloatArray:
 
 
 def _write(
-    file: h5py.File, phi: FloatArray, gears: tuple[ElasticGear, ElasticGear], placed: list[PlacedSector],
+    file: h5py.File, phi: FloatArray, gears: tuple[ElasticGear, ElasticGear], placed: Placed,
     fields: Iterator[dict[str, FloatArray]],
 ) -> None:  # fmt: skip
     root = file.create_group("VTKHDF")
@@ -217,8 +201,7 @@ def _write(
     root["Offsets"] = nodes * np.arange(len(cells) + 1)
     kind = QUADRATIC_HEXAHEDRON if nodes == QUADRATIC_NODES else HEXAHEDRON
     root["Types"] = np.full(len(cells), kind, dtype=np.uint8)
-    each = [len(gears[place.gear].mesh.elements) for place in placed]
-    root["CellData/gear"] = np.repeat([place.gear for place in placed], each)
+    root["CellData/gear"] = np.repeat([0, 1], [len(gear.mesh.elements) for gear in gears])
     _write_steps(root, phi, total)
     for name, parts in FIELDS.items():
         shape = (steps * total, parts) if parts > 1 else (steps * total,)
@@ -230,15 +213,14 @@ def _write(
                 root[f"PointData/{name}"][rows] = values[..., step] if FIELDS[name] > 1 else values[:, 0, step]
 
 
-def _grid(gears: tuple[ElasticGear, ElasticGear], placed: list[PlacedSector]) -> tuple[IntArray, FloatArray, IntArray]:
+def _grid(gears: tuple[ElasticGear, ElasticGear], placed: Placed) -> tuple[IntArray, FloatArray, IntArray]:
     """First point of each sector and their number, points, and the nodes of the cells; sectors share no points."""
     firsts, points, cells = [0], [], []
-    for place in placed:
-        mesh = gears[place.gear].mesh
+    for mesh, (rotation, shift) in zip((gear.mesh for gear in gears), placed, strict=True):
         elements = mesh.elements[:, :QUADRATIC_NODES]
         own, number = np.unique(elements, return_inverse=True)
         cells.append(firsts[-1] + number.reshape(elements.shape))
-        points.append(mesh.nodes[own] @ place.rotation.T + place.shift)
+        points.append(mesh.nodes[own] @ rotation.T + shift)
         firsts.append(firsts[-1] + len(own))
     return np.array(firsts), np.concatenate(points), np.concatenate(cells)
 
