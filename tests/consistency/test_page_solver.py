@@ -99,13 +99,13 @@ TRANSCRIBED = {
         "section_offset": "28b81155", "axial_opening": "a100d342", "section_motion": "f9949d80",
     },
     "pmor/gear/kernels/deviation.py": {
-        "flank_deviation": "379bb78d", "_relief": "d8e341d0", "_on_grid": "27f1ecbe", "_cell": "d28fd817",
+        "flank_deviation": "b3789042", "_relief": "f7c721d8", "_on_grid": "27f1ecbe", "_cell": "d28fd817",
     },
     "pmor/gear/flank_deviation.py": {
         "kernel_deviation": "4c2ba981", "_radians": "c69bd13e",
     },
     "pmor/line/kernels/contact_point.py": {
-        "cubic_rows": "c9214900", "involute_foot": "deaf638f", "_corner_foot": "8e86ea14",
+        "cubic_rows": "e670fbce", "involute_foot": "deaf638f", "_corner_foot": "8e86ea14",
         "closest_approach": "8b4d2d06", "_turned": "341f0321",
     },
     "pmor/line/kernels/places.py": {

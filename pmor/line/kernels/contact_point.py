@@ -90,9 +90,10 @@ def cubic_rows(roll, u, low, high, weights):
         Filled; a fourth row that the end of the flank cuts off has weight 0.
     """
     i, above, last = low, high, len(roll) - 1
+    falls = roll[last] < roll[0]
     while above - i > 1:
         middle = (i + above) // 2
-        if (roll[middle] - u) * (roll[last] - roll[0]) > 0.0:
+        if (roll[middle] > u) != falls:
             above = middle
         else:
             i = middle
