@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose
 
 from pmor.core.errors import GeometryError
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance
+from pmor.gear.tip_edge import tip_edge
 from pmor.gear.tooth import Tooth, inverse_involute, involute_function
 
 MODULE, ALPHA = 4.0, math.radians(20.0)
@@ -279,3 +280,32 @@ def test_the_sagitta_of_the_helix_is_where_a_chord_between_two_sections_runs_bel
     low, middle, high = tooth.flank_point(tooth.tip_roll_angle, spacing * np.array([-0.5, 0.0, 0.5]))
     normal = tooth.flank_normal(tooth.tip_roll_angle, 0.0)
     assert_allclose(tooth.helix_sagitta(spacing), (middle - 0.5 * (low + high)) @ normal, rtol=1e-4, atol=1e-15)
+
+
+def largest_edge(tooth, kind):
+    """Largest rounding or chamfer that a tip has room for, mm, by bisection."""
+    low, high = 0.0, MODULE
+    for _ in range(50):
+        middle = 0.5 * (low + high)
+        try:
+            tip_edge(tooth, **{kind: middle})
+        except GeometryError as error:
+            assert "half of the tip land" in str(error)  # noqa: PT017
+            high = middle
+        else:
+            low = middle
+    return low
+
+
+@pytest.mark.parametrize("name", ["paper", "shifted", "helical"])
+def test_edges_take_half_of_the_tip_land_at_most(name):
+    tooth = GEARS[name]
+    tip = tooth.flank_section(np.array([tooth.tip_roll_angle]))[0]
+    half_land = tooth.tip_radius * abs(math.atan2(tip[0], tip[1]))
+    assert_allclose(largest_edge(tooth, "chamfer"), half_land, rtol=1e-9)
+    # The centre of the largest rounding is in the middle of the tooth: below the flank by its radius.
+    radius = largest_edge(tooth, "rounding")
+    roll = tip_edge(tooth, rounding=radius).roll_angle
+    (x, y), normal = tooth.flank_section(np.array([roll]))[0], tooth.flank_normal(roll, 0.0)[:2]
+    centre = np.array([x, y]) - radius * normal / np.linalg.norm(normal)
+    assert_allclose(centre, [0.0, tooth.tip_radius - radius], rtol=0.0, atol=1e-9)
